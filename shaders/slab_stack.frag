@@ -1,0 +1,110 @@
+#version 330
+// One pixel's ray through one slab stack: each slab contributes over the ray's own way through slab ∩ box, and the
+// slabs are composited in registers, front to back.
+//
+// Depth along the view is counted in slab thicknesses from the middle of the box, so that slab k lies between the
+// planes k and k + 1 and a whole slab is exactly 1 deep. Positions are in texture coordinates: the box is [0, 1]³.
+//
+// Switches: EXTINCTION 1: texels hold emission and extinction, 0: slab-integrated colour and opacity.
+//           PERSPECTIVE 1: rays diverge, 0: they are parallel.
+
+#extension GL_ARB_gpu_shader_fp64 : enable
+#include "optics.glsl"
+
+// Where a ray enters and leaves the box is worked out in double precision where the driver has it: in a medium of
+// optical depth 400 across the box, float32's 1e-7 of the box would be 4e-5 of the picture at the silhouettes.
+#ifdef GL_ARB_gpu_shader_fp64
+#define real double
+#define real2 dvec2
+#define real3 dvec3
+#else
+#define real float
+#define real2 vec2
+#define real3 vec3
+#endif
+
+uniform sampler3D texels;
+uniform vec4 texel_scale;         // what a texel is to be multiplied with
+uniform real eye_depth;           // nothing in front of the eye is seen
+uniform vec2 picture_middle;      // pixels
+uniform real3 point;              // where the ray of the middle pixel meets depth 0
+uniform real3 point_per_column;
+uniform real3 point_per_row;
+uniform real3 velocity;           // way of that ray per unit of depth
+#if PERSPECTIVE
+uniform real3 velocity_per_column;
+uniform real3 velocity_per_row;
+uniform float tangent_per_pixel;
+#endif
+#if EXTINCTION
+uniform float slab_length;        // slab thickness in the texels' unit of length
+#else
+uniform float opacity_offset;     // what the texels' opacities are stored less: 0, or 1 where matter is dense
+#endif
+
+flat in vec2 slab_range;
+out vec4 stack_color;             // premultiplied
+
+// Depths at which the line position + depth * way enters and leaves the unit cube; enters > leaves if it misses.
+real2 depths_in_box(real3 position, real3 way) {
+    real2 inside = real2(-1e30, 1e30);
+    for (int axis = 0; axis < 3; ++axis) {
+        if (abs(way[axis]) < 1e-30) {
+            if (position[axis] < 0.0 || position[axis] > 1.0) inside = real2(1.0, -1.0);
+        } else {
+            real a = -position[axis] / way[axis];
+            real b = (1.0 - position[axis]) / way[axis];
+            inside = real2(max(inside.x, min(a, b)), min(inside.y, max(a, b)));
+        }
+    }
+    return inside;
+}
+
+// Premultiplied colour and opacity of the matter in `texel`, over `path` times the slab thickness.
+vec4 slab_color(vec4 texel, float path) {
+#if EXTINCTION
+    float path_length = path * slab_length;
+    float depth = texel.a * path_length;
+    float opacity = opacity_from_depth(depth);
+    return vec4(texel.rgb * (path_length * mean_transmittance(depth, opacity)), opacity);
+#else
+    float opacity = texel.a + opacity_offset;
+    if (path == 1.0) return vec4(texel.rgb, opacity);
+    float transmittance = (1.0 - opacity_offset) - texel.a;
+    float rescaled = opacity_from_depth(path * depth_from_opacity(opacity, transmittance));
+    return vec4(texel.rgb * (opacity > 0.0 ? rescaled / opacity : path), rescaled);
+#endif
+}
+
+void main() {
+    vec2 pixel = gl_FragCoord.xy - picture_middle;
+    real3 position = point + real(pixel.x) * point_per_column + real(pixel.y) * point_per_row;
+    real3 way = velocity;
+    float obliquity = 1.0;        // length of the ray between two planes at distance 1
+#if PERSPECTIVE
+    way += real(pixel.x) * velocity_per_column + real(pixel.y) * velocity_per_row;
+    vec2 tangent = pixel * tangent_per_pixel;
+    obliquity = sqrt(1.0 + dot(tangent, tangent));
+#endif
+
+    // A depth is a slab and a share of it, so that the share keeps float32's digits at any depth.
+    real2 inside = depths_in_box(position, way);
+    inside.x = max(inside.x, eye_depth);
+    if (inside.x >= inside.y) discard;
+    float first_slab = float(floor(inside.x));
+    float first_share = float(inside.x - floor(inside.x));
+    float last_slab = float(ceil(inside.y)) - 1.0;
+    float last_share = float(inside.y - (ceil(inside.y) - 1.0));
+
+    vec3 start = vec3(position);
+    vec3 step = vec3(way);
+    stack_color = vec4(0.0);
+    float end = min(last_slab, slab_range.y - 1.0);
+    for (float slab = max(first_slab, slab_range.x); slab <= end; slab += 1.0) {
+        float front = slab == first_slab ? first_share : 0.0;
+        float back = slab == last_slab ? last_share : 1.0;
+        float middle = slab + 0.5 * (front + back);
+        vec4 texel = texel_scale * textureLod(texels, start + middle * step, 0.0);
+        stack_color = over(stack_color, slab_color(texel, (back - front) * obliquity));
+    }
+}

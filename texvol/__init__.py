@@ -1,0 +1,62 @@
+"""texvol renders scalar volumes by 3D-texture slicing, and says how far each picture is from the integral.
+
+Names are imported when first used, so that a picture starts in a blink.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from texvol.camera import Camera
+    from texvol.comparison import Difference, compare
+    from texvol.errors import ContextError, InputError, MissingExtraError, TexvolError
+    from texvol.ray_casting import raycast
+    from texvol.readers import load
+    from texvol.render import Renderer, render
+    from texvol.scene import Scene
+    from texvol.transfer import TransferFunction
+    from texvol.volume import Volume
+
+__version__ = "0.1.0"
+
+_HOMES = {
+    "Camera": "camera",
+    "ContextError": "errors",
+    "Difference": "comparison",
+    "InputError": "errors",
+    "MissingExtraError": "errors",
+    "Renderer": "render",
+    "Scene": "scene",
+    "TexvolError": "errors",
+    "TransferFunction": "transfer",
+    "Volume": "volume",
+    "compare": "comparison",
+    "load": "readers",
+    "raycast": "ray_casting",
+    "render": "render",
+}
+
+__all__ = [
+    "Camera",
+    "ContextError",
+    "Difference",
+    "InputError",
+    "MissingExtraError",
+    "Renderer",
+    "Scene",
+    "TexvolError",
+    "TransferFunction",
+    "Volume",
+    "compare",
+    "load",
+    "raycast",
+    "render",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module 'texvol' has no attribute {name!r}")
+    return getattr(import_module(f"texvol.{_HOMES[name]}"), name)

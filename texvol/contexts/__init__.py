@@ -1,0 +1,116 @@
+"""OpenGL contexts without a screen, from EGL or OSMesa; one that cannot be had says why, and which package is missing.
+
+A context is current only inside `with context:`, on the thread that entered it; leaving restores what was current
+before. So one context may serve several threads in turn, and several contexts may be alive in one process.
+
+The system's libraries are called directly. glcontext stops at the first device that fails, and GLFW, another way to
+OSMesa, keeps one platform for the whole process, so that no window could be opened afterwards.
+"""
+
+from __future__ import annotations
+
+import threading
+import weakref
+from types import TracebackType
+from typing import Any
+
+import moderngl
+
+from texvol.contexts import native
+from texvol.contexts.egl import Egl
+from texvol.contexts.osmesa import OSMesa
+from texvol.errors import ContextError, InputError
+
+__all__ = ["BACKENDS", "Context", "open_context"]
+
+BACKENDS = ("auto", "egl", "osmesa")
+
+_LIBRARIES: tuple[type[Egl] | type[OSMesa], ...] = (Egl, OSMesa)  # in the order of "auto"
+_opening = threading.RLock()  # a finaliser may open and close contexts too
+
+
+class Context:
+    """An OpenGL context and where it comes from; current inside `with context:`, or `with context.current():`.
+
+    Attributes
+    ----------
+    gl : moderngl.Context
+        To be used while current only.
+    backend : str
+        "egl" or "osmesa".
+    renderer : str
+        GL_RENDERER.
+    """
+
+    def __init__(self, handle: native.Handle, backend: str) -> None:
+        loader: Any = handle  # moderngl's stub wants a dict; its code wants an object with these methods
+        self._handle = handle
+        self.backend = backend
+        with handle:
+            self.gl: moderngl.Context = moderngl.create_context(standalone=True, context=loader)
+            self.renderer: str = self.gl.info["GL_RENDERER"]
+        # Freed when nobody holds it any more; not at exit, where another thread may still be drawing.
+        self._release = weakref.finalize(self, self.gl.release)
+        self._release.atexit = False
+
+    def __enter__(self) -> Context:
+        self._handle.__enter__()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._handle.__exit__()
+
+    def current(self) -> Context:
+        """Return itself: `with context.current():` reads better where the context is not released at the end."""
+        return self
+
+    def release(self) -> None:
+        """Free the context and every OpenGL object in it; once is enough, and a second time does nothing."""
+        self._release()
+
+
+def open_context(backend: str = "auto") -> Context:
+    """Return a new OpenGL context that needs no screen; it is not current yet.
+
+    Parameters
+    ----------
+    backend : str
+        "egl", "osmesa", or "auto": the first of them that works.
+
+    Raises
+    ------
+    ContextError
+        No context; one line with each back end's reason and the packages that it needs.
+    InputError
+        No such back end.
+    """
+    if backend not in BACKENDS:
+        raise InputError(f"backend is {backend!r}; wanted one of {', '.join(BACKENDS)}")
+    reasons = []
+    with _opening:
+        for library in _LIBRARIES:
+            if backend in ("auto", library.backend):
+                try:
+                    return _open(library)
+                except ContextError as reason:
+                    reasons.append(f"{library.backend}: {reason} (packages: {library.packages})")
+    raise ContextError(f"no OpenGL {native.VERSION_NAME} context; {' | '.join(reasons)}")
+
+
+def _open(library: type[Egl] | type[OSMesa]) -> Context:
+    """Return a context on the first display of the library that has one; raise the reasons of all others."""
+    if library.backend not in native.loaded:
+        native.loaded[library.backend] = library()
+    reasons = []
+    try:
+        for handle, display in native.loaded[library.backend].handles():
+            try:
+                return Context(handle, library.backend)
+            except Exception as error:  # moderngl raises nothing narrower
+                handle.release()
+                reasons.append(f"{display}: {error}")
+    except ContextError as reason:
+        reasons.append(str(reason))
+    raise ContextError(", ".join(reasons))

@@ -1,0 +1,85 @@
+"""Contexts from OSMesa, Mesa's software driver drawing into memory; it left Mesa in 25.1."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from ctypes import byref, c_char_p, c_int, c_ubyte, c_void_p, create_string_buffer
+from typing import Any
+
+from texvol.contexts.native import OPENGL_VERSION, VERSION_NAME, Handle, Library, Restore, integers, open_library
+from texvol.errors import ContextError
+
+LIBRARIES = "libOSMesa.so.8", "libOSMesa.so.6"  # the plain .so name belongs to the development package
+
+# Values of GL/osmesa.h and GL/gl.h.
+OSMESA_FORMAT, OSMESA_RGBA, OSMESA_TYPE, GL_UNSIGNED_BYTE = 0x22, 0x1908, 0x23, 0x1401
+OSMESA_PROFILE, OSMESA_CORE_PROFILE = 0x33, 0x34
+OSMESA_CONTEXT_MAJOR_VERSION, OSMESA_CONTEXT_MINOR_VERSION = 0x36, 0x37
+
+SIGNATURES: dict[str, tuple[Any, ...]] = {  # result, arguments
+    "OSMesaCreateContextAttribs": (c_void_p, c_void_p, c_void_p),
+    "OSMesaDestroyContext": (None, c_void_p),
+    "OSMesaMakeCurrent": (c_ubyte, c_void_p, c_void_p, c_int, c_int, c_int),
+    "OSMesaGetCurrentContext": (c_void_p,),
+    "OSMesaGetColorBuffer": (c_ubyte, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p),
+    "OSMesaGetIntegerv": (None, c_int, c_void_p),
+    "OSMesaGetProcAddress": (c_void_p, c_char_p),
+}
+
+
+class OSMesa(Library):
+    """libOSMesa."""
+
+    backend = "osmesa"
+    packages = "Debian, Ubuntu: libosmesa6; Fedora: mesa-libOSMesa"
+
+    def __init__(self) -> None:
+        self.functions = open_library(LIBRARIES, SIGNATURES)
+        self._process = os.getpid()
+
+    def handles(self) -> Iterator[tuple[Handle, str]]:
+        if self._process != os.getpid():  # its threads stayed behind
+            raise ContextError("it belongs to the process that this one was forked from")
+        yield OSMesaHandle(self), "memory"
+
+    def leave_current(self) -> Restore:
+        functions = self.functions
+        context = functions.OSMesaGetCurrentContext()
+        if not context:
+            return lambda: None
+        width, height, pixel_format, pixel_type, memory = c_int(), c_int(), c_int(), c_int(), c_void_p()
+        functions.OSMesaGetColorBuffer(context, byref(width), byref(height), byref(pixel_format), byref(memory))
+        functions.OSMesaGetIntegerv(OSMESA_TYPE, byref(pixel_type))
+        functions.OSMesaMakeCurrent(None, None, 0, 0, 0)
+        return lambda: self.make_current(context, memory, pixel_type.value, width.value, height.value)
+
+    def make_current(self, context: int, memory: Any, pixel_type: int, width: int, height: int) -> None:
+        """Make the context and the memory that it draws to current on this thread."""
+        if not self.functions.OSMesaMakeCurrent(context, memory, pixel_type, width, height):
+            raise ContextError("OSMesaMakeCurrent failed")
+
+
+class OSMesaHandle(Handle):
+    """An OSMesa context with one pixel of memory, since it insists on some; drawing goes to textures."""
+
+    def __init__(self, osmesa: OSMesa) -> None:
+        super().__init__()
+        self._osmesa = osmesa
+        self._pixel = create_string_buffer(4)
+        attributes = integers(
+            OSMESA_FORMAT, OSMESA_RGBA, OSMESA_PROFILE, OSMESA_CORE_PROFILE,
+            OSMESA_CONTEXT_MAJOR_VERSION, OPENGL_VERSION[0], OSMESA_CONTEXT_MINOR_VERSION, OPENGL_VERSION[1], 0,
+        )  # fmt: skip
+        self._context = osmesa.functions.OSMesaCreateContextAttribs(attributes, None)
+        if not self._context:
+            raise ContextError(f"OSMesaCreateContextAttribs gives no OpenGL {VERSION_NAME}")
+
+    def bind(self) -> None:
+        self._osmesa.make_current(self._context, self._pixel, GL_UNSIGNED_BYTE, 1, 1)
+
+    def destroy(self) -> None:
+        self._osmesa.functions.OSMesaDestroyContext(self._context)
+
+    def load_opengl_function(self, name: str) -> int:
+        return self._osmesa.functions.OSMesaGetProcAddress(name.encode()) or 0

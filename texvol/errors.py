@@ -1,0 +1,22 @@
+"""What can go wrong outside the program, each with one line that a user can act on."""
+
+
+class TexvolError(Exception):
+    """Base of every error that texvol raises on purpose; the command line prints it as one line."""
+
+
+class InputError(TexvolError, ValueError):
+    """A file, an option or an argument is not what was wanted; the message names both."""
+
+
+class ContextError(TexvolError, RuntimeError):
+    """No OpenGL context could be made; the message holds each back end's reason."""
+
+
+class MissingExtraError(TexvolError, ImportError):
+    """A library that is installed only on demand is missing; the message names the extra."""
+
+
+def missing_extra(library: str, extra: str, purpose: str) -> MissingExtraError:
+    """Error that says which extra to install, for `raise missing_extra(…) from error`."""
+    return MissingExtraError(f"{purpose} needs {library}, which is not installed: pip install 'texvol[{extra}]'")

@@ -1,0 +1,156 @@
+"""Pictures in and out, through OpenImageIO.
+
+In the program a picture is (height, width, 4) float, premultiplied, linear, top row first. EXR files hold just that,
+as float32, with facts about the scene as attributes. PNG and JPEG hold it over its background, as sRGB in 8 bits;
+a PNG without a background keeps its opacity and holds straight colour.
+"""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.errors import InputError
+
+FORMATS = (".exr", ".png", ".jpg", ".jpeg")
+
+
+def check_writable(path: str | os.PathLike[str]) -> None:
+    """Raise InputError if a picture can't be written to `path`: asked before the work of making one."""
+    path = Path(path)
+    if path.suffix.lower() not in FORMATS:
+        raise InputError(f"{path}: a picture's name ends with one of {', '.join(FORMATS)}")
+    if path.is_dir():
+        raise InputError(f"{path}: is a folder, and a picture is a file")
+    folder = path.parent
+    if not folder.is_dir():
+        raise InputError(f"{path}: its folder {folder} does not exist")
+    if not os.access(folder, os.W_OK):
+        raise InputError(f"{path}: its folder {folder} cannot be written to")
+
+
+def write(
+    path: str | os.PathLike[str],
+    picture: NDArray,
+    attributes: Mapping[str, str] | None = None,
+    *,
+    transparent: bool = False,
+) -> None:
+    """Write a picture beside `path`, then give it its name, so that no reader sees half of it.
+
+    Parameters
+    ----------
+    picture : array of shape (height, width, 4)
+        Premultiplied, linear, top row first, background included.
+    attributes : mapping
+        Text to keep in the file's header.
+    transparent : bool
+        Whether a PNG keeps the opacity; EXR always does, JPEG never.
+
+    Raises
+    ------
+    InputError
+        If the file can't be written, a full disk included.
+    """
+    check_writable(path)
+    path = Path(path)
+    kind = path.suffix.lower()
+    pixels = np.ascontiguousarray(picture, np.float32) if kind == ".exr" else eight_bits(picture, transparent and kind == ".png")
+    handle, beside = tempfile.mkstemp(prefix=f".{path.stem}.", suffix=kind, dir=path.parent)
+    os.close(handle)
+    try:
+        _write_pixels(beside, pixels, attributes or {})
+        os.chmod(beside, 0o666 & ~_umask())
+        os.replace(beside, path)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written: {error.strerror or error}") from error
+    except _WriteError as error:
+        raise InputError(f"{path}: cannot be written: {error}") from error
+    finally:
+        if os.path.exists(beside):
+            os.unlink(beside)
+
+
+def read(path: str | os.PathLike[str]) -> NDArray[np.float32]:
+    """Pixels as they stand in the file, (height, width, channels) float32; 8 bits are mapped to [0, 1], not linearised."""
+    import OpenImageIO as oiio
+
+    source = oiio.ImageInput.open(os.fspath(path))
+    if source is None:
+        raise InputError(f"{path}: cannot be read: {_one_line(oiio.geterror())}")
+    pixels = source.read_image(oiio.FLOAT)
+    reason = source.geterror()
+    source.close()
+    if pixels is None:
+        raise InputError(f"{path}: cannot be read: {_one_line(reason)}")
+    return np.asarray(pixels)
+
+
+def eight_bits(picture: NDArray, transparent: bool = False) -> NDArray[np.uint8]:
+    """sRGB of a linear premultiplied picture, (height, width, 3), or 4 channels with straight colour if transparent."""
+    color = np.asarray(picture[..., :3])
+    if transparent:
+        opacity = np.clip(picture[..., 3:], 0, 1)
+        color = np.divide(color, opacity, out=np.zeros_like(color), where=opacity > 0)
+        encoded = np.concatenate([srgb_from_linear(color), opacity], axis=2)
+    else:
+        encoded = srgb_from_linear(color)
+    return np.rint(encoded * 255).astype(np.uint8)
+
+
+def srgb_from_linear(linear: NDArray) -> NDArray:
+    """sRGB encoding (IEC 61966-2-1) of linear light, clipped to [0, 1]."""
+    linear = np.clip(np.nan_to_num(linear), 0, 1)
+    return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
+
+
+def linear_from_srgb(encoded: NDArray) -> NDArray:
+    """Linear light of sRGB values in [0, 1] (IEC 61966-2-1)."""
+    return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
+
+
+class _WriteError(Exception):
+    pass
+
+
+def _write_pixels(path: str, pixels: NDArray, attributes: Mapping[str, str]) -> None:
+    import OpenImageIO as oiio
+
+    height, width, channels = pixels.shape
+    spec = oiio.ImageSpec(width, height, channels, oiio.FLOAT if pixels.dtype == np.float32 else oiio.UINT8)
+    for name, text in attributes.items():
+        spec.attribute(name, text)
+    if pixels.dtype == np.uint8:
+        spec.attribute("oiio:ColorSpace", "srgb_rec709_scene")
+        spec.attribute("oiio:UnassociatedAlpha", 1)  # the pixels are straight already
+        spec.attribute("Compression", "jpeg:95" if path.endswith(("jpg", "jpeg")) else "zip")
+    else:
+        spec.attribute("oiio:ColorSpace", "lin_rec709_scene")
+        spec.attribute("Compression", "zip")
+    output = oiio.ImageOutput.create(path)
+    if output is None:
+        raise _WriteError(_one_line(oiio.geterror()))
+    if not (output.open(path, spec) and output.write_image(pixels) and output.close()):
+        raise _WriteError(_one_line(output.geterror()))
+    # Not every writer notices a full disk: what can't be read back was not written.
+    try:
+        complete = read(path).shape == pixels.shape
+    except InputError:
+        complete = False
+    if not complete:
+        raise _WriteError("the file came out incomplete; is the disk full?")
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask
+
+
+def _one_line(text: str) -> str:
+    return " ".join(text.split()) or "no reason given"

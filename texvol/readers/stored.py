@@ -1,0 +1,171 @@
+"""Samples that lie in a file as they are, or compressed as a whole: read no more of them than the header says.
+
+The bound is the point. A header is believed only as far as the file and the machine's memory bear it out, and a
+compressed stream is followed to one byte beyond what is wanted, whatever it would unpack to.
+"""
+
+from __future__ import annotations
+
+import bz2
+import os
+import zlib
+from collections.abc import Iterator, Sequence
+from typing import IO, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.readers.samples import FileFault, check_size, in_bytes, real_type
+
+_BLOCK = 2**20  # bytes read, and unpacked, at a time
+_LEADING = 2**26  # bytes that may precede the samples in a stream whose samples come last
+
+# Deflate packs at best 258 bytes into two bits: 1032 to 1 (RFC 1951). Bzip2 has no such bound worth using.
+_BEST_DEFLATE = 1032
+
+
+def read_stored(
+    path: str,
+    dtype: np.dtype,
+    sizes: Sequence[int],
+    *,
+    encoding: str = "raw",
+    offset: int = 0,
+    lines: int = 0,
+    skip: int = 0,
+    what: str = "the file",
+) -> NDArray:
+    """Samples from a file.
+
+    Parameters
+    ----------
+    path : str
+        The file that holds them.
+    dtype : dtype
+        Real, at most 64 bits, in the file's byte order.
+    sizes : sequence of int
+        Shape of the result, slowest axis first; with the type it says how many bytes there must be.
+    encoding : "raw", "deflate" (zlib or gzip) or "bzip2"
+    offset, lines, skip : int
+        Where they begin: after `offset` bytes and `lines` lines of the file, and `skip` bytes of what is unpacked from
+        there on; skip -1 stands for as many as it takes for the samples to be the last ones.
+    what : str
+        What a message calls the file.
+
+    Returns
+    -------
+    array of shape `sizes`
+
+    Raises
+    ------
+    FileFault
+        If there are fewer or more bytes than the samples need, they can't be unpacked, or don't fit into memory.
+    """
+    real_type(dtype)
+    needed = check_size(sizes, dtype.itemsize)
+    with open(path, "rb") as file:
+        file.seek(offset)
+        for _ in range(lines):
+            while (piece := file.readline(_BLOCK)) and not piece.endswith(b"\n"):
+                pass
+        begin = file.tell()
+        if encoding == "raw":
+            return _read_plain(file, begin, dtype, sizes, needed, skip, what)
+        packed = os.fstat(file.fileno()).st_size - begin
+        if encoding == "deflate" and needed > packed * _BEST_DEFLATE:
+            raise FileFault(f"{what} holds {packed} compressed bytes; the header's dimensions need {in_bytes(needed)}")
+        if skip < 0:
+            total = sum(len(block) for block in _bounded(unpacked(file, encoding), needed + _LEADING, what))
+            if total < needed:
+                raise _wrong_size(what, total, needed)
+            skip = total - needed
+            file.seek(begin)
+        return _read_packed(unpacked(file, encoding), dtype, sizes, needed, skip, what)
+
+
+def _read_plain(
+    file: IO[bytes], begin: int, dtype: np.dtype, sizes: Sequence[int], needed: int, skip: int, what: str
+) -> NDArray:
+    held = os.fstat(file.fileno()).st_size - begin
+    skip = held - needed if skip < 0 else skip
+    if skip < 0 or held - skip != needed:
+        raise _wrong_size(what, max(held - max(skip, 0), 0), needed)
+    file.seek(begin + skip)
+    values = np.fromfile(file, dtype, needed // dtype.itemsize)
+    if values.nbytes != needed:
+        raise _wrong_size(what, values.nbytes, needed)
+    return values.reshape(sizes)
+
+
+def _read_packed(
+    blocks: Iterator[bytes], dtype: np.dtype, sizes: Sequence[int], needed: int, skip: int, what: str
+) -> NDArray:
+    values = np.empty(tuple(sizes), dtype)
+    target = memoryview(values.reshape(-1).view(np.uint8))
+    seen = 0  # bytes unpacked so far, the skipped ones included
+    for block in blocks:
+        first = max(skip - seen, 0)
+        at = max(seen - skip, 0)
+        seen += len(block)
+        if seen - skip > needed:
+            raise _wrong_size(what, None, needed)
+        target[at : at + max(len(block) - first, 0)] = block[first:]
+    if seen - skip != needed:
+        raise _wrong_size(what, max(seen - skip, 0), needed)
+    return values
+
+
+def _wrong_size(what: str, held: int | None, needed: int) -> FileFault:
+    held_text = f"more than {needed}" if held is None else f"{held}"
+    return FileFault(f"{what} holds {held_text} bytes of samples, and the header's dimensions and type need {needed}")
+
+
+def unpacked(file: IO[bytes], encoding: str) -> Iterator[bytes]:
+    """What a compressed stream unpacks to, in blocks of bounded size; checksums are held at its end.
+
+    Streams that follow one another count as one; what follows them and is none (padding) is left alone.
+    """
+    make = bz2.BZ2Decompressor if encoding == "bzip2" else lambda: zlib.decompressobj(zlib.MAX_WBITS | 32)
+    magic = b"BZh" if encoding == "bzip2" else b"\x1f\x8b"
+    pending = file.read(_BLOCK)
+    while True:
+        stream: Any = make()
+        while not stream.eof:
+            block = stream.decompress(pending, _BLOCK)
+            if block:
+                yield block
+            pending = getattr(stream, "unconsumed_tail", b"")
+            hungry = getattr(stream, "needs_input", not pending)
+            if not stream.eof and hungry and not pending:
+                pending = file.read(_BLOCK)
+                if not pending and not block:
+                    raise FileFault("is truncated: its compressed data end in the middle")
+        pending = stream.unused_data or file.read(_BLOCK)
+        if len(pending) < len(magic):
+            pending += file.read(_BLOCK)
+        if not pending.startswith(magic):
+            return
+
+
+def _bounded(blocks: Iterator[bytes], limit: int, what: str) -> Iterator[bytes]:
+    seen = 0
+    for block in blocks:
+        seen += len(block)
+        if seen > limit:
+            raise FileFault(f"{what} unpacks to more than {in_bytes(limit)}, and the header's dimensions need less")
+        yield block
+
+
+def data_file(header_path: str, name: str) -> str:
+    """Path of the data file that a detached header names, which must lie in the header's folder or below."""
+    folder = os.path.realpath(os.path.dirname(header_path) or ".")
+    if os.path.isabs(name):
+        raise FileFault(f"its data file {name} has an absolute path, and must lie in the header's folder")
+    path = os.path.realpath(os.path.join(folder, name))
+    if os.path.commonpath([folder, path]) != folder:
+        raise FileFault(f"its data file {name} lies outside the header's folder")
+    if not os.path.exists(path):
+        raise FileFault(f"its data file {name} does not exist")
+    if not os.path.isfile(path):
+        raise FileFault(f"its data file {name} is not a regular file")
+    return path

@@ -1,0 +1,143 @@
+"""Programs from the files in shaders/, in which every name counts: a missing one is an error, with file and line.
+
+A file may `#include "other.glsl"`, once each however often it is asked for. Switches are defined right after its
+`#version` line.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import moderngl
+
+_PACKAGE = Path(__file__).resolve().parent
+# An installed wheel has the files inside the package, a checkout beside it.
+FOLDER = next((path for path in (_PACKAGE / "shaders", _PACKAGE.parent / "shaders") if path.is_dir()), _PACKAGE)
+
+_INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"\s*$')
+_COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.DOTALL)
+_CONDITION = re.compile(r"^\s*#\s*(?:if|elif|ifdef|ifndef)\b(.*)$", re.MULTILINE)
+_DEFINITION = re.compile(r"^\s*#\s*define\s+(\w+)", re.MULTILINE)
+# Where a message points to: Mesa writes 0:12(3):, NVIDIA 0(12) :, others ERROR: 0:12:.
+_PLACE = re.compile(r"^(?:ERROR: )?(\d+)(?::(\d+)(?:\(\d+\))?|\((\d+)\)) ?: ?", re.MULTILINE)
+
+
+class ShaderError(RuntimeError):
+    """A shader file, or the Python that uses it, is wrong; the message names the file and line where there is one."""
+
+
+def load_program(
+    gl: moderngl.Context,
+    name: str,
+    *,
+    defines: Mapping[str, int] = MappingProxyType({}),
+    vertex: str | None = None,
+    fragment: str | None = None,
+    folder: Path = FOLDER,
+) -> moderngl.Program:
+    """Return the program made of `name`.vert and `name`.frag, which the caller releases.
+
+    Parameters
+    ----------
+    gl : moderngl.Context
+        Current.
+    defines : mapping
+        Switch and value; the two files together name exactly these.
+    vertex, fragment : str, optional
+        Other files than `name`.vert and `name`.frag.
+
+    Raises
+    ------
+    ShaderError
+        A file is missing, a switch is unknown or has no value, or the driver refuses the source.
+    """
+    names = vertex or f"{name}.vert", fragment or f"{name}.frag"
+    files: list[str] = []  # its index is the file's number in #line and in the driver's messages
+    sources = [_source(folder, file, defines, files) for file in names]
+    _check_switches(sources, defines, " and ".join(names))
+    try:
+        return gl.program(vertex_shader=sources[0], fragment_shader=sources[1])
+    except moderngl.Error as error:
+        raise ShaderError(f"{' and '.join(names)}: {_with_files(str(error), files)}") from None
+
+
+def set_uniforms(program: moderngl.Program, values: Mapping[str, Any]) -> None:
+    """Set uniforms by name.
+
+    Raises
+    ------
+    ShaderError
+        The program has no such uniform: it is misspelled, or nothing uses it and the linker dropped it.
+    """
+    active = [name for name in program if isinstance(program[name], moderngl.Uniform)]
+    dropped = [name for name in values if name not in active]
+    if dropped:
+        raise ShaderError(f"the program has no uniform {', '.join(dropped)}; it has {', '.join(active) or 'none'}")
+    for name, value in values.items():
+        try:
+            program[name] = value
+        except Exception as error:  # moderngl lets struct.error, TypeError and its own Error through
+            raise ShaderError(f"uniform {name} cannot be {value!r}: {error}") from error
+
+
+def _source(folder: Path, file: str, defines: Mapping[str, int], files: list[str]) -> str:
+    """Text of one stage: includes in their places, switches after the #version line."""
+    lines = list(_lines(folder, file, files, set()))
+    version = next((i for i, line in enumerate(lines) if line.lstrip().startswith("#version")), None)
+    if version is None:
+        raise ShaderError(f"{file} has no #version line")
+    switches = [f"#define {switch} {value}" for switch, value in defines.items()]
+    # Only comments may stand before #version, so the file's number is given after it.
+    lines[version + 1 : version + 1] = [*switches, f"#line {version + 2} {files.index(file)}"]
+    return "\n".join(lines) + "\n"
+
+
+def _lines(folder: Path, file: str, files: list[str], seen: set[str]) -> Iterator[str]:
+    """Yield the lines of a file and of what it includes, with a #line wherever the file changes."""
+    try:
+        text = (folder / file).read_text(encoding="utf-8")
+    except OSError as error:
+        raise ShaderError(f"shader file {folder / file} cannot be read: {error.strerror}") from None
+    seen.add(file)
+    if file not in files:
+        files.append(file)
+    for number, line in enumerate(text.splitlines(), start=1):
+        include = _INCLUDE.match(line)
+        if not include:
+            yield line
+            continue
+        if include[1] not in seen:
+            if not (folder / include[1]).is_file():
+                raise ShaderError(f"{file}:{number}: {include[1]} is not in {folder}")
+            yield f"#line 1 {files.index(include[1]) if include[1] in files else len(files)}"
+            yield from _lines(folder, include[1], files, seen)
+        yield f"#line {number + 1} {files.index(file)}"
+
+
+def _check_switches(sources: list[str], defines: Mapping[str, int], files: str) -> None:
+    """Raise unless the sources use every switch, and every name in their conditions has a value."""
+    # The preprocessor takes a name that it does not know as 0, so a misspelled switch would be off without a word.
+    code = "\n".join(_COMMENT.sub("", source) for source in sources)
+    words = re.findall(r"\w+", code)
+    unused = [switch for switch in defines if words.count(switch) <= len(sources)]  # once each in its #define
+    if unused:
+        raise ShaderError(f"{files} have no switch {', '.join(unused)}")
+    known = {"defined", *_DEFINITION.findall(code)}
+    asked = re.findall(r"\b[A-Za-z_]\w*", " ".join(_CONDITION.findall(code)))
+    unknown = sorted({word for word in asked if word not in known and not word.startswith(("GL_", "__"))})
+    if unknown:
+        raise ShaderError(f"{files} need a value for {', '.join(unknown)}")
+
+
+def _with_files(message: str, files: list[str]) -> str:
+    """The driver's message with the names of files in place of their numbers."""
+
+    def place(match: re.Match[str]) -> str:
+        number = int(match[1])
+        return f"{files[number]}:{match[2] or match[3]}: " if number < len(files) else match[0]
+
+    return _PLACE.sub(place, message)

@@ -1,0 +1,194 @@
+"""The precomputation: volume, transfer function and slab thickness in, premultiplied texels of a 3D texture out.
+
+What a texel holds depends on the classification:
+
+    slab         colour and opacity of one whole slab, C = q L φ(τL) and A = 1 - e^-τL     (Wilson et al. 1994)
+    extinction   emission and extinction, q and τ, exponentiated after the fetch
+
+Both are premultiplied, so that interpolation mixes matter and not names of colours (Wittenbrink et al. 1998). Texels
+are stored relative to a scale, the largest of the volume: a medium of extinction 1e-12 keeps its digits in half
+precision, and 8 bits are spent on what is there. Lengths are counted in the volume's smallest spacing, so that a
+world of 1e-9 or 1e9 gives the same texels.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Literal, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol import optics
+from texvol.errors import InputError
+from texvol.scene import Classification
+from texvol.transfer import TransferFunction
+from texvol.volume import Volume
+
+TexelFormat = Literal["rgba8", "rgba16f", "rgba32f"]
+TEXEL_FORMATS: tuple[str, ...] = get_args(TexelFormat)
+TEXEL_TYPES = {"rgba8": np.dtype(np.uint8), "rgba16f": np.dtype(np.float16), "rgba32f": np.dtype(np.float32)}
+# What stands for an infinite extinction, per smallest spacing. In float32, interpolated with a weight of 1e-6 it is
+# still opaque over a millionth of a voxel, and its square is finite. The others have no room for that beside the
+# finite extinctions, which share their range: opaque over a thousandth of a voxel, and over a third.
+_OPAQUE_EXTINCTION = {"rgba8": 32.0, "rgba16f": 1e4, "rgba32f": 1e16}
+_DENSE = 0.9  # opacity of a slab from which 1 - A is stored: A leaves it 4 bits less than all
+_CHUNK = 1 << 15  # samples classified at once: their float64 temporaries stay in the cache
+
+Classifier = Callable[[NDArray], NDArray[np.float64]]  # values (n,) → texels (n, 4), unscaled
+
+
+@dataclass(frozen=True)
+class SlabTexture:
+    """Texels of shape (nz, ny, nx, 4), what to multiply them with, and what they mean.
+
+    `slab_thickness` (world units) is what the texels of `slab` stand for; `length_unit` (world units) is what
+    extinction and emission are counted per. `opacity_offset` is what opacities are stored less: 1 in dense matter,
+    where float32 has no digits left for 1 - A beside A, from which a slab that the box cuts short is rescaled.
+    """
+
+    texels: NDArray
+    scale: NDArray[np.float64]
+    classification: Classification
+    slab_thickness: float
+    length_unit: float
+    opacity_offset: float = 0.0
+
+    @property
+    def texel_format(self) -> str:
+        """Name of the texel format."""
+        return next(name for name, dtype in TEXEL_TYPES.items() if dtype == self.texels.dtype)
+
+    def without_texels(self) -> SlabTexture:
+        """The same, its texels let go: what a drawing needs to know once they are on the device."""
+        return replace(self, texels=np.empty((0, 0, 0, 4), self.texels.dtype))
+
+
+def bake(
+    volume: Volume,
+    transfer_function: TransferFunction,
+    classification: Classification,
+    slab_thickness: float,
+    texel_format: str = "rgba32f",
+) -> SlabTexture:
+    """The 3D texture of a volume; `slab_thickness` is in world units."""
+    if classification not in ("slab", "extinction"):
+        raise InputError(f"classification {classification!r} has no texture yet; slab and extinction have")
+    length_unit = volume.smallest_spacing
+    classifier = texel_classifier(
+        transfer_function, classification, slab_thickness, length_unit, _OPAQUE_EXTINCTION[texel_format]
+    )
+    largest = _largest_texel(volume, transfer_function, classifier)
+    dtype = TEXEL_TYPES[texel_format]
+    scale = _texel_scale(largest, dtype)
+    offset = 0.0
+    if classification == "slab" and dtype == np.float32 and largest[3] > _DENSE:
+        offset = scale[3] = 1.0
+        classifier = partial(_with_transmittance, transfer_function, slab_thickness)
+    texels = _classified(volume.values, partial(_encoded, classifier, scale, dtype), dtype)
+    return SlabTexture(texels, scale, classification, slab_thickness, length_unit, offset)
+
+
+def texel_classifier(
+    transfer_function: TransferFunction,
+    classification: Classification,
+    slab_thickness: float,
+    length_unit: float,
+    opaque_extinction: float,
+) -> Classifier:
+    """Function that takes values (n,) to texels (n, 4): emission or colour, and extinction or opacity."""
+
+    def slab(values: NDArray) -> NDArray[np.float64]:
+        emission, extinction = transfer_function.classify(values)
+        color, opacity = optics.slab_integral(emission, extinction, slab_thickness)
+        return np.concatenate([color, opacity[:, np.newaxis]], axis=1)
+
+    def extinction(values: NDArray) -> NDArray[np.float64]:
+        emission, extinction = transfer_function.classify(values)
+        depth = np.where(np.isinf(extinction), opaque_extinction, extinction * length_unit)[:, np.newaxis]
+        # Where matter is opaque `emission` is the colour that shows, and q = cτ.
+        glow = np.where(np.isinf(extinction)[:, np.newaxis], emission * depth, emission * length_unit)
+        return np.concatenate([glow, depth], axis=1)
+
+    return slab if classification == "slab" else extinction
+
+
+def _with_transmittance(
+    transfer_function: TransferFunction, slab_thickness: float, values: NDArray
+) -> NDArray[np.float64]:
+    """Texels of `slab` with the opacity stored less 1: minus the transmittance, with all its digits."""
+    emission, extinction = transfer_function.classify(values)
+    color, _ = optics.slab_integral(emission, extinction, slab_thickness)
+    return np.concatenate([color, -np.exp(-extinction * slab_thickness)[:, np.newaxis]], axis=1)
+
+
+def _largest_texel(
+    volume: Volume, transfer_function: TransferFunction, classifier: Classifier
+) -> NDArray[np.float64]:
+    """Largest texel that the volume's range of values can give, shape (4,), from its ends and the points in it.
+
+    Between two points colour may fall while extinction rises, and their product peak on the way: it is a parabola,
+    which 32 places between the points find to (1/64)² of the product of the two steps.
+    """
+    values = transfer_function.values
+    low, high = volume.finite_range or (values[0], values[-1])
+    within = values[(values >= low) & (values <= high)]
+    ends = np.unique(np.concatenate([[low, high], within, np.nextafter(within, -np.inf)]))
+    shares = np.linspace(0, 1, 33)[:, np.newaxis]
+    places = (ends[:-1] * (1 - shares) + ends[1:] * shares).reshape(-1) if ends.size > 1 else ends
+    return classifier(places).max(axis=0)
+
+
+def _texel_scale(largest: NDArray[np.float64], dtype: np.dtype) -> NDArray[np.float64]:
+    """What texels are stored relative to, shape (4,). Colour shares one scale: grey stays grey in 8 bits."""
+    scale = np.array([largest[:3].max() or 1.0] * 3 + [largest[3] or 1.0])
+    if dtype.kind == "f":
+        # Floats need no range of their own: a power of two leaves every digit as it is.
+        scale = np.exp2(np.ceil(np.log2(scale)))
+    return scale
+
+
+def _encoded(classifier: Classifier, scale: NDArray[np.float64], dtype: np.dtype, values: NDArray) -> NDArray:
+    """Texels (n, 4) of `dtype` for values (n,)."""
+    texels = classifier(values) / scale
+    if dtype == np.uint8:
+        return np.rint(np.clip(texels, 0, 1) * 255).astype(dtype)
+    return texels.astype(dtype)
+
+
+def _classified(values: NDArray, encode: Callable[[NDArray], NDArray], dtype: np.dtype) -> NDArray:
+    """`encode` of every sample, shape (nz, ny, nx, 4): by table for small integers, in threads for the rest."""
+    flat = values.reshape(-1)
+    texels = np.empty((flat.size, 4), dtype)
+    if values.dtype.kind in "iu" and values.dtype.itemsize <= 2 and flat.size > 1 << 12:
+        work = partial(_look_up, flat, texels, *_table(values, encode))
+    else:
+        work = partial(_compute, flat, texels, encode)
+    starts = range(0, flat.size, _CHUNK)
+    if len(starts) == 1:
+        work(0)
+    else:
+        with ThreadPoolExecutor() as pool:
+            for _ in pool.map(work, starts):
+                pass
+    return texels.reshape(*values.shape, 4)
+
+
+def _table(values: NDArray, encode: Callable[[NDArray], NDArray]) -> tuple[NDArray, int]:
+    """Texels of every integer from the smallest to the largest value, and the smallest."""
+    low, high = int(values.min()), int(values.max())
+    return encode(np.arange(low, high + 1)), low
+
+
+def _look_up(values: NDArray, texels: NDArray, table: NDArray, low: int, start: int) -> None:
+    # A texel is moved as one item of 4, 8 or 16 bytes: four times faster than as four numbers.
+    item = np.dtype((np.void, 4 * table.itemsize))
+    index = values[start : start + _CHUNK].astype(np.intp) - low
+    np.take(table.view(item)[:, 0], index, out=texels[start : start + _CHUNK].view(item)[:, 0])
+
+
+def _compute(values: NDArray, texels: NDArray, encode: Callable[[NDArray], NDArray], start: int) -> None:
+    texels[start : start + _CHUNK] = encode(values[start : start + _CHUNK])

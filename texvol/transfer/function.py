@@ -1,0 +1,127 @@
+"""A transfer function takes a value to straight linear colour and extinction per world unit, piecewise linearly.
+
+Between control points both are linear in the value; outside they are those of the nearest point; two points at one
+value make a step, whose right side holds at the value itself. Two things may glow:
+
+- *associated* (default): the emission per world unit is colour times extinction; matter shows its own colour.
+- *emissive*: the emission is a number of its own, and matter may glow without absorbing (Wilson et al. 1994).
+
+An extinction may be infinite (opacity 1 per unit length): such matter is opaque at any thickness, and so is every
+value strictly between its point and the next.
+"""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from texvol.errors import InputError
+from texvol.volume import Volume
+
+
+class Classified(NamedTuple):
+    """What the transfer function says of some values."""
+
+    emission: NDArray[np.float64]  # q, per world unit, shape (…, 3); where extinction is infinite: what shows of it
+    extinction: NDArray[np.float64]  # τ, per world unit, shape (…)
+
+
+@dataclass(frozen=True, eq=False)
+class TransferFunction:
+    """Control points (value, colour or emission, extinction), in data and world units.
+
+    Parameters
+    ----------
+    values : array of shape (n,)
+        Never descending; equal neighbours make a step.
+    colors : array of shape (n, 3)
+        Linear and straight. Associated: in [0, 1]. Emissive: emission per world unit, not negative.
+    extinctions : array of shape (n,)
+        Per world unit; from 0 to infinity.
+    emissive : bool
+        Whether `colors` is an emission of its own.
+
+    Raises
+    ------
+    InputError
+        If the points are none, unsorted, not finite, negative or out of range.
+    """
+
+    values: NDArray[np.float64]
+    colors: NDArray[np.float64]
+    extinctions: NDArray[np.float64]
+    emissive: bool = False
+    name: str = "transfer function"
+
+    def __post_init__(self) -> None:
+        for field in ("values", "colors", "extinctions"):
+            object.__setattr__(self, field, np.array(getattr(self, field), dtype=np.float64))
+        count = self.values.shape[0] if self.values.ndim == 1 else 0
+        if count == 0:
+            raise InputError(f"{self.name}: a transfer function has at least one point")
+        if self.colors.shape != (count, 3) or self.extinctions.shape != (count,):
+            raise InputError(
+                f"{self.name}: {count} values need colors of shape ({count}, 3) and {count} extinctions, "
+                f"and have {self.colors.shape} and {self.extinctions.shape}"
+            )
+        self._check_numbers()
+
+    def _check_numbers(self) -> None:
+        if not np.isfinite(self.values).all():
+            raise InputError(f"{self.name}: values must be finite")
+        if (np.diff(self.values) < 0).any():
+            first = int(np.argmax(np.diff(self.values) < 0))
+            raise InputError(
+                f"{self.name}: values must ascend, and {self.values[first + 1]:g} follows {self.values[first]:g}"
+            )
+        if not (self.extinctions >= 0).all():  # NaN fails this too
+            raise InputError(f"{self.name}: extinction must not be negative or NaN")
+        if not np.isfinite(self.colors).all() or (self.colors < 0).any():
+            raise InputError(f"{self.name}: colours must be finite and not negative")
+        if not self.emissive and (self.colors > 1).any():
+            raise InputError(f"{self.name}: colours lie in [0, 1], and {self.colors.max():g} is among them")
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str], volume: Volume | None = None) -> TransferFunction:
+        """The transfer function in a JSON file, see `texvol.transfer.files.load`."""
+        from texvol.transfer.files import load
+
+        return load(path, volume)
+
+    def as_json(self) -> dict[str, Any]:
+        """The points as a transfer-function file holds them; infinite extinction as opacity 1."""
+        points: list[dict[str, Any]] = []
+        for value, color, extinction in zip(self.values, self.colors, self.extinctions, strict=True):
+            point = {"value": float(value), "emission" if self.emissive else "color": color.tolist()}
+            weight = {"opacity": 1.0} if np.isinf(extinction) else {"extinction": float(extinction)}
+            points.append(point | weight)
+        return {"points": points} | ({"emission": "emissive"} if self.emissive else {})
+
+    def classify(self, values: ArrayLike) -> Classified:
+        """Emission and extinction of each value; both 0 where the value is NaN."""
+        values = np.asarray(values, dtype=np.float64)
+        segment = np.searchsorted(self.values, values, side="right")  # number of points at or below the value
+        left = np.maximum(segment - 1, 0)
+        right = np.minimum(segment, self.values.size - 1)
+        width = self.values[right] - self.values[left]
+        with np.errstate(invalid="ignore", divide="ignore"):
+            share = np.where(width > 0, (values - self.values[left]) / width, 0.0)[..., np.newaxis]
+            colors = self.colors[left] * (1 - share) + self.colors[right] * share
+            share = share[..., 0]
+            extinction = np.where(
+                share > 0,
+                self.extinctions[left] * (1 - share) + self.extinctions[right] * share,
+                self.extinctions[left],
+            )
+            glow = colors if self.emissive else colors * extinction[..., np.newaxis]
+        # ∫ q T vanishes where T does at once: an infinite extinction shows its straight colour, or no glow at all.
+        opaque = 0.0 if self.emissive else colors
+        emission = np.where(np.isinf(extinction)[..., np.newaxis], opaque, glow)
+        absent = np.isnan(values)
+        return Classified(
+            np.where(absent[..., np.newaxis], 0.0, emission), np.where(absent, 0.0, extinction)
+        )

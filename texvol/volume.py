@@ -1,0 +1,171 @@
+"""A Volume is samples of a scalar field and where they lie in the world.
+
+Sample (i, j, k), stored as `values[k, j, i]`, lies at
+
+    origin + direction @ (spacing * (i, j, k))
+
+and the field's box reaches half a spacing beyond the outermost samples (index -1/2 … n-1/2). Between samples
+the field is trilinear; in the outer half spacing it is that of the nearest sample; outside the box nothing is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from texvol.errors import InputError
+
+
+class Volume:
+    """A scalar field on a regular grid.
+
+    Parameters
+    ----------
+    values : array of shape (nz, ny, nx)
+        Any real type up to 64 bits. Held as it is, in native byte order; NaN marks a sample that is not there.
+    spacing : (x, y, z)
+        Distance of neighbouring samples in world units; positive and finite.
+    origin : (x, y, z)
+        World position of sample (0, 0, 0).
+    direction : array of shape (3, 3)
+        Column a is the world direction of grid axis a. It may mirror or shear, not be singular.
+    unit : str
+        Name of the world unit, such as "mm"; empty where the file does not say.
+    space : str
+        What the world axes point to, such as "right-anterior-superior"; empty where the file does not say.
+    name : str
+        What messages call the volume, usually its file.
+
+    Raises
+    ------
+    InputError
+        If there are not three axes, no samples, a type that is not real, or no volume to speak of.
+    """
+
+    def __init__(
+        self,
+        values: ArrayLike,
+        spacing: Sequence[float] = (1.0, 1.0, 1.0),
+        origin: Sequence[float] = (0.0, 0.0, 0.0),
+        direction: ArrayLike | None = None,
+        *,
+        unit: str = "",
+        space: str = "",
+        name: str = "volume",
+    ) -> None:
+        self.name = name
+        self.unit = unit
+        self.space = space
+        self.values = _real_samples(values, name)
+        self.spacing = _triple(spacing, "spacing", name)
+        if not (self.spacing > 0).all():
+            raise InputError(f"{name}: spacing must be positive along every axis, and is {_text(self.spacing)}")
+        self.origin = _triple(origin, "origin", name)
+        self.direction = _regular_matrix(np.eye(3) if direction is None else direction, name)
+
+    @property
+    def dimensions(self) -> tuple[int, int, int]:
+        """Numbers of samples (nx, ny, nz)."""
+        nz, ny, nx = self.values.shape
+        return nx, ny, nz
+
+    @cached_property
+    def world_from_index(self) -> NDArray[np.float64]:
+        """Matrix of shape (3, 3) that takes a step in index space to one in the world."""
+        return self.direction * self.spacing
+
+    @cached_property
+    def index_from_world(self) -> NDArray[np.float64]:
+        """Inverse of `world_from_index`."""
+        # Solved with unit columns, so that a spacing of 1e-9 beside one of 1e9 costs no digits.
+        return np.linalg.inv(self.direction) / self.spacing[:, np.newaxis]
+
+    @cached_property
+    def box_corner(self) -> NDArray[np.float64]:
+        """World position of the corner of the box at index (-1/2, -1/2, -1/2)."""
+        return self.origin - self.world_from_index @ np.full(3, 0.5)
+
+    @cached_property
+    def box_edges(self) -> NDArray[np.float64]:
+        """Matrix of shape (3, 3) whose column a is the edge of the box along grid axis a, in world units."""
+        return self.world_from_index * np.array(self.dimensions)
+
+    @cached_property
+    def centre(self) -> NDArray[np.float64]:
+        """World position of the middle of the box."""
+        return self.box_corner + self.box_edges.sum(axis=1) / 2
+
+    @cached_property
+    def corners_from_centre(self) -> NDArray[np.float64]:
+        """The eight corners of the box, shape (8, 3), relative to `centre`; corner c has bit a set on axis a's far side."""
+        bits = (np.arange(8)[:, np.newaxis] >> np.arange(3)) & 1
+        return (bits - 0.5) @ self.box_edges.T
+
+    @cached_property
+    def radius(self) -> float:
+        """Distance of the farthest corner from the centre, in world units."""
+        return float(np.sqrt((self.corners_from_centre**2).sum(axis=1)).max())
+
+    @property
+    def smallest_spacing(self) -> float:
+        """The smallest of the three spacings, in world units; the measure of the sampling rate."""
+        return float(self.spacing.min())
+
+    @cached_property
+    def finite_range(self) -> tuple[float, float] | None:
+        """Smallest and largest finite value, or None where no value is finite."""
+        low, high = float(self.values.min()), float(self.values.max())
+        if np.isfinite(low) and np.isfinite(high):
+            return low, high
+        finite = self.values[np.isfinite(self.values)]
+        return (float(finite.min()), float(finite.max())) if finite.size else None
+
+    def __repr__(self) -> str:
+        nx, ny, nz = self.dimensions
+        return f"Volume({self.name!r}, {nx} x {ny} x {nz} {self.values.dtype}, spacing {_text(self.spacing)} {self.unit})"
+
+
+def _real_samples(values: ArrayLike, name: str) -> NDArray:
+    """`values` as a native-endian array of three axes, without a copy where none is needed."""
+    samples = np.asarray(values)
+    if samples.dtype == np.bool_:
+        samples = samples.view(np.uint8)
+    if samples.dtype.kind not in "iuf" or samples.dtype.itemsize > 8:
+        raise InputError(f"{name}: values must be real numbers of at most 64 bits, and are {samples.dtype}")
+    if samples.ndim != 3:
+        raise InputError(f"{name}: a volume has 3 axes (z, y, x), and values has shape {samples.shape}")
+    if samples.size == 0:
+        raise InputError(f"{name}: a volume has at least one sample, and values has shape {samples.shape}")
+    return np.ascontiguousarray(samples, dtype=samples.dtype.newbyteorder("="))
+
+
+def _triple(numbers: Sequence[float], what: str, name: str) -> NDArray[np.float64]:
+    try:
+        triple = np.array(numbers, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InputError(f"{name}: {what} is three numbers x, y, z, and is {numbers!r}") from None
+    if triple.shape != (3,):
+        raise InputError(f"{name}: {what} is three numbers x, y, z, and is {numbers!r}")
+    if not np.isfinite(triple).all():
+        raise InputError(f"{name}: {what} must be finite, and is {_text(triple)}")
+    return triple
+
+
+def _regular_matrix(numbers: ArrayLike, name: str) -> NDArray[np.float64]:
+    matrix = np.array(numbers, dtype=np.float64)
+    if matrix.shape != (3, 3) or not np.isfinite(matrix).all():
+        raise InputError(f"{name}: direction is a finite 3 x 3 matrix, and is {np.array2string(matrix, separator=', ')}")
+    # Relative to the columns' lengths the determinant is the volume of a unit parallelepiped: under 1e-6 two axes
+    # lie within an angle of 1e-6 of each other and the box is flat.
+    lengths = np.linalg.norm(matrix, axis=0)
+    if not (lengths > 0).all() or not abs(np.linalg.det(matrix / lengths)) > 1e-6:
+        rows = "; ".join(_text(row) for row in matrix)
+        raise InputError(f"{name}: direction must not be singular, and its rows are {rows}")
+    return matrix
+
+
+def _text(triple: NDArray[np.float64]) -> str:
+    return ", ".join(f"{number:g}" for number in triple)
