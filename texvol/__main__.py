@@ -153,7 +153,7 @@ def _demo(arguments: argparse.Namespace) -> None:
     with Renderer(arguments.backend) as renderer:
         picture = renderer.render(demo_scene(), (512, 512), sampling_rate=2)
         image.write(arguments.output, picture, {"texvol:renderer": renderer.renderer_name})
-        print(f"{Path(arguments.output).resolve()}: {renderer.stats['slabs']} slabs on {renderer.renderer_name}")
+        print(f"{Path(arguments.output).resolve()} drawn by {renderer.renderer_name} ({renderer.backend})")
 
 
 def _scene_facts(name: str, scene: Scene) -> dict[str, str]:

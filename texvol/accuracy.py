@@ -40,7 +40,7 @@ def cheapest_texel_format(
 ) -> str:
     """The smallest texel format whose rounding stays under a quarter of the discretisation error.
 
-    Both are estimated per voxel of a ray's way, on voxels picked at random. With texels t in units of the smallest
+    Both are estimated per voxel of a ray's way, on voxels spread evenly. With texels t in units of the smallest
     spacing h, second differences Δ²t and first differences Δt between neighbours:
 
     - The midpoint rule misses a kink of trilinear interpolation by about 0.06 Δ²t (d/h)² (rms over where in a slab
@@ -74,10 +74,12 @@ def cheapest_texel_format(
 
 
 def _stencil_values(volume: Volume) -> NDArray:
-    """Values of random voxels and their neighbours: (voxels, 7), the voxel, then before and after along x, y, z."""
-    random = np.random.default_rng(0)
+    """Values of spread voxels and their neighbours: (voxels, 7), the voxel, then before and after along x, y, z."""
     dimensions = np.array(volume.dimensions)
-    voxels = random.integers(0, dimensions, size=(_STENCILS, 3))
+    # Multiples of 1/g, 1/g², 1/g³ with g⁴ = g + 1 fill the cube evenly, without the time that numpy.random takes
+    # to import (Roberts 2018, the R3 sequence).
+    steps = 1.2207440846057596 ** -np.arange(1.0, 4.0)
+    voxels = (np.arange(1, _STENCILS + 1)[:, np.newaxis] * steps % 1 * dimensions).astype(int)
     offsets = np.array([(0, 0, 0), *(sign * step for step in np.eye(3, dtype=int) for sign in (-1, 1))])
     x, y, z = np.moveaxis(np.clip(voxels[:, np.newaxis] + offsets, 0, dimensions - 1), 2, 0)
     return volume.values[z, y, x]

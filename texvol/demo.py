@@ -1,4 +1,4 @@
-"""The built-in volume: a ball of gyroid, in closed form, so that a first picture needs no file."""
+"""The built-in volume: an orbital of the hydrogen atom, in closed form, so that a first picture needs no file."""
 
 from __future__ import annotations
 
@@ -11,24 +11,24 @@ from texvol.volume import Volume
 
 
 def demo_volume(samples: int = 96) -> Volume:
-    """A gyroid sheet that fades out towards the surface of a ball; values 0 … 1 on `samples`³, box edge 1."""
-    axis = (np.arange(samples, dtype=np.float32) + 0.5) / samples * 2 - 1
+    """Where the electron of a 4f state is found: the density |ψ|², scaled to 0 … 1, on `samples`³ in a box of edge 1.
+
+    With r in Bohr radii, ψ is proportional to x (5 z² - r²) exp(-r / 4).
+    """
+    axis = ((np.arange(samples, dtype=np.float32) + 0.5) / samples * 2 - 1) * 32
     z, y, x = np.meshgrid(axis, axis, axis, indexing="ij", sparse=True)
-    a = np.float32(3.5 * np.pi)
-    gyroid = np.sin(a * x) * np.cos(a * y) + np.sin(a * y) * np.cos(a * z) + np.sin(a * z) * np.cos(a * x)
-    radius = np.sqrt(x * x + y * y + z * z)
-    inside = 1 / (1 + np.exp((radius - 0.88) * 30))
-    values = np.exp(-3 * gyroid**2) * inside * (0.35 + 0.65 * radius)
-    return Volume(values.astype(np.float32), spacing=(1 / samples,) * 3, name="demo")
+    r = np.sqrt(x * x + y * y + z * z)
+    density = (x * (5 * z * z - r * r) * np.exp(-r / 4)) ** 2
+    return Volume(density / density.max(), spacing=(1 / samples,) * 3, name="demo")
 
 
 def demo_scene() -> Scene:
-    """The demo volume in warm colours, seen in perspective."""
+    """The demo volume, faint where the electron is rarely found, glowing where it often is."""
     volume = demo_volume()
     transfer_function = TransferFunction(
-        np.array([0.12, 0.3, 0.5, 0.7, 1.0]),
-        np.array([(0.02, 0.05, 0.3), (0.05, 0.25, 0.6), (0.9, 0.35, 0.08), (1.0, 0.75, 0.3), (1.0, 0.95, 0.85)]),
-        np.array([0.0, 6.0, 40.0, 120.0, 300.0]),
+        np.array([0.01, 0.08, 0.25, 0.5, 1.0]),
+        np.array([(0.01, 0.03, 0.30), (0.02, 0.15, 0.70), (0.70, 0.04, 0.20), (1.0, 0.40, 0.03), (1.0, 0.90, 0.55)]),
+        np.array([0.0, 1.0, 6.0, 40.0, 200.0]),
     )
-    camera = Camera.framing(volume, "perspective", fov=30)
-    return Scene(volume, transfer_function, camera, background=(0.01, 0.012, 0.02))
+    camera = Camera.perspective((1.5, -1.35, 0.95), (0.49, 0.49, 0.49), (0, 0, 1), fov=26)
+    return Scene(volume, transfer_function, camera)

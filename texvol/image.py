@@ -127,6 +127,7 @@ def _write_pixels(path: str, pixels: NDArray, attributes: Mapping[str, str]) -> 
         spec.attribute(name, text)
     if pixels.dtype == np.uint8:
         spec.attribute("oiio:ColorSpace", "srgb_rec709_scene")
+        spec.attribute("png:compressionLevel", 4)  # a third of the time of the usual 6, a tenth more bytes
         spec.attribute("oiio:UnassociatedAlpha", 1)  # the pixels are straight already
         spec.attribute("Compression", "jpeg:95" if path.endswith(("jpg", "jpeg")) else "zip")
     else:

@@ -115,6 +115,11 @@ class Renderer:
         """What the driver calls itself (GL_RENDERER)."""
         return self._context.renderer
 
+    @property
+    def backend(self) -> str:
+        """Where the context came from: "egl" or "osmesa"."""
+        return self._context.backend
+
     def close(self) -> None:
         """Give everything back; closing twice is fine."""
         with self._context:

@@ -66,6 +66,11 @@ class Context:
         """Return itself: `with context.current():` reads better where the context is not released at the end."""
         return self
 
+    @property
+    def released(self) -> bool:
+        """Whether it can no longer be entered."""
+        return not self._release.alive
+
     def release(self) -> None:
         """Free the context and every OpenGL object in it; once is enough, and a second time does nothing."""
         self._release()

@@ -9,7 +9,16 @@ from ctypes import POINTER, byref, c_char_p, c_int, c_void_p
 from functools import partial
 from typing import Any
 
-from texvol.contexts.native import OPENGL_VERSION, VERSION_NAME, Handle, Library, Restore, integers, open_library
+from texvol.contexts.native import (
+    LEFT_BEHIND,
+    OPENGL_VERSION,
+    VERSION_NAME,
+    Handle,
+    Library,
+    Restore,
+    integers,
+    open_library,
+)
 from texvol.errors import ContextError
 
 LIBRARIES = ("libEGL.so.1",)  # the plain .so name belongs to the development package
@@ -64,6 +73,9 @@ class Egl(Library):
     packages = "Debian, Ubuntu: libegl1 libgl1-mesa-dri; Fedora: mesa-libEGL mesa-dri-drivers"
 
     def __init__(self) -> None:
+        super().__init__()
+        # Mesa writes to stderr about every display that it cannot open; the reasons are in our error.
+        os.environ.setdefault("EGL_LOG_LEVEL", "fatal")
         self.functions = open_library(LIBRARIES, SIGNATURES)
         self._displays: dict[str, tuple[int, int]] = {}  # name: display, process that initialised it
 
@@ -80,7 +92,7 @@ class Egl(Library):
 
     def leave_current(self) -> Restore:
         functions = self.functions
-        functions.eglBindAPI(EGL_OPENGL_API)  # a thread starts with OpenGL ES, and is asked about its own interface only
+        functions.eglBindAPI(EGL_OPENGL_API)  # EGL answers for one interface; every thread starts with OpenGL ES
         context = functions.eglGetCurrentContext()
         if not context:
             return lambda: None
@@ -93,6 +105,10 @@ class Egl(Library):
         """Make the context and its surfaces current on this thread."""
         if not self.functions.eglMakeCurrent(display, draw, read, context):
             raise self.failure("eglMakeCurrent")
+
+    def get_proc_address(self, name: bytes) -> int | None:
+        address: int | None = self.functions.eglGetProcAddress(name)
+        return address
 
     def failure(self, function: str) -> ContextError:
         """Return the error of an EGL function that has just failed."""
@@ -126,8 +142,8 @@ class Egl(Library):
     def _initialised(self, name: str, get_display: Callable[[], int | None]) -> int:
         if name in self._displays:
             display, process = self._displays[name]
-            if process != os.getpid():  # its driver's threads stayed behind; the next display starts its own
-                raise ContextError("belongs to the process that this one was forked from")
+            if process != os.getpid():
+                raise ContextError(LEFT_BEHIND)
             return display
         new = get_display()
         if not new:
@@ -142,7 +158,7 @@ class EglHandle(Handle):
     """An EGL context with a surface of one pixel, for drivers that insist on one; drawing goes to textures."""
 
     def __init__(self, egl: Egl, display: int) -> None:
-        super().__init__()
+        super().__init__(egl)
         self._egl, self._display = egl, display
         functions = egl.functions
         if not functions.eglBindAPI(EGL_OPENGL_API):
@@ -168,9 +184,6 @@ class EglHandle(Handle):
     def destroy(self) -> None:
         self._egl.functions.eglDestroyContext(self._display, self._context)
         self._egl.functions.eglDestroySurface(self._display, self._surface)
-
-    def load_opengl_function(self, name: str) -> int:
-        return self._egl.functions.eglGetProcAddress(name.encode()) or 0
 
     def _config(self) -> c_void_p:
         config, count = c_void_p(), c_int(0)

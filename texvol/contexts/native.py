@@ -1,4 +1,4 @@
-"""What EGL and OSMesa contexts have in common: one lock each, entered and left like a `with`, and never current twice."""
+"""What EGL and OSMesa contexts share: a lock each, current on one thread at a time, left as they were found."""
 
 from __future__ import annotations
 
@@ -13,6 +13,9 @@ from texvol.errors import ContextError
 OPENGL_VERSION = 3, 3  # the oldest whose shading language the files in shaders/ are written in
 VERSION_NAME = ".".join(map(str, OPENGL_VERSION))
 
+# A software driver's threads do not survive a fork: what was opened before would wait for them for ever.
+LEFT_BEHIND = "belongs to the process that this one was forked from; start processes with multiprocessing's 'spawn'"
+
 Restore = Callable[[], None]
 
 
@@ -21,6 +24,22 @@ class Library:
 
     backend: str
     packages: str  # what to install where it is missing
+
+    def __init__(self) -> None:
+        self.process = os.getpid()
+        # The same for all contexts of a library. moderngl 5.13 never lets go of an address that it was given, 21 KiB
+        # for each context if they were all new.
+        self._addresses = {"glGetStringi": ctypes.cast(_no_string, ctypes.c_void_p).value or 0}
+
+    def opengl_function(self, name: str) -> int:
+        """Return the address of an OpenGL function, 0 if the driver lacks it."""
+        if name not in self._addresses:
+            self._addresses[name] = self.get_proc_address(name.encode()) or 0
+        return self._addresses[name]
+
+    def get_proc_address(self, name: bytes) -> int | None:
+        """Ask the library for the address of an OpenGL function."""
+        raise NotImplementedError
 
     def handles(self) -> Iterator[tuple[Handle, str]]:
         """Yield a context on each display that has one, with the display's name; raise the reasons of the others."""
@@ -33,13 +52,21 @@ class Library:
 
 loaded: dict[str, Library] = {}  # by back end
 
+# moderngl 5.13 asks for the names of all extensions and frees none of them, 17 KiB for each context. The empty string
+# costs nothing, Python has it anyway. So gl.extensions is of no use: texvol needs what OpenGL 3.3 has, and no more.
+_EMPTY = ctypes.create_string_buffer(1)
+_no_string = ctypes.CFUNCTYPE(ctypes.c_void_p, ctypes.c_uint, ctypes.c_uint)(
+    lambda kind, index: ctypes.addressof(_EMPTY)
+)
+
 
 class Handle:
     """A native context, in the form that moderngl takes: functions by name, entered, left, released."""
 
     # moderngl holds the handle, and the handle knows nothing above it, so that a Context can be collected.
 
-    def __init__(self) -> None:
+    def __init__(self, library: Library) -> None:
+        self._library = library
         self._turn = threading.RLock()  # held while the context is current; a second thread waits for its turn
         self._before: list[Restore] = []  # one for each `with` that is open
         self._released = False
@@ -55,12 +82,11 @@ class Handle:
 
     def load_opengl_function(self, name: str) -> int:
         """Return the address of an OpenGL function, 0 if the driver lacks it."""
-        raise NotImplementedError
+        return self._library.opengl_function(name)
 
     def __enter__(self) -> None:
-        # A software driver's threads do not survive a fork: drawing would wait for them for ever.
         if self._process != os.getpid():
-            raise ContextError("this OpenGL context belongs to the process that this one was forked from")
+            raise ContextError(f"this OpenGL context {LEFT_BEHIND}")
         self._turn.acquire()
         try:
             if self._released:
@@ -117,10 +143,12 @@ def open_library(names: tuple[str, ...], signatures: dict[str, tuple[Any, ...]])
     ContextError
         None of them loads, or it lacks one of the functions.
     """
+    reasons = []
     for name in names:
         try:
             library = ctypes.CDLL(name)
-        except OSError:
+        except OSError as error:
+            reasons.append(str(error))
             continue
         for function, (result, *arguments) in signatures.items():
             if not hasattr(library, function):
@@ -128,7 +156,7 @@ def open_library(names: tuple[str, ...], signatures: dict[str, tuple[Any, ...]])
             getattr(library, function).restype = result
             getattr(library, function).argtypes = arguments
         return library
-    raise ContextError(f"{' or '.join(names)} is not installed")
+    raise ContextError(", ".join(reasons))
 
 
 def integers(*values: int) -> Any:

@@ -7,7 +7,16 @@ from collections.abc import Iterator
 from ctypes import byref, c_char_p, c_int, c_ubyte, c_void_p, create_string_buffer
 from typing import Any
 
-from texvol.contexts.native import OPENGL_VERSION, VERSION_NAME, Handle, Library, Restore, integers, open_library
+from texvol.contexts.native import (
+    LEFT_BEHIND,
+    OPENGL_VERSION,
+    VERSION_NAME,
+    Handle,
+    Library,
+    Restore,
+    integers,
+    open_library,
+)
 from texvol.errors import ContextError
 
 LIBRARIES = "libOSMesa.so.8", "libOSMesa.so.6"  # the plain .so name belongs to the development package
@@ -35,13 +44,17 @@ class OSMesa(Library):
     packages = "Debian, Ubuntu: libosmesa6; Fedora: mesa-libOSMesa"
 
     def __init__(self) -> None:
+        super().__init__()
         self.functions = open_library(LIBRARIES, SIGNATURES)
-        self._process = os.getpid()
 
     def handles(self) -> Iterator[tuple[Handle, str]]:
-        if self._process != os.getpid():  # its threads stayed behind
-            raise ContextError("it belongs to the process that this one was forked from")
+        if self.process != os.getpid():
+            raise ContextError(f"libOSMesa {LEFT_BEHIND}")
         yield OSMesaHandle(self), "memory"
+
+    def get_proc_address(self, name: bytes) -> int | None:
+        address: int | None = self.functions.OSMesaGetProcAddress(name)
+        return address
 
     def leave_current(self) -> Restore:
         functions = self.functions
@@ -64,7 +77,7 @@ class OSMesaHandle(Handle):
     """An OSMesa context with one pixel of memory, since it insists on some; drawing goes to textures."""
 
     def __init__(self, osmesa: OSMesa) -> None:
-        super().__init__()
+        super().__init__(osmesa)
         self._osmesa = osmesa
         self._pixel = create_string_buffer(4)
         attributes = integers(
@@ -80,6 +93,3 @@ class OSMesaHandle(Handle):
 
     def destroy(self) -> None:
         self._osmesa.functions.OSMesaDestroyContext(self._context)
-
-    def load_opengl_function(self, name: str) -> int:
-        return self._osmesa.functions.OSMesaGetProcAddress(name.encode()) or 0

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from texvol.readers.samples import Choice, FileFault, Samples, grid_from_columns, pick, real_type, rescaled
 from texvol.readers.stored import read_stored, unpacked
 
-_UNITS = {1: "m", 2: "mm", 3: "µm"}
+_UNITS = {0: "mm", 1: "m", 2: "mm", 3: "µm"}  # 0 is "unknown", which every program that reads NIfTI takes for mm
 _RGB = {128: 3, 2304: 4}  # data types of the header that are bytes of colour: samples in each
 
 

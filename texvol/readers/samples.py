@@ -136,29 +136,35 @@ def rescaled(values: NDArray, slope: float, intercept: float, bits: int | None =
         raise FileFault(f"rescale slope {slope:g} and intercept {intercept:g}: both must be finite, the slope not 0")
     if slope == 1 and intercept == 0:
         return values
-    target, exact = _rescaled_type(values.dtype, slope, intercept, bits)
-    result = np.empty(values.shape, target)
+    result = np.empty(values.shape, rescaled_type(values.dtype, slope, intercept, bits))
     # Slice by slice, so that the wide intermediate never has the size of the volume.
     for source, slot in zip(values, result, strict=True):
-        if exact:
-            slot[...] = source.astype(np.int64) * int(slope) + int(intercept)
-        else:
-            slot[...] = source.astype(np.float64) * slope + intercept
+        rescale_into(slot, source, slope, intercept)
     return result
 
 
-def _rescaled_type(dtype: np.dtype, slope: float, intercept: float, bits: int | None) -> tuple[np.dtype, bool]:
+def rescale_into(slot: NDArray, source: NDArray, slope: float, intercept: float) -> None:
+    """Write slope · source + intercept to `slot`, whose type is that of `rescaled_type`."""
+    if slot.dtype.kind in "iu":
+        slot[...] = source.astype(np.int64) * int(slope) + int(intercept)
+    else:
+        slot[...] = source.astype(np.float64) * slope + intercept
+
+
+def rescaled_type(dtype: np.dtype, slope: float, intercept: float, bits: int | None = None) -> np.dtype:
+    """Type of what `rescaled` returns."""
     if dtype.kind == "f":
-        return np.dtype(np.float32 if dtype.itemsize <= 4 else np.float64), False
+        return np.dtype(np.float32 if dtype.itemsize <= 4 else np.float64)
     bits = dtype.itemsize * 8 if bits is None else bits
     low, high = (-(2 ** (bits - 1)), 2 ** (bits - 1) - 1) if dtype.kind == "i" else (0, 2**bits - 1)
     if float(slope).is_integer() and float(intercept).is_integer():
         ends = sorted((low * int(slope) + int(intercept), high * int(slope) + int(intercept)))
         for kind in ("u1", "i1", "u2", "i2", "u4", "i4", "i8"):
             candidate = np.iinfo(kind)
-            if candidate.min <= ends[0] and ends[1] <= candidate.max:
-                return np.dtype(kind), True
-    return np.dtype(np.float32 if bits <= 16 else np.float64), False
+            # 64 bits: the products above are Python's, those of `rescale_into` would overflow in between.
+            if candidate.min <= ends[0] and ends[1] <= candidate.max and bits <= 32:
+                return np.dtype(kind)
+    return np.dtype(np.float32 if bits <= 16 else np.float64)
 
 
 def grid_from_columns(columns: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -172,7 +178,7 @@ def grid_from_columns(columns: ArrayLike) -> tuple[NDArray[np.float64], NDArray[
         if length == 0:
             raise FileFault(f"direction must not be singular, and that of axis {axis} is 0, 0, 0")
     spacing = largest * np.linalg.norm(steps / largest, axis=0)
-    return spacing, steps / spacing
+    return spacing, steps / spacing + 0.0  # + 0.0: no -0 in what is printed
 
 
 def by(sizes: Sequence[int]) -> str:

@@ -1,0 +1,200 @@
+"""What a DICOM file says about each of its slices, and the slices' pixels."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.readers.samples import FileFault, check_size
+
+Triple = tuple[float, float, float]
+
+# Where enhanced multi-frame files keep what ordinary ones have at the top (DICOM PS3.3, C.7.6.16).
+_GROUPS = {
+    "ImagePositionPatient": "PlanePositionSequence",
+    "ImageOrientationPatient": "PlaneOrientationSequence",
+    "PixelSpacing": "PixelMeasuresSequence",
+    "SliceThickness": "PixelMeasuresSequence",
+    "SpacingBetweenSlices": "PixelMeasuresSequence",
+    "RescaleSlope": "PixelValueTransformationSequence",
+    "RescaleIntercept": "PixelValueTransformationSequence",
+    "TemporalPositionIndex": "FrameContentSequence",
+}
+
+
+class Slice(NamedTuple):
+    """One slice: where its pixels are, where it lies, what its numbers mean."""
+
+    path: str
+    frame: int
+    rows: int
+    columns: int
+    samples_per_pixel: int
+    dtype: np.dtype
+    bits: int
+    high_bit: int
+    position: Triple
+    axes: tuple[Triple, Triple]  # directions of rising column and rising row
+    spacing: tuple[float, float]
+    thickness: float
+    slope: float
+    intercept: float
+    order: tuple[float, ...]  # among slices at one place
+
+    @property
+    def name(self) -> str:
+        """What a message calls the slice."""
+        return f"{os.path.basename(self.path)} frame {self.frame}" if self.frame else os.path.basename(self.path)
+
+    def frames(self) -> NDArray:
+        """Stored values of all frames of the slice's file, (frames, rows, columns[, samples]), unused bits cleared."""
+        pixels = _pixels(self)
+        shape = (-1, self.rows, self.columns) + ((self.samples_per_pixel,) if self.samples_per_pixel > 1 else ())
+        pixels = pixels.reshape(shape)
+        allocated = pixels.dtype.itemsize * 8
+        if pixels.dtype.kind in "iu" and self.bits < allocated:
+            # Up to the top, so that overlays kept in the unused bits go, and down again, which extends the sign.
+            pixels = (pixels << (allocated - 1 - self.high_bit)) >> (allocated - self.bits)
+        return pixels
+
+
+def slices_of(path: str, header: Any) -> list[Slice]:
+    """Every slice of a file; FileFault that names the file if something about them is missing or makes no sense."""
+    try:
+        return [_slice(path, header, frame) for frame in range(int(header.get("NumberOfFrames") or 1))]
+    except FileFault as fault:
+        raise FileFault(f"{os.path.basename(path)}: {fault}") from None
+
+
+def _slice(path: str, header: Any, frame: int) -> Slice:
+    if "ModalityLUTSequence" in header:
+        raise FileFault("its values go through a modality lookup table, which is not read")
+    if "PALETTE" in str(header.get("PhotometricInterpretation", "")):
+        raise FileFault("holds colours of a palette, and a volume holds numbers")
+    rows, columns = int(header.Rows), int(header.get("Columns") or 0)
+    samples = int(header.get("SamplesPerPixel") or 1)
+    dtype, bits, high_bit = _stored_type(header)
+    check_size([int(header.get("NumberOfFrames") or 1), rows, columns, samples], dtype.itemsize)
+    orientation = _numbers(header, frame, "ImageOrientationPatient", 6)
+    axes = (_unit_vector(orientation[:3]), _unit_vector(orientation[3:]))
+    if abs(float(np.dot(*axes))) > 0.01:
+        raise FileFault("direction must not be singular: its rows and columns are not at right angles")
+    row_spacing, column_spacing = _pixel_spacing(header, frame)
+    scaling = header.get("DoseGridScaling")
+    return Slice(
+        path=path,
+        frame=frame,
+        rows=rows,
+        columns=columns,
+        samples_per_pixel=samples,
+        dtype=dtype,
+        bits=bits,
+        high_bit=high_bit,
+        position=_position(header, frame, axes),
+        axes=axes,
+        spacing=(column_spacing, row_spacing),
+        thickness=_thickness(header, frame),
+        slope=_number(header, frame, "RescaleSlope", 1.0 if scaling is None else float(scaling)),
+        intercept=_number(header, frame, "RescaleIntercept", 0.0),
+        order=tuple(
+            _number(header, frame, key, 0.0)
+            for key in ("TemporalPositionIndex", "TemporalPositionIdentifier", "EchoTime", "AcquisitionNumber", "InstanceNumber")
+        ),
+    )
+
+
+def _stored_type(header: Any) -> tuple[np.dtype, int, int]:
+    """Type of the stored pixels, how many of its bits are used, and the highest of these."""
+    allocated = int(header.get("BitsAllocated") or 0)
+    if allocated not in (8, 16, 32):
+        raise FileFault(f"has {allocated} bits allocated for a pixel; 8, 16 and 32 are read")
+    bits = int(header.get("BitsStored") or allocated)
+    high_bit = int(header.get("HighBit", bits - 1))
+    if not 1 <= bits <= high_bit + 1 <= allocated:
+        raise FileFault(f"has {bits} bits stored up to bit {high_bit} of {allocated}, which can't be")
+    kind = "i" if int(header.get("PixelRepresentation") or 0) else "u"
+    return np.dtype(f"{kind}{allocated // 8}"), bits, high_bit
+
+
+def _found(header: Any, frame: int, key: str) -> Any:
+    """A field of a frame: from its own group, the shared one, or the top of the file."""
+    per_frame = header.get("PerFrameFunctionalGroupsSequence") or []
+    shared = header.get("SharedFunctionalGroupsSequence") or []
+    for group in (*per_frame[frame : frame + 1], *shared[:1]):
+        sequence = group.get(_GROUPS.get(key, "")) if key in _GROUPS else None
+        if sequence and sequence[0].get(key) is not None:
+            return sequence[0].get(key)
+    value = header.get(key)
+    detector = header.get("DetectorInformationSequence")  # of nuclear medicine
+    return detector[0].get(key) if value is None and detector else value
+
+
+def _number(header: Any, frame: int, key: str, default: float) -> float:
+    value = _found(header, frame, key)
+    number = default if value in (None, "") else float(value)
+    if not np.isfinite(number):
+        raise FileFault(f"its {key} is {number}")
+    return number
+
+
+def _numbers(header: Any, frame: int, key: str, count: int) -> list[float]:
+    value = _found(header, frame, key)
+    if value is None:
+        raise FileFault(f"has no {key}, without which it can't be placed")
+    numbers = [float(number) for number in value]
+    if len(numbers) != count or not np.isfinite(numbers).all():
+        raise FileFault(f"its {key} must be {count} finite numbers, and is {numbers}")
+    return numbers
+
+
+def _unit_vector(numbers: Sequence[float]) -> Triple:
+    length = float(np.linalg.norm(numbers))
+    if not 0.9 < length < 1.1:
+        raise FileFault(f"direction must not be singular: {list(numbers)} of its ImageOrientationPatient has length {length:g}")
+    x, y, z = (number / length for number in numbers)
+    return x, y, z
+
+
+def _pixel_spacing(header: Any, frame: int) -> tuple[float, float]:
+    """Distance of rows and of columns, in mm."""
+    for key in ("PixelSpacing", "ImagerPixelSpacing"):
+        if _found(header, frame, key) is not None:
+            rows, columns = _numbers(header, frame, key, 2)
+            if not (rows > 0 and columns > 0):
+                raise FileFault(f"spacing must be positive, and its {key} is {rows:g}, {columns:g}")
+            return rows, columns
+    raise FileFault("has no PixelSpacing")
+
+
+def _thickness(header: Any, frame: int) -> float:
+    spacing = _number(header, frame, "SpacingBetweenSlices", 0.0)
+    thickness = abs(spacing) or _number(header, frame, "SliceThickness", 0.0)
+    return thickness if thickness > 0 else 1.0
+
+
+def _position(header: Any, frame: int, axes: tuple[Triple, Triple]) -> Triple:
+    """Where the first pixel's centre lies; of frames that do not say, along the normal from that of the file."""
+    position = np.array(_numbers(header, frame, "ImagePositionPatient", 3))
+    if not header.get("PerFrameFunctionalGroupsSequence") and int(header.get("NumberOfFrames") or 1) > 1:
+        offsets = header.get("GridFrameOffsetVector")
+        spacing = _number(header, frame, "SpacingBetweenSlices", 0.0) or _number(header, frame, "SliceThickness", 0.0)
+        if offsets is None and not spacing:
+            raise FileFault("its frames have no positions")
+        along = frame * spacing if offsets is None else float(offsets[frame]) - float(offsets[0])
+        position = position + along * np.cross(*axes)
+    x, y, z = (float(number) for number in position)
+    return x, y, z
+
+
+def _pixels(one: Slice) -> NDArray:
+    import pydicom
+
+    dataset = pydicom.dcmread(one.path, force=True)
+    try:
+        return np.asarray(dataset.pixel_array)
+    except Exception as error:
+        raise FileFault(f"{os.path.basename(one.path)}: its pixels can't be read: {error}") from error

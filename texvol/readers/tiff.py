@@ -1,0 +1,185 @@
+"""TIFF: a stack of pages, or a folder of slices, read by tifffile; spacing, unit and channels of ImageJ and OME.
+
+A plain TIFF says nothing about the distance of its pages, and its resolution is that of a printer: spacing 1.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Sequence
+from math import prod
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.readers.samples import Choice, FileFault, Samples, by, check_size, pick, real_type
+
+_UNITS = {
+    "micron": "µm",
+    "microns": "µm",
+    "micrometer": "µm",
+    "micrometre": "µm",
+    "um": "µm",
+    "\u03bcm": "µm",
+    "\\u00b5m": "µm",
+    "millimeter": "mm",
+    "millimetre": "mm",
+    "nanometer": "nm",
+    "nanometre": "nm",
+    "centimeter": "cm",
+    "angstrom": "Å",
+    "pixel": "",
+    "pixels": "",
+    "inch": "in",
+}
+
+# tifffile's letters for axes, in those of `pick`: I, Q and R are sequences of pages without a name.
+_LETTERS = {"S": "C", "I": "Z", "Q": "?", "R": "?", "M": "?", "A": "?", "P": "?"}
+
+
+def read(path: str, choice: Choice) -> Samples:
+    """Samples of a multi-page file, or of a folder's slices in the order of the numbers in their names."""
+    return _folder(path, choice) if os.path.isdir(path) else _file(path, choice)
+
+
+def _file(path: str, choice: Choice) -> Samples:
+    import tifffile
+
+    with tifffile.TiffFile(path, _multifile=False) as tif:
+        _refuse_several_files(tif)
+        if not tif.series:
+            raise FileFault("holds no image")
+        series = tif.series[0]
+        sizes, axes = [int(size) for size in series.shape], _axes(series.axes)
+        dtype = real_type(np.dtype(series.dtype))
+        index = pick(axes, sizes, choice)
+        chosen = prod(size for size, part in zip(sizes, index, strict=True) if isinstance(part, slice))
+        check_size([chosen], dtype.itemsize)
+        _check_pages(tif, series, path)
+        values = _values(tif, series, axes, sizes, index)
+        return Samples(values, **_calibration(tif))
+
+
+def _axes(axes: str) -> str:
+    """Letters for `pick`. Pages that are named nothing, or time steps of what else were flat, are a stack."""
+    letters = "".join(_LETTERS.get(letter, letter if letter in "XYZCT" else "?") for letter in axes)
+    if "Z" not in letters:
+        for page_axis in ("?", "T"):
+            if letters.count(page_axis) == 1:
+                return letters.replace(page_axis, "Z")
+    return letters
+
+
+def _refuse_several_files(tif: Any) -> None:
+    names = set(re.findall(r'FileName="([^"]*)"', tif.ome_metadata or ""))
+    if len(names) > 1:
+        raise FileFault(f"is one of {len(names)} files of an OME set; sets of several files are not read")
+
+
+def _check_pages(tif: Any, series: Any, path: str) -> None:
+    """Raise FileFault if a page's data lie beyond the end of the file: tifffile would fill the gap with zeros."""
+    held = os.path.getsize(path)
+    for number, page in enumerate(series.pages):
+        if page is None:
+            raise FileFault(f"page {number} is missing")
+        offsets, counts = page.dataoffsets, page.databytecounts
+        if not offsets or len(offsets) != len(counts):
+            raise FileFault(f"page {number} does not say where its data lie")
+        end = max(offset + count for offset, count in zip(offsets, counts, strict=True))
+        if end > held:
+            raise FileFault(f"is truncated: page {number} ends at byte {end} of {held}")
+        if int(page.compression) == 1 and sum(counts) < page.nbytes:
+            raise FileFault(f"page {number} holds {sum(counts)} bytes, and its dimensions need {page.nbytes}")
+    if len(series.pages) == 1 and series.dataoffset is not None and series.dataoffset + series.nbytes > held:
+        raise FileFault(f"is truncated: its samples end at byte {series.dataoffset + series.nbytes} of {held}")
+
+
+def _values(tif: Any, series: Any, axes: str, sizes: Sequence[int], index: tuple[int | slice, ...]) -> NDArray:
+    """The chosen samples; of several channels or time steps only the chosen one's pages are read."""
+    leading = sizes[: len(sizes) - len(series.keyframe.shape)]
+    if all(isinstance(part, slice) or size == 1 for part, size in zip(index, sizes, strict=True)):
+        return np.asarray(series.asarray(maxworkers=1)).reshape(sizes)[index]
+    if len(series.pages) == prod(leading) and list(series.keyframe.shape) == list(sizes[len(leading) :]):
+        numbers = np.arange(len(series.pages)).reshape(leading)[index[: len(leading)]].ravel()
+        pages = np.asarray(series.asarray(key=[int(number) for number in numbers], maxworkers=1))
+        kept = [size for size, part in zip(leading, index, strict=False) if isinstance(part, slice)]
+        return pages.reshape([*kept, *sizes[len(leading) :]])[(*[slice(None)] * len(kept), *index[len(leading) :])]
+    check_size(sizes, np.dtype(series.dtype).itemsize)
+    return np.asarray(series.asarray(maxworkers=1)).reshape(sizes)[index]
+
+
+def _calibration(tif: Any) -> dict[str, Any]:
+    """Spacing and unit, where ImageJ or OME say them."""
+    if tif.ome_metadata:
+        return _ome_calibration(tif.ome_metadata)
+    if not tif.imagej_metadata:
+        return {}
+    unit = str(tif.imagej_metadata.get("unit") or "").strip()
+    spacing = [_resolution(tif.pages[0].tags, "XResolution"), _resolution(tif.pages[0].tags, "YResolution")]
+    spacing.append(float(tif.imagej_metadata.get("spacing") or 1.0))
+    return {"spacing": spacing, "unit": _UNITS.get(unit.lower(), unit)}
+
+
+def _resolution(tags: Any, name: str) -> float:
+    """Distance of pixels, which ImageJ writes as pixels per unit."""
+    if name not in tags:
+        return 1.0
+    pixels, units = tags[name].value
+    return units / pixels if pixels and units else 1.0
+
+
+def _ome_calibration(xml: str) -> dict[str, Any]:
+    pixels = re.search(r"<(?:\w+:)?Pixels\b([^>]*)>", xml)
+    attributes = dict(re.findall(r'(\w+)\s*=\s*"([^"]*)"', pixels.group(1))) if pixels else {}
+    sizes = [attributes.get(f"PhysicalSize{axis}") for axis in "XYZ"]
+    if not any(sizes):
+        return {}
+    # OME's default unit is the micrometre, for each axis by itself.
+    units = [attributes.get(f"PhysicalSize{axis}Unit", "µm") for axis, size in zip("XYZ", sizes, strict=True) if size]
+    names = {_UNITS.get(unit.lower(), unit) for unit in units}
+    if len(names) > 1:
+        raise FileFault(f"states its spacing in different units ({', '.join(units)}); give --spacing")
+    return {"spacing": [float(size) if size else 1.0 for size in sizes], "unit": names.pop()}
+
+
+def _folder(path: str, choice: Choice) -> Samples:
+    """One slice a file; all of one size and type."""
+    import tifffile
+
+    names = sorted((name for name in os.listdir(path) if name.lower().endswith((".tif", ".tiff"))), key=_natural)
+    names = [name for name in names if not name.startswith(".")]
+    if len(names) == 1:
+        return _file(os.path.join(path, names[0]), choice)
+    pick("ZYX", [1, 1, 1], choice)
+    values = np.empty(0)
+    for number, name in enumerate(names):
+        file = os.path.join(path, name)
+        try:
+            with tifffile.TiffFile(file, _multifile=False) as tif:
+                page = tif.pages[0]
+                if len(tif.pages) > 1 or len(page.shape) != 2:
+                    raise FileFault(f"has shape {by(tif.series[0].shape)}; a slice is one page of one channel")
+                if number == 0:
+                    check_size([len(names), *page.shape], real_type(np.dtype(page.dtype)).itemsize)
+                    values = np.empty((len(names), *page.shape), page.dtype)
+                if page.shape != values.shape[1:]:
+                    sizes = f"{by(values.shape[:0:-1])} and {by(page.shape[::-1])}"
+                    raise FileFault(f"its slices are of mixed sizes: {names[0]} and it have {sizes}")
+                if page.dtype != values.dtype:
+                    raise FileFault(f"its slices are of mixed types: {names[0]} and it have {values.dtype}, {page.dtype}")
+                _check_pages(tif, tif.series[0], file)
+                values[number] = page.asarray(maxworkers=1)
+        except FileFault as fault:
+            raise FileFault(f"{name}: {fault}") from None
+        except MemoryError:
+            raise
+        except Exception as error:
+            raise FileFault(f"{name}: cannot be read as TIFF: {error}") from error
+    return Samples(values)
+
+
+def _natural(name: str) -> list[tuple[int, int, str]]:
+    """Sort key that puts slice 2 before slice 10."""
+    return [(1, int(part), "") if part.isdigit() else (0, 0, part) for part in re.split(r"([0-9]+)", name)]
