@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import closed_forms as known
 import numpy as np
 import pytest
 from scipy.integrate import quad
 
+from tests import closed_forms as known
 from texvol.camera import Camera
 from texvol.errors import InputError
 from texvol.ray_casting import raycast
@@ -62,7 +62,9 @@ CAMERAS = {
         v.centre, v.centre + v.box_edges[:, 1], v.box_edges[:, 2], height=v.radius
     ),
     "along x": lambda v: Camera.framing(v, eye=v.centre - (2 * v.radius, 0, 0), up=(0, 0, 1)),
-    "1e-7 rad beside x": lambda v: Camera.framing(v, eye=v.centre - v.radius * np.array([2, 2e-7, -1e-7]), up=(0, 0, 1)),
+    "1e-7 rad beside x": lambda v: Camera.framing(
+        v, eye=v.centre - v.radius * np.array([2, 2e-7, -1e-7]), up=(0, 0, 1)
+    ),
     "along a diagonal": lambda v: Camera.framing(v, eye=v.centre - v.box_edges.sum(axis=1), up=(0, 0, 1)),
 }
 VOLUMES = {
@@ -85,7 +87,7 @@ VOLUMES = {
 @pytest.mark.parametrize("shape", VOLUMES)
 def test_a_constant_medium_is_its_chord(shape, view, classification):
     volume = VOLUMES[shape](None)
-    camera, size = CAMERAS[view](volume), (9, 8)
+    camera, size = CAMERAS[view](volume), (7, 9)
     extinction = 1.3 / volume.radius
     path = box_path(volume, camera, size)
     assert (path > 0).any()
@@ -278,7 +280,7 @@ def test_the_mean_opacity_of_a_ball():
 
 @BOTH
 def test_a_linear_field_does_not_depend_on_its_grid(classification):
-    # The same linear field and the same box on 3 grids; trilinear filtering has it exactly, but for the flat outer
+    # The same linear field and the same box on two grids; trilinear filtering has it exactly, but for the flat outer
     # half spacings, which a transfer function that is empty beyond [1, 5] hides from the post-classified.
     transfer = TransferFunction([1, 1, 5, 5], [[1, 0.5, 0.1]] * 4, [0, 0.3, 0.3, 0])
     if classification == "extinction":
@@ -288,8 +290,8 @@ def test_a_linear_field_does_not_depend_on_its_grid(classification):
         h = 12 / n
         position = (np.arange(n) + 0.5) * h - 6
         z, y, x = np.meshgrid(position, position, position, indexing="ij")
-        volume = Volume(0.5 * x + 0.2 * y - 0.4 * z + 3, (h, h, h), (position[0],) * 3)
-        camera = Camera.perspective((1, 2, 0.5), (-3, 1, 0), (0, 0, 1), fov=20)  # sees 5 units, then the wall
+        volume = Volume(0.5 * x + 0.2 * y - 0.4 * z + 2.5, (h, h, h), (position[0],) * 3)
+        camera = Camera.perspective((1, 2, 0.5), (-3, 1, 0), (0, 0, 1), fov=10)  # sees 5 units, then the wall
         pictures.append(raycast(Scene(volume, transfer, camera, classification=classification), (7, 6)))
     # The wall's half spacing is where the grids differ: at most gradient * h/2 * τ' over h/2, and only there.
     tolerance = 1e-12 if classification == "post" else 0.67 * 0.5 * 0.015 * 0.5

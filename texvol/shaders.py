@@ -22,8 +22,11 @@ _INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"\s*$')
 _COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.DOTALL)
 _CONDITION = re.compile(r"^\s*#\s*(?:if|elif|ifdef|ifndef)\b(.*)$", re.MULTILINE)
 _DEFINITION = re.compile(r"^\s*#\s*define\s+(\w+)", re.MULTILINE)
+# Mesa 22 forgets which source string a function call stands in, so that #line's second number cannot tell files apart.
+# Instead the line numbers do: those of the first file start at this number, of the second at twice this, and so on.
+_LINES_PER_FILE = 10_000
 # Where a message points to: Mesa writes 0:12(3):, NVIDIA 0(12) :, others ERROR: 0:12:.
-_PLACE = re.compile(r"^(?:ERROR: )?(\d+)(?::(\d+)(?:\(\d+\))?|\((\d+)\)) ?: ?", re.MULTILINE)
+_PLACE = re.compile(r"^(?:ERROR: )?\d+(?::(\d+)(?:\(\d+\))?|\((\d+)\)) ?: ?", re.MULTILINE)
 
 
 class ShaderError(RuntimeError):
@@ -56,7 +59,7 @@ def load_program(
         A file is missing, a switch is unknown or has no value, or the driver refuses the source.
     """
     names = vertex or f"{name}.vert", fragment or f"{name}.frag"
-    files: list[str] = []  # its index is the file's number in #line and in the driver's messages
+    files: list[str] = []
     sources = [_source(folder, file, defines, files) for file in names]
     _check_switches(sources, defines, " and ".join(names))
     try:
@@ -91,8 +94,7 @@ def _source(folder: Path, file: str, defines: Mapping[str, int], files: list[str
     if version is None:
         raise ShaderError(f"{file} has no #version line")
     switches = [f"#define {switch} {value}" for switch, value in defines.items()]
-    # Only comments may stand before #version, so the file's number is given after it.
-    lines[version + 1 : version + 1] = [*switches, f"#line {version + 2} {files.index(file)}"]
+    lines[version + 1 : version + 1] = [*switches, _line(files, file, version + 2)]
     return "\n".join(lines) + "\n"
 
 
@@ -105,6 +107,8 @@ def _lines(folder: Path, file: str, files: list[str], seen: set[str]) -> Iterato
     seen.add(file)
     if file not in files:
         files.append(file)
+    if len(seen) > 1:  # only comments may stand before the #version of the first
+        yield _line(files, file, 1)
     for number, line in enumerate(text.splitlines(), start=1):
         include = _INCLUDE.match(line)
         if not include:
@@ -113,9 +117,13 @@ def _lines(folder: Path, file: str, files: list[str], seen: set[str]) -> Iterato
         if include[1] not in seen:
             if not (folder / include[1]).is_file():
                 raise ShaderError(f"{file}:{number}: {include[1]} is not in {folder}")
-            yield f"#line 1 {files.index(include[1]) if include[1] in files else len(files)}"
             yield from _lines(folder, include[1], files, seen)
-        yield f"#line {number + 1} {files.index(file)}"
+        yield _line(files, file, number + 1)
+
+
+def _line(files: list[str], file: str, number: int) -> str:
+    """Directive that tells the driver where the next line comes from."""
+    return f"#line {(files.index(file) + 1) * _LINES_PER_FILE + number}"
 
 
 def _check_switches(sources: list[str], defines: Mapping[str, int], files: str) -> None:
@@ -134,10 +142,10 @@ def _check_switches(sources: list[str], defines: Mapping[str, int], files: str) 
 
 
 def _with_files(message: str, files: list[str]) -> str:
-    """The driver's message with the names of files in place of their numbers."""
+    """The driver's message with file:line in place of its numbers."""
 
     def place(match: re.Match[str]) -> str:
-        number = int(match[1])
-        return f"{files[number]}:{match[2] or match[3]}: " if number < len(files) else match[0]
+        file, line = divmod(int(match[1] or match[2]), _LINES_PER_FILE)
+        return f"{files[file - 1]}:{line}: " if 1 <= file <= len(files) else match[0]
 
     return _PLACE.sub(place, message)

@@ -134,7 +134,8 @@ def _largest_texel(
     which 32 places between the points find to (1/64)² of the product of the two steps.
     """
     values = transfer_function.values
-    low, high = volume.finite_range or (values[0], values[-1])
+    # Beyond the first and the last point nothing changes, infinite values included.
+    low, high = np.clip(volume.value_range or (values[0], values[-1]), values[0], values[-1])
     within = values[(values >= low) & (values <= high)]
     ends = np.unique(np.concatenate([[low, high], within, np.nextafter(within, -np.inf)]))
     shares = np.linspace(0, 1, 33)[:, np.newaxis]

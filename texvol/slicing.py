@@ -123,12 +123,14 @@ def _covering_polygons(
         distances = pixels @ _NORMALS
     # A pixel of margin: drivers snap corners to 1/256 pixel, and a silhouette lost by that shows in full.
     reach = np.where(exists[..., np.newaxis], distances, -np.inf).max(axis=1) + 1.0
+    reach[~exists.any(axis=1)] = np.inf  # a sliver that rounding took every point from
     # Side i and its neighbour i + 1 meet at n_i r_i + t_i (r_{i+1} - r_i cos) / sin, t_i perpendicular to n_i.
     following = np.roll(reach, -1, axis=1)
     step = _ANGLES[1]
-    along = (following - reach * np.cos(step)) / np.sin(step)
     tangents = np.stack([-_NORMALS[1], _NORMALS[0]])
-    corners = (reach[:, np.newaxis] * _NORMALS + along[:, np.newaxis] * tangents).transpose(0, 2, 1)
+    with np.errstate(invalid="ignore"):
+        along = (following - reach * np.cos(step)) / np.sin(step)
+        corners = (reach[:, np.newaxis] * _NORMALS + along[:, np.newaxis] * tangents).transpose(0, 2, 1)
     polygons = corners / (width / 2, height / 2)
     # Beyond 64 screens float32 has too few digits left on the screen itself.
     far_off = ~(np.abs(polygons).max(axis=(1, 2)) < 64)

@@ -47,7 +47,7 @@ class Context:
         self._handle = handle
         self.backend = backend
         with handle:
-            self.gl: moderngl.Context = moderngl.create_context(standalone=True, context=loader)
+            self.gl: moderngl.Context = moderngl.create_context(context=loader)
             self.renderer: str = self.gl.info["GL_RENDERER"]
         # Freed when nobody holds it any more; not at exit, where another thread may still be drawing.
         self._release = weakref.finalize(self, self.gl.release)

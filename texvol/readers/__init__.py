@@ -70,7 +70,9 @@ def load(
         kind = format_of(name, choice)
         samples = _read(kind, name, choice)
     except FileFault as fault:
-        raise InputError(f"{name}: {_one_line(fault)}") from None
+        # Readers of folders name the slice; of a single file that would be said twice.
+        reason = _one_line(fault).removeprefix(f"{os.path.basename(name)}: ")
+        raise InputError(f"{name}: {reason}") from None
     except TexvolError:
         raise
     except OSError as error:
@@ -93,7 +95,7 @@ def load(
 
 
 def _read(kind: str, path: str, choice: Choice) -> Samples:
-    """Samples of a file of that kind; each reader, and the library that it stands on, is imported when it is asked for."""
+    """Samples of a file of that kind; a reader, and the library that it stands on, is imported when it is needed."""
     if kind == "NPY":
         from texvol.readers import npy
 

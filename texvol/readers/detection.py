@@ -127,7 +127,7 @@ def _check_name(lower: str, named: str, content: str, head: bytes) -> None:
         if content != packing:
             raise FileFault(f"named {packing}-compressed {named}, but its content is {content}")
         content = content_of(_unpacked_head(head)) if packing == "gzip" else named
-    # An .img is the samples of a NIfTI pair and has no mark; DICOM of the old days has no preamble; MRC none before 2000.
+    # An .img is the samples of a NIfTI pair and has no mark; old DICOM has no preamble, and old MRC no "MAP".
     unmarked = lower.endswith((".img", ".img.gz")) or (named in ("DICOM", "MRC") and content == _UNKNOWN)
     if content != named and not unmarked:
         inside = f", and its unpacked content is {content}" if packing else f", but its content is {content}"

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -82,8 +83,9 @@ def _series_of(path: str) -> list[_Series]:
 def _header(file: str) -> Any | None:
     """Everything in a DICOM file but its pixels; None if it is no DICOM file, or one without an image."""
     import pydicom
-    from pydicom.uid import DeflatedExplicitVRLittleEndian
+    from pydicom.uid import UID, DeflatedExplicitVRLittleEndian
 
+    name = os.path.basename(file)
     if not os.path.isfile(file):
         return None
     with open(file, "rb") as stream:
@@ -91,21 +93,22 @@ def _header(file: str) -> Any | None:
     if not has_preamble and not file.lower().endswith((".dcm", ".dicom", ".ima")):
         return None
     try:
-        meta = pydicom.filereader.read_file_meta_info(file) if has_preamble else {}
+        meta: Any = pydicom.filereader.read_file_meta_info(file) if has_preamble else {}
         if meta.get("TransferSyntaxUID") == DeflatedExplicitVRLittleEndian:
-            raise FileFault(f"{os.path.basename(file)} is deflated as a whole, which is not read")
+            raise FileFault(f"{name} is deflated as a whole, which is not read")
         header = pydicom.dcmread(file, stop_before_pixels=True, force=not has_preamble)
     except FileFault:
         raise
     except Exception as error:
-        raise FileFault(f"{os.path.basename(file)} is corrupt: {error}") from error
-    if str(header.get("SOPClassUID", "")) == "1.2.840.10008.1.3.10":  # a DICOMDIR
-        return None
-    if not has_preamble and "SOPClassUID" not in header:
-        raise FileFault(f"{os.path.basename(file)} is not DICOM")
-    if "Rows" not in header and not has_preamble | ("SOPClassUID" in header):
-        raise FileFault(f"{os.path.basename(file)} is corrupt: it has no Rows")
-    return header if "Rows" in header else None
+        raise FileFault(f"{name} is corrupt: {error}") from error
+    kind = UID(str(header.get("SOPClassUID") or meta.get("MediaStorageSOPClassUID") or "")).name
+    if "Rows" in header:
+        return header
+    if not kind:
+        raise FileFault(f"{name} is corrupt: it does not say what kind of DICOM object it is")
+    if kind.endswith("Image Storage"):
+        raise FileFault(f"{name} is corrupt: it is a {kind.removesuffix(' Storage')} without Rows, as if truncated")
+    return None  # a directory, a report, a plan: no image
 
 
 def _chosen(found: Sequence[_Series], wanted: str | None) -> _Series:
@@ -161,7 +164,7 @@ def _in_order(slices: Sequence[Slice], choice: Choice) -> list[Slice]:
         else:
             places[-1].append(one)
     one_each = _one_at_each(places, choice)
-    for before, after in zip(one_each[:-1], one_each[1:], strict=True):
+    for before, after in pairwise(one_each):
         gap = along[after] - along[before]
         if abs(gap - usual) > _GAP_TOLERANCE * usual:
             raise FileFault(
@@ -195,7 +198,8 @@ def _check_on_a_line(ordered: Sequence[Slice]) -> None:
     first, last = np.array(ordered[0].position), np.array(ordered[-1].position)
     steps = max(len(ordered) - 1, 1)
     for number, one in enumerate(ordered):
-        beside = np.linalg.norm((np.array(one.position) - first - (last - first) * number / steps) @ np.array(one.axes).T)
+        expected = first + (last - first) * number / steps
+        beside = np.linalg.norm(np.array(one.axes) @ (np.array(one.position) - expected))
         if beside > 0.5 * min(one.spacing):
             raise FileFault(f"its slices do not lie on a line: {one.name} is {beside:g} mm beside it")
 

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
-from typing import Any, NamedTuple
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import IO, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol.errors import missing_extra
 from texvol.readers.samples import FileFault, check_size
 
 Triple = tuple[float, float, float]
@@ -24,6 +27,10 @@ _GROUPS = {
     "RescaleIntercept": "PixelValueTransformationSequence",
     "TemporalPositionIndex": "FrameContentSequence",
 }
+
+
+# What tells slices at one place apart, first things first.
+_ORDER = ("TemporalPositionIndex", "TemporalPositionIdentifier", "EchoTime", "AcquisitionNumber", "InstanceNumber")
 
 
 class Slice(NamedTuple):
@@ -65,7 +72,10 @@ class Slice(NamedTuple):
 def slices_of(path: str, header: Any) -> list[Slice]:
     """Every slice of a file; FileFault that names the file if something about them is missing or makes no sense."""
     try:
-        return [_slice(path, header, frame) for frame in range(int(header.get("NumberOfFrames") or 1))]
+        count = int(header.get("NumberOfFrames") or 1)
+        if not 1 <= count <= os.path.getsize(path):
+            raise FileFault(f"its NumberOfFrames is {count}, in a file of {os.path.getsize(path)} bytes")
+        return [_slice(path, header, frame) for frame in range(count)]
     except FileFault as fault:
         raise FileFault(f"{os.path.basename(path)}: {fault}") from None
 
@@ -100,10 +110,7 @@ def _slice(path: str, header: Any, frame: int) -> Slice:
         thickness=_thickness(header, frame),
         slope=_number(header, frame, "RescaleSlope", 1.0 if scaling is None else float(scaling)),
         intercept=_number(header, frame, "RescaleIntercept", 0.0),
-        order=tuple(
-            _number(header, frame, key, 0.0)
-            for key in ("TemporalPositionIndex", "TemporalPositionIdentifier", "EchoTime", "AcquisitionNumber", "InstanceNumber")
-        ),
+        order=tuple(_number(header, frame, key, 0.0) for key in _ORDER),
     )
 
 
@@ -154,7 +161,8 @@ def _numbers(header: Any, frame: int, key: str, count: int) -> list[float]:
 def _unit_vector(numbers: Sequence[float]) -> Triple:
     length = float(np.linalg.norm(numbers))
     if not 0.9 < length < 1.1:
-        raise FileFault(f"direction must not be singular: {list(numbers)} of its ImageOrientationPatient has length {length:g}")
+        vector = ", ".join(f"{number:g}" for number in numbers)
+        raise FileFault(f"direction must not be singular: {vector} of ImageOrientationPatient has length {length:g}")
     x, y, z = (number / length for number in numbers)
     return x, y, z
 
@@ -193,8 +201,33 @@ def _position(header: Any, frame: int, axes: tuple[Triple, Triple]) -> Triple:
 def _pixels(one: Slice) -> NDArray:
     import pydicom
 
+    name = os.path.basename(one.path)
     dataset = pydicom.dcmread(one.path, force=True)
     try:
-        return np.asarray(dataset.pixel_array)
+        with _held_back_stderr() as printed:
+            pixels = np.asarray(dataset.pixel_array)
+            printed.seek(0)
+            complaints = printed.read().decode("utf-8", "replace").splitlines()
     except Exception as error:
-        raise FileFault(f"{os.path.basename(one.path)}: its pixels can't be read: {error}") from error
+        if "missing dependencies" in str(error):
+            kind = dataset.file_meta.TransferSyntaxUID.name
+            raise missing_extra("python-gdcm", "formats", f"{one.path}: unpacking {kind}") from error
+        raise FileFault(f"{name}: its pixels can't be read: {error}") from error
+    # Of a damaged picture the decoders print that it is damaged, and return grey for the rest.
+    damage = [line for line in complaints if "orrupt" in line or "remature" in line]
+    if damage:
+        raise FileFault(f"{name}: its pixels can't be read: {damage[0]}")
+    return pixels
+
+
+@contextmanager
+def _held_back_stderr() -> Iterator[IO[bytes]]:
+    """A file that takes what C libraries print on stderr."""
+    with tempfile.TemporaryFile() as printed:
+        stderr = os.dup(2)
+        os.dup2(printed.fileno(), 2)
+        try:
+            yield printed
+        finally:
+            os.dup2(stderr, 2)
+            os.close(stderr)

@@ -68,9 +68,7 @@ def _header(path: str) -> tuple[Mapping[str, str], int, list[str]]:
     return fields, offset, [line.strip() for line in listed if line.strip()]
 
 
-def _samples(
-    path: str, fields: Mapping[str, str], sizes: Sequence[int], offset: int, listed: Sequence[str]
-) -> NDArray:
+def _samples(path: str, fields: Mapping[str, str], sizes: Sequence[int], offset: int, listed: Sequence[str]) -> NDArray:
     """All samples, slowest axis first."""
     dtype = _dtype(fields)
     if not _flag(fields, "BinaryData", default=True):
@@ -84,9 +82,7 @@ def _samples(
         return read_stored(path, dtype, sizes, encoding=encoding, offset=offset, what="it")
     paths = [(name, data_file(path, name)) for name in _data_names(where, listed)]
     if len(paths) == 1:
-        return read_stored(
-            paths[0][1], dtype, sizes, encoding=encoding, skip=skip, what=f"its data file {paths[0][0]}"
-        )
+        return read_stored(paths[0][1], dtype, sizes, encoding=encoding, skip=skip, what=f"its data file {paths[0][0]}")
     if len(paths) != sizes[0]:
         raise FileFault(f"it names {len(paths)} data files, and DimSize ({by(sizes[::-1])}) has {sizes[0]} slices")
     check_size(sizes, dtype.itemsize)
@@ -119,7 +115,7 @@ def _dtype(fields: Mapping[str, str]) -> np.dtype:
 
 
 def _grid(fields: Mapping[str, str], count: int) -> dict[str, Any]:
-    """Spacing, origin and direction. Positions are ITK's: axis a of the grid is row a of the matrix as it is written."""
+    """Spacing, origin and direction as ITK has them: axis a of the grid is row a of the matrix as it is written."""
     grid: dict[str, Any] = {"unit": _unit(fields), "space": "left-posterior-superior"}
     key = "ElementSpacing" if "ElementSpacing" in fields else "ElementSize"
     if key in fields:

@@ -10,42 +10,62 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from texvol.readers.samples import Choice, FileFault, Samples, by, grid_from_columns, pick, real_type
-from texvol.readers.stored import read_stored
+from texvol.readers.stored import read_stored, unpacked
 
+_HEADER_BYTES = 1024
 _IMOD_STAMP = 1146047817  # of files in which mode 0 may be unsigned (IMOD's extension of the format)
 
 
 def read(path: str, choice: Choice) -> Samples:
     """Samples of a map, plain or packed by gzip or bzip2."""
-    import mrcfile
     from mrcfile.utils import data_dtype_from_header
 
-    with mrcfile.open(path, header_only=True) as file:
-        header = file.header
-        if int(header.mode) == 101:
-            raise FileFault("holds samples of four bits (mode 101), which are not read")
-        dtype = real_type(_imod_type(header, data_dtype_from_header(header)))
+    encoding = _encoding(path)
+    header = _header(path, encoding)
+    if int(header.mode) == 101:
+        raise FileFault("holds samples of four bits (mode 101), which are not read")
+    dtype = real_type(_imod_type(header, data_dtype_from_header(header)))
     sizes = [int(header.nz), int(header.ny), int(header.nx)]
     if min(sizes) < 1:
         raise FileFault(f"every dimension must be positive, and the header says {by(sizes[::-1])}")
     extended = int(header.nsymbt)
     if extended < 0:
         raise FileFault(f"its extended header has {extended} bytes")
-    columns, rows, sections = crystal_axes = [int(header[key]) - 1 for key in ("mapc", "mapr", "maps")]
-    if crystal_axes == [-1, -1, -1]:  # unset by old programs, which knew one order only
-        crystal_axes = [columns, rows, sections] = [0, 1, 2]
-    if sorted(crystal_axes) != [0, 1, 2]:
-        raise FileFault(f"MAPC, MAPR, MAPS must be 1, 2, 3 in some order, and are {[a + 1 for a in crystal_axes]}")
+    crystal_axes = _crystal_axes(header)
     sizes, axes = _volumes(header, sizes)
     index = pick(axes, sizes, choice)
-    values = _stored(path, dtype, sizes, 1024 + extended)[index]
-    # File axes, slowest first, are sections, rows, columns; wanted are z, y, x.
-    file_axes = [sections, rows, columns]
-    values = values.transpose([file_axes.index(axis) for axis in (2, 1, 0)])
+    begin = {"offset" if encoding == "raw" else "skip": _HEADER_BYTES + extended}
+    values = read_stored(path, dtype, sizes, encoding=encoding, what="it", **begin)[index]
+    # The file's axes, slowest first, are sections, rows, columns; wanted are z, y, x.
+    values = values.transpose([crystal_axes[::-1].index(axis) for axis in (2, 1, 0)])
     return Samples(values, **_grid(header, crystal_axes))
+
+
+def _encoding(path: str) -> str:
+    lower = path.lower()
+    return "deflate" if lower.endswith(".gz") else "bzip2" if lower.endswith(".bz2") else "raw"
+
+
+def _header(path: str, encoding: str) -> Any:
+    """The first 1024 bytes as mrcfile names them; mrcfile itself would read the extended header too, however long."""
+    from mrcfile.dtypes import HEADER_DTYPE
+    from mrcfile.utils import byte_order_from_machine_stamp
+
+    with open(path, "rb") as file:
+        block = file.read(_HEADER_BYTES) if encoding == "raw" else next(unpacked(file, encoding), b"")
+    if len(block) < _HEADER_BYTES:
+        raise FileFault(f"is truncated: its header of {_HEADER_BYTES} bytes has {len(block)}")
+    header = np.frombuffer(block[:_HEADER_BYTES], HEADER_DTYPE).reshape(()).view(np.recarray)
+    if bytes(header.map)[:3] != b"MAP":
+        raise FileFault("is not MRC: its header has no 'MAP' at byte 208")
+    try:
+        order = byte_order_from_machine_stamp(header.machst)
+    except ValueError:
+        # Some programs leave the stamp empty; a mode is a small number in one order only.
+        order = "<" if int(header.mode.view("<i4")) < 2**16 else ">"
+    return header.view(np.dtype((np.record, HEADER_DTYPE.newbyteorder(order)))).view(np.recarray)
 
 
 def _imod_type(header: Any, dtype: np.dtype) -> np.dtype:
@@ -53,6 +73,16 @@ def _imod_type(header: Any, dtype: np.dtype) -> np.dtype:
     stamp, flags = (int.from_bytes(extra[at : at + 4], "little") for at in (152 - 112, 156 - 112))
     is_unsigned = int(header.mode) == 0 and stamp == _IMOD_STAMP and not flags & 1
     return np.dtype(np.uint8) if is_unsigned else dtype
+
+
+def _crystal_axes(header: Any) -> list[int]:
+    """Which of the axes x, y, z (0, 1, 2) the columns, rows and sections run along."""
+    numbers = [int(header[key]) for key in ("mapc", "mapr", "maps")]
+    if numbers == [0, 0, 0]:  # unset by old programs, which knew one order only
+        return [0, 1, 2]
+    if sorted(numbers) != [1, 2, 3]:
+        raise FileFault(f"MAPC, MAPR, MAPS must be 1, 2, 3 in some order, and are {', '.join(map(str, numbers))}")
+    return [number - 1 for number in numbers]
 
 
 def _volumes(header: Any, sizes: Sequence[int]) -> tuple[list[int], str]:
@@ -63,15 +93,6 @@ def _volumes(header: Any, sizes: Sequence[int]) -> tuple[list[int], str]:
     if per_volume < 0 or sizes[0] % per_volume:
         raise FileFault(f"is a stack of volumes of {per_volume} sections, and has {sizes[0]}")
     return [sizes[0] // per_volume, per_volume, *sizes[1:]], "?ZYX"
-
-
-def _stored(path: str, dtype: np.dtype, sizes: Sequence[int], offset: int) -> NDArray:
-    lower = path.lower()
-    if lower.endswith(".gz"):
-        return read_stored(path, dtype, sizes, encoding="deflate", skip=offset, what="it")
-    if lower.endswith(".bz2"):
-        return read_stored(path, dtype, sizes, encoding="bzip2", skip=offset, what="it")
-    return read_stored(path, dtype, sizes, offset=offset, what="it")
 
 
 def _grid(header: Any, crystal_axes: Sequence[int]) -> dict[str, Any]:
@@ -90,7 +111,9 @@ def _grid(header: Any, crystal_axes: Sequence[int]) -> dict[str, Any]:
     cell[:, 2] = x, y, np.sqrt(1 - x * x - y * y)
     steps = lengths / intervals
     if not (steps > 0).all():
-        raise FileFault(f"spacing must be positive along every axis, and its cell makes it {', '.join(f'{s:g}' for s in steps)}")
+        raise FileFault(
+            "spacing must be positive along every axis, and its cell makes it {:g}, {:g}, {:g}".format(*steps)
+        )
     columns = cell * steps
     spacing, direction = grid_from_columns(columns)
     origin = np.array([float(header.origin[key]) for key in "xyz"])

@@ -24,10 +24,8 @@ def read(path: str, choice: Choice) -> Samples:
     header, is_single = _header(header_path)
     sizes = [int(size) for size in header["dim"][1 : 1 + int(header["dim"][0])]]
     offset = int(header["vox_offset"])
-    if offset < 0 or (is_single and offset < len(header.binaryblock)):
-        offset = max(offset, len(header.binaryblock) + 4) if is_single and offset == 0 else offset
-        if offset < 0 or (is_single and offset < len(header.binaryblock)):
-            raise FileFault(f"its samples begin at byte {offset}, inside its header")
+    if offset < (len(header.binaryblock) if is_single else 0):
+        raise FileFault(f"its samples begin at byte {offset}, inside its header")
     dtype = header.get_data_dtype()
     axes = _axes(len(sizes))
     components = _RGB.get(int(header["datatype"]))

@@ -1,6 +1,6 @@
 """NRRD: a text header, read by pynrrd, and samples after it or in files that it names.
 
-The samples are read here and not by pynrrd, which unpacks whatever a stream holds and opens whatever path a header names.
+The samples are read here and not by pynrrd, which unpacks all that a stream holds and opens any path it is given.
 """
 
 from __future__ import annotations
@@ -17,6 +17,9 @@ from texvol.readers.samples import Choice, FileFault, Samples, by, check_size, g
 from texvol.readers.stored import data_file, read_stored
 
 _LONGEST_HEADER = 2**20
+
+# What a number takes in memory while it is still a word: a Python string and its place in a list.
+_WORD_BYTES = 64
 
 _TYPES = {
     "i1": "signed char, int8, int8_t",
@@ -109,9 +112,7 @@ def _axes(header: Mapping[str, Any], sizes: Sequence[int]) -> str:
     return "".join(letters)[::-1]
 
 
-def _samples(
-    path: str, header: Mapping[str, Any], sizes: Sequence[int], offset: int, listed: Sequence[str]
-) -> NDArray:
+def _samples(path: str, header: Mapping[str, Any], sizes: Sequence[int], offset: int, listed: Sequence[str]) -> NDArray:
     """All samples, slowest axis first, from after the header or from the data files."""
     encoding = str(header["encoding"]).lower()
     named = header.get("data file", header.get("datafile"))
@@ -174,11 +175,13 @@ def _from_text(
             file.readline()
         if (os.fstat(file.fileno()).st_size - file.tell()) < count:
             raise FileFault(f"{what} is too short to hold {count} samples as text")
+        check_size(sizes, _WORD_BYTES)
         text = file.read().decode("ascii")
     if encoding == "hex":
         values = np.frombuffer(bytes.fromhex(text), np.uint8)
-        if values.size != count * dtype.itemsize:
-            raise FileFault(f"{what} holds {values.size} bytes of samples, and its header needs {count * dtype.itemsize}")
+        needed = count * dtype.itemsize
+        if values.size != needed:
+            raise FileFault(f"{what} holds {values.size} bytes of samples, and its header needs {needed}")
         return values.view(dtype).reshape(sizes)
     words = text.split()
     if len(words) != count:
@@ -197,7 +200,7 @@ def _dtype(header: Mapping[str, Any], encoding: str) -> np.dtype:
     endian = str(header.get("endian", "")).lower()
     if dtype.itemsize > 1 and encoding not in ("ascii", "text", "txt"):
         if endian not in ("little", "big"):
-            raise FileFault("its samples have more than one byte, and its header does not say 'endian: little' or 'big'")
+            raise FileFault("its samples have several bytes, and its header does not say 'endian: little' or 'big'")
         dtype = dtype.newbyteorder("<" if endian == "little" else ">")
     return real_type(dtype)
 

@@ -44,7 +44,8 @@ def check_size(sizes: Sequence[int], item_bytes: int) -> int:
     needed = prod(sizes) * item_bytes
     available = available_memory()
     if needed > available:
-        raise FileFault(f"{by(sizes)} samples need {in_bytes(needed)}, and this machine has {in_bytes(available)} of memory")
+        room = in_bytes(available)
+        raise FileFault(f"{by(sizes)} samples need {in_bytes(needed)} of memory, and this machine has {room}")
     return needed
 
 
@@ -168,7 +169,7 @@ def rescaled_type(dtype: np.dtype, slope: float, intercept: float, bits: int | N
 
 
 def grid_from_columns(columns: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Spacing and direction from a (3, 3) matrix whose column a is the world step from one sample to the next along a."""
+    """Spacing and direction from a (3, 3) matrix whose column a is the world step between neighbours along axis a."""
     steps = np.array(columns, dtype=np.float64)
     if not np.isfinite(steps).all():
         raise FileFault(f"the directions of its axes must be finite, and are {steps.T.tolist()}")

@@ -105,7 +105,7 @@ def _read_packed(
     blocks: Iterator[bytes], dtype: np.dtype, sizes: Sequence[int], needed: int, skip: int, what: str
 ) -> NDArray:
     values = np.empty(tuple(sizes), dtype)
-    target = memoryview(values.reshape(-1).view(np.uint8))
+    target = values.reshape(-1).view(np.uint8)
     seen = 0  # bytes unpacked so far, the skipped ones included
     for block in blocks:
         first = max(skip - seen, 0)
@@ -113,7 +113,7 @@ def _read_packed(
         seen += len(block)
         if seen - skip > needed:
             raise _wrong_size(what, None, needed)
-        target[at : at + max(len(block) - first, 0)] = block[first:]
+        target[at : at + max(len(block) - first, 0)] = np.frombuffer(block, np.uint8)[first:]
     if seen - skip != needed:
         raise _wrong_size(what, max(seen - skip, 0), needed)
     return values

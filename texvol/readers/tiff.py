@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.readers.samples import Choice, FileFault, Samples, by, check_size, pick, real_type
+from texvol.readers.tiff_pages import check_pages
 
 _UNITS = {
     "micron": "µm",
@@ -47,11 +48,16 @@ def read(path: str, choice: Choice) -> Samples:
 def _file(path: str, choice: Choice) -> Samples:
     import tifffile
 
+    check_pages(path)
     with tifffile.TiffFile(path, _multifile=False) as tif:
         _refuse_several_files(tif)
         if not tif.series:
             raise FileFault("holds no image")
         series = tif.series[0]
+        for program, is_so, kind in (("OME", tif.is_ome, "ome"), ("ImageJ", tif.is_imagej, "imagej")):
+            # tifffile would fall back to the bare pages, channels and slices in one row.
+            if is_so and series.kind != kind:
+                raise FileFault(f"its {program} description does not fit its pages")
         sizes, axes = [int(size) for size in series.shape], _axes(series.axes)
         dtype = real_type(np.dtype(series.dtype))
         index = pick(axes, sizes, choice)
@@ -157,6 +163,7 @@ def _folder(path: str, choice: Choice) -> Samples:
     for number, name in enumerate(names):
         file = os.path.join(path, name)
         try:
+            check_pages(file)
             with tifffile.TiffFile(file, _multifile=False) as tif:
                 page = tif.pages[0]
                 if len(tif.pages) > 1 or len(page.shape) != 2:
@@ -168,7 +175,8 @@ def _folder(path: str, choice: Choice) -> Samples:
                     sizes = f"{by(values.shape[:0:-1])} and {by(page.shape[::-1])}"
                     raise FileFault(f"its slices are of mixed sizes: {names[0]} and it have {sizes}")
                 if page.dtype != values.dtype:
-                    raise FileFault(f"its slices are of mixed types: {names[0]} and it have {values.dtype}, {page.dtype}")
+                    types = f"{values.dtype} and {page.dtype}"
+                    raise FileFault(f"its slices are of mixed types: {names[0]} and it have {types}")
                 _check_pages(tif, tif.series[0], file)
                 values[number] = page.asarray(maxworkers=1)
         except FileFault as fault:

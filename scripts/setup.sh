@@ -1,0 +1,105 @@
+#!/bin/sh
+# Makes .venv with texvol in it, and sees to it that OpenGL answers. Does nothing, quickly, where that is done.
+# Usage: sh scripts/setup.sh [EXTRA [BACKEND]]     EXTRA: as in pyproject.toml;  BACKEND: osmesa is wanted beside EGL
+set -eu
+extra=${1:-}
+wanted_too=${2:-}
+CDPATH='' cd -- "$(dirname -- "$0")/.."
+python=.venv/bin/python
+
+say() { printf 'texvol: %s\n' "$*"; }
+fail() { printf 'texvol: error: %s\n' "$*" >&2; exit 1; }
+new_enough() { "$1" -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null; }
+
+as_root() {
+    if [ "$(id -u)" = 0 ]; then "$@"
+    elif command -v sudo >/dev/null; then sudo "$@"
+    else fail "please run as root: $*"
+    fi
+}
+
+manager=
+for each in apt-get dnf apk pacman zypper; do
+    if command -v "$each" >/dev/null; then manager=$each; break; fi
+done
+
+# Install the system's packages; what the package manager says is shown only if it fails.
+install_packages() {
+    say "installing $* with $manager"
+    case $manager in
+        apt-get) as_root apt-get -qq update && as_root env DEBIAN_FRONTEND=noninteractive apt-get -qq install -y "$@" ;;
+        dnf) as_root dnf -q install -y "$@" ;;
+        apk) as_root apk add -q "$@" ;;
+        pacman) as_root pacman -Sy --noconfirm --needed --quiet "$@" ;;
+        zypper) as_root zypper -q --non-interactive install "$@" ;;
+    esac >.venv.log 2>&1 || { cat .venv.log >&2; rm -f .venv.log; return 1; }
+    rm -f .venv.log
+}
+
+# 1. A Python environment.
+
+make_venv() { rm -rf .venv && "$1" -m venv .venv >/dev/null 2>&1 && .venv/bin/python -m pip --version >/dev/null 2>&1; }
+
+if ! new_enough "$python"; then
+    found=
+    for each in python3 python3.13 python3.12 python3.11; do
+        if new_enough "$each"; then found=$each; break; fi
+    done
+    [ -n "$found" ] || fail "no Python 3.11 or later found (looked for python3, python3.13, python3.12, python3.11)"
+    say "making .venv with $("$found" --version)"
+    if ! make_venv "$found"; then
+        package=python$("$found" -c 'import sys; print("%d.%d" % sys.version_info[:2])')-venv
+        if [ "$manager" != apt-get ] || ! install_packages "$package" || ! make_venv "$found"; then
+            rm -rf .venv
+            fail "$found cannot make an environment: install its venv module (Debian, Ubuntu: python3-venv)"
+        fi
+    fi
+fi
+
+# 2. texvol and its libraries, again whenever pyproject.toml, Python or the place has changed.
+
+# Any extra has the base in it.
+stamp="$("$python" --version) $(cksum <pyproject.toml) $PWD"
+if [ -n "$extra" ]; then set -- ".venv/installed-$extra"; else set -- .venv/installed-*; fi
+complete=false
+for each in "$@"; do
+    if [ "$(cat "$each" 2>/dev/null)" = "$stamp" ]; then complete=true; fi
+done
+if ! $complete; then
+    say "installing texvol${extra:+[$extra]} into .venv"
+    "$python" -m pip install --quiet --disable-pip-version-check --editable ".${extra:+[$extra]}" ||
+        fail "pip could not install texvol${extra:+[$extra]} (see above)"
+    printf '%s' "$stamp" >".venv/installed-${extra:-base}"
+fi
+
+# 3. OpenGL.
+
+try_backend="import sys; from texvol.contexts import open_context; open_context(sys.argv[1]).release()"
+opens() { "$python" -c "$try_backend" "$1" 2>/dev/null; }
+
+mesa() {
+    case $manager,$1 in
+        apt-get,egl) echo libegl1 libgl1-mesa-dri ;;
+        apt-get,osmesa) echo libosmesa6 ;;
+        dnf,egl) echo mesa-libEGL mesa-dri-drivers ;;
+        dnf,osmesa) echo mesa-libOSMesa ;;
+        apk,egl) echo mesa-egl mesa-dri-gallium ;;
+        apk,osmesa) echo mesa-osmesa ;;
+        pacman,*) echo mesa ;;
+        zypper,egl) echo Mesa-libEGL1 Mesa-dri ;;
+        zypper,osmesa) echo libOSMesa8 ;;
+    esac
+}
+
+ensure() { # shellcheck disable=SC2046  (one word for each package)
+    opens "$1" || { [ -n "$manager" ] && install_packages $(mesa "$2") && opens "$1"; }
+}
+
+if ! ensure auto egl && ! ensure auto osmesa; then
+    "$python" -c "$try_backend" auto 2>&1 | tail -n 1 >&2
+    fail "no OpenGL driver answers, and installing Mesa's did not help"
+fi
+if [ "$wanted_too" = osmesa ]; then
+    ensure egl egl || say "EGL does not answer here; what needs it is skipped"
+    ensure osmesa osmesa || say "this system has no OSMesa (Mesa dropped it in 25.1); what needs it is skipped"
+fi

@@ -1,0 +1,9 @@
+#!/bin/sh
+# Sets up whatever is missing, checks style and types, and runs all tests; arguments go on to pytest.
+set -eu
+CDPATH='' cd -- "$(dirname -- "$0")/.."
+sh scripts/setup.sh test osmesa
+.venv/bin/python -m ruff check --quiet
+.venv/bin/python -m mypy --no-error-summary
+# Two processes: the driver draws with several threads of its own.
+exec .venv/bin/python -m pytest -n 2 "$@"

@@ -1,0 +1,48 @@
+"""One OpenGL context for all tests, entered, cleaned and checked for errors around each; and each back end."""
+
+from __future__ import annotations
+
+import gc
+from collections.abc import Iterator
+
+import pytest
+
+from texvol.contexts import Context, open_context
+
+from .small_pictures import BACKENDS, backend_or_skip
+
+
+@pytest.fixture(scope="session")
+def session_context() -> Iterator[Context]:
+    """The one context of the session; tests ask for `context`."""
+    opened = open_context()
+    opened.gl.gc_mode = "context_gc"  # what a test drops is queued, and freed after it, while the context is current
+    yield opened
+    opened.release()
+
+
+@pytest.fixture
+def context(session_context: Context) -> Iterator[Context]:
+    """The session's context, current; the test must leave no OpenGL error, and what it made is freed."""
+    gl = session_context.gl
+    with session_context:
+        assert gl.error == "GL_NO_ERROR", "an OpenGL error was left before this test"
+        yield session_context
+        left = gl.error
+        gc.collect()
+        gl.gc()
+        gl.enable_only(gl.NOTHING)
+        assert left == "GL_NO_ERROR", "the test left an OpenGL error"
+        assert gl.error == "GL_NO_ERROR", "cleaning up after the test gave an OpenGL error"
+
+
+@pytest.fixture(params=BACKENDS)
+def backend(request: pytest.FixtureRequest) -> str:
+    """Each back end that the machine has."""
+    return backend_or_skip(request.param)
+
+
+@pytest.fixture
+def both_backends() -> tuple[str, ...]:
+    """Both of them, or the test is skipped."""
+    return tuple(map(backend_or_skip, BACKENDS))

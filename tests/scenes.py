@@ -1,0 +1,59 @@
+"""Volumes, transfer functions and cameras that several tests draw."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from texvol.camera import Camera, Projection
+from texvol.transfer import TransferFunction
+from texvol.volume import Volume
+
+FOG = TransferFunction(
+    np.array([0, 0.3, 0.6, 1]),
+    np.array([(0.2, 0.3, 0.9), (0.4, 0.8, 0.5), (0.9, 0.6, 0.2), (1, 1, 0.9)]),
+    np.array([0, 0.004, 0.012, 0.03]),
+)
+BONE = TransferFunction(
+    np.array([0, 0.45, 0.55, 0.8, 1]),
+    np.array([(0.5, 0.1, 0.05), (0.6, 0.3, 0.1), (0.9, 0.8, 0.6), (1, 1, 0.9), (1, 1, 1)]),
+    np.array([0, 0, 0.15, 0.5, 0.8]),
+)
+
+
+def constant(extinction: float, color: tuple[float, float, float] = (0.9, 0.6, 0.3)) -> TransferFunction:
+    """The same matter whatever the value."""
+    return TransferFunction(np.zeros(1), np.array([color]), np.array([extinction]))
+
+
+def smooth_volume(samples: int = 48) -> Volume:
+    """A few waves between 0 and 1, none shorter than a quarter of the box."""
+    z, y, x = np.meshgrid(*[(np.arange(samples) + 0.5) / samples * 2 - 1] * 3, indexing="ij")
+    values = 0.5 + 0.5 * np.sin(3 * x + y) * np.cos(4 * y - z) * np.sin(3 * z + 1)
+    return Volume(values.astype(np.float32), name="smooth")
+
+
+def random_volume(seed: int, dimensions: tuple[int, int, int] = (9, 8, 7)) -> Volume:
+    """White noise between 0 and 1 on an anisotropic grid."""
+    random = np.random.default_rng(seed)
+    return Volume(random.random(dimensions[::-1]).astype(np.float32), (1.0, 1.3, 0.7), name=f"noise {seed}")
+
+
+def inside(volume: Volume, projection: Projection) -> Camera:
+    """A camera with its eye inside the box, off every symmetry."""
+    eye = volume.centre + 0.2 * volume.radius * np.array([0.3, -0.5, 0.4])
+    target = eye + np.array([-0.5, 1.0, -0.35])
+    if projection == "perspective":
+        return Camera.perspective(eye, target, (0, 0, 1), fov=70)
+    return Camera.orthographic(eye, target, (0, 0, 1), height=2 * volume.radius)
+
+
+def path_lengths(volume: Volume, camera: Camera, size: tuple[int, int]) -> np.ndarray:
+    """World length of each pixel's ray inside the box and in front of the eye, shape (height, width)."""
+    origins, directions = camera.rays(size)
+    unit_from_world = volume.index_from_world / np.array(volume.dimensions)[:, np.newaxis]
+    position = (origins - volume.box_corner) @ unit_from_world.T
+    way = directions @ unit_from_world.T
+    with np.errstate(divide="ignore"):
+        a, b = -position / way, (1 - position) / way
+    enters = np.maximum(np.minimum(a, b).max(axis=2), 0)
+    return np.maximum(np.maximum(a, b).min(axis=2) - enters, 0)

@@ -1,0 +1,90 @@
+"""The slab integral against its limits, and the shader's version of it against Python's."""
+
+from __future__ import annotations
+
+import moderngl
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from texvol import optics
+from texvol.contexts import Context
+from texvol.shaders import FOLDER
+
+DEPTHS = [0.0, 1e-30, 1e-12, 1e-8, 1e-3, 0.3, 0.4999, 0.5, 1.0, 5.0, 50.0, 1e4]
+
+
+@pytest.mark.parametrize("depth", DEPTHS)
+def test_a_slab_of_constant_matter_is_its_closed_form(depth: float) -> None:
+    color, opacity = optics.slab_integral(np.array([0.7, 0.2, 0.0]), depth, 1.0)
+    # In long double 1 - e^-x has 19 digits; below 1e-6 its Taylor series has more.
+    x = np.longdouble(depth)
+    expected = x * (1 - x / 2 + x * x / 6) if depth < 1e-6 else 1 - np.exp(-x)
+    assert opacity == pytest.approx(float(expected), rel=1e-13)
+    mean = float(expected / x) if depth > 0 else 1.0
+    np.testing.assert_allclose(color, np.array([0.7, 0.2, 0.0]) * mean, rtol=1e-13)
+
+
+def test_infinite_extinction_is_opaque_and_shows_its_color() -> None:
+    color, opacity = optics.slab_integral(np.array([0.7, 0.2, 0.0]), np.inf, 1e-9)
+    assert opacity == 1.0
+    np.testing.assert_array_equal(color, [0.7, 0.2, 0.0])
+
+
+def test_opacity_over_another_length_keeps_both_ends() -> None:
+    assert optics.rescale_opacity(1.0, 0.3) == 1.0
+    assert optics.rescale_opacity(1.0, 0.0) == 0.0
+    assert optics.rescale_opacity(1e-7, 0.5) == pytest.approx(5e-8, rel=1e-6)
+
+
+@given(
+    st.lists(st.tuples(*[st.floats(0, 1)] * 4), min_size=3, max_size=3),
+)
+def test_over_is_associative(slabs: list[tuple[float, float, float, float]]) -> None:
+    a, b, c = (np.array(slab) for slab in slabs)
+    # Two roundings of numbers up to 3: 4 ulp.
+    np.testing.assert_allclose(optics.over(optics.over(a, b), c), optics.over(a, optics.over(b, c)), atol=2e-15)
+
+
+@given(st.floats(1e-6, 20), st.floats(0.01, 0.99))
+def test_a_slab_is_its_parts_composited(depth: float, share: float) -> None:
+    def slab(part: float) -> np.ndarray:
+        color, opacity = optics.slab_integral(np.array([0.7, 0.2, 0.1]) * depth, depth, part)
+        return np.append(color, opacity)
+
+    np.testing.assert_allclose(optics.over(slab(share), slab(1 - share)), slab(1.0), rtol=1e-12)
+
+
+def test_the_shader_computes_what_python_does(context: Context) -> None:
+    x = np.concatenate([DEPTHS, np.geomspace(1e-12, 60, 500)]).astype(np.float32)
+    opacity = optics.opacity_from_depth(x).astype(np.float32)
+    transmittance = np.exp(-x.astype(np.float64)).astype(np.float32)
+    source = f"""#version 330
+        {(FOLDER / "optics.glsl").read_text("utf-8")}
+        in float depth; in float opacity; in float transmittance;
+        out float out_opacity; out float out_depth; out float out_mean; out vec4 out_over;
+        void main() {{
+            out_opacity = opacity_from_depth(depth);
+            out_depth = depth_from_opacity(opacity, transmittance);
+            out_mean = mean_transmittance(depth, out_opacity);
+            out_over = over(vec4(0.1, 0.2, 0.3, opacity), vec4(0.3, 0.2, 0.1, 0.5));
+        }}"""
+    names = ["out_opacity", "out_depth", "out_mean", "out_over"]
+    gl = context.gl
+    program = gl.program(vertex_shader=source, varyings=names)
+    inputs = gl.buffer(np.stack([x, opacity, transmittance], axis=1).astype(np.float32))
+    outputs = gl.buffer(reserve=x.size * 7 * 4)
+    array = gl.vertex_array(program, [(inputs, "1f 1f 1f", "depth", "opacity", "transmittance")])
+    array.transform(outputs, moderngl.POINTS)
+    result = np.frombuffer(outputs.read(), np.float32).reshape(-1, 7).astype(np.float64)
+    # Five roundings of 2^-24 each, and exp and log good to 4 ulp where they are called.
+    np.testing.assert_allclose(result[:, 0], optics.opacity_from_depth(x), rtol=6e-7)
+    deep = np.where(opacity < 0.5, optics.depth_from_opacity(opacity), -np.log(np.maximum(transmittance, 1e-30)))
+    visible = (x > 0) & (transmittance > 0)
+    np.testing.assert_allclose(result[visible, 1], deep[visible], rtol=6e-7)
+    assert (result[transmittance == 0, 1] > 1e20).all()
+    np.testing.assert_allclose(result[:, 2], optics.mean_transmittance(x), rtol=6e-7)
+    back = np.array([0.3, 0.2, 0.1, 0.5])
+    front = np.stack([np.full(x.size, part) for part in (0.1, 0.2, 0.3)] + [opacity.astype(float)], axis=1)
+    np.testing.assert_allclose(result[:, 3:], optics.over(front, back), atol=2e-7)

@@ -1,0 +1,130 @@
+"""Pictures against the oracle: the error's size, its order, and that EGL and OSMesa agree."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from texvol.camera import Camera, Projection
+from texvol.comparison import compare
+from texvol.contexts import open_context
+from texvol.errors import ContextError
+from texvol.ray_casting import raycast
+from texvol.render import Renderer, render
+from texvol.scene import Classification, Scene
+from texvol.transfer import TransferFunction
+
+from .scenes import BONE, FOG, random_volume, smooth_volume
+
+SIZE = (160, 160)
+FLOAT32 = {"texture_format": "rgba32f", "target_format": "rgba32f"}
+projections = pytest.mark.parametrize("projection", ["orthographic", "perspective"])
+matter = pytest.mark.parametrize("transfer_function", [FOG, BONE], ids=["fog", "bone"])
+
+
+@pytest.fixture(scope="module")
+def renderer() -> Iterator[Renderer]:
+    with Renderer() as opened:
+        yield opened
+
+
+@matter
+@projections
+@pytest.mark.parametrize("texture_format", ["auto", "rgba32f"])
+def test_the_error_falls_with_its_order(
+    renderer: Renderer, transfer_function: TransferFunction, projection: Projection, texture_format: str
+) -> None:
+    volume = smooth_volume()
+    camera = Camera.framing(volume, projection)
+    truth = raycast(Scene(volume, transfer_function, camera), SIZE)
+    rates = np.array([1, 2, 4, 8])
+    orders = {}
+    for classification in ("slab", "extinction"):
+        scene = Scene(volume, transfer_function, camera, classification=classification)  # type: ignore[arg-type]
+        errors = [
+            compare(renderer.render(scene, SIZE, sampling_rate=rate, texture_format=texture_format), truth).rms_error
+            for rate in rates
+        ]
+        orders[classification] = -np.polyfit(np.log2(rates), np.log2(errors), 1)[0]
+    # Second order by the midpoint rule; interpolated opacities are first order on opaque matter, second on thin.
+    assert 1.8 < orders["extinction"] < 2.2
+    assert 0.85 < orders["slab"] < 2.2
+
+
+@matter
+@projections
+@pytest.mark.parametrize("classification", ["slab", "extinction"])
+def test_the_error_at_rate_2_is_small(
+    renderer: Renderer, transfer_function: TransferFunction, projection: Projection, classification: Classification
+) -> None:
+    volume = smooth_volume()
+    scene = Scene(volume, transfer_function, Camera.framing(volume, projection), classification=classification)
+    difference = compare(renderer.render(scene, SIZE, sampling_rate=2), raycast(scene, SIZE))
+    # What the project promises of smooth and of bone-like transfer functions at two slabs per voxel.
+    if transfer_function is FOG:
+        assert difference.max_error <= 2e-3
+        assert difference.rms_error <= 3e-4
+    else:
+        assert difference.rms_error <= (3e-3 if classification == "slab" else 1e-3)
+
+
+@pytest.mark.parametrize("classification", ["slab", "extinction"])
+@pytest.mark.parametrize("seed", [1, 2])
+def test_noise_on_an_anisotropic_grid_converges_to_the_oracle(
+    renderer: Renderer, classification: Classification, seed: int
+) -> None:
+    volume = random_volume(seed)
+    scene = Scene(volume, BONE, Camera.framing(volume, "perspective"), classification=classification)
+    difference = compare(renderer.render(scene, SIZE, sampling_rate=64, **FLOAT32), raycast(scene, SIZE))
+    assert difference.max_error <= (2e-3 if classification == "slab" else 2e-4)
+
+
+@pytest.mark.parametrize("classification", ["slab", "extinction"])
+def test_opaque_voxels_converge_to_the_oracle(renderer: Renderer, classification: Classification) -> None:
+    """Opacity 1 per unit length is a value: whatever its interpolation touches is opaque."""
+    volume = random_volume(4)
+    transfer_function = TransferFunction(
+        np.array([0.0, 0.9, 0.9, 1.0]),
+        np.array([(0.1, 0.2, 0.9), (0.1, 0.2, 0.9), (0.9, 0.3, 0.1), (0.9, 0.9, 0.1)]),
+        np.array([0.05, 0.05, np.inf, np.inf]),
+    )
+    scene = Scene(volume, transfer_function, Camera.framing(volume), classification=classification)
+    truth = raycast(scene, SIZE)
+    opaque = truth[..., 3] == 1
+    assert 0.2 < opaque.mean() < 0.95
+    coarse, fine = (
+        compare(renderer.render(scene, SIZE, sampling_rate=rate, **FLOAT32), truth).mean_error for rate in (4, 32)
+    )
+    # A slab sees an opaque cell if its midpoint lies in it: chords shorter than a slab are missed in proportion to
+    # the slab, so that the mean error is of first order, 8 to one here. Interpolated opacity grows from 0 at the
+    # cell's face, and a ray that grazes the face is opaque only once a slab is as thin as its weight there.
+    assert coarse / fine > (2 if classification == "slab" else 5)
+    assert fine < (0.03 if classification == "slab" else 1e-3)
+
+
+@projections
+def test_the_estimated_error_is_near_the_true_one(renderer: Renderer, projection: Projection) -> None:
+    volume = smooth_volume()
+    for transfer_function in (FOG, BONE):
+        for rate in (1, 4):
+            scene = Scene(volume, transfer_function, Camera.framing(volume, projection))
+            picture = renderer.render(scene, SIZE, sampling_rate=rate)
+            true = compare(picture, raycast(scene, SIZE)).max_error
+            # The estimate looks at a sixteenth of the pixels, and doubles what should be 4/3 where the order is 2.
+            assert 0.4 * true < renderer.stats["estimated_error"] < 4 * true
+
+
+@projections
+def test_egl_and_osmesa_give_the_same_picture(projection: Projection) -> None:
+    for backend in ("egl", "osmesa"):
+        try:
+            open_context(backend).release()
+        except ContextError as error:
+            pytest.skip(f"two back ends are needed: {error}")
+    volume = smooth_volume()
+    scene = Scene(volume, BONE, Camera.framing(volume, projection))
+    one, other = (render(scene, SIZE, backend=backend) for backend in ("egl", "osmesa"))
+    np.testing.assert_allclose(one, other, atol=2e-6)
+    assert one[..., 3].max() > 0.5

@@ -1,0 +1,192 @@
+"""Shader files become programs, and whatever is missing or wrong is named with its file and line."""
+
+from __future__ import annotations
+
+import itertools
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from texvol.contexts import Context
+from texvol.shaders import FOLDER, ShaderError, _with_files, load_program, set_uniforms
+
+VERTEX = """// comments may stand first
+#version 330
+in vec2 corner;
+void main() { gl_Position = vec4(corner, 0.0, 1.0); }
+"""
+FRAGMENT = """#version 330
+#include "half.glsl"
+#include "twice.glsl"
+uniform float brightness;
+uniform float unused;
+out vec4 color;
+void main() {
+    color = vec4(twice(half_of(brightness)));
+}
+"""
+HALF = "float half_of(float x) { return x / 2.0; }\n"
+TWICE = '#include "half.glsl"\nfloat twice(float x) { return 4.0 * half_of(x); }\n'
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """Shader files of one program, `plain`."""
+    files = {"plain.vert": VERTEX, "plain.frag": FRAGMENT, "half.glsl": HALF, "twice.glsl": TWICE}
+    for name, text in files.items():
+        (tmp_path / name).write_text(text)
+    return tmp_path
+
+
+def one_pixel(context: Context, program: object) -> float:
+    """Red of a pixel that the program draws."""
+    gl = context.gl
+    corners = gl.buffer(np.array([-1, -1, 3, -1, -1, 3], "f4"))
+    target = gl.framebuffer([gl.texture((1, 1), 4, dtype="f4")])
+    target.use()
+    gl.vertex_array(program, [(corners, "2f", "corner")]).render()
+    red = float(np.frombuffer(target.read(components=4, dtype="f4"), np.float32)[0])
+    gl.screen.use()
+    return red
+
+
+def test_an_include_is_put_in_its_place_once(context: Context, folder: Path) -> None:
+    program = load_program(context.gl, "plain", folder=folder)  # half.glsl twice would be a redefinition
+    set_uniforms(program, {"brightness": 0.75})
+    assert one_pixel(context, program) == 0.75
+
+
+def test_a_switch_is_defined_with_its_value(context: Context, folder: Path) -> None:
+    (folder / "plain.frag").write_text(
+        "#version 330\nout vec4 c;\n#if LEVEL > 2\nvoid main() { c = vec4(LEVEL); }\n#endif\n"
+    )
+    assert one_pixel(context, load_program(context.gl, "plain", defines={"LEVEL": 3}, folder=folder)) == 3.0
+
+
+def test_an_unknown_switch_is_an_error(context: Context, folder: Path) -> None:
+    (folder / "plain.frag").write_text(FRAGMENT + "// SHINY is mentioned in a comment only\n")
+    with pytest.raises(ShaderError, match=r"^plain\.vert and plain\.frag have no switch SHINY$"):
+        load_program(context.gl, "plain", defines={"SHINY": 1}, folder=folder)
+
+
+@pytest.mark.parametrize("condition", ["#if SHINY", "#ifdef SHINY", "#if defined(SHINY) && 1", "#if 0\n#elif SHINY"])
+def test_a_switch_without_a_value_is_an_error(context: Context, folder: Path, condition: str) -> None:
+    (folder / "plain.frag").write_text(f"{FRAGMENT}{condition}\n#endif\n")
+    with pytest.raises(ShaderError, match=r"need a value for SHINY$"):
+        load_program(context.gl, "plain", folder=folder)
+
+
+def test_a_macro_that_the_file_defines_itself_is_no_switch(context: Context, folder: Path) -> None:
+    (folder / "plain.frag").write_text(
+        FRAGMENT + "#define OWN 1\n#if OWN && __VERSION__ >= 330 && !defined GL_ES\n#endif\n"
+    )
+    load_program(context.gl, "plain", folder=folder)
+
+
+@pytest.mark.parametrize(
+    ("file", "text", "place"),
+    [
+        ("plain.vert", VERTEX + "wrong;\n", "plain.vert:5: "),
+        ("plain.frag", FRAGMENT + "wrong;\n", "plain.frag:10: "),
+        ("plain.frag", FRAGMENT.replace("half_of(b", "wrong(b"), "plain.frag:8: "),
+        ("half.glsl", HALF + "\nwrong;\n", "half.glsl:3: "),
+        ("twice.glsl", TWICE + "wrong;\n", "twice.glsl:3: "),
+    ],
+)
+def test_a_compile_error_names_file_and_line(context: Context, folder: Path, file: str, text: str, place: str) -> None:
+    (folder / file).write_text(text)
+    with pytest.raises(ShaderError, match=rf"(?m)^{re.escape(place)}"):
+        load_program(context.gl, "plain", defines={}, folder=folder)
+
+
+def test_lines_are_counted_from_the_file_also_below_switches(context: Context, folder: Path) -> None:
+    (folder / "plain.frag").write_text("#version 330\n#if A + B\n#endif\nwrong;\n")
+    with pytest.raises(ShaderError, match=r"(?m)^plain\.frag:4: "):
+        load_program(context.gl, "plain", defines={"A": 1, "B": 2}, folder=folder)
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        "0:20012(3): error: `x' undeclared",  # Mesa
+        "0(20012) : error C1503: undefined variable",  # NVIDIA
+        "ERROR: 0:20012: 'x' : undeclared identifier",  # AMD, Intel, Apple
+    ],
+)
+def test_the_messages_of_each_vendor_are_understood(message: str) -> None:
+    assert _with_files(message, ["slab.vert", "slab.frag"]).startswith("slab.frag:12: ")
+    assert _with_files(message, ["slab.vert"]) == message
+
+
+def test_a_link_error_names_both_files(context: Context, folder: Path) -> None:
+    (folder / "plain.frag").write_text(
+        "#version 330\nfloat elsewhere();\nout vec4 c;\nvoid main() { c = vec4(elsewhere()); }\n"
+    )
+    with pytest.raises(ShaderError, match=r"plain\.vert and plain\.frag"):
+        load_program(context.gl, "plain", folder=folder)
+
+
+@pytest.mark.parametrize(
+    ("file", "text", "message"),
+    [
+        ("plain.frag", '#version 330\n\n#include "lost.glsl"\n', r"plain\.frag:3: lost\.glsl is not in "),
+        ("twice.glsl", '#include "lost.glsl"\n', r"twice\.glsl:1: lost\.glsl is not in "),
+        ("plain.frag", "void main() {}\n", r"plain\.frag has no #version line"),
+    ],
+)
+def test_a_missing_part_is_named(context: Context, folder: Path, file: str, text: str, message: str) -> None:
+    (folder / file).write_text(text)
+    with pytest.raises(ShaderError, match=message):
+        load_program(context.gl, "plain", folder=folder)
+
+
+def test_a_missing_file_is_named(context: Context, folder: Path) -> None:
+    with pytest.raises(ShaderError, match=r"other\.vert cannot be read: No such file"):
+        load_program(context.gl, "other", folder=folder)
+
+
+def test_stages_may_come_from_other_files(context: Context, folder: Path) -> None:
+    (folder / "plain.vert").rename(folder / "shared.vert")
+    load_program(context.gl, "plain", vertex="shared.vert", folder=folder)
+
+
+@pytest.mark.parametrize("name", ["unused", "brightnes", "corner"])  # dropped by the linker, misspelled, not a uniform
+def test_a_uniform_that_the_program_lacks_is_an_error(context: Context, folder: Path, name: str) -> None:
+    program = load_program(context.gl, "plain", folder=folder)
+    with pytest.raises(ShaderError, match=f"no uniform {name}; it has brightness$"):
+        set_uniforms(program, {"brightness": 1.0, name: 1.0})
+
+
+def test_a_uniform_of_another_shape_is_named(context: Context, folder: Path) -> None:
+    program = load_program(context.gl, "plain", folder=folder)
+    with pytest.raises(ShaderError, match=r"uniform brightness cannot be \(1, 2\)"):
+        set_uniforms(program, {"brightness": (1, 2)})
+
+
+@pytest.mark.parametrize("extinction", [0, 1])
+@pytest.mark.parametrize("perspective", [0, 1])
+def test_every_combination_of_switches_compiles(context: Context, extinction: int, perspective: int) -> None:
+    load_program(context.gl, "slab_stack", defines={"EXTINCTION": extinction, "PERSPECTIVE": perspective})
+
+
+def test_an_include_compiles_with_nothing_of_its_includer(context: Context, tmp_path: Path) -> None:
+    (tmp_path / "alone.vert").write_text(VERTEX)
+    includes = sorted(FOLDER.glob("*.glsl"))
+    assert includes
+    for include in includes:
+        (tmp_path / include.name).write_text(include.read_text())
+        (tmp_path / "alone.frag").write_text(
+            f'#version 330\n#include "{include.name}"\nout vec4 c;\nvoid main() {{ c = vec4(0); }}\n'
+        )
+        load_program(context.gl, "alone", folder=tmp_path)
+
+
+def test_every_shader_file_is_reached_from_a_program() -> None:
+    stages = {file.stem for file in FOLDER.glob("*.vert")} | {file.stem for file in FOLDER.glob("*.frag")}
+    assert "slab_stack" in stages
+    included = set(itertools.chain.from_iterable(
+        re.findall(r'#include "([^"]+)"', file.read_text()) for file in FOLDER.iterdir() if file.is_file()
+    ))  # fmt: skip
+    assert included == {file.name for file in FOLDER.glob("*.glsl")}

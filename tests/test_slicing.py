@@ -1,0 +1,93 @@
+"""Polygons cover what they stand for, and slabs keep their phase."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from texvol.camera import Camera, Projection
+from texvol.errors import InputError
+from texvol.slicing import SlabStacks, slab_stacks
+from texvol.volume import Volume
+
+SIZE = (64, 48)
+directions = st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda d: np.linalg.norm(d) > 0.1)
+
+
+def _camera(volume: Volume, view: tuple[float, float, float], distance: float, projection: Projection) -> Camera:
+    unit = np.array(view) / np.linalg.norm(view)
+    up = np.eye(3)[np.argmin(np.abs(unit))]
+    eye = volume.centre - distance * volume.radius * unit
+    if projection == "perspective":
+        return Camera.perspective(eye, eye + unit, up, fov=70)
+    return Camera.orthographic(eye, eye + unit, up, height=1.7 * volume.radius)
+
+
+def _covers(polygon: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Which points lie in a convex polygon whose corners run counter-clockwise."""
+    edges = np.roll(polygon, -1, axis=0) - polygon
+    offsets = points[:, np.newaxis] - polygon
+    return (edges[:, 0] * offsets[..., 1] - edges[:, 1] * offsets[..., 0] >= -1e-12).all(axis=1)
+
+
+@settings(max_examples=60, deadline=None)
+@given(directions, st.floats(0.0, 4.0), st.sampled_from(["orthographic", "perspective"]), st.integers(0, 2**32 - 1))
+def test_a_polygon_covers_every_pixel_whose_ray_meets_its_stack(
+    view: tuple[float, float, float], distance: float, projection: Projection, seed: int
+) -> None:
+    random = np.random.default_rng(seed)
+    dimensions = random.integers(1, 30, 3)
+    direction = np.eye(3) + 0.3 * random.standard_normal((3, 3))
+    volume = Volume(np.zeros(dimensions[::-1], np.uint8), random.uniform(0.5, 3, 3), (5, -7, 1e3), direction)
+    camera = _camera(volume, view, distance, projection)
+    thickness = volume.radius / random.uniform(1, 30)
+    stacks = slab_stacks(volume, camera, thickness, SIZE, per_stack=4)
+    # Points of the box in front of the eye, where they fall on the screen and which slab they are in.
+    points = (random.random((4000, 3)) - 0.5) @ volume.box_edges.T
+    eye_space = camera.in_eye_space(points, volume.centre)
+    eye_space = eye_space[eye_space[:, 2] > 1e-9]
+    middle = camera.in_eye_space(np.zeros((1, 3)), volume.centre)[0, 2]
+    slab = np.floor((eye_space[:, 2] - middle) / thickness)
+    near = eye_space[:, 2:] if projection == "perspective" else 1.0
+    screen = eye_space[:, :2] / near / camera.half_height / (SIZE[0] / SIZE[1], 1.0)
+    visible = (np.abs(screen) <= 1).all(axis=1)
+    for polygon, first, last in zip(stacks.polygons, stacks.first, stacks.last, strict=True):
+        here = visible & (slab >= first) & (slab < last)
+        assert _covers(polygon, screen[here]).all()
+    assert visible.sum() == 0 or stacks.slab_count > 0
+
+
+def test_slabs_do_not_move_with_the_eye() -> None:
+    volume = Volume(np.zeros((20, 20, 20), np.uint8))
+    near = slab_stacks(volume, _camera(volume, (1, 2, 3), 3.0, "orthographic"), 0.7, SIZE)
+    far = slab_stacks(volume, _camera(volume, (1, 2, 3), 3.1234, "orthographic"), 0.7, SIZE)
+    np.testing.assert_array_equal(near.first, far.first)
+    np.testing.assert_array_equal(near.last, far.last)
+
+
+def test_a_polygon_wastes_little() -> None:
+    volume = Volume(np.zeros((32, 32, 32), np.uint8))
+    camera = Camera.framing(volume, eye=(16, -80, 16))
+    stacks = slab_stacks(volume, camera, 1.0, (512, 512), per_stack=64)
+    x, y = stacks.polygons[0].T
+    area = 0.5 * abs(np.dot(x, np.roll(y, 1)) - np.dot(y, np.roll(x, 1))) * 256**2
+    covered = (32 / camera.height * 512) ** 2
+    assert covered < area < 1.03 * covered
+
+
+def _nothing(stacks: SlabStacks) -> bool:
+    return stacks.slab_count == 0 and len(stacks.polygons) == 0
+
+
+@pytest.mark.parametrize("projection", ["orthographic", "perspective"])
+def test_a_box_behind_the_eye_gives_no_slabs(projection: Projection) -> None:
+    volume = Volume(np.zeros((8, 8, 8), np.uint8))
+    assert _nothing(slab_stacks(volume, _camera(volume, (0, 1, 0), -2.0, projection), 1.0, SIZE))
+
+
+def test_too_many_slabs_are_refused() -> None:
+    volume = Volume(np.zeros((8, 8, 8), np.uint8))
+    with pytest.raises(InputError, match=r"slab thickness 1e-09 .* at most 1048576"):
+        slab_stacks(volume, _camera(volume, (0, 1, 0), 2.0, "orthographic"), 1e-9, SIZE)
