@@ -72,7 +72,8 @@ def test_every_display_is_tried_and_its_reason_given(monkeypatch: pytest.MonkeyP
 
 def test_the_next_display_serves_when_the_first_refuses(monkeypatch: pytest.MonkeyPatch) -> None:
     backend_or_skip("egl")
-    bind, refused = egl.EglHandle.bind, []
+    bind = egl.EglHandle.bind
+    refused: list[egl.EglHandle] = []
 
     def refuse_once(handle: egl.EglHandle) -> None:
         if not refused or refused[0] is handle:

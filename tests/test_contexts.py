@@ -148,10 +148,15 @@ def test_release_inside_with_waits_for_its_end(backend: str) -> None:
 
 
 def test_a_context_that_nobody_holds_is_freed(backend: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    freed = []
+    freed: list[object] = []
     handle = egl.EglHandle if backend == "egl" else osmesa.OSMesaHandle
     destroy = handle.destroy
-    monkeypatch.setattr(handle, "destroy", lambda self: (freed.append(self), destroy(self)))
+
+    def recorded(self: egl.EglHandle | osmesa.OSMesaHandle) -> None:
+        freed.append(self)
+        destroy(self)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(handle, "destroy", recorded)
     context = open_context(backend)
     gc.collect()
     freed.clear()

@@ -1,0 +1,202 @@
+"""The command line as a user meets it: what it writes, and one line for everything that is wrong."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import OpenImageIO as oiio
+import pytest
+
+from texvol import image
+from texvol.__main__ import main
+from texvol.comparison import compare
+
+TRANSFER = {"points": [{"value": 0, "color": [0.1, 0.2, 0.9], "extinction": 0}, {"value": 1, "color": [1, 0.9, 0.5], "extinction": 0.3}]}
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder to work in, with a volume and a transfer function."""
+    values = np.random.default_rng(0).random((12, 10, 8)).astype(np.float32)
+    np.save(tmp_path / "v.npy", values)
+    (tmp_path / "tf.json").write_text(json.dumps(TRANSFER))
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def run(*line: str) -> int:
+    return main(list(line))
+
+
+def test_a_picture_and_its_oracle(folder: Path) -> None:
+    scene = ["v.npy", "--tf", "tf.json", "--size", "64x48", "--eye", "-20,-15,9", "--projection", "perspective"]
+    assert run("render", *scene, "--sampling-rate", "8", "--classification", "extinction", "-o", "a.exr") == 0
+    assert run("raycast", *scene, "--classification", "extinction", "-o", "b.exr") == 0
+    picture, truth = image.read("a.exr"), image.read("b.exr")
+    assert picture.shape == (48, 64, 4)
+    assert picture[..., 3].max() > 0.5
+    assert compare(picture, truth).max_error < 2e-3
+
+
+def test_the_picture_remembers_its_scene(folder: Path) -> None:
+    assert run("render", "v.npy", "--tf", "tf.json", "--size", "8x8", "-o", "a.exr") == 0
+    source = oiio.ImageInput.open("a.exr")
+    facts = json.loads(source.spec().get_string_attribute("texvol:scene"))
+    assert facts["volume"] == "v.npy"
+    assert facts["transfer_function"] == TRANSFER
+    assert facts["camera"]["projection"] == "orthographic"
+    assert source.spec().get_string_attribute("texvol:renderer")
+    source.close()
+
+
+def test_stats_hold_what_is_promised(folder: Path) -> None:
+    assert run("render", "v.npy", "-o", "a.png", "--stats", "s.json", "--repeat", "3", "--size", "32x32") == 0
+    stats = json.loads(Path("s.json").read_text())
+    assert set(stats) == {
+        "renderer", "backend", "size", "slab_thickness", "slabs", "samples", "classification", "texture_format",
+        "target_format", "bricks_total", "bricks_drawn", "modelled", "seconds", "estimated_error",
+    }  # fmt: skip
+    assert set(stats["seconds"]) == {"load", "bake", "upload", "draw", "read"}
+
+
+def test_the_line_wins_over_the_scene_file(folder: Path) -> None:
+    Path("sub").mkdir()
+    Path("sub/scene.toml").write_text(
+        'tf = "../tf.json"\nsize = [40, 30]\nbackground = "0.5,0,0"\nprojection = "perspective"\nfov = 30\n'
+        'eye = [30, -10, 5]\nclassification = "extinction"\n'
+    )
+    assert run("render", "v.npy", "--scene", "sub/scene.toml", "-o", "a.exr") == 0
+    assert run(
+        "render", "v.npy", "--tf", "tf.json", "--size", "40x30", "--background", "0.5,0,0", "--projection",
+        "perspective", "--fov", "30", "--eye", "30,-10,5", "--classification", "extinction", "-o", "b.exr",
+    ) == 0  # fmt: skip
+    np.testing.assert_array_equal(image.read("a.exr"), image.read("b.exr"))
+    assert run("render", "v.npy", "--scene", "sub/scene.toml", "--size", "10x20", "-o", "c.exr") == 0
+    assert image.read("c.exr").shape == (20, 10, 4)
+
+
+def test_a_transparent_png_has_opacity_and_others_have_none(folder: Path) -> None:
+    assert run("render", "v.npy", "--size", "16x16", "--background", "transparent", "-o", "a.png") == 0
+    assert run("render", "v.npy", "--size", "16x16", "-o", "b.png") == 0
+    assert image.read("a.png").shape[2] == 4
+    assert image.read("b.png").shape[2] == 3
+
+
+def test_info_for_people_and_machines(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("info", "v.npy") == 0
+    assert "8 x 10 x 12" in capsys.readouterr().out.replace("×", "x")
+    assert run("info", "v.npy", "--json") == 0
+    assert json.loads(capsys.readouterr().out)["dimensions"] == [8, 10, 12]
+
+
+def test_spacing_on_the_line_overrides(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("info", "v.npy", "--spacing", "1,2,3.5", "--json") == 0
+    assert json.loads(capsys.readouterr().out)["spacing"] == [1, 2, 3.5]
+
+
+WRONG = [
+    (["render"], "required"),
+    (["paint", "v.npy"], "invalid choice"),
+    (["render", "v.npy"], "required: -o/--output"),
+    (["render", "missing.npy", "-o", "a.png"], "missing.npy"),
+    (["render", "v.npy", "-o", "a.bmp"], "a.bmp: a picture's name ends with"),
+    (["render", "v.npy", "-o", "no/a.png"], "folder no does not exist"),
+    (["render", "v.npy", "-o", "a.png", "--stats", "no/s.json"], "no/s.json"),
+    (["render", "v.npy", "-o", "a.png", "--size", "0x10"], "size 0x10"),
+    (["render", "v.npy", "-o", "a.png", "--size", "10"], "a size is WxH"),
+    (["render", "v.npy", "-o", "a.png", "--size", "-3x4"], "a size is WxH"),
+    (["render", "v.npy", "-o", "a.png", "--size", "999999x4"], "a picture has 1 to"),
+    (["render", "v.npy", "-o", "a.png", "--eye", "1,2,3", "--target", "1,2,3"], "eye and target must differ"),
+    (["render", "v.npy", "-o", "a.png", "--eye", "1,2"], "three numbers"),
+    (["render", "v.npy", "-o", "a.png", "--eye", "0,0,50", "--target", "0,0,0", "--up", "0,0,1"], "parallel"),
+    (["render", "v.npy", "-o", "a.png", "--up", "0,0,0"], "up must not be zero"),
+    (["render", "v.npy", "-o", "a.png", "--projection", "perspective", "--fov", "180"], "fov is an angle"),
+    (["render", "v.npy", "-o", "a.png", "--height", "-1"], "height must be positive"),
+    (["render", "v.npy", "-o", "a.png", "--projection", "fisheye"], "orthographic, perspective"),
+    (["render", "v.npy", "-o", "a.png", "--background", "0,nan,0"], "a colour is"),
+    (["render", "v.npy", "-o", "a.png", "--tf", "nothing"], "neither a .json file nor a preset"),
+    (["render", "v.npy", "-o", "a.png", "--tf", "nothing.json"], "nothing.json: cannot be read"),
+    (["render", "v.npy", "-o", "a.png", "--slab-thickness", "0"], "slab thickness must be positive"),
+    (["render", "v.npy", "-o", "a.png", "--slab-thickness", "1e-12"], "at most 1048576 can be drawn"),
+    (["render", "v.npy", "-o", "a.png", "--sampling-rate", "nan"], "sampling rate must be positive"),
+    (["render", "v.npy", "-o", "a.png", "--sampling-rate", "1", "--slab-thickness", "1"], "not allowed with"),
+    (["render", "v.npy", "-o", "a.png", "--repeat", "0"], "draws at least once"),
+    (["render", "v.npy", "-o", "a.png", "--texture-format", "r8"], "invalid choice"),
+    (["render", "v.npy", "-o", "a.png", "--backend", "metal"], "invalid choice"),
+    (["render", "v.npy", "-o", "a.png", "--spacing", "1,-1,1"], "spacing must be positive"),
+    (["render", "v.npy", "-o", "a.png", "--spacing", "1,0,1"], "spacing must be positive"),
+    (["render", "v.npy", "-o", "a.png", "--spacing", "1,nan,1"], "spacing must be finite"),
+    (["render", "v.npy", "-o", "a.png", "--scene", "missing.toml"], "missing.toml: cannot be read"),
+    (["render", "v.npy", "-o", "a.png", "--scene", "tf.json"], "tf.json: is not TOML"),
+    (["render", "v.npy", "-o", "a.png", "--scene", "unknown.toml"], "no scene option 'colour'"),
+    (["render", "v.npy", "-o", "a.png", "--scene", "wrong.toml"], "wrong.toml: size: a size is WxH"),
+    (["raycast", "v.npy", "-o", "a.png", "--size", "0x0"], "size 0x0"),
+    (["demo", "-o", "no/a.png"], "folder no does not exist"),
+    (["demo", "-o", "a.txt"], "a.txt: a picture's name ends with"),
+]
+
+
+@pytest.mark.parametrize("line, message", WRONG, ids=[" ".join(line) for line, _ in WRONG])
+def test_what_is_wrong_is_said_in_one_line(
+    folder: Path, capsys: pytest.CaptureFixture[str], line: list[str], message: str
+) -> None:
+    Path("unknown.toml").write_text("colour = 1\n")
+    Path("wrong.toml").write_text('size = "big"\n')
+    before = sorted(os.listdir("."))
+    assert run(*line) == 2
+    captured = capsys.readouterr()
+    assert captured.err.startswith("texvol: error: ")
+    assert captured.err.count("\n") == 1
+    assert message in captured.err
+    assert captured.out == ""
+    assert sorted(os.listdir(".")) == before
+
+
+def test_a_folder_that_cannot_be_written_to_is_refused(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    if os.geteuid() == 0:
+        path = "/proc/a.png"  # root may write to any real folder
+    else:
+        Path("locked").mkdir(mode=0o500)
+        path = "locked/a.png"
+    assert run("render", "v.npy", "-o", path) == 2
+    assert path in capsys.readouterr().err
+
+
+def _process(*line: str) -> subprocess.Popen[str]:
+    return subprocess.Popen(
+        [sys.executable, "-m", "texvol", *line], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+
+
+def test_control_c_ends_with_one_line_and_no_file(folder: Path) -> None:
+    process = _process("render", "v.npy", "--sampling-rate", "100", "--repeat", "100000", "-o", "a.png")
+    time.sleep(2)
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=30)
+    assert process.returncode == 130
+    assert errors == "texvol: interrupted\n"
+    assert not Path("a.png").exists()
+
+
+def test_a_reader_that_goes_away_is_no_error(folder: Path) -> None:
+    process = subprocess.run(
+        f"{sys.executable} -m texvol info v.npy | head -c 1", shell=True, capture_output=True, text=True, check=False
+    )
+    assert process.stderr == ""
+
+
+def test_help_names_every_scene_option(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as caught:
+        run("render", "--help")
+    assert caught.value.code == 0
+    text = capsys.readouterr().out
+    for option in ("--tf", "--size", "--background", "--projection", "--eye", "--target", "--up", "--fov", "--height",
+                   "--classification", "--spacing", "--sampling-rate", "--slab-thickness", "--stats", "--scene"):  # fmt: skip
+        assert option in text
