@@ -91,6 +91,7 @@ mesa() {
     esac
 }
 
+# Usage: ensure BACKEND PACKAGES_OF
 ensure() { # shellcheck disable=SC2046  (one word for each package)
     opens "$1" || { [ -n "$manager" ] && install_packages $(mesa "$2") && opens "$1"; }
 }
@@ -100,6 +101,10 @@ if ! ensure auto egl && ! ensure auto osmesa; then
     fail "no OpenGL driver answers, and installing Mesa's did not help"
 fi
 if [ "$wanted_too" = osmesa ]; then
-    ensure egl egl || say "EGL does not answer here; what needs it is skipped"
-    ensure osmesa osmesa || say "this system has no OSMesa (Mesa dropped it in 25.1); what needs it is skipped"
+    opens egl || say "EGL does not answer here; what needs it is skipped"
+    # A system that has no OSMesa is asked once.
+    if ! opens osmesa && { [ -e .venv/no-osmesa ] || ! ensure osmesa osmesa; }; then
+        : >.venv/no-osmesa
+        say "this system has no OSMesa (Mesa dropped it in 25.1); what needs it is skipped"
+    fi
 fi

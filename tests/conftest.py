@@ -6,10 +6,9 @@ import gc
 from collections.abc import Iterator
 
 import pytest
+from small_pictures import BACKENDS, backend_or_skip
 
 from texvol.contexts import Context, open_context
-
-from .small_pictures import BACKENDS, backend_or_skip
 
 
 @pytest.fixture(scope="session")

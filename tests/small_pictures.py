@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from texvol.contexts import Context, egl, native, open_context
+from texvol.contexts import Context, egl, native, open_context, osmesa
 from texvol.errors import ContextError
 
 BACKENDS = "egl", "osmesa"
@@ -56,14 +56,18 @@ def draw(context: Context, phase: float = 0.0) -> NDArray[np.float32]:
     return picture
 
 
-def current() -> list[int | None]:
-    """The native contexts that are current on this thread, by library."""
+def current() -> list[bool]:
+    """Whether a context of EGL, and one of OSMesa, is current on this thread."""
     found = []
-    for name, function in (("egl", "eglGetCurrentContext"), ("osmesa", "OSMesaGetCurrentContext")):
+    for name in BACKENDS:
         library = native.loaded.get(name)
         if isinstance(library, egl.Egl):
             library.functions.eglBindAPI(egl.EGL_OPENGL_API)
-        found.append(getattr(library.functions, function)() if library else None)  # type: ignore[attr-defined]
+            found.append(bool(library.functions.eglGetCurrentContext()))
+        elif isinstance(library, osmesa.OSMesa):
+            found.append(bool(getattr(library._current, "handle", None)))
+        else:
+            found.append(False)
     return found
 
 
@@ -71,7 +75,7 @@ def run_python(code: str, **environment: str) -> subprocess.CompletedProcess[str
     """Run Python in a process of its own."""
     return subprocess.run(
         [sys.executable, "-c", code],
-        env={**os.environ, "PYTHONPATH": str(REPOSITORY), **environment},
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(map(str, (REPOSITORY, REPOSITORY / "tests"))), **environment},
         capture_output=True,
         text=True,
         timeout=120,

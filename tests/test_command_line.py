@@ -18,7 +18,12 @@ from texvol import image
 from texvol.__main__ import main
 from texvol.comparison import compare
 
-TRANSFER = {"points": [{"value": 0, "color": [0.1, 0.2, 0.9], "extinction": 0}, {"value": 1, "color": [1, 0.9, 0.5], "extinction": 0.3}]}
+TRANSFER = {
+    "points": [
+        {"value": 0, "color": [0.1, 0.2, 0.9], "extinction": 0},
+        {"value": 1, "color": [1, 0.9, 0.5], "extinction": 0.3},
+    ]
+}
 
 
 @pytest.fixture
@@ -197,6 +202,6 @@ def test_help_names_every_scene_option(capsys: pytest.CaptureFixture[str]) -> No
         run("render", "--help")
     assert caught.value.code == 0
     text = capsys.readouterr().out
-    for option in ("--tf", "--size", "--background", "--projection", "--eye", "--target", "--up", "--fov", "--height",
-                   "--classification", "--spacing", "--sampling-rate", "--slab-thickness", "--stats", "--scene"):  # fmt: skip
+    names = "tf size background projection eye target up fov height classification spacing stats scene"
+    for option in (f"--{name}" for name in [*names.split(), "sampling-rate", "slab-thickness"]):
         assert option in text

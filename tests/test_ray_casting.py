@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+import closed_forms as known
 import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from tests import closed_forms as known
 from texvol.camera import Camera
 from texvol.errors import InputError
 from texvol.ray_casting import raycast
@@ -99,6 +99,15 @@ def test_a_constant_medium_is_its_chord(shape, view, classification):
     np.testing.assert_allclose(picture[..., 3], alpha, rtol=0, atol=tolerance)
     expected = alpha[..., None] * [0.9, 0.5, 0.1] + (1 - alpha[..., None]) * background
     np.testing.assert_allclose(picture[..., :3], expected, rtol=0, atol=tolerance)
+
+
+@BOTH
+def test_an_eye_far_away_costs_no_digits_of_a_chord(classification):
+    # At s = 1e8 an ulp is 1.5e-8: a length taken as a difference there would be off by that.
+    volume = Volume(np.zeros((4, 4, 4)))
+    camera = Camera.orthographic(volume.centre + np.array([0, 0, 1e8]), volume.centre, (0, 1, 0), 4)
+    picture = raycast(Scene(volume, uniform(0.3), camera, classification=classification), (3, 3))
+    np.testing.assert_allclose(picture[..., 3], known.opacity(0.3 * 4), rtol=1e-13)
 
 
 @BOTH

@@ -78,7 +78,7 @@ def test_a_dense_sum_agrees(projection, transfer, classification):
         volume = random_volume(5, direction=[[-1, 0.5, 0], [0.1, 1, 0.4], [0, 0, 1.0]], origin=(4, 5, 6))
     camera = Camera.framing(volume, "perspective" if projection == "perspective" else "orthographic")
     if projection == "inside":
-        camera = Camera.perspective(volume.centre, volume.centre + [1, 0.4, -0.7], (0, 0, 1), fov=100)
+        camera = Camera.perspective(volume.centre, volume.centre + np.array([1, 0.4, -0.7]), (0, 0, 1), fov=100)
     scene = Scene(volume, transfer, camera, (0.3, 0.1, 0.6), classification)
     np.testing.assert_allclose(raycast(scene, (5, 4)), dense_sum(scene, (5, 4)), rtol=0, atol=1e-6)
 
@@ -120,7 +120,7 @@ def test_one_opaque_voxel_hides_all_rays_that_pass_nearer_than_its_neighbours(or
     expected = np.zeros((7, 7, 4))
     expected[3, 3] = [1, 0.5, 0, 1]
     np.testing.assert_allclose(columns(volume, "slab", OPAQUE), expected, atol=1e-12)
-    camera = Camera.orthographic(volume.centre + [0, 0, 9], volume.centre, (0, 1, 0), 7 * 0.7)
+    camera = Camera.orthographic(volume.centre + np.array([0, 0, 9]), volume.centre, (0, 1, 0), 7 * 0.7)
     finer = raycast(Scene(volume, OPAQUE, camera), (70, 70))[..., 3]
     np.testing.assert_array_equal(finer[25:45, 25:45], 1)
     assert finer.sum() == 400
@@ -172,6 +172,26 @@ def test_a_flat_field_at_a_step_takes_the_right_side(classification):
     picture = columns(Volume(np.full((3, 4, 5), 0.1), (0.3, 0.3, 0.3)), classification, transfer)
     alpha = -np.expm1(-0.2 * 0.9)
     np.testing.assert_allclose(picture, np.broadcast_to([0, alpha, 0, alpha], (4, 5, 4)), rtol=1e-12)
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+def test_rays_in_the_plane_of_a_step_take_its_right_side_whatever_rounding_does(axis):
+    # Value 2.5 half-way between two samples; spacing and origin put the rays an ulp to either side of the plane.
+    transfer = TransferFunction([0, 2.5, 2.5, 5], [[1, 0, 0]] * 2 + [[0, 1, 0]] * 2, [5, 5, 0.2, 0.2])
+    values = np.broadcast_to(np.arange(6.0).reshape((1, 1, 6) if axis == 0 else (1, 6, 1)), (6, 6, 6))
+    for h in (0.1, 0.3, 0.7, 1.1):
+        volume = Volume(values, (h, h, h), (0.1, 0.7, 1 / 3))
+        for away in ([0, 0, 5.0], [0, 0, -5.0], [0, 1.3, 5.0] if axis == 0 else [1.3, 0, 5.0]):
+            camera = Camera.orthographic(volume.centre + away, volume.centre, (0, 1, 0.1), 0.1)
+            pixel = raycast(Scene(volume, transfer, camera, classification="post"), (1, 1))[0, 0]
+            assert pixel[0] == pytest.approx(0, abs=1e-9)
+
+
+@BOTH
+def test_opaque_matter_that_only_emits_shows_nothing(classification):
+    transfer = TransferFunction([0, 1], [[3, 2, 1]] * 2, [np.inf, np.inf], emissive=True)
+    picture = columns(Volume(np.full((3, 2, 2), 0.5)), classification, transfer, background=(1, 1, 1))
+    np.testing.assert_array_equal(picture, np.broadcast_to([0, 0, 0, 1], (2, 2, 4)))
 
 
 @BOTH

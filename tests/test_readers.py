@@ -8,10 +8,10 @@ import subprocess
 import sys
 from pathlib import Path
 
+import marked
 import numpy as np
 import pytest
 
-from tests import marked
 from texvol import InputError, load
 from texvol.readers.samples import FileFault, grid_from_columns, in_bytes, rescaled
 
@@ -144,7 +144,7 @@ def test_rescaling_by_nothing_is_refused(slope: float) -> None:
 
 
 def test_a_step_of_zero_is_named_and_a_tiny_one_kept() -> None:
-    with pytest.raises(FileFault, match="axis y is 0, 0, 0"):
+    with pytest.raises(FileFault, match="along axis y is 0, 0, 0"):
         grid_from_columns(np.diag([1.0, 0.0, 1.0]))
     spacing, direction = grid_from_columns(np.diag([1e-200, -1e200, 3.0]))  # whose squares are 0 and infinite
     np.testing.assert_allclose(spacing, [1e-200, 1e200, 3.0])
@@ -163,7 +163,22 @@ def test_bytes_are_written_as_people_do() -> None:
 def test_reading_an_npy_imports_no_other_format(tmp_path: Path) -> None:
     """The cold start is counted in tenths of a second; nibabel alone takes 0.17."""
     np.save(tmp_path / "v.npy", marked.marked())
-    heavy = "nrrd nibabel pydicom tifffile mrcfile SimpleITK vtkmodules xml logging tempfile scipy numba bz2 gzip".split()
+    heavy = [
+        "nrrd",
+        "nibabel",
+        "pydicom",
+        "tifffile",
+        "mrcfile",
+        "SimpleITK",
+        "vtkmodules",
+        "xml",
+        "logging",
+        "tempfile",
+        "scipy",
+        "numba",
+        "bz2",
+        "gzip",
+    ]
     code = (
         "import sys, numpy; before = set(sys.modules); from texvol.readers import load; "
         f"load({str(tmp_path / 'v.npy')!r}); print(*sorted((set(sys.modules) - before) & set({heavy!r})))"

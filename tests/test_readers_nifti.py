@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import marked
 import nibabel
 import numpy as np
 import pytest
 
-from tests import marked
 from texvol import InputError, load
 
 AFFINE = np.eye(4)
@@ -57,7 +57,8 @@ def test_units(tmp_path: Path, unit: str, shown: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("slope", "intercept", "dtype"), [(2, -10, "i4"), (0.5, 3, "f4"), (np.nan, 5, "i2"), (0, 5, "i2"), (1, np.nan, "i2")]
+    ("slope", "intercept", "dtype"),
+    [(2, -10, "i4"), (0.5, 3, "f4"), (np.nan, 5, "i2"), (0, 5, "i2"), (1, np.nan, "i2")],
 )
 def test_slope_and_intercept(tmp_path: Path, slope: float, intercept: float, dtype: str) -> None:
     header = nibabel.Nifti1Header()
@@ -131,20 +132,18 @@ FLOAT_NAN = np.float32(np.nan).tobytes()
         (108, FLOAT_NAN, "NIfTI"),
         (280, FLOAT_NAN, "finite"),
         (280, bytes(48), "singular"),
-        (254, np.int16(0).tobytes() + bytes(0), None),
     ],
 )
-def test_a_header_that_makes_no_sense_is_refused(tmp_path: Path, at: int, data: bytes, reason: str | None) -> None:
+def test_a_header_that_makes_no_sense_is_refused(tmp_path: Path, at: int, data: bytes, reason: str) -> None:
     path = patched(written(tmp_path / "v.nii"), at, data)
-    if reason is None:
-        load(path)
-        return
     with pytest.raises(InputError, match=rf"v\.nii: .*{reason}"):
         load(path)
 
 
-def test_a_negative_pixdim_that_defines_the_grid_is_refused(tmp_path: Path) -> None:
-    path = patched(written(tmp_path / "v.nii"), 252, bytes(4))  # neither qform nor sform
-    patched(path, 84, np.float32(-3).tobytes())
-    with pytest.raises(InputError, match="spacing must be positive"):
+@pytest.mark.parametrize("spacing", [-3, 0, np.nan, np.inf])
+@pytest.mark.parametrize("qform_code", [0, 1])
+def test_a_wrong_pixdim_that_defines_the_grid_is_refused(tmp_path: Path, qform_code: int, spacing: float) -> None:
+    path = patched(written(tmp_path / "v.nii"), 252, np.int16([qform_code, 0]).tobytes())
+    patched(path, 84, np.float32(spacing).tobytes())
+    with pytest.raises(InputError, match=r"spacing|pixdims|finite"):
         load(path)

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
+from scenes import BONE, FOG, random_volume, smooth_volume
 
 from texvol.camera import Camera, Projection
 from texvol.comparison import compare
@@ -15,8 +16,6 @@ from texvol.ray_casting import raycast
 from texvol.render import Renderer, render
 from texvol.scene import Classification, Scene
 from texvol.transfer import TransferFunction
-
-from .scenes import BONE, FOG, random_volume, smooth_volume
 
 SIZE = (160, 160)
 FLOAT32 = {"texture_format": "rgba32f", "target_format": "rgba32f"}

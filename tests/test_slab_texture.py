@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scenes import BONE, FOG, constant, random_volume, smooth_volume
 
 from texvol import optics
 from texvol.accuracy import cheapest_texel_format
 from texvol.slab_texture import SlabTexture, bake
 from texvol.transfer import TransferFunction
 from texvol.volume import Volume
-
-from .scenes import BONE, FOG, constant, random_volume, smooth_volume
 
 
 def unscaled(texture: SlabTexture) -> np.ndarray:
@@ -84,7 +83,11 @@ def test_dense_matter_keeps_its_transmittance() -> None:
 def test_opaque_matter_is_finite_and_opaque(classification: str) -> None:
     for texel_format in ("rgba8", "rgba16f", "rgba32f"):
         texture = bake(
-            Volume(np.zeros((1, 1, 1), np.uint8)), constant(np.inf), classification, 1.0, texel_format  # type: ignore[arg-type]
+            Volume(np.zeros((1, 1, 1), np.uint8)),
+            constant(np.inf),
+            classification,
+            1.0,
+            texel_format,  # type: ignore[arg-type]
         )
         red, green, blue, weight = unscaled(texture)[0, 0, 0]
         assert np.isfinite(texture.texels.astype(np.float64)).all()

@@ -15,7 +15,12 @@ from texvol.errors import InputError
 from texvol.transfer import TransferFunction
 from texvol.volume import Volume
 
-RAMP = {"points": [{"value": 0, "color": [0, 0, 0], "extinction": 0}, {"value": 10, "color": [1, 0.5, 0.25], "extinction": 4}]}
+RAMP = {
+    "points": [
+        {"value": 0, "color": [0, 0, 0], "extinction": 0},
+        {"value": 10, "color": [1, 0.5, 0.25], "extinction": 4},
+    ]
+}
 
 
 def test_between_points_color_and_extinction_are_linear() -> None:

@@ -1,4 +1,4 @@
-"""From the accuracy that is asked for to a slab thickness and texel format, and how far a picture is from the integral."""
+"""From the accuracy that is asked for to a slab thickness and a texel format."""
 
 from __future__ import annotations
 

@@ -66,7 +66,7 @@ class Camera:
         if not np.linalg.norm(self.up) > 0:
             raise InputError("camera: up must not be zero")
         # Under 1e-6 rad between up and view, the picture's roll would be decided by rounding.
-        sine = np.linalg.norm(np.cross(view / np.linalg.norm(view), self.up / np.linalg.norm(self.up)))
+        sine = np.linalg.norm(np.cross(view / np.linalg.norm(view), np.array(self.up) / np.linalg.norm(self.up)))
         if not sine > 1e-6:
             raise InputError(f"camera: up must not be parallel to the view, and up is {_text(self.up)}")
         if self.projection not in ("orthographic", "perspective"):
@@ -84,9 +84,7 @@ class Camera:
         return cls("perspective", tuple(eye), tuple(target), tuple(up), fov=fov)  # type: ignore[arg-type]
 
     @classmethod
-    def orthographic(
-        cls, eye: Sequence[float], target: Sequence[float], up: Sequence[float], height: float
-    ) -> Camera:
+    def orthographic(cls, eye: Sequence[float], target: Sequence[float], up: Sequence[float], height: float) -> Camera:
         """Camera of parallel rays; `height` is what the picture shows from bottom to top, in world units."""
         return cls("orthographic", tuple(eye), tuple(target), tuple(up), height=height)  # type: ignore[arg-type]
 
@@ -215,7 +213,7 @@ def _finite_triple(numbers: Sequence[float], name: str) -> tuple[float, float, f
         triple = ()
     if len(triple) != 3 or not np.isfinite(triple).all():
         raise InputError(f"camera: {name} is three finite numbers x, y, z, and is {numbers!r}")
-    return triple  # type: ignore[return-value]
+    return triple
 
 
 def _text(triple: Sequence[float]) -> str:

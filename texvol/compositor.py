@@ -97,8 +97,8 @@ class Compositor:
         device_texture.texture.use(0)
         gl.disable(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
         gl.enable(moderngl.BLEND)
-        gl.blend_equation = moderngl.FUNC_ADD
-        gl.blend_func = moderngl.ONE_MINUS_DST_ALPHA, moderngl.ONE
+        gl.blend_equation = (moderngl.FUNC_ADD, moderngl.FUNC_ADD)
+        gl.blend_func = (moderngl.ONE_MINUS_DST_ALPHA, moderngl.ONE)
         vertices = gl.buffer(_triangles(stacks))
         array = gl.vertex_array(program, [(vertices, "2f 2f", "in_position", "in_slab_range")])
         try:

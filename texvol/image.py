@@ -61,7 +61,11 @@ def write(
     check_writable(path)
     path = Path(path)
     kind = path.suffix.lower()
-    pixels = np.ascontiguousarray(picture, np.float32) if kind == ".exr" else eight_bits(picture, transparent and kind == ".png")
+    pixels = (
+        np.ascontiguousarray(picture, np.float32)
+        if kind == ".exr"
+        else eight_bits(picture, transparent and kind == ".png")
+    )
     beside = path.with_name(f".{path.stem}.{os.getpid()}{kind}")
     try:
         beside.write_bytes(_encoded(pixels, kind, attributes or {}))
@@ -73,7 +77,7 @@ def write(
 
 
 def read(path: str | os.PathLike[str]) -> NDArray[np.float32]:
-    """Pixels as they stand in the file, (height, width, channels) float32; 8 bits are mapped to [0, 1], not linearised."""
+    """Pixels as they stand in the file, (height, width, channels) float32; 8 bits become [0, 1], sRGB stays sRGB."""
     import OpenImageIO as oiio
 
     source = oiio.ImageInput.open(os.fspath(path))

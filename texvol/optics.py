@@ -49,9 +49,9 @@ def slab_integral(
     path_length : array of shape (…)
         L, world units.
     """
-    depth = np.multiply(extinction, path_length)
-    opaque = np.isinf(np.asarray(extinction))
-    thickness_seen = np.where(opaque, 1.0, path_length * mean_transmittance(depth))
+    length = np.asarray(path_length, dtype=np.float64)
+    depth = np.asarray(extinction, dtype=np.float64) * length
+    thickness_seen = np.where(np.isinf(extinction), 1.0, length * mean_transmittance(depth))
     return np.multiply(emission, thickness_seen[..., np.newaxis]), opacity_from_depth(depth)
 
 

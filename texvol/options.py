@@ -46,7 +46,7 @@ def triple(text: str) -> tuple[float, float, float]:
         numbers = ()
     if len(numbers) != 3:
         raise argparse.ArgumentTypeError(f"three numbers X,Y,Z are wanted, and not {text!r}")
-    return numbers  # type: ignore[return-value]
+    return numbers
 
 
 def color(text: str) -> tuple[float, float, float] | None:
@@ -101,7 +101,9 @@ _SCENE_OPTIONS: tuple[tuple[str, Callable[[str], Any], str, str], ...] = (
 
 def add_volume_options(parser: argparse.ArgumentParser) -> None:
     """VOLUME and how to read it."""
-    parser.add_argument("volume", metavar="VOLUME", help="NRRD, NIfTI, MetaImage, DICOM folder, TIFF, MRC, VTI, NPY, RAW")
+    parser.add_argument(
+        "volume", metavar="VOLUME", help="NRRD, NIfTI, MetaImage, DICOM folder, TIFF, MRC, VTI, NPY, RAW"
+    )
     group = parser.add_argument_group("reading the volume")
     group.add_argument("--spacing", type=triple, metavar="X,Y,Z", help="distance of samples, overrides the file's")
     group.add_argument("--shape", type=dimensions, metavar="NX,NY,NZ", help="dimensions of a RAW file")

@@ -101,9 +101,7 @@ def _box_between(
     crossings = a + share[..., np.newaxis] * (b - a)
     between = (corners[:, 2] >= near[:, np.newaxis]) & (corners[:, 2] <= far[:, np.newaxis])
     stacks = near.size
-    points = np.concatenate(
-        [np.broadcast_to(corners, (stacks, 8, 3)), crossings.reshape(stacks, -1, 3)], axis=1
-    )
+    points = np.concatenate([np.broadcast_to(corners, (stacks, 8, 3)), crossings.reshape(stacks, -1, 3)], axis=1)
     return points, np.concatenate([between, crosses.reshape(stacks, -1)], axis=1)
 
 

@@ -100,7 +100,7 @@ class Volume:
 
     @cached_property
     def corners_from_centre(self) -> NDArray[np.float64]:
-        """The eight corners of the box, shape (8, 3), relative to `centre`; corner c has bit a set on axis a's far side."""
+        """The corners of the box, shape (8, 3), relative to `centre`; corner c has bit a set on axis a's far side."""
         bits = (np.arange(8)[:, np.newaxis] >> np.arange(3)) & 1
         return (bits - 0.5) @ self.box_edges.T
 
@@ -133,7 +133,9 @@ class Volume:
 
     def __repr__(self) -> str:
         nx, ny, nz = self.dimensions
-        return f"Volume({self.name!r}, {nx} x {ny} x {nz} {self.values.dtype}, spacing {_text(self.spacing)} {self.unit})"
+        return (
+            f"Volume({self.name!r}, {nx} x {ny} x {nz} {self.values.dtype}, spacing {_text(self.spacing)} {self.unit})"
+        )
 
 
 def _real_samples(values: ArrayLike, name: str) -> NDArray:
@@ -165,7 +167,9 @@ def _triple(numbers: Sequence[float], what: str, name: str) -> NDArray[np.float6
 def _regular_matrix(numbers: ArrayLike, name: str) -> NDArray[np.float64]:
     matrix = np.array(numbers, dtype=np.float64)
     if matrix.shape != (3, 3) or not np.isfinite(matrix).all():
-        raise InputError(f"{name}: direction is a finite 3 x 3 matrix, and is {np.array2string(matrix, separator=', ')}")
+        raise InputError(
+            f"{name}: direction is a finite 3 x 3 matrix, and is {np.array2string(matrix, separator=', ')}"
+        )
     # Relative to the columns' lengths the determinant is the volume of a unit parallelepiped: under 1e-6 two axes
     # lie within an angle of 1e-6 of each other and the box is flat.
     lengths = np.linalg.norm(matrix, axis=0)

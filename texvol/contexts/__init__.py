@@ -1,7 +1,8 @@
 """OpenGL contexts without a screen, from EGL or OSMesa; one that cannot be had says why, and which package is missing.
 
 A context is current only inside `with context:`, on the thread that entered it; leaving restores what was current
-before. So one context may serve several threads in turn, and several contexts may be alive in one process.
+before, a context of texvol's or anybody's EGL context. So one context may serve several threads in turn, and several
+contexts may be alive in one process.
 
 The system's libraries are called directly. glcontext stops at the first device that fails, and GLFW, another way to
 OSMesa, keeps one platform for the whole process, so that no window could be opened afterwards.
@@ -11,6 +12,7 @@ from __future__ import annotations
 
 import threading
 import weakref
+from contextlib import suppress
 from types import TracebackType
 from typing import Any
 
@@ -95,6 +97,8 @@ def open_context(backend: str = "auto") -> Context:
         raise InputError(f"backend is {backend!r}; wanted one of {', '.join(BACKENDS)}")
     reasons = []
     with _opening:
+        with suppress(ContextError):
+            _loaded(Egl)  # also for OSMesa, so that an EGL context, whose ever it is, is left and restored
         for library in _LIBRARIES:
             if backend in ("auto", library.backend):
                 try:
@@ -106,11 +110,9 @@ def open_context(backend: str = "auto") -> Context:
 
 def _open(library: type[Egl] | type[OSMesa]) -> Context:
     """Return a context on the first display of the library that has one; raise the reasons of all others."""
-    if library.backend not in native.loaded:
-        native.loaded[library.backend] = library()
     reasons = []
     try:
-        for handle, display in native.loaded[library.backend].handles():
+        for handle, display in _loaded(library).handles():
             try:
                 return Context(handle, library.backend)
             except Exception as error:  # moderngl raises nothing narrower
@@ -119,3 +121,10 @@ def _open(library: type[Egl] | type[OSMesa]) -> Context:
     except ContextError as reason:
         reasons.append(str(reason))
     raise ContextError(", ".join(reasons))
+
+
+def _loaded(library: type[Egl] | type[OSMesa]) -> native.Library:
+    """Return the library, loaded when first asked for; raise if the system does not have it."""
+    if library.backend not in native.loaded:
+        native.loaded[library.backend] = library()
+    return native.loaded[library.backend]

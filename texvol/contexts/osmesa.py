@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import os
+import threading
 from collections.abc import Iterator
-from ctypes import byref, c_char_p, c_int, c_ubyte, c_void_p, create_string_buffer
+from ctypes import c_char_p, c_int, c_ubyte, c_void_p, create_string_buffer
 from typing import Any
 
 from texvol.contexts.native import (
@@ -22,7 +23,7 @@ from texvol.errors import ContextError
 LIBRARIES = "libOSMesa.so.8", "libOSMesa.so.6"  # the plain .so name belongs to the development package
 
 # Values of GL/osmesa.h and GL/gl.h.
-OSMESA_FORMAT, OSMESA_RGBA, OSMESA_TYPE, GL_UNSIGNED_BYTE = 0x22, 0x1908, 0x23, 0x1401
+OSMESA_FORMAT, OSMESA_RGBA, GL_UNSIGNED_BYTE = 0x22, 0x1908, 0x1401
 OSMESA_PROFILE, OSMESA_CORE_PROFILE = 0x33, 0x34
 OSMESA_CONTEXT_MAJOR_VERSION, OSMESA_CONTEXT_MINOR_VERSION = 0x36, 0x37
 
@@ -30,9 +31,6 @@ SIGNATURES: dict[str, tuple[Any, ...]] = {  # result, arguments
     "OSMesaCreateContextAttribs": (c_void_p, c_void_p, c_void_p),
     "OSMesaDestroyContext": (None, c_void_p),
     "OSMesaMakeCurrent": (c_ubyte, c_void_p, c_void_p, c_int, c_int, c_int),
-    "OSMesaGetCurrentContext": (c_void_p,),
-    "OSMesaGetColorBuffer": (c_ubyte, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p),
-    "OSMesaGetIntegerv": (None, c_int, c_void_p),
     "OSMesaGetProcAddress": (c_void_p, c_char_p),
 }
 
@@ -46,6 +44,7 @@ class OSMesa(Library):
     def __init__(self) -> None:
         super().__init__()
         self.functions = open_library(LIBRARIES, SIGNATURES)
+        self._current = threading.local()  # .handle: the one that is current on the thread
 
     def handles(self) -> Iterator[tuple[Handle, str]]:
         if self.process != os.getpid():
@@ -57,20 +56,19 @@ class OSMesa(Library):
         return address
 
     def leave_current(self) -> Restore:
-        functions = self.functions
-        context = functions.OSMesaGetCurrentContext()
-        if not context:
+        # OSMesaGetCurrentContext is not asked: it answers with whatever Mesa has current, an EGL context too.
+        handle: OSMesaHandle | None = getattr(self._current, "handle", None)
+        if handle is None:
             return lambda: None
-        width, height, pixel_format, pixel_type, memory = c_int(), c_int(), c_int(), c_int(), c_void_p()
-        functions.OSMesaGetColorBuffer(context, byref(width), byref(height), byref(pixel_format), byref(memory))
-        functions.OSMesaGetIntegerv(OSMESA_TYPE, byref(pixel_type))
-        functions.OSMesaMakeCurrent(None, None, 0, 0, 0)
-        return lambda: self.make_current(context, memory, pixel_type.value, width.value, height.value)
+        self.functions.OSMesaMakeCurrent(None, None, 0, 0, 0)
+        self._current.handle = None
+        return handle.bind
 
-    def make_current(self, context: int, memory: Any, pixel_type: int, width: int, height: int) -> None:
-        """Make the context and the memory that it draws to current on this thread."""
-        if not self.functions.OSMesaMakeCurrent(context, memory, pixel_type, width, height):
+    def make_current(self, handle: OSMesaHandle, context: int, pixel: Any) -> None:
+        """Make the handle's context, and the one pixel of memory that it draws to, current on this thread."""
+        if not self.functions.OSMesaMakeCurrent(context, pixel, GL_UNSIGNED_BYTE, 1, 1):
             raise ContextError("OSMesaMakeCurrent failed")
+        self._current.handle = handle
 
 
 class OSMesaHandle(Handle):
@@ -89,7 +87,7 @@ class OSMesaHandle(Handle):
             raise ContextError(f"OSMesaCreateContextAttribs gives no OpenGL {VERSION_NAME}")
 
     def bind(self) -> None:
-        self._osmesa.make_current(self._context, self._pixel, GL_UNSIGNED_BYTE, 1, 1)
+        self._osmesa.make_current(self, self._context, self._pixel)
 
     def destroy(self) -> None:
         self._osmesa.functions.OSMesaDestroyContext(self._context)

@@ -45,7 +45,7 @@ def _point_between(entry, leave, t):
 
 @compiled
 def cross_preclassified(corners, channels, matter, entry, leave, length, rounding, depth, light):
-    """Optical depth behind a cell whose corners are classified, then interpolated. `channels`: scratch, shape (4, 8)."""
+    """Optical depth behind a cell whose corners are classified, then interpolated. `channels`: scratch (4, 8)."""
     opaque = False
     for corner in range(8):
         red, green, blue, extinction = classified(matter, corners[corner])

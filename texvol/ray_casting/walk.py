@@ -6,7 +6,7 @@ where edge samples are repeated.
 
 from __future__ import annotations
 
-from math import ceil, floor, inf
+from math import floor, inf
 
 import numpy as np
 
@@ -60,9 +60,8 @@ def _clipped(start, step, shape, eye):
 
 @compiled
 def _first_cell(start, step, s):
-    """Along one axis: the cell into which the ray moves at s, and where it leaves that."""
-    position = start + s * step
-    cell = ceil(position) - 1 if step < 0.0 else floor(position)
+    """Along one axis: the cell that holds the ray at s, and where it leaves that."""
+    cell = floor(start + s * step)
     return cell, _end_of_cell(start, step, cell)
 
 
@@ -102,7 +101,7 @@ def _load_corners(values, matter, i, j, k, corners):
     corners[6], corners[7] = values[k1, j1, i0], values[k1, j1, i1]
     low, high = inf, -inf
     for corner in corners:
-        low, high = min(low, corner), max(high, corner)  # in this order NaN is neither
+        low, high = min(low, corner), max(high, corner)  # NaN is neither
     if low > high:
         return False
     lowest, highest = segment_of(matter.points, low), segment_of(matter.points, high)

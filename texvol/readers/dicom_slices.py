@@ -93,8 +93,11 @@ def _slice(path: str, header: Any, frame: int) -> Slice:
     axes = (_unit_vector(orientation[:3]), _unit_vector(orientation[3:]))
     if abs(float(np.dot(*axes))) > 0.01:
         raise FileFault("direction must not be singular: its rows and columns are not at right angles")
-    row_spacing, column_spacing = _pixel_spacing(header, frame)
     scaling = header.get("DoseGridScaling")
+    slope = _number(header, frame, "RescaleSlope", 1.0 if scaling is None else float(scaling))
+    if slope == 0:
+        raise FileFault("its RescaleSlope is 0, which leaves nothing of its values")
+    row_spacing, column_spacing = _pixel_spacing(header, frame)
     return Slice(
         path=path,
         frame=frame,
@@ -108,7 +111,7 @@ def _slice(path: str, header: Any, frame: int) -> Slice:
         axes=axes,
         spacing=(column_spacing, row_spacing),
         thickness=_thickness(header, frame),
-        slope=_number(header, frame, "RescaleSlope", 1.0 if scaling is None else float(scaling)),
+        slope=slope,
         intercept=_number(header, frame, "RescaleIntercept", 0.0),
         order=tuple(_number(header, frame, key, 0.0) for key in _ORDER),
     )

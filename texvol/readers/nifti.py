@@ -72,7 +72,9 @@ def _header(path: str) -> tuple[Any, bool]:
                 raise FileFault(f"is truncated: its header of {length} bytes has {len(block)}")
             if block[at : at + 2] not in (b"n+", b"ni"):
                 raise FileFault("is an Analyze header, which does not say how the volume lies; NIfTI does")
-            return kind(block[:length]), block[at + 1 : at + 2] == b"+"
+            kind(block[:length])  # raises if the header is wrong beyond repair …
+            header = kind(block[:length], check=False)  # … and would repair spacings of 0 and less; here they are errors
+            return header, block[at + 1 : at + 2] == b"+"
     raise FileFault("has no NIfTI header")
 
 

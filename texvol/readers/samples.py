@@ -177,7 +177,7 @@ def grid_from_columns(columns: ArrayLike) -> tuple[NDArray[np.float64], NDArray[
     largest = np.abs(steps).max(axis=0)
     for axis, length in zip("xyz", largest, strict=True):
         if length == 0:
-            raise FileFault(f"direction must not be singular, and that of axis {axis} is 0, 0, 0")
+            raise FileFault(f"spacing must be positive and direction not singular; the step along axis {axis} is 0, 0, 0")
     spacing = largest * np.linalg.norm(steps / largest, axis=0)
     return spacing, steps / spacing + 0.0  # + 0.0: no -0 in what is printed
 

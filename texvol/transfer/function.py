@@ -122,6 +122,4 @@ class TransferFunction:
         opaque = 0.0 if self.emissive else colors
         emission = np.where(np.isinf(extinction)[..., np.newaxis], opaque, glow)
         absent = np.isnan(values)
-        return Classified(
-            np.where(absent[..., np.newaxis], 0.0, emission), np.where(absent, 0.0, extinction)
-        )
+        return Classified(np.where(absent[..., np.newaxis], 0.0, emission), np.where(absent, 0.0, extinction))

@@ -201,4 +201,4 @@ def _ramp(name: str) -> list[Point]:
 
     shares = np.linspace(0, 1, 17)
     colors = linear_from_srgb(np.asarray(Colormap(name)(shares))[:, :3])
-    return [(float(s), tuple(c), 30 * float(s) ** 2) for s, c in zip(shares, colors, strict=True)]  # type: ignore[misc]
+    return [(float(s), tuple(c), 30 * float(s) ** 2) for s, c in zip(shares, colors, strict=True)]
