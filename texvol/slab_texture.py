@@ -36,7 +36,7 @@ TEXEL_TYPES: dict[str, np.dtype] = {"rgba8": np.dtype(np.uint8), "rgba16f": np.d
 # finite extinctions, which share their range: opaque over a thousandth of a voxel, and over a third.
 _OPAQUE_EXTINCTION = {"rgba8": 32.0, "rgba16f": 1e4, "rgba32f": 1e16}
 _DENSE = 0.9  # opacity of a slab from which 1 - A is stored: A leaves it 4 bits less than all
-_CHUNK = 1 << 15  # samples classified at once: their float64 temporaries stay in the cache
+_CHUNK = 1 << 14  # samples classified at once: their float64 temporaries stay in the cache
 
 Classifier = Callable[[NDArray], NDArray[np.float64]]  # values (n,) → texels (n, 4), unscaled
 

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -104,22 +105,43 @@ class TransferFunction:
     def classify(self, values: ArrayLike) -> Classified:
         """Emission and extinction of each value; both 0 where the value is NaN."""
         values = np.asarray(values, dtype=np.float64)
-        segment = np.searchsorted(self.values, values, side="right")  # number of points at or below the value
-        left = np.maximum(segment - 1, 0)
-        right = np.minimum(segment, self.values.size - 1)
-        width = self.values[right] - self.values[left]
-        with np.errstate(invalid="ignore", divide="ignore"):
-            share = np.where(width > 0, (values - self.values[left]) / width, 0.0)[..., np.newaxis]
-            colors = self.colors[left] * (1 - share) + self.colors[right] * share
-            share = share[..., 0]
-            extinction = np.where(
-                share > 0,
-                self.extinctions[left] * (1 - share) + self.extinctions[right] * share,
-                self.extinctions[left],
-            )
-            glow = colors if self.emissive else colors * extinction[..., np.newaxis]
-        # ∫ q T vanishes where T does at once: an infinite extinction shows its straight colour, or no glow at all.
-        opaque = 0.0 if self.emissive else colors
-        emission = np.where(np.isinf(extinction)[..., np.newaxis], opaque, glow)
         absent = np.isnan(values)
-        return Classified(np.where(absent[..., np.newaxis], 0.0, emission), np.where(absent, 0.0, extinction))
+        segment = np.searchsorted(self.values, values, side="right")  # number of points at or below the value
+        start, base, slope, opaque = self._segments
+        # Beyond the outer points nothing changes; clipped, infinite values are finite.
+        offset = np.clip(values, self.values[0], self.values[-1]) - start.take(segment)
+        # take is ten times as fast as an index; a fused update in place saves as much again.
+        numbers = slope.take(segment, axis=0)
+        numbers *= offset[..., np.newaxis]
+        numbers += base.take(segment, axis=0)
+        np.maximum(numbers, 0.0, out=numbers)  # rounding may leave -1e-17 where a point of 0 is reached
+        colors, extinction = numbers[..., :3], numbers[..., 3]
+        emission = colors if self.emissive else colors * extinction[..., np.newaxis]
+        if opaque.any():
+            # An infinite point holds from itself on, and above the point before it.
+            hidden = opaque[segment, 0] | (opaque[segment, 1] & (offset > 0))
+            # ∫ q T vanishes where T does at once: an infinite extinction shows its straight colour, or no glow at all.
+            shown = np.zeros_like(colors) if self.emissive else colors
+            emission = np.where(hidden[..., np.newaxis], shown, emission)
+            extinction = np.where(hidden, np.inf, extinction)
+        if absent.any():
+            emission = np.where(absent[..., np.newaxis], 0.0, emission)
+            extinction = np.where(absent, 0.0, extinction)
+        return Classified(emission, extinction)
+
+    @cached_property
+    def _segments(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]:
+        """Between which points a value lies, as a line: start, (colour, extinction) there and per unit of value.
+
+        Segment s has s points at or below it. The last item says whether its left and right points are opaque; their
+        extinction is left out of the line.
+        """
+        points = np.arange(self.values.size + 1)
+        left, right = np.maximum(points - 1, 0), np.minimum(points, self.values.size - 1)
+        infinite = np.isinf(self.extinctions)
+        numbers = np.column_stack([self.colors, np.where(infinite, 0.0, self.extinctions)])
+        width = self.values[right] - self.values[left]
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            slope = (numbers[right] - numbers[left]) / width[:, np.newaxis]
+        slope[~np.isfinite(slope)] = 0.0  # steps, and the two ends
+        return self.values[left], numbers[left], slope, np.column_stack([infinite[left], infinite[right]])
