@@ -26,7 +26,7 @@ VOLUMES: list[tuple[str, str, str, str]] = [
     ("phantom", "", "", "--tf ct-bone"),
     ("brain", "mni_icbm152_t1_tal_nlin_sym_09a_converted.nii.gz", "", "--tf mr"),
     ("flair", "FLAIR.nrrd", "", "--tf mr"),
-    ("orientation", "", "", "--tf solid --eye 0,-20,400 --target 0,-20,0 --up 0,1,0"),
+    ("orientation", "", "", "--eye 0,-20,400 --target 0,-20,0 --up 0,1,0"),
     ("tooth", "", "", ""),
     ("fly", "fly_150x256x256.tif", "", "--eye 500,-300,420"),
     ("shell", "", "", ""),

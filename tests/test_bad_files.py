@@ -124,7 +124,13 @@ def test_a_truncated_file(tmp_path: Path, name: str, capfd: pytest.CaptureFixtur
     content = path.read_bytes()
     for length in [1, 4, *np.linspace(8, len(content) - 3, 40).astype(int)]:
         path.write_bytes(content[:length])
-        refused(path, capfd)
+        try:
+            volume = load(path)
+        except InputError:
+            refused(path, capfd)
+        else:  # what is gone held no sample: padding, a closing tag
+            np.testing.assert_array_equal(volume.values, marked.marked(), err_msg=str(length))
+            assert length > 0.7 * len(content)
 
 
 @ALL
@@ -133,12 +139,12 @@ def test_a_file_of_another_format_than_its_name_says(
     tmp_path: Path, name: str, other: str, capfd: pytest.CaptureFixture[str]
 ) -> None:
     if Path(name).suffixes == Path(other).suffixes:
-        pytest.skip("the same format")
+        return  # the same format
     source = tmp_path / f"other-{other}"
     if other in WRITERS:
         WRITERS[other](source)
     else:
-        source.write_bytes(b"Lorem ipsum\n" * 99 if other == "text" else Random(1).randbytes(999))
+        source.write_bytes(b"Lorem ipsum\n" * 99 if other == "text" else Random(1).randbytes(2000))
     source.rename(tmp_path / name)
     message = refused(tmp_path / name, capfd)
     assert "named" in message or "not MRC" in message or "not DICOM" in message or "corrupt" in message
@@ -191,15 +197,17 @@ def test_an_unknown_format_is_refused_with_the_list(tmp_path: Path, capfd: pytes
 
 
 HUGE = {
-    "v.npy": b"\x93NUMPY\x01\x00\x76\x00" + b"{'descr': '<f8', 'fortran_order': False, 'shape': (999999, 999999, 999999)}".ljust(117) + b"\n",
+    "v.npy": b"\x93NUMPY\x01\x00\x76\x00"
+    + b"{'descr': '<f8', 'fortran_order': False, 'shape': (999999, 999999, 999999)}".ljust(117)
+    + b"\n",
     "v.nrrd": b"NRRD0004\ntype: double\ndimension: 3\nsizes: 99999999999 99999999999 99999999999\nendian: little\n"
     b"encoding: raw\n\n",
     "v.mha": b"ObjectType = Image\nNDims = 3\nDimSize = 9999999 9999999 9999999\nElementType = MET_DOUBLE\n"
     b"ElementDataFile = LOCAL\n",
-    "v.vti": b'<VTKFile type="ImageData"><ImageData WholeExtent="0 999999 0 999999 0 999999"><Piece Extent="0 999999 0 '
-    b'999999 0 999999"><PointData><DataArray type="Float64" format="ascii">1</DataArray></PointData></Piece></ImageData>'
-    b"</VTKFile>",
-}  # fmt: skip
+    "v.vti": b'<VTKFile type="ImageData"><ImageData WholeExtent="0 999999 0 999999 0 999999">'
+    b'<Piece Extent="0 999999 0 999999 0 999999"><PointData><DataArray type="Float64" format="ascii">1</DataArray>'
+    b"</PointData></Piece></ImageData></VTKFile>",
+}
 
 
 @pytest.mark.parametrize("name", HUGE)

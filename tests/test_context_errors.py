@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from small_pictures import backend_or_skip, current, draw, run_python
+from small_pictures import available, backend_or_skip, current, draw, run_python
 
 from texvol.contexts import egl, native, open_context, osmesa
 from texvol.errors import ContextError, InputError
@@ -18,6 +18,8 @@ def test_an_unknown_back_end_is_named_with_the_known_ones() -> None:
 
 @pytest.fixture
 def nothing_loaded(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A machine without either library."""
+    available()  # remembers what the machine has, before that is hidden
     monkeypatch.setattr(native, "loaded", {})
     monkeypatch.setattr(egl, "LIBRARIES", ("libNoEGL.so.1",))
     monkeypatch.setattr(osmesa, "LIBRARIES", ("libNoOSMesa.so.8",))

@@ -164,39 +164,54 @@ def test_a_released_context_cannot_be_entered(backend: str) -> None:
     assert current() == [False, False]
 
 
-def test_release_inside_with_waits_for_its_end(backend: str) -> None:
+@pytest.fixture
+def freed(backend: str, monkeypatch: pytest.MonkeyPatch) -> list[object]:
+    """Native contexts of the back end that have been destroyed."""
+    handle = egl.EglHandle if backend == "egl" else osmesa.OSMesaHandle
+    destroy = handle.destroy
+    destroyed: list[object] = []
+
+    def recorded(self: egl.EglHandle | osmesa.OSMesaHandle) -> None:
+        destroyed.append(self)
+        destroy(self)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(handle, "destroy", recorded)
+    gc.collect()
+    destroyed.clear()
+    return destroyed
+
+
+def test_release_inside_with_waits_for_its_end(backend: str, freed: list[object]) -> None:
     context, other = open_context(backend), open_context(backend)
     with context:
         with other:
             context.release()  # leaving `other` must still find it
         assert current()[BACKENDS.index(backend)]
+        assert not freed
     assert current() == [False, False]
+    assert len(freed) == 1
     other.release()
+    assert len(freed) == 2
 
 
-def test_a_context_that_nobody_holds_is_freed(backend: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    freed: list[object] = []
-    handle = egl.EglHandle if backend == "egl" else osmesa.OSMesaHandle
-    destroy = handle.destroy
-
-    def recorded(self: egl.EglHandle | osmesa.OSMesaHandle) -> None:
-        freed.append(self)
-        destroy(self)  # type: ignore[arg-type]
-
-    monkeypatch.setattr(handle, "destroy", recorded)
+def test_a_context_that_nobody_holds_is_freed(backend: str, freed: list[object]) -> None:
     context = open_context(backend)
-    gc.collect()
-    freed.clear()
+    assert not freed
     del context
     gc.collect()
     assert len(freed) == 1
 
 
-def test_a_context_that_is_never_released_does_no_harm_at_exit(backend: str) -> None:
+def test_a_context_in_use_does_no_harm_at_exit(backend: str) -> None:
     done = run_python(
         "import threading, small_pictures as t\n"
-        f"kept = t.open_context({backend!r}); t.draw(kept); kept.__enter__()\n"
-        f"threading.Thread(target=lambda: t.open_context({backend!r}).__enter__()).start()"
+        "entered, kept = threading.Event(), []\n"
+        "def hold():\n"
+        f"    kept.append(t.open_context({backend!r})); t.draw(kept[0]); kept[0].__enter__()\n"
+        "    entered.set(); threading.Event().wait()\n"
+        "threading.Thread(target=hold, daemon=True).start(); entered.wait()\n"
+        f"kept.append(t.open_context({backend!r})); t.draw(kept[1]); kept[1].__enter__()",
+        timeout=20,
     )
     assert (done.returncode, done.stderr) == (0, "")
 
