@@ -13,7 +13,7 @@ from pydicom.uid import CTImageStorage, ExplicitVRLittleEndian
 
 # Slices turned by 30° about the patient's z and tilted against it; rows and columns at right angles.
 _TILT = np.array([[1, 0, 0], [0, 0.8, -0.6], [0, 0.6, 0.8]])
-AXES = (marked.DIRECTION @ np.diag([-1.0, 1.0, 1.0]) @ _TILT).T[:2]
+AXES = (marked.DIRECTION @ np.diag([1.0, 1.0, -1.0]) @ _TILT).T[:2]
 NORMAL = np.cross(*AXES)
 _COLUMNS = np.column_stack([*AXES, NORMAL])
 POSITION = marked.position_of_mark(direction=_COLUMNS)

@@ -11,11 +11,12 @@ DIMENSIONS = (5, 4, 3)
 MARK = (3, 1, 2)  # index x, y, z of the voxel that is larger than all others
 MARK_VALUE = 100
 
-# Spacing 2, 3, 4; the first axis runs backwards and a rotation by 30° about z follows: left-handed and oblique.
+# Spacing 2, 3, 4; the last axis runs backwards and a rotation by 30° about z follows: left-handed and oblique, and not
+# symmetric, so that a transposed matrix shows.
 SPACING = (2.0, 3.0, 4.0)
 ORIGIN = (10.0, -20.0, 30.5)
 _COSINE, _SINE = np.cos(np.pi / 6), np.sin(np.pi / 6)
-DIRECTION = np.array([[_COSINE, -_SINE, 0], [_SINE, _COSINE, 0], [0, 0, 1]]) @ np.diag([-1.0, 1.0, 1.0])
+DIRECTION = np.array([[_COSINE, -_SINE, 0], [_SINE, _COSINE, 0], [0, 0, 1]]) @ np.diag([1.0, 1.0, -1.0])
 
 
 def marked(dtype: str | np.dtype = "int16") -> NDArray:

@@ -104,10 +104,10 @@ def test_a_constant_medium_is_its_chord(shape, view, classification):
 @BOTH
 def test_an_eye_far_away_costs_no_digits_of_a_chord(classification):
     # At s = 1e8 an ulp is 1.5e-8: a length taken as a difference there would be off by that.
-    volume = Volume(np.zeros((4, 4, 4)))
-    camera = Camera.orthographic(volume.centre + np.array([0, 0, 1e8]), volume.centre, (0, 1, 0), 4)
+    volume = Volume(np.zeros((4, 4, 4)), (0.3, 0.3, 0.3))
+    camera = Camera.orthographic(volume.centre + np.array([0, 0, 1e8 / 3]), volume.centre, (0, 1, 0), 1)
     picture = raycast(Scene(volume, uniform(0.3), camera, classification=classification), (3, 3))
-    np.testing.assert_allclose(picture[..., 3], known.opacity(0.3 * 4), rtol=1e-13)
+    np.testing.assert_allclose(picture[..., 3], known.opacity(0.3 * 1.2), rtol=1e-13)
 
 
 @BOTH

@@ -319,3 +319,10 @@ def test_a_volume_over_the_3d_texture_limit_is_refused_by_name(renderer: Rendere
 def test_classifications_that_come_later_are_refused_by_name(renderer: Renderer) -> None:
     with pytest.raises(InputError, match="'post' has no texture yet"):
         renderer.render(Scene(Volume(np.ones((2, 2, 2))), FOG, classification="post"), SIZE)
+
+
+def test_closing_twice_is_fine() -> None:
+    renderer = Renderer()
+    renderer.render(Scene(Volume(np.ones((2, 2, 2))), FOG), SIZE)
+    renderer.close()
+    renderer.close()

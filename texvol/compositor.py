@@ -145,6 +145,7 @@ class Compositor:
 
     def _release_target(self) -> None:
         if self._target is not None:
+            self._gl.screen.use()  # moderngl binds the last framebuffer again, also one that is gone
             for attachment in self._target.color_attachments:
                 attachment.release()
             self._target.release()

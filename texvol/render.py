@@ -122,6 +122,8 @@ class Renderer:
 
     def close(self) -> None:
         """Give everything back; closing twice is fine."""
+        if self._context.released:
+            return
         with self._context:
             self._forget_texture()
             self._compositor.release()

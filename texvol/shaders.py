@@ -22,8 +22,8 @@ _INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"\s*$')
 _COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.DOTALL)
 _CONDITION = re.compile(r"^\s*#\s*(?:if|elif|ifdef|ifndef)\b(.*)$", re.MULTILINE)
 _DEFINITION = re.compile(r"^\s*#\s*define\s+(\w+)", re.MULTILINE)
-# Mesa 22 forgets which source string a function call stands in, so that #line's second number cannot tell files apart.
-# Instead the line numbers do: those of the first file start at this number, of the second at twice this, and so on.
+# Files are told apart by their line numbers, which start at this for the first, at twice this for the second, and so
+# on: Mesa 22 forgets #line's second number, the source string, for function calls.
 _LINES_PER_FILE = 10_000
 # Where a message points to: Mesa writes 0:12(3):, NVIDIA 0(12) :, others ERROR: 0:12:.
 _PLACE = re.compile(r"^(?:ERROR: )?\d+(?::(\d+)(?:\(\d+\))?|\((\d+)\)) ?: ?", re.MULTILINE)
@@ -42,12 +42,10 @@ def load_program(
     fragment: str | None = None,
     folder: Path = FOLDER,
 ) -> moderngl.Program:
-    """Return the program made of `name`.vert and `name`.frag, which the caller releases.
+    """Return the program made of `name`.vert and `name`.frag, which the caller releases; `gl` is current.
 
     Parameters
     ----------
-    gl : moderngl.Context
-        Current.
     defines : mapping
         Switch and value; the two files together name exactly these.
     vertex, fragment : str, optional

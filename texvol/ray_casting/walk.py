@@ -108,7 +108,7 @@ def _load_corners(values, matter, i, j, k, corners):
     return matter.visible_before[highest + 1] > matter.visible_before[lowest]
 
 
-def _tracer(sources: str):  # type: ignore[no-untyped-def]
+def _tracer(sources):
     @compiled_and_kept
     def trace_rays(values, matter, preclassified, starts, steps, eyes, rounding, picture):
         """Light and, in the last channel, optical depth of rays (rows, columns, 3) in index space, into `picture`."""

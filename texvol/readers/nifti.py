@@ -73,7 +73,7 @@ def _header(path: str) -> tuple[Any, bool]:
             if block[at : at + 2] not in (b"n+", b"ni"):
                 raise FileFault("is an Analyze header, which does not say how the volume lies; NIfTI does")
             kind(block[:length])  # raises if the header is wrong beyond repair …
-            header = kind(block[:length], check=False)  # … and would repair spacings of 0 and less; here they are errors
+            header = kind(block[:length], check=False)  # … and would repair spacings of 0 and less
             return header, block[at + 1 : at + 2] == b"+"
     raise FileFault("has no NIfTI header")
 

@@ -6,7 +6,7 @@ import os
 
 import numpy as np
 
-from texvol.readers.samples import Choice, FileFault, Samples, check_size, pick, real_type, unnamed_axes
+from texvol.readers.samples import Choice, FileFault, Samples, check_size, native, pick, real_type, unnamed_axes
 
 
 def read(path: str, choice: Choice) -> Samples:
@@ -28,7 +28,7 @@ def read(path: str, choice: Choice) -> Samples:
         if held != needed:
             raise FileFault(f"holds {held} bytes of samples, and its header ({sizes}, {dtype}) needs {needed}")
         if len(sizes) == 3:
-            values = np.fromfile(file, dtype, needed // dtype.itemsize)
+            values = native(np.fromfile(file, dtype, needed // dtype.itemsize))
             return Samples(values.reshape(sizes[::-1]).T if is_fortran else values.reshape(sizes))
         # Mapped, so that of many time steps only the chosen one takes memory.
         whole = np.memmap(file, dtype, "r", file.tell(), sizes, "F" if is_fortran else "C")

@@ -62,6 +62,13 @@ def available_memory() -> int:
     return available
 
 
+def native(values: NDArray) -> NDArray:
+    """`values`, which nobody else holds, in the machine's byte order; turned where they lie, without a second array."""
+    if not values.dtype.isnative:
+        values.byteswap(inplace=True)
+    return values.view(values.dtype.newbyteorder("="))
+
+
 def real_type(dtype: np.dtype) -> np.dtype:
     """`dtype`, if it is a real number of at most 64 bits; FileFault otherwise."""
     if dtype.kind == "c":
@@ -177,7 +184,8 @@ def grid_from_columns(columns: ArrayLike) -> tuple[NDArray[np.float64], NDArray[
     largest = np.abs(steps).max(axis=0)
     for axis, length in zip("xyz", largest, strict=True):
         if length == 0:
-            raise FileFault(f"spacing must be positive and direction not singular; the step along axis {axis} is 0, 0, 0")
+            wanted = "spacing must be positive and direction not singular"
+            raise FileFault(f"{wanted}; the step along axis {axis} is 0, 0, 0")
     spacing = largest * np.linalg.norm(steps / largest, axis=0)
     return spacing, steps / spacing + 0.0  # + 0.0: no -0 in what is printed
 

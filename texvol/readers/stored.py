@@ -15,7 +15,7 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.readers.samples import FileFault, check_size, in_bytes, real_type
+from texvol.readers.samples import FileFault, check_size, in_bytes, native, real_type
 
 _BLOCK = 2**20  # bytes read, and unpacked, at a time
 _LEADING = 2**26  # bytes that may precede the samples in a stream whose samples come last
@@ -98,7 +98,7 @@ def _read_plain(
     values = np.fromfile(file, dtype, needed // dtype.itemsize)
     if values.nbytes != needed:
         raise _wrong_size(what, values.nbytes, needed)
-    return values.reshape(sizes)
+    return native(values).reshape(sizes)
 
 
 def _read_packed(
@@ -116,7 +116,7 @@ def _read_packed(
         target[at : at + max(len(block) - first, 0)] = np.frombuffer(block, np.uint8)[first:]
     if seen - skip != needed:
         raise _wrong_size(what, max(seen - skip, 0), needed)
-    return values
+    return native(values)
 
 
 def _wrong_size(what: str, held: int | None, needed: int) -> FileFault:

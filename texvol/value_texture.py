@@ -1,0 +1,121 @@
+"""Classification after interpolation: the value as a 3D texture, the transfer function as a table of segments.
+
+    post         one value in the middle of each slab, looked up in the transfer function
+    integrated   values at both ends of a slab; the transfer function is integrated exactly along the line between them
+
+The value keeps the data's own type where the driver interpolates that exactly: 16 bits for integers of 8 and 16 (Mesa
+interpolates 8-bit texels with 8-bit weights, 7e-3 off; 16-bit ones to 1e-7), half and single precision as they are. What
+is wider is stored relative to the middle of its range, so that 1e9 ± 1 stays apart.
+
+The table loses nothing, however many points there are or how close: a segment between two control points is a line, and
+a grid over the values says between which segments to search.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.scene import Classification
+from texvol.transfer import TransferFunction
+from texvol.volume import Volume
+
+_TABLE_WIDTH = 4096  # segments in a row of the table; more go into further rows
+_MOST_CELLS = 4096
+_HUGE = 1e30  # stands for an infinite sample or value: any weight above 1e-24 takes it past every control point
+# Interpolation may round a constant of texels down by half an ulp: without this a flat region that lies exactly on a
+# step would fall to its left side. In shares of the range of values.
+_STEP_MARGIN = 2.0**-21
+
+
+@dataclass(frozen=True)
+class ValueTexture:
+    """Values of shape (nz, ny, nx, 1) as the texture holds them, and the transfer function in the same units.
+
+    A fetched value v stands for `offset + scale * v` in data units. `length_unit` (world units) is what extinction and
+    emission are counted per.
+    """
+
+    texels: NDArray
+    texel_format: str
+    offset: float
+    scale: float
+    transfer_function: TransferFunction
+    classification: Classification
+    length_unit: float
+
+    @property
+    def switches(self) -> dict[str, int]:
+        """Switches of the shader."""
+        return {"CLASSIFICATION": 2 if self.classification == "post" else 3}
+
+    def uniforms(self, slab_thickness: float) -> dict[str, Any]:
+        """Uniforms of the shader."""
+        low, high = self._grid_range
+        return {
+            "slab_length": slab_thickness / self.length_unit,
+            "grid_low": low,
+            "grid_per_value": self._cells / (high - low),
+            "grid_cells": self._cells,
+            "emissive": self.transfer_function.emissive,
+        }
+
+    @cached_property
+    def tables(self) -> dict[str, NDArray[np.float32]]:
+        """Two-dimensional textures, shape (rows, columns, 4).
+
+        `segments`, three rows for each 4096 segments: (start, end, extinction at the start, its slope), (colour at the
+        start, 1 if opaque from its start on, 2 if opaque above its start), (slope of the colour, nothing).
+        `segment_grid`: for each cell of the grid the first and the last segment that a value in it may lie in.
+        """
+        start, numbers, slope, opaque = self.transfer_function.segments
+        ends = np.append(start[1:], np.inf)
+        table = np.zeros((3, start.size, 4))
+        table[0, :, 0] = self._stored(start)
+        # The first segment lies left of the first point, which is the start of the second.
+        table[0, :, 1] = self._stored(ends) - _STEP_MARGIN * self._span
+        table[0, :, 2:] = np.column_stack([numbers[:, 3], slope[:, 3] * self.scale]) * self.length_unit
+        glow = self.length_unit if self.transfer_function.emissive else 1.0
+        table[1, :, :3] = numbers[:, :3] * glow
+        table[1, :, 3] = np.where(opaque[:, 0], 1, np.where(opaque[:, 1], 2, 0))
+        table[2, :, :3] = slope[:, :3] * self.scale * glow
+        rows = -(-start.size // _TABLE_WIDTH)
+        padded = np.zeros((3, rows * _TABLE_WIDTH if rows > 1 else start.size, 4))
+        padded[:, : start.size] = table
+        segments = padded.reshape(3, rows, -1, 4).transpose(1, 0, 2, 3).reshape(rows * 3, -1, 4)
+        return {
+            "segments": np.clip(segments, -3e38, 3e38).astype(np.float32),
+            "segment_grid": self._grid(table[0, :-1, 1]),
+        }
+
+    def _grid(self, points: NDArray[np.float64]) -> NDArray[np.float32]:
+        low, high = self._grid_range
+        edges = np.linspace(low, high, self._cells + 1)
+        # Half a cell on either side: float32 may find a value in the neighbour of its cell.
+        margin = 0.5 * (edges[1] - edges[0])
+        grid = np.zeros((1, self._cells, 4), np.float32)
+        grid[0, :, 0] = np.searchsorted(points, edges[:-1] - margin, side="right")
+        grid[0, :, 1] = np.searchsorted(points, edges[1:] + margin, side="right")
+        grid[0, 0, 0], grid[0, -1, 1] = 0, points.size
+        return grid
+
+    @property
+    def _cells(self) -> int:
+        return int(min(_MOST_CELLS, max(64, 8 * self.transfer_function.values.size)))
+
+    @property
+    def _grid_range(self) -> tuple[float, float]:
+        low, high = (float(end) for end in self._stored(self.transfer_function.values[[0, -1]]))
+        return (low, high) if high > low else (low - 1.0, low + 1.0)
+
+    @property
+    def _span(self) -> float:
+        """The range of the stored values: 1 for integers, which the texture normalises, and what there is for floats."""
+        return 1.0
+
+    def _stored(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        return (values - self.offset) / self.scale
