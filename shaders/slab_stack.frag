@@ -5,7 +5,8 @@
 // Depth along the view is counted in slab thicknesses from the middle of the box, so that slab k lies between the
 // planes k and k + 1 and a whole slab is exactly 1 deep. Positions are in texture coordinates: the box is [0, 1]³.
 //
-// Switches: EXTINCTION 1: texels hold emission and extinction, 0: slab-integrated colour and opacity.
+// Switches: CLASSIFICATION 0: texels hold slab-integrated colour and opacity, 1: emission and extinction, 2: the value,
+//                          classified in the middle of each slab, 3: the value, integrated from plane to plane.
 //           PERSPECTIVE 1: rays diverge, 0: they are parallel.
 
 #extension GL_ARB_gpu_shader_fp64 : enable
@@ -24,7 +25,6 @@
 #endif
 
 uniform sampler3D texels;
-uniform vec4 texel_scale;         // what a texel is to be multiplied with
 uniform real eye_depth;           // nothing in front of the eye is seen
 uniform vec2 picture_middle;      // pixels
 uniform real3 point;              // where the ray of the middle pixel meets depth 0
@@ -36,10 +36,16 @@ uniform real3 velocity_per_column;
 uniform real3 velocity_per_row;
 uniform float tangent_per_pixel;
 #endif
-#if EXTINCTION
-uniform float slab_length;        // slab thickness in the texels' unit of length
-#else
+#if CLASSIFICATION <= 1
+uniform vec4 texel_scale;         // what a texel is to be multiplied with
+#endif
+#if CLASSIFICATION == 0
 uniform float opacity_offset;     // what the texels' opacities are stored less: 0, or 1 where matter is dense
+#else
+uniform float slab_length;        // slab thickness in the volume's smallest spacing
+#endif
+#if CLASSIFICATION >= 2
+#include "classify.glsl"
 #endif
 
 flat in vec2 slab_range;
@@ -60,21 +66,33 @@ real2 depths_in_box(real3 position, real3 way) {
     return inside;
 }
 
+vec4 texel_at(vec3 position) {
+    return textureLod(texels, position, 0.0);
+}
+
+#if CLASSIFICATION == 0
 // Premultiplied colour and opacity of the matter in `texel`, over `path` times the slab thickness.
 vec4 slab_color(vec4 texel, float path) {
-#if EXTINCTION
-    float path_length = path * slab_length;
-    float depth = texel.a * path_length;
-    float opacity = opacity_from_depth(depth);
-    return vec4(texel.rgb * (path_length * mean_transmittance(depth, opacity)), opacity);
-#else
+    texel *= texel_scale;
     float opacity = texel.a + opacity_offset;
     if (path == 1.0) return vec4(texel.rgb, opacity);
     float transmittance = (1.0 - opacity_offset) - texel.a;
     float rescaled = opacity_from_depth(path * depth_from_opacity(opacity, transmittance));
     return vec4(texel.rgb * (opacity > 0.0 ? rescaled / opacity : path), rescaled);
-#endif
 }
+#elif CLASSIFICATION == 1
+vec4 slab_color(vec4 texel, float path) {
+    texel *= texel_scale;
+    float path_length = path * slab_length;
+    float depth = texel.a * path_length;
+    float opacity = opacity_from_depth(depth);
+    return vec4(texel.rgb * (path_length * mean_transmittance(depth, opacity)), opacity);
+}
+#elif CLASSIFICATION == 2
+vec4 slab_color(vec4 texel, float path) {
+    return texel.r == texel.r ? color_of_value(texel.r, path * slab_length) : vec4(0.0);  // NaN is nothing
+}
+#endif
 
 void main() {
     vec2 pixel = gl_FragCoord.xy - picture_middle;
@@ -99,12 +117,22 @@ void main() {
     vec3 start = vec3(position);
     vec3 step = vec3(way);
     stack_color = vec4(0.0);
+    float slab = max(first_slab, slab_range.x);
     float end = min(last_slab, slab_range.y - 1.0);
-    for (float slab = max(first_slab, slab_range.x); slab <= end; slab += 1.0) {
+#if CLASSIFICATION == 3
+    float value = texel_at(start + (slab + (slab == first_slab ? first_share : 0.0)) * step).r;
+#endif
+    for (; slab <= end; slab += 1.0) {
         float front = slab == first_slab ? first_share : 0.0;
         float back = slab == last_slab ? last_share : 1.0;
-        float middle = slab + 0.5 * (front + back);
-        vec4 texel = texel_scale * textureLod(texels, start + middle * step, 0.0);
-        stack_color = over(stack_color, slab_color(texel, (back - front) * obliquity));
+        float path = (back - front) * obliquity;
+#if CLASSIFICATION == 3
+        float behind = texel_at(start + (slab + back) * step).r;
+        vec4 color = color_between_values(value, behind, path * slab_length);
+        value = behind;
+#else
+        vec4 color = slab_color(texel_at(start + (slab + 0.5 * (front + back)) * step), path);
+#endif
+        stack_color = over(stack_color, color);
     }
 }

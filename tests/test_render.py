@@ -21,7 +21,7 @@ from texvol.volume import Volume
 SIZE = (96, 80)
 FLOAT32 = {"texture_format": "rgba32f", "target_format": "rgba32f"}
 projections = pytest.mark.parametrize("projection", ["orthographic", "perspective"])
-classifications = pytest.mark.parametrize("classification", ["slab", "extinction"])
+classifications = pytest.mark.parametrize("classification", ["slab", "extinction", "post", "integrated"])
 
 # Some 60 blends and 32 slabs in each stack, each rounding by 2^-24 of a number up to 1, partly cancelling.
 ROUNDING = 1e-6
@@ -314,11 +314,6 @@ def test_a_volume_over_the_3d_texture_limit_is_refused_by_name(renderer: Rendere
     volume = Volume(np.zeros((1, 1, largest), np.uint8))
     with pytest.raises(InputError, match="3D textures hold at most"):
         renderer.render(Scene(volume, constant(1.0)), SIZE)
-
-
-def test_classifications_that_come_later_are_refused_by_name(renderer: Renderer) -> None:
-    with pytest.raises(InputError, match="'post' has no texture yet"):
-        renderer.render(Scene(Volume(np.ones((2, 2, 2))), FOG, classification="post"), SIZE)
 
 
 def test_closing_twice_is_fine() -> None:

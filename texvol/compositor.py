@@ -21,23 +21,28 @@ from texvol.errors import InputError
 from texvol.shaders import load_program, set_uniforms
 from texvol.slab_texture import SlabTexture
 from texvol.slicing import SlabStacks
+from texvol.value_texture import ValueTexture
 from texvol.volume import Volume
 
 TargetFormat = Literal["rgba8", "rgba16f", "rgba32f"]
 TARGET_FORMATS: tuple[str, ...] = get_args(TargetFormat)
-_MODERNGL_TYPES = {"rgba8": "f1", "rgba16f": "f2", "rgba32f": "f4"}
+_MODERNGL_TYPES = {"rgba8": "f1", "rgba16f": "f2", "rgba32f": "f4", "r16": "nu2", "r16f": "f2", "r32f": "f4"}
+
+BakedTexture = SlabTexture | ValueTexture
 
 
 @dataclass
 class DeviceTexture:
-    """A slab texture on the device; whoever uploaded it releases it."""
+    """A baked texture on the device; whoever uploaded it releases it."""
 
-    slab_texture: SlabTexture  # without its texels
+    baked: BakedTexture  # without its texels
     texture: moderngl.Texture3D
+    tables: dict[str, moderngl.Texture]
 
     def release(self) -> None:
-        """Give the texture's memory back."""
-        self.texture.release()
+        """Give the textures' memory back."""
+        for resource in (self.texture, *self.tables.values()):
+            resource.release()
 
 
 class Compositor:
@@ -45,7 +50,7 @@ class Compositor:
 
     def __init__(self, context: Context) -> None:
         self._gl = context.gl
-        self._programs: dict[tuple[bool, bool], moderngl.Program] = {}
+        self._programs: dict[tuple[tuple[str, int], ...], moderngl.Program] = {}
         self._target: moderngl.Framebuffer | None = None
         self._target_key: tuple[tuple[int, int], str] | None = None
 
@@ -55,26 +60,41 @@ class Compositor:
         info = self._gl.info
         return int(min(info["GL_MAX_TEXTURE_SIZE"], *info["GL_MAX_VIEWPORT_DIMS"]))
 
-    def upload(self, slab_texture: SlabTexture) -> DeviceTexture:
-        """The texels as a 3D texture, interpolated trilinearly, clamped at the edge.
+    def upload(self, baked: BakedTexture) -> DeviceTexture:
+        """The texels as a 3D texture, interpolated trilinearly, clamped at the edge, and its tables.
 
         Raises
         ------
         InputError
             If the volume has more samples along an axis than the driver's 3D textures.
         """
-        nz, ny, nx, _ = slab_texture.texels.shape
+        nz, ny, nx, components = baked.texels.shape
         largest = self._gl.info["GL_MAX_3D_TEXTURE_SIZE"]
         if max(nx, ny, nz) > largest:
             raise InputError(
                 f"the volume has {nx} x {ny} x {nz} samples, and this driver's 3D textures hold at most {largest} "
                 "along an axis"
             )
-        dtype = _MODERNGL_TYPES[slab_texture.texel_format]
-        texture = self._gl.texture3d((nx, ny, nz), 4, slab_texture.texels, alignment=1, dtype=dtype)
+        dtype = _MODERNGL_TYPES[baked.texel_format]
+        texture = self._gl.texture3d((nx, ny, nz), components, baked.texels, alignment=1, dtype=dtype)
         texture.repeat_x = texture.repeat_y = texture.repeat_z = False
         texture.filter = moderngl.LINEAR, moderngl.LINEAR
-        return DeviceTexture(slab_texture.without_texels(), texture)
+        return DeviceTexture(baked.without_texels(), texture, self._upload_tables(baked))
+
+    def upload_transfer_function(self, texture: DeviceTexture, baked: BakedTexture) -> None:
+        """Put another transfer function's tables beside texels that don't depend on it."""
+        tables = self._upload_tables(baked)
+        for resource in texture.tables.values():
+            resource.release()
+        texture.baked, texture.tables = baked.without_texels(), tables
+
+    def _upload_tables(self, baked: BakedTexture) -> dict[str, moderngl.Texture]:
+        tables = {}
+        for name, numbers in baked.tables.items():
+            rows, columns, components = numbers.shape
+            tables[name] = self._gl.texture((columns, rows), components, np.ascontiguousarray(numbers), dtype="f4")
+            tables[name].filter = moderngl.NEAREST, moderngl.NEAREST
+        return tables
 
     def draw(
         self,
@@ -92,9 +112,17 @@ class Compositor:
         target.clear(0.0, 0.0, 0.0, 0.0)
         if not stacks.slab_count:
             return
-        program = self._program(device_texture.slab_texture.classification == "extinction", camera)
-        set_uniforms(program, _uniforms(device_texture.slab_texture, stacks, volume, camera, size))
-        device_texture.texture.use(0)
+        baked = device_texture.baked
+        program = self._program(baked.switches | {"PERSPECTIVE": int(camera.projection == "perspective")})
+        units = {"texels": device_texture.texture} | device_texture.tables
+        for unit, resource in enumerate(units.values()):
+            resource.use(unit)
+        set_uniforms(
+            program,
+            {name: unit for unit, name in enumerate(units)}
+            | baked.uniforms(stacks.slab_thickness)
+            | _ray_uniforms(stacks, volume, camera, size),
+        )
         gl.disable(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
         gl.enable(moderngl.BLEND)
         gl.blend_equation = (moderngl.FUNC_ADD, moderngl.FUNC_ADD)
@@ -126,12 +154,10 @@ class Compositor:
         self._programs.clear()
         self._release_target()
 
-    def _program(self, extinction: bool, camera: Camera) -> moderngl.Program:
-        perspective = camera.projection == "perspective"
-        key = (extinction, perspective)
+    def _program(self, switches: dict[str, int]) -> moderngl.Program:
+        key = tuple(switches.items())
         if key not in self._programs:
-            defines = {"EXTINCTION": int(extinction), "PERSPECTIVE": int(perspective)}
-            self._programs[key] = load_program(self._gl, "slab_stack", defines=defines)
+            self._programs[key] = load_program(self._gl, "slab_stack", defines=switches)
         return self._programs[key]
 
     def _target_of(self, size: tuple[int, int], target_format: str) -> moderngl.Framebuffer:
@@ -163,29 +189,21 @@ def _triangles(stacks: SlabStacks) -> NDArray[np.float32]:
     return vertices
 
 
-def _uniforms(
-    slab_texture: SlabTexture, stacks: SlabStacks, volume: Volume, camera: Camera, size: tuple[int, int]
-) -> dict[str, Any]:
-    """Rays in texture coordinates per slab thickness, and what texels mean; worked out in float64."""
-    thickness = stacks.slab_thickness
+def _ray_uniforms(stacks: SlabStacks, volume: Volume, camera: Camera, size: tuple[int, int]) -> dict[str, Any]:
+    """Rays in texture coordinates per slab thickness; worked out in float64."""
     rays = camera.pixel_rays(size, volume.centre)
     texture_from_world = volume.index_from_world / np.array(volume.dimensions)[:, np.newaxis]
+    per_slab = texture_from_world * stacks.slab_thickness
     uniforms: dict[str, Any] = {
-        "texels": 0,
-        "texel_scale": tuple(slab_texture.scale),
         "eye_depth": stacks.eye_depth,
         "picture_middle": (size[0] / 2, size[1] / 2),
         "point": tuple(0.5 + texture_from_world @ rays.point),
         "point_per_column": tuple(texture_from_world @ rays.point_per_column),
         "point_per_row": tuple(texture_from_world @ rays.point_per_row),
-        "velocity": tuple(texture_from_world @ rays.velocity * thickness),
+        "velocity": tuple(per_slab @ rays.velocity),
     }
     if camera.projection == "perspective":
-        uniforms["velocity_per_column"] = tuple(texture_from_world @ rays.velocity_per_column * thickness)
-        uniforms["velocity_per_row"] = tuple(texture_from_world @ rays.velocity_per_row * thickness)
+        uniforms["velocity_per_column"] = tuple(per_slab @ rays.velocity_per_column)
+        uniforms["velocity_per_row"] = tuple(per_slab @ rays.velocity_per_row)
         uniforms["tangent_per_pixel"] = 2 * camera.half_height / size[1]
-    if slab_texture.classification == "extinction":
-        uniforms["slab_length"] = thickness / slab_texture.length_unit
-    else:
-        uniforms["opacity_offset"] = slab_texture.opacity_offset
     return uniforms

@@ -19,9 +19,9 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol import accuracy, slab_texture, slicing
+from texvol import accuracy, slab_texture, slicing, value_texture
 from texvol.camera import Camera
-from texvol.compositor import TARGET_FORMATS, Compositor, DeviceTexture
+from texvol.compositor import TARGET_FORMATS, BakedTexture, Compositor, DeviceTexture
 from texvol.contexts import open_context
 from texvol.errors import InputError
 from texvol.scene import Scene
@@ -92,7 +92,7 @@ class Renderer:
         with self._context:
             texture = self._texture(scene, thickness, texture_format)
             picture = self._draw(scene, texture, thickness, size, target_format, repeat)
-        texel_format = texture.slab_texture.texel_format
+        texel_format = texture.baked.texel_format
         self._last = (scene, size, thickness, texel_format, target_format)
         self._stats = {}
         return _over_background(picture, scene.background)
@@ -139,20 +139,44 @@ class Renderer:
 
     def _texture(self, scene: Scene, thickness: float, texel_format: str) -> DeviceTexture:
         """The scene's texture on the device, baked if the last one was another."""
+        if texel_format not in ("auto", *slab_texture.TEXEL_FORMATS):
+            raise InputError(f"texture format is auto, rgba8, rgba16f or rgba32f, and not {texel_format!r}")
+        if scene.classification in ("post", "integrated"):
+            return self._value_texture(scene)
         volume, transfer_function = scene.volume, self._transfer_function(scene)
         with self._timed("bake"):
             if texel_format == "auto":
                 texel_format = accuracy.cheapest_texel_format(
                     volume, transfer_function, scene.classification, thickness
                 )
-            elif texel_format not in slab_texture.TEXEL_FORMATS:
-                raise InputError(f"texture format is auto, rgba8, rgba16f or rgba32f, and not {texel_format!r}")
             depends_on_thickness = scene.classification == "slab"
             key = (volume, transfer_function, scene.classification, thickness * depends_on_thickness, texel_format)
             if self._baked and _same(self._baked[0], key):
                 return self._baked[1]
             self._forget_texture()
             baked = slab_texture.bake(volume, transfer_function, scene.classification, thickness, texel_format)
+        return self._uploaded(key, baked)
+
+    def _value_texture(self, scene: Scene) -> DeviceTexture:
+        """The scene's values on the device; another transfer function is only another table."""
+        volume, transfer_function = scene.volume, self._transfer_function(scene)
+        key = (volume, transfer_function, scene.classification)
+        if self._baked and _same(self._baked[0], key):
+            return self._baked[1]
+        with self._timed("bake"):
+            values_are_there = self._baked and self._baked[0][0] is volume and len(self._baked[0]) == len(key)
+            baked = value_texture.bake_values(volume, transfer_function, scene.classification)
+        if not values_are_there:
+            self._forget_texture()
+            return self._uploaded(key, baked)
+        assert self._baked is not None
+        texture = self._baked[1]
+        with self._timed("upload"):
+            self._compositor.upload_transfer_function(texture, baked)
+        self._baked = (key, texture)
+        return texture
+
+    def _uploaded(self, key: tuple[Any, ...], baked: BakedTexture) -> DeviceTexture:
         with self._timed("upload"):
             texture = self._compositor.upload(baked)
         self._baked = (key, texture)

@@ -17,13 +17,12 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
 from texvol import optics
-from texvol.errors import InputError
 from texvol.scene import Classification
 from texvol.transfer import TransferFunction
 from texvol.volume import Volume
@@ -58,6 +57,22 @@ class SlabTexture:
     opacity_offset: float = 0.0
 
     @property
+    def switches(self) -> dict[str, int]:
+        """Switches of the shader."""
+        return {"CLASSIFICATION": int(self.classification == "extinction")}
+
+    def uniforms(self, slab_thickness: float) -> dict[str, Any]:
+        """Uniforms of the shader."""
+        if self.classification == "extinction":
+            return {"texel_scale": tuple(self.scale), "slab_length": slab_thickness / self.length_unit}
+        return {"texel_scale": tuple(self.scale), "opacity_offset": self.opacity_offset}
+
+    @property
+    def tables(self) -> dict[str, NDArray[np.float32]]:
+        """Further textures that the shader wants: none, all is in the texels."""
+        return {}
+
+    @property
     def texel_format(self) -> str:
         """Name of the texel format."""
         return next(name for name, dtype in TEXEL_TYPES.items() if dtype == self.texels.dtype)
@@ -75,8 +90,6 @@ def bake(
     texel_format: str = "rgba32f",
 ) -> SlabTexture:
     """The 3D texture of a volume; `slab_thickness` is in world units."""
-    if classification not in ("slab", "extinction"):
-        raise InputError(f"classification {classification!r} has no texture yet; slab and extinction have")
     length_unit = volume.smallest_spacing
     classifier = texel_classifier(
         transfer_function, classification, slab_thickness, length_unit, _OPAQUE_EXTINCTION[texel_format]

@@ -13,7 +13,7 @@ a grid over the values says between which segments to search.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -28,7 +28,7 @@ _TABLE_WIDTH = 4096  # segments in a row of the table; more go into further rows
 _MOST_CELLS = 4096
 _HUGE = 1e30  # stands for an infinite sample or value: any weight above 1e-24 takes it past every control point
 # Interpolation may round a constant of texels down by half an ulp: without this a flat region that lies exactly on a
-# step would fall to its left side. In shares of the range of values.
+# step would fall to its left side. In shares of the largest stored value.
 _STEP_MARGIN = 2.0**-21
 
 
@@ -36,17 +36,22 @@ _STEP_MARGIN = 2.0**-21
 class ValueTexture:
     """Values of shape (nz, ny, nx, 1) as the texture holds them, and the transfer function in the same units.
 
-    A fetched value v stands for `offset + scale * v` in data units. `length_unit` (world units) is what extinction and
-    emission are counted per.
+    A fetched value v stands for `offset + scale * v` in data units, and is at most `largest` in size. `length_unit`
+    (world units) is what extinction and emission are counted per.
     """
 
     texels: NDArray
     texel_format: str
     offset: float
     scale: float
+    largest: float
     transfer_function: TransferFunction
     classification: Classification
     length_unit: float
+
+    def without_texels(self) -> ValueTexture:
+        """The same, its texels let go: what a drawing needs to know once they are on the device."""
+        return replace(self, texels=np.empty((0, 0, 0, 1), self.texels.dtype))
 
     @property
     def switches(self) -> dict[str, int]:
@@ -77,7 +82,7 @@ class ValueTexture:
         table = np.zeros((3, start.size, 4))
         table[0, :, 0] = self._stored(start)
         # The first segment lies left of the first point, which is the start of the second.
-        table[0, :, 1] = self._stored(ends) - _STEP_MARGIN * self._span
+        table[0, :, 1] = self._stored(ends) - _STEP_MARGIN * self.largest
         table[0, :, 2:] = np.column_stack([numbers[:, 3], slope[:, 3] * self.scale]) * self.length_unit
         glow = self.length_unit if self.transfer_function.emissive else 1.0
         table[1, :, :3] = numbers[:, :3] * glow
@@ -112,10 +117,53 @@ class ValueTexture:
         low, high = (float(end) for end in self._stored(self.transfer_function.values[[0, -1]]))
         return (low, high) if high > low else (low - 1.0, low + 1.0)
 
-    @property
-    def _span(self) -> float:
-        """The range of the stored values: 1 for integers, which the texture normalises, and what there is for floats."""
-        return 1.0
-
     def _stored(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
         return (values - self.offset) / self.scale
+
+
+def bake_values(
+    volume: Volume, transfer_function: TransferFunction, classification: Classification
+) -> ValueTexture:
+    """The volume's values as a texture; nothing of it but the tables depends on the transfer function."""
+    texels, texel_format, offset, scale = _texels(volume)
+    low, high = volume.finite_range or (0.0, 0.0)
+    largest = 1.0 if texel_format == "r16" else max(abs(low - offset), abs(high - offset)) / scale
+    return ValueTexture(
+        texels[..., np.newaxis],
+        texel_format,
+        offset,
+        scale,
+        largest,
+        transfer_function,
+        classification,
+        volume.smallest_spacing,
+    )
+
+
+def _texels(volume: Volume) -> tuple[NDArray, str, float, float]:
+    """Values as stored, the format's name, and offset and scale that take them back to data units."""
+    values = volume.values
+    if values.dtype == np.uint8:
+        return values.astype(np.uint16) * np.uint16(257), "r16", 0.0, 255.0
+    if values.dtype == np.int8:
+        return (values.astype(np.int16) + 128).astype(np.uint16) * np.uint16(257), "r16", -128.0, 255.0
+    if values.dtype == np.uint16:
+        return values, "r16", 0.0, 65535.0
+    if values.dtype == np.int16:
+        return (values.view(np.uint16) ^ np.uint16(0x8000)), "r16", -32768.0, 65535.0
+    low, high = volume.finite_range or (0.0, 1.0)
+    if values.dtype in (np.float16, np.float32) and max(abs(low), abs(high)) < _HUGE:
+        return _without_infinities(values), "r16f" if values.dtype == np.float16 else "r32f", 0.0, 1.0
+    offset, scale = low / 2 + high / 2, (high / 2 - low / 2) or 1.0
+    texels = np.empty(values.shape, np.float32)
+    for stored, slice_ in zip(texels, values, strict=True):  # by slices, so that no second float64 volume exists
+        stored[:] = (slice_.astype(np.float64) - offset) / scale
+    return _without_infinities(texels), "r32f", offset, scale
+
+
+def _without_infinities(texels: NDArray) -> NDArray:
+    """`texels` with finite stand-ins for infinities, which would be NaN wherever their weight is 0."""
+    if not np.isinf(texels).any():
+        return texels
+    most = min(_HUGE, float(np.finfo(texels.dtype).max))
+    return np.where(np.isinf(texels), np.copysign(texels.dtype.type(most), texels), texels)

@@ -107,7 +107,7 @@ class TransferFunction:
         values = np.asarray(values, dtype=np.float64)
         absent = np.isnan(values)
         segment = np.searchsorted(self.values, values, side="right")  # number of points at or below the value
-        start, base, slope, opaque = self._segments
+        start, base, slope, opaque = self.segments
         # Beyond the outer points nothing changes; clipped, infinite values are finite.
         offset = np.clip(values, self.values[0], self.values[-1]) - start.take(segment)
         # take is ten times as fast as an index; a fused update in place saves as much again.
@@ -130,7 +130,7 @@ class TransferFunction:
         return Classified(emission, extinction)
 
     @cached_property
-    def _segments(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]:
+    def segments(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]:
         """Between which points a value lies, as a line: start, (colour, extinction) there and per unit of value.
 
         Segment s has s points at or below it. The last item says whether its left and right points are opaque; their
