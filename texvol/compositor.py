@@ -41,8 +41,9 @@ class DeviceTexture:
 
     def release(self) -> None:
         """Give the textures' memory back."""
-        for resource in (self.texture, *self.tables.values()):
-            resource.release()
+        self.texture.release()
+        for table in self.tables.values():
+            table.release()
 
 
 class Compositor:

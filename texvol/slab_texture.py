@@ -29,7 +29,11 @@ from texvol.volume import Volume
 
 TexelFormat = Literal["rgba8", "rgba16f", "rgba32f"]
 TEXEL_FORMATS: tuple[str, ...] = get_args(TexelFormat)
-TEXEL_TYPES: dict[str, np.dtype] = {"rgba8": np.dtype(np.uint8), "rgba16f": np.dtype(np.float16), "rgba32f": np.dtype(np.float32)}
+TEXEL_TYPES: dict[str, np.dtype] = {
+    "rgba8": np.dtype(np.uint8),
+    "rgba16f": np.dtype(np.float16),
+    "rgba32f": np.dtype(np.float32),
+}
 # What stands for an infinite extinction, per smallest spacing. In float32, interpolated with a weight of 1e-6 it is
 # still opaque over a millionth of a voxel, and its square is finite. The others have no room for that beside the
 # finite extinctions, which share their range: opaque over a thousandth of a voxel, and over a third.

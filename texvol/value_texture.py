@@ -4,8 +4,8 @@
     integrated   values at both ends of a slab; the transfer function is integrated exactly along the line between them
 
 The value keeps the data's own type where the driver interpolates that exactly: 16 bits for integers of 8 and 16 (Mesa
-interpolates 8-bit texels with 8-bit weights, 7e-3 off; 16-bit ones to 1e-7), half and single precision as they are. What
-is wider is stored relative to the middle of its range, so that 1e9 ± 1 stays apart.
+interpolates 8-bit texels with 8-bit weights, 7e-3 off; 16-bit ones to 1e-7), half and single precision as they are.
+What is wider is stored relative to the middle of its range, so that 1e9 ± 1 stays apart.
 
 The table loses nothing, however many points there are or how close: a segment between two control points is a line, and
 a grid over the values says between which segments to search.
@@ -121,9 +121,7 @@ class ValueTexture:
         return (values - self.offset) / self.scale
 
 
-def bake_values(
-    volume: Volume, transfer_function: TransferFunction, classification: Classification
-) -> ValueTexture:
+def bake_values(volume: Volume, transfer_function: TransferFunction, classification: Classification) -> ValueTexture:
     """The volume's values as a texture; nothing of it but the tables depends on the transfer function."""
     texels, texel_format, offset, scale = _texels(volume)
     low, high = volume.finite_range or (0.0, 0.0)
