@@ -3,6 +3,8 @@
 // A segment is a line in the value: extinction and straight colour (or emission) at its start, and their slopes.
 // Lengths are in the volume's smallest spacing.
 
+#include "optics.glsl"
+
 uniform sampler2D segments;       // three rows for each 4096 of them, see value_texture.py
 uniform sampler2D segment_grid;   // first and last segment that a value in the cell may lie in
 uniform float grid_low;
@@ -72,76 +74,3 @@ vec4 color_of_value(float value, float path_length) {
     if (emissive) return vec4(color * path_length * mean_transmittance(depth, opacity), opacity);
     return vec4(color * opacity, opacity);
 }
-
-#if CLASSIFICATION == 3
-// Abscissae and weights of Gauss and Legendre for three points on [0, 1].
-const vec3 GAUSS_AT = vec3(0.11270166537925831, 0.5, 0.8872983346207417);
-const vec3 GAUSS_WEIGHT = vec3(0.2777777777777778, 0.4444444444444444, 0.2777777777777778);
-
-// How far along a stretch matter is seen on average, in shares of the stretch, weighted with what is seen: the mean of
-// t(A) over the opacities A from 0 to that of the whole stretch, where t is where the depth in front is -log(1 - A).
-// Extinction is linear, so that t solves a quadratic equation.
-float mean_place(float extinction_in_front, float extinction_behind, float depth, float opacity) {
-    float mean = 0.0;
-    float squares = extinction_behind * extinction_behind - extinction_in_front * extinction_in_front;
-    for (int i = 0; i < 3; ++i) {
-        float in_front = opacity * GAUSS_AT[i];
-        float share = depth_from_opacity(in_front, 1.0 - in_front) / depth;
-        float root = sqrt(max(extinction_in_front * extinction_in_front + squares * share, 0.0));
-        mean += GAUSS_WEIGHT[i] * min(share * (extinction_in_front + extinction_behind) / (extinction_in_front + root), 1.0);
-    }
-    return mean;
-}
-
-// ∫ E e^-depth over a stretch of length L on which emission and extinction are linear, in parts of depth 1 on average:
-// three points leave x^7 / 2016000 of a part of depth x. What lies behind a depth of 24 adds 4e-11.
-vec3 emissive_color(vec3 front, vec3 behind, float extinction_in_front, float extinction_behind, float path_length) {
-    float depth = 0.5 * (extinction_in_front + extinction_behind) * path_length;
-    float parts = clamp(ceil(depth), 1.0, 4096.0);
-    vec3 color = vec3(0.0);
-    float before = 0.0;
-    for (float part = 0.0; part < parts && before < 24.0; part += 1.0) {
-        for (int i = 0; i < 3; ++i) {
-            float t = (part + GAUSS_AT[i]) / parts;
-            before = path_length * t * mix(extinction_in_front, mix(extinction_in_front, extinction_behind, t), 0.5);
-            color += GAUSS_WEIGHT[i] * exp(-before) * mix(front, behind, t);
-        }
-    }
-    return color * (path_length / parts);
-}
-
-// Colour and opacity of a stretch within one segment, from value `front` to value `behind`.
-vec4 stretch_color(Segment segment, float front, float behind, float path_length) {
-    float tau_front = extinction_at(segment, front);
-    float tau_behind = extinction_at(segment, behind);
-    vec3 color_front = color_at(segment, front);
-    vec3 color_behind = color_at(segment, behind);
-    float depth = 0.5 * (tau_front + tau_behind) * path_length;
-    float opacity = opacity_from_depth(depth);
-    if (emissive) return vec4(emissive_color(color_front, color_behind, tau_front, tau_behind, path_length), opacity);
-    if (depth <= 0.0) return vec4(0.0);
-    return vec4(mix(color_front, color_behind, mean_place(tau_front, tau_behind, depth, opacity)) * opacity, opacity);
-}
-
-// Colour and opacity of a slab along which the value goes linearly from `front` to `behind`: its stretches between
-// control points, composited. NaN on either side is nothing.
-vec4 color_between_values(float front, float behind, float path_length) {
-    if (!(front == front) || !(behind == behind)) return vec4(0.0);
-    int index = segment_of(front);
-    int last = segment_of(behind);
-    int step = last < index ? -1 : 1;
-    vec4 color = vec4(0.0);
-    float value = front;
-    for (;; index += step) {
-        Segment segment = segment_at(index);
-        float next = index == last ? behind : (step > 0 ? segment.end : segment.start);
-        float share = behind == front ? 1.0 : clamp((next - value) / (behind - front), 0.0, 1.0);
-        if (share > 0.0) {
-            if (is_opaque(segment, max(value, next))) return over(color, opaque_color(color_at(segment, value)));
-            color = over(color, stretch_color(segment, value, next, path_length * share));
-        }
-        if (index == last) return color;
-        value = next;
-    }
-}
-#endif

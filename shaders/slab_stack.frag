@@ -44,8 +44,10 @@ uniform float opacity_offset;     // what the texels' opacities are stored less:
 #else
 uniform float slab_length;        // slab thickness in the volume's smallest spacing
 #endif
-#if CLASSIFICATION >= 2
+#if CLASSIFICATION == 2
 #include "classify.glsl"
+#elif CLASSIFICATION == 3
+#include "integrate.glsl"
 #endif
 
 flat in vec2 slab_range;

@@ -165,10 +165,10 @@ def test_a_uniform_of_another_shape_is_named(context: Context, folder: Path) -> 
         set_uniforms(program, {"brightness": (1, 2)})
 
 
-@pytest.mark.parametrize("extinction", [0, 1])
+@pytest.mark.parametrize("classification", [0, 1, 2, 3])
 @pytest.mark.parametrize("perspective", [0, 1])
-def test_every_combination_of_switches_compiles(context: Context, extinction: int, perspective: int) -> None:
-    load_program(context.gl, "slab_stack", defines={"EXTINCTION": extinction, "PERSPECTIVE": perspective})
+def test_every_combination_of_switches_compiles(context: Context, classification: int, perspective: int) -> None:
+    load_program(context.gl, "slab_stack", defines={"CLASSIFICATION": classification, "PERSPECTIVE": perspective})
 
 
 def test_an_include_compiles_with_nothing_of_its_includer(context: Context, tmp_path: Path) -> None:
@@ -177,6 +177,7 @@ def test_an_include_compiles_with_nothing_of_its_includer(context: Context, tmp_
     assert includes
     for include in includes:
         (tmp_path / include.name).write_text(include.read_text())
+    for include in includes:
         (tmp_path / "alone.frag").write_text(
             f'#version 330\n#include "{include.name}"\nout vec4 c;\nvoid main() {{ c = vec4(0); }}\n'
         )
