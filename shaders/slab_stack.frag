@@ -44,9 +44,10 @@ uniform float opacity_offset;     // what the texels' opacities are stored less:
 #else
 uniform float slab_length;        // slab thickness in the volume's smallest spacing
 #endif
-#if CLASSIFICATION == 2
-#include "classify.glsl"
-#elif CLASSIFICATION == 3
+#if CLASSIFICATION >= 2
+#include "classify.glsl"          // here, and so not again in the next
+#endif
+#if CLASSIFICATION == 3
 #include "integrate.glsl"
 #endif
 
