@@ -44,8 +44,9 @@ uniform float opacity_offset;     // what the texels' opacities are stored less:
 #else
 uniform float slab_length;        // slab thickness in the volume's smallest spacing
 #endif
+// A file is included once, so that what the next one includes has to be outside of its condition.
 #if CLASSIFICATION >= 2
-#include "classify.glsl"          // here, and so not again in the next
+#include "classify.glsl"
 #endif
 #if CLASSIFICATION == 3
 #include "integrate.glsl"
