@@ -1,7 +1,8 @@
 """Classification after interpolation: the value as a 3D texture, the transfer function as a table of segments.
 
     post         one value in the middle of each slab, looked up in the transfer function
-    integrated   values at both ends of a slab; the transfer function is integrated exactly along the line between them
+    integrated   values at both ends and in the middle of each slab; the transfer function is integrated exactly along
+                 the two lines between them
 
 The value keeps the data's own type where the driver interpolates that exactly: 16 bits for integers of 8 and 16 (Mesa
 interpolates 8-bit texels with 8-bit weights, 7e-3 off; 16-bit ones to 1e-7), half and single precision as they are.
