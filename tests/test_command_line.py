@@ -205,3 +205,26 @@ def test_help_names_every_scene_option(capsys: pytest.CaptureFixture[str]) -> No
     names = "tf size background projection eye target up fov height classification spacing stats scene"
     for option in (f"--{name}" for name in [*names.split(), "sampling-rate", "slab-thickness"]):
         assert option in text
+
+
+def test_an_error_that_is_asked_for_is_kept(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    scene = ["v.npy", "--tf", "tf.json", "--size", "40x40", "--classification", "extinction"]
+    assert run("raycast", *scene, "-o", "truth.exr") == 0
+    thickness = []
+    for wanted in ("0.1", "0.01", "0.001"):
+        line = ["render", *scene, "--max-error", wanted, "--strict", "-o", "a.exr", "--stats", "s.json"]
+        assert run(*line) == 0
+        stats = json.loads(Path("s.json").read_text())
+        true = compare(image.read("a.exr"), image.read("truth.exr")).max_error
+        assert true <= stats["estimated_error"] <= float(wanted)
+        thickness.append(stats["slab_thickness"])
+    assert thickness[0] > thickness[1] > thickness[2]
+    assert capsys.readouterr().err == ""
+
+
+def test_an_error_that_cannot_be_kept_is_said(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    line = ["render", "v.npy", "--size", "9x9", "--max-error", "1e-9", "-o", "a.png"]
+    assert run(*line) == 0
+    assert capsys.readouterr().err.startswith("texvol: warning: an error of 1e-09 was wanted and ")
+    assert run(*line, "--strict") == 1
+    assert Path("a.png").exists()

@@ -1,6 +1,6 @@
 """The command line: `texvol info|render|raycast|demo`.
 
-Exit status: 0 done; 1 a comparison is over its limits; 2 bad input or usage, with one line on stderr.
+Exit status: 0 done; 1 a wanted error was not reached, with --strict; 2 bad input or usage, with one line on stderr.
 """
 
 from __future__ import annotations
@@ -10,12 +10,13 @@ import json
 import os
 import sys
 import time
+import warnings
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
 from texvol import __version__, image, options
-from texvol.errors import InputError, TexvolError
+from texvol.errors import AccuracyWarning, InputError, TexvolError
 from texvol.scene import Scene
 
 FORMATS = ("auto", "rgba8", "rgba16f", "rgba32f")
@@ -33,9 +34,14 @@ def main(line: Sequence[str] | None = None) -> int:
     """Run one command; the exit status."""
     try:
         arguments = _parser().parse_args(options.with_negative_values(sys.argv[1:] if line is None else line))
-        arguments.run(arguments)
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always", AccuracyWarning)
+            arguments.run(arguments)
+        for warning in caught:
+            print(f"texvol: warning: {_one_line(warning.message)}", file=sys.stderr)
         sys.stdout.flush()
-        return 0
+        missed = any(issubclass(warning.category, AccuracyWarning) for warning in caught)
+        return int(missed and arguments.strict)
     except (TexvolError, MemoryError) as error:
         print(f"texvol: error: {_one_line(error)}", file=sys.stderr)
         return 2
@@ -87,6 +93,10 @@ def _add_rendering(parser: argparse.ArgumentParser) -> None:
     thickness = group.add_mutually_exclusive_group()
     thickness.add_argument("--slab-thickness", type=options.number, metavar="L", help="world units")
     thickness.add_argument("--sampling-rate", type=options.number, metavar="R", help="slabs per smallest spacing (1)")
+    thickness.add_argument(
+        "--max-error", type=options.number, metavar="E", help="maximum absolute error wanted of the linear picture"
+    )
+    group.add_argument("--strict", action="store_true", help="status 1 if --max-error is not reached")
     group.add_argument("--texture-format", choices=FORMATS, default="auto", help="texels of the 3D texture")
     group.add_argument("--target-format", choices=FORMATS, default="auto", help="pixels composited into")
     group.add_argument("--backend", choices=("auto", "egl", "osmesa"), default="auto", help="OpenGL without a screen")
@@ -121,6 +131,7 @@ def _render(arguments: argparse.Namespace) -> None:
             scene_options.size,
             slab_thickness=arguments.slab_thickness,
             sampling_rate=arguments.sampling_rate,
+            max_error=arguments.max_error,
             texture_format=arguments.texture_format,
             target_format=arguments.target_format,
             repeat=arguments.repeat,
@@ -191,7 +202,7 @@ def _write_text(path: str, text: str) -> None:
         raise InputError(f"{path}: cannot be written: {error.strerror}") from None
 
 
-def _one_line(error: BaseException) -> str:
+def _one_line(error: BaseException | str) -> str:
     text = " ".join(str(error).split())
     return text or ("not enough memory" if isinstance(error, MemoryError) else type(error).__name__)
 

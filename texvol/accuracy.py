@@ -15,24 +15,26 @@ DEFAULT_SAMPLING_RATE = 1.0
 _STENCILS = 4096  # voxels looked at, each with its six neighbours
 
 
-def slab_thickness_of(volume: Volume, slab_thickness: float | None, sampling_rate: float | None) -> float:
-    """Slab thickness in world units; `sampling_rate` is slabs per smallest spacing.
+def checked(
+    volume: Volume, slab_thickness: float | None, sampling_rate: float | None, max_error: float | None
+) -> float:
+    """Slab thickness in world units; `sampling_rate` is slabs per smallest spacing; NaN where the error is to choose.
 
     Raises
     ------
     InputError
-        If both are given, or one is not positive and finite.
+        If more than one is given, or one is not positive and finite.
     """
-    if slab_thickness is not None and sampling_rate is not None:
-        raise InputError("slab thickness and sampling rate say the same: give one of them")
-    if slab_thickness is None:
-        rate = DEFAULT_SAMPLING_RATE if sampling_rate is None else sampling_rate
-        if not 0 < rate < np.inf:
-            raise InputError(f"sampling rate must be positive and finite, and is {rate:g}")
-        return volume.smallest_spacing / rate
-    if not 0 < slab_thickness < np.inf:
-        raise InputError(f"slab thickness must be positive and finite, and is {slab_thickness:g}")
-    return float(slab_thickness)
+    given = {"slab thickness": slab_thickness, "sampling rate": sampling_rate, "maximum error": max_error}
+    chosen = {name: number for name, number in given.items() if number is not None}
+    if len(chosen) > 1:
+        raise InputError(f"{' and '.join(chosen)} all choose the slab thickness: give one of them")
+    for name, number in chosen.items():
+        if not 0 < number < np.inf:
+            raise InputError(f"{name} must be positive and finite, and is {number:g}")
+    if max_error is not None:
+        return float("nan")
+    return slab_thickness or volume.smallest_spacing / (sampling_rate or DEFAULT_SAMPLING_RATE)
 
 
 def cheapest_texel_format(

@@ -17,6 +17,10 @@ class MissingExtraError(TexvolError, ImportError):
     """A library that is installed only on demand is missing; the message names the extra."""
 
 
+class AccuracyWarning(UserWarning):
+    """A wanted error was not reached; the message says what was."""
+
+
 def missing_extra(library: str, extra: str, purpose: str) -> MissingExtraError:
     """Error that says which extra to install, for `raise missing_extra(…) from error`."""
     return MissingExtraError(f"{purpose} needs {library}, which is not installed: pip install 'texvol[{extra}]'")

@@ -10,6 +10,7 @@ after Wilson, Van Gelder, Wilhelms (1994): classify once, integrate over a slab,
 from __future__ import annotations
 
 import time
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from statistics import median
@@ -19,11 +20,11 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol import accuracy, slab_texture, slicing, value_texture
+from texvol import accuracy, error_control, slab_texture, slicing, value_texture
 from texvol.camera import Camera
 from texvol.compositor import TARGET_FORMATS, BakedTexture, Compositor, DeviceTexture
 from texvol.contexts import open_context
-from texvol.errors import InputError
+from texvol.errors import AccuracyWarning, InputError
 from texvol.scene import Scene
 from texvol.transfer import TransferFunction, proposed_for
 
@@ -53,6 +54,7 @@ class Renderer:
         self._seconds: dict[str, float] = {}
         self._last: tuple[Scene, Size, float, str, str] | None = None
         self._stats: dict[str, Any] = {}
+        self._estimate: float | None = None  # of the last picture's error, where it has been worked out
 
     def render(
         self,
@@ -61,6 +63,7 @@ class Renderer:
         *,
         slab_thickness: float | None = None,
         sampling_rate: float | None = None,
+        max_error: float | None = None,
         texture_format: str = "auto",
         target_format: str = "auto",
         repeat: int = 1,
@@ -72,7 +75,11 @@ class Renderer:
         size : (width, height)
             Pixels.
         slab_thickness : float
-            World units; or `sampling_rate`, in slabs per smallest spacing (default 1).
+            World units; or `sampling_rate`, in slabs per smallest spacing (default 1); or
+        max_error : float
+            Maximum absolute error that is wanted of the linear picture against the integral of its classification:
+            the thickness is chosen by drawing the scene at several. Where it can't be reached there is an
+            AccuracyWarning, and `stats` says what was.
         texture_format, target_format : "auto", "rgba8", "rgba16f" or "rgba32f"
             `auto` is the smallest texture whose rounding does not show beside the discretisation error, and a
             float32 target.
@@ -84,17 +91,18 @@ class Renderer:
         InputError
             If an argument is out of range, or the volume or the picture too large for the driver.
         """
-        volume = scene.volume
-        thickness = accuracy.slab_thickness_of(volume, slab_thickness, sampling_rate)
         size = self._checked_size(size)
         target_format = _chosen_target(target_format)
-        self._seconds = {}
+        wanted = accuracy.checked(scene.volume, slab_thickness, sampling_rate, max_error)
+        self._seconds, self._stats, self._estimate = {}, {}, None
         with self._context:
-            texture = self._texture(scene, thickness, texture_format)
-            picture = self._draw(scene, texture, thickness, size, target_format, repeat)
-        texel_format = texture.baked.texel_format
-        self._last = (scene, size, thickness, texel_format, target_format)
-        self._stats = {}
+            if max_error is not None:
+                # Any rounding of texels would hide in the differences that the choice goes by.
+                texture_format = "rgba32f" if texture_format == "auto" else texture_format
+                wanted = self._thickness_for_error(scene, size, texture_format, target_format, max_error)
+            texture = self._texture(scene, wanted, texture_format)
+            picture = self._draw(scene, texture, wanted, size, target_format, repeat)
+        self._last = (scene, size, wanted, texture.baked.texel_format, target_format)
         return _over_background(picture, scene.background)
 
     @property
@@ -182,6 +190,28 @@ class Renderer:
         self._baked = (key, texture)
         return texture
 
+    def _thickness_for_error(
+        self, scene: Scene, size: Size, texture_format: str, target_format: str, max_error: float
+    ) -> float:
+        def drawing(scene: Scene) -> error_control.Draw:
+            def draw(thickness: float) -> NDArray[np.float32]:
+                texture = self._texture(scene, thickness, texture_format)
+                return self._draw(scene, texture, thickness, size, target_format, 1)
+
+            return draw
+
+        draw, draw_reference = drawing(scene), drawing(error_control.reference_for(scene))
+        choice = error_control.thickness_for_error(draw, draw_reference, scene.volume.smallest_spacing, max_error)
+        self._estimate = choice.estimated_error
+        if not choice.reached:
+            warnings.warn(
+                f"an error of {max_error:g} was wanted and {choice.estimated_error:.2g} was reached, by estimate, "
+                f"at slab thickness {choice.slab_thickness:g}",
+                AccuracyWarning,
+                stacklevel=3,
+            )
+        return choice.slab_thickness
+
     def _draw(
         self, scene: Scene, texture: DeviceTexture, thickness: float, size: Size, target_format: str, repeat: int
     ) -> NDArray[np.float32]:
@@ -217,21 +247,18 @@ class Renderer:
             "bricks_drawn": int(slabs > 0),
             "modelled": _modelled(scene, scene.camera_for(size)),
             "seconds": seconds,
-            "estimated_error": self._estimated_error(scene, size, thickness, texel_format),
+            "estimated_error": self._estimate or self._estimated_error(scene, size, thickness, texel_format),
         }
 
     def _estimated_error(self, scene: Scene, size: Size, thickness: float, texel_format: str) -> float:
-        """Twice the largest difference that halving the thickness makes in a picture of a sixteenth of the pixels.
-
-        With order 1 the difference is half the error, with order 2 three quarters of it.
-        """
+        """From what halving the thickness changes in a picture of a sixteenth of the pixels."""
         small = (max(size[0] // 4, 1), max(size[1] // 4, 1))
         pictures = []
         with self._context:
-            for d in (thickness, thickness / 2):
-                texture = self._texture(scene, d, texel_format)
-                pictures.append(self._draw(scene, texture, d, small, "rgba32f", 1))
-        return 2 * float(np.abs(pictures[0] - pictures[1]).max())
+            for each, d in ((scene, thickness), (error_control.reference_for(scene), thickness / 2)):
+                texture = self._texture(each, d, texel_format)
+                pictures.append(self._draw(each, texture, d, small, "rgba32f", 1))
+        return error_control.estimate(*pictures, halvings=1)
 
     def _transfer_function(self, scene: Scene) -> TransferFunction:
         if scene.transfer_function is not None:
