@@ -74,7 +74,9 @@ def camera(random: np.random.Generator, volume: Volume) -> Camera:
 
 def random_scene(random: np.random.Generator, volumes: list[Volume]) -> Scene:
     """One scene; its extinction is per smallest spacing."""
-    values = crop(random, volumes[random.integers(len(volumes))]) if volumes and random.random() < 0.4 else noise(random)
+    values = (
+        crop(random, volumes[random.integers(len(volumes))]) if volumes and random.random() < 0.4 else noise(random)
+    )
     volume = Volume(values, random.uniform(0.7, 1.5, 3))
     classification = CLASSIFICATIONS[int(random.integers(4))]
     return Scene(volume, transfer_function(random, values), camera(random, volume), classification=classification)  # type: ignore[arg-type]

@@ -88,8 +88,8 @@ def extinction_of_samples(scene: Scene) -> Numbers:
 def kinks(drawing: Drawing, tau: Numbers, rays: Rays) -> Numbers:
     """Error of the depth (h, w) by the changes of slope where rays meet faces of cells; exact, and signed.
 
-    A change J at distances a and b from the planes of its slab: the midpoint rule is off by -J min(a, b)²/2, the
-    trapezium's by J a b/2. J is |v| times the second difference of τ there; the edge is clamped.
+    A change J at a distance a from the nearer plane of its slab: the midpoint rule is off by -J a²/2, the trapezium's
+    in each half of the slab by J a (p/2 - a)/2. J is |v| times the second difference of τ; the edge is clamped.
     """
     error = np.zeros(rays.chord.shape)
     for axis, count in enumerate(tau.shape):
@@ -104,8 +104,9 @@ def kinks(drawing: Drawing, tau: Numbers, rays: Rays) -> Numbers:
             at[axis] = layer
             change = map_coordinates(second, at, order=1, mode="nearest") * np.abs(way)
             a, b = rays.around(s)
-            amount = a * b if drawing.classification == "integrated" else -(np.minimum(a, b) ** 2)
-            error += np.where(met, change * amount / 2, 0.0)
+            near, p = np.where(met, np.minimum(a, b), 0.0), np.where(met, a + b, 0.0)
+            amount = near * (p / 2 - near) if drawing.classification == "integrated" else -(near**2)
+            error += change * amount / 2
     return error
 
 
@@ -122,14 +123,14 @@ def depth_error(drawing: Drawing, tau: Numbers | None = None) -> Numbers:
     """Error of each ray's optical depth at most, (h, w), where τ is trilinear between samples.
 
     - Changes of slope inside a slab, see `kinks`: up to J p²/8 each.
-    - A second derivative f'': p² L f''/24 by the midpoint rule, /12 by the trapezium's.
+    - A second derivative f'': p² L f''/24 by the midpoint rule, p² L f''/48 by the trapezium's on half slabs.
     - `slab` interpolates e^-u, u = τ d, instead of u. Trilinear weights are three independent choices, so each axis
       adds at most Δu²/8 to each slab's depth (Hoeffding's lemma; Δu between neighbours).
     """
     tau = extinction_of_samples(drawing.scene) if tau is None else tau
     rays = rays_of(drawing)
     error = np.abs(kinks(drawing, tau, rays))
-    error += rays.chord * rays.path**2 * twist(tau, rays.way) / (12 if drawing.classification == "integrated" else 24)
+    error += rays.chord * rays.path**2 * twist(tau, rays.way) / (48 if drawing.classification == "integrated" else 24)
     if drawing.classification == "slab":
         error += rays.chord / drawing.slab_thickness * neighbours_squared(tau * drawing.slab_thickness) / 8
     return error

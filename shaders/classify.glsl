@@ -1,6 +1,6 @@
 // The transfer function after interpolation: segments between control points, found by a grid and a binary search.
 //
-// A segment is a line in the value: extinction and straight colour (or emission) at its start, and their slopes.
+// A segment is a line in the value: extinction and straight colour (or emission) at its two ends.
 // Lengths are in the volume's smallest spacing.
 
 #include "optics.glsl"
@@ -15,10 +15,11 @@ uniform bool emissive;
 struct Segment {
     float start;
     float end;
-    float extinction;
-    float extinction_slope;
-    vec3 color;
-    vec3 color_slope;
+    float extinction_at_start;
+    float extinction_at_end;
+    vec3 color_at_start;
+    vec3 color_at_end;
+    float per_width;              // 1 / (end - start), 0 for steps and the two outer segments
     float opaque;                 // 0, or 1 from its start on, or 2 above its start
 };
 
@@ -28,8 +29,9 @@ vec4 segment_row(int index, int row) {
 
 Segment segment_at(int index) {
     vec4 range = segment_row(index, 0);
-    vec4 color = segment_row(index, 1);
-    return Segment(range.x, range.y, range.z, range.w, color.rgb, segment_row(index, 2).rgb, color.a);
+    vec4 first = segment_row(index, 1);
+    vec4 second = segment_row(index, 2);
+    return Segment(range.x, range.y, range.z, range.w, first.rgb, second.rgb, second.a, first.a);
 }
 
 // Number of control points at or below the value.
@@ -46,12 +48,17 @@ int segment_of(float value) {
     return first;
 }
 
-float extinction_at(Segment segment, float value) {
-    return max(segment.extinction + segment.extinction_slope * (value - segment.start), 0.0);
+// Where in its segment a value lies, from 0 to 1.
+float share_of(Segment segment, float value) {
+    return clamp((value - segment.start) * segment.per_width, 0.0, 1.0);
 }
 
-vec3 color_at(Segment segment, float value) {
-    return max(segment.color + segment.color_slope * (value - segment.start), 0.0);
+float extinction_at(Segment segment, float share) {
+    return mix(segment.extinction_at_start, segment.extinction_at_end, share);
+}
+
+vec3 color_at(Segment segment, float share) {
+    return mix(segment.color_at_start, segment.color_at_end, share);
 }
 
 bool is_opaque(Segment segment, float value) {
@@ -66,10 +73,10 @@ vec4 opaque_color(vec3 color) {
 // Colour and opacity of a slab of one value.
 vec4 color_of_value(float value, float path_length) {
     Segment segment = segment_at(segment_of(value));
-    vec3 color = color_at(segment, value);
+    float share = share_of(segment, value);
+    vec3 color = color_at(segment, share);
     if (is_opaque(segment, value)) return opaque_color(color);
-    float extinction = extinction_at(segment, value);
-    float depth = extinction * path_length;
+    float depth = extinction_at(segment, share) * path_length;
     float opacity = opacity_from_depth(depth);
     if (emissive) return vec4(color * path_length * mean_transmittance(depth, opacity), opacity);
     return vec4(color * opacity, opacity);

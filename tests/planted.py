@@ -25,13 +25,19 @@ PACKAGE = Path(texvol.__file__).parent
 Replacement = tuple[str, str, str]  # file, what stands there, what is to
 
 # Where a module's planted twin has to be put for the renderer to use it.
-_USERS = {"compositor.py": "texvol.render.Compositor", "optics.py": "texvol.slab_texture.optics",
-          "slab_texture.py": "texvol.render.slab_texture"}
+_USERS = {
+    "compositor.py": "texvol.render.Compositor",
+    "optics.py": "texvol.slab_texture.optics",
+    "slab_texture.py": "texvol.render.slab_texture",
+}
 
 LINEAR_OPACITY: tuple[Replacement, ...] = (
     ("optics.glsl", "return x < 0.5 ? series : 1.0 - exp(-x);", "return min(x, 1.0);"),
-    ("optics.py", "return -np.expm1(-np.asarray(optical_depth, dtype=np.float64))",
-     "return np.minimum(np.asarray(optical_depth, dtype=np.float64), 1.0)"),
+    (
+        "optics.py",
+        "return -np.expm1(-np.asarray(optical_depth, dtype=np.float64))",
+        "return np.minimum(np.asarray(optical_depth, dtype=np.float64), 1.0)",
+    ),
 )
 UNCLIPPED_END_SLABS: tuple[Replacement, ...] = (
     ("slab_stack.frag", "float front = slab == first_slab ? first_share : 0.0;", "float front = 0.0;"),
@@ -48,18 +54,27 @@ BACKS_ALPHA_IN_BLEND: tuple[Replacement, ...] = (
     ("compositor.py", "(moderngl.ONE_MINUS_DST_ALPHA, moderngl.ONE)", "(moderngl.ONE_MINUS_SRC_ALPHA, moderngl.ONE)"),
 )
 HALF_TEXEL_SHIFT: tuple[Replacement, ...] = (
-    ("slab_stack.frag", "textureLod(texels, position, 0.0)",
-     "textureLod(texels, position + 0.5 / vec3(textureSize(texels, 0)), 0.0)"),
+    (
+        "slab_stack.frag",
+        "textureLod(texels, position, 0.0)",
+        "textureLod(texels, position + 0.5 / vec3(textureSize(texels, 0)), 0.0)",
+    ),
 )
 SWAPPED_AXES: tuple[Replacement, ...] = (
     ("slab_stack.frag", "textureLod(texels, position, 0.0)", "textureLod(texels, position.zyx, 0.0)"),
 )
 # Texels of `extinction` with the straight colour, weighted by opacity only after the fetch.
 STRAIGHT_COLOUR: tuple[Replacement, ...] = (
-    ("slab_texture.py", "return np.concatenate([glow, depth], axis=1)",
-     "return np.concatenate([glow / np.maximum(depth, 1e-300), depth], axis=1)"),
-    ("slab_stack.frag", "vec4(texel.rgb * (path_length * mean_transmittance(depth, opacity)), opacity)",
-     "vec4(texel.rgb * opacity, opacity)"),
+    (
+        "slab_texture.py",
+        "return np.concatenate([glow, depth], axis=1)",
+        "return np.concatenate([glow / np.maximum(depth, 1e-300), depth], axis=1)",
+    ),
+    (
+        "slab_stack.frag",
+        "vec4(texel.rgb * (path_length * mean_transmittance(depth, opacity)), opacity)",
+        "vec4(texel.rgb * opacity, opacity)",
+    ),
 )
 
 

@@ -28,9 +28,10 @@ from texvol.scene import CLASSIFICATIONS, Scene
 OURS = "texvol"
 SAMPLING_RATES = (0.5, 1.0, 2.0, 4.0, 8.0)
 PRECLASSIFIED = ("slab", "extinction")
-# Post and integrated share texels: with another classification in between, each is timed from scratch.
+# Post and integrated share texels: with another classification in between, each bakes and uploads from scratch.
 _ORDER = ("slab", "post", "extinction", "integrated")
 _TEXEL_RATES = (1.0, 4.0)
+_TARGET_RATE = 1.0
 _FORMATS = ("rgba8", "rgba16f", "rgba32f")
 _FRACTIONS = {Fraction(1, 2): "½", Fraction(1, 4): "¼", Fraction(1, 8): "⅛"}
 
@@ -150,15 +151,15 @@ class Limits:
 
 
 def settings(rates: Iterable[float] = SAMPLING_RATES) -> list[Setting]:
-    """The settings of a sweep: every rate and classification, then texel and target formats at some rates."""
-    rates = list(rates)
+    """The settings of a sweep, coarse to fine: every classification, at some rates every texel and target format."""
     chosen = []
-    for classification in _ORDER:
-        chosen += [Setting(classification, rate) for rate in rates]
-        if classification in PRECLASSIFIED:
-            chosen += [Setting(classification, rate, each) for rate in _TEXEL_RATES if rate in rates for each in _FORMATS]
-        if 1.0 in rates:
-            chosen += [Setting(classification, 1.0, target_format=each) for each in _FORMATS[:-1]]
+    for rate in rates:
+        for classification in _ORDER:
+            chosen.append(Setting(classification, rate))
+            if rate in _TEXEL_RATES and classification in PRECLASSIFIED:
+                chosen += [Setting(classification, rate, texture_format=each) for each in _FORMATS]
+            if rate == _TARGET_RATE:
+                chosen += [Setting(classification, rate, target_format=each) for each in _FORMATS[:-1]]
     return chosen
 
 
@@ -256,7 +257,9 @@ def most_accurate(measurements: Iterable[Measurement], error_of: ErrorOf) -> Mea
     return min(measured, key=lambda each: each[1])[0] if measured else None
 
 
-def _measure(renderer: Renderer, scene: Scene, size: Size, setting: Setting, frames: int) -> tuple[Measurement, NDArray]:
+def _measure(
+    renderer: Renderer, scene: Scene, size: Size, setting: Setting, frames: int
+) -> tuple[Measurement, NDArray]:
     """Time and facts of one setting, and its picture."""
     thickness = scene.volume.smallest_spacing / setting.sampling_rate
     picture = renderer.render(

@@ -93,6 +93,8 @@ class Renderer:
         """
         size = self._checked_size(size)
         target_format = _chosen_target(target_format)
+        if texture_format not in ("auto", *slab_texture.TEXEL_FORMATS):
+            raise InputError(f"texture format is auto, rgba8, rgba16f or rgba32f, and not {texture_format!r}")
         wanted = accuracy.checked(scene.volume, slab_thickness, sampling_rate, max_error)
         self._seconds, self._stats, self._estimate = {}, {}, None
         with self._context:
@@ -147,8 +149,6 @@ class Renderer:
 
     def _texture(self, scene: Scene, thickness: float, texel_format: str) -> DeviceTexture:
         """The scene's texture on the device, baked if the last one was another."""
-        if texel_format not in ("auto", *slab_texture.TEXEL_FORMATS):
-            raise InputError(f"texture format is auto, rgba8, rgba16f or rgba32f, and not {texel_format!r}")
         if scene.classification in ("post", "integrated"):
             return self._value_texture(scene)
         volume, transfer_function = scene.volume, self._transfer_function(scene)
@@ -258,7 +258,7 @@ class Renderer:
             for each, d in ((scene, thickness), (error_control.reference_for(scene), thickness / 2)):
                 texture = self._texture(each, d, texel_format)
                 pictures.append(self._draw(each, texture, d, small, "rgba32f", 1))
-        return error_control.estimate(*pictures, halvings=1)
+        return error_control.estimate(pictures[0], pictures[1], halvings=1)
 
     def _transfer_function(self, scene: Scene) -> TransferFunction:
         if scene.transfer_function is not None:

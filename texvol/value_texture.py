@@ -25,6 +25,7 @@ from texvol.scene import Classification
 from texvol.transfer import TransferFunction
 from texvol.volume import Volume
 
+_LAST = 3e38  # the end of the last segment
 _TABLE_WIDTH = 4096  # segments in a row of the table; more go into further rows
 _MOST_CELLS = 4096
 _HUGE = 1e30  # stands for an infinite sample or value: any weight above 1e-24 takes it past every control point
@@ -74,31 +75,33 @@ class ValueTexture:
     def tables(self) -> dict[str, NDArray[np.float32]]:
         """Two-dimensional textures, shape (rows, columns, 4).
 
-        `segments`, three rows for each 4096 segments: (start, end, extinction at the start, its slope), (colour at the
-        start, 1 if opaque from its start on, 2 if opaque above its start), (slope of the colour, nothing).
+        `segments`, three rows for each 4096 segments: (start, end, extinction there and there), (colour at the start,
+        1 if opaque from its start on, 2 if opaque above its start), (colour at the end, 1 / (end - start)).
         `segment_grid`: for each cell of the grid the first and the last segment that a value in it may lie in.
         """
-        start, numbers, slope, opaque = self.transfer_function.segments
-        ends = np.append(start[1:], np.inf)
-        table = np.zeros((3, start.size, 4))
-        table[0, :, 0] = self._stored(start)
-        # The first segment lies left of the first point, which is the start of the second.
-        table[0, :, 1] = self._stored(ends) - _STEP_MARGIN * self.largest
-        table[0, :, 2:] = np.column_stack([numbers[:, 3], slope[:, 3] * self.scale]) * self.length_unit
+        left, right, opaque = self.transfer_function.segment_ends
         glow = self.length_unit if self.transfer_function.emissive else 1.0
-        table[1, :, :3] = numbers[:, :3] * glow
+        numbers = self.transfer_function.numbers * [glow, glow, glow, self.length_unit]
+        points = (self._stored(self.transfer_function.values) - _STEP_MARGIN * self.largest).astype(np.float32)
+        start, end = points[left], points[right]
+        table = np.zeros((3, left.size, 4))
+        table[0, :, :2] = np.column_stack([start, np.append(end[:-1], _LAST)])
+        table[0, :, 2:] = np.column_stack([numbers[left, 3], numbers[right, 3]])
+        table[1, :, :3], table[2, :, :3] = numbers[left, :3], numbers[right, :3]
         table[1, :, 3] = np.where(opaque[:, 0], 1, np.where(opaque[:, 1], 2, 0))
-        table[2, :, :3] = slope[:, :3] * self.scale * glow
-        rows = -(-start.size // _TABLE_WIDTH)
-        padded = np.zeros((3, rows * _TABLE_WIDTH if rows > 1 else start.size, 4))
-        padded[:, : start.size] = table
+        # From the ends as float32 has them: a value in between stays between its ends, however close they are.
+        width = end.astype(np.float64) - start
+        table[2, :, 3] = np.divide(1, width, out=np.zeros(width.size), where=width > 1e-37)
+        rows = -(-left.size // _TABLE_WIDTH)
+        padded = np.zeros((3, rows * _TABLE_WIDTH if rows > 1 else left.size, 4))
+        padded[:, : left.size] = table
         segments = padded.reshape(3, rows, -1, 4).transpose(1, 0, 2, 3).reshape(rows * 3, -1, 4)
         return {
-            "segments": np.clip(segments, -3e38, 3e38).astype(np.float32),
-            "segment_grid": self._grid(table[0, :-1, 1]),
+            "segments": np.clip(segments, -_LAST, _LAST).astype(np.float32),
+            "segment_grid": self._grid(points),
         }
 
-    def _grid(self, points: NDArray[np.float64]) -> NDArray[np.float32]:
+    def _grid(self, points: NDArray[np.float32]) -> NDArray[np.float32]:
         low, high = self._grid_range
         edges = np.linspace(low, high, self._cells + 1)
         # Half a cell on either side: float32 may find a value in the neighbour of its cell.

@@ -68,7 +68,7 @@ def sweep(
             if answer["what"] == "check":
                 _check(np.load(answer["picture"]), ours, mapper)
                 continue
-            setting = Setting("post", answer["rate"], target_format="rgba8", renderer=mapper)
+            setting = Setting("post", answer["rate"], renderer=mapper)
             measurement = Measurement(setting, thickness / answer["rate"], skipped=answer.get("skipped", ""))
             if measurement.skipped:
                 yield measurement, None
@@ -106,9 +106,7 @@ def _check(theirs: NDArray, ours: NDArray, mapper: str) -> None:
         raise VtkError(f"{mapper} draws another picture of a soft version of this scene (rms {rms:.2g}): not compared")
 
 
-def _request(
-    scene: Scene, soft: Scene, size: Size, mapper: str, rates: list[float], limits: Limits
-) -> dict[str, Any]:
+def _request(scene: Scene, soft: Scene, size: Size, mapper: str, rates: list[float], limits: Limits) -> dict[str, Any]:
     """All but the samples, in the grid's frame, lengths in smallest spacings; JSON-able."""
     volume, unit = scene.volume, scene.volume.smallest_spacing
     assert scene.transfer_function is not None and soft.transfer_function is not None

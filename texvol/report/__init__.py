@@ -1,0 +1,112 @@
+"""`texvol report`: a scene drawn with many settings, each timed and held against both oracles, as a page to read.
+
+report.html         everything below on one page that needs nothing else, no network either
+report.csv          every measurement
+report.md           the fronts as a table for a README
+pareto-max.png      time against maximum error, log-log
+pareto-rms.png      time against rms error
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+
+from texvol.errors import InputError, missing_extra
+from texvol.render import Renderer, Size
+from texvol.scene import Scene
+
+
+def check_folder(folder: str | os.PathLike[str]) -> None:
+    """Raise InputError if the report can't be written to `folder`: asked before the work of making one."""
+    path = Path(folder)
+    if path.exists() and not path.is_dir():
+        raise InputError(f"{path}: is a file, and a report is written into a folder")
+    if not path.is_dir() and not path.absolute().parent.is_dir():
+        raise InputError(f"{path}: its folder {path.absolute().parent} does not exist")
+    if not os.access(path if path.is_dir() else path.absolute().parent, os.W_OK):
+        raise InputError(f"{path}: cannot be written to")
+
+
+def check_libraries() -> None:
+    """Raise MissingExtraError if what a report needs is not installed."""
+    try:
+        import matplotlib  # noqa: F401
+    except ImportError as error:
+        raise missing_extra("matplotlib", "report", "texvol report") from error
+    try:
+        import rich  # noqa: F401
+    except ImportError as error:
+        raise missing_extra("rich", "report", "texvol report") from error
+
+
+def report(
+    scene: Scene,
+    folder: str | os.PathLike[str],
+    size: Size = (512, 512),
+    *,
+    backend: str = "auto",
+    quick: bool = False,
+    command: str = "",
+) -> Path:
+    """Measure, and write the report; the path of its page.
+
+    Parameters
+    ----------
+    scene : Scene
+        Its classification is that of the picture shown; all are measured.
+    folder : path
+        Made if it is not there, in a folder that is.
+    quick : bool
+        Few settings, few frames: for a first look.
+    command : str
+        The command line that makes the report, for its reader.
+
+    Raises
+    ------
+    InputError
+        If the folder can't be written, or none of the settings can be drawn.
+    MissingExtraError
+        If matplotlib or rich is not installed (`texvol[report]`).
+    """
+    check_folder(folder)
+    check_libraries()
+    from texvol.report import measuring, page, plot, table
+    from texvol.report.progress import Progress
+
+    with Renderer(backend) as renderer, Progress() as progress:
+        findings = measuring.measure(renderer, scene, size, progress, quick=quick, command=command)
+        progress.say("writing the report")
+        plots = {
+            metric: {theme: plot.pareto_plot(findings, metric, theme) for theme in plot.THEMES}
+            for metric in plot.METRICS
+            if findings.has_errors
+        }
+        files = {f"pareto-{metric}.png": themes["light"] for metric, themes in plots.items()}
+        files |= {
+            "report.csv": table.csv_text(findings).encode(),
+            "report.md": table.markdown_text(findings).encode(),
+            "report.html": page.html(findings, plots).encode(),
+        }
+        write_files(Path(folder), files)
+    return Path(folder) / "report.html"
+
+
+def write_files(folder: Path, files: Mapping[str, bytes]) -> None:
+    """Write every file beside its place, and only when all are complete give them their names."""
+    is_new = not folder.exists()
+    beside = {name: folder / f".{name}.{os.getpid()}" for name in files}
+    try:
+        folder.mkdir(exist_ok=True)
+        for name, content in files.items():
+            beside[name].write_bytes(content)
+        for name, path in beside.items():
+            os.replace(path, folder / name)
+    except OSError as error:
+        raise InputError(f"{folder}: the report cannot be written: {error.strerror or error}") from None
+    finally:
+        for path in beside.values():
+            path.unlink(missing_ok=True)
+        if is_new and folder.is_dir() and not any(folder.iterdir()):
+            folder.rmdir()

@@ -1,0 +1,70 @@
+"""Labels beside the marks of a plot, moved until they don't cover each other."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+_FONT_SIZE = 8
+_MARK = 6.0  # half of a mark's edge, pixels
+_DISTANCES = (9.0, 16.0, 25.0, 36.0, 50.0, 66.0)  # pixels from the mark to the label's nearest edge
+_ANGLES = np.radians((0, 45, -45, 90, -90, 180, 135, -135, 22, -22, 67, -67, 112, -112, 157, -157))
+_LEADER = 14.0  # a label farther away than this has a line to its mark
+
+
+def place_labels(figure: Any, panel: Any, points: NDArray[np.float64], texts: list[str], colors: list[str]) -> None:
+    """Write `texts` beside `points` (data coordinates), each where it covers least of what is there already."""
+    if not len(points):
+        return
+    figure.draw_without_rendering()
+    places = panel.transData.transform(points)
+    canvas = figure.canvas.get_renderer()
+    taken = [np.array([x - _MARK, y - _MARK, x + _MARK, y + _MARK]) for x, y in places]
+    frame = panel.get_window_extent(canvas)
+    inside = np.array([frame.x0, frame.y0, frame.x1, frame.y1])
+    for place, text, color in zip(places, texts, colors, strict=True):
+        label = panel.text(0, 0, text, fontsize=_FONT_SIZE, color=color, ha="center", va="center", transform=None)
+        extent = label.get_window_extent(canvas)
+        half = np.array([extent.width, extent.height]) / 2
+        centre, distance = _best_place(place, half, np.array(taken), inside)
+        label.set_position(centre)
+        taken.append(np.concatenate([centre - half, centre + half]))
+        if distance > _LEADER:
+            _draw_leader(panel, place, centre, half, color)
+
+
+def _best_place(
+    place: NDArray[np.float64], half: NDArray[np.float64], taken: NDArray[np.float64], inside: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], float]:
+    """Centre of the label and how far it is from the mark: the nearest that is free, or else covers least."""
+    best, least = (place, 0.0), np.inf
+    for distance in _DISTANCES:
+        for angle in _ANGLES:
+            direction = np.array([np.cos(angle), np.sin(angle)])
+            centre = place + direction * (half + distance)
+            box = np.concatenate([centre - half, centre + half])
+            covered = _overlap(box, taken)
+            outside = np.maximum(inside[:2] - box[:2], 0).sum() + np.maximum(box[2:] - inside[2:], 0).sum()
+            cost = covered + 100 * outside
+            if cost == 0:
+                return centre, distance
+            if cost < least:
+                best, least = (centre, distance), cost
+    return best
+
+
+def _overlap(box: NDArray[np.float64], others: NDArray[np.float64]) -> float:
+    """Area, in pixels, that a box (x0, y0, x1, y1) shares with the others."""
+    sides = np.minimum(box[2:], others[:, 2:]) - np.maximum(box[:2], others[:, :2])
+    return float(np.maximum(sides, 0).prod(axis=1).sum())
+
+
+def _draw_leader(panel: Any, place: NDArray, centre: NDArray, half: NDArray, color: str) -> None:
+    from matplotlib.lines import Line2D
+
+    end = np.clip(place, centre - half, centre + half)
+    panel.add_line(
+        Line2D([place[0], end[0]], [place[1], end[1]], color=color, linewidth=0.6, alpha=0.7, transform=None)
+    )

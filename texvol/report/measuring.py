@@ -1,0 +1,146 @@
+"""Everything that a report says, measured in one run."""
+
+from __future__ import annotations
+
+import datetime
+import time
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol import vtk_mappers
+from texvol.convergence import (
+    OURS,
+    SAMPLING_RATES,
+    Limits,
+    Measurement,
+    Outcome,
+    Setting,
+    Truths,
+    settings,
+    sweep,
+    total_rms,
+)
+from texvol.errors import InputError
+from texvol.render import Renderer, Size
+from texvol.report.fingerprint import fingerprint
+from texvol.report.progress import Progress
+from texvol.scene import Scene
+from texvol.transfer import proposed_for
+
+QUICK_RATES = (0.5, 1.0, 2.0)
+VTK_RATES = SAMPLING_RATES
+_LARGEST_MAP = 512  # pixels along a side of an error map; more are reduced to the worst of each block
+
+
+@dataclass
+class Findings:
+    """What was measured of a scene, and what could not be (`notes`)."""
+
+    scene: Scene
+    size: Size
+    truths: Truths
+    fingerprint: dict[str, str]
+    command: str
+    picture: NDArray[np.float32]
+    started: datetime.datetime
+    seconds: float = 0.0
+    measurements: list[Measurement] = field(default_factory=list)
+    error_maps: dict[Setting, NDArray[np.float64]] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
+
+    @property
+    def has_errors(self) -> bool:
+        """Whether any error could be measured."""
+        return any(total_rms(each) is not None for each in self.measurements)
+
+    @property
+    def ours(self) -> list[Measurement]:
+        """The measurements of texvol itself."""
+        return [each for each in self.measurements if each.setting.renderer == OURS]
+
+    @property
+    def model_error_map(self) -> NDArray[np.float64] | None:
+        """Where the two oracles differ."""
+        if self.truths.preclassified is None or self.truths.postclassified is None:
+            return None
+        return _error_map(self.truths.preclassified, self.truths.postclassified)
+
+
+def measure(
+    renderer: Renderer, scene: Scene, size: Size, progress: Progress, *, quick: bool = False, command: str = ""
+) -> Findings:
+    """The scene's findings; takes minutes, or seconds if `quick`.
+
+    Raises
+    ------
+    InputError
+        If none of the settings can be drawn.
+    """
+    start, date = time.perf_counter(), datetime.datetime.now().astimezone()
+    scene = _in_full(scene, size)
+    progress.say("integrating both media exactly")
+    truths = Truths.of(scene, size)
+    picture = renderer.render(scene, size)
+    findings = Findings(scene, size, truths, fingerprint(renderer), command, picture, date)
+    if truths.reason:
+        findings.notes.append(f"No error could be measured: {truths.reason}.")
+    rates = QUICK_RATES if quick else SAMPLING_RATES
+    chosen = settings(rates)
+    vtk_rates = QUICK_RATES if quick else VTK_RATES
+    progress.expect(len(chosen) + len(vtk_mappers.MAPPERS) * len(vtk_rates))
+    for outcome in sweep(renderer, scene, size, chosen, truths, _limits(quick)):
+        _add(findings, outcome, progress)
+    progress.expect(len(findings.measurements) - len(chosen))  # formats that auto had chosen already came once
+    if all(each.skipped for each in findings.measurements):
+        raise InputError(findings.measurements[0].skipped)
+    for mapper in vtk_mappers.MAPPERS:
+        try:
+            for outcome in vtk_mappers.sweep(renderer, scene, size, mapper, vtk_rates, truths, _limits(quick)):
+                _add(findings, outcome, progress)
+        except vtk_mappers.VtkError as error:
+            findings.notes.append(f"{mapper} was not measured: {error}.")
+    findings.seconds = time.perf_counter() - start
+    return findings
+
+
+def _in_full(scene: Scene, size: Size) -> Scene:
+    """The scene with its transfer function and its camera spelled out, so that all draw the same."""
+    return replace(
+        scene,
+        transfer_function=scene.transfer_function or proposed_for(scene.volume),
+        camera=scene.camera_for(size),
+    )
+
+
+def _limits(quick: bool) -> Limits:
+    return Limits(setting_seconds=5, sweep_seconds=40, least_frames=2, frames_seconds=0.1) if quick else Limits()
+
+
+def _add(findings: Findings, outcome: Outcome, progress: Progress) -> None:
+    measurement, picture = outcome
+    findings.measurements.append(measurement)
+    truth = findings.truths.of_classification(measurement.setting.classification)
+    if picture is not None and truth is not None:
+        findings.error_maps[measurement.setting] = _error_map(picture, truth)
+    progress.step(_outcome_in_words(measurement))
+
+
+def _error_map(picture: NDArray, truth: NDArray) -> NDArray[np.float64]:
+    """The largest channel's absolute difference; of a large picture, the worst pixel of each block."""
+    difference = np.abs(np.asarray(picture, np.float64) - truth).max(axis=2)
+    block = -(-max(difference.shape) // _LARGEST_MAP)
+    if block == 1:
+        return difference
+    height, width = difference.shape
+    padded = np.pad(difference, ((0, -height % block), (0, -width % block)), mode="edge")
+    return padded.reshape(padded.shape[0] // block, block, -1, block).max(axis=(1, 3))
+
+
+def _outcome_in_words(measurement: Measurement) -> str:
+    if measurement.skipped:
+        return f"{measurement.setting.words}: left out, {measurement.skipped}"
+    rms = total_rms(measurement)
+    error = "" if rms is None else f", rms error {rms:.1e}"
+    return f"{measurement.setting.words}: {1e3 * (measurement.seconds or 0):.0f} ms{error}"

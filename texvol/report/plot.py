@@ -1,0 +1,143 @@
+"""Time against error, log-log, every mark labelled; total error above, discretisation error alone below."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from texvol.convergence import (
+    ErrorOf,
+    Measurement,
+    discretisation_max,
+    discretisation_rms,
+    pareto_front,
+    total_max,
+    total_rms,
+)
+from texvol.report.labels import place_labels
+from texvol.report.measuring import Findings
+
+METRICS: dict[str, tuple[str, ErrorOf, ErrorOf]] = {
+    "max": ("maximum", total_max, discretisation_max),
+    "rms": ("rms", total_rms, discretisation_rms),
+}
+THEMES = {
+    "light": {"paper": "#ffffff", "ink": "#1b1f24", "faint": "#d5d9de", "front": "#9aa3ad"},
+    "dark": {"paper": "#14171b", "ink": "#e3e6ea", "faint": "#33393f", "front": "#6f7882"},
+}
+# Colour and mark of each name; the colours are told apart by all kinds of eyes, on white and on black (Okabe, Ito 2008).
+_LOOKS = {
+    "slab": ("#e69f00", "s"),
+    "extinction": ("#009e73", "o"),
+    "post": ("#56a0e4", "^"),
+    "integrated": ("#d5553a", "D"),
+    "VTK GPU": ("#b978c2", "P"),
+    "VTK fixed-point": ("#8a8f98", "X"),
+}
+_INCHES = (11.0, 14.0)
+_DPI = 110
+
+
+def pareto_plot(findings: Findings, metric: str, theme: str) -> bytes:
+    """PNG file of both panels for "max" or "rms" error, in the colours of a light or a dark page."""
+    from matplotlib.figure import Figure
+
+    word, total, discretisation = METRICS[metric]
+    colors = THEMES[theme]
+    figure = Figure(figsize=_INCHES, dpi=_DPI, facecolor=colors["paper"], layout="constrained")
+    above, below = figure.subplots(2, 1)
+    _draw_panel(above, findings.measurements, total, colors)
+    _draw_panel(below, findings.measurements, discretisation, colors)
+    above.set_title(f"Total {word} error: against the exact post-classified integral", loc="left", fontsize=12)
+    below.set_title(
+        f"Discretisation alone: {word} error against the exact integral of the setting's own classification",
+        loc="left",
+        fontsize=12,
+    )
+    _draw_model_error(above, findings, metric, colors)
+    for panel in (above, below):
+        panel.set_ylabel(f"{word} error")
+        panel.set_xlabel("seconds of a warm frame")
+    _add_legend(figure, above, colors)
+    for panel, error_of in ((above, total), (below, discretisation)):
+        _label(figure, panel, findings.measurements, error_of, colors)
+    file = io.BytesIO()
+    figure.savefig(file, format="png")
+    return file.getvalue()
+
+
+def _draw_panel(panel: Any, measurements: list[Measurement], error_of: ErrorOf, colors: dict[str, str]) -> None:
+    panel.set_xscale("log")
+    panel.set_yscale("log")
+    panel.margins(0.06, 0.08)
+    panel.set_facecolor(colors["paper"])
+    panel.tick_params(which="both", colors=colors["ink"])
+    for text in (panel.xaxis.label, panel.yaxis.label, panel.title):
+        text.set_color(colors["ink"])
+    panel._left_title.set_color(colors["ink"])
+    for side in panel.spines.values():
+        side.set_color(colors["faint"])
+    panel.grid(True, which="major", color=colors["faint"], linewidth=0.8)
+    panel.grid(True, which="minor", color=colors["faint"], linewidth=0.3)
+    panel.set_axisbelow(True)
+    front = [(each.seconds, error_of(each)) for each in pareto_front(measurements, error_of)]
+    if front:
+        times, errors = zip(*front, strict=True)
+        panel.step(times, errors, where="post", color=colors["front"], linewidth=5, alpha=0.35, label="Pareto front")
+    for name, (color, mark) in _LOOKS.items():
+        shown = list(_shown(measurements, name, error_of))
+        plain = [(each.seconds, error) for each, error in shown if not each.setting.formats]
+        formats = [(each.seconds, error) for each, error in shown if each.setting.formats]
+        if plain:
+            panel.plot(*zip(*plain, strict=True), color=color, marker=mark, markersize=7, linewidth=1.3, label=name)
+        if formats:
+            panel.plot(*zip(*formats, strict=True), mark, color=color, markersize=7, markerfacecolor="none")
+
+
+def _draw_model_error(panel: Any, findings: Findings, metric: str, colors: dict[str, str]) -> None:
+    """A line at the error that slab and extinction keep, however thin the slabs."""
+    model = findings.truths.model_error
+    size = None if model is None else model.max_error if metric == "max" else model.rms_error
+    if size:
+        label = f"model error of slab and extinction, {size:.1e}"
+        panel.axhline(size, color=colors["ink"], linewidth=1.2, linestyle=(0, (6, 4)), label=label)
+
+
+def _add_legend(figure: Any, panel: Any, colors: dict[str, str]) -> None:
+    handles, names = panel.get_legend_handles_labels()
+    hollow = "hollow: other than the automatic formats"
+    from matplotlib.lines import Line2D
+
+    handles.append(Line2D([], [], marker="o", color=colors["ink"], markerfacecolor="none", linestyle="none"))
+    legend = figure.legend(handles, [*names, hollow], loc="outside upper left", ncols=4, frameon=False, fontsize=10)
+    for text in legend.get_texts():
+        text.set_color(colors["ink"])
+
+
+def _label(figure: Any, panel: Any, measurements: list[Measurement], error_of: ErrorOf, colors: dict[str, str]) -> None:
+    """The rate beside each mark, and the formats where they are not the default."""
+    points, texts, inks = [], [], []
+    for name, (color, _) in _LOOKS.items():
+        for each, error in _shown(measurements, name, error_of):
+            points.append((each.seconds, error))
+            texts.append(_short(each))
+            inks.append(color)
+    place_labels(figure, panel, np.array(points, float).reshape(-1, 2), texts, inks)
+
+
+def _short(measurement: Measurement) -> str:
+    setting = measurement.setting
+    texels = "" if setting.texture_format == "auto" else f" {setting.texture_format}"
+    target = "" if setting.target_format == "auto" else f" → {setting.target_format}"
+    return setting.rate + texels + target
+
+
+def _shown(measurements: Iterable[Measurement], name: str, error_of: ErrorOf) -> Iterable[tuple[Measurement, float]]:
+    """Measurements of one name that have a place on logarithmic axes."""
+    for each in measurements:
+        error = error_of(each)
+        if each.setting.name == name and each.seconds and error and np.isfinite(error):
+            yield each, error

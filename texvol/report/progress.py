@@ -1,0 +1,58 @@
+"""How far a long run is, on stderr: a bar on a terminal, plain lines elsewhere."""
+
+from __future__ import annotations
+
+import sys
+from types import TracebackType
+from typing import Any
+
+
+class Progress:
+    """A bar with what is being done beside it; in a file or a pipe, a line for each step that was done."""
+
+    def __init__(self) -> None:
+        self._bar: Any = None
+        self._task: Any = None
+        self._total = self._done = 0
+
+    def __enter__(self) -> Progress:
+        if sys.stderr.isatty():
+            from rich.console import Console
+            from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
+            from rich.progress import Progress as Bar
+
+            columns = (BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TextColumn("{task.description}"))
+            self._bar = Bar(*columns, console=Console(stderr=True), transient=True)
+            self._bar.start()
+            self._task = self._bar.add_task("", total=None)
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._bar is not None:
+            self._bar.stop()
+
+    def expect(self, steps: int) -> None:
+        """So many steps more are to come."""
+        self._total += steps
+        if self._bar is not None:
+            self._bar.update(self._task, total=self._total)
+
+    def say(self, what: str) -> None:
+        """What is being done now."""
+        if self._bar is not None:
+            self._bar.update(self._task, description=what)
+        else:
+            self._line(what)
+
+    def step(self, what: str) -> None:
+        """One step is done, with this outcome."""
+        self._done += 1
+        if self._bar is not None:
+            self._bar.update(self._task, advance=1, description=what)
+        else:
+            self._line(f"{self._done}/{self._total} {what}")
+
+    def _line(self, text: str) -> None:
+        print(f"texvol: {text}", file=sys.stderr, flush=True)

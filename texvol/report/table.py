@@ -1,0 +1,91 @@
+"""The measurements as tables: CSV for machines, Markdown for a README."""
+
+from __future__ import annotations
+
+import csv
+import io
+from typing import Any
+
+from texvol.comparison import Difference
+from texvol.convergence import PRECLASSIFIED, Measurement, Setting, pareto_front, total_max, total_rms
+from texvol.report.measuring import Findings
+from texvol.report.words import max_of, rms_of, seconds
+
+COLUMNS = (
+    *("renderer", "classification", "sampling_rate", "slab_thickness", "slabs", "texture_format", "target_format"),
+    *("frames", "seconds", "bake_seconds", "upload_seconds"),
+    *("discretisation_max_error", "discretisation_rms_error", "total_max_error", "total_rms_error"),
+    *("model_max_error", "model_rms_error", "estimated_error", "on_max_front", "on_rms_front", "skipped"),
+)
+
+
+def csv_text(findings: Findings) -> str:
+    """Every measurement, one a line; empty is what could not be measured. Lengths in world units, times in seconds."""
+    on_max, on_rms = fronts(findings)
+    text = io.StringIO()
+    writer = csv.DictWriter(text, COLUMNS, lineterminator="\n")
+    writer.writeheader()
+    for each in findings.measurements:
+        model = findings.truths.model_error if each.setting.classification in PRECLASSIFIED else None
+        fronted = {"on_max_front": int(each.setting in on_max), "on_rms_front": int(each.setting in on_rms)}
+        writer.writerow(_row(each, model) | fronted)
+    return text.getvalue()
+
+
+def fronts(findings: Findings) -> tuple[set[Setting], set[Setting]]:
+    """The settings on the Pareto fronts of maximum and of rms error, all renderers together."""
+    return (
+        {each.setting for each in pareto_front(findings.measurements, total_max)},
+        {each.setting for each in pareto_front(findings.measurements, total_rms)},
+    )
+
+
+def markdown_text(findings: Findings) -> str:
+    """The settings with default formats and what stands on a front, as a Markdown table."""
+    on_max, on_rms = fronts(findings)
+    volume, model = findings.scene.volume, findings.truths.model_error
+    dimensions = "×".join(map(str, volume.dimensions))
+    width, height = findings.size
+    lines = [
+        f"{volume.name}, {dimensions} {volume.values.dtype}, {width}×{height} pixels; "
+        f"{findings.fingerprint['GL_RENDERER']}, {findings.fingerprint['processor']}; model error of `slab` and "
+        f"`extinction`: maximum {max_of(model)}, rms {rms_of(model)}.",
+        "",
+        "| setting | frame | discretisation error, maximum / rms | total error, maximum / rms |",
+        "|---|---|---|---|",
+    ]
+    for each in findings.measurements:
+        is_plain = each.setting.texture_format == "auto" and not each.setting.formats
+        if each.skipped or not (is_plain or each.setting in on_max | on_rms or "VTK" in each.setting.name):
+            continue
+        lines.append(
+            f"| {each.setting.words} | {seconds(each.seconds)} | "
+            f"{max_of(each.discretisation)} / {rms_of(each.discretisation)} | "
+            f"{max_of(each.total)} / {rms_of(each.total)} |"
+        )
+    return "\n".join(lines) + "\n"
+
+
+def _row(each: Measurement, model: Difference | None) -> dict[str, Any]:
+    setting = each.setting
+    return {
+        "renderer": setting.renderer,
+        "classification": setting.classification,
+        "sampling_rate": setting.sampling_rate,
+        "slab_thickness": each.slab_thickness,
+        "slabs": each.slabs,
+        "texture_format": each.texture_format or setting.texture_format,
+        "target_format": each.target_format or setting.target_format,
+        "frames": each.frames or None,
+        "seconds": each.seconds,
+        "bake_seconds": each.bake_seconds,
+        "upload_seconds": each.upload_seconds,
+        "discretisation_max_error": each.discretisation and each.discretisation.max_error,
+        "discretisation_rms_error": each.discretisation and each.discretisation.rms_error,
+        "total_max_error": each.total and each.total.max_error,
+        "total_rms_error": each.total and each.total.rms_error,
+        "model_max_error": model and model.max_error,
+        "model_rms_error": model and model.rms_error,
+        "estimated_error": each.estimated_error,
+        "skipped": each.skipped,
+    }
