@@ -7,17 +7,21 @@ error δ of the optical depth changes opacity by (1 - α)(e^δ - 1), and as much
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates
 
 from texvol.scene import Scene
+from texvol.volume import Volume
 
 Numbers = NDArray[np.float64]
 ULP = 2.0**-24  # half the distance of float32 numbers in [1, 2): what one rounding of a number up to 1 costs at most
 SLABS_PER_BLEND = 32
+# The texture of values keeps a transfer function's points this far to the left, in shares of the largest value, so that
+# rounding takes no flat field to the left of a step.
+EARLY_POINTS = 2.0**-21
 
 
 @dataclass(frozen=True)
@@ -85,8 +89,10 @@ def extinction_of_samples(scene: Scene) -> Numbers:
     return scene.transfer_function.classify(scene.volume.values).extinction.transpose(2, 1, 0)
 
 
-def kinks(drawing: Drawing, tau: Numbers, rays: Rays) -> Numbers:
+def kinks(drawing: Drawing, tau: Numbers, rays: Rays, moved: Numbers | None = None) -> Numbers:
     """Error of the depth (h, w) by the changes of slope where rays meet faces of cells; exact, and signed.
+
+    Where faces of axis a have `moved`[a] cells / |v_a|: how much that error changes, at most.
 
     A change J at a distance a from the nearer plane of its slab: the midpoint rule is off by -J a²/2, the trapezium's
     in each half of the slab by J a (p/2 - a)/2. J is |v| times the second difference of τ; the edge is clamped.
@@ -105,17 +111,34 @@ def kinks(drawing: Drawing, tau: Numbers, rays: Rays) -> Numbers:
             change = map_coordinates(second, at, order=1, mode="nearest") * np.abs(way)
             a, b = rays.around(s)
             near, p = np.where(met, np.minimum(a, b), 0.0), np.where(met, a + b, 0.0)
+            if moved is not None:
+                slope = np.abs(p / 2 - 2 * near) if drawing.classification == "integrated" else 2 * near
+                error += met * np.abs(change) / np.where(met, np.abs(way), 1.0) * moved[axis] * slope / 2
+                continue
             amount = near * (p / 2 - near) if drawing.classification == "integrated" else -(near**2)
             error += change * amount / 2
     return error
 
 
-def twist(tau: Numbers, way: Numbers) -> Numbers:
-    """Largest second derivative of τ along each ray inside a cell: 2 Σ |v_a v_b τ_ab|, shape (h, w)."""
-    bent = np.zeros(way.shape[:2])
+def along(rays: Rays, cells: Numbers) -> Numbers:
+    """∫ f ds at most, (h, w), for an f ≥ 0 that is given for each cell: by layers of cells along the best axis."""
+    if not cells.size:
+        return np.zeros(rays.chord.shape)
+    most = rays.chord * cells.max()
+    for axis in range(3):
+        layers = np.moveaxis(cells, axis, 0)
+        total = layers.reshape(len(layers), -1).max(axis=1).sum()
+        way = np.abs(rays.way[..., axis])
+        most = np.minimum(most, np.divide(total, way, out=np.full(way.shape, np.inf), where=way > 0))
+    return most
+
+
+def twist(tau: Numbers, rays: Rays) -> Numbers:
+    """∫ |τ''| ds at most along each ray, inside cells: τ'' = 2 Σ v_a v_b τ_ab, shape (h, w)."""
+    bent = np.zeros(rays.chord.shape)
     for a, b in ((0, 1), (0, 2), (1, 2)):
         mixed = np.abs(np.diff(np.diff(tau, axis=a), axis=b))
-        bent += 2 * np.abs(way[..., a] * way[..., b]) * mixed.max(initial=0.0)
+        bent += 2 * np.abs(rays.way[..., a] * rays.way[..., b]) * along(rays, mixed)
     return bent
 
 
@@ -123,40 +146,127 @@ def depth_error(drawing: Drawing, tau: Numbers | None = None) -> Numbers:
     """Error of each ray's optical depth at most, (h, w), where τ is trilinear between samples.
 
     - Changes of slope inside a slab, see `kinks`: up to J p²/8 each.
-    - A second derivative f'': p² L f''/24 by the midpoint rule, p² L f''/48 by the trapezium's on half slabs.
+    - A second derivative f'': ∫|f''| p²/24 by the midpoint rule, ∫|f''| p²/48 by the trapezium's on half slabs.
     - `slab` interpolates e^-u, u = τ d, instead of u. Trilinear weights are three independent choices, so each axis
-      adds at most Δu²/8 to each slab's depth (Hoeffding's lemma; Δu between neighbours).
+      adds at most Δu²/8 to each slab's depth (Hoeffding's lemma; Δu between neighbours), nor more than Δu.
+    - `post` and `integrated` read the transfer function `EARLY_POINTS` beside the value.
     """
     tau = extinction_of_samples(drawing.scene) if tau is None else tau
-    rays = rays_of(drawing)
+    rays, d = rays_of(drawing), drawing.slab_thickness
     error = np.abs(kinks(drawing, tau, rays))
-    error += rays.chord * rays.path**2 * twist(tau, rays.way) / (48 if drawing.classification == "integrated" else 24)
+    error += twist(tau, rays) * rays.path**2 / (48 if drawing.classification == "integrated" else 24)
     if drawing.classification == "slab":
-        error += rays.chord / drawing.slab_thickness * neighbours_squared(tau * drawing.slab_thickness) / 8
+        for axis in range(3):
+            steps = np.abs(np.diff(tau * d, axis=axis))
+            error += along(rays, np.minimum(steps**2 / 8, steps)) / d
+    if drawing.classification in ("post", "integrated"):
+        assert drawing.scene.transfer_function is not None
+        error += rays.chord * EARLY_POINTS * np.ptp(drawing.scene.transfer_function.extinctions)
     return error
 
 
-def neighbours_squared(u: Numbers) -> float:
-    """Σ over the axes of the largest squared difference of neighbours."""
-    return float(sum((np.diff(u, axis=axis) ** 2).max(initial=0.0) for axis in range(3)))
-
-
-def opacity_error(drawing: Drawing, depth: Numbers | float) -> float:
+def opacity_error(drawing: Drawing, error: Numbers | float) -> float:
     """Largest error of opacity (and of one colour's light) that an error of the depth (h, w) makes."""
-    return float(((1 - drawing.truth[..., 3]) * np.expm1(depth)).max())
+    with np.errstate(divide="ignore"):
+        depth = -np.log1p(-drawing.truth[..., 3])
+    # Where float64 has opacity 1, all that is known of the depth is that it is over 36, and what the thinnest gives.
+    least = np.maximum(36, rays_of(drawing).chord * extinction_of_samples(drawing.scene).min())
+    depth = np.where(depth < 36, depth, least)
+    return float((np.exp(np.minimum(error - depth, 0)) - np.exp(-depth)).max())
 
 
-def rounding(drawing: Drawing, scale: float = 1.0) -> float:
-    """What float32 adds to a picture of numbers up to `scale`.
+def rounding(drawing: Drawing) -> float:
+    """What float32 adds, relative to the brightest of the picture.
 
     A blend rounds a product and a sum, each by up to 2^-25 of a picture under 1; they are as good as random, so that
     n blends come to √(2n/3) 2^-25, and the worst of some thousand pixels to five times that. Texel, weights, path and
     series of a slab are relative to its opacity: with one sign, four of the picture's roundings.
     """
-    blends = -(-drawing.slabs // SLABS_PER_BLEND) + 1
-    return ULP * scale * (5 * np.sqrt(2 * blends / 3) / 2 + 4)
+    return ULP * float(drawing.truth.max()) * (5 * np.sqrt(2 * blends(drawing) / 3) / 2 + 4)
+
+
+def blends(drawing: Drawing) -> int:
+    """Blends into one pixel at most."""
+    return -(-drawing.slabs // SLABS_PER_BLEND)
 
 
 def trilinear(drawing: Drawing) -> float:
-    """Bound for one colour and τ trilinear between samples."""
+    """One colour, and τ trilinear between samples."""
     return opacity_error(drawing, depth_error(drawing)) + rounding(drawing)
+
+
+def any_depth(drawing: Drawing) -> float:
+    """The same where the depth is so large that its own rounding shows at silhouettes, where little is crossed."""
+    rays, tau = rays_of(drawing), extinction_of_samples(drawing.scene).max()
+    digits = ULP * tau * (4 * rays.chord + rays.per_slab) * (rays.chord > 0)
+    return opacity_error(drawing, depth_error(drawing) + digits) + rounding(drawing)
+
+
+def jumping(drawing: Drawing, around: Volume, jump: float) -> float:
+    """Matter that jumps by up to `jump` at the faces of the cells of one sample of a ramp: twice inside a slab."""
+    whole = replace(drawing, scene=replace(drawing.scene, volume=around))
+    depth = depth_error(whole) + 2 * jump * rays_of(drawing).path / 2
+    return opacity_error(drawing, depth) + rounding(drawing)
+
+
+def misplaced(drawing: Drawing, jump: float, within: float) -> float:
+    """A jump of τ at a place that is known to `within` slabs."""
+    return opacity_error(drawing, jump * within * rays_of(drawing).path) + rounding(drawing)
+
+
+def hidden(drawing: Drawing, haze: float, within: float) -> float:
+    """Haze of extinction `haze` in front of an opaque wall of another colour, which is placed to `within` slabs."""
+    return float(np.expm1(haze * within * rays_of(drawing).path.max())) + rounding(drawing)
+
+
+def spiked(drawing: Drawing, width: float) -> float:
+    """A narrow triangle in the transfer function of 8-bit values, its sides `width` levels wide, at about level 100.
+
+    Its two outer points are stored as shares of 255 between 1/4 and 1/2, to 2^-26; its area follows their distance.
+    """
+    opacity = drawing.truth[..., 3]
+    if drawing.classification == "post":
+        return float(np.maximum(opacity, 1 - opacity).max())
+    depth = -np.log1p(-opacity)
+    return opacity_error(drawing, depth * 255 * 2.0**-26 / width) + rounding(drawing)
+
+
+def with_texels(drawing: Drawing, texel_format: str) -> float:
+    """Texels rounded: emission by δq and extinction by δτ; light changes by L φ δq and by as much as opacity."""
+    if texel_format == "rgba32f":
+        return trilinear(drawing)
+    rays, tau = rays_of(drawing), extinction_of_samples(drawing.scene)
+    depth = -np.log1p(-drawing.truth[..., 3])
+    seen = drawing.truth[..., 3] / np.where(depth > 0, depth, 1)  # φ
+    rounded = rays.chord * 4 * 0.5 / 255 * tau.max() if texel_format == "rgba8" else depth * 2.0**-11
+    opacity = opacity_error(drawing, depth_error(drawing) + rounded)
+    return opacity + float((rounded * seen).max()) + rounding(drawing)
+
+
+def with_target(drawing: Drawing, target_format: str) -> float:
+    """A target that rounds what comes and what it adds to, at each blend."""
+    power_of_two = float(np.exp2(np.ceil(np.log2(drawing.truth.max()))))
+    rounded = {"rgba8": 1 / 255, "rgba16f": 2.0**-11 * power_of_two, "rgba32f": 0.0}[target_format]
+    return trilinear(drawing) + rounded * blends(drawing)
+
+
+def glowing(drawing: Drawing) -> float:
+    """Emission without extinction, constant: the light is that of the texel, half-float."""
+    return float(drawing.truth.max()) * (2.0**-11 + 4 * ULP) + rounding(drawing)
+
+
+def turning(drawing: Drawing, angle: float) -> float:
+    """How much the error changes where the view turns by `angle` about the middle of the box.
+
+    A face at a slant v from the ray moves along it by R θ / |v h|, with it the place of the change of slope, and the
+    depth's error with the first derivative of `kinks`, J a or J |p/2 - 2a|/2. Trilinear weights move by R θ / h, and
+    with them opacity's part of `slab`: Δu²/2 a slab and weight.
+    """
+    volume, rays, tau = drawing.scene.volume, rays_of(drawing), extinction_of_samples(drawing.scene)
+    swing = volume.radius * angle
+    depth = kinks(drawing, tau, rays, moved=swing / volume.spacing)
+    if drawing.classification == "slab":
+        for axis in range(3):
+            squares = along(rays, np.diff(tau * drawing.slab_thickness, axis=axis) ** 2)
+            depth += squares / drawing.slab_thickness / 2 * swing / volume.spacing[axis]
+    return opacity_error(drawing, depth) + 4 * angle * trilinear(drawing) + 2 * rounding(drawing)

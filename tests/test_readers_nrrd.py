@@ -102,17 +102,13 @@ def test_several_data_files(tmp_path: Path) -> None:
     np.testing.assert_array_equal(load(tmp_path / "back.nhdr").values, marked.marked()[::-1])
 
 
-def test_a_negative_spacing_turns_its_axis(tmp_path: Path) -> None:
-    path = by_hand(tmp_path / "v.nrrd", marked.marked().tobytes(), "spacings: 2 -3 4", "axis mins: 10 20 30")
-    volume = load(path)
-    marked.check(volume, position=np.array([10, 20, 30]) + np.array([2, -3, 4]) * marked.MARK)
-    np.testing.assert_array_equal(volume.spacing, [2, 3, 4])
-
-
-def test_an_unknown_spacing_is_one(tmp_path: Path) -> None:
-    np.testing.assert_array_equal(
-        load(by_hand(tmp_path / "v.nrrd", marked.marked().tobytes(), "spacings: 2 nan 4")).spacing, [2, 1, 4]
-    )
+@pytest.mark.parametrize("spacing", ["-3", "nan", "0", "inf"])
+def test_a_spacing_that_is_none_is_refused_unless_another_is_given(tmp_path: Path, spacing: str) -> None:
+    """An axis runs backwards by its direction, and an unknown spacing is left out."""
+    path = by_hand(tmp_path / "v.nrrd", marked.marked().tobytes(), f"spacings: 2 {spacing} 4")
+    with pytest.raises(InputError, match=r"v\.nrrd: .*spacing"):
+        load(path)
+    np.testing.assert_array_equal(load(path, spacing=(2, 3, 4)).spacing, [2, 3, 4])
 
 
 def test_axis_mins_of_cells_lie_half_a_sample_before_the_first(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Iterator
 
 import numpy as np
@@ -10,6 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scenes import BONE, FOG, constant, inside, path_lengths, random_volume, smooth_volume
 
+import texvol
+from texvol import slicing
 from texvol.camera import Camera, Projection
 from texvol.errors import InputError
 from texvol.render import Renderer
@@ -112,7 +115,8 @@ def test_the_picture_does_not_depend_on_how_slabs_are_stacked(
     pictures = []
     for per_stack in (1, 7, 1000):
         monkeypatch.setattr(
-            "texvol.render.slicing.slab_stacks",
+            slicing,
+            "slab_stacks",
             lambda *arguments, per_stack=per_stack: slab_stacks(*arguments, per_stack=per_stack),
         )
         pictures.append(renderer.render(scene, SIZE, sampling_rate=4, **FLOAT32))
@@ -324,3 +328,32 @@ def test_closing_twice_is_fine() -> None:
     renderer.render(Scene(Volume(np.ones((2, 2, 2))), FOG), SIZE)
     renderer.close()
     renderer.close()
+
+
+def test_the_interface_is_callable_however_it_is_reached() -> None:
+    scene = texvol.Scene(texvol.Volume(np.ones((2, 2, 2))), FOG)
+    first = texvol.render(scene, size=(8, 6))
+    assert texvol.Renderer is Renderer
+    importlib.import_module("texvol.render")
+    np.testing.assert_array_equal(texvol.render(scene, size=(8, 6)), first)
+    assert first.shape == (6, 8, 4)
+    assert first.flags.c_contiguous
+
+
+@classifications
+def test_stats_can_be_asked_for_later(classification: Classification) -> None:
+    with Renderer() as renderer:
+        renderer.render(Scene(smooth_volume(12), FOG, classification=classification), SIZE)
+        assert renderer.stats["estimated_error"] > 0
+        renderer.render(Scene(smooth_volume(12), FOG, classification=classification), SIZE)
+    assert renderer.stats["slabs"] > 0
+    assert renderer.stats["estimated_error"] is None
+
+
+@pytest.mark.parametrize("thickness", [1e300, 1e9])
+def test_a_slab_thicker_than_the_box_is_the_box(renderer: Renderer, thickness: float) -> None:
+    volume = Volume(np.zeros((4, 5, 6), np.uint8))
+    camera = Camera.framing(volume)
+    picture = renderer.render(Scene(volume, constant(0.3), camera), SIZE, slab_thickness=thickness)
+    expected = -np.expm1(-0.3 * path_lengths(volume, camera, SIZE))
+    np.testing.assert_allclose(picture[..., 3], expected, atol=ROUNDING)

@@ -1,4 +1,4 @@
-"""The command line: `texvol info|render|raycast|demo`.
+"""The command line: `texvol info|render|raycast|report|demo`.
 
 Exit status: 0 done; 1 a wanted error was not reached, with --strict; 2 bad input or usage, with one line on stderr.
 """
@@ -8,6 +8,7 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import shlex
 import sys
 import time
 import warnings
@@ -15,7 +16,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
-from texvol import __version__, image, options
+import numpy as np
+
+from texvol import __version__, image, options, writing
 from texvol.errors import AccuracyWarning, InputError, TexvolError
 from texvol.scene import Scene
 
@@ -33,13 +36,14 @@ class _Parser(argparse.ArgumentParser):
 def main(line: Sequence[str] | None = None) -> int:
     """Run one command; the exit status."""
     try:
-        arguments = _parser().parse_args(options.with_negative_values(sys.argv[1:] if line is None else line))
-        with warnings.catch_warnings(record=True) as caught:
+        line = sys.argv[1:] if line is None else line
+        arguments = _parser().parse_args(options.with_negative_values(line), argparse.Namespace(line=line))
+        # Numbers out of range show in the picture or are refused by name: numpy has nothing to add.
+        with warnings.catch_warnings(record=True) as caught, np.errstate(all="ignore"):
             warnings.simplefilter("always", AccuracyWarning)
             arguments.run(arguments)
         for warning in caught:
             print(f"texvol: warning: {_one_line(warning.message)}", file=sys.stderr)
-        sys.stdout.flush()
         missed = any(issubclass(warning.category, AccuracyWarning) for warning in caught)
         return int(missed and arguments.strict)
     except (TexvolError, MemoryError) as error:
@@ -61,6 +65,7 @@ def _parser() -> argparse.ArgumentParser:
 
     info = commands.add_parser("info", help="what is in a volume file")
     options.add_volume_options(info)
+    info.add_argument("--spacing", type=options.triple, metavar="X,Y,Z", help="overrides the file's")
     info.add_argument("--json", action="store_true", help="the same for machines")
     info.set_defaults(run=_info)
 
@@ -76,6 +81,14 @@ def _parser() -> argparse.ArgumentParser:
     options.add_scene_options(raycast)
     _add_output(raycast)
     raycast.set_defaults(run=_raycast)
+
+    report = commands.add_parser("report", help="speed against error of a scene: a page, a table and plots")
+    options.add_volume_options(report)
+    options.add_scene_options(report)
+    report.add_argument("-o", "--output", metavar="DIR", required=True, help="folder for the report, made if missing")
+    report.add_argument("--quick", action="store_true", help="few settings, few frames")
+    report.add_argument("--backend", choices=("auto", "egl", "osmesa"), default="auto", help="OpenGL without a screen")
+    report.set_defaults(run=_report)
 
     demo = commands.add_parser("demo", help="a picture of a built-in volume, no file needed")
     demo.add_argument("-o", "--output", metavar="IMAGE", default="texvol-demo.png", help="texvol-demo.png")
@@ -107,19 +120,19 @@ def _add_rendering(parser: argparse.ArgumentParser) -> None:
 def _info(arguments: argparse.Namespace) -> None:
     from texvol import information
 
-    facts = information.facts(options.load_volume(arguments))
-    print(json.dumps(facts, indent=2, allow_nan=False) if arguments.json else information.text(facts))
+    facts = information.facts(options.load_volume(arguments, arguments.spacing))
+    _say(json.dumps(facts, indent=2, allow_nan=False) if arguments.json else information.text(facts))
 
 
 def _render(arguments: argparse.Namespace) -> None:
     scene_options = options.SceneOptions(arguments)
     image.check_writable(arguments.output)
     if arguments.stats:
-        _check_folder(arguments.stats)
+        writing.check_writable(arguments.stats)
     if arguments.repeat < 1:
         raise InputError(f"--repeat draws at least once, and not {arguments.repeat} times")
     start = time.perf_counter()
-    volume = options.load_volume(arguments)
+    volume = options.load_volume(arguments, scene_options.spacing)
     seconds = time.perf_counter() - start
     scene = scene_options.scene(volume)
 
@@ -137,23 +150,43 @@ def _render(arguments: argparse.Namespace) -> None:
             repeat=arguments.repeat,
         )
         facts = {"texvol:renderer": renderer.renderer_name} | _scene_facts(arguments.volume, scene)
-        image.write(arguments.output, picture, facts, transparent=scene_options.transparent)
+        files = {
+            arguments.output: image.encoded(arguments.output, picture, facts, transparent=scene_options.transparent)
+        }
         if arguments.stats:
-            stats = renderer.stats
-            stats["seconds"] = {"load": seconds} | stats["seconds"]
-            _write_text(arguments.stats, json.dumps(stats, indent=2, allow_nan=False) + "\n")
+            stats = renderer.stats | {"seconds": {"load": seconds} | renderer.stats["seconds"]}
+            files[arguments.stats] = (json.dumps(stats, indent=2, allow_nan=False) + "\n").encode()
+        writing.write_files(files)
 
 
 def _raycast(arguments: argparse.Namespace) -> None:
     scene_options = options.SceneOptions(arguments)
     image.check_writable(arguments.output)
-    scene = scene_options.scene(options.load_volume(arguments))
+    scene = scene_options.scene(options.load_volume(arguments, scene_options.spacing))
 
     from texvol.ray_casting import raycast
 
     picture = raycast(scene, scene_options.size)
     facts = {"texvol:renderer": "ray casting, float64"} | _scene_facts(arguments.volume, scene)
     image.write(arguments.output, picture, facts, transparent=scene_options.transparent)
+
+
+def _report(arguments: argparse.Namespace) -> None:
+    from texvol import report
+
+    scene_options = options.SceneOptions(arguments)
+    report.check_folder(arguments.output)
+    report.check_libraries()
+    scene = scene_options.scene(options.load_volume(arguments, scene_options.spacing))
+    page = report.report(
+        scene,
+        arguments.output,
+        scene_options.size,
+        backend=arguments.backend,
+        quick=arguments.quick,
+        command=shlex.join(["texvol", *arguments.line]),
+    )
+    _say(str(page.resolve()))
 
 
 def _demo(arguments: argparse.Namespace) -> None:
@@ -164,7 +197,7 @@ def _demo(arguments: argparse.Namespace) -> None:
     with Renderer(arguments.backend) as renderer:
         picture = renderer.render(demo_scene(), (512, 512), sampling_rate=2)
         image.write(arguments.output, picture, {"texvol:renderer": renderer.renderer_name})
-        print(f"{Path(arguments.output).resolve()} drawn by {renderer.renderer_name} ({renderer.backend})")
+        _say(f"{Path(arguments.output).resolve()} drawn by {renderer.renderer_name} ({renderer.backend})")
 
 
 def _scene_facts(name: str, scene: Scene) -> dict[str, str]:
@@ -185,21 +218,18 @@ def _scene_facts(name: str, scene: Scene) -> dict[str, str]:
     return {"Software": f"texvol {__version__}", "texvol:scene": json.dumps(facts)}
 
 
-def _check_folder(path: str) -> None:
-    folder = Path(path).parent
-    if not (folder.is_dir() and os.access(folder, os.W_OK)):
-        raise InputError(f"{path}: its folder {folder} does not exist or cannot be written to")
-
-
-def _write_text(path: str, text: str) -> None:
-    """Write beside, then rename."""
-    beside = Path(path).with_name(f".{Path(path).name}.{os.getpid()}")
+def _say(text: str) -> None:
+    """Print what was asked for; what the terminal cannot show becomes a question mark."""
+    if sys.stdout is None:
+        raise InputError("there is no standard output to write to")
     try:
-        beside.write_text(text, "utf-8")
-        os.replace(beside, path)
+        sys.stdout.reconfigure(errors="replace")  # type: ignore[union-attr]
+        print(text, flush=True)
+    except BrokenPipeError:
+        raise
     except OSError as error:
-        beside.unlink(missing_ok=True)
-        raise InputError(f"{path}: cannot be written: {error.strerror}") from None
+        sys.stdout = None  # what it still holds can't be written at exit either
+        raise InputError(f"standard output cannot be written to: {error.strerror}") from None
 
 
 def _one_line(error: BaseException | str) -> str:

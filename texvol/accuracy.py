@@ -34,7 +34,8 @@ def checked(
             raise InputError(f"{name} must be positive and finite, and is {number:g}")
     if max_error is not None:
         return float("nan")
-    return slab_thickness or volume.smallest_spacing / (sampling_rate or DEFAULT_SAMPLING_RATE)
+    thickness = slab_thickness or volume.smallest_spacing / (sampling_rate or DEFAULT_SAMPLING_RATE)
+    return min(thickness, 2 * volume.radius)  # the box is no thicker
 
 
 def cheapest_texel_format(

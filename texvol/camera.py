@@ -213,6 +213,8 @@ def _finite_triple(numbers: Sequence[float], name: str) -> tuple[float, float, f
         triple = ()
     if len(triple) != 3 or not np.isfinite(triple).all():
         raise InputError(f"camera: {name} is three finite numbers x, y, z, and is {numbers!r}")
+    if max(map(abs, triple)) > 1e100:  # its square has to be a number, too
+        raise InputError(f"camera: {name} must lie within 1e100, and is {_text(triple)}")
     return triple
 
 

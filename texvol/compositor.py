@@ -146,7 +146,7 @@ class Compositor:
         (width, height), _ = self._target_key
         pixels = np.empty((height, width, 4), np.float32)
         self._target.read_into(pixels, components=4, dtype="f4", alignment=1)
-        return pixels[::-1]
+        return np.ascontiguousarray(pixels[::-1])
 
     def release(self) -> None:
         """Give programs and targets back."""
@@ -165,8 +165,11 @@ class Compositor:
         key = (size, target_format)
         if self._target is None or self._target_key != key:
             self._release_target()
-            texture = self._gl.texture(size, 4, dtype=_MODERNGL_TYPES[target_format])
-            self._target = self._gl.framebuffer([texture])
+            try:
+                texture = self._gl.texture(size, 4, dtype=_MODERNGL_TYPES[target_format])
+                self._target = self._gl.framebuffer([texture])
+            except moderngl.Error:
+                raise InputError(f"size {size[0]}x{size[1]}: this driver has no room for such a picture") from None
             self._target_key = key
         return self._target
 

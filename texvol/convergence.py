@@ -12,6 +12,7 @@ baking the texture and uploading it, is given beside them.
 from __future__ import annotations
 
 import time
+import warnings
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
@@ -21,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.comparison import Difference, compare
-from texvol.errors import InputError, MissingExtraError
+from texvol.errors import AccuracyWarning, InputError, MissingExtraError
 from texvol.render import Renderer, Size
 from texvol.scene import CLASSIFICATIONS, Scene
 
@@ -110,7 +111,7 @@ class Truths:
             from texvol.ray_casting import raycast
         except MissingExtraError as error:
             return cls(None, None, reason=str(error))
-        before, after = (raycast(replace(scene, classification=each), size) for each in ("slab", "post"))  # type: ignore[arg-type]
+        before, after = (raycast(replace(scene, classification=each), size) for each in ("slab", "post"))
         return cls(before, after, time.perf_counter() - start)
 
     def of_classification(self, classification: str) -> NDArray[np.float64] | None:
@@ -188,6 +189,37 @@ def sweep(
         measurement = _with_seconds_from_scratch(measurement, done)
         done.append(measurement)
         yield measurement, picture
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What came of asking for an error: `--max-error`."""
+
+    classification: str
+    wanted: float
+    seconds: float  # of it all: choosing the thickness by drawing, and the picture
+    slab_thickness: float
+    estimated_error: float
+    true_error: float | None  # maximum, against the integral of the classification
+
+
+def ask(renderer: Renderer, scene: Scene, size: Size, wanted: float, truths: Truths) -> Asked:
+    """Draw the scene with the error that is wanted, and see whether it is kept."""
+    start = time.perf_counter()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", AccuracyWarning)  # what was reached is in the answer
+        picture = renderer.render(scene, size, max_error=wanted)
+    seconds = time.perf_counter() - start
+    stats = renderer.stats
+    difference = _difference(picture, truths.of_classification(scene.classification))
+    return Asked(
+        scene.classification,
+        wanted,
+        seconds,
+        stats["slab_thickness"],
+        stats["estimated_error"],
+        difference.max_error if difference else None,
+    )
 
 
 def with_errors(measurement: Measurement, picture: NDArray, truths: Truths) -> Measurement:

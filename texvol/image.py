@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol import writing
 from texvol.errors import InputError
 
 FORMATS = (".exr", ".png", ".jpg", ".jpeg")
@@ -23,16 +24,9 @@ FORMATS = (".exr", ".png", ".jpg", ".jpeg")
 
 def check_writable(path: str | os.PathLike[str]) -> None:
     """Raise InputError if a picture can't be written to `path`: asked before the work of making one."""
-    path = Path(path)
-    if path.suffix.lower() not in FORMATS:
+    if Path(path).suffix.lower() not in FORMATS:
         raise InputError(f"{path}: a picture's name ends with one of {', '.join(FORMATS)}")
-    if path.is_dir():
-        raise InputError(f"{path}: is a folder, and a picture is a file")
-    folder = path.parent
-    if not folder.is_dir():
-        raise InputError(f"{path}: its folder {folder} does not exist")
-    if not os.access(folder, os.W_OK):
-        raise InputError(f"{path}: its folder {folder} cannot be written to")
+    writing.check_writable(path)
 
 
 def write(
@@ -42,7 +36,25 @@ def write(
     *,
     transparent: bool = False,
 ) -> None:
-    """Write a picture beside `path`, then give it its name, so that no reader sees half of it.
+    """Write a picture beside `path`, then give it its name, so that no reader sees half of it; see `encoded`.
+
+    Raises
+    ------
+    InputError
+        If the file can't be written, a full disk included.
+    """
+    check_writable(path)
+    writing.write_files({path: encoded(path, picture, attributes, transparent=transparent)})
+
+
+def encoded(
+    path: str | os.PathLike[str],
+    picture: NDArray,
+    attributes: Mapping[str, str] | None = None,
+    *,
+    transparent: bool = False,
+) -> bytes:
+    """The bytes of a picture file whose format is that of the name `path`.
 
     Parameters
     ----------
@@ -52,28 +64,16 @@ def write(
         Text to keep in the file's header.
     transparent : bool
         Whether a PNG keeps the opacity; EXR always does, JPEG never.
-
-    Raises
-    ------
-    InputError
-        If the file can't be written, a full disk included.
     """
-    check_writable(path)
-    path = Path(path)
-    kind = path.suffix.lower()
-    pixels = (
-        np.ascontiguousarray(picture, np.float32)
-        if kind == ".exr"
-        else eight_bits(picture, transparent and kind == ".png")
-    )
-    beside = path.with_name(f".{path.stem}.{os.getpid()}{kind}")
+    kind = Path(path).suffix.lower()
+    if kind == ".exr":
+        pixels: NDArray = np.ascontiguousarray(picture, np.float32)
+    else:
+        pixels = eight_bits(picture, transparent and kind == ".png")
     try:
-        beside.write_bytes(_encoded(pixels, kind, attributes or {}))
-        os.replace(beside, path)
+        return _encoded(pixels, kind, attributes or {})
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
-    finally:
-        beside.unlink(missing_ok=True)
 
 
 def read(path: str | os.PathLike[str]) -> NDArray[np.float32]:

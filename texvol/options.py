@@ -1,7 +1,7 @@
 """Options of the command line that describe a volume and a scene, on the line or in a scene file.
 
-A scene file is TOML with the options' names as keys (`sampling_rate` and `sampling-rate` are the same); triples and
-sizes may be text or arrays. An option on the line wins.
+A scene file is TOML with the scene options' names as keys, `spacing` among them; triples and sizes may be text or
+arrays. An option on the line wins.
 
     tf = "bone.json"
     projection = "perspective"
@@ -95,17 +95,17 @@ _SCENE_OPTIONS: tuple[tuple[str, Callable[[str], Any], str, str], ...] = (
     ("up", triple, "X,Y,Z", "what is up in the picture (0,0,1)"),
     ("fov", number, "DEGREES", "angle from bottom to top, perspective (40)"),
     ("height", number, "H", "world units from bottom to top, orthographic (the box)"),
+    ("spacing", triple, "X,Y,Z", "distance of samples, overrides the file's"),
     ("classification", _choice(*CLASSIFICATIONS), "KIND", "slab (default), extinction, post or integrated"),
 )
 
 
 def add_volume_options(parser: argparse.ArgumentParser) -> None:
-    """VOLUME and how to read it."""
+    """VOLUME and how to read it, but for the spacing, which is a scene option."""
     parser.add_argument(
         "volume", metavar="VOLUME", help="NRRD, NIfTI, MetaImage, DICOM folder, TIFF, MRC, VTI, NPY, RAW"
     )
     group = parser.add_argument_group("reading the volume")
-    group.add_argument("--spacing", type=triple, metavar="X,Y,Z", help="distance of samples, overrides the file's")
     group.add_argument("--shape", type=dimensions, metavar="NX,NY,NZ", help="dimensions of a RAW file")
     group.add_argument("--dtype", metavar="TYPE", help="sample type of a RAW file: uint8, >i2 (big-endian), float32 …")
     group.add_argument("--series", metavar="NAME", help="which series of a DICOM folder")
@@ -121,15 +121,15 @@ def add_scene_options(parser: argparse.ArgumentParser) -> None:
         group.add_argument(f"--{name}", type=convert, metavar=shown, help=text, default=argparse.SUPPRESS)
 
 
-def load_volume(arguments: argparse.Namespace) -> Volume:
-    """The volume that the arguments name."""
+def load_volume(arguments: argparse.Namespace, spacing: tuple[float, float, float] | None) -> Volume:
+    """The volume that the arguments name; `spacing` overrides the file's."""
     from texvol.readers import load
 
     return load(
         arguments.volume,
         shape=arguments.shape,
         dtype=arguments.dtype,
-        spacing=arguments.spacing,
+        spacing=spacing,
         series=arguments.series,
         channel=arguments.channel,
         time=arguments.time,
@@ -147,6 +147,7 @@ class SceneOptions:
         self.size: tuple[int, int] = self._chosen.get("size", DEFAULT_SIZE)
         if min(self.size) < 1:
             raise InputError(f"size {self.size[0]}x{self.size[1]}: a picture has at least one pixel along each side")
+        self.spacing: tuple[float, float, float] | None = self._chosen.get("spacing")
         self.transparent = "background" in self._chosen and self._chosen["background"] is None
 
     def scene(self, volume: Volume) -> Scene:
@@ -202,6 +203,8 @@ def _scene_file(path: Path) -> dict[str, Any]:
         name = key.replace("_", "-")
         if name not in known:
             raise InputError(f"{path}: there is no scene option {key!r}; there are {', '.join(known)}")
+        if isinstance(value, bool | dict):
+            raise InputError(f"{path}: {key} is text, a number or an array of numbers, and not {value!r}")
         text = ",".join(str(part) for part in value) if isinstance(value, list) else str(value)
         try:
             chosen[name] = known[name](text)

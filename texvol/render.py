@@ -25,7 +25,7 @@ from texvol.camera import Camera
 from texvol.compositor import TARGET_FORMATS, BakedTexture, Compositor, DeviceTexture
 from texvol.contexts import open_context
 from texvol.errors import AccuracyWarning, InputError
-from texvol.scene import Scene
+from texvol.scene import Scene, checked_size
 from texvol.transfer import TransferFunction, proposed_for
 
 Size = tuple[int, int]
@@ -247,11 +247,13 @@ class Renderer:
             "bricks_drawn": int(slabs > 0),
             "modelled": _modelled(scene, scene.camera_for(size)),
             "seconds": seconds,
-            "estimated_error": self._estimate or self._estimated_error(scene, size, thickness, texel_format),
+            "estimated_error": self._estimated_error(scene, size, thickness, texel_format),
         }
 
-    def _estimated_error(self, scene: Scene, size: Size, thickness: float, texel_format: str) -> float:
-        """From what halving the thickness changes in a picture of a sixteenth of the pixels."""
+    def _estimated_error(self, scene: Scene, size: Size, thickness: float, texel_format: str) -> float | None:
+        """What the choice of thickness found, or what halving it changes in a picture of a sixteenth of the pixels."""
+        if self._estimate is not None or self._context.released:
+            return self._estimate
         small = (max(size[0] // 4, 1), max(size[1] // 4, 1))
         pictures = []
         with self._context:
@@ -268,11 +270,11 @@ class Renderer:
         return self._proposed[1]
 
     def _checked_size(self, size: Size) -> Size:
-        width, height = size
+        width, height = checked_size(size)
         largest = self._compositor.largest_picture
-        if not (1 <= width <= largest and 1 <= height <= largest):
+        if not (width <= largest and height <= largest):
             raise InputError(f"size {width}x{height}: a picture has 1 to {largest} pixels along each side here")
-        return int(width), int(height)
+        return width, height
 
     def _forget_texture(self) -> None:
         if self._baked:

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import operator
 from dataclasses import dataclass
 from typing import Literal, get_args
+
+import numpy as np
 
 from texvol.camera import Camera
 from texvol.errors import InputError
@@ -39,6 +42,11 @@ class Scene:
     classification: Classification = "slab"
 
     def __post_init__(self) -> None:
+        if not isinstance(self.volume, Volume):
+            raise InputError(f"scene: a Volume is wanted, and {type(self.volume).__name__} came")
+        background = np.asarray(self.background)
+        if background.shape != (3,) or background.dtype.kind not in "iuf" or not (background >= 0).all():
+            raise InputError(f"scene: background is three numbers from 0 upwards, and is {self.background!r}")
         if self.classification not in CLASSIFICATIONS:
             wanted = ", ".join(CLASSIFICATIONS)
             raise InputError(f"scene: classification is one of {wanted}, and not {self.classification!r}")
@@ -46,3 +54,14 @@ class Scene:
     def camera_for(self, size: tuple[int, int]) -> Camera:
         """The scene's camera, or the one that frames the box in a picture of (width, height) pixels."""
         return self.camera or Camera.framing(self.volume, aspect=size[0] / size[1])
+
+
+def checked_size(size: tuple[int, int]) -> tuple[int, int]:
+    """(width, height) as whole numbers of at least 1, or InputError."""
+    try:
+        width, height = (operator.index(side) for side in size)
+    except (TypeError, ValueError):
+        raise InputError(f"size is (width, height) in whole pixels, and is {size!r}") from None
+    if min(width, height) < 1:
+        raise InputError(f"size {width}x{height}: a picture has at least one pixel along each side")
+    return width, height

@@ -184,12 +184,13 @@ def _classified(values: NDArray, encode: Callable[[NDArray], NDArray], dtype: np
     else:
         work = partial(_compute, flat, texels, encode)
     starts = range(0, flat.size, _CHUNK)
-    if len(starts) == 1:
-        work(0)
-    else:
+    try:
         with ThreadPoolExecutor() as pool:
             for _ in pool.map(work, starts):
                 pass
+    except RuntimeError:  # no further thread is to be had: this one does it
+        for start in starts:
+            work(start)
     return texels.reshape(*values.shape, 4)
 
 

@@ -65,8 +65,9 @@ def slab_stacks(
     """
     corners = camera.in_eye_space(volume.corners_from_centre, volume.centre)
     middle = float(camera.pixel_rays(size, volume.centre).reference_depth)
-    depths = (corners[:, 2] - middle) / slab_thickness
-    eye_depth = -middle / slab_thickness
+    with np.errstate(over="ignore"):
+        depths = (corners[:, 2] - middle) / slab_thickness
+        eye_depth = float(-np.float64(middle) / slab_thickness)
     nearest, farthest = max(depths.min(), eye_depth), depths.max()
     if not farthest > nearest:
         nothing = np.empty(0, np.int64)

@@ -29,24 +29,23 @@ _LAST = 3e38  # the end of the last segment
 _TABLE_WIDTH = 4096  # segments in a row of the table; more go into further rows
 _MOST_CELLS = 4096
 _HUGE = 1e30  # stands for an infinite sample or value: any weight above 1e-24 takes it past every control point
-# Interpolation may round a constant of texels down by half an ulp: without this a flat region that lies exactly on a
-# step would fall to its left side. In shares of the largest stored value.
-_STEP_MARGIN = 2.0**-21
+# Interpolation may round equal texels down by half an ulp or two: without this a flat region that lies exactly on a
+# step would fall to its left side. In shares of the stored value.
+_STEP_MARGIN = 2.0**-22
 
 
 @dataclass(frozen=True)
 class ValueTexture:
     """Values of shape (nz, ny, nx, 1) as the texture holds them, and the transfer function in the same units.
 
-    A fetched value v stands for `offset + scale * v` in data units, and is at most `largest` in size. `length_unit`
-    (world units) is what extinction and emission are counted per.
+    A fetched value v stands for `offset + scale * v` in data units. `length_unit` (world units) is what extinction and
+    emission are counted per.
     """
 
     texels: NDArray
     texel_format: str
     offset: float
     scale: float
-    largest: float
     transfer_function: TransferFunction
     classification: Classification
     length_unit: float
@@ -82,7 +81,8 @@ class ValueTexture:
         left, right, opaque = self.transfer_function.segment_ends
         glow = self.length_unit if self.transfer_function.emissive else 1.0
         numbers = self.transfer_function.numbers * [glow, glow, glow, self.length_unit]
-        points = (self._stored(self.transfer_function.values) - _STEP_MARGIN * self.largest).astype(np.float32)
+        stored = self._stored(self.transfer_function.values)
+        points = (stored - _STEP_MARGIN * np.abs(stored)).astype(np.float32)
         start, end = points[left], points[right]
         table = np.zeros((3, left.size, 4))
         table[0, :, :2] = np.column_stack([start, np.append(end[:-1], _LAST)])
@@ -128,14 +128,11 @@ class ValueTexture:
 def bake_values(volume: Volume, transfer_function: TransferFunction, classification: Classification) -> ValueTexture:
     """The volume's values as a texture; nothing of it but the tables depends on the transfer function."""
     texels, texel_format, offset, scale = _texels(volume)
-    low, high = volume.finite_range or (0.0, 0.0)
-    largest = 1.0 if texel_format == "r16" else max(abs(low - offset), abs(high - offset)) / scale
     return ValueTexture(
         texels[..., np.newaxis],
         texel_format,
         offset,
         scale,
-        largest,
         transfer_function,
         classification,
         volume.smallest_spacing,

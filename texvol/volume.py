@@ -63,6 +63,9 @@ class Volume:
         self.spacing = _triple(spacing, "spacing", name)
         if not (self.spacing > 0).all():
             raise InputError(f"{name}: spacing must be positive along every axis, and is {_text(self.spacing)}")
+        # Squares and cubes of lengths have to be numbers, too.
+        if not ((self.spacing > 1e-90) & (self.spacing < 1e90)).all():
+            raise InputError(f"{name}: spacing must lie between 1e-90 and 1e90, and is {_text(self.spacing)}")
         self.origin = _triple(origin, "origin", name)
         self.direction = _regular_matrix(np.eye(3) if direction is None else direction, name)
 
@@ -140,6 +143,8 @@ class Volume:
 
 def _real_samples(values: ArrayLike, name: str) -> NDArray:
     """`values` as a native-endian array of three axes, without a copy where none is needed."""
+    if isinstance(values, np.ma.MaskedArray) and np.ma.is_masked(values):
+        values = np.ma.filled(values.astype(np.float64), np.nan)  # what is masked is not there
     samples = np.asarray(values)
     if samples.dtype == np.bool_:
         samples = samples.view(np.uint8)
@@ -165,7 +170,10 @@ def _triple(numbers: Sequence[float], what: str, name: str) -> NDArray[np.float6
 
 
 def _regular_matrix(numbers: ArrayLike, name: str) -> NDArray[np.float64]:
-    matrix = np.array(numbers, dtype=np.float64)
+    try:
+        matrix = np.array(numbers, dtype=np.float64)
+    except (TypeError, ValueError):
+        matrix = np.empty(0)
     if matrix.shape != (3, 3) or not np.isfinite(matrix).all():
         raise InputError(
             f"{name}: direction is a finite 3 x 3 matrix, and is {np.array2string(matrix, separator=', ')}"

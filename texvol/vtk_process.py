@@ -2,7 +2,7 @@
 
     python -m texvol.vtk_process FOLDER
 
-FOLDER holds `values.npy`, padded by one voxel, and `request.json`; pictures are put there too.
+FOLDER holds `values.npy` and `request.json`; pictures are put there too.
 """
 
 from __future__ import annotations
@@ -30,8 +30,7 @@ class Scene:
         self._property.ShadeOff()
         self._property.SetInterpolationTypeToLinear()
         self._property.SetScalarOpacityUnitDistance(1.0)  # lengths are in smallest spacings
-        values = np.load(folder / "values.npy")
-        self._mapper = _mapper(request["mapper"], _image(values, request["spacing"]), values.shape, request["spacing"])
+        self._mapper = _mapper(request["mapper"], np.load(folder / "values.npy"), request["spacing"])
         volume = vtkVolume()
         volume.SetMapper(self._mapper)
         volume.SetProperty(self._property)
@@ -69,10 +68,10 @@ class Scene:
             self._mapper.SetInteractiveSampleDistance(sample_distance)
         self._renderer.GetActiveCamera().Modified()
         self._window.Render()
-        pixels = vtkUnsignedCharArray()
+        pixels: Any = vtkUnsignedCharArray()
         width, height = self._size
         self._window.GetRGBACharPixelData(0, 0, width - 1, height - 1, 0, pixels)
-        return np.float32(vtk_to_numpy(pixels).reshape(height, width, 4)[::-1]) / np.float32(255)
+        return vtk_to_numpy(pixels).reshape(height, width, 4)[::-1].astype(np.float32) / np.float32(255)
 
     def _set_camera(self, told: dict[str, Any]) -> None:
         camera = self._renderer.GetActiveCamera()
@@ -87,39 +86,58 @@ class Scene:
         camera.SetClippingRange(told["range"])
 
 
-def _image(values: NDArray, spacing: list[float]) -> Any:
-    """The padded samples; the corner of the unpadded box is at 0."""
-    from vtkmodules.util.numpy_support import numpy_to_vtk
-    from vtkmodules.vtkCommonDataModel import vtkImageData
-
-    image = vtkImageData()
-    image.SetDimensions(values.shape[::-1])
-    image.SetSpacing(spacing)
-    image.SetOrigin([-each / 2 for each in spacing])
-    image.GetPointData().SetScalars(numpy_to_vtk(np.ascontiguousarray(values).reshape(-1), deep=True))
-    return image
-
-
-def _mapper(name: str, image: Any, shape: tuple[int, ...], spacing: list[float]) -> Any:
-    """One of VTK's mappers, its automatic changes of quality off, cropped to the box."""
+def _mapper(name: str, values: NDArray, spacing: list[float]) -> Any:
+    """One of VTK's mappers, its automatic changes of quality off; the corner of the box is at 0."""
     from vtkmodules.vtkRenderingVolume import vtkFixedPointVolumeRayCastMapper
     from vtkmodules.vtkRenderingVolumeOpenGL2 import vtkOpenGLGPUVolumeRayCastMapper
 
-    mapper = vtkOpenGLGPUVolumeRayCastMapper() if name == "gpu" else vtkFixedPointVolumeRayCastMapper()
-    mapper.SetInputData(image)
+    mapper: Any = vtkOpenGLGPUVolumeRayCastMapper() if name == "gpu" else vtkFixedPointVolumeRayCastMapper()
     mapper.SetBlendModeToComposite()
     mapper.AutoAdjustSampleDistancesOff()
     mapper.LockSampleDistanceToInputSpacingOff()
     mapper.SetImageSampleDistance(1)
     if name == "gpu":
+        mapper.SetInputData(_cells(values, spacing))
         mapper.UseJitteringOff()
         mapper.SetMaxMemoryInBytes(1 << 33)
         mapper.SetMaxMemoryFraction(1.0)
-    mapper.CroppingOn()
-    mapper.SetCroppingRegionFlagsToSubVolume()
-    far = [(count - 2) * each for count, each in zip(shape[::-1], spacing, strict=True)]
-    mapper.SetCroppingRegionPlanes(0, far[0], 0, far[1], 0, far[2])
+    else:
+        mapper.SetInputData(_padded_points(values, spacing))
+        mapper.CroppingOn()
+        mapper.SetCroppingRegionFlagsToSubVolume()
+        far = [count * each for count, each in zip(values.shape[::-1], spacing, strict=True)]
+        mapper.SetCroppingRegionPlanes(0, far[0], 0, far[1], 0, far[2])
     return mapper
+
+
+def _cells(values: NDArray, spacing: list[float]) -> Any:
+    """The samples as cells, which end where the box does. Cropped points the GPU mapper ends half a voxel too late."""
+    image = _image([count + 1 for count in values.shape[::-1]], spacing, 0.0)
+    image.GetCellData().SetScalars(_scalars(values))
+    return image
+
+
+def _padded_points(values: NDArray, spacing: list[float]) -> Any:
+    """The samples as points, one repeated around: the fixed-point mapper draws no cells."""
+    image = _image([count + 2 for count in values.shape[::-1]], spacing, -0.5)
+    image.GetPointData().SetScalars(_scalars(np.pad(values, 1, mode="edge")))
+    return image
+
+
+def _image(dimensions: list[int], spacing: list[float], first: float) -> Any:
+    from vtkmodules.vtkCommonDataModel import vtkImageData
+
+    image = vtkImageData()
+    image.SetDimensions(dimensions)
+    image.SetSpacing(spacing)
+    image.SetOrigin([first * each for each in spacing])
+    return image
+
+
+def _scalars(values: NDArray) -> Any:
+    from vtkmodules.util.numpy_support import numpy_to_vtk
+
+    return numpy_to_vtk(np.ascontiguousarray(values).reshape(-1), deep=True)
 
 
 def answer(**facts: Any) -> None:

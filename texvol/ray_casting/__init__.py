@@ -25,11 +25,10 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.errors import InputError
 from texvol.ray_casting.bernstein import EPSILON
 from texvol.ray_casting.matter import matter_of
 from texvol.ray_casting.walk import trace_rays
-from texvol.scene import Scene
+from texvol.scene import Scene, checked_size
 from texvol.transfer import TransferFunction
 from texvol.volume import Volume
 
@@ -53,9 +52,7 @@ def raycast(scene: Scene, size: tuple[int, int] = (512, 512)) -> NDArray[np.floa
     InputError
         If the size is not at least one pixel each way.
     """
-    width, height = size
-    if width < 1 or height < 1:
-        raise InputError(f"a picture has at least 1x1 pixels, and its size is {width}x{height}")
+    width, height = size = checked_size(size)
     volume, camera = scene.volume, scene.camera_for(size)
     matter = matter_of(scene.transfer_function or _proposed_for(volume))
     preclassified = scene.classification in ("slab", "extinction")

@@ -5,6 +5,7 @@ Read here and not by ITK, which prints on stderr, and opens whatever path a head
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -99,7 +100,7 @@ def _data_names(where: str, listed: Sequence[str]) -> list[str]:
         return list(listed)
     if len(words) == 4 and "%" in words[0]:
         first, last, step = (int(word) for word in words[1:])
-        if step < 1 or (last - first) // step > 10**6:
+        if step < 1 or (last - first) // step > 10**6 or not re.fullmatch(r"[^%]*%0?\d{0,2}d[^%]*", words[0]):
             raise FileFault(f"ElementDataFile = {where}: its numbers make no list of slices")
         return [words[0] % number for number in range(first, last + 1, step)]
     return [where]

@@ -220,17 +220,14 @@ def _grid(header: Mapping[str, Any], spatial: Sequence[int]) -> dict[str, Any]:
         grid["origin"] = np.zeros(3) if origin is None or np.isnan(origin).all() else origin
         return grid
     spacings = np.array([_spacing(header, axis) for axis in spatial])
-    grid["spacing"] = np.abs(spacings)
-    # The format's definition allows a negative spacing: the axis runs backwards.
-    grid["direction"] = np.diag(np.where(spacings < 0, -1.0, 1.0))
+    grid["spacing"] = spacings  # one that is not positive is refused with the volume, unless the user gives another
     grid["origin"] = [_axis_start(header, axis, step) for axis, step in zip(spatial, spacings, strict=True)]
     return grid
 
 
 def _spacing(header: Mapping[str, Any], axis: int) -> float:
     spacings = header.get("spacings", [])
-    spacing = float(spacings[axis]) if axis < len(spacings) else np.nan
-    return 1.0 if np.isnan(spacing) else spacing
+    return float(spacings[axis]) if axis < len(spacings) else 1.0
 
 
 def _axis_start(header: Mapping[str, Any], axis: int, spacing: float) -> float:

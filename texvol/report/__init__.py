@@ -13,6 +13,7 @@ import os
 from collections.abc import Mapping
 from pathlib import Path
 
+from texvol import writing
 from texvol.errors import InputError, missing_extra
 from texvol.render import Renderer, Size
 from texvol.scene import Scene
@@ -72,41 +73,38 @@ def report(
     """
     check_folder(folder)
     check_libraries()
-    from texvol.report import measuring, page, plot, table
+    from texvol.report import table
+    from texvol.report.measuring import measure
+    from texvol.report.page import html
+    from texvol.report.plot import METRICS, THEMES, pareto_plot
     from texvol.report.progress import Progress
 
     with Renderer(backend) as renderer, Progress() as progress:
-        findings = measuring.measure(renderer, scene, size, progress, quick=quick, command=command)
+        findings = measure(renderer, scene, size, progress, quick=quick, command=command)
         progress.say("writing the report")
         plots = {
-            metric: {theme: plot.pareto_plot(findings, metric, theme) for theme in plot.THEMES}
-            for metric in plot.METRICS
+            metric: {theme: pareto_plot(findings, metric, theme) for theme in THEMES}
+            for metric in METRICS
             if findings.has_errors
         }
         files = {f"pareto-{metric}.png": themes["light"] for metric, themes in plots.items()}
         files |= {
             "report.csv": table.csv_text(findings).encode(),
             "report.md": table.markdown_text(findings).encode(),
-            "report.html": page.html(findings, plots).encode(),
+            "report.html": html(findings, plots).encode(),
         }
-        write_files(Path(folder), files)
+        _write(Path(folder), files)
     return Path(folder) / "report.html"
 
 
-def write_files(folder: Path, files: Mapping[str, bytes]) -> None:
-    """Write every file beside its place, and only when all are complete give them their names."""
+def _write(folder: Path, files: Mapping[str, bytes]) -> None:
+    """Write all files, or none and no folder either."""
     is_new = not folder.exists()
-    beside = {name: folder / f".{name}.{os.getpid()}" for name in files}
     try:
         folder.mkdir(exist_ok=True)
-        for name, content in files.items():
-            beside[name].write_bytes(content)
-        for name, path in beside.items():
-            os.replace(path, folder / name)
+        writing.write_files({folder / name: content for name, content in files.items()})
     except OSError as error:
-        raise InputError(f"{folder}: the report cannot be written: {error.strerror or error}") from None
+        raise InputError(f"{folder}: cannot be made: {error.strerror or error}") from None
     finally:
-        for path in beside.values():
-            path.unlink(missing_ok=True)
         if is_new and folder.is_dir() and not any(folder.iterdir()):
             folder.rmdir()

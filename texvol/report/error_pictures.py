@@ -18,8 +18,6 @@ from texvol.report import words
 from texvol.report.measuring import Findings
 from texvol.report.pictures import data_url, decades, false_color, scale_bar
 
-_MOST = 7
-
 
 def error_section(findings: Findings) -> str:
     """The section's HTML; empty if no error was measured."""
@@ -56,11 +54,11 @@ def chosen_settings(findings: Findings) -> list[tuple[str, Measurement]]:
     theirs = [each for each in findings.measurements if each.setting.renderer != OURS]
     chosen += [("VTK's most accurate", most_accurate(theirs, error))]
     chosen += [("Worst", max((each for each in ours if error(each) is not None), key=_error_or_zero, default=None))]
-    merged: dict[Measurement, list[str]] = {}
+    merged: dict[Measurement, str] = {}
     for role, each in chosen:
         if each is not None and each.setting in findings.error_maps:
-            merged.setdefault(each, []).append(role if each not in merged else role[0].lower() + role[1:])
-    return [(", ".join(roles), each) for each, roles in merged.items()][:_MOST]
+            merged[each] = f"{merged[each]}, {role[0].lower()}{role[1:]}" if each in merged else role
+    return [(role, each) for each, role in merged.items()]
 
 
 def _is_default(findings: Findings, each: Measurement) -> bool:

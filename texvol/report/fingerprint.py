@@ -31,6 +31,7 @@ def fingerprint(renderer: Renderer) -> dict[str, str]:
         "libraries": ", ".join(f"{name} {_version(name)}" for name in _LIBRARIES),
         "Python": f"{platform.python_version()}, {platform.system()} {platform.machine()}",
         "processor": f"{_processor()}, {_cores()}",
+        "load before": f"{os.getloadavg()[0]:.1f} processes running, on average over a minute",
     }
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -11,17 +12,25 @@ _FONT_SIZE = 8
 _MARK = 6.0  # half of a mark's edge, pixels
 _DISTANCES = (9.0, 16.0, 25.0, 36.0, 50.0, 66.0)  # pixels from the mark to the label's nearest edge
 _ANGLES = np.radians((0, 45, -45, 90, -90, 180, 135, -135, 22, -22, 67, -67, 112, -112, 157, -157))
+_LINE_STEP = 4.0  # pixels
 _LEADER = 14.0  # a label farther away than this has a line to its mark
 
 
-def place_labels(figure: Any, panel: Any, points: NDArray[np.float64], texts: list[str], colors: list[str]) -> None:
-    """Write `texts` beside `points` (data coordinates), each where it covers least of what is there already."""
+def place_labels(
+    figure: Any, panel: Any, points: NDArray[np.float64], texts: list[str], colors: list[str], paper: str
+) -> None:
+    """Write `texts` beside `points` (data coordinates), each where it covers least of what is there already.
+
+    `paper` is the colour of the background, which a thin rim of each label has.
+    """
     if not len(points):
         return
-    figure.draw_without_rendering()
+    from matplotlib.patheffects import withStroke
+
     places = panel.transData.transform(points)
     canvas = figure.canvas.get_renderer()
     taken = [np.array([x - _MARK, y - _MARK, x + _MARK, y + _MARK]) for x, y in places]
+    taken += [np.array([x - 1, y - 1, x + 1, y + 1]) for x, y in _along_lines(panel)]
     frame = panel.get_window_extent(canvas)
     inside = np.array([frame.x0, frame.y0, frame.x1, frame.y1])
     for place, text, color in zip(places, texts, colors, strict=True):
@@ -30,6 +39,7 @@ def place_labels(figure: Any, panel: Any, points: NDArray[np.float64], texts: li
         half = np.array([extent.width, extent.height]) / 2
         centre, distance = _best_place(place, half, np.array(taken), inside)
         label.set_position(centre)
+        label.set_path_effects([withStroke(linewidth=2.5, foreground=paper)])
         taken.append(np.concatenate([centre - half, centre + half]))
         if distance > _LEADER:
             _draw_leader(panel, place, centre, half, color)
@@ -53,6 +63,19 @@ def _best_place(
             if cost < least:
                 best, least = (centre, distance), cost
     return best
+
+
+def _along_lines(panel: Any) -> NDArray[np.float64]:
+    """Places on the panel's lines, in pixels, a few pixels apart."""
+    places = [np.empty((0, 2))]
+    for line in panel.get_lines():
+        if line.get_linestyle() == "None":
+            continue
+        ends = line.get_transform().transform(np.column_stack(line.get_data()).astype(float))
+        for start, end in pairwise(ends):
+            count = int(np.hypot(*(end - start)) / _LINE_STEP) + 1
+            places.append(start + np.linspace(0, 1, count)[:, np.newaxis] * (end - start))
+    return np.concatenate(places)
 
 
 def _overlap(box: NDArray[np.float64], others: NDArray[np.float64]) -> float:

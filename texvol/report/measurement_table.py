@@ -26,8 +26,8 @@ def table_section(findings: Findings) -> str:
     body = "".join(_row(each, each.setting in on_max | on_rms) for each in rows)
     return f"""<h2>Every measurement</h2>
 <p>Coloured rows stand on a Pareto front: nothing was both faster and better, in maximum or in rms total error.
-<em>Estimated</em> is the maximum discretisation error that texvol itself expects, without an oracle. Slabs of rate 2 are
-half as thick as the smallest spacing.</p>
+<em>Estimated</em> is the maximum discretisation error that texvol itself expects, without an oracle. Slabs of
+rate 2 are half as thick as the smallest spacing.</p>
 <div class="wide"><table>{_HEAD}<tbody>{body}</tbody></table></div>"""
 
 
@@ -45,4 +45,5 @@ def _row(each: Measurement, on_front: bool) -> str:
     total = [words.max_of(each.total), words.rms_of(each.total)]
     for group in (times, own, total):
         cells += f'<td class="left">{group[0]}</td>' + "".join(f"<td>{text}</td>" for text in group[1:])
-    return f"X{cells}</tr>"
+    mark = ' class="front"' if on_front else ""
+    return f"<tr{mark}>{cells}</tr>"

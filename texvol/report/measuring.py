@@ -13,11 +13,13 @@ from texvol import vtk_mappers
 from texvol.convergence import (
     OURS,
     SAMPLING_RATES,
+    Asked,
     Limits,
     Measurement,
     Outcome,
     Setting,
     Truths,
+    ask,
     settings,
     sweep,
     total_rms,
@@ -26,11 +28,12 @@ from texvol.errors import InputError
 from texvol.render import Renderer, Size
 from texvol.report.fingerprint import fingerprint
 from texvol.report.progress import Progress
-from texvol.scene import Scene
+from texvol.report.words import LIMITS
+from texvol.scene import Classification, Scene
 from texvol.transfer import proposed_for
 
 QUICK_RATES = (0.5, 1.0, 2.0)
-VTK_RATES = SAMPLING_RATES
+ASKED: tuple[Classification, ...] = ("extinction", "post")  # beside the scene's own, for `--max-error`
 _LARGEST_MAP = 512  # pixels along a side of an error map; more are reduced to the worst of each block
 
 
@@ -47,6 +50,7 @@ class Findings:
     started: datetime.datetime
     seconds: float = 0.0
     measurements: list[Measurement] = field(default_factory=list)
+    asked: list[Asked] = field(default_factory=list)
     error_maps: dict[Setting, NDArray[np.float64]] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
 
@@ -88,16 +92,20 @@ def measure(
         findings.notes.append(f"No error could be measured: {truths.reason}.")
     rates = QUICK_RATES if quick else SAMPLING_RATES
     chosen = settings(rates)
-    vtk_rates = QUICK_RATES if quick else VTK_RATES
-    progress.expect(len(chosen) + len(vtk_mappers.MAPPERS) * len(vtk_rates))
+    progress.expect(len(chosen) + len(vtk_mappers.MAPPERS) * len(rates))
     for outcome in sweep(renderer, scene, size, chosen, truths, _limits(quick)):
         _add(findings, outcome, progress)
     progress.expect(len(findings.measurements) - len(chosen))  # formats that auto had chosen already came once
     if all(each.skipped for each in findings.measurements):
         raise InputError(findings.measurements[0].skipped)
+    for classification in dict.fromkeys((scene.classification, *(() if quick else ASKED))):
+        for wanted in LIMITS:
+            progress.say(f"asking {classification} for an error of {wanted:g}")
+            asked = replace(scene, classification=classification)
+            findings.asked.append(ask(renderer, asked, size, wanted, truths))
     for mapper in vtk_mappers.MAPPERS:
         try:
-            for outcome in vtk_mappers.sweep(renderer, scene, size, mapper, vtk_rates, truths, _limits(quick)):
+            for outcome in vtk_mappers.sweep(renderer, scene, size, mapper, rates, truths, _limits(quick)):
                 _add(findings, outcome, progress)
         except vtk_mappers.VtkError as error:
             findings.notes.append(f"{mapper} was not measured: {error}.")

@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from html import escape
 from importlib.resources import files
+from pathlib import Path
 from string import Template
 
 from texvol import __version__
 from texvol.convergence import discretisation_max, total_max, total_rms
 from texvol.report import words
 from texvol.report.error_pictures import error_section
-from texvol.report.measuring import Findings
 from texvol.report.measurement_table import table_section
+from texvol.report.measuring import Findings
 from texvol.report.pictures import data_url, png
 
 Plots = Mapping[str, Mapping[str, bytes]]  # metric → theme → PNG file
@@ -23,6 +24,7 @@ def html(findings: Findings, plots: Plots) -> str:
     template = Template((files("texvol.report") / "page.html").read_text("utf-8"))
     sections = [
         _choice_section(findings),
+        _asked_section(findings),
         _plot_section(plots),
         error_section(findings),
         table_section(findings),
@@ -30,7 +32,7 @@ def html(findings: Findings, plots: Plots) -> str:
     ]
     scene = findings.scene
     return template.substitute(
-        title=escape(f"Speed against error: {scene.volume.name}"),
+        title=escape(f"Speed against error: {Path(scene.volume.name).name}"),
         version=__version__,
         date=f"{findings.started:%d %B %Y, %H:%M}",
         picture=data_url(png(findings.picture)),
@@ -62,6 +64,7 @@ def _facts(findings: Findings) -> list[tuple[str, str]]:
         else f"{camera.height:.5g} {unit} high"
     )
     facts = [
+        ("file", volume.name),
         ("volume", f"{' × '.join(map(str, volume.dimensions))} samples of {volume.values.dtype}"),
         ("spacing", f"{' × '.join(f'{each:.5g}' for each in volume.spacing)} {unit}"),
         ("values", f"{low:.6g} to {high:.6g}"),
@@ -98,6 +101,25 @@ chosen automatically unless named.</p>
 <div class="wide"><table class="choice"><thead><tr><th class="first">limit</th>
 <th class="first">maximum error, total</th><th class="first">rms error, total</th>
 <th class="first">maximum discretisation error, of any classification</th></tr></thead>
+<tbody>{rows}</tbody></table></div>"""
+
+
+def _asked_section(findings: Findings) -> str:
+    if not findings.asked:
+        return ""
+    rows = "".join(
+        f'<tr><td class="first">{escape(each.classification)}</td><td>{each.wanted:g}</td>'
+        f"<td>{each.slab_thickness / findings.scene.volume.smallest_spacing:.3g}</td>"
+        f"<td>{words.error(each.estimated_error)}</td><td>{words.error(each.true_error)}</td>"
+        f"<td>{'–' if each.true_error is None else 'yes' if each.true_error <= each.wanted else 'no'}</td>"
+        f"<td>{words.seconds(each.seconds)}</td></tr>"
+        for each in findings.asked
+    )
+    return f"""<h2>Asking for an error</h2>
+<p>With <code>--max-error</code> texvol chooses the thickness itself, by drawing the scene at several, and without an
+oracle. The error is the maximum, against the integral of the classification; the time is that of it all.</p>
+<div class="wide"><table class="asked"><thead><tr><th class="first">classification</th><th>wanted</th>
+<th>slab thickness, spacings</th><th>estimated error</th><th>true error</th><th>kept</th><th>time</th></tr></thead>
 <tbody>{rows}</tbody></table></div>"""
 
 

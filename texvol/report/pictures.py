@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import base64
-import tempfile
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,10 +16,7 @@ _LEAST_DECADE = -5  # what is less than 1e-5 does not show
 
 def png(picture: NDArray) -> bytes:
     """PNG file of a picture, linear and premultiplied, over black."""
-    with tempfile.TemporaryDirectory(prefix="texvol-") as folder:
-        path = Path(folder) / "picture.png"
-        image.write(path, picture)
-        return path.read_bytes()
+    return image.encoded("picture.png", picture)
 
 
 def data_url(content: bytes, kind: str = "image/png") -> str:

@@ -19,6 +19,7 @@ from texvol.convergence import (
 )
 from texvol.report.labels import place_labels
 from texvol.report.measuring import Findings
+from texvol.report.words import seconds
 
 METRICS: dict[str, tuple[str, ErrorOf, ErrorOf]] = {
     "max": ("maximum", total_max, discretisation_max),
@@ -28,7 +29,7 @@ THEMES = {
     "light": {"paper": "#ffffff", "ink": "#1b1f24", "faint": "#d5d9de", "front": "#9aa3ad"},
     "dark": {"paper": "#14171b", "ink": "#e3e6ea", "faint": "#33393f", "front": "#6f7882"},
 }
-# Colour and mark of each name; the colours are told apart by all kinds of eyes, on white and on black (Okabe, Ito 2008).
+# Colour and mark of each name; all kinds of eyes tell the colours apart, on white and on black (Okabe, Ito 2008).
 _LOOKS = {
     "slab": ("#e69f00", "s"),
     "extinction": ("#009e73", "o"),
@@ -43,11 +44,13 @@ _DPI = 110
 
 def pareto_plot(findings: Findings, metric: str, theme: str) -> bytes:
     """PNG file of both panels for "max" or "rms" error, in the colours of a light or a dark page."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     word, total, discretisation = METRICS[metric]
     colors = THEMES[theme]
     figure = Figure(figsize=_INCHES, dpi=_DPI, facecolor=colors["paper"], layout="constrained")
+    FigureCanvasAgg(figure)
     above, below = figure.subplots(2, 1)
     _draw_panel(above, findings.measurements, total, colors)
     _draw_panel(below, findings.measurements, discretisation, colors)
@@ -60,8 +63,10 @@ def pareto_plot(findings: Findings, metric: str, theme: str) -> bytes:
     _draw_model_error(above, findings, metric, colors)
     for panel in (above, below):
         panel.set_ylabel(f"{word} error")
-        panel.set_xlabel("seconds of a warm frame")
+        panel.set_xlabel("time of a warm frame")
     _add_legend(figure, above, colors)
+    figure.draw_without_rendering()  # lays it out; labels are placed in pixels, so it must not move any more
+    figure.set_layout_engine("none")
     for panel, error_of in ((above, total), (below, discretisation)):
         _label(figure, panel, findings.measurements, error_of, colors)
     file = io.BytesIO()
@@ -73,6 +78,7 @@ def _draw_panel(panel: Any, measurements: list[Measurement], error_of: ErrorOf, 
     panel.set_xscale("log")
     panel.set_yscale("log")
     panel.margins(0.06, 0.08)
+    _name_times(panel)
     panel.set_facecolor(colors["paper"])
     panel.tick_params(which="both", colors=colors["ink"])
     for text in (panel.xaxis.label, panel.yaxis.label, panel.title):
@@ -95,6 +101,15 @@ def _draw_panel(panel: Any, measurements: list[Measurement], error_of: ErrorOf, 
             panel.plot(*zip(*plain, strict=True), color=color, marker=mark, markersize=7, linewidth=1.3, label=name)
         if formats:
             panel.plot(*zip(*formats, strict=True), mark, color=color, markersize=7, markerfacecolor="none")
+
+
+def _name_times(panel: Any) -> None:
+    """Times as 50 ms, 100 ms, 200 ms …, instead of powers of ten."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    panel.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    panel.xaxis.set_major_formatter(FuncFormatter(lambda time, _: seconds(time)))
+    panel.xaxis.set_minor_formatter(NullFormatter())
 
 
 def _draw_model_error(panel: Any, findings: Findings, metric: str, colors: dict[str, str]) -> None:
@@ -125,7 +140,7 @@ def _label(figure: Any, panel: Any, measurements: list[Measurement], error_of: E
             points.append((each.seconds, error))
             texts.append(_short(each))
             inks.append(color)
-    place_labels(figure, panel, np.array(points, float).reshape(-1, 2), texts, inks)
+    place_labels(figure, panel, np.array(points, float).reshape(-1, 2), texts, inks, colors["paper"])
 
 
 def _short(measurement: Measurement) -> str:

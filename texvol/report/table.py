@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+from pathlib import Path
 from typing import Any
 
 from texvol.comparison import Difference
@@ -47,7 +48,7 @@ def markdown_text(findings: Findings) -> str:
     dimensions = "×".join(map(str, volume.dimensions))
     width, height = findings.size
     lines = [
-        f"{volume.name}, {dimensions} {volume.values.dtype}, {width}×{height} pixels; "
+        f"{Path(volume.name).name}, {dimensions} {volume.values.dtype}, {width}×{height} pixels; "
         f"{findings.fingerprint['GL_RENDERER']}, {findings.fingerprint['processor']}; model error of `slab` and "
         f"`extinction`: maximum {max_of(model)}, rms {rms_of(model)}.",
         "",

@@ -159,6 +159,12 @@ def matter_range(volume: Volume) -> tuple[float, float]:
     of them; without one the range starts at the 5th percentile.
     """
     samples = typical_samples(volume)
+    largest = max(float(np.abs(samples).max()), 1e-300)
+    low, high = _range_of_matter(samples / largest)  # values up to 1e308 have no range that float64 could hold
+    return low * largest, high * largest
+
+
+def _range_of_matter(samples: NDArray[np.float64]) -> tuple[float, float]:
     low, high = np.percentile(samples, (0.1, 99.9))
     if not high > low:
         low, high = samples[0], samples[-1]

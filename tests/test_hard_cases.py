@@ -1,0 +1,57 @@
+"""Every hard case is within its bound, and the bounds bite."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterator
+from dataclasses import replace
+
+import pytest
+from hard_case_list import HardCase, hard_cases
+from hard_cases import COLUMNS, as_csv, as_html, as_markdown, run, worst_first
+
+from texvol.render import Renderer
+
+CASES = hard_cases()
+
+
+@pytest.fixture(scope="module")
+def renderer() -> Iterator[Renderer]:
+    with Renderer() as opened:
+        yield opened
+
+
+def marked(case: HardCase) -> object:
+    marks = [pytest.mark.xfail(strict=True, reason=case.defect)] if case.defect else []
+    return pytest.param(case, id=case.name, marks=marks)
+
+
+@pytest.mark.parametrize("case", [marked(case) for case in CASES])
+def test_a_hard_case_is_within_its_bound(case: HardCase, renderer: Renderer) -> None:
+    outcome = run(case, renderer)
+    assert outcome.max_error <= outcome.bound, case.why
+    # Another driver rounds otherwise: the bound has to be tight where the software driver measures it.
+    assert "llvmpipe" not in renderer.renderer_name or not outcome.loose, "a loose bound says nothing, or says why"
+
+
+def test_every_case_has_a_name_of_its_own_and_a_derivation() -> None:
+    assert len({case.name for case in CASES}) == len(CASES)
+    assert all(case.why for case in CASES)
+
+
+def test_an_error_over_its_bound_is_the_first_row_of_each_table(renderer: Renderer) -> None:
+    sound = [run(case, renderer) for case in CASES[:3]]
+    outcomes = worst_first([*sound, replace(sound[0], max_error=2 * sound[0].bound)])
+    assert [outcome.verdict for outcome in outcomes] == ["over", *["within"] * 3]
+    rows = list(csv.reader(io.StringIO(as_csv(outcomes))))
+    assert tuple(rows[0]) == COLUMNS and rows[1][6] == "over" and len(rows) == 5
+    assert as_markdown(outcomes).splitlines()[2].count("| over |") == 1
+    page = as_html(outcomes, "a <driver>")
+    assert "4 pictures" in page and "1 over" in page and "a &lt;driver&gt;" in page
+    assert "http" not in page and page.index('class="over"') < page.index('class="within"')
+
+
+def test_an_error_that_is_not_a_number_is_over(renderer: Renderer) -> None:
+    outcome = run(CASES[0], renderer)
+    assert replace(outcome, max_error=float("nan")).over and replace(outcome, max_error=float("inf")).over

@@ -1,0 +1,57 @@
+"""Files written whole or not at all: beside their place first, then renamed."""
+
+from __future__ import annotations
+
+import contextlib
+import itertools
+import os
+from collections.abc import Mapping
+from pathlib import Path
+
+from texvol.errors import InputError
+
+_numbers = itertools.count()
+
+
+def check_writable(path: str | os.PathLike[str]) -> None:
+    """Raise InputError if no file can be written to `path`: asked before the work of making one."""
+    path = Path(path)
+    folder = path.parent
+    try:
+        if path.is_dir() or not path.name:
+            raise InputError(f"{path}: is a folder, and a file is to be written")
+        if not folder.is_dir():
+            raise InputError(f"{path}: its folder {folder} does not exist")
+        path.exists()  # a name that is too long says so here
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written: {error.strerror}") from None
+    if not os.access(folder, os.W_OK):
+        raise InputError(f"{path}: its folder {folder} cannot be written to")
+
+
+def write_files(files: Mapping[str | os.PathLike[str], bytes]) -> None:
+    """Write all of these files, or none.
+
+    Raises
+    ------
+    InputError
+        If one can't be written, a full disk included.
+    """
+    beside: dict[Path, Path] = {}
+    try:
+        for name, content in files.items():
+            path = Path(os.path.realpath(name))  # what a link points to, not the link
+            check_writable(path)
+            beside[path] = path.with_name(f".texvol-{os.getpid()}-{next(_numbers)}")
+            try:
+                beside[path].write_bytes(content)
+            except OSError as error:
+                raise InputError(f"{name}: cannot be written: {error.strerror or error}") from None
+        for path, written in beside.items():
+            os.replace(written, path)
+    except OSError as error:
+        raise InputError(f"{error.filename2 or error.filename}: cannot be written: {error.strerror}") from None
+    finally:
+        for written in beside.values():
+            with contextlib.suppress(OSError):
+                written.unlink()
