@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import resource
 import signal
 import subprocess
 import sys
@@ -75,12 +76,12 @@ def test_the_line_wins_over_the_scene_file(folder: Path) -> None:
     Path("sub").mkdir()
     Path("sub/scene.toml").write_text(
         'tf = "../tf.json"\nsize = [40, 30]\nbackground = "0.5,0,0"\nprojection = "perspective"\nfov = 30\n'
-        'eye = [30, -10, 5]\nclassification = "extinction"\n'
+        'eye = [30, -10, 5]\nclassification = "extinction"\nspacing = [1, 2, 1.5]\n'
     )
     assert run("render", "v.npy", "--scene", "sub/scene.toml", "-o", "a.exr") == 0
     assert run(
         "render", "v.npy", "--tf", "tf.json", "--size", "40x30", "--background", "0.5,0,0", "--projection",
-        "perspective", "--fov", "30", "--eye", "30,-10,5", "--classification", "extinction", "-o", "b.exr",
+        "perspective", "--fov", "30", "--eye", "30,-10,5", "--classification", "extinction", "--spacing", "1,2,1.5", "-o", "b.exr",
     ) == 0  # fmt: skip
     np.testing.assert_array_equal(image.read("a.exr"), image.read("b.exr"))
     assert run("render", "v.npy", "--scene", "sub/scene.toml", "--size", "10x20", "-o", "c.exr") == 0
@@ -133,6 +134,15 @@ WRONG = [
     (["render", "v.npy", "-o", "a.png", "--sampling-rate", "nan"], "sampling rate must be positive"),
     (["render", "v.npy", "-o", "a.png", "--sampling-rate", "1", "--slab-thickness", "1"], "not allowed with"),
     (["render", "v.npy", "-o", "a.png", "--repeat", "0"], "draws at least once"),
+    (["render", "v.npy", "-o", "a.png", "--max-error", "-1"], "maximum error must be positive"),
+    (["render", "v.npy", "-o", "a.png", "--max-error", "1", "--sampling-rate", "1"], "not allowed with"),
+    (["render", "v.npy", "-o", "a.png", "--stats", "."], "is a folder"),
+    (["render", "v.npy", "-o", "x" * 252 + ".png"], "File name too long"),
+    (["render", "v.npy", "-o", "a.png", "--spacing", "1e200,1,1"], "between 1e-90 and 1e90"),
+    (["render", "v.npy", "-o", "a.png", "--eye", "1e160,0,0"], "eye must lie within 1e100"),
+    (["render", "v.npy", "-o", "a.png", "--slab-thickness", "1e-320"], "at most 1048576 can be drawn"),
+    (["render", "v.npy", "-o", "a.png", "--size", "16384x16384", "--target-format", "rgba32f"], "no room"),
+    (["render", "v.npy", "-o", "a.png", "--scene", "typed.toml"], "tf is text, a number or an array"),
     (["render", "v.npy", "-o", "a.png", "--texture-format", "r8"], "invalid choice"),
     (["render", "v.npy", "-o", "a.png", "--backend", "metal"], "invalid choice"),
     (["render", "v.npy", "-o", "a.png", "--spacing", "1,-1,1"], "spacing must be positive"),
@@ -154,6 +164,7 @@ def test_what_is_wrong_is_said_in_one_line(
 ) -> None:
     Path("unknown.toml").write_text("colour = 1\n")
     Path("wrong.toml").write_text('size = "big"\n')
+    Path("typed.toml").write_text("tf = true\n")
     before = sorted(os.listdir("."))
     assert run(*line) == 2
     captured = capsys.readouterr()
@@ -228,3 +239,60 @@ def test_an_error_that_cannot_be_kept_is_said(folder: Path, capsys: pytest.Captu
     assert capsys.readouterr().err.startswith("texvol: warning: an error of 1e-09 was wanted and ")
     assert run(*line, "--strict") == 1
     assert Path("a.png").exists()
+
+
+@pytest.mark.parametrize(
+    "redirection, message",
+    [(">/dev/full", "standard output cannot be written to: No space left on device"), (">&-", "no standard output")],
+)
+def test_output_that_goes_nowhere_is_said(folder: Path, redirection: str, message: str) -> None:
+    command = f"{sys.executable} -m texvol info v.npy {redirection}"
+    process = subprocess.run(command, shell=True, capture_output=True, text=True, check=False)
+    assert process.returncode == 2
+    assert message in process.stderr
+    assert process.stderr.count("\n") == 1
+
+
+def test_a_terminal_without_block_characters_gets_something(folder: Path) -> None:
+    environment = os.environ | {"PYTHONIOENCODING": "ascii"}
+    process = subprocess.run(
+        [sys.executable, "-m", "texvol", "info", "v.npy"], env=environment, capture_output=True, text=True, check=False
+    )
+    assert process.returncode == 0
+    assert "8 x 10 x 12" in process.stdout
+
+
+def test_picture_and_stats_are_written_both_or_not_at_all(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    Path("old.json").write_text("old")
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (200, limits[1]))
+    try:
+        assert run("render", "v.npy", "--size", "1x1", "-o", "a.png", "--stats", "old.json") == 2
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert "cannot be written: File too large" in capsys.readouterr().err
+    assert Path("old.json").read_text() == "old"
+    assert sorted(os.listdir(".")) == ["old.json", "tf.json", "v.npy"]
+
+
+def test_a_link_stays_a_link(folder: Path) -> None:
+    Path("sub").mkdir()
+    os.symlink("sub/real.png", "a.png")
+    assert run("render", "v.npy", "--size", "8x8", "-o", "a.png") == 0
+    assert Path("a.png").is_symlink()
+    assert image.read("sub/real.png").shape == (8, 8, 3)
+
+
+def test_values_and_extinctions_of_any_size_are_drawn_without_a_word(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    signs = np.where(np.random.default_rng(1).random((5, 5, 5)) < 0.5, -1, 1)
+    np.save("huge.npy", np.random.default_rng(2).random((5, 5, 5)) * 1e308 * signs)
+    points = [{"value": v, "color": [1, 1, 1], "extinction": e} for v, e in ((-8e307, 0), (8e307, 1e308))]
+    Path("huge.json").write_text(json.dumps({"points": points}))
+    for classification in ("slab", "extinction", "post", "integrated"):
+        for options in ([], ["--tf", "viridis"], ["--tf", "huge.json"]):
+            line = ["render", "huge.npy", *options, "--classification", classification, "--size", "9x9", "-o", "h.exr"]
+            assert run(*line) == 0
+            assert np.isfinite(image.read("h.exr")).all()
+    assert capsys.readouterr().err == ""

@@ -60,7 +60,8 @@ def environment(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_the_wheel_holds_every_module_and_shader(wheel: Path) -> None:
     names = set(zipfile.ZipFile(wheel).namelist())
-    modules = {str(path.relative_to(REPOSITORY)) for path in (REPOSITORY / "texvol").rglob("*.py")}
+    files = (path.relative_to(REPOSITORY) for path in (REPOSITORY / "texvol").rglob("*") if path.is_file())
+    modules = {str(path) for path in files if "__pycache__" not in path.parts}
     shaders = {f"texvol/shaders/{path.name}" for path in (REPOSITORY / "shaders").iterdir()}
     assert {name for name in names if ".dist-info/" not in name} == modules | shaders
     assert any(name.endswith("licenses/LICENSE") for name in names)

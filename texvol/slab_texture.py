@@ -34,7 +34,7 @@ TEXEL_TYPES: dict[str, np.dtype] = {
     "rgba16f": np.dtype(np.float16),
     "rgba32f": np.dtype(np.float32),
 }
-# What stands for an infinite extinction, per smallest spacing. In float32, interpolated with a weight of 1e-6 it is
+# What stands for an infinite extinction and all above it, per smallest spacing. In float32, interpolated with a weight of 1e-6 it is
 # still opaque over a millionth of a voxel, and its square is finite. The others have no room for that beside the
 # finite extinctions, which share their range: opaque over a thousandth of a voxel, and over a third.
 _OPAQUE_EXTINCTION = {"rgba8": 32.0, "rgba16f": 1e4, "rgba32f": 1e16}
@@ -125,9 +125,15 @@ def texel_classifier(
 
     def extinction(values: NDArray) -> NDArray[np.float64]:
         emission, extinction = transfer_function.classify(values)
-        depth = np.where(np.isinf(extinction), opaque_extinction, extinction * length_unit)[:, np.newaxis]
-        # Where matter is opaque `emission` is the colour that shows, and q = cτ.
-        glow = np.where(np.isinf(extinction)[:, np.newaxis], emission * depth, emission * length_unit)
+        depth = (extinction * length_unit)[:, np.newaxis]
+        glow = emission * length_unit
+        opaque = depth[:, 0] > opaque_extinction
+        if opaque.any():
+            depth[opaque] = opaque_extinction
+            if not transfer_function.emissive:
+                # q = cτ with what stands for τ; where τ is infinite `emission` is the colour c that shows.
+                finite = np.where(np.isinf(extinction), 1.0, extinction)[opaque, np.newaxis]
+                glow[opaque] = emission[opaque] / finite * opaque_extinction
         return np.concatenate([glow, depth], axis=1)
 
     return slab if classification == "slab" else extinction

@@ -25,6 +25,7 @@ from texvol.scene import Classification
 from texvol.transfer import TransferFunction
 from texvol.volume import Volume
 
+_OPAQUE = 1e16  # extinction per smallest spacing that stands for all above: its square is a float32
 _LAST = 3e38  # the end of the last segment
 _TABLE_WIDTH = 4096  # segments in a row of the table; more go into further rows
 _MOST_CELLS = 4096
@@ -81,6 +82,7 @@ class ValueTexture:
         left, right, opaque = self.transfer_function.segment_ends
         glow = self.length_unit if self.transfer_function.emissive else 1.0
         numbers = self.transfer_function.numbers * [glow, glow, glow, self.length_unit]
+        numbers[:, 3] = np.minimum(numbers[:, 3], _OPAQUE)
         stored = self._stored(self.transfer_function.values)
         points = (stored - _STEP_MARGIN * np.abs(stored)).astype(np.float32)
         start, end = points[left], points[right]

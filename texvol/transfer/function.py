@@ -74,6 +74,8 @@ class TransferFunction:
     def _check_numbers(self) -> None:
         if not np.isfinite(self.values).all():
             raise InputError(f"{self.name}: values must be finite")
+        if np.abs(self.values).max() > 8e307:
+            raise InputError(f"{self.name}: values must lie within 8e307, so that their differences are numbers")
         if (np.diff(self.values) < 0).any():
             first = int(np.argmax(np.diff(self.values) < 0))
             raise InputError(
