@@ -24,6 +24,9 @@ from texvol.errors import InputError
 from texvol.volume import Volume
 
 
+LARGEST_VALUE = 8e307
+
+
 class Classified(NamedTuple):
     """What the transfer function says of some values."""
 
@@ -74,8 +77,10 @@ class TransferFunction:
     def _check_numbers(self) -> None:
         if not np.isfinite(self.values).all():
             raise InputError(f"{self.name}: values must be finite")
-        if np.abs(self.values).max() > 8e307:
-            raise InputError(f"{self.name}: values must lie within 8e307, so that their differences are numbers")
+        if np.abs(self.values).max() > LARGEST_VALUE:
+            raise InputError(
+                f"{self.name}: values must lie within {LARGEST_VALUE:g}: their differences are to be numbers"
+            )
         if (np.diff(self.values) < 0).any():
             first = int(np.argmax(np.diff(self.values) < 0))
             raise InputError(

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from texvol.errors import InputError
 from texvol.transfer.files import relative_to, typical_samples
-from texvol.transfer.function import TransferFunction
+from texvol.transfer.function import LARGEST_VALUE, TransferFunction
 from texvol.volume import Volume
 
 Point = tuple[float, tuple[float, float, float], float]  # value, linear colour, extinction per mean edge of the box
@@ -195,7 +195,8 @@ def _from_points(
     points: list[Point], volume: Volume, place: Callable[[NDArray], NDArray], name: str
 ) -> TransferFunction:
     values, colors, extinctions = (np.array(column, np.float64) for column in zip(*points, strict=True))
-    function = TransferFunction(place(values), colors, extinctions, name=name)
+    placed = np.clip(place(values), -LARGEST_VALUE, LARGEST_VALUE)
+    function = TransferFunction(placed, colors, extinctions, name=name)
     return relative_to(function, volume, length="box")
 
 
