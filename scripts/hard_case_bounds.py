@@ -19,9 +19,9 @@ from texvol.volume import Volume
 Numbers = NDArray[np.float64]
 ULP = 2.0**-24  # half the distance of float32 numbers in [1, 2): what one rounding of a number up to 1 costs at most
 SLABS_PER_BLEND = 32
-# The texture of values keeps a transfer function's points this far to the left, in shares of the largest value, so that
+# The table of `post` and `integrated` keeps a transfer function's points this share of themselves to the left, so that
 # rounding takes no flat field to the left of a step.
-EARLY_POINTS = 2.0**-21
+EARLY_POINTS = 2.0**-22
 
 
 @dataclass(frozen=True)

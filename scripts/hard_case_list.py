@@ -217,21 +217,31 @@ def _walls(kind: str, scene: Callable[..., Scene]) -> Iterator[HardCase]:
     yield HardCase(
         f"a step, {kind}",
         scene(volume, step, camera),
-        partial(bounds.misplaced, jump=0.18, within=0.5 if placed else 15 * 2.0**-20)
+        partial(bounds.misplaced, jump=0.18, within=0.5 if placed else 15 * 2.0**-22)
         if kind in AFTER
         else bounds.trilinear,
-        f"the step is placed to {'half a slab' if placed else '2^-20 of the values'}" if kind in AFTER else LINEAR,
+        f"the step is placed to {'half a slab' if placed else '2^-22 of the values'}" if kind in AFTER else LINEAR,
         1.0,
     )
+    if kind == "integrated":
+        aside = looking(volume, (0.15, 1, 0.1), TURN, height=8.0)
+        yield HardCase(
+            f"a turn of {TURN:g} rad before a step, {kind}",
+            scene(volume, step, camera),
+            lambda drawing: 2 * bounds.misplaced(drawing, jump=0.18, within=15 * 2.0**-22),
+            "the step is placed to 2^-22 of the values, before and after",
+            1.0,
+            turned=scene(volume, step, aside),
+        )
     colors = np.array([(1, 0.2, 0)] * 2 + [(0, 0.2, 1)] * 2)
     wall = TransferFunction(np.array([0, 0.47, 0.47, 1]), colors, np.array([0.02, 0.02, np.inf, np.inf]))
-    within = {"slab": 1.0, "extinction": 0.5, "post": 0.5, "integrated": 15 * 2.0**-20}[kind]
+    within = {"slab": 1.0, "extinction": 0.5, "post": 0.5, "integrated": 15 * 2.0**-22}[kind]
     yield HardCase(
         f"opacity 1 per unit length, {kind}",
         scene(volume, wall, camera),
         partial(bounds.hidden, haze=0.02, within=within),
         "haze in front of a wall placed to "
-        + {"slab": "its cell, in which opacity grows", "integrated": "2^-20 of the values"}.get(kind, "half a slab"),
+        + {"slab": "its cell, in which opacity grows", "integrated": "2^-22 of the values"}.get(kind, "half a slab"),
         1.0,
     )
     spike = TransferFunction(np.array([100.2, 100.5, 100.8]), np.array([COLOR] * 3), np.array([0, 50.0, 0]))

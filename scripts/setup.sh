@@ -108,3 +108,14 @@ if [ "$wanted_too" = osmesa ]; then
         say "this system has no OSMesa (Mesa dropped it in 25.1); what needs it is skipped"
     fi
 fi
+
+# 4. A browser, for the tests that look at pages; Debian's and Ubuntu's only, and asked for once.
+
+may_install() { [ "$manager" = apt-get ] && { [ "$(id -u)" = 0 ] || sudo -n true 2>/dev/null; }; }
+browses() { command -v chromium || command -v chromium-browser || command -v google-chrome; }
+if [ "$extra" = test ] && ! browses >/dev/null && [ ! -e .venv/no-chromium ]; then
+    if ! may_install || ! (install_packages chromium) 2>/dev/null || ! browses >/dev/null; then
+        : >.venv/no-chromium
+        say "no Chromium here, and none could be installed; what needs a browser is skipped"
+    fi
+fi

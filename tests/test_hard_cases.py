@@ -6,7 +6,9 @@ import csv
 import io
 from collections.abc import Iterator
 from dataclasses import replace
+from pathlib import Path
 
+import hard_cases as table
 import pytest
 from hard_case_list import HardCase, hard_cases
 from hard_cases import COLUMNS, as_csv, as_html, as_markdown, run, worst_first
@@ -55,3 +57,14 @@ def test_an_error_over_its_bound_is_the_first_row_of_each_table(renderer: Render
 def test_an_error_that_is_not_a_number_is_over(renderer: Renderer) -> None:
     outcome = run(CASES[0], renderer)
     assert replace(outcome, max_error=float("nan")).over and replace(outcome, max_error=float("inf")).over
+
+
+@pytest.mark.parametrize("bound, status", [(1.0, 0), (-1.0, 1)])
+def test_the_script_writes_both_tables_and_ends_with_1_if_a_case_is_over(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], bound: float, status: int
+) -> None:
+    monkeypatch.setattr(table, "hard_cases", lambda: [replace(CASES[0], bound=lambda _: bound)])
+    monkeypatch.setattr("sys.argv", ["hard_cases.py", "-o", str(tmp_path / "new")])
+    assert table.main() == status
+    assert {path.name for path in (tmp_path / "new").iterdir()} == {"hard_cases.csv", "hard_cases.html"}
+    assert CASES[0].name in capsys.readouterr().out

@@ -320,16 +320,20 @@ def _measure(
 
 
 def _with_seconds_from_scratch(measurement: Measurement, done: list[Measurement]) -> Measurement:
-    """The measurement with the bake and upload of an earlier one where the texture was still there."""
-    if measurement.skipped or measurement.upload_seconds is not None:
+    """The measurement with the bake and upload of an earlier one, where the texture or a part of it was still there.
+
+    It was if the target is all that the two differ in.
+    """
+    if measurement.skipped:
         return measurement
+    base = replace(measurement.setting, target_format="auto")
     for earlier in done:
         same_texture = (
-            earlier.setting.classification == measurement.setting.classification
+            earlier.setting.classification == base.classification
             and earlier.texture_format == measurement.texture_format
-            and (measurement.setting.classification != "slab" or earlier.slab_thickness == measurement.slab_thickness)
+            and (base.classification != "slab" or earlier.slab_thickness == measurement.slab_thickness)
         )
-        if same_texture and earlier.upload_seconds is not None:
+        if earlier.setting == base or (same_texture and measurement.upload_seconds is None):
             return replace(measurement, bake_seconds=earlier.bake_seconds, upload_seconds=earlier.upload_seconds)
     return measurement
 

@@ -10,7 +10,7 @@ from texvol.report.measuring import Findings
 from texvol.report.table import fronts
 
 _HEAD = """<thead>
-<tr><th class="first" colspan="4"></th><th class="group" colspan="4">seconds</th>
+<tr><th class="first" colspan="4"></th><th class="group" colspan="4">time</th>
 <th class="group" colspan="3">discretisation error</th><th class="group" colspan="2">total error</th></tr>
 <tr><th class="first">who</th><th>rate</th><th>texels</th><th>target</th>
 <th class="left">frame</th><th>frames</th><th>bake</th><th>upload</th>

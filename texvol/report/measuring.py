@@ -34,6 +34,7 @@ from texvol.transfer import proposed_for
 
 QUICK_RATES = (0.5, 1.0, 2.0)
 ASKED: tuple[Classification, ...] = ("extinction", "post")  # beside the scene's own, for `--max-error`
+_LONGEST_ASK = 15.0  # seconds; the next finer error may take four times as long
 _LARGEST_MAP = 512  # pixels along a side of an error map; more are reduced to the worst of each block
 
 
@@ -98,11 +99,7 @@ def measure(
     progress.expect(len(findings.measurements) - len(chosen))  # formats that auto had chosen already came once
     if all(each.skipped for each in findings.measurements):
         raise InputError(findings.measurements[0].skipped)
-    for classification in dict.fromkeys((scene.classification, *(() if quick else ASKED))):
-        for wanted in LIMITS:
-            progress.say(f"asking {classification} for an error of {wanted:g}")
-            asked = replace(scene, classification=classification)
-            findings.asked.append(ask(renderer, asked, size, wanted, truths))
+    _ask(findings, renderer, progress, () if quick else ASKED)
     for mapper in vtk_mappers.MAPPERS:
         try:
             for outcome in vtk_mappers.sweep(renderer, scene, size, mapper, rates, truths, _limits(quick)):
@@ -111,6 +108,17 @@ def measure(
             findings.notes.append(f"{mapper} was not measured: {error}.")
     findings.seconds = time.perf_counter() - start
     return findings
+
+
+def _ask(findings: Findings, renderer: Renderer, progress: Progress, also: tuple[Classification, ...]) -> None:
+    """Ask for each error in the scene's classification and `also` in these; no finer ones once that takes long."""
+    for classification in dict.fromkeys((findings.scene.classification, *also)):
+        scene = replace(findings.scene, classification=classification)
+        for wanted in LIMITS:
+            progress.say(f"asking {classification} for an error of {wanted:g}")
+            findings.asked.append(ask(renderer, scene, findings.size, wanted, findings.truths))
+            if findings.asked[-1].seconds > _LONGEST_ASK:
+                break
 
 
 def _in_full(scene: Scene, size: Size) -> Scene:

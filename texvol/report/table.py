@@ -10,7 +10,7 @@ from typing import Any
 from texvol.comparison import Difference
 from texvol.convergence import PRECLASSIFIED, Measurement, Setting, pareto_front, total_max, total_rms
 from texvol.report.measuring import Findings
-from texvol.report.words import max_of, rms_of, seconds
+from texvol.report.words import LIMITS, recommendation, rms_of, seconds
 
 COLUMNS = (
     *("renderer", "classification", "sampling_rate", "slab_thickness", "slabs", "texture_format", "target_format"),
@@ -42,29 +42,37 @@ def fronts(findings: Findings) -> tuple[set[Setting], set[Setting]]:
 
 
 def markdown_text(findings: Findings) -> str:
-    """The settings with default formats and what stands on a front, as a Markdown table."""
-    on_max, on_rms = fronts(findings)
+    """The settings with automatic formats, and which to use for which error, as two Markdown tables."""
     volume, model = findings.scene.volume, findings.truths.model_error
-    dimensions = "×".join(map(str, volume.dimensions))
-    width, height = findings.size
+    plain = [each for each in findings.measurements if not each.setting.formats]
+    rates = sorted({each.setting.sampling_rate for each in plain})
+    names = list(dict.fromkeys(each.setting.name for each in plain))
+    cells = {(each.setting.name, each.setting.sampling_rate): _cell(each) for each in plain}
     lines = [
-        f"{Path(volume.name).name}, {dimensions} {volume.values.dtype}, {width}×{height} pixels; "
-        f"{findings.fingerprint['GL_RENDERER']}, {findings.fingerprint['processor']}; model error of `slab` and "
-        f"`extinction`: maximum {max_of(model)}, rms {rms_of(model)}.",
+        f"{Path(volume.name).name}, {'×'.join(map(str, volume.dimensions))} {volume.values.dtype}, "
+        f"{'×'.join(map(str, findings.size))} pixels; {findings.fingerprint['GL_RENDERER']}, "
+        f"{findings.fingerprint['processor']}. Time of a warm frame, rms discretisation error, and rms total error "
+        f"where that is another; the model error of `slab` and `extinction` is {rms_of(model)}.",
         "",
-        "| setting | frame | discretisation error, maximum / rms | total error, maximum / rms |",
-        "|---|---|---|---|",
+        "| slabs per voxel | " + " | ".join(f"{rate:g}" for rate in rates) + " |",
+        "|---" * (len(rates) + 1) + "|",
     ]
-    for each in findings.measurements:
-        is_plain = each.setting.texture_format == "auto" and not each.setting.formats
-        if each.skipped or not (is_plain or each.setting in on_max | on_rms or "VTK" in each.setting.name):
-            continue
-        lines.append(
-            f"| {each.setting.words} | {seconds(each.seconds)} | "
-            f"{max_of(each.discretisation)} / {rms_of(each.discretisation)} | "
-            f"{max_of(each.total)} / {rms_of(each.total)} |"
-        )
+    for name in names:
+        lines.append(f"| {name} | " + " | ".join(cells.get((name, rate), "–") for rate in rates) + " |")
+    lines += ["", "| error | fastest for the maximum error | fastest for the rms error |", "|---|---|---|"]
+    for limit in LIMITS:
+        chosen = (recommendation(findings.ours, error_of, limit) for error_of in (total_max, total_rms))
+        lines.append(f"| {limit:g} | " + " | ".join(chosen) + " |")
     return "\n".join(lines) + "\n"
+
+
+def _cell(each: Measurement) -> str:
+    if each.skipped:
+        return "–"
+    numbers = [seconds(each.seconds), rms_of(each.discretisation)]
+    if each.total != each.discretisation:
+        numbers.append(rms_of(each.total))
+    return " · ".join(numbers)
 
 
 def _row(each: Measurement, model: Difference | None) -> dict[str, Any]:

@@ -23,7 +23,6 @@ from numpy.typing import ArrayLike, NDArray
 from texvol.errors import InputError
 from texvol.volume import Volume
 
-
 LARGEST_VALUE = 8e307
 
 

@@ -1,0 +1,77 @@
+"""The thickness that is chosen for a wanted error: on pictures of known error, and on random scenes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from error_control import SIZE, excess, random_scene, remembered
+
+from texvol.error_control import SAFETY, Choice, estimate, reference_for, thickness_for_error
+from texvol.ray_casting import raycast
+from texvol.render import Renderer
+
+
+def choose(order: float, wanted: float, error_at_one: float) -> tuple[Choice, list[float]]:
+    """Choice among pictures whose error is `error_at_one` at one slab per spacing and falls with `order`."""
+    drawn: list[float] = []
+
+    def draw(thickness: float) -> np.ndarray:
+        drawn.append(thickness)
+        return np.full((2, 2, 4), 0.5 + error_at_one * (thickness / 3.0) ** order)
+
+    return thickness_for_error(draw, draw, 3.0, wanted), drawn
+
+
+@pytest.mark.parametrize("order", [1, 1.5, 2])
+@pytest.mark.parametrize("wanted", [1e-1, 1e-2, 2e-3])
+def test_the_choice_is_within_the_wanted_error_and_not_much_finer(order: float, wanted: float) -> None:
+    choice, _ = choose(order, wanted, 0.02)
+    true = 0.02 * (choice.slab_thickness / 3.0) ** order
+    assert choice.reached
+    assert true <= choice.estimated_error <= wanted
+    # Two halvings coarser would be over it: the safety of 1.5, up to 2 for an order above 1, and 2 for halving.
+    assert true * 4**order > wanted or choice.slab_thickness == 48.0
+
+
+def test_what_cannot_be_reached_is_said() -> None:
+    choice, drawn = choose(0.0, 1e-3, 0.02)
+    assert choice.reached  # nothing changes with the thickness: there is no error
+    choice, drawn = choose(0.5, 1e-5, 0.02)
+    assert not choice.reached
+    assert choice.estimated_error > 1e-5
+    assert min(drawn) >= 3.0 / 128
+
+
+def test_coarser_slabs_are_tried_when_coarse_ones_will_do() -> None:
+    choice, drawn = choose(2, 1e-1, 1e-4)
+    assert choice.slab_thickness == 48.0
+    assert len(drawn) == 6  # 1 and 2 slabs per spacing, and ½ … 1/16
+
+
+def test_an_estimate_is_an_upper_bound_at_first_order() -> None:
+    exact = np.zeros((1, 1, 4), np.float32)
+    for halvings in (1, 2, 3):
+        coarse, fine = exact + 0.1, exact + 0.1 / 2**halvings
+        assert estimate(coarse, fine, halvings) == pytest.approx(SAFETY * 0.1, rel=1e-4)
+
+
+def test_random_scenes_keep_the_error_that_was_asked_for() -> None:
+    """A few of those that scripts/error_control.py draws; there 99 in a hundred keep it."""
+    random = np.random.default_rng(11)
+    kept, frugal = [], []
+    with Renderer() as renderer:
+        for _ in range(8):
+            scene = random_scene(random, [])
+            truth, draw = raycast(scene, SIZE), remembered(renderer, scene)
+            draw_reference = remembered(renderer, reference_for(scene))
+            spacing = scene.volume.smallest_spacing
+
+            def error(picture: np.ndarray, truth: np.ndarray = truth) -> float:
+                return float(np.abs(picture - truth).max())
+
+            for wanted in (3e-2, 3e-3):
+                choice = thickness_for_error(draw, draw_reference, spacing, wanted)
+                kept.append(error(choice.picture) <= wanted or not choice.reached)
+                frugal.append(excess(draw, error, spacing, choice.slab_thickness, wanted) <= 2)
+    assert all(kept)
+    assert np.mean(frugal) >= 0.9
