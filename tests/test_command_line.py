@@ -81,7 +81,8 @@ def test_the_line_wins_over_the_scene_file(folder: Path) -> None:
     assert run("render", "v.npy", "--scene", "sub/scene.toml", "-o", "a.exr") == 0
     assert run(
         "render", "v.npy", "--tf", "tf.json", "--size", "40x30", "--background", "0.5,0,0", "--projection",
-        "perspective", "--fov", "30", "--eye", "30,-10,5", "--classification", "extinction", "--spacing", "1,2,1.5", "-o", "b.exr",
+        "perspective", "--fov", "30", "--eye", "30,-10,5", "--classification", "extinction", "--spacing", "1,2,1.5",
+        "-o", "b.exr",
     ) == 0  # fmt: skip
     np.testing.assert_array_equal(image.read("a.exr"), image.read("b.exr"))
     assert run("render", "v.npy", "--scene", "sub/scene.toml", "--size", "10x20", "-o", "c.exr") == 0

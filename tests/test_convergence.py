@@ -176,3 +176,19 @@ def test_a_sheared_grid_is_refused_for_vtk() -> None:
     scene = Scene(volume, FOG, Camera.framing(volume))
     with Renderer() as renderer, pytest.raises(vtk_mappers.VtkError, match="sheared"):
         list(vtk_mappers.sweep(renderer, scene, SIZE, "VTK GPU", [1.0], Truths(None, None), Limits()))
+
+
+def test_without_vtk_the_reason_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    scene = Scene(smooth_volume(8), FOG, Camera.framing(smooth_volume(8)))
+    with Renderer() as renderer, pytest.raises(vtk_mappers.VtkError, match=r"texvol\[bench\]"):
+        list(vtk_mappers.sweep(renderer, scene, SIZE, "VTK GPU", [1.0], Truths(None, None), Limits()))
+
+
+def test_a_crash_of_vtk_is_a_reason_and_nothing_more(monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("vtkmodules")
+    monkeypatch.setattr(vtk_mappers, "MAPPERS", {"VTK GPU": "gpu"})
+    monkeypatch.setattr(vtk_mappers, "_save", lambda folder, scene, request: None)  # it finds no file to read
+    scene = Scene(smooth_volume(8), FOG, Camera.framing(smooth_volume(8)))
+    with Renderer() as renderer, pytest.raises(vtk_mappers.VtkError, match=r"status 1: .*request\.json"):
+        list(vtk_mappers.sweep(renderer, scene, SIZE, "VTK GPU", [1.0], Truths(None, None), Limits()))

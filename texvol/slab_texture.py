@@ -34,9 +34,9 @@ TEXEL_TYPES: dict[str, np.dtype] = {
     "rgba16f": np.dtype(np.float16),
     "rgba32f": np.dtype(np.float32),
 }
-# What stands for an infinite extinction and all above it, per smallest spacing. In float32, interpolated with a weight of 1e-6 it is
-# still opaque over a millionth of a voxel, and its square is finite. The others have no room for that beside the
-# finite extinctions, which share their range: opaque over a thousandth of a voxel, and over a third.
+# What stands for an infinite extinction and all above it, per smallest spacing. In float32, interpolated with a weight
+# of 1e-6 it is still opaque over a millionth of a voxel, and its square is finite. The others have no room for that
+# beside the finite extinctions, which share their range: opaque over a thousandth of a voxel, and over a third.
 _OPAQUE_EXTINCTION = {"rgba8": 32.0, "rgba16f": 1e4, "rgba32f": 1e16}
 _DENSE = 0.9  # opacity of a slab from which 1 - A is stored: A leaves it 4 bits less than all
 _CHUNK = 1 << 14  # samples classified at once: their float64 temporaries stay in the cache

@@ -85,11 +85,13 @@ def sweep(
 def soft_scene(scene: Scene) -> Scene:
     """The same volume and camera with thin matter that grows with the value, on black: hard to get wrong slightly."""
     low, high = scene.volume.finite_range or (0.0, 1.0)
+    if not high > low:
+        high = low + max(1.0, abs(low))
     colors = np.array([(0.2, 0.4, 1.0), (1.0, 0.8, 0.4)])
     extinctions = np.array([0.2, 2.0]) / (2 * scene.volume.radius)
     return replace(
         scene,
-        transfer_function=TransferFunction(np.array([low, max(high, np.nextafter(low, np.inf))]), colors, extinctions),
+        transfer_function=TransferFunction(np.array([low, high]), colors, extinctions),
         background=(0.0, 0.0, 0.0),
     )
 

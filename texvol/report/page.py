@@ -48,8 +48,7 @@ def html(findings: Findings, plots: Plots) -> str:
 def _answer(findings: Findings) -> str:
     if not findings.has_errors:
         return "No error could be measured, so no setting can be recommended."
-    sentence = words.sentence(findings.ours, total_max)
-    return f"Largest error anywhere in the picture, all causes together: {escape(sentence[0].lower() + sentence[1:])}"
+    return escape(words.sentence(findings.ours, total_max, "the error of every pixel, all causes together,"))
 
 
 def _facts(findings: Findings) -> list[tuple[str, str]]:

@@ -77,6 +77,9 @@ def pareto_plot(findings: Findings, metric: str, theme: str) -> bytes:
 def _draw_panel(panel: Any, measurements: list[Measurement], error_of: ErrorOf, colors: dict[str, str]) -> None:
     panel.set_xscale("log")
     panel.set_yscale("log")
+    if not any(any(_shown(measurements, name, error_of)) for name in _LOOKS):
+        panel.set(xlim=(1e-3, 1), ylim=(1e-7, 1))
+        panel.text(0.5, 0.5, "no setting has an error", color=colors["ink"], ha="center", transform=panel.transAxes)
     panel.margins(0.06, 0.08)
     _name_times(panel)
     panel.set_facecolor(colors["paper"])
@@ -89,7 +92,7 @@ def _draw_panel(panel: Any, measurements: list[Measurement], error_of: ErrorOf, 
     panel.grid(True, which="major", color=colors["faint"], linewidth=0.8)
     panel.grid(True, which="minor", color=colors["faint"], linewidth=0.3)
     panel.set_axisbelow(True)
-    front = [(each.seconds, error_of(each)) for each in pareto_front(measurements, error_of)]
+    front = [(each.seconds, error_of(each)) for each in pareto_front(measurements, error_of) if error_of(each)]
     if front:
         times, errors = zip(*front, strict=True)
         panel.step(times, errors, where="post", color=colors["front"], linewidth=5, alpha=0.35, label="Pareto front")

@@ -50,27 +50,24 @@ def recommendation(measurements: list[Measurement], error_of: ErrorOf, limit: fl
     return f"none; {nearest.setting.words} came nearest with {error(error_of(nearest))}, {seconds(nearest.seconds)}"
 
 
-def sentence(measurements: list[Measurement], error_of: ErrorOf) -> str:
-    """Which setting to use for which error, in one sentence."""
-    parts, missed = [], []
+def sentence(measurements: list[Measurement], error_of: ErrorOf, what: str) -> str:
+    """Which setting to use for which error, in one sentence; `what` names the error."""
+    choices: dict[str, list[str]] = {}  # a setting in words, and the limits that it is for
+    missed = []
     for limit in LIMITS:
         found = fastest_within(measurements, error_of, limit)
         if found is None:
             missed.append(f"{limit:g}")
         else:
-            parts.append((f"{limit:g}", f"{found.setting.words} ({seconds(found.seconds)} a frame)"))
-    if not parts:
-        return f"None of the settings stays within {_listed(missed, 'or')}."
-    merged: list[tuple[list[str], str]] = []
-    for limit_text, what in parts:
-        if merged and merged[-1][1] == what:
-            merged[-1][0].append(limit_text)
-        else:
-            merged.append(([limit_text], what))
-    text = "; ".join(f"for {_listed(limits, 'and')} use {what}" for limits, what in merged)
+            choices.setdefault(f"{found.setting.words} ({seconds(found.seconds)} a frame)", []).append(f"{limit:g}")
+    if not choices:
+        nearest = most_accurate(measurements, error_of)
+        reached = f"; {nearest.setting.words} came nearest with {error(error_of(nearest))}" if nearest else ""
+        return f"No setting keeps {what} within {_listed(missed, 'or')}{reached}."
+    parts = [f"within {_listed(limits, 'and')} use {setting}" for setting, limits in choices.items()]
     if missed:
-        text += f"; none stays within {_listed(missed, 'or')}"
-    return text[0].upper() + text[1:] + "."
+        parts.append(f"none keeps it within {_listed(missed, 'or')}")
+    return f"To keep {what} {'; '.join(parts)}."
 
 
 def _listed(items: list[str], last: str) -> str:
