@@ -17,7 +17,7 @@ float mean_place(float extinction_in_front, float extinction_behind, float depth
     float squares = extinction_behind * extinction_behind - extinction_in_front * extinction_in_front;
     for (int i = 0; i < 3; ++i) {
         float in_front = opacity * GAUSS_AT[i];
-        float share = depth_from_opacity(in_front, 1.0 - in_front) / depth;
+        float share = depth_from_opacity(in_front) / depth;
         float root = sqrt(max(extinction_in_front * extinction_in_front + squares * share, 0.0));
         mean += GAUSS_WEIGHT[i] * min(share * (extinction_in_front + extinction_behind) / (extinction_in_front + root), 1.0);
     }

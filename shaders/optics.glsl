@@ -10,15 +10,15 @@ float opacity_from_depth(float x) {
     return x < 0.5 ? series : 1.0 - exp(-x);
 }
 
-// -log(1 - A) for A in [0, 1], given 1 - A as well, which may have digits that A has lost; 1 is infinitely deep.
+// -log(1 - A) for A in [0, 1]; 1 is infinitely deep.
 // Below 1/2: 2 atanh(y), y = A / (2 - A) <= 1/3, whose series to y^15 is short by (1/3)^17 / 17, 1e-9 of the result.
-float depth_from_opacity(float opacity, float transmittance) {
+float depth_from_opacity(float opacity) {
     float y = opacity / (2.0 - opacity);
     float z = y * y;
     float series = 2.0 * y * (1.0 + z * (1.0 / 3.0 + z * (1.0 / 5.0 + z * (1.0 / 7.0 + z * (1.0 / 9.0
         + z * (1.0 / 11.0 + z * (1.0 / 13.0 + z / 15.0)))))));
     // GLSL leaves the logarithm of 0 undefined.
-    return opacity < 0.5 ? series : (transmittance > 0.0 ? -log(transmittance) : 1e30);
+    return opacity < 0.5 ? series : (opacity < 1.0 ? -log(1.0 - opacity) : 1e30);
 }
 
 // φ(x) = (1 - e^-x) / x, given A = 1 - e^-x; φ(0) = 1.

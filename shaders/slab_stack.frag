@@ -25,6 +25,7 @@
 #endif
 
 uniform sampler3D texels;
+uniform float color_scale;        // brings the brightest emission near 1, for targets of few digits
 uniform real eye_depth;           // nothing in front of the eye is seen
 uniform vec2 picture_middle;      // pixels
 uniform real3 point;              // where the ray of the middle pixel meets depth 0
@@ -39,11 +40,7 @@ uniform float tangent_per_pixel;
 #if CLASSIFICATION <= 1
 uniform vec4 texel_scale;         // what a texel is to be multiplied with
 #endif
-#if CLASSIFICATION == 0
-uniform float opacity_offset;     // what the texels' opacities are stored less: 0, or 1 where matter is dense
-#else
-uniform float slab_length;        // slab thickness in the volume's smallest spacing
-#endif
+uniform float slab_length;        // slab thickness in what the texels count lengths in
 // A file is included once, so that what the next one includes has to be outside of its condition.
 #if CLASSIFICATION >= 2
 #include "classify.glsl"
@@ -78,11 +75,10 @@ vec4 texel_at(vec3 position) {
 // Premultiplied colour and opacity of the matter in `texel`, over `path` times the slab thickness.
 vec4 slab_color(vec4 texel, float path) {
     texel *= texel_scale;
-    float opacity = texel.a + opacity_offset;
-    if (path == 1.0) return vec4(texel.rgb, opacity);
-    float transmittance = (1.0 - opacity_offset) - texel.a;
-    float rescaled = opacity_from_depth(path * depth_from_opacity(opacity, transmittance));
-    return vec4(texel.rgb * (opacity > 0.0 ? rescaled / opacity : path), rescaled);
+    float path_length = path * slab_length;
+    if (path_length == 1.0) return texel;
+    float opacity = opacity_from_depth(path_length * depth_from_opacity(texel.a));
+    return vec4(texel.rgb * (texel.a > 0.0 ? opacity / texel.a : path_length), opacity);
 }
 #elif CLASSIFICATION == 1
 vec4 slab_color(vec4 texel, float path) {
@@ -142,4 +138,5 @@ void main() {
 #endif
         stack_color = over(stack_color, color);
     }
+    stack_color.rgb *= color_scale;
 }

@@ -14,10 +14,9 @@ from texvol.volume import Volume
 
 
 def unscaled(texture: SlabTexture) -> np.ndarray:
-    """Texels as numbers, opacity in place of what is stored for it."""
+    """Texels as numbers."""
     stored = texture.texels.astype(np.float64) / (255 if texture.texels.dtype == np.uint8 else 1)
     texels = stored * texture.scale
-    texels[..., 3] += texture.opacity_offset
     return texels
 
 
@@ -70,13 +69,15 @@ def test_optical_depth_survives_the_texel(depth: float) -> None:
         extinction = bake(volume, constant(depth), "extinction", 1.0, texel_format)
         np.testing.assert_allclose(unscaled(extinction)[..., 3], depth, rtol=tolerance)
         slab = bake(volume, constant(depth), "slab", 1.0, texel_format)
-        np.testing.assert_allclose(unscaled(slab)[..., 3], -np.expm1(-depth), rtol=tolerance)
+        np.testing.assert_allclose(unscaled(slab)[..., 3], -np.expm1(-min(depth, 2)), rtol=tolerance)
 
 
-def test_dense_matter_keeps_its_transmittance() -> None:
-    texture = bake(Volume(np.zeros((1, 1, 1), np.uint8)), constant(20.0), "slab", 1.0)
-    assert texture.opacity_offset == 1.0
-    assert -texture.texels[0, 0, 0, 3] == pytest.approx(np.exp(-20.0), rel=1e-6)
+@pytest.mark.parametrize("extinction", [0.5, 20.0, 1e4, 1e12])
+def test_dense_matter_stands_for_a_thinner_slab(extinction: float) -> None:
+    texture = bake(Volume(np.zeros((1, 1, 1), np.uint8)), constant(extinction), "slab", 1.0)
+    assert texture.length_unit == min(1.0, 2 / extinction)
+    depth = -np.log1p(-unscaled(texture)[0, 0, 0, 3]) / texture.length_unit
+    assert depth == pytest.approx(extinction, rel=1e-6)
 
 
 @pytest.mark.parametrize("classification", ["slab", "extinction"])

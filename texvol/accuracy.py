@@ -53,7 +53,7 @@ def cheapest_texel_format(
       adds up over all n voxels, what has not over √n of them.
     """
     d = slab_thickness / volume.smallest_spacing
-    classifier = texel_classifier(transfer_function, "extinction", slab_thickness, volume.smallest_spacing, np.inf)
+    classifier = texel_classifier(transfer_function, "extinction", volume.smallest_spacing, np.inf)
     values = _stencil_values(volume)
     with np.errstate(invalid="ignore"):
         texels = classifier(values.reshape(-1)).reshape(*values.shape, 4)
@@ -98,3 +98,14 @@ def _rounded(texels: NDArray, scale: NDArray, texel_format: str) -> NDArray:
 
 def _rms(numbers: NDArray) -> float:
     return float(np.sqrt(np.square(numbers).mean()))
+
+
+def color_scale(volume: Volume, transfer_function: TransferFunction) -> float:
+    """Power of two that brings the colours of a picture to at most about 1, for targets of few digits and range.
+
+    Associated colours are at most 1 already. An emission of E per world unit gives at most E times the longest way.
+    """
+    if not transfer_function.emissive:
+        return 1.0
+    brightest = float(transfer_function.colors.max()) * 2 * volume.radius
+    return float(np.exp2(np.clip(-np.ceil(np.log2(brightest)), -120, 120))) if brightest > 0 else 1.0

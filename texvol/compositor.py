@@ -54,6 +54,7 @@ class Compositor:
         self._programs: dict[tuple[tuple[str, int], ...], moderngl.Program] = {}
         self._target: moderngl.Framebuffer | None = None
         self._target_key: tuple[tuple[int, int], str] | None = None
+        self._color_scale = 1.0
 
     @property
     def largest_picture(self) -> int:
@@ -105,9 +106,11 @@ class Compositor:
         camera: Camera,
         size: tuple[int, int],
         target_format: str = "rgba32f",
+        color_scale: float = 1.0,
     ) -> None:
-        """Composite the stacks into the target; `picture` reads it."""
+        """Composite the stacks into the target, colours times `color_scale`; `picture` reads it and takes that back."""
         gl = self._gl
+        self._color_scale = color_scale
         target = self._target_of(size, target_format)
         target.use()
         target.clear(0.0, 0.0, 0.0, 0.0)
@@ -121,6 +124,7 @@ class Compositor:
         set_uniforms(
             program,
             {name: unit for unit, name in enumerate(units)}
+            | {"color_scale": color_scale}
             | baked.uniforms(stacks.slab_thickness)
             | _ray_uniforms(stacks, volume, camera, size),
         )
@@ -146,7 +150,10 @@ class Compositor:
         (width, height), _ = self._target_key
         pixels = np.empty((height, width, 4), np.float32)
         self._target.read_into(pixels, components=4, dtype="f4", alignment=1)
-        return np.ascontiguousarray(pixels[::-1])
+        picture = np.ascontiguousarray(pixels[::-1])
+        if self._color_scale != 1.0:
+            picture[..., :3] /= self._color_scale
+        return picture
 
     def release(self) -> None:
         """Give programs and targets back."""

@@ -216,11 +216,12 @@ class Renderer:
         self, scene: Scene, texture: DeviceTexture, thickness: float, size: Size, target_format: str, repeat: int
     ) -> NDArray[np.float32]:
         camera = scene.camera_for(size)
+        color_scale = accuracy.color_scale(scene.volume, self._transfer_function(scene))
         times = []
         for _ in range(max(repeat, 1)):
             start = time.perf_counter()
             stacks = slicing.slab_stacks(scene.volume, camera, thickness, size)
-            self._compositor.draw(texture, stacks, scene.volume, camera, size, target_format)
+            self._compositor.draw(texture, stacks, scene.volume, camera, size, target_format, color_scale)
             self._compositor.finish()
             times.append(time.perf_counter() - start)
         # The first draw compiles the programs: warm draws are the others.

@@ -38,7 +38,7 @@ TEXEL_TYPES: dict[str, np.dtype] = {
 # of 1e-6 it is still opaque over a millionth of a voxel, and its square is finite. The others have no room for that
 # beside the finite extinctions, which share their range: opaque over a thousandth of a voxel, and over a third.
 _OPAQUE_EXTINCTION = {"rgba8": 32.0, "rgba16f": 1e4, "rgba32f": 1e16}
-_DENSE = 0.9  # opacity of a slab from which 1 - A is stored: A leaves it 4 bits less than all
+_DEEPEST_SLAB = 2.0  # optical depth: leaves 1 - A all but 3 of float32's bits
 _CHUNK = 1 << 14  # samples classified at once: their float64 temporaries stay in the cache
 
 Classifier = Callable[[NDArray], NDArray[np.float64]]  # values (n,) → texels (n, 4), unscaled
@@ -48,17 +48,14 @@ Classifier = Callable[[NDArray], NDArray[np.float64]]  # values (n,) → texels 
 class SlabTexture:
     """Texels of shape (nz, ny, nx, 4), what to multiply them with, and what they mean.
 
-    `slab_thickness` (world units) is what the texels of `slab` stand for; `length_unit` (world units) is what
-    extinction and emission are counted per. `opacity_offset` is what opacities are stored less: 1 in dense matter,
-    where float32 has no digits left for 1 - A beside A, from which a slab that the box cuts short is rescaled.
+    `length_unit` (world units) is what the texels count lengths in: the slab that those of `slab` stand for, what
+    emission and extinction are per in those of `extinction`.
     """
 
     texels: NDArray
     scale: NDArray[np.float64]
     classification: Classification
-    slab_thickness: float
     length_unit: float
-    opacity_offset: float = 0.0
 
     @property
     def switches(self) -> dict[str, int]:
@@ -67,9 +64,7 @@ class SlabTexture:
 
     def uniforms(self, slab_thickness: float) -> dict[str, Any]:
         """Uniforms of the shader."""
-        if self.classification == "extinction":
-            return {"texel_scale": tuple(self.scale), "slab_length": slab_thickness / self.length_unit}
-        return {"texel_scale": tuple(self.scale), "opacity_offset": self.opacity_offset}
+        return {"texel_scale": tuple(self.scale), "slab_length": slab_thickness / self.length_unit}
 
     @property
     def tables(self) -> dict[str, NDArray[np.float32]]:
@@ -93,34 +88,30 @@ def bake(
     slab_thickness: float,
     texel_format: str = "rgba32f",
 ) -> SlabTexture:
-    """The 3D texture of a volume; `slab_thickness` is in world units."""
+    """The 3D texture of a volume; `slab_thickness` is in world units.
+
+    The slab that texels of `slab` stand for is a thinner one in dense matter, of optical depth 2 at most: of opacities
+    nearer to 1 float32 would have no digits left to tell how much of a slab that the box cuts short is to be seen.
+    """
     length_unit = volume.smallest_spacing
-    classifier = texel_classifier(
-        transfer_function, classification, slab_thickness, length_unit, _OPAQUE_EXTINCTION[texel_format]
-    )
-    largest = _largest_texel(volume, transfer_function, classifier)
+    if classification == "slab":
+        largest_extinction = _largest_extinction(volume, transfer_function)
+        length_unit = min(slab_thickness, _DEEPEST_SLAB / largest_extinction if largest_extinction > 0 else np.inf)
+    classifier = texel_classifier(transfer_function, classification, length_unit, _OPAQUE_EXTINCTION[texel_format])
     dtype = TEXEL_TYPES[texel_format]
-    scale = _texel_scale(largest, dtype)
-    offset = 0.0
-    if classification == "slab" and dtype == np.float32 and largest[3] > _DENSE:
-        offset = scale[3] = 1.0
-        classifier = partial(_with_transmittance, transfer_function, slab_thickness)
+    scale = _texel_scale(classifier(_places(volume, transfer_function)).max(axis=0), dtype)
     texels = _classified(volume.values, partial(_encoded, classifier, scale, dtype), dtype)
-    return SlabTexture(texels, scale, classification, slab_thickness, length_unit, offset)
+    return SlabTexture(texels, scale, classification, length_unit)
 
 
 def texel_classifier(
-    transfer_function: TransferFunction,
-    classification: Classification,
-    slab_thickness: float,
-    length_unit: float,
-    opaque_extinction: float,
+    transfer_function: TransferFunction, classification: Classification, length_unit: float, opaque_extinction: float
 ) -> Classifier:
     """Function that takes values (n,) to texels (n, 4): emission or colour, and extinction or opacity."""
 
     def slab(values: NDArray) -> NDArray[np.float64]:
         emission, extinction = transfer_function.classify(values)
-        color, opacity = optics.slab_integral(emission, extinction, slab_thickness)
+        color, opacity = optics.slab_integral(emission, extinction, length_unit)
         return np.concatenate([color, opacity[:, np.newaxis]], axis=1)
 
     def extinction(values: NDArray) -> NDArray[np.float64]:
@@ -139,17 +130,14 @@ def texel_classifier(
     return slab if classification == "slab" else extinction
 
 
-def _with_transmittance(
-    transfer_function: TransferFunction, slab_thickness: float, values: NDArray
-) -> NDArray[np.float64]:
-    """Texels of `slab` with the opacity stored less 1: minus the transmittance, with all its digits."""
-    emission, extinction = transfer_function.classify(values)
-    color, _ = optics.slab_integral(emission, extinction, slab_thickness)
-    return np.concatenate([color, -np.exp(-extinction * slab_thickness)[:, np.newaxis]], axis=1)
+def _largest_extinction(volume: Volume, transfer_function: TransferFunction) -> float:
+    """The largest finite extinction that the volume's range of values can give, per world unit."""
+    extinction = transfer_function.classify(_places(volume, transfer_function)).extinction
+    return float(extinction[np.isfinite(extinction)].max(initial=0.0))
 
 
-def _largest_texel(volume: Volume, transfer_function: TransferFunction, classifier: Classifier) -> NDArray[np.float64]:
-    """Largest texel that the volume's range of values can give, shape (4,), from its ends and the points in it.
+def _places(volume: Volume, transfer_function: TransferFunction) -> NDArray[np.float64]:
+    """Values among which a texel's components have their largest: the ends of the range, the points, and in between.
 
     Between two points colour may fall while extinction rises, and their product peak on the way: it is a parabola,
     which 32 places between the points find to (1/64)² of the product of the two steps.
@@ -160,8 +148,7 @@ def _largest_texel(volume: Volume, transfer_function: TransferFunction, classifi
     within = values[(values >= low) & (values <= high)]
     ends = np.unique(np.concatenate([[low, high], within, np.nextafter(within, -np.inf)]))
     shares = np.linspace(0, 1, 33)[:, np.newaxis]
-    places = (ends[:-1] * (1 - shares) + ends[1:] * shares).reshape(-1) if ends.size > 1 else ends
-    return classifier(places).max(axis=0)
+    return (ends[:-1] * (1 - shares) + ends[1:] * shares).reshape(-1) if ends.size > 1 else ends
 
 
 def _texel_scale(largest: NDArray[np.float64], dtype: np.dtype) -> NDArray[np.float64]:

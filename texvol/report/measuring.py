@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime
+import os
 import time
 from dataclasses import dataclass, field, replace
 
@@ -34,6 +35,7 @@ from texvol.transfer import proposed_for
 
 QUICK_RATES = (0.5, 1.0, 2.0)
 ASKED: tuple[Classification, ...] = ("extinction", "post")  # beside the scene's own, for `--max-error`
+_BUSY = 0.5  # processes, averaged over a minute
 _LONGEST_ASK = 15.0  # seconds; the next finer error may take four times as long
 _LARGEST_MAP = 512  # pixels along a side of an error map; more are reduced to the worst of each block
 
@@ -85,10 +87,13 @@ def measure(
     """
     start, date = time.perf_counter(), datetime.datetime.now().astimezone()
     scene = _in_full(scene, size)
+    busy = os.getloadavg()[0]
     progress.say("integrating both media exactly")
     truths = Truths.of(scene, size)
     picture = renderer.render(scene, size)
     findings = Findings(scene, size, truths, fingerprint(renderer), command, picture, date)
+    if busy > _BUSY:
+        findings.notes.append(f"{busy:.1f} other processes were running at the start: times may be too long.")
     if truths.reason:
         findings.notes.append(f"No error could be measured: {truths.reason}.")
     rates = QUICK_RATES if quick else SAMPLING_RATES
