@@ -116,3 +116,9 @@ def test_auto_takes_more_bits_as_slabs_get_thinner() -> None:
 
 def test_auto_takes_all_digits_where_there_is_no_other_error() -> None:
     assert cheapest_texel_format(Volume(np.zeros((8, 8, 8))), constant(0.1), "slab", 1.0) == "rgba32f"
+
+
+def test_masked_samples_are_transparent() -> None:
+    masked = np.ma.masked_greater(np.array([[[1.0, 9.0]]]), 5)
+    assert np.isnan(Volume(masked).values[0, 0, 1])
+    assert Volume(masked).values[0, 0, 0] == 1.0

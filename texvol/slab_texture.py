@@ -39,7 +39,7 @@ TEXEL_TYPES: dict[str, np.dtype] = {
 # beside the finite extinctions, which share their range: opaque over a thousandth of a voxel, and over a third.
 _OPAQUE_EXTINCTION = {"rgba8": 32.0, "rgba16f": 1e4, "rgba32f": 1e16}
 _DEEPEST_SLAB = 2.0  # optical depth: leaves 1 - A all but 3 of float32's bits
-_CHUNK = 1 << 14  # samples classified at once: their float64 temporaries stay in the cache
+_CHUNK = 1 << 15  # samples classified at once: few enough for the cache, many enough for threads
 
 Classifier = Callable[[NDArray], NDArray[np.float64]]  # values (n,) → texels (n, 4), unscaled
 

@@ -10,6 +10,7 @@ the field is trilinear; in the outer half spacing it is that of the nearest samp
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Sequence
 from functools import cached_property
 
@@ -143,7 +144,8 @@ class Volume:
 
 def _real_samples(values: ArrayLike, name: str) -> NDArray:
     """`values` as a native-endian array of three axes, without a copy where none is needed."""
-    if isinstance(values, np.ma.MaskedArray) and np.ma.is_masked(values):
+    # Who has a masked array has imported numpy.ma, and nobody else should wait for it.
+    if "numpy.ma" in sys.modules and isinstance(values, np.ma.MaskedArray) and np.ma.is_masked(values):
         values = np.ma.filled(values.astype(np.float64), np.nan)  # what is masked is not there
     samples = np.asarray(values)
     if samples.dtype == np.bool_:
