@@ -110,6 +110,17 @@ class TransferFunction:
 
     def classify(self, values: ArrayLike) -> Classified:
         """Emission and extinction of each value; both 0 where the value is NaN."""
+        numbers = self.at(values)
+        colors, extinction = numbers[..., :3], numbers[..., 3]
+        if self.emissive:
+            # ∫ q T vanishes where T does at once.
+            return Classified(np.where(np.isinf(extinction)[..., np.newaxis], 0.0, colors), extinction)
+        # An infinite extinction shows its straight colour.
+        weight = np.where(np.isinf(extinction), 1.0, extinction)
+        return Classified(colors * weight[..., np.newaxis], extinction)
+
+    def at(self, values: ArrayLike) -> NDArray[np.float64]:
+        """Straight colour (or emission) and extinction of each value, shape (…, 4); all 0 where the value is NaN."""
         values = np.asarray(values, dtype=np.float64)
         absent = np.isnan(values)
         segment = np.searchsorted(self.values, values, side="right")  # number of points at or below the value
@@ -121,19 +132,13 @@ class TransferFunction:
         numbers *= offset[..., np.newaxis]
         numbers += base.take(segment, axis=0)
         np.maximum(numbers, 0.0, out=numbers)  # rounding may leave -1e-17 where a point of 0 is reached
-        colors, extinction = numbers[..., :3], numbers[..., 3]
-        emission = colors if self.emissive else colors * extinction[..., np.newaxis]
         if opaque.any():
             # An infinite point holds from itself on, and above the point before it.
             hidden = opaque[segment, 0] | (opaque[segment, 1] & (offset > 0))
-            # ∫ q T vanishes where T does at once: an infinite extinction shows its straight colour, or no glow at all.
-            shown = np.zeros_like(colors) if self.emissive else colors
-            emission = np.where(hidden[..., np.newaxis], shown, emission)
-            extinction = np.where(hidden, np.inf, extinction)
+            numbers[..., 3] = np.where(hidden, np.inf, numbers[..., 3])
         if absent.any():
-            emission = np.where(absent[..., np.newaxis], 0.0, emission)
-            extinction = np.where(absent, 0.0, extinction)
-        return Classified(emission, extinction)
+            numbers[absent] = 0.0
+        return numbers
 
     @cached_property
     def numbers(self) -> NDArray[np.float64]:
