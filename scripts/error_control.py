@@ -19,7 +19,7 @@ from texvol import load
 from texvol.camera import Camera
 from texvol.error_control import Draw, reference_for, thickness_for_error
 from texvol.ray_casting import raycast
-from texvol.render import Renderer
+from texvol.renderer import Renderer
 from texvol.scene import CLASSIFICATIONS, Scene
 from texvol.transfer import TransferFunction
 from texvol.volume import Volume

@@ -22,7 +22,7 @@ from hard_case_list import HardCase, hard_cases
 
 from texvol.comparison import compare
 from texvol.ray_casting import raycast
-from texvol.render import Renderer
+from texvol.renderer import Renderer
 from texvol.scene import Scene
 from texvol.slicing import slab_stacks
 

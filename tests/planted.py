@@ -17,7 +17,7 @@ from pathlib import Path
 from unittest.mock import patch
 
 import texvol
-from texvol.render import Renderer
+from texvol.renderer import Renderer
 from texvol.shaders import FOLDER, load_program
 from texvol.slicing import slab_stacks
 
@@ -26,7 +26,7 @@ Replacement = tuple[str, str, str]  # file, what stands there, what is to
 
 # Where a module's planted twin has to be put for the renderer to use it.
 _USERS = {
-    "compositor.py": "texvol.render.Compositor",
+    "compositor.py": "texvol.renderer.Compositor",
     "optics.py": "texvol.slab_texture.optics",
     "slab_texture.py": "texvol.render.slab_texture",
 }

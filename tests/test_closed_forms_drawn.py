@@ -15,7 +15,7 @@ import pytest
 from numpy.typing import ArrayLike
 
 from texvol.camera import Camera
-from texvol.render import Renderer
+from texvol.renderer import Renderer
 from texvol.scene import Classification, Scene
 from texvol.transfer import TransferFunction
 from texvol.volume import Volume

@@ -25,7 +25,7 @@ from texvol.convergence import (
     sweep,
     total_rms,
 )
-from texvol.render import Renderer
+from texvol.renderer import Renderer
 from texvol.scene import Scene
 from texvol.volume import Volume
 

@@ -8,7 +8,7 @@ from error_control import SIZE, excess, random_scene, remembered
 
 from texvol.error_control import SAFETY, Choice, estimate, reference_for, thickness_for_error
 from texvol.ray_casting import raycast
-from texvol.render import Renderer
+from texvol.renderer import Renderer
 
 
 def choose(order: float, wanted: float, error_at_one: float) -> tuple[Choice, list[float]]:

@@ -18,7 +18,7 @@ from scenes import BONE, FOG, smooth_volume
 from texvol.camera import Camera, Projection
 from texvol.comparison import compare
 from texvol.ray_casting import raycast
-from texvol.render import Renderer
+from texvol.renderer import Renderer
 from texvol.scene import Classification, Scene
 from texvol.transfer import TransferFunction
 from texvol.volume import Volume

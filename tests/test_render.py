@@ -15,7 +15,7 @@ import texvol
 from texvol import slicing
 from texvol.camera import Camera, Projection
 from texvol.errors import InputError
-from texvol.render import Renderer
+from texvol.renderer import Renderer
 from texvol.scene import Classification, Scene
 from texvol.slicing import slab_stacks
 from texvol.transfer import TransferFunction

@@ -13,7 +13,8 @@ from texvol.comparison import compare
 from texvol.contexts import open_context
 from texvol.errors import ContextError
 from texvol.ray_casting import raycast
-from texvol.render import Renderer, render
+from texvol.render import render
+from texvol.renderer import Renderer
 from texvol.scene import Classification, Scene
 from texvol.transfer import TransferFunction
 from texvol.volume import Volume

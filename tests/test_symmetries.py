@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from texvol.camera import Camera, Projection
 from texvol.ray_casting import raycast
-from texvol.render import Renderer
+from texvol.renderer import Renderer
 from texvol.scene import CLASSIFICATIONS, Scene
 from texvol.transfer import TransferFunction
 from texvol.volume import Volume

@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     from texvol.errors import ContextError, InputError, MissingExtraError, TexvolError
     from texvol.ray_casting import raycast
     from texvol.readers import load
-    from texvol.render import Renderer, render
+    from texvol.render import render
+    from texvol.renderer import Renderer
     from texvol.scene import Scene
     from texvol.transfer import TransferFunction
     from texvol.volume import Volume
@@ -29,7 +30,7 @@ _HOMES = {
     "Difference": "comparison",
     "InputError": "errors",
     "MissingExtraError": "errors",
-    "Renderer": "render",
+    "Renderer": "renderer",
     "Scene": "scene",
     "TexvolError": "errors",
     "TransferFunction": "transfer",

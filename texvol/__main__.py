@@ -136,7 +136,7 @@ def _render(arguments: argparse.Namespace) -> None:
     seconds = time.perf_counter() - start
     scene = scene_options.scene(volume)
 
-    from texvol.render import Renderer
+    from texvol.renderer import Renderer
 
     with Renderer(arguments.backend) as renderer:
         picture = renderer.render(
@@ -191,7 +191,7 @@ def _report(arguments: argparse.Namespace) -> None:
 
 def _demo(arguments: argparse.Namespace) -> None:
     from texvol.demo import demo_scene
-    from texvol.render import Renderer
+    from texvol.renderer import Renderer
 
     image.check_writable(arguments.output)
     with Renderer(arguments.backend) as renderer:

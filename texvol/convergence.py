@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from texvol.comparison import Difference, compare
 from texvol.errors import AccuracyWarning, InputError, MissingExtraError
-from texvol.render import Renderer, Size
+from texvol.renderer import Renderer, Size
 from texvol.scene import CLASSIFICATIONS, Scene
 
 OURS = "texvol"

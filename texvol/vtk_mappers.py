@@ -33,7 +33,7 @@ from numpy.typing import NDArray
 from texvol.comparison import compare
 from texvol.convergence import Limits, Measurement, Outcome, Setting, Truths, with_errors
 from texvol.errors import TexvolError
-from texvol.render import Renderer, Size
+from texvol.renderer import Renderer, Size
 from texvol.scene import Scene
 from texvol.transfer import TransferFunction
 from texvol.volume import Volume

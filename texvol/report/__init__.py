@@ -15,7 +15,7 @@ from pathlib import Path
 
 from texvol import writing
 from texvol.errors import InputError, missing_extra
-from texvol.render import Renderer, Size
+from texvol.renderer import Renderer, Size
 from texvol.scene import Scene
 
 

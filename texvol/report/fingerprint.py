@@ -8,7 +8,7 @@ from importlib import metadata
 
 from texvol import __version__
 from texvol.contexts import open_context
-from texvol.render import Renderer
+from texvol.renderer import Renderer
 
 _LIBRARIES = ("moderngl", "numpy", "numba", "OpenImageIO", "vtk", "matplotlib")
 

@@ -26,7 +26,7 @@ from texvol.convergence import (
     total_rms,
 )
 from texvol.errors import InputError
-from texvol.render import Renderer, Size
+from texvol.renderer import Renderer, Size
 from texvol.report.fingerprint import fingerprint
 from texvol.report.progress import Progress
 from texvol.report.words import LIMITS
