@@ -11,7 +11,7 @@ from scenes import BONE, FOG, random_volume, smooth_volume
 from texvol.camera import Camera, Projection
 from texvol.comparison import compare
 from texvol.contexts import open_context
-from texvol.errors import ContextError
+from texvol.errors import AccuracyWarning, ContextError
 from texvol.ray_casting import raycast
 from texvol.render import render
 from texvol.renderer import Renderer
@@ -207,3 +207,17 @@ def test_a_flat_region_on_a_step_is_on_its_right_side(renderer: Renderer) -> Non
                 picture = renderer.render(scene, SIZE)
                 np.testing.assert_allclose(picture, raycast(scene, SIZE), atol=2e-6)
                 assert picture[..., 3].max() > 0.5
+
+
+@pytest.mark.parametrize(
+    "formats", [{"texture_format": "rgba8"}, {"target_format": "rgba8"}, {"target_format": "rgba16f"}]
+)
+def test_rounding_to_a_format_counts_as_error(renderer: Renderer, formats: dict[str, str]) -> None:
+    volume = smooth_volume()
+    scene = Scene(volume, FOG, Camera.framing(volume), classification="extinction")
+    truth = raycast(scene, SIZE)
+    true = compare(renderer.render(scene, SIZE, sampling_rate=8, **formats), truth).max_error
+    assert 0.4 * true < renderer.stats["estimated_error"]
+    with pytest.warns(AccuracyWarning, match="an error of 1e-05 was wanted"):
+        renderer.render(scene, SIZE, max_error=1e-5, **formats)
+    assert compare(renderer.render(scene, SIZE, max_error=0.05, **formats), truth).max_error <= 0.05

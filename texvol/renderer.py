@@ -175,16 +175,14 @@ class Renderer:
     def _thickness_for_error(
         self, scene: Scene, size: Size, texture_format: str, target_format: str, max_error: float
     ) -> float:
-        def drawing(scene: Scene) -> error_control.Draw:
-            def picture(thickness: float) -> NDArray[np.float32]:
-                texture = self._texture(scene, thickness, texture_format)
-                return self._draw(scene, texture, thickness, size, target_format, 1)
+        def picture(thickness: float) -> NDArray[np.float32]:
+            texture = self._texture(scene, thickness, texture_format)
+            return self._draw(scene, texture, thickness, size, target_format, 1)
 
-            return picture
+        def reference(thickness: float) -> NDArray[np.float32]:
+            return self._reference(scene, thickness, size)
 
-        choice = error_control.thickness_for_error(
-            drawing(scene), drawing(error_control.reference_for(scene)), scene.volume.smallest_spacing, max_error
-        )
+        choice = error_control.thickness_for_error(picture, reference, scene.volume.smallest_spacing, max_error)
         self._estimate = choice.estimated_error
         if not choice.reached:
             warnings.warn(
@@ -194,6 +192,11 @@ class Renderer:
                 stacklevel=3,
             )
         return choice.slab_thickness
+
+    def _reference(self, scene: Scene, thickness: float, size: Size) -> NDArray[np.float32]:
+        """What stands for the integral: no formats but float32, so that their rounding counts as error."""
+        scene = error_control.reference_for(scene)
+        return self._draw(scene, self._texture(scene, thickness, "rgba32f"), thickness, size, "rgba32f", 1)
 
     def _draw(
         self, scene: Scene, texture: DeviceTexture, thickness: float, size: Size, target_format: str, repeat: int
@@ -230,20 +233,21 @@ class Renderer:
             "bricks_drawn": int(slabs > 0),
             "modelled": _modelled(scene, scene.camera_for(size)),
             "seconds": seconds,
-            "estimated_error": self._estimated_error(scene, size, thickness, texel_format),
+            "estimated_error": self._estimated_error(scene, size, thickness, texel_format, target_format),
         }
 
-    def _estimated_error(self, scene: Scene, size: Size, thickness: float, texel_format: str) -> float | None:
+    def _estimated_error(
+        self, scene: Scene, size: Size, thickness: float, texel_format: str, target_format: str
+    ) -> float | None:
         """What the choice of thickness found, or what halving it changes in a picture of a sixteenth of the pixels."""
         if self._estimate is not None or self._context.released:
             return self._estimate
         small = (max(size[0] // 4, 1), max(size[1] // 4, 1))
-        pictures = []
         with self._context:
-            for each, d in ((scene, thickness), (error_control.reference_for(scene), thickness / 2)):
-                texture = self._texture(each, d, texel_format)
-                pictures.append(self._draw(each, texture, d, small, "rgba32f", 1))
-        return error_control.estimate(pictures[0], pictures[1], halvings=1)
+            texture = self._texture(scene, thickness, texel_format)
+            picture = self._draw(scene, texture, thickness, small, target_format, 1)
+            self._estimate = error_control.estimate(picture, self._reference(scene, thickness / 2, small), halvings=1)
+        return self._estimate
 
     def _transfer_function(self, scene: Scene) -> TransferFunction:
         if scene.transfer_function is not None:
