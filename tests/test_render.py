@@ -357,3 +357,12 @@ def test_a_slab_thicker_than_the_box_is_the_box(renderer: Renderer, thickness: f
     picture = renderer.render(Scene(volume, constant(0.3), camera), SIZE, slab_thickness=thickness)
     expected = -np.expm1(-0.3 * path_lengths(volume, camera, SIZE))
     np.testing.assert_allclose(picture[..., 3], expected, atol=ROUNDING)
+
+
+@classifications
+def test_asking_for_stats_leaves_the_texture_where_it_is(renderer: Renderer, classification: Classification) -> None:
+    scene = Scene(smooth_volume(12), FOG, classification=classification)
+    first = renderer.render(scene, SIZE)
+    assert renderer.stats["estimated_error"] > 0
+    np.testing.assert_array_equal(renderer.render(scene, SIZE), first)
+    assert "upload" not in renderer.stats["seconds"]

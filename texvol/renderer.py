@@ -246,7 +246,9 @@ class Renderer:
         with self._context:
             texture = self._texture(scene, thickness, texel_format)
             picture = self._draw(scene, texture, thickness, small, target_format, 1)
-            self._estimate = error_control.estimate(picture, self._reference(scene, thickness / 2, small), halvings=1)
+            with self._texture_set_aside():
+                reference = self._reference(scene, thickness / 2, small)
+        self._estimate = error_control.estimate(picture, reference, halvings=1)
         return self._estimate
 
     def _transfer_function(self, scene: Scene) -> TransferFunction:
@@ -267,6 +269,16 @@ class Renderer:
         if self._baked:
             self._baked[1].release()
         self._baked = None
+
+    @contextmanager
+    def _texture_set_aside(self) -> Iterator[None]:
+        """Whatever is baked inside, the last picture's texture is still there for the next."""
+        kept, self._baked = self._baked, None
+        try:
+            yield
+        finally:
+            self._forget_texture()
+            self._baked = kept
 
     @contextmanager
     def _timed(self, what: str) -> Iterator[None]:
