@@ -28,6 +28,7 @@ from texvol.convergence import (
 from texvol.errors import InputError
 from texvol.renderer import Renderer, Size
 from texvol.report.fingerprint import fingerprint
+from texvol.report.orders import smooth_order, trilinear_change
 from texvol.report.progress import Progress
 from texvol.report.words import LIMITS
 from texvol.scene import Classification, Scene
@@ -56,6 +57,8 @@ class Findings:
     asked: list[Asked] = field(default_factory=list)
     error_maps: dict[Setting, NDArray[np.float64]] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
+    grid_change: float | None = None  # of a picture, on a finer grid of the same trilinear field
+    grid_order: float | None = None  # of a smooth field's pictures in the grid's spacing
 
     @property
     def has_errors(self) -> bool:
@@ -105,6 +108,8 @@ def measure(
     if all(each.skipped for each in findings.measurements):
         raise InputError(findings.measurements[0].skipped)
     _ask(findings, renderer, progress, () if quick else ASKED)
+    progress.say("refining grids")
+    findings.grid_change, findings.grid_order = trilinear_change(renderer), smooth_order(renderer)
     for mapper in vtk_mappers.MAPPERS:
         try:
             for outcome in vtk_mappers.sweep(renderer, scene, size, mapper, rates, truths, _limits(quick)):

@@ -14,6 +14,7 @@ from texvol.report import words
 from texvol.report.error_pictures import error_section
 from texvol.report.measurement_table import table_section
 from texvol.report.measuring import Findings
+from texvol.report.orders import order_section
 from texvol.report.pictures import data_url, png
 
 Plots = Mapping[str, Mapping[str, bytes]]  # metric → theme → PNG file
@@ -26,6 +27,7 @@ def html(findings: Findings, plots: Plots) -> str:
         _choice_section(findings),
         _asked_section(findings),
         _plot_section(plots),
+        order_section(findings),
         error_section(findings),
         table_section(findings),
         _method_section(findings),
