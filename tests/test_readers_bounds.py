@@ -50,7 +50,7 @@ def bomb_nifti(data: bytes) -> bytes:
     header.set_data_shape(marked.DIMENSIONS)
     header["vox_offset"], header["magic"] = 352, b"n+1"
     stream.write(header.binaryblock + bytes(4) + data)
-    return gzip.compress(stream.getvalue())
+    return gzip.compress(stream.getvalue(), mtime=0)
 
 
 def bomb_metaimage(data: bytes) -> bytes:
