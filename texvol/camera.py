@@ -107,7 +107,7 @@ class Camera:
         place = aim - _default_view(volume) if eye is None else np.array(_finite_triple(eye, "eye"))
         upward = _default_up(aim - place) if up is None else tuple(up)
         camera = cls(projection, tuple(place), tuple(aim), upward, fov=fov, height=height or 1.0)  # type: ignore[arg-type]
-        reach = camera._reach(volume, aspect)
+        reach = camera._reach(volume)
         if projection == "orthographic":
             if height is None:
                 camera = replace(camera, height=2 * FRAMING_MARGIN * max(reach[1], reach[0] / aspect))
@@ -177,7 +177,7 @@ class Camera:
             return PixelRays(to_axis, right, up, self.forward, zero, zero, depth)
         return PixelRays(to_axis, depth * right, depth * up, self.forward, right, up, depth)
 
-    def _reach(self, volume: Volume, aspect: float) -> tuple[float, float]:
+    def _reach(self, volume: Volume) -> tuple[float, float]:
         """How far the box reaches from the line of sight, to the sides and up or down, world units."""
         corners = self.in_eye_space(volume.corners_from_centre, volume.centre)
         return float(np.abs(corners[:, 0]).max()), float(np.abs(corners[:, 1]).max())

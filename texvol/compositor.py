@@ -9,7 +9,7 @@ opacity of everything in front of the next stack:
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal, get_args
+from typing import Any
 
 import moderngl
 import numpy as np
@@ -24,8 +24,7 @@ from texvol.slicing import SlabStacks
 from texvol.value_texture import ValueTexture
 from texvol.volume import Volume
 
-TargetFormat = Literal["rgba8", "rgba16f", "rgba32f"]
-TARGET_FORMATS: tuple[str, ...] = get_args(TargetFormat)
+TARGET_FORMATS = ("rgba8", "rgba16f", "rgba32f")
 _MODERNGL_TYPES = {"rgba8": "f1", "rgba16f": "f2", "rgba32f": "f4", "r16": "nu2", "r16f": "f2", "r32f": "f4"}
 
 BakedTexture = SlabTexture | ValueTexture

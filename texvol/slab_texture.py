@@ -7,8 +7,8 @@ What a texel holds depends on the classification:
 
 Both are premultiplied, so that interpolation mixes matter and not names of colours (Wittenbrink et al. 1998). Texels
 are stored relative to a scale, the largest of the volume: a medium of extinction 1e-12 keeps its digits in half
-precision, and 8 bits are spent on what is there. Lengths are counted in the volume's smallest spacing, so that a
-world of 1e-9 or 1e9 gives the same texels.
+precision, and 8 bits are spent on what is there. Lengths are counted in slabs (`slab`) or in the volume's smallest
+spacing (`extinction`), so that a world of 1e-9 or 1e9 gives the same texels.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any, Literal, get_args
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,13 +27,12 @@ from texvol.scene import Classification
 from texvol.transfer import TransferFunction
 from texvol.volume import Volume
 
-TexelFormat = Literal["rgba8", "rgba16f", "rgba32f"]
-TEXEL_FORMATS: tuple[str, ...] = get_args(TexelFormat)
 TEXEL_TYPES: dict[str, np.dtype] = {
     "rgba8": np.dtype(np.uint8),
     "rgba16f": np.dtype(np.float16),
     "rgba32f": np.dtype(np.float32),
 }
+TEXEL_FORMATS = tuple(TEXEL_TYPES)
 # What stands for an infinite extinction and all above it, per smallest spacing. In float32, interpolated with a weight
 # of 1e-6 it is still opaque over a millionth of a voxel, and its square is finite. The others have no room for that
 # beside the finite extinctions, which share their range: opaque over a thousandth of a voxel, and over a third.
