@@ -1,16 +1,59 @@
-// The transfer function after interpolation: segments between control points, found by a grid and a binary search.
+// The transfer function after interpolation.
 //
-// A segment is a line in the value: extinction and straight colour (or emission) at its two ends.
+// A sum of ramps where that is exact to rounding, which costs next to nothing for a few of them; otherwise segments
+// between control points, found by a grid and a binary search.
 // Lengths are in the volume's smallest spacing.
+//
+// Switches: RAMPS n: how many ramps there are; 0: segments.
+//           EMISSIVE 1: what glows is a number of its own, 0: it is colour times extinction.
 
 #include "optics.glsl"
+
+// Colour and opacity over a path in matter of one colour (or emission) and extinction.
+vec4 color_of_matter(vec3 color, float extinction, float path_length) {
+    float depth = extinction * path_length;
+    float opacity = opacity_from_depth(depth);
+#if EMISSIVE
+    return vec4(color * (path_length * mean_transmittance(depth, opacity)), opacity);
+#else
+    return vec4(color * opacity, opacity);
+#endif
+}
+
+#if RAMPS
+
+uniform vec4 ramp_base;           // colour and extinction before the first ramp
+uniform vec4 ramp_rises[RAMPS];   // how much each ramp adds from its start to its end
+uniform vec2 ramp_places[RAMPS];  // where it starts, and 1 / its width
+
+#include "each_ramp.glsl"
+
+// Copies for the loop over the slabs: Mesa's software driver fetches a uniform anew each time, and keeps an array in
+// memory, which makes a sample twice as dear.
+#define DECLARE(rise, place, i) vec4 rise; vec2 place;
+EACH_RAMP(DECLARE)
+
+void load_ramps() {
+#define LOAD(rise, place, i) rise = ramp_rises[i]; place = ramp_places[i];
+    EACH_RAMP(LOAD)
+}
+
+// Colour and opacity of a slab of one value. NaN is nothing.
+vec4 color_of_value(float value, float path_length) {
+    vec4 matter = ramp_base;
+#define ADD(rise, place, i) matter += rise * clamp((value - place.x) * place.y, 0.0, 1.0);
+    EACH_RAMP(ADD)
+    vec4 color = color_of_matter(matter.rgb, matter.a, path_length);
+    return value == value ? color : vec4(0.0);
+}
+
+#else
 
 uniform sampler2D segments;       // three rows for each 4096 of them, see value_texture.py
 uniform sampler2D segment_grid;   // first and last segment that a value in the cell may lie in
 uniform float grid_low;
 uniform float grid_per_value;
 uniform int grid_cells;
-uniform bool emissive;
 
 struct Segment {
     float start;
@@ -67,17 +110,17 @@ bool is_opaque(Segment segment, float value) {
 
 // What shows of matter behind which nothing does.
 vec4 opaque_color(vec3 color) {
-    return vec4(emissive ? vec3(0.0) : color, 1.0);
+    return vec4(EMISSIVE == 1 ? vec3(0.0) : color, 1.0);
 }
 
-// Colour and opacity of a slab of one value.
+// Colour and opacity of a slab of one value. NaN is nothing.
 vec4 color_of_value(float value, float path_length) {
     Segment segment = segment_at(segment_of(value));
     float share = share_of(segment, value);
     vec3 color = color_at(segment, share);
-    if (is_opaque(segment, value)) return opaque_color(color);
-    float depth = extinction_at(segment, share) * path_length;
-    float opacity = opacity_from_depth(depth);
-    if (emissive) return vec4(color * path_length * mean_transmittance(depth, opacity), opacity);
-    return vec4(color * opacity, opacity);
+    vec4 slab = is_opaque(segment, value) ? opaque_color(color)
+                                          : color_of_matter(color, extinction_at(segment, share), path_length);
+    return value == value ? slab : vec4(0.0);
 }
+
+#endif

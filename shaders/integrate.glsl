@@ -62,9 +62,12 @@ vec4 stretch_color(Segment segment, float front, float behind, float path_length
     vec3 color_behind = color_at(segment, share_behind);
     float depth = 0.5 * (tau_front + tau_behind) * path_length;
     float opacity = opacity_from_depth(depth);
-    if (emissive) return vec4(emissive_color(color_front, color_behind, tau_front, tau_behind, path_length), opacity);
+#if EMISSIVE
+    return vec4(emissive_color(color_front, color_behind, tau_front, tau_behind, path_length), opacity);
+#else
     if (depth <= 0.0) return vec4(0.0);
     return vec4(mix(color_front, color_behind, mean_place(tau_front, tau_behind, depth, opacity)) * opacity, opacity);
+#endif
 }
 
 // Colour and opacity of a slab along which the value goes linearly from `front` to `behind`: its stretches between

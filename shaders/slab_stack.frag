@@ -1,13 +1,19 @@
 #version 330
-// One pixel's ray through one slab stack: each slab contributes over the ray's own way through slab ∩ box, and the
-// slabs are composited in registers, front to back.
+// One pixel's ray through one brick: each slab contributes over the ray's own way through slab ∩ box, and the slabs are
+// composited in registers, front to back.
 //
 // Depth along the view is counted in slab thicknesses from the middle of the box, so that slab k lies between the
-// planes k and k + 1 and a whole slab is exactly 1 deep. Positions are in texture coordinates: the box is [0, 1]³.
+// planes k and k + 1 and a whole slab is exactly 1 deep. Positions are in the box's own coordinates, in which it is
+// [0, 1]³, and in texture coordinates, which are a brick's.
 //
 // Switches: CLASSIFICATION 0: texels hold slab-integrated colour and opacity, 1: emission and extinction, 2: the value,
 //                          classified in the middle of each slab, 3: the value, integrated from plane to middle to plane.
 //           PERSPECTIVE 1: rays diverge, 0: they are parallel.
+//           RAMPS n: the transfer function is a sum of n ramps; 0: it is looked up, or classified already.
+//           WHOLE_SLABS 1: the texels of CLASSIFICATION 0 stand for the ray's way through a slab as they are.
+//           BRICKS 1: the texture is a part of the volume, and the slabs whose middle lies in it are drawn.
+//           LEAPS 1: what `leaps` shows to be empty is leapt over.
+//           COUNT 1: red and green are how many slabs were sampled, and how many there are.
 
 #extension GL_ARB_gpu_shader_fp64 : enable
 #include "optics.glsl"
@@ -26,9 +32,10 @@
 
 uniform sampler3D texels;
 uniform float color_scale;        // brings the brightest emission near 1, for targets of few digits
+uniform float least_transmittance;  // a ray that lets no more through is done
 uniform real eye_depth;           // nothing in front of the eye is seen
 uniform vec2 picture_middle;      // pixels
-uniform real3 point;              // where the ray of the middle pixel meets depth 0
+uniform real3 point;              // where the ray of the middle pixel meets depth 0, in the box
 uniform real3 point_per_column;
 uniform real3 point_per_row;
 uniform real3 velocity;           // way of that ray per unit of depth
@@ -37,30 +44,49 @@ uniform real3 velocity_per_column;
 uniform real3 velocity_per_row;
 uniform float tangent_per_pixel;
 #endif
-#if CLASSIFICATION <= 1
-uniform vec4 texel_scale;         // what a texel is to be multiplied with
+#if BRICKS
+uniform real3 brick_low;          // the brick's own part of the box; infinite where the box ends
+uniform real3 brick_high;
+// A place in the texture: the driver's own product with the number of samples, less whole samples, times a power of two.
+// So it is exactly where it would be in the texture of the whole.
+uniform vec3 samples_per_box;
+uniform vec3 first_sample;
+uniform vec3 textures_per_sample;
 #endif
-uniform float slab_length;        // slab thickness in what the texels count lengths in
-// A file is included once, so that what the next one includes has to be outside of its condition.
+#if CLASSIFICATION <= 1
+uniform vec4 texel_scale;         // texels are stored relative to this
+#endif
+uniform float slab_length;        // slab thickness, in the unit of length of the texels or of the transfer function
 #if CLASSIFICATION >= 2
 #include "classify.glsl"
 #endif
 #if CLASSIFICATION == 3
 #include "integrate.glsl"
 #endif
+#if LEAPS
+#include "leap.glsl"
+#endif
 
 flat in vec2 slab_range;
 out vec4 stack_color;             // premultiplied
 
-// Depths at which the line position + depth * way enters and leaves the unit cube; enters > leaves if it misses.
-real2 depths_in_box(real3 position, real3 way) {
+#if CLASSIFICATION == 3
+const float AT_ONCE = 1.0;        // slabs in a turn of the loop
+#else
+const float AT_ONCE = 2.0;
+#endif
+const float RUN = 64.0;           // slabs composited before they are put behind the others: sums of few keep digits
+
+// Depths at which the line position + depth * way enters and leaves the box from low to high; enters > leaves if it
+// misses.
+real2 depths_between(real3 low, real3 high, real3 position, real3 way) {
     real2 inside = real2(-1e30, 1e30);
     for (int axis = 0; axis < 3; ++axis) {
         if (abs(way[axis]) < 1e-30) {
-            if (position[axis] < 0.0 || position[axis] > 1.0) inside = real2(1.0, -1.0);
+            if (position[axis] < low[axis] || position[axis] > high[axis]) inside = real2(1.0, -1.0);
         } else {
-            real a = -position[axis] / way[axis];
-            real b = (1.0 - position[axis]) / way[axis];
+            real a = (low[axis] - position[axis]) / way[axis];
+            real b = (high[axis] - position[axis]) / way[axis];
             inside = real2(max(inside.x, min(a, b)), min(inside.y, max(a, b)));
         }
     }
@@ -68,29 +94,40 @@ real2 depths_in_box(real3 position, real3 way) {
 }
 
 vec4 texel_at(vec3 position) {
+#if BRICKS
+    position = (position * samples_per_box - first_sample) * textures_per_sample;
+#endif
     return textureLod(texels, position, 0.0);
 }
 
 #if CLASSIFICATION == 0
-// Premultiplied colour and opacity of the matter in `texel`, over `path` times the slab thickness.
-vec4 slab_color(vec4 texel, float path) {
+// Premultiplied colour and opacity of the matter in `texel`, over `length` times what it stands for.
+vec4 slab_color(vec4 texel, float length) {
     texel *= texel_scale;
-    float path_length = path * slab_length;
-    if (path_length == 1.0) return texel;
-    float opacity = opacity_from_depth(path_length * depth_from_opacity(texel.a));
-    return vec4(texel.rgb * (texel.a > 0.0 ? opacity / texel.a : path_length), opacity);
+    float opacity = opacity_from_depth(length * depth_from_opacity(texel.a));
+    return vec4(texel.rgb * (texel.a > 0.0 ? opacity / texel.a : length), opacity);
 }
 #elif CLASSIFICATION == 1
-vec4 slab_color(vec4 texel, float path) {
+vec4 slab_color(vec4 texel, float length) {
     texel *= texel_scale;
-    float path_length = path * slab_length;
-    float depth = texel.a * path_length;
+    float depth = texel.a * length;
     float opacity = opacity_from_depth(depth);
-    return vec4(texel.rgb * (path_length * mean_transmittance(depth, opacity)), opacity);
+    return vec4(texel.rgb * (length * mean_transmittance(depth, opacity)), opacity);
 }
 #elif CLASSIFICATION == 2
-vec4 slab_color(vec4 texel, float path) {
-    return texel.r == texel.r ? color_of_value(texel.r, path * slab_length) : vec4(0.0);  // NaN is nothing
+vec4 slab_color(vec4 texel, float length) {
+    return color_of_value(texel.r, length);
+}
+#endif
+
+#if CLASSIFICATION != 3
+// The same for a slab that the box does not cut short.
+vec4 whole_slab_color(vec4 texel, float length) {
+#if CLASSIFICATION == 0 && WHOLE_SLABS
+    return texel * texel_scale;
+#else
+    return slab_color(texel, length);
+#endif
 }
 #endif
 
@@ -104,39 +141,88 @@ void main() {
     vec2 tangent = pixel * tangent_per_pixel;
     obliquity = sqrt(1.0 + dot(tangent, tangent));
 #endif
+    float whole_length = obliquity * slab_length;
 
     // A depth is a slab and a share of it, so that the share keeps float32's digits at any depth.
-    real2 inside = depths_in_box(position, way);
+    real2 inside = depths_between(real3(0.0), real3(1.0), position, way);
     inside.x = max(inside.x, eye_depth);
     if (inside.x >= inside.y) discard;
     float first_slab = float(floor(inside.x));
     float first_share = float(inside.x - floor(inside.x));
     float last_slab = float(ceil(inside.y)) - 1.0;
     float last_share = float(inside.y - (ceil(inside.y) - 1.0));
-
+    float slab = max(first_slab, slab_range.x);
+    float end = min(last_slab + 1.0, slab_range.y);
+#if BRICKS
+    // Neighbours work out the same depth for the face that they share, and a slab's middle lies on one side of it.
+    real2 own = depths_between(brick_low, brick_high, position, way);
+    if (own.x > own.y) discard;
+    slab = max(slab, float(ceil(own.x - 0.5)));
+    end = min(end, float(ceil(own.y - 0.5)));
+#endif
     vec3 start = vec3(position);
     vec3 step = vec3(way);
-    stack_color = vec4(0.0);
-    float slab = max(first_slab, slab_range.x);
-    float end = min(last_slab, slab_range.y - 1.0);
-#if CLASSIFICATION == 3
-    float value = texel_at(start + (slab + (slab == first_slab ? first_share : 0.0)) * step).r;
+
+#if CLASSIFICATION >= 2 && RAMPS
+    load_ramps();
 #endif
-    for (; slab <= end; slab += 1.0) {
+#if LEAPS
+    CellWalk walk = cell_walk(vec3(position), vec3(way));
+    float first_depth = first_slab + first_share;
+    float last_depth = last_slab + last_share;
+#endif
+    stack_color = vec4(0.0);
+    float samples = 0.0;
+    float slabs = max(end - slab, 0.0);
+    while (slab < end) {
+        float run_end = min(slab + RUN, end);
+#if LEAPS
+        float full_until;
+        float full_from = leap(walk, max(slab, first_depth), min(end, last_depth), full_until);
+        if (full_from >= min(end, last_depth)) break;
+        slab = max(slab, floor(full_from));
+        run_end = clamp(ceil(full_until), slab + 1.0, min(slab + RUN, end));
+#endif
+        // One slab that the box may cut short.
         float front = slab == first_slab ? first_share : 0.0;
         float back = slab == last_slab ? last_share : 1.0;
-        float path = (back - front) * obliquity;
+        float length = (back - front) * whole_length;
 #if CLASSIFICATION == 3
         // Two lines through three values: a quarter of one line's error where the value bends inside a slab.
+        float value = texel_at(start + (slab + front) * step).r;
         float middle = texel_at(start + (slab + 0.5 * (front + back)) * step).r;
         float behind = texel_at(start + (slab + back) * step).r;
-        vec4 color = over(color_between_values(value, middle, 0.5 * path * slab_length),
-                          color_between_values(middle, behind, 0.5 * path * slab_length));
-        value = behind;
+        vec4 color = over(color_between_values(value, middle, 0.5 * length),
+                          color_between_values(middle, behind, 0.5 * length));
 #else
-        vec4 color = slab_color(texel_at(start + (slab + 0.5 * (front + back)) * step), path);
+        vec4 color = slab_color(texel_at(start + (slab + 0.5 * (front + back)) * step), length);
 #endif
-        stack_color = over(stack_color, color);
+        slab += 1.0;
+        samples += 1.0;
+        // Then whole ones, as many as make the loop worth its own time, until nothing behind them shows.
+        float enough = 1.0 - least_transmittance / ((1.0 - stack_color.a) * (1.0 - color.a));
+        vec4 run_color = vec4(0.0);
+        for (run_end = min(run_end, last_slab) - (AT_ONCE - 1.0); slab < run_end; slab += AT_ONCE) {
+#if CLASSIFICATION == 3
+            value = behind;
+            middle = texel_at(start + (slab + 0.5) * step).r;
+            behind = texel_at(start + (slab + 1.0) * step).r;
+            run_color = over(run_color, over(color_between_values(value, middle, 0.5 * whole_length),
+                                             color_between_values(middle, behind, 0.5 * whole_length)));
+#else
+            vec4 texel = texel_at(start + (slab + 0.5) * step);
+            vec4 next_texel = texel_at(start + (slab + 1.5) * step);
+            run_color = over(run_color, whole_slab_color(texel, whole_length));
+            run_color = over(run_color, whole_slab_color(next_texel, whole_length));
+#endif
+            samples += AT_ONCE;
+            if (run_color.a >= enough) break;
+        }
+        stack_color = over(stack_color, over(color, run_color));
+        if (1.0 - stack_color.a <= least_transmittance) break;
     }
     stack_color.rgb *= color_scale;
+#if COUNT
+    stack_color.rg = vec2(samples, slabs);
+#endif
 }

@@ -117,7 +117,7 @@ def test_the_picture_does_not_depend_on_how_slabs_are_stacked(
         monkeypatch.setattr(
             slicing,
             "slab_stacks",
-            lambda *arguments, per_stack=per_stack: slab_stacks(*arguments, per_stack=per_stack),
+            lambda *arguments, per_stack=per_stack: slab_stacks(*arguments[:4], per_stack, *arguments[5:]),
         )
         pictures.append(renderer.render(scene, SIZE, sampling_rate=4, **FLOAT32))
     np.testing.assert_allclose(pictures[1], pictures[0], atol=2e-6)

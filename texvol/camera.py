@@ -142,6 +142,12 @@ class Camera:
         """Half of the picture's height: world units (orthographic), or world units at depth 1 (perspective)."""
         return self.height / 2 if self.projection == "orthographic" else float(np.tan(np.radians(self.fov) / 2))
 
+    def largest_obliquity(self, size: tuple[int, int]) -> float:
+        """Length of the most oblique ray of a picture between two planes at distance 1 across the view."""
+        if self.projection == "orthographic":
+            return 1.0
+        return float(np.sqrt(1 + self.half_height**2 * (1 + (size[0] / size[1]) ** 2)))
+
     def clip_from_eye(self, aspect: float, near: float, far: float) -> NDArray[np.float64]:
         """Projection matrix of shape (4, 4) for depths `near` to `far`, world units."""
         if self.projection == "perspective":

@@ -1,13 +1,14 @@
-"""The compositor keeps what is on the device: it uploads texels, draws slab stacks, composites and reads back.
+"""The compositor draws slab stacks of bricks into a target, composites them there, and reads the picture back.
 
-Stacks are drawn front to back and blended *under* what is there, so that a pixel holds the premultiplied colour and
-opacity of everything in front of the next stack:
+Bricks come front to back, and so do the stacks of each; they are blended *under* what is there, so that a pixel holds
+the premultiplied colour and opacity of everything in front of the next:
 
     picture ← picture + (1 - picture.a) stack
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,34 +16,36 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol.bricks import Brick
 from texvol.camera import Camera
 from texvol.contexts import Context
 from texvol.errors import InputError
 from texvol.shaders import load_program, set_uniforms
-from texvol.slab_texture import SlabTexture
 from texvol.slicing import SlabStacks
-from texvol.value_texture import ValueTexture
+from texvol.texture_store import MODERNGL_TYPES, BakedTexture
 from texvol.volume import Volume
 
 TARGET_FORMATS = ("rgba8", "rgba16f", "rgba32f")
-_MODERNGL_TYPES = {"rgba8": "f1", "rgba16f": "f2", "rgba32f": "f4", "r16": "nu2", "r16f": "f2", "r32f": "f4"}
-
-BakedTexture = SlabTexture | ValueTexture
 
 
-@dataclass
-class DeviceTexture:
-    """A baked texture on the device; whoever uploaded it releases it."""
+@dataclass(frozen=True)
+class Drawing:
+    """What all bricks of a picture have in common.
 
-    baked: BakedTexture  # without its texels
-    texture: moderngl.Texture3D
-    tables: dict[str, moderngl.Texture]
+    `leaps` are those of `cells.Cells`, with the cells per box, or None where there is nothing to leap over; a ray that
+    lets `least_transmittance` or less through is done.
+    """
 
-    def release(self) -> None:
-        """Give the textures' memory back."""
-        self.texture.release()
-        for table in self.tables.values():
-            table.release()
+    baked: BakedTexture
+    volume: Volume
+    camera: Camera
+    slab_thickness: float
+    size: tuple[int, int]
+    color_scale: float = 1.0
+    least_transmittance: float = 0.0
+    leaps: moderngl.Texture3D | None = None
+    cells_per_box: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    count: bool = False
 
 
 class Compositor:
@@ -53,7 +56,6 @@ class Compositor:
         self._programs: dict[tuple[tuple[str, int], ...], moderngl.Program] = {}
         self._target: moderngl.Framebuffer | None = None
         self._target_key: tuple[tuple[int, int], str] | None = None
-        self._color_scale = 1.0
 
     @property
     def largest_picture(self) -> int:
@@ -61,76 +63,57 @@ class Compositor:
         info = self._gl.info
         return int(min(info["GL_MAX_TEXTURE_SIZE"], *info["GL_MAX_VIEWPORT_DIMS"]))
 
-    def upload(self, baked: BakedTexture) -> DeviceTexture:
-        """The texels as a 3D texture, interpolated trilinearly, clamped at the edge, and its tables.
-
-        Raises
-        ------
-        InputError
-            If the volume has more samples along an axis than the driver's 3D textures.
-        """
-        nz, ny, nx, components = baked.texels.shape
-        largest = self._gl.info["GL_MAX_3D_TEXTURE_SIZE"]
-        if max(nx, ny, nz) > largest:
-            raise InputError(
-                f"the volume has {nx} x {ny} x {nz} samples, and this driver's 3D textures hold at most {largest} "
-                "along an axis"
-            )
-        dtype = _MODERNGL_TYPES[baked.texel_format]
-        texture = self._gl.texture3d((nx, ny, nz), components, baked.texels, alignment=1, dtype=dtype)
-        texture.repeat_x = texture.repeat_y = texture.repeat_z = False
-        texture.filter = moderngl.LINEAR, moderngl.LINEAR
-        return DeviceTexture(baked.without_texels(), texture, self._upload_tables(baked))
-
-    def upload_transfer_function(self, texture: DeviceTexture, baked: BakedTexture) -> None:
-        """Put another transfer function's tables beside texels that don't depend on it."""
-        tables = self._upload_tables(baked)
-        for resource in texture.tables.values():
-            resource.release()
-        texture.baked, texture.tables = baked.without_texels(), tables
-
-    def _upload_tables(self, baked: BakedTexture) -> dict[str, moderngl.Texture]:
-        tables = {}
-        for name, numbers in baked.tables.items():
-            rows, columns, components = numbers.shape
-            tables[name] = self._gl.texture((columns, rows), components, np.ascontiguousarray(numbers), dtype="f4")
-            tables[name].filter = moderngl.NEAREST, moderngl.NEAREST
-        return tables
-
-    def draw(
-        self,
-        device_texture: DeviceTexture,
-        stacks: SlabStacks,
-        volume: Volume,
-        camera: Camera,
-        size: tuple[int, int],
-        target_format: str = "rgba32f",
-        color_scale: float = 1.0,
-    ) -> None:
-        """Composite the stacks into the target, colours times `color_scale`; `picture` reads it and takes that back."""
-        gl = self._gl
-        self._color_scale = color_scale
+    def begin(self, size: tuple[int, int], target_format: str = "rgba32f") -> None:
+        """An empty picture."""
         target = self._target_of(size, target_format)
         target.use()
         target.clear(0.0, 0.0, 0.0, 0.0)
-        if not stacks.slab_count:
+
+    def draw(
+        self,
+        drawing: Drawing,
+        brick: Brick,
+        stacks: SlabStacks,
+        resources: Mapping[str, moderngl.Texture | moderngl.Texture3D],
+    ) -> None:
+        """Composite a brick's stacks behind what is in the picture; `resources` are its texture and tables."""
+        if not stacks.first.size:
             return
-        baked = device_texture.baked
-        program = self._program(baked.switches | {"PERSPECTIVE": int(camera.projection == "perspective")})
-        units = {"texels": device_texture.texture} | device_texture.tables
+        assert self._target is not None, "a picture has to be begun"
+        gl = self._gl
+        self._target.use()
+        parallel = drawing.camera.projection == "orthographic"
+        switches = {"RAMPS": 0} | drawing.baked.switches(drawing.slab_thickness, parallel)
+        program = self._program(
+            {"WHOLE_SLABS": 0, "EMISSIVE": 0}
+            | switches
+            | {
+                "PERSPECTIVE": int(not parallel),
+                "BRICKS": int(not brick.is_whole),
+                "LEAPS": int(drawing.leaps is not None),
+                "COUNT": int(drawing.count),
+            }
+        )
+        uniforms = (
+            {"color_scale": drawing.color_scale, "least_transmittance": drawing.least_transmittance}
+            | drawing.baked.uniforms(drawing.slab_thickness)
+            | _ray_uniforms(stacks, drawing)
+        )
+        units = dict(resources)
+        if drawing.leaps is not None:
+            units["leaps"] = drawing.leaps
+            uniforms["cells_per_box"] = drawing.cells_per_box
+        if not brick.is_whole:
+            uniforms |= _brick_uniforms(brick)
         for unit, resource in enumerate(units.values()):
             resource.use(unit)
-        set_uniforms(
-            program,
-            {name: unit for unit, name in enumerate(units)}
-            | {"color_scale": color_scale}
-            | baked.uniforms(stacks.slab_thickness)
-            | _ray_uniforms(stacks, volume, camera, size),
-        )
+        set_uniforms(program, {name: unit for unit, name in enumerate(units)} | uniforms)
         gl.disable(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
         gl.enable(moderngl.BLEND)
         gl.blend_equation = (moderngl.FUNC_ADD, moderngl.FUNC_ADD)
         gl.blend_func = (moderngl.ONE_MINUS_DST_ALPHA, moderngl.ONE)
+        if drawing.count:
+            gl.blend_func = (moderngl.ONE, moderngl.ONE)
         vertices = gl.buffer(_triangles(stacks))
         array = gl.vertex_array(program, [(vertices, "2f 2f", "in_position", "in_slab_range")])
         try:
@@ -143,15 +126,15 @@ class Compositor:
         """Wait until everything asked for is drawn."""
         self._gl.finish()
 
-    def picture(self) -> NDArray[np.float32]:
-        """What was drawn last: (height, width, 4) float32, premultiplied, linear, top row first."""
+    def picture(self, color_scale: float = 1.0) -> NDArray[np.float32]:
+        """What was drawn: (height, width, 4) float32, premultiplied, linear, top row first, without `color_scale`."""
         assert self._target is not None and self._target_key is not None, "nothing has been drawn yet"
         (width, height), _ = self._target_key
         pixels = np.empty((height, width, 4), np.float32)
         self._target.read_into(pixels, components=4, dtype="f4", alignment=1)
         picture = np.ascontiguousarray(pixels[::-1])
-        if self._color_scale != 1.0:
-            picture[..., :3] /= self._color_scale
+        if color_scale != 1.0:
+            picture[..., :3] /= color_scale
         return picture
 
     def release(self) -> None:
@@ -162,7 +145,7 @@ class Compositor:
         self._release_target()
 
     def _program(self, switches: dict[str, int]) -> moderngl.Program:
-        key = tuple(switches.items())
+        key = tuple(sorted(switches.items()))
         if key not in self._programs:
             self._programs[key] = load_program(self._gl, "slab_stack", defines=switches)
         return self._programs[key]
@@ -172,7 +155,7 @@ class Compositor:
         if self._target is None or self._target_key != key:
             self._release_target()
             try:
-                texture = self._gl.texture(size, 4, dtype=_MODERNGL_TYPES[target_format])
+                texture = self._gl.texture(size, 4, dtype=MODERNGL_TYPES[target_format])
                 self._target = self._gl.framebuffer([texture])
             except moderngl.Error:
                 raise InputError(f"size {size[0]}x{size[1]}: this driver has no room for such a picture") from None
@@ -199,17 +182,18 @@ def _triangles(stacks: SlabStacks) -> NDArray[np.float32]:
     return vertices
 
 
-def _ray_uniforms(stacks: SlabStacks, volume: Volume, camera: Camera, size: tuple[int, int]) -> dict[str, Any]:
-    """Rays in texture coordinates per slab thickness; worked out in float64."""
+def _ray_uniforms(stacks: SlabStacks, drawing: Drawing) -> dict[str, Any]:
+    """Rays in box coordinates per slab thickness; worked out in float64."""
+    volume, camera, size = drawing.volume, drawing.camera, drawing.size
     rays = camera.pixel_rays(size, volume.centre)
-    texture_from_world = volume.index_from_world / np.array(volume.dimensions)[:, np.newaxis]
-    per_slab = texture_from_world * stacks.slab_thickness
+    box_from_world = volume.index_from_world / np.array(volume.dimensions)[:, np.newaxis]
+    per_slab = box_from_world * stacks.slab_thickness
     uniforms: dict[str, Any] = {
         "eye_depth": stacks.eye_depth,
         "picture_middle": (size[0] / 2, size[1] / 2),
-        "point": tuple(0.5 + texture_from_world @ rays.point),
-        "point_per_column": tuple(texture_from_world @ rays.point_per_column),
-        "point_per_row": tuple(texture_from_world @ rays.point_per_row),
+        "point": tuple(0.5 + box_from_world @ rays.point),
+        "point_per_column": tuple(box_from_world @ rays.point_per_column),
+        "point_per_row": tuple(box_from_world @ rays.point_per_row),
         "velocity": tuple(per_slab @ rays.velocity),
     }
     if camera.projection == "perspective":
@@ -217,3 +201,15 @@ def _ray_uniforms(stacks: SlabStacks, volume: Volume, camera: Camera, size: tupl
         uniforms["velocity_per_row"] = tuple(per_slab @ rays.velocity_per_row)
         uniforms["tangent_per_pixel"] = 2 * camera.half_height / size[1]
     return uniforms
+
+
+def _brick_uniforms(brick: Brick) -> dict[str, Any]:
+    low, high = brick.own_range
+    samples, first, per_sample = brick.texture_from_box
+    return {
+        "brick_low": tuple(low),
+        "brick_high": tuple(high),
+        "samples_per_box": tuple(samples),
+        "first_sample": tuple(first),
+        "textures_per_sample": tuple(per_sample),
+    }

@@ -4,23 +4,25 @@
     volume + camera + slab thickness            ─► slab stacks: view-aligned polygons, front to back
     texture + slab stacks + camera              ─► picture:     drawn, composited, read back
 
+for a volume that is too large for one texture brick by brick, in visibility order
+
 after Wilson, Van Gelder, Wilhelms (1994): classify once, integrate over a slab, draw textured polygons, composite.
 `Renderer` (renderer.py) goes through these steps, and keeps between pictures what they have in common.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol import slab_texture, slicing, value_texture
-from texvol.camera import Camera
-from texvol.compositor import BakedTexture, Compositor, DeviceTexture
+from texvol import bricks, slab_texture, slicing, value_texture
+from texvol.compositor import Compositor, Drawing
 from texvol.scene import Scene
+from texvol.texture_store import BakedTexture, TextureStore
 from texvol.transfer import TransferFunction
-from texvol.volume import Volume
 
 
 def render(
@@ -42,19 +44,21 @@ def bake(scene: Scene, transfer_function: TransferFunction, slab_thickness: floa
 
 def draw(
     compositor: Compositor,
-    texture: DeviceTexture,
-    volume: Volume,
-    camera: Camera,
-    slab_thickness: float,
-    size: tuple[int, int],
+    textures: TextureStore,
+    drawing: Drawing,
     target_format: str,
-    color_scale: float,
+    shows: Callable[[bricks.Brick], bool],
 ) -> int:
-    """Cut the box into slabs across the view, draw and composite them; the number of slabs."""
-    stacks = slicing.slab_stacks(volume, camera, slab_thickness, size)
-    compositor.draw(texture, stacks, volume, camera, size, target_format, color_scale)
+    """Cut the bricks that show anything into slabs across the view, draw and composite them; their number."""
+    compositor.begin(drawing.size, target_format)
+    volume, camera = drawing.volume, drawing.camera
+    per_stack = drawing.baked.slabs_per_stack
+    visible = [brick for brick in textures.bricks if shows(brick)]
+    for brick in bricks.visibility_order(visible, volume, camera):
+        stacks = slicing.slab_stacks(volume, camera, drawing.slab_thickness, drawing.size, per_stack, brick.stored_box)
+        compositor.draw(drawing, brick, stacks, textures.resources(brick))
     compositor.finish()
-    return stacks.slab_count
+    return len(visible)
 
 
 def over_background(picture: NDArray[np.float32], background: tuple[float, float, float]) -> NDArray[np.float32]:

@@ -1,11 +1,12 @@
-"""A Renderer keeps what pictures have in common: the context, the programs, the last texture; and says what it did."""
+"""A Renderer keeps what pictures have in common: the context, the programs, the textures; and says what it did."""
 
 from __future__ import annotations
 
 import time
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from statistics import median
 from types import TracebackType
 from typing import Any
@@ -13,39 +14,67 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol import accuracy, error_control, slab_texture
+from texvol import accuracy, bricks, error_control, slab_texture, slicing
+from texvol.bricks import Brick
 from texvol.camera import Camera
-from texvol.compositor import TARGET_FORMATS, BakedTexture, Compositor, DeviceTexture
+from texvol.compositor import TARGET_FORMATS, Compositor, Drawing
 from texvol.contexts import open_context
+from texvol.empty_space import EmptySpace
 from texvol.errors import AccuracyWarning, InputError
 from texvol.render import bake, draw, over_background
 from texvol.scene import Scene, checked_size
+from texvol.texture_memory import default_budget
+from texvol.texture_store import BakedTexture, TextureStore, same
 from texvol.transfer import TransferFunction, proposed_for
 
 Size = tuple[int, int]
+# A picture that an estimate is drawn from needs no textures that stay: it makes do with bricks of this many bytes.
+_REFERENCE_BUDGET = 64 << 20
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How a scene is drawn: what `Renderer.render` was asked for, with every choice made."""
+
+    slab_thickness: float  # world units
+    texture_format: str
+    target_format: str
+    early_termination: float
+    skip_empty: bool
 
 
 class Renderer:
-    """Draws scenes on one OpenGL context; keeps the context, the programs and the last texture.
+    """Draws scenes on one OpenGL context; keeps the context, the programs and the textures of the last volume.
 
     Parameters
     ----------
     backend : "auto", "egl" or "osmesa"
+    texture_memory : float, optional
+        Megabytes (10⁶ bytes) that textures may take; half of what is free unless told. A volume whose texture is
+        larger, or too large for the driver, is drawn in bricks.
 
     Raises
     ------
     ContextError
         If no OpenGL context can be made; the message holds each back end's reason.
+    InputError
+        If the texture memory is not positive.
     """
 
-    def __init__(self, backend: str = "auto") -> None:
+    def __init__(self, backend: str = "auto", *, texture_memory: float | None = None) -> None:
+        if texture_memory is not None and not 0 < texture_memory < np.inf:
+            raise InputError(f"texture memory must be positive and finite, and is {texture_memory:g} MB")
         self._context = open_context(backend)
         with self._context:
             self._compositor = Compositor(self._context)
-        self._baked: tuple[tuple[Any, ...], DeviceTexture] | None = None
+            self._empty_space = EmptySpace(self._context.gl)
+            self._budget = int(texture_memory * 1e6) if texture_memory else default_budget(self._context)
+            self._textures = TextureStore(self._context, self._budget)
+            self._bricks_drawn = 0
         self._proposed: tuple[Any, TransferFunction] | None = None
+        self._baked: tuple[tuple[Any, ...], BakedTexture] | None = None
         self._seconds: dict[str, float] = {}
-        self._last: tuple[Scene, Size, float, str, str] | None = None
+        self._last: tuple[Scene, Size, Settings] | None = None
         self._stats: dict[str, Any] = {}
         self._estimate: float | None = None  # of the last picture's error, where it has been worked out
 
@@ -59,6 +88,8 @@ class Renderer:
         max_error: float | None = None,
         texture_format: str = "auto",
         target_format: str = "auto",
+        early_termination: float | None = None,
+        skip_empty: bool = True,
         repeat: int = 1,
     ) -> NDArray[np.float32]:
         """The scene's picture: (height, width, 4) float32, premultiplied, linear, top row first.
@@ -76,6 +107,11 @@ class Renderer:
         texture_format, target_format : "auto", "rgba8", "rgba16f" or "rgba32f"
             `auto` is the smallest texture whose rounding does not show beside the discretisation error, and a
             float32 target.
+        early_termination : float, optional
+            A ray ends where it lets no more light through than this, which is the largest error that comes of it.
+            2^-22 unless told; 0: never.
+        skip_empty : bool
+            Whether cells in which nothing shows are leapt over; the picture is the same.
         repeat : int
             How often to draw; `stats` has the median time.
 
@@ -85,19 +121,19 @@ class Renderer:
             If an argument is out of range, or the volume or the picture too large for the driver.
         """
         size = self._checked_size(size)
-        target_format = _chosen_target(target_format)
         if texture_format not in ("auto", *slab_texture.TEXEL_FORMATS):
             raise InputError(f"texture format is auto, rgba8, rgba16f or rgba32f, and not {texture_format!r}")
         wanted = accuracy.checked(scene.volume, slab_thickness, sampling_rate, max_error)
+        termination = accuracy.checked_termination(early_termination, max_error)
+        settings = Settings(wanted, texture_format, _chosen_target(target_format), termination, skip_empty)
         self._seconds, self._stats, self._estimate = {}, {}, None
         with self._context:
             if max_error is not None:
                 # Any rounding of texels would hide in the differences that the choice goes by.
-                texture_format = "rgba32f" if texture_format == "auto" else texture_format
-                wanted = self._thickness_for_error(scene, size, texture_format, target_format, max_error)
-            texture = self._texture(scene, wanted, texture_format)
-            picture = self._draw(scene, texture, wanted, size, target_format, repeat)
-        self._last = (scene, size, wanted, texture.baked.texel_format, target_format)
+                settings = replace(settings, texture_format="rgba32f") if texture_format == "auto" else settings
+                settings = replace(settings, slab_thickness=self._thickness_for_error(scene, size, settings, max_error))
+            picture = self._draw(scene, size, settings, repeat)
+        self._last = (scene, size, settings)
         return over_background(picture, scene.background)
 
     @property
@@ -105,13 +141,19 @@ class Renderer:
         """What the last `render` did, JSON-able, as `--stats` writes it.
 
         `estimated_error` is the maximum absolute error that is to be expected of the linear picture against the
-        integral of its classification; it is worked out when first asked for, from two small pictures.
+        integral of its classification; it is worked out when first asked for, from two small pictures. So are
+        `samples`, the slabs that were sampled, and `samples_total`, those that the rays cross in the box.
         """
         if self._last is None:
             return {}
         if not self._stats:
             self._stats = self._facts(*self._last)
         return self._stats
+
+    @property
+    def seconds(self) -> dict[str, float]:
+        """What `stats` has under the same name, at once: `bake`, `upload`, `draw`, `read` of the last `render`."""
+        return dict(self._seconds)
 
     @property
     def renderer_name(self) -> str:
@@ -128,7 +170,8 @@ class Renderer:
         if self._context.released:
             return
         with self._context:
-            self._forget_texture()
+            self._textures.release()
+            self._empty_space.release()
             self._compositor.release()
         self._context.release()
 
@@ -140,47 +183,74 @@ class Renderer:
     ) -> None:
         self.close()
 
-    def _texture(self, scene: Scene, thickness: float, texel_format: str) -> DeviceTexture:
-        """The scene's texture on the device, baked and uploaded where the last one was another."""
+    def _prepare(self, scene: Scene, size: Size, settings: Settings) -> BakedTexture:
+        """Have what the scene's textures are made of, and the textures themselves if there are no bricks."""
         transfer_function = self._transfer_function(scene)
+        volume, classification, thickness = scene.volume, scene.classification, settings.slab_thickness
+        texels: tuple[Any, ...] = (volume,)
         with self._timed("bake"):
-            if scene.classification in ("post", "integrated"):
-                key: tuple[Any, ...] = (scene.volume, transfer_function, scene.classification)
-            else:
-                if texel_format == "auto":
-                    texel_format = accuracy.cheapest_texel_format(
-                        scene.volume, transfer_function, scene.classification, thickness
+            if settings.skip_empty:
+                self._empty_space.prepare(volume, transfer_function)
+            texture_format = settings.texture_format
+            if classification in ("slab", "extinction"):
+                if texture_format == "auto":
+                    texture_format = accuracy.cheapest_texel_format(
+                        volume, transfer_function, classification, thickness
                     )
-                baked_for = thickness if scene.classification == "slab" else None
-                key = (scene.volume, transfer_function, scene.classification, baked_for, texel_format)
-            if self._baked and _same(self._baked[0], key):
-                return self._baked[1]
-            baked = bake(scene, transfer_function, thickness, texel_format)
-        if self._baked and self._baked[0][0] is scene.volume and len(self._baked[0]) == len(key) == 3:
-            # The same values: another transfer function is only another table.
-            texture = self._baked[1]
-            with self._timed("upload"):
-                self._compositor.upload_transfer_function(texture, baked)
-            self._baked = (key, texture)
-            return texture
-        self._forget_texture()
-        return self._uploaded(key, baked)
+                baked_for = thickness if classification == "slab" else 0.0
+                texels = (volume, transfer_function, classification, baked_for, texture_format)
+            recipe = (*texels, transfer_function, classification)
+            if self._baked is None or not same(self._baked[0], recipe):
+                self._baked = (recipe, bake(scene, transfer_function, thickness, texture_format))
+        baked = self._baked[1]
+        margin = bricks.margin(volume, scene.camera_for(size), size, thickness)
+        self._textures.prepare(baked, volume, texels, margin)
+        return baked
 
-    def _uploaded(self, key: tuple[Any, ...], baked: BakedTexture) -> DeviceTexture:
-        with self._timed("upload"):
-            texture = self._compositor.upload(baked)
-        self._baked = (key, texture)
-        return texture
+    def _drawing(self, scene: Scene, size: Size, settings: Settings) -> Drawing:
+        """The scene as the compositor wants it, its texture on the device."""
+        baked = self._prepare(scene, size, settings)
+        empty_space = self._empty_space
+        leaps = empty_space.leaps if settings.skip_empty else None
+        return Drawing(
+            baked,
+            scene.volume,
+            scene.camera_for(size),
+            settings.slab_thickness,
+            size,
+            accuracy.color_scale(scene.volume, self._transfer_function(scene)),
+            settings.early_termination,
+            leaps,
+            empty_space.cells_per_box if leaps else (1.0, 1.0, 1.0),
+        )
 
-    def _thickness_for_error(
-        self, scene: Scene, size: Size, texture_format: str, target_format: str, max_error: float
-    ) -> float:
+    def _shows(self, settings: Settings) -> Callable[[Brick], bool]:
+        return self._empty_space.shows if settings.skip_empty else lambda brick: True
+
+    def _draw(self, scene: Scene, size: Size, settings: Settings, repeat: int = 1) -> NDArray[np.float32]:
+        """The picture, without background."""
+        textures, shows = self._textures, self._shows(settings)
+        with self._baking():
+            drawing = self._drawing(scene, size, settings)
+            if len(textures.bricks) == 1 and shows(textures.bricks[0]):
+                textures.resources(textures.bricks[0])
+        times = []
+        for _ in range(max(repeat, 1)):
+            start, spent = time.perf_counter(), sum(textures.seconds.values())
+            with self._baking():
+                self._bricks_drawn = draw(self._compositor, textures, drawing, settings.target_format, shows)
+            times.append(time.perf_counter() - start - (sum(textures.seconds.values()) - spent))
+        # The first draw compiles the programs: warm draws are the others.
+        self._seconds["draw"] = median(times[1:] or times)
+        with self._timed("read"):
+            return self._compositor.picture(drawing.color_scale)
+
+    def _thickness_for_error(self, scene: Scene, size: Size, settings: Settings, max_error: float) -> float:
         def picture(thickness: float) -> NDArray[np.float32]:
-            texture = self._texture(scene, thickness, texture_format)
-            return self._draw(scene, texture, thickness, size, target_format, 1)
+            return self._draw(scene, size, replace(settings, slab_thickness=thickness))
 
         def reference(thickness: float) -> NDArray[np.float32]:
-            return self._reference(scene, thickness, size)
+            return self._reference(scene, size, replace(settings, slab_thickness=thickness))
 
         choice = error_control.thickness_for_error(picture, reference, scene.volume.smallest_spacing, max_error)
         self._estimate = choice.estimated_error
@@ -193,61 +263,59 @@ class Renderer:
             )
         return choice.slab_thickness
 
-    def _reference(self, scene: Scene, thickness: float, size: Size) -> NDArray[np.float32]:
-        """What stands for the integral: no formats but float32, so that their rounding counts as error."""
-        scene = error_control.reference_for(scene)
-        return self._draw(scene, self._texture(scene, thickness, "rgba32f"), thickness, size, "rgba32f", 1)
+    def _reference(self, scene: Scene, size: Size, settings: Settings) -> NDArray[np.float32]:
+        """What stands for the integral: float32 throughout and no ray ended, so that their cost counts as error."""
+        exact = replace(settings, texture_format="rgba32f", target_format="rgba32f", early_termination=0.0)
+        return self._draw(error_control.reference_for(scene), size, exact)
 
-    def _draw(
-        self, scene: Scene, texture: DeviceTexture, thickness: float, size: Size, target_format: str, repeat: int
-    ) -> NDArray[np.float32]:
+    def _facts(self, scene: Scene, size: Size, settings: Settings) -> dict[str, Any]:
+        seconds, drawn = dict(self._seconds), self._bricks_drawn
+        textures = self._textures
+        cells, visible_cells = self._empty_space.counts if settings.skip_empty else (0, 0)
+        baked = self._baked
+        assert baked is not None
         camera = scene.camera_for(size)
-        color_scale = accuracy.color_scale(scene.volume, self._transfer_function(scene))
-        times = []
-        for _ in range(max(repeat, 1)):
-            start = time.perf_counter()
-            self._slabs = draw(
-                self._compositor, texture, scene.volume, camera, thickness, size, target_format, color_scale
-            )
-            times.append(time.perf_counter() - start)
-        # The first draw compiles the programs: warm draws are the others.
-        self._seconds["draw"] = median(times[1:] or times)
-        with self._timed("read"):
-            return self._compositor.picture()
-
-    def _facts(
-        self, scene: Scene, size: Size, thickness: float, texel_format: str, target_format: str
-    ) -> dict[str, Any]:
-        slabs, seconds = self._slabs, dict(self._seconds)
-        return {
+        facts = {
             "renderer": self._context.renderer,
             "backend": self._context.backend,
             "size": list(size),
-            "slab_thickness": thickness,
-            "slabs": slabs,
-            "samples": slabs * size[0] * size[1],
+            "slab_thickness": settings.slab_thickness,
+            "slabs": slicing.slab_stacks(scene.volume, camera, settings.slab_thickness, size).slab_count,
             "classification": scene.classification,
-            "texture_format": texel_format,
-            "target_format": target_format,
-            "bricks_total": 1,
-            "bricks_drawn": int(slabs > 0),
-            "modelled": _modelled(scene, scene.camera_for(size)),
+            "texture_format": baked[1].texel_format,
+            "target_format": settings.target_format,
+            "bricks_total": len(textures.bricks),
+            "bricks_drawn": drawn,
+            "texture_bytes": textures.bytes,
+            "cells_total": cells,
+            "cells_drawn": visible_cells,
+            "early_termination": settings.early_termination,
+            "modelled": _modelled(scene, camera),
             "seconds": seconds,
-            "estimated_error": self._estimated_error(scene, size, thickness, texel_format, target_format),
         }
+        facts["samples"], facts["samples_total"] = self._samples(scene, size, settings)
+        facts["estimated_error"] = self._estimated_error(scene, size, settings)
+        return facts
 
-    def _estimated_error(
-        self, scene: Scene, size: Size, thickness: float, texel_format: str, target_format: str
-    ) -> float | None:
+    def _samples(self, scene: Scene, size: Size, settings: Settings) -> tuple[int | None, int | None]:
+        """Slabs that were sampled, and slabs that the rays cross in the box; counted by drawing once more."""
+        if self._context.released:
+            return None, None
+        with self._context:
+            drawing = replace(self._drawing(scene, size, settings), count=True)
+            draw(self._compositor, self._textures, drawing, "rgba32f", self._shows(settings))
+            counts = self._compositor.picture()[..., :2].sum(axis=(0, 1), dtype=np.float64)
+        return int(counts[0]), int(counts[1])
+
+    def _estimated_error(self, scene: Scene, size: Size, settings: Settings) -> float | None:
         """What the choice of thickness found, or what halving it changes in a picture of a sixteenth of the pixels."""
         if self._estimate is not None or self._context.released:
             return self._estimate
         small = (max(size[0] // 4, 1), max(size[1] // 4, 1))
         with self._context:
-            texture = self._texture(scene, thickness, texel_format)
-            picture = self._draw(scene, texture, thickness, small, target_format, 1)
-            with self._texture_set_aside():
-                reference = self._reference(scene, thickness / 2, small)
+            picture = self._draw(scene, small, settings)
+            with self._textures_set_aside():
+                reference = self._reference(scene, small, replace(settings, slab_thickness=settings.slab_thickness / 2))
         self._estimate = error_control.estimate(picture, reference, halvings=1)
         return self._estimate
 
@@ -265,32 +333,37 @@ class Renderer:
             raise InputError(f"size {width}x{height}: a picture has 1 to {largest} pixels along each side here")
         return width, height
 
-    def _forget_texture(self) -> None:
-        if self._baked:
-            self._baked[1].release()
-        self._baked = None
-
     @contextmanager
-    def _texture_set_aside(self) -> Iterator[None]:
-        """Whatever is baked inside, the last picture's texture is still there for the next."""
-        kept, self._baked = self._baked, None
+    def _textures_set_aside(self) -> Iterator[None]:
+        """Whatever is drawn inside, the last picture's textures are still there for the next."""
+        kept = self._textures, self._baked, self._bricks_drawn
+        self._textures = TextureStore(self._context, min(self._budget, _REFERENCE_BUDGET))
         try:
             yield
         finally:
-            self._forget_texture()
-            self._baked = kept
+            self._textures.release()
+            self._textures, self._baked, self._bricks_drawn = kept
+
+    @contextmanager
+    def _baking(self) -> Iterator[None]:
+        """Add what the textures take inside to the seconds of this picture."""
+        before = dict(self._textures.seconds)
+        yield
+        for what, seconds in self._textures.seconds.items():
+            if seconds > before[what]:
+                self._seconds[what] = self._seconds.get(what, 0.0) + seconds - before[what]
 
     @contextmanager
     def _timed(self, what: str) -> Iterator[None]:
         start = time.perf_counter()
         yield
-        self._seconds[what] = time.perf_counter() - start
+        self._seconds[what] = self._seconds.get(what, 0.0) + time.perf_counter() - start
 
 
 def _chosen_target(target_format: str) -> str:
     if target_format == "auto":
         # Any smaller target rounds each blend to 2^-11 or worse, more than the usual error of a whole picture; and
-        # with a blend per slab stack its price does not show.
+        # with few blends its price does not show.
         return "rgba32f"
     if target_format not in TARGET_FORMATS:
         raise InputError(f"target format is auto, rgba8, rgba16f or rgba32f, and not {target_format!r}")
@@ -307,8 +380,3 @@ def _modelled(scene: Scene, camera: Camera) -> list[str]:
     if scene.transfer_function is not None and scene.transfer_function.emissive:
         names.append("emissive")
     return names
-
-
-def _same(one: tuple[Any, ...], other: tuple[Any, ...]) -> bool:
-    """Whether two texture keys mean the same texture: volume and transfer function by identity."""
-    return one[0] is other[0] and one[1] is other[1] and one[2:] == other[2:]

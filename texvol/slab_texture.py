@@ -15,8 +15,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
-from functools import partial
+from dataclasses import dataclass
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 
 from texvol import optics
 from texvol.scene import Classification
+from texvol.slicing import SLABS_PER_STACK
 from texvol.transfer import TransferFunction
 from texvol.volume import Volume
 
@@ -33,6 +34,7 @@ TEXEL_TYPES: dict[str, np.dtype] = {
     "rgba32f": np.dtype(np.float32),
 }
 TEXEL_FORMATS = tuple(TEXEL_TYPES)
+Box = tuple[slice, slice, slice]  # of samples, along z, y, x
 # What stands for an infinite extinction and all above it, per smallest spacing. In float32, interpolated with a weight
 # of 1e-6 it is still opaque over a millionth of a voxel, and its square is finite. The others have no room for that
 # beside the finite extinctions, which share their range: opaque over a thousandth of a voxel, and over a third.
@@ -45,21 +47,39 @@ Classifier = Callable[[NDArray], NDArray[np.float64]]  # values (n,) → texels 
 
 @dataclass(frozen=True)
 class SlabTexture:
-    """Texels of shape (nz, ny, nx, 4), what to multiply them with, and what they mean.
+    """How texels of shape (nz, ny, nx, 4) are made, what to multiply them with, and what they mean.
 
     `length_unit` (world units) is what the texels count lengths in: the slab that those of `slab` stand for, what
     emission and extinction are per in those of `extinction`.
     """
 
-    texels: NDArray
+    volume: Volume
     scale: NDArray[np.float64]
     classification: Classification
     length_unit: float
+    texel_format: str
+    emissive: bool
+    classifier: Classifier
+
+    def texels(self, box: Box = (slice(None),) * 3) -> NDArray:
+        """Texels of a box of samples, shape (nz, ny, nx, 4), of `TEXEL_TYPES[texel_format]`."""
+        return _classified(self.volume.values[box], self._encode, self._table, TEXEL_TYPES[self.texel_format])
 
     @property
-    def switches(self) -> dict[str, int]:
-        """Switches of the shader."""
-        return {"CLASSIFICATION": int(self.classification == "extinction")}
+    def components(self) -> int:
+        """Numbers in a texel."""
+        return 4
+
+    @property
+    def slabs_per_stack(self) -> int:
+        """How many slabs a fragment may go through."""
+        return SLABS_PER_STACK
+
+    def switches(self, slab_thickness: float, parallel: bool) -> dict[str, int]:
+        """Switches of the shader; `parallel` says whether all rays cross a slab in the same length."""
+        if self.classification == "extinction":
+            return {"CLASSIFICATION": 1}
+        return {"CLASSIFICATION": 0, "WHOLE_SLABS": int(parallel and slab_thickness == self.length_unit)}
 
     def uniforms(self, slab_thickness: float) -> dict[str, Any]:
         """Uniforms of the shader."""
@@ -70,14 +90,22 @@ class SlabTexture:
         """Further textures that the shader wants: none, all is in the texels."""
         return {}
 
-    @property
-    def texel_format(self) -> str:
-        """Name of the texel format."""
-        return next(name for name, dtype in TEXEL_TYPES.items() if dtype == self.texels.dtype)
+    def _encode(self, values: NDArray) -> NDArray:
+        """Texels (n, 4) for values (n,)."""
+        dtype = TEXEL_TYPES[self.texel_format]
+        texels = self.classifier(values) / self.scale
+        if dtype == np.uint8:
+            return np.rint(np.clip(texels, 0, 1) * 255).astype(dtype)
+        return texels.astype(dtype)
 
-    def without_texels(self) -> SlabTexture:
-        """The same, its texels let go: what a drawing needs to know once they are on the device."""
-        return replace(self, texels=np.empty((0, 0, 0, 4), self.texels.dtype))
+    @cached_property
+    def _table(self) -> tuple[NDArray, int] | None:
+        """Texels of every integer from the smallest to the largest value, and the smallest; None if those are many."""
+        values = self.volume.values
+        if values.dtype.kind not in "iu" or values.dtype.itemsize > 2 or values.size <= 1 << 12:
+            return None
+        low, high = (int(end) for end in self.volume.value_range or (0, 0))
+        return self._encode(np.arange(low, high + 1)), low
 
 
 def bake(
@@ -87,7 +115,7 @@ def bake(
     slab_thickness: float,
     texel_format: str = "rgba32f",
 ) -> SlabTexture:
-    """The 3D texture of a volume; `slab_thickness` is in world units.
+    """The 3D texture of a volume; `slab_thickness` is in world units. Its texels are made when they are asked for.
 
     The slab that texels of `slab` stand for is a thinner one in dense matter, of optical depth 2 at most: of opacities
     nearer to 1 float32 would have no digits left to tell how much of a slab that the box cuts short is to be seen.
@@ -97,10 +125,8 @@ def bake(
         largest_extinction = _largest_extinction(volume, transfer_function)
         length_unit = min(slab_thickness, _DEEPEST_SLAB / largest_extinction if largest_extinction > 0 else np.inf)
     classifier = texel_classifier(transfer_function, classification, length_unit, _OPAQUE_EXTINCTION[texel_format])
-    dtype = TEXEL_TYPES[texel_format]
-    scale = _texel_scale(classifier(_places(volume, transfer_function)).max(axis=0), dtype)
-    texels = _classified(volume.values, partial(_encoded, classifier, scale, dtype), dtype)
-    return SlabTexture(texels, scale, classification, length_unit)
+    scale = _texel_scale(classifier(_places(volume, transfer_function)).max(axis=0), TEXEL_TYPES[texel_format])
+    return SlabTexture(volume, scale, classification, length_unit, texel_format, transfer_function.emissive, classifier)
 
 
 def texel_classifier(
@@ -165,22 +191,13 @@ def _texel_scale(largest: NDArray[np.float64], dtype: np.dtype) -> NDArray[np.fl
     return scale
 
 
-def _encoded(classifier: Classifier, scale: NDArray[np.float64], dtype: np.dtype, values: NDArray) -> NDArray:
-    """Texels (n, 4) of `dtype` for values (n,)."""
-    texels = classifier(values) / scale
-    if dtype == np.uint8:
-        return np.rint(np.clip(texels, 0, 1) * 255).astype(dtype)
-    return texels.astype(dtype)
-
-
-def _classified(values: NDArray, encode: Callable[[NDArray], NDArray], dtype: np.dtype) -> NDArray:
+def _classified(
+    values: NDArray, encode: Callable[[NDArray], NDArray], table: tuple[NDArray, int] | None, dtype: np.dtype
+) -> NDArray:
     """`encode` of every sample, shape (nz, ny, nx, 4): by table for small integers, in threads for the rest."""
     flat = values.reshape(-1)
     texels = np.empty((flat.size, 4), dtype)
-    if values.dtype.kind in "iu" and values.dtype.itemsize <= 2 and flat.size > 1 << 12:
-        work = partial(_look_up, flat, texels, *_table(values, encode))
-    else:
-        work = partial(_compute, flat, texels, encode)
+    work = partial(_look_up, flat, texels, *table) if table else partial(_compute, flat, texels, encode)
     starts = range(0, flat.size, _CHUNK)
     try:
         with ThreadPoolExecutor() as pool:
@@ -190,12 +207,6 @@ def _classified(values: NDArray, encode: Callable[[NDArray], NDArray], dtype: np
         for start in starts:
             work(start)
     return texels.reshape(*values.shape, 4)
-
-
-def _table(values: NDArray, encode: Callable[[NDArray], NDArray]) -> tuple[NDArray, int]:
-    """Texels of every integer from the smallest to the largest value, and the smallest."""
-    low, high = int(values.min()), int(values.max())
-    return encode(np.arange(low, high + 1)), low
 
 
 def _look_up(values: NDArray, texels: NDArray, table: NDArray, low: int, start: int) -> None:

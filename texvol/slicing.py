@@ -17,10 +17,11 @@ from texvol.camera import Camera
 from texvol.errors import InputError
 from texvol.volume import Volume
 
-# Each blend rounds to the target's digits and each slab to the registers': some sixteen to sixty of both for usual
-# volumes keep their sum small, and at 32 the blends take under a tenth of the time of the texture fetches.
-SLABS_PER_STACK = 32
 MOST_SLABS = 1 << 20  # float32 counts slabs exactly to 2^24; a million are hours of drawing
+# As many as there may be turns of loops in a fragment (65535 in all in Mesa's software driver), so that hardly a volume
+# has more than one stack: where nothing shows behind it a fragment stops, and there is little to blend.
+SLABS_PER_STACK = 2048
+WHOLE_BOX = np.array([(0.0, 0.0, 0.0), (1.0, 1.0, 1.0)])
 
 _SIDES = 16
 _ANGLES = 2 * np.pi / _SIDES * np.arange(_SIDES)
@@ -57,13 +58,19 @@ class SlabStacks:
 
 
 def slab_stacks(
-    volume: Volume, camera: Camera, slab_thickness: float, size: tuple[int, int], per_stack: int = SLABS_PER_STACK
+    volume: Volume,
+    camera: Camera,
+    slab_thickness: float,
+    size: tuple[int, int],
+    per_stack: int = SLABS_PER_STACK,
+    part: NDArray[np.float64] = WHOLE_BOX,
 ) -> SlabStacks:
-    """Polygons for the part of the volume's box in front of the eye; none if the box lies behind it.
+    """Polygons for a part of the volume's box in front of the eye; none if it lies behind it.
 
-    `slab_thickness` is in world units, `size` is (width, height) in pixels.
+    `slab_thickness` is in world units, `size` is (width, height) in pixels. `part` has the low and the high corner of
+    the part, in shares of the box, shape (2, 3).
     """
-    corners = camera.in_eye_space(volume.corners_from_centre, volume.centre)
+    corners = camera.in_eye_space(_corners_from_centre(volume, part), volume.centre)
     middle = float(camera.pixel_rays(size, volume.centre).reference_depth)
     with np.errstate(over="ignore"):
         depths = (corners[:, 2] - middle) / slab_thickness
@@ -83,6 +90,12 @@ def slab_stacks(
     far = middle + slab_thickness * np.minimum(last, farthest)
     polygons = _covering_polygons(*_box_between(corners, near, far), camera, size)
     return SlabStacks(polygons, first, last, eye_depth, slab_thickness)
+
+
+def _corners_from_centre(volume: Volume, part: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The corners of a part of the box, shape (8, 3), relative to the middle of the box."""
+    bits = (np.arange(8)[:, np.newaxis] >> np.arange(3)) & 1
+    return (np.take_along_axis(part, bits, axis=0) - 0.5) @ volume.box_edges.T
 
 
 def _box_between(

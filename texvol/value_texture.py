@@ -14,18 +14,22 @@ a grid over the values says between which segments to search.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol.ramps import ramp_uniforms
 from texvol.scene import Classification
+from texvol.slab_texture import Box
+from texvol.slicing import SLABS_PER_STACK
 from texvol.transfer import TransferFunction
 from texvol.volume import Volume
 
 _OPAQUE = 1e16  # extinction per smallest spacing that stands for all above: its square is a float32
+_INTEGERS = (np.uint8, np.int8, np.uint16, np.int16)
 _LAST = 3e38  # the end of the last segment
 _TABLE_WIDTH = 4096  # segments in a row of the table; more go into further rows
 _MOST_CELLS = 4096
@@ -37,13 +41,13 @@ _STEP_MARGIN = 2.0**-22
 
 @dataclass(frozen=True)
 class ValueTexture:
-    """Values of shape (nz, ny, nx, 1) as the texture holds them, and the transfer function in the same units.
+    """How values of shape (nz, ny, nx, 1) are stored in a texture, and the transfer function in the same units.
 
     A fetched value v stands for `offset + scale * v` in data units. `length_unit` (world units) is what extinction and
     emission are counted per.
     """
 
-    texels: NDArray
+    volume: Volume
     texel_format: str
     offset: float
     scale: float
@@ -51,40 +55,65 @@ class ValueTexture:
     classification: Classification
     length_unit: float
 
-    def without_texels(self) -> ValueTexture:
-        """The same, its texels let go: what a drawing needs to know once they are on the device."""
-        return replace(self, texels=np.empty((0, 0, 0, 1), self.texels.dtype))
+    def texels(self, box: Box = (slice(None),) * 3) -> NDArray:
+        """Texels of a box of samples, shape (nz, ny, nx, 1)."""
+        return _stored_values(self.volume.values[box], self.texel_format, self.offset, self.scale)[..., np.newaxis]
 
     @property
-    def switches(self) -> dict[str, int]:
+    def components(self) -> int:
+        """Numbers in a texel."""
+        return 1
+
+    @property
+    def slabs_per_stack(self) -> int:
+        """How many slabs a fragment may go through."""
+        if self.classification == "post":
+            return SLABS_PER_STACK
+        return SLABS_PER_STACK // 64 if self.transfer_function.emissive else SLABS_PER_STACK // 8
+
+    def switches(self, slab_thickness: float, parallel: bool) -> dict[str, int]:
         """Switches of the shader."""
-        return {"CLASSIFICATION": 2 if self.classification == "post" else 3}
+        post = self.classification == "post"
+        ramps = len(self._ramps["ramp_rises"]) if post and self._ramps else 0
+        return {
+            "CLASSIFICATION": 2 if post else 3,
+            "EMISSIVE": int(self.transfer_function.emissive),
+            "RAMPS": ramps,
+        }
 
     def uniforms(self, slab_thickness: float) -> dict[str, Any]:
         """Uniforms of the shader."""
+        length = {"slab_length": slab_thickness / self.length_unit}
+        if self.classification == "post" and self._ramps:
+            return length | self._ramps
         low, high = self._grid_range
-        return {
-            "slab_length": slab_thickness / self.length_unit,
+        return length | {
             "grid_low": low,
             "grid_per_value": self._cells / (high - low),
             "grid_cells": self._cells,
-            "emissive": self.transfer_function.emissive,
         }
 
     @cached_property
     def tables(self) -> dict[str, NDArray[np.float32]]:
-        """Two-dimensional textures, shape (rows, columns, 4).
+        """Two-dimensional textures, shape (rows, columns, 4); none where ramps do.
 
         `segments`, three rows for each 4096 segments: (start, end, extinction there and there), (colour at the start,
         1 if opaque from its start on, 2 if opaque above its start), (colour at the end, 1 / (end - start)).
         `segment_grid`: for each cell of the grid the first and the last segment that a value in it may lie in.
         """
+        if self._ramps:
+            return {}
         left, right, opaque = self.transfer_function.segment_ends
-        glow = self.length_unit if self.transfer_function.emissive else 1.0
-        numbers = self.transfer_function.numbers * [glow, glow, glow, self.length_unit]
-        numbers[:, 3] = np.minimum(numbers[:, 3], _OPAQUE)
+        numbers = self._numbers
         stored = self._stored(self.transfer_function.values)
-        points = (stored - _STEP_MARGIN * np.abs(stored)).astype(np.float32)
+        # A value that lies exactly on a step is to its right, one on the point before an infinite one is not opaque.
+        infinite = np.isinf(self.transfer_function.extinctions)
+        same = np.diff(stored) == 0
+        lower = np.append(same, False) | np.append(False, same) | infinite
+        upper = np.append(infinite[1:], False) & ~infinite
+        margin = _STEP_MARGIN * np.abs(stored)
+        points = (stored + np.where(upper, margin, np.where(lower, -margin, 0.0))).astype(np.float32)
+        points = np.maximum.accumulate(points)
         start, end = points[left], points[right]
         table = np.zeros((3, left.size, 4))
         table[0, :, :2] = np.column_stack([start, np.append(end[:-1], _LAST)])
@@ -114,6 +143,21 @@ class ValueTexture:
         grid[0, 0, 0], grid[0, -1, 1] = 0, points.size
         return grid
 
+    @cached_property
+    def _ramps(self) -> dict[str, Any] | None:
+        """The transfer function as ramps, for `post`, where that is possible."""
+        if self.classification != "post" or np.isinf(self.transfer_function.extinctions).any():
+            return None
+        return ramp_uniforms(self._stored(self.transfer_function.values), self._numbers, _STEP_MARGIN)
+
+    @property
+    def _numbers(self) -> NDArray[np.float64]:
+        """Colour or emission and extinction of each point, per `length_unit`, shape (n, 4)."""
+        glow = self.length_unit if self.transfer_function.emissive else 1.0
+        numbers = self.transfer_function.numbers * [glow, glow, glow, self.length_unit]
+        numbers[:, 3] = np.minimum(numbers[:, 3], _OPAQUE)
+        return numbers
+
     @property
     def _cells(self) -> int:
         return int(min(_MOST_CELLS, max(64, 8 * self.transfer_function.values.size)))
@@ -129,37 +173,34 @@ class ValueTexture:
 
 def bake_values(volume: Volume, transfer_function: TransferFunction, classification: Classification) -> ValueTexture:
     """The volume's values as a texture; nothing of it but the tables depends on the transfer function."""
-    texels, texel_format, offset, scale = _texels(volume)
-    return ValueTexture(
-        texels[..., np.newaxis],
-        texel_format,
-        offset,
-        scale,
-        transfer_function,
-        classification,
-        volume.smallest_spacing,
-    )
+    texel_format, offset, scale = _storage(volume)
+    return ValueTexture(volume, texel_format, offset, scale, transfer_function, classification, volume.smallest_spacing)
 
 
-def _texels(volume: Volume) -> tuple[NDArray, str, float, float]:
-    """Values as stored, the format's name, and offset and scale that take them back to data units."""
-    values = volume.values
-    if values.dtype == np.uint8:
-        return values.astype(np.uint16) * np.uint16(257), "r16", 0.0, 255.0
-    if values.dtype == np.int8:
-        return (values.astype(np.int16) + 128).astype(np.uint16) * np.uint16(257), "r16", -128.0, 255.0
-    if values.dtype == np.uint16:
-        return values, "r16", 0.0, 65535.0
-    if values.dtype == np.int16:
-        return (values.view(np.uint16) ^ np.uint16(0x8000)), "r16", -32768.0, 65535.0
+def _storage(volume: Volume) -> tuple[str, float, float]:
+    """The texel format's name, and offset and scale that take what is fetched back to data units."""
+    dtype = volume.values.dtype
+    if dtype in _INTEGERS:
+        return "r16", float(np.iinfo(dtype).min), float(np.iinfo(dtype).max) - float(np.iinfo(dtype).min)
     low, high = volume.finite_range or (0.0, 1.0)
-    if values.dtype in (np.float16, np.float32) and max(abs(low), abs(high)) < _HUGE:
-        return _without_infinities(values), "r16f" if values.dtype == np.float16 else "r32f", 0.0, 1.0
-    offset, scale = low / 2 + high / 2, (high / 2 - low / 2) or 1.0
-    texels = np.empty(values.shape, np.float32)
-    for stored, slice_ in zip(texels, values, strict=True):  # by slices, so that no second float64 volume exists
-        stored[:] = (slice_.astype(np.float64) - offset) / scale
-    return _without_infinities(texels), "r32f", offset, scale
+    if dtype in (np.float16, np.float32) and max(abs(low), abs(high)) < _HUGE:
+        return "r16f" if dtype == np.float16 else "r32f", 0.0, 1.0
+    return "r32f", low / 2 + high / 2, (high / 2 - low / 2) or 1.0
+
+
+def _stored_values(values: NDArray, texel_format: str, offset: float, scale: float) -> NDArray:
+    """`values` as the texture holds them."""
+    if values.dtype == np.uint8:
+        return values.astype(np.uint16) * np.uint16(257)
+    if values.dtype == np.int8:
+        return (values.astype(np.int16) + 128).astype(np.uint16) * np.uint16(257)
+    if values.dtype == np.uint16:
+        return values
+    if values.dtype == np.int16:
+        return values.view(np.uint16) ^ np.uint16(0x8000)
+    if (offset, scale) == (0.0, 1.0) and values.dtype in (np.float16, np.float32):
+        return _without_infinities(values)
+    return _without_infinities(((values.astype(np.float64) - offset) / scale).astype(np.float32))
 
 
 def _without_infinities(texels: NDArray) -> NDArray:

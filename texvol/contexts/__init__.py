@@ -10,6 +10,7 @@ OSMesa, keeps one platform for the whole process, so that no window could be ope
 
 from __future__ import annotations
 
+import ctypes
 import threading
 import weakref
 from contextlib import suppress
@@ -63,6 +64,15 @@ class Context:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self._handle.__exit__()
+
+    def integer(self, name: int) -> int:
+        """A number of the driver's by its OpenGL enumerant, for what moderngl has no name for; 0 where unknown."""
+        address = self._handle.load_opengl_function("glGetIntegerv")
+        if not address:
+            return 0
+        numbers = (ctypes.c_int * 4)()  # some have four
+        ctypes.CFUNCTYPE(None, ctypes.c_uint, ctypes.POINTER(ctypes.c_int))(address)(name, numbers)
+        return int(numbers[0])
 
     def current(self) -> Context:
         """Return itself: `with context.current():` reads better where the context is not released at the end."""

@@ -24,6 +24,7 @@ from texvol.errors import InputError
 from texvol.volume import Volume
 
 LARGEST_VALUE = 8e307
+_ROUNDING = 2.0**-20  # of a value, more than interpolation loses
 
 
 class Classified(NamedTuple):
@@ -139,6 +140,29 @@ class TransferFunction:
         if absent.any():
             numbers[absent] = 0.0
         return numbers
+
+    def shows_between(self, lowest: ArrayLike, highest: ArrayLike) -> NDArray[np.bool_]:
+        """Whether any value from `lowest` to `highest` is more than nothing; False where either is NaN.
+
+        Both ends are widened by what rounding may do to a value on its way, where a step is that near.
+        """
+        lowest, highest = np.asarray(lowest, np.float64), np.asarray(highest, np.float64)
+        points = self.at(self.values)
+        weight = points if self.emissive else points[:, 3:]
+        point_shows = np.asarray(np.any(weight > 0, axis=1))
+        opaque = np.isinf(self.extinctions)
+        # On a line from 0 a rounding is nothing; beside an infinite point the values up to its neighbours are opaque.
+        point_shows[:-1] |= opaque[1:]
+        point_shows[1:] |= opaque[:-1]
+        with np.errstate(invalid="ignore", over="ignore"):
+            first = np.searchsorted(self.values, lowest - _ROUNDING * np.abs(lowest), side="left")
+            last = np.searchsorted(self.values, highest + _ROUNDING * np.abs(highest), side="right")
+        before = np.concatenate([[0], np.cumsum(point_shows)])
+        shows: NDArray[np.bool_] = np.asarray(before[np.maximum(first, last)] > before[first])
+        for ends in (lowest, highest):
+            at_end = self.at(ends)
+            shows |= (at_end if self.emissive else at_end[..., 3:]).any(axis=-1)
+        return shows & ~(np.isnan(lowest) | np.isnan(highest))
 
     @cached_property
     def numbers(self) -> NDArray[np.float64]:
