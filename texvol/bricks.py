@@ -56,6 +56,12 @@ class Brick:
         return np.array([self.stored_first, self.stored_last]) / np.array(self.dimensions)
 
     @property
+    def has_room_beyond(self) -> list[bool]:
+        """Whether, along x, y, z, the volume ends in it and its texture goes on."""
+        ends = zip(self.stored_first, self.stored_last, self.dimensions, self.texture_size, strict=True)
+        return [last == count and last - first < size for first, last, count, size in ends]
+
+    @property
     def own_range(self) -> NDArray[np.float64]:
         """Low and high corner of its own part, shape (2, 3), far beyond the box where there is no neighbour."""
         box = np.array([self.first, self.last]) / np.array(self.dimensions)
@@ -94,7 +100,7 @@ def cut(dimensions: Triple, texture_size: Triple, margin: Triple) -> list[Brick]
     bricks = []
     for position in product(*(range(len(places)) for places in axes)):
         places = zip(*(axes[axis][position[axis]] for axis in range(3)), strict=True)
-        bricks.append(Brick(position, *places, dimensions, texture_size))  # type: ignore[arg-type]
+        bricks.append(Brick(position, *places, dimensions, texture_size))  # type: ignore[arg-type,call-arg]
     return bricks
 
 

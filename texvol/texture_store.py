@@ -151,12 +151,7 @@ class TextureStore:
         (x0, y0, z0), (x1, y1, z1) = brick.stored_first, brick.stored_last
         depth = max(1, _SLICE_BYTES // ((x1 - x0) * (y1 - y0) * _BYTES[baked.texel_format]))
         # Beyond the volume its last samples go on, as beyond the edge of a texture that ends with it.
-        room = [
-            int(b == n and b - a < t)
-            for a, b, n, t in zip(
-                brick.stored_first, brick.stored_last, brick.dimensions, brick.texture_size, strict=True
-            )
-        ]
+        room = [int(more) for more in brick.has_room_beyond]
         self.uploads += 1
         for z in range(z0, z1, depth):
             begin = time.perf_counter()
