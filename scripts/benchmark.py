@@ -1,67 +1,77 @@
-"""Time `texvol render` as a whole command, cold: a 128³ NPY to a 512×512 PNG; median and peak memory, in Markdown.
+"""Speed at equal error, and where the time goes: prints Markdown, section by section.
 
-    python scripts/benchmark.py [--runs N] [--samples N]
+    python scripts/benchmark.py [--only errors,samples,…] [--data DIR] [--quick]
 
-Every run is a new process, as a script would start it; the driver's own cache of compiled shaders is warm after the
-first run, which is not counted.
+What is compared is measured in turns within one run, and the medians are what is printed. How settings were chosen is
+said on stderr.
 """
 
 from __future__ import annotations
 
 import argparse
 import os
-import platform
-import statistics
-import subprocess
-import sys
 import tempfile
 import time
+from collections.abc import Callable
 from pathlib import Path
 
-import numpy as np
+from benchmark_timing import Run, machine
+
+ROUNDS, QUICK_ROUNDS = 5, 3
+# Section, and the module and function that print it: what a section needs is imported when it is asked for.
+SECTIONS = {
+    "errors": "benchmark_errors",
+    "samples": "benchmark_samples",
+    "empty": "benchmark_skipping",
+    "opaque": "benchmark_skipping",
+    "growth": "benchmark_growth",
+    "bake": "benchmark_growth",
+    "memory": "benchmark_commands",
+    "cold": "benchmark_commands",
+    "orbit": "benchmark_commands",
+    "profile": "benchmark_samples",
+}
 
 
-def marschner_lobb(samples: int) -> np.ndarray:
-    """The test signal of Marschner and Lobb (1994) on `samples`³, values 0 … 1."""
-    axis = (np.arange(samples) + 0.5) / samples * 2 - 1
-    z, y, x = np.meshgrid(axis, axis, axis, indexing="ij", sparse=True)
-    rings = np.cos(2 * np.pi * 6 * np.cos(np.pi * np.hypot(x, y) / 2))
-    return (1 - np.sin(np.pi * z / 2) + 0.25 * (1 + rings)) / 2.5
+def section(name: str) -> Callable[[Run], None]:
+    """The function that prints a section."""
+    from importlib import import_module
+
+    found: Callable[[Run], None] = getattr(import_module(SECTIONS[name]), name)
+    return found
 
 
-def run_once(line: list[str]) -> tuple[float, float]:
-    """Wall seconds and peak MiB of one process."""
-    start = time.perf_counter()
-    process = subprocess.Popen(line, stdout=subprocess.DEVNULL)
-    _, status, usage = os.wait4(process.pid, 0)
-    seconds = time.perf_counter() - start
-    if status:
-        raise SystemExit(f"{' '.join(line)} ended with status {status}")
-    return seconds, usage.ru_maxrss / 1024
+def chosen_sections(text: str) -> list[str]:
+    """Names of sections, in the order of the table, from "errors,samples"."""
+    names = [name.strip() for name in text.split(",")]
+    unknown = [name for name in names if name not in SECTIONS]
+    if unknown:
+        raise argparse.ArgumentTypeError(f"there is no section {', '.join(unknown)}; there are {', '.join(SECTIONS)}")
+    return [name for name in SECTIONS if name in names]
+
+
+def default_data() -> Path:
+    """Where the tests look for real volumes."""
+    return Path(os.environ.get("TEXVOL_DATA") or Path(__file__).resolve().parents[2] / "shared" / "data")
 
 
 def main() -> None:
+    """Print the sections that were asked for."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--runs", type=int, default=9)
-    parser.add_argument("--samples", type=int, default=128)
+    parser.add_argument("--only", type=chosen_sections, default=list(SECTIONS), metavar="SECTION,…")
+    parser.add_argument("--data", type=Path, default=default_data(), help="folder of real volumes")
+    parser.add_argument("--quick", action="store_true", help="smaller volumes, fewer turns")
+    parser.add_argument("--rounds", type=int, help="turns that everything gets")
     arguments = parser.parse_args()
-    values = marschner_lobb(arguments.samples)
-    volumes = {
-        "uint8": (values * 255).astype(np.uint8),
-        "uint16": (values * 65535).astype(np.uint16),
-        "float32": values.astype(np.float32),
-    }
-    print(f"{platform.machine()}, {os.cpu_count()} cores; {arguments.samples}³ to 512×512 PNG, whole command\n")
-    print("| type | seconds, median (least … most) | peak MiB |\n|---|---|---|")
-    with tempfile.TemporaryDirectory() as folder:
-        for name, samples in volumes.items():
-            volume, picture = Path(folder, f"{name}.npy"), Path(folder, "picture.png")
-            np.save(volume, samples)
-            line = [sys.executable, "-m", "texvol", "render", str(volume), "-o", str(picture)]
-            results = [run_once(line) for _ in range(arguments.runs + 1)][1:]
-            seconds, memory = zip(*results, strict=True)
-            spread = f"{min(seconds):.2f} … {max(seconds):.2f}"
-            print(f"| {name} | {statistics.median(seconds):.2f} ({spread}) | {max(memory):.0f} |", flush=True)
+    rounds = arguments.rounds or (QUICK_ROUNDS if arguments.quick else ROUNDS)
+    start = time.perf_counter()
+    print(machine())
+    with tempfile.TemporaryDirectory(prefix="texvol-benchmark-") as folder:
+        for name in arguments.only:
+            section(name)(Run(arguments.data, arguments.quick, rounds, Path(folder)))
+    busy = os.getloadavg()[2]
+    minutes = (time.perf_counter() - start) / 60
+    print(f"\n{minutes:.0f} minutes; {busy:.1f} processes running, on average over the last 15.")
 
 
 if __name__ == "__main__":

@@ -14,11 +14,12 @@ from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates
 
 from texvol.scene import Scene
+from texvol.slicing import SLABS_PER_STACK
 from texvol.volume import Volume
 
 Numbers = NDArray[np.float64]
 ULP = 2.0**-24  # half the distance of float32 numbers in [1, 2): what one rounding of a number up to 1 costs at most
-SLABS_PER_BLEND = 32
+SLABS_PER_RUN = 64  # composited by themselves, before they are put behind what is in front of them
 # The table of `post` and `integrated` keeps a transfer function's points this share of themselves to the left, so that
 # rounding takes no flat field to the left of a step.
 EARLY_POINTS = 2.0**-22
@@ -178,16 +179,34 @@ def opacity_error(drawing: Drawing, error: Numbers | float) -> float:
 def rounding(drawing: Drawing) -> float:
     """What float32 adds, relative to the brightest of the picture.
 
-    A blend rounds a product and a sum, each by up to 2^-25 of a picture under 1; they are as good as random, so that
-    n blends come to √(2n/3) 2^-25, and the worst of some thousand pixels to five times that. Texel, weights, path and
-    series of a slab are relative to its opacity: with one sign, four of the picture's roundings.
+    A sum rounds by up to 2^-25 of a result under 1, and what is added to it by a share of that. Sums are as good as
+    random, so that n of them come to √(n/3) 2^-25, and the worst of some thousand pixels to five times that. Stacks are
+    added to the picture, and runs to their stack, whose light is a share of the picture's. Texel, weights, path and
+    series of a slab are relative to its opacity, and so is a sum within a run to the run's: with one sign, four of the
+    picture's roundings.
     """
-    return ULP * float(drawing.truth.max()) * (5 * np.sqrt(2 * blends(drawing) / 3) / 2 + 4)
+    runs = -(-drawing.slabs // SLABS_PER_RUN)
+    sums = blends(drawing) + runs * largest_share(drawing) ** 2
+    return ULP * float(drawing.truth.max()) * (5 * np.sqrt(sums / 3) / 2 + 4)
+
+
+def slabs_per_blend(drawing: Drawing) -> int:
+    """Slabs of a stack."""
+    return SLABS_PER_STACK // 8 if drawing.classification == "integrated" else SLABS_PER_STACK
 
 
 def blends(drawing: Drawing) -> int:
     """Blends into one pixel at most."""
-    return -(-drawing.slabs // SLABS_PER_BLEND)
+    return -(-drawing.slabs // slabs_per_blend(drawing))
+
+
+def largest_share(drawing: Drawing) -> float:
+    """Of the picture's light, what one stack gives at most: the densest matter over all its slabs."""
+    assert drawing.scene.transfer_function is not None
+    if blends(drawing) == 1 or drawing.scene.transfer_function.emissive:
+        return 1.0
+    depth = extinction_of_samples(drawing.scene).max() * rays_of(drawing).path.max() * slabs_per_blend(drawing)
+    return min(1.0, -np.expm1(-depth) / float(drawing.truth.max()))
 
 
 def trilinear(drawing: Drawing) -> float:

@@ -71,9 +71,9 @@ flat in vec2 slab_range;
 out vec4 stack_color;             // premultiplied
 
 #if CLASSIFICATION == 3
-const float AT_ONCE = 1.0;        // slabs in a turn of the loop
+const float SAMPLE_AT = 0.0;
 #else
-const float AT_ONCE = 2.0;
+const float SAMPLE_AT = 0.5;
 #endif
 const float RUN = 64.0;           // slabs composited before they are put behind the others: sums of few keep digits
 
@@ -121,15 +121,28 @@ vec4 slab_color(vec4 texel, float length) {
 #endif
 
 #if CLASSIFICATION != 3
-// The same for a slab that the box does not cut short.
-vec4 whole_slab_color(vec4 texel, float length) {
+// The same for a slab that the box does not cut short; of no length where `is_there` is 0.
+vec4 whole_slab_color(vec4 texel, float length, float is_there) {
 #if CLASSIFICATION == 0 && WHOLE_SLABS
-    return texel * texel_scale;
+    return texel * (texel_scale * is_there);
 #else
-    return slab_color(texel, length);
+    return slab_color(texel, length * is_there);
 #endif
 }
 #endif
+
+// Colour and opacity of a slab from the share `front` of it to the share `back`.
+vec4 part_of_slab(vec3 start, vec3 step, float slab, float front, float back, float whole_length) {
+    float length = (back - front) * whole_length;
+    float middle = slab + 0.5 * (front + back);
+#if CLASSIFICATION == 3
+    float value = texel_at(start + middle * step).r;
+    return over(color_between_values(texel_at(start + (slab + front) * step).r, value, 0.5 * length),
+                color_between_values(value, texel_at(start + (slab + back) * step).r, 0.5 * length));
+#else
+    return slab_color(texel_at(start + middle * step), length);
+#endif
+}
 
 void main() {
     vec2 pixel = gl_FragCoord.xy - picture_middle;
@@ -166,61 +179,64 @@ void main() {
 #if CLASSIFICATION >= 2 && RAMPS
     load_ramps();
 #endif
+    float slabs = max(end - slab, 0.0);
+    float samples = 0.0;
+    // The slabs that the box cuts short: the first, and the last where that is another.
+    vec4 last_color = vec4(0.0);
+    if (end > last_slab && slab <= last_slab && last_slab > first_slab) {
+        last_color = part_of_slab(start, step, last_slab, 0.0, last_share, whole_length);
+        samples += 1.0;
+    }
+    stack_color = vec4(0.0);
+    if (slab == first_slab && slab < end) {
+        float back = first_slab == last_slab ? last_share : 1.0;
+        stack_color = part_of_slab(start, step, first_slab, first_share, back, whole_length);
+        samples += 1.0;
+        slab += 1.0;
+    }
+    // The whole ones between them, in runs, until nothing behind them shows.
+    end = min(end, last_slab);
 #if LEAPS
     CellWalk walk = cell_walk(vec3(position), vec3(way));
-    float first_depth = first_slab + first_share;
-    float last_depth = last_slab + last_share;
 #endif
-    stack_color = vec4(0.0);
-    float samples = 0.0;
-    float slabs = max(end - slab, 0.0);
     while (slab < end) {
         float run_end = min(slab + RUN, end);
 #if LEAPS
+        // A slab belongs to the cell in which its sample lies; one that is sampled at its ends, to those it touches.
         float full_until;
-        float full_from = leap(walk, max(slab, first_depth), min(end, last_depth), full_until);
-        if (full_from >= min(end, last_depth)) break;
-        slab = max(slab, floor(full_from));
-        run_end = clamp(ceil(full_until), slab + 1.0, min(slab + RUN, end));
+        float full_from = leap(walk, slab + SAMPLE_AT, end, RUN, full_until);
+        slab = max(slab, SAMPLE_AT > 0.0 ? ceil(full_from - SAMPLE_AT) : floor(full_from));
+        if (slab >= end) break;
+        run_end = clamp(ceil(full_until - SAMPLE_AT), slab + 1.0, min(slab + RUN, end));
 #endif
-        // One slab that the box may cut short.
-        float front = slab == first_slab ? first_share : 0.0;
-        float back = slab == last_slab ? last_share : 1.0;
-        float length = (back - front) * whole_length;
-#if CLASSIFICATION == 3
-        // Two lines through three values: a quarter of one line's error where the value bends inside a slab.
-        float value = texel_at(start + (slab + front) * step).r;
-        float middle = texel_at(start + (slab + 0.5 * (front + back)) * step).r;
-        float behind = texel_at(start + (slab + back) * step).r;
-        vec4 color = over(color_between_values(value, middle, 0.5 * length),
-                          color_between_values(middle, behind, 0.5 * length));
-#else
-        vec4 color = slab_color(texel_at(start + (slab + 0.5 * (front + back)) * step), length);
-#endif
-        slab += 1.0;
-        samples += 1.0;
-        // Then whole ones, as many as make the loop worth its own time, until nothing behind them shows.
-        float enough = 1.0 - least_transmittance / ((1.0 - stack_color.a) * (1.0 - color.a));
+        float enough = 1.0 - least_transmittance / (1.0 - stack_color.a);
         vec4 run_color = vec4(0.0);
-        for (run_end = min(run_end, last_slab) - (AT_ONCE - 1.0); slab < run_end; slab += AT_ONCE) {
 #if CLASSIFICATION == 3
-            value = behind;
-            middle = texel_at(start + (slab + 0.5) * step).r;
-            behind = texel_at(start + (slab + 1.0) * step).r;
+        float value = texel_at(start + slab * step).r;
+        for (; slab < run_end && run_color.a < enough; slab += 1.0) {
+            // Two lines through three values: a quarter of one line's error where the value bends inside a slab.
+            float middle = texel_at(start + (slab + 0.5) * step).r;
+            float behind = texel_at(start + (slab + 1.0) * step).r;
             run_color = over(run_color, over(color_between_values(value, middle, 0.5 * whole_length),
                                              color_between_values(middle, behind, 0.5 * whole_length)));
+            value = behind;
+            samples += 1.0;
+        }
 #else
+        // Two at a time, since the loop itself takes time; at the very end there may be one.
+        for (; slab < run_end && run_color.a < enough; slab += 2.0) {
             vec4 texel = texel_at(start + (slab + 0.5) * step);
             vec4 next_texel = texel_at(start + (slab + 1.5) * step);
-            run_color = over(run_color, whole_slab_color(texel, whole_length));
-            run_color = over(run_color, whole_slab_color(next_texel, whole_length));
-#endif
-            samples += AT_ONCE;
-            if (run_color.a >= enough) break;
+            float both = slab + 1.0 < end ? 1.0 : 0.0;
+            run_color = over(run_color, whole_slab_color(texel, whole_length, 1.0));
+            run_color = over(run_color, whole_slab_color(next_texel, whole_length, both));
+            samples += 1.0 + both;
         }
-        stack_color = over(stack_color, over(color, run_color));
+#endif
+        stack_color = over(stack_color, run_color);
         if (1.0 - stack_color.a <= least_transmittance) break;
     }
+    stack_color = over(stack_color, last_color);
     stack_color.rgb *= color_scale;
 #if COUNT
     stack_color.rg = vec2(samples, slabs);

@@ -40,8 +40,8 @@ LINEAR_OPACITY: tuple[Replacement, ...] = (
     ),
 )
 UNCLIPPED_END_SLABS: tuple[Replacement, ...] = (
-    ("slab_stack.frag", "float front = slab == first_slab ? first_share : 0.0;", "float front = 0.0;"),
-    ("slab_stack.frag", "float back = slab == last_slab ? last_share : 1.0;", "float back = 1.0;"),
+    ("slab_stack.frag", "float first_share = float(inside.x - floor(inside.x));", "float first_share = 0.0;"),
+    ("slab_stack.frag", "float last_share = float(inside.y - (ceil(inside.y) - 1.0));", "float last_share = 1.0;"),
 )
 # The uniform has to stay in use, or setting it is an error.
 MISSING_COSINE: tuple[Replacement, ...] = (
@@ -72,7 +72,7 @@ STRAIGHT_COLOUR: tuple[Replacement, ...] = (
     ),
     (
         "slab_stack.frag",
-        "vec4(texel.rgb * (path_length * mean_transmittance(depth, opacity)), opacity)",
+        "vec4(texel.rgb * (length * mean_transmittance(depth, opacity)), opacity)",
         "vec4(texel.rgb * opacity, opacity)",
     ),
 )
@@ -113,7 +113,18 @@ def planted(*replacements: Replacement) -> Iterator[Renderer]:
 @contextmanager
 def one_slab_per_blend() -> Iterator[None]:
     """Every slab blended by itself into the target, and none composited in registers."""
-    with patch("texvol.render.slicing.slab_stacks", partial(slab_stacks, per_stack=1)):
+    with slabs_per_blend(1):
+        yield
+
+
+@contextmanager
+def slabs_per_blend(count: int) -> Iterator[None]:
+    """As many slabs composited in registers, and then blended into the target."""
+
+    def stacks(volume, camera, slab_thickness, size, per_stack=count, *part):  # type: ignore[no-untyped-def]
+        return slab_stacks(volume, camera, slab_thickness, size, count, *part)
+
+    with patch("texvol.render.slicing.slab_stacks", stacks):
         yield
 
 

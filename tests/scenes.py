@@ -57,3 +57,14 @@ def path_lengths(volume: Volume, camera: Camera, size: tuple[int, int]) -> np.nd
         a, b = -position / way, (1 - position) / way
     enters = np.maximum(np.minimum(a, b).max(axis=2), 0)
     return np.maximum(np.maximum(a, b).min(axis=2) - enters, 0)
+
+
+def sparse_volume(seed: int) -> Volume:
+    """A few clumps of noise between 0.3 and 1 in an empty box, on a sheared, left-handed, anisotropic grid."""
+    random = np.random.default_rng(seed)
+    values = np.zeros((41, 50, 37), np.float32)
+    for _ in range(4):
+        z, y, x = (random.integers(0, count - 6) for count in values.shape)
+        values[z : z + 6, y : y + 5, x : x + 4] = random.uniform(0.3, 1, (6, 5, 4))
+    direction = np.array([[-1, 0.2, 0], [0.1, 1, 0.3], [0, -0.2, 1]])
+    return Volume(values, (1.0, 0.8, 1.2), (-3, 5, 7), direction, name=f"clumps {seed}")

@@ -66,10 +66,39 @@ def test_stats_hold_what_is_promised(folder: Path) -> None:
     assert run("render", "v.npy", "-o", "a.png", "--stats", "s.json", "--repeat", "3", "--size", "32x32") == 0
     stats = json.loads(Path("s.json").read_text())
     assert set(stats) == {
-        "renderer", "backend", "size", "slab_thickness", "slabs", "samples", "classification", "texture_format",
-        "target_format", "bricks_total", "bricks_drawn", "modelled", "seconds", "estimated_error",
+        "renderer", "backend", "size", "slab_thickness", "slabs", "samples", "samples_total", "classification",
+        "texture_format", "target_format", "texture_bytes", "bricks_total", "bricks_drawn", "cells_total",
+        "cells_drawn", "early_termination", "modelled", "seconds", "estimated_error",
     }  # fmt: skip
     assert set(stats["seconds"]) == {"load", "bake", "upload", "draw", "read"}
+
+
+def test_device_options_reach_the_renderer(folder: Path) -> None:
+    """What they change is in the stats, and the picture is the same to what each is said to cost."""
+    values = np.zeros((40, 40, 40), np.uint8)
+    values[20:30, 20:30, 20:30] = 200
+    np.save("block.npy", values)
+    points = [{"value": v, "color": [1, 0.8, 0.5], "extinction": e} for v, e in ((0, 0), (200, 2))]
+    Path("block.json").write_text(json.dumps({"points": points}))
+    stats, pictures = {}, {}
+    for name, options in {
+        "default": [],
+        "bricks": ["--texture-memory", "0.1"],
+        "early": ["--early-termination", "0.25"],
+        "never": ["--early-termination", "0"],
+        "everywhere": ["--no-skip-empty"],
+        "skipped": ["--skip-empty"],
+    }.items():
+        line = ["block.npy", "--tf", "block.json", "--size", "40x40", *options, "-o", "a.exr", "--stats", "s.json"]
+        assert run("render", *line) == 0
+        stats[name], pictures[name] = json.loads(Path("s.json").read_text()), image.read("a.exr")
+    assert stats["default"]["bricks_total"] == 1 < stats["bricks"]["bricks_total"]
+    assert stats["bricks"]["texture_bytes"] <= 1e5
+    assert (stats["early"]["early_termination"], stats["never"]["early_termination"]) == (0.25, 0)
+    assert stats["early"]["samples"] < stats["default"]["samples"] < stats["never"]["samples"]
+    assert stats["everywhere"]["samples"] > stats["default"]["samples"] == stats["skipped"]["samples"]
+    for name, most in {"bricks": 1e-5, "early": 0.25, "never": 2**-21, "everywhere": 1e-6, "skipped": 0}.items():
+        assert np.abs(pictures[name] - pictures["default"]).max() <= most
 
 
 def test_the_line_wins_over_the_scene_file(folder: Path) -> None:
@@ -134,6 +163,14 @@ WRONG = [
     (["render", "v.npy", "-o", "a.png", "--slab-thickness", "1e-12"], "at most 1048576 can be drawn"),
     (["render", "v.npy", "-o", "a.png", "--sampling-rate", "nan"], "sampling rate must be positive"),
     (["render", "v.npy", "-o", "a.png", "--sampling-rate", "1", "--slab-thickness", "1"], "not allowed with"),
+    (["render", "v.npy", "-o", "a.png", "--texture-memory", "0"], "megabytes between 0 and 1e12"),
+    (["render", "v.npy", "-o", "a.png", "--texture-memory", "nan"], "megabytes between 0 and 1e12"),
+    (["render", "v.npy", "-o", "a.png", "--texture-memory", "1e308"], "megabytes between 0 and 1e12"),
+    (["render", "v.npy", "-o", "a.png", "--texture-memory", "-1"], "megabytes between 0 and 1e12"),
+    (["render", "v.npy", "-o", "a.png", "--texture-memory", "much"], "a number is wanted"),
+    (["render", "v.npy", "-o", "a.png", "--early-termination", "1"], "transmittance from 0 to under 1"),
+    (["render", "v.npy", "-o", "a.png", "--early-termination", "-0.1"], "transmittance from 0 to under 1"),
+    (["render", "v.npy", "-o", "a.png", "--early-termination", "nan"], "transmittance from 0 to under 1"),
     (["render", "v.npy", "-o", "a.png", "--repeat", "0"], "draws at least once"),
     (["render", "v.npy", "-o", "a.png", "--max-error", "-1"], "maximum error must be positive"),
     (["render", "v.npy", "-o", "a.png", "--max-error", "1", "--sampling-rate", "1"], "not allowed with"),
@@ -215,7 +252,10 @@ def test_help_names_every_scene_option(capsys: pytest.CaptureFixture[str]) -> No
     assert caught.value.code == 0
     text = capsys.readouterr().out
     names = "tf size background projection eye target up fov height classification spacing stats scene"
-    for option in (f"--{name}" for name in [*names.split(), "sampling-rate", "slab-thickness"]):
+    others = (
+        "sampling-rate slab-thickness max-error early-termination skip-empty no-skip-empty texture-memory orbit fps"
+    )
+    for option in (f"--{name}" for name in [*names.split(), *others.split()]):
         assert option in text
 
 

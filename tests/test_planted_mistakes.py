@@ -16,7 +16,7 @@ MISTAKES = {
     "linear opacity": (planted.LINEAR_OPACITY, "slab thicker than the box"),
     "unclipped end slabs": (planted.UNCLIPPED_END_SLABS, "view along a space diagonal"),
     "back's alpha in over, in registers": (planted.BACKS_ALPHA_IN_REGISTERS, "view along an axis"),
-    "back's alpha in over, in the blend": (planted.BACKS_ALPHA_IN_BLEND, "512 slabs"),
+    "back's alpha in over, in the blend": (planted.BACKS_ALPHA_IN_BLEND, "4096 slabs"),
     "half-texel shift": (planted.HALF_TEXEL_SHIFT, "view along an axis"),
     "missing cosine": (planted.MISSING_COSINE, "field of view 150°"),
     "swapped axes": (planted.SWAPPED_AXES, "7×5×3"),

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from texvol.contexts import Context
+from texvol.ramps import NUMBERS_OF_RAMPS
 from texvol.shaders import FOLDER, ShaderError, _with_files, load_program, set_uniforms
 
 VERTEX = """// comments may stand first
@@ -165,10 +166,27 @@ def test_a_uniform_of_another_shape_is_named(context: Context, folder: Path) -> 
         set_uniforms(program, {"brightness": (1, 2)})
 
 
-@pytest.mark.parametrize("classification", [0, 1, 2, 3])
-@pytest.mark.parametrize("perspective", [0, 1])
-def test_every_combination_of_switches_compiles(context: Context, classification: int, perspective: int) -> None:
-    load_program(context.gl, "slab_stack", defines={"CLASSIFICATION": classification, "PERSPECTIVE": perspective})
+EITHER = (0, 1)
+# What each classification asks for beside the switches that any may have; whole slabs are those of parallel rays.
+CHOICES: dict[int, list[dict[str, int]]] = {
+    0: [{"WHOLE_SLABS": whole, "PERSPECTIVE": way} for whole, way in ((0, 0), (0, 1), (1, 0))],
+    1: [{"PERSPECTIVE": way} for way in EITHER],
+    2: [
+        {"RAMPS": ramps, "EMISSIVE": emissive, "PERSPECTIVE": way}
+        for ramps, emissive, way in itertools.product((0, *NUMBERS_OF_RAMPS), EITHER, EITHER)
+    ],
+    3: [{"EMISSIVE": emissive, "PERSPECTIVE": way} for emissive, way in itertools.product(EITHER, EITHER)],
+}
+
+
+@pytest.mark.parametrize("classification", CHOICES)
+@pytest.mark.parametrize("bricks, leaps, count", list(itertools.product(EITHER, repeat=3)))
+def test_every_combination_of_switches_compiles(
+    context: Context, classification: int, bricks: int, leaps: int, count: int
+) -> None:
+    common = {"WHOLE_SLABS": 0, "EMISSIVE": 0, "RAMPS": 0, "BRICKS": bricks, "LEAPS": leaps, "COUNT": count}
+    for choice in CHOICES[classification]:
+        load_program(context.gl, "slab_stack", defines=common | {"CLASSIFICATION": classification} | choice)
 
 
 def test_an_include_compiles_with_nothing_of_its_includer(context: Context, tmp_path: Path) -> None:
@@ -177,11 +195,18 @@ def test_an_include_compiles_with_nothing_of_its_includer(context: Context, tmp_
     assert includes
     for include in includes:
         (tmp_path / include.name).write_text(include.read_text())
+    # Ramps are no segments, which the integral goes through.
+    switches = {
+        "classify.glsl": [{"RAMPS": ramps, "EMISSIVE": emissive} for ramps in (0, 2) for emissive in EITHER],
+        "each_ramp.glsl": [{"RAMPS": ramps} for ramps in NUMBERS_OF_RAMPS],
+        "integrate.glsl": [{"RAMPS": 0, "EMISSIVE": emissive} for emissive in EITHER],
+    }
     for include in includes:
         (tmp_path / "alone.frag").write_text(
             f'#version 330\n#include "{include.name}"\nout vec4 c;\nvoid main() {{ c = vec4(0); }}\n'
         )
-        load_program(context.gl, "alone", folder=tmp_path)
+        for defines in switches.get(include.name, [{}]):
+            load_program(context.gl, "alone", defines=defines, folder=tmp_path)
 
 
 def test_every_shader_file_is_reached_from_a_program() -> None:

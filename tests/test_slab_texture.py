@@ -10,14 +10,14 @@ from texvol import optics
 from texvol.accuracy import cheapest_texel_format
 from texvol.slab_texture import SlabTexture, bake
 from texvol.transfer import TransferFunction
+from texvol.value_texture import bake_values
 from texvol.volume import Volume
 
 
 def unscaled(texture: SlabTexture) -> np.ndarray:
     """Texels as numbers."""
-    stored = texture.texels.astype(np.float64) / (255 if texture.texels.dtype == np.uint8 else 1)
-    texels = stored * texture.scale
-    return texels
+    texels = texture.texels()
+    return texels.astype(np.float64) / (255 if texels.dtype == np.uint8 else 1) * texture.scale
 
 
 @pytest.mark.parametrize("texel_format, tolerance", [("rgba8", 0.51 / 255), ("rgba16f", 2**-11), ("rgba32f", 2**-24)])
@@ -48,7 +48,21 @@ def test_tables_and_arithmetic_give_the_same_texels() -> None:
     points = TransferFunction(np.array([-100.0, 0, 0, 500]), BONE.colors[:4], np.array([0, 0.1, 0.4, 0.9]))
     by_table = bake(Volume(values.astype(np.int16)), points, "slab", 0.5, "rgba16f")
     by_arithmetic = bake(Volume(values.astype(np.float64)), points, "slab", 0.5, "rgba16f")
-    np.testing.assert_array_equal(by_table.texels, by_arithmetic.texels)
+    np.testing.assert_array_equal(by_table.texels(), by_arithmetic.texels())
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.int16, np.float32, np.float64])
+def test_texels_of_a_box_are_those_of_the_whole_there(dtype: type) -> None:
+    values = np.random.default_rng(4).uniform(0, 100, (19, 18, 17)).astype(dtype)
+    matter = TransferFunction(100 * BONE.values, BONE.colors, BONE.extinctions)
+    box = (slice(3, 9), slice(0, 18), slice(5, 6))
+    for texture in (
+        bake(Volume(values), matter, "slab", 0.5, "rgba16f"),
+        bake(Volume(values), matter, "extinction", 0.5),
+        bake_values(Volume(values), matter, "post"),
+    ):
+        np.testing.assert_array_equal(texture.texels(box), texture.texels()[box])
+        assert texture.texels(box).shape == (6, 18, 1, texture.components)
 
 
 @pytest.mark.parametrize("classification", ["slab", "extinction"])
@@ -91,7 +105,7 @@ def test_opaque_matter_is_finite_and_opaque(classification: str) -> None:
             texel_format,  # type: ignore[arg-type]
         )
         red, green, blue, weight = unscaled(texture)[0, 0, 0]
-        assert np.isfinite(texture.texels.astype(np.float64)).all()
+        assert np.isfinite(texture.texels().astype(np.float64)).all()
         np.testing.assert_allclose((red / weight, green / weight, blue / weight), (0.9, 0.6, 0.3), rtol=0.004)
         assert weight == 1.0 if classification == "slab" else weight >= 32
 

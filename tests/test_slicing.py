@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from texvol.camera import Camera, Projection
 from texvol.errors import InputError
-from texvol.slicing import SlabStacks, slab_stacks
+from texvol.slicing import WHOLE_BOX, SlabStacks, slab_stacks
 from texvol.volume import Volume
 
 SIZE = (64, 48)
@@ -43,9 +43,10 @@ def test_a_polygon_covers_every_pixel_whose_ray_meets_its_stack(
     volume = Volume(np.zeros(dimensions[::-1], np.uint8), random.uniform(0.5, 3, 3), (5, -7, 1e3), direction)
     camera = _camera(volume, view, distance, projection)
     thickness = volume.radius / random.uniform(1, 30)
-    stacks = slab_stacks(volume, camera, thickness, SIZE, per_stack=4)
-    # Points of the box in front of the eye, where they fall on the screen and which slab they are in.
-    points = (random.random((4000, 3)) - 0.5) @ volume.box_edges.T
+    part = np.sort(random.random((2, 3)), axis=0) if seed % 2 else WHOLE_BOX
+    stacks = slab_stacks(volume, camera, thickness, SIZE, 4, part)
+    # Points of the part in front of the eye, where they fall on the screen and which slab they are in.
+    points = (part[0] + random.random((4000, 3)) * (part[1] - part[0]) - 0.5) @ volume.box_edges.T
     eye_space = camera.in_eye_space(points, volume.centre)
     eye_space = eye_space[eye_space[:, 2] > 1e-9]
     middle = camera.in_eye_space(np.zeros((1, 3)), volume.centre)[0, 2]
@@ -65,6 +66,19 @@ def test_slabs_do_not_move_with_the_eye() -> None:
     far = slab_stacks(volume, _camera(volume, (1, 2, 3), 3.1234, "orthographic"), 0.7, SIZE)
     np.testing.assert_array_equal(near.first, far.first)
     np.testing.assert_array_equal(near.last, far.last)
+
+
+def test_slabs_of_a_part_are_those_of_the_whole() -> None:
+    """Whatever the part, slab k lies between the same two planes: none is counted from where the part begins."""
+    volume = Volume(np.zeros((20, 20, 20), np.uint8))
+    camera = _camera(volume, (1, 2, 3), 3.0, "perspective")
+    whole = slab_stacks(volume, camera, 0.7, SIZE)
+    halves = [np.array([(0, 0, low), (1, 1, low + 0.5)]) for low in (0.0, 0.5)]
+    near, far = (slab_stacks(volume, camera, 0.7, SIZE, part=half) for half in halves)
+    assert near.first[0] == whole.first[0]
+    assert far.last[-1] == whole.last[-1]
+    assert near.first[0] < far.first[0] < near.last[-1] < far.last[-1]
+    assert near.eye_depth == far.eye_depth == whole.eye_depth
 
 
 def test_a_polygon_wastes_little() -> None:

@@ -13,14 +13,18 @@ import sys
 import time
 import warnings
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
-from texvol import __version__, image, options, writing
+from texvol import __version__, film, image, options, orbit, writing
 from texvol.errors import AccuracyWarning, InputError, TexvolError
 from texvol.scene import Scene
+
+if TYPE_CHECKING:
+    from texvol.renderer import Renderer
 
 FORMATS = ("auto", "rgba8", "rgba16f", "rgba32f")
 
@@ -72,14 +76,16 @@ def _parser() -> argparse.ArgumentParser:
     render = commands.add_parser("render", help="a picture of a volume")
     options.add_volume_options(render)
     options.add_scene_options(render)
-    _add_output(render)
+    names = f"picture: {', '.join(image.FORMATS)}; with --orbit such as frame_%%04d.png, or film{film.FILM}"
+    render.add_argument("-o", "--output", metavar="IMAGE", required=True, help=names)
     _add_rendering(render)
+    _add_orbit(render)
     render.set_defaults(run=_render)
 
     raycast = commands.add_parser("raycast", help="the same picture by the oracle: exact, slow, float64")
     options.add_volume_options(raycast)
     options.add_scene_options(raycast)
-    _add_output(raycast)
+    raycast.add_argument("-o", "--output", metavar="IMAGE", required=True, help=f"picture: {', '.join(image.FORMATS)}")
     raycast.set_defaults(run=_raycast)
 
     report = commands.add_parser("report", help="speed against error of a scene: a page, a table and plots")
@@ -97,10 +103,6 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _add_output(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("-o", "--output", metavar="IMAGE", required=True, help=f"picture: {', '.join(image.FORMATS)}")
-
-
 def _add_rendering(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("accuracy and device")
     thickness = group.add_mutually_exclusive_group()
@@ -112,9 +114,31 @@ def _add_rendering(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--strict", action="store_true", help="status 1 if --max-error is not reached")
     group.add_argument("--texture-format", choices=FORMATS, default="auto", help="texels of the 3D texture")
     group.add_argument("--target-format", choices=FORMATS, default="auto", help="pixels composited into")
+    group.add_argument(
+        "--early-termination", type=options.transmittance, metavar="T",
+        help="a ray ends where it lets no more light through than T (2^-22, or less than --max-error); 0: never",
+    )  # fmt: skip
+    group.add_argument(
+        "--skip-empty", action=argparse.BooleanOptionalAction, default=True,
+        help="leap over cells in which nothing shows (default); the picture is the same",
+    )  # fmt: skip
+    group.add_argument(
+        "--texture-memory", type=options.megabytes, metavar="MB",
+        help="megabytes (10^6 bytes) for textures (half of what is free); larger volumes are drawn in bricks",
+    )  # fmt: skip
     group.add_argument("--backend", choices=("auto", "egl", "osmesa"), default="auto", help="OpenGL without a screen")
     group.add_argument("--stats", metavar="FILE.json", help="write what was done, seconds and estimated error")
     group.add_argument("--repeat", type=int, metavar="N", default=1, help="draw N times, --stats has the median")
+
+
+def _add_orbit(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group(
+        "orbit",
+        "The camera turns once around the target, about --up. Where --eye and --height leave it open, every view is "
+        "framed alike, with the whole box in each. --max-error chooses for the first view, and estimates it there.",
+    )
+    group.add_argument("--orbit", type=options.views, metavar="N", help="N views, 360/N degrees apart")
+    group.add_argument("--fps", type=options.frames_per_second, metavar="F", help="frames per second of a film (30)")
 
 
 def _info(arguments: argparse.Namespace) -> None:
@@ -126,37 +150,115 @@ def _info(arguments: argparse.Namespace) -> None:
 
 def _render(arguments: argparse.Namespace) -> None:
     scene_options = options.SceneOptions(arguments)
-    image.check_writable(arguments.output)
+    film.check_output(arguments.output, arguments.orbit, scene_options.size)
     if arguments.stats:
         writing.check_writable(arguments.stats)
     if arguments.repeat < 1:
         raise InputError(f"--repeat draws at least once, and not {arguments.repeat} times")
+    if arguments.orbit is not None and arguments.repeat > 1:
+        raise InputError("--repeat draws one view again and again, and --orbit others: give one of them")
+    if arguments.fps is not None and not film.is_film(arguments.output):
+        raise InputError(f"--fps is for films, and {arguments.output} is none: its name ends with {film.FILM}")
     start = time.perf_counter()
     volume = options.load_volume(arguments, scene_options.spacing)
-    seconds = time.perf_counter() - start
-    scene = scene_options.scene(volume)
+    seconds = {"load": time.perf_counter() - start}
+    scene = scene_options.scene(volume, orbit=arguments.orbit is not None)
+    accuracy: dict[str, Any] = {
+        name: vars(arguments)[name]
+        for name in ("slab_thickness", "sampling_rate", "max_error", "texture_format", "target_format")
+    } | {"early_termination": arguments.early_termination, "skip_empty": arguments.skip_empty}
 
     from texvol.renderer import Renderer
 
-    with Renderer(arguments.backend) as renderer:
-        picture = renderer.render(
-            scene,
-            scene_options.size,
-            slab_thickness=arguments.slab_thickness,
-            sampling_rate=arguments.sampling_rate,
-            max_error=arguments.max_error,
-            texture_format=arguments.texture_format,
-            target_format=arguments.target_format,
-            repeat=arguments.repeat,
-        )
-        facts = {"texvol:renderer": renderer.renderer_name} | _scene_facts(arguments.volume, scene)
-        files = {
-            arguments.output: image.encoded(arguments.output, picture, facts, transparent=scene_options.transparent)
-        }
+    with Renderer(arguments.backend, texture_memory=arguments.texture_memory) as renderer:
+        if arguments.orbit is None:
+            picture = renderer.render(scene, scene_options.size, repeat=arguments.repeat, **accuracy)
+            facts = {"texvol:renderer": renderer.renderer_name} | _scene_facts(arguments.volume, scene)
+            transparent = scene_options.transparent
+            files = {arguments.output: image.encoded(arguments.output, picture, facts, transparent=transparent)}
+            more = {}
+        else:
+            files, more = {}, {"orbit": _orbit(arguments, scene_options, renderer, scene, accuracy)}
         if arguments.stats:
-            stats = renderer.stats | {"seconds": {"load": seconds} | renderer.stats["seconds"]}
+            stats = renderer.stats
+            stats = stats | {"seconds": seconds | {"upload": 0.0} | stats["seconds"]} | more
             files[arguments.stats] = (json.dumps(stats, indent=2, allow_nan=False) + "\n").encode()
         writing.write_files(files)
+
+
+def _orbit(
+    arguments: argparse.Namespace,
+    scene_options: options.SceneOptions,
+    renderer: Renderer,
+    scene: Scene,
+    accuracy: dict[str, Any],
+) -> dict[str, Any]:
+    """Draw and write every view; what `--stats` says of them."""
+    views, size, facts = arguments.orbit, scene_options.size, {"texvol:renderer": renderer.renderer_name}
+    fps = arguments.fps or film.DEFAULT_FPS
+    estimate: dict[str, Any] = {}
+    assert scene.camera is not None
+    start = time.perf_counter()
+    with (
+        film.Writer(arguments.output, size, views, transparent=scene_options.transparent, fps=fps) as writer,
+        _Progress(views) as progress,
+    ):
+        for i in range(views):
+            view = replace(scene, camera=orbit.turned(scene.camera, 360 * i / views))
+            picture = renderer.render(view, size, **accuracy)
+            if i == 0:
+                accuracy, estimate = _kept(renderer, scene, accuracy)
+                after_first = time.perf_counter()
+            writer.add(picture, facts | _scene_facts(arguments.volume, view))
+            progress.show(i + 1)
+        writer.finish()
+    end = time.perf_counter()
+    return {
+        "views": views,
+        "seconds": end - start,
+        "frames_per_second": (views - 1) / (end - after_first) if views > 1 else None,
+    } | estimate
+
+
+def _kept(renderer: Renderer, scene: Scene, accuracy: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """What was chosen for the first view, for the others, and the estimate that it rests on where there is one."""
+    from texvol import accuracy as choices
+
+    texels_are_chosen = scene.classification in ("slab", "extinction")  # the others hold values as they are
+    if accuracy["max_error"] is not None:
+        stats = renderer.stats
+        names = ["slab_thickness", "target_format", "early_termination", *["texture_format"] * texels_are_chosen]
+        kept = {"max_error": None} | {name: stats[name] for name in names}
+        return accuracy | kept, {"estimated_error_of_first_view": stats["estimated_error"]}
+    if accuracy["texture_format"] == "auto" and texels_are_chosen:
+        # The renderer would choose the same for every view, in a few milliseconds during which nothing is drawn.
+        assert scene.transfer_function is not None
+        thickness = choices.checked(scene.volume, accuracy["slab_thickness"], accuracy["sampling_rate"], None)
+        chosen = choices.cheapest_texel_format(scene.volume, scene.transfer_function, scene.classification, thickness)
+        return accuracy | {"texture_format": chosen}, {}
+    return accuracy, {}
+
+
+class _Progress:
+    """A line that counts, on a terminal only, and is gone in the end."""
+
+    def __init__(self, views: int) -> None:
+        self._views, self._width = views, 0
+        self._shown = sys.stderr is not None and sys.stderr.isatty()
+
+    def __enter__(self) -> _Progress:
+        return self
+
+    def show(self, done: int) -> None:
+        """So many are drawn."""
+        if self._shown:
+            text = f"texvol: view {done} of {self._views}"
+            self._width = len(text)
+            print(f"\r{text}", end="", file=sys.stderr, flush=True)
+
+    def __exit__(self, *_: object) -> None:
+        if self._width:
+            print(f"\r{' ' * self._width}\r", end="", file=sys.stderr, flush=True)
 
 
 def _raycast(arguments: argparse.Namespace) -> None:

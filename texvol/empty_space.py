@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import moderngl
 import numpy as np
+from numpy.typing import NDArray
 
 from texvol.bricks import Brick
 from texvol.cells import Cells
@@ -55,16 +56,19 @@ class EmptySpace:
         """Number of cells, and of those that may show something."""
         return self._visible.size, int(self._visible.sum())
 
-    def shows(self, brick: Brick) -> bool:
-        """Whether a brick has a cell that may show something, samples stored for the neighbours' sake included."""
+    def visible_part(self, brick: Brick) -> NDArray[np.float64] | None:
+        """Low and high corner of what a brick may show, in shares of the box, shape (2, 3); None: nothing shows."""
         assert self._cells is not None, "nothing has been prepared"
-        z, y, x = (
-            slice(first // size, -(-last // size))
-            for first, last, size in zip(
-                reversed(brick.stored_first), reversed(brick.stored_last), reversed(self._cells.size), strict=True
-            )
-        )
-        return bool(self._visible[z, y, x].any())
+        size = np.array(self._cells.size)
+        first, last = np.array(brick.stored_first) // size, -(-np.array(brick.stored_last) // size)
+        z, y, x = (slice(a, b) for a, b in zip(first[::-1], last[::-1], strict=True))
+        places = np.nonzero(self._visible[z, y, x])
+        if not places[0].size:
+            return None
+        cells = np.array([[axis.min() for axis in places], [axis.max() + 1 for axis in places]])[:, ::-1] + first
+        part = cells * size / np.array(brick.dimensions)
+        stored = brick.stored_box
+        return np.array([np.maximum(part[0], stored[0]), np.minimum(part[1], stored[1])])
 
     def release(self) -> None:
         """Give the texture back and forget the volume."""

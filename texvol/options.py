@@ -20,6 +20,7 @@ from typing import Any
 
 import numpy as np
 
+from texvol import orbit as turning
 from texvol import transfer
 from texvol.camera import Camera
 from texvol.errors import InputError
@@ -73,6 +74,37 @@ def number(text: str) -> float:
         return float(text)
     except ValueError:
         raise argparse.ArgumentTypeError(f"a number is wanted, and not {text!r}") from None
+
+
+def megabytes(text: str) -> float:
+    """Megabytes of texture memory."""
+    wanted = number(text)
+    if not 0 < wanted < 1e12:  # an exabyte: more than any device has, and its bytes are still a number
+        raise argparse.ArgumentTypeError(f"megabytes between 0 and 1e12 are wanted, and not {text!r}")
+    return wanted
+
+
+def transmittance(text: str) -> float:
+    """A transmittance from 0 to under 1."""
+    wanted = number(text)
+    if not 0 <= wanted < 1:
+        raise argparse.ArgumentTypeError(f"a transmittance from 0 to under 1 is wanted, and not {text!r}")
+    return wanted
+
+
+def views(text: str) -> int:
+    """How many views an orbit has."""
+    if not re.fullmatch(r"\s*\+?\d{1,9}\s*", text) or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"a number of views from 1 upwards is wanted, and not {text!r}")
+    return int(text)
+
+
+def frames_per_second(text: str) -> float:
+    """Frames per second of a film."""
+    wanted = number(text)
+    if not 0.1 <= wanted <= 1000:
+        raise argparse.ArgumentTypeError(f"frames per second from 0.1 to 1000 are wanted, and not {text!r}")
+    return wanted
 
 
 def _choice(*allowed: str) -> Callable[[str], str]:
@@ -150,13 +182,14 @@ class SceneOptions:
         self.spacing: tuple[float, float, float] | None = self._chosen.get("spacing")
         self.transparent = "background" in self._chosen and self._chosen["background"] is None
 
-    def scene(self, volume: Volume) -> Scene:
-        """The scene that the options make of `volume`."""
+    def scene(self, volume: Volume, *, orbit: bool = False) -> Scene:
+        """The scene that the options make of `volume`; its camera frames one picture, or all of an orbit."""
         chosen = self._chosen
+        framing = turning.framing if orbit else Camera.framing
         return Scene(
             volume,
             transfer_function(chosen["tf"], volume) if "tf" in chosen else transfer.proposed_for(volume),
-            Camera.framing(
+            framing(
                 volume,
                 chosen.get("projection", "orthographic"),
                 **{key: chosen.get(key) for key in ("eye", "target", "up", "fov", "height")},

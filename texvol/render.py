@@ -24,6 +24,8 @@ from texvol.scene import Scene
 from texvol.texture_store import BakedTexture, TextureStore
 from texvol.transfer import TransferFunction
 
+VisiblePart = Callable[[bricks.Brick], "NDArray[np.float64] | None"]  # its corners in shares of the box; None: nothing
+
 
 def render(
     scene: Scene, size: tuple[int, int] = (512, 512), *, backend: str = "auto", **accuracy: Any
@@ -47,18 +49,18 @@ def draw(
     textures: TextureStore,
     drawing: Drawing,
     target_format: str,
-    shows: Callable[[bricks.Brick], bool],
+    visible_part: VisiblePart,
 ) -> int:
-    """Cut the bricks that show anything into slabs across the view, draw and composite them; their number."""
+    """Cut what of the bricks shows anything into slabs across the view, draw and composite them; their number."""
     compositor.begin(drawing.size, target_format)
     volume, camera = drawing.volume, drawing.camera
     per_stack = drawing.baked.slabs_per_stack
-    visible = [brick for brick in textures.bricks if shows(brick)]
-    for brick in bricks.visibility_order(visible, volume, camera):
-        stacks = slicing.slab_stacks(volume, camera, drawing.slab_thickness, drawing.size, per_stack, brick.stored_box)
+    parts = {brick: part for brick in textures.bricks if (part := visible_part(brick)) is not None}
+    for brick in bricks.visibility_order(parts, volume, camera):
+        stacks = slicing.slab_stacks(volume, camera, drawing.slab_thickness, drawing.size, per_stack, parts[brick])
         compositor.draw(drawing, brick, stacks, textures.resources(brick))
     compositor.finish()
-    return len(visible)
+    return len(parts)
 
 
 def over_background(picture: NDArray[np.float32], background: tuple[float, float, float]) -> NDArray[np.float32]:

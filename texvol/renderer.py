@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from statistics import median
@@ -15,13 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol import accuracy, bricks, error_control, slab_texture, slicing
-from texvol.bricks import Brick
 from texvol.camera import Camera
 from texvol.compositor import TARGET_FORMATS, Compositor, Drawing
 from texvol.contexts import open_context
 from texvol.empty_space import EmptySpace
 from texvol.errors import AccuracyWarning, InputError
-from texvol.render import bake, draw, over_background
+from texvol.render import VisiblePart, bake, draw, over_background
 from texvol.scene import Scene, checked_size
 from texvol.texture_memory import default_budget
 from texvol.texture_store import BakedTexture, TextureStore, same
@@ -224,21 +223,21 @@ class Renderer:
             empty_space.cells_per_box if leaps else (1.0, 1.0, 1.0),
         )
 
-    def _shows(self, settings: Settings) -> Callable[[Brick], bool]:
-        return self._empty_space.shows if settings.skip_empty else lambda brick: True
+    def _visible_part(self, settings: Settings) -> VisiblePart:
+        return self._empty_space.visible_part if settings.skip_empty else lambda brick: brick.stored_box
 
     def _draw(self, scene: Scene, size: Size, settings: Settings, repeat: int = 1) -> NDArray[np.float32]:
         """The picture, without background."""
-        textures, shows = self._textures, self._shows(settings)
+        textures, visible_part = self._textures, self._visible_part(settings)
         with self._baking():
             drawing = self._drawing(scene, size, settings)
-            if len(textures.bricks) == 1 and shows(textures.bricks[0]):
+            if len(textures.bricks) == 1 and visible_part(textures.bricks[0]) is not None:
                 textures.resources(textures.bricks[0])
         times = []
         for _ in range(max(repeat, 1)):
             start, spent = time.perf_counter(), sum(textures.seconds.values())
             with self._baking():
-                self._bricks_drawn = draw(self._compositor, textures, drawing, settings.target_format, shows)
+                self._bricks_drawn = draw(self._compositor, textures, drawing, settings.target_format, visible_part)
             times.append(time.perf_counter() - start - (sum(textures.seconds.values()) - spent))
         # The first draw compiles the programs: warm draws are the others.
         self._seconds["draw"] = median(times[1:] or times)
@@ -303,9 +302,11 @@ class Renderer:
             return None, None
         with self._context:
             drawing = replace(self._drawing(scene, size, settings), count=True)
-            draw(self._compositor, self._textures, drawing, "rgba32f", self._shows(settings))
-            counts = self._compositor.picture()[..., :2].sum(axis=(0, 1), dtype=np.float64)
-        return int(counts[0]), int(counts[1])
+            counts = []
+            for visible_part in (self._visible_part(settings), lambda brick: brick.stored_box):
+                draw(self._compositor, self._textures, drawing, "rgba32f", visible_part)
+                counts.append(self._compositor.picture()[..., :2].sum(axis=(0, 1), dtype=np.float64))
+        return int(counts[0][0]), int(counts[1][1])
 
     def _estimated_error(self, scene: Scene, size: Size, settings: Settings) -> float | None:
         """What the choice of thickness found, or what halving it changes in a picture of a sixteenth of the pixels."""

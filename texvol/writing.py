@@ -29,6 +29,11 @@ def check_writable(path: str | os.PathLike[str]) -> None:
         raise InputError(f"{path}: its folder {folder} cannot be written to")
 
 
+def beside(path: Path) -> Path:
+    """A name of our own in the same folder, for what is to be renamed to `path` when it is whole."""
+    return path.with_name(f".texvol-{os.getpid()}-{next(_numbers)}")
+
+
 def write_files(files: Mapping[str | os.PathLike[str], bytes]) -> None:
     """Write all of these files, or none.
 
@@ -37,21 +42,21 @@ def write_files(files: Mapping[str | os.PathLike[str], bytes]) -> None:
     InputError
         If one can't be written, a full disk included.
     """
-    beside: dict[Path, Path] = {}
+    scratch: dict[Path, Path] = {}
     try:
         for name, content in files.items():
             path = Path(os.path.realpath(name))  # what a link points to, not the link
             check_writable(path)
-            beside[path] = path.with_name(f".texvol-{os.getpid()}-{next(_numbers)}")
+            scratch[path] = beside(path)
             try:
-                beside[path].write_bytes(content)
+                scratch[path].write_bytes(content)
             except OSError as error:
                 raise InputError(f"{name}: cannot be written: {error.strerror or error}") from None
-        for path, written in beside.items():
+        for path, written in scratch.items():
             os.replace(written, path)
     except OSError as error:
         raise InputError(f"{error.filename2 or error.filename}: cannot be written: {error.strerror}") from None
     finally:
-        for written in beside.values():
+        for written in scratch.values():
             with contextlib.suppress(OSError):
                 written.unlink()

@@ -147,11 +147,11 @@ class TransferFunction:
         Both ends are widened by what rounding may do to a value on its way, where a step is that near.
         """
         lowest, highest = np.asarray(lowest, np.float64), np.asarray(highest, np.float64)
-        points = self.at(self.values)
-        weight = points if self.emissive else points[:, 3:]
-        point_shows = np.asarray(np.any(weight > 0, axis=1))
+        weight = np.column_stack([self.colors, self.extinctions]) if self.emissive else self.extinctions[:, np.newaxis]
+        is_more = np.asarray(np.any(weight > 0, axis=1))
         opaque = np.isinf(self.extinctions)
         # On a line from 0 a rounding is nothing; beside an infinite point the values up to its neighbours are opaque.
+        point_shows = is_more.copy()
         point_shows[:-1] |= opaque[1:]
         point_shows[1:] |= opaque[:-1]
         with np.errstate(invalid="ignore", over="ignore"):
@@ -159,9 +159,15 @@ class TransferFunction:
             last = np.searchsorted(self.values, highest + _ROUNDING * np.abs(highest), side="right")
         before = np.concatenate([[0], np.cumsum(point_shows)])
         shows: NDArray[np.bool_] = np.asarray(before[np.maximum(first, last)] > before[first])
-        for ends in (lowest, highest):
-            at_end = self.at(ends)
-            shows |= (at_end if self.emissive else at_end[..., 3:]).any(axis=-1)
+        # Without a point between them, both ends lie on one line, which is 0 throughout or but for its end.
+        left = np.searchsorted(self.values, lowest, side="right")
+        line_shows = np.concatenate([is_more[:1], is_more[:-1] | is_more[1:], is_more[-1:]])
+        at_start = np.maximum(left - 1, 0)
+        shows |= line_shows[left] & ((highest > self.values[at_start]) | is_more[at_start] | (left == 0))
+        # Or the last of the points ends in a line that the higher end is on.
+        left = np.searchsorted(self.values, highest, side="right")
+        at_start = np.maximum(left - 1, 0)
+        shows |= line_shows[left] & ((highest > self.values[at_start]) | is_more[at_start])
         return shows & ~(np.isnan(lowest) | np.isnan(highest))
 
     @cached_property

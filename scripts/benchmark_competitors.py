@@ -1,0 +1,237 @@
+"""Who draws a scene within an error: texvol, VTK's mappers and a plain marcher, each with every setting that it has.
+
+Settings are tried from coarse to fine until the error is small enough, and then the one between the last two. Nothing
+is interpolated.
+"""
+
+from __future__ import annotations
+
+import statistics
+import time
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import closing
+from dataclasses import dataclass, field, replace
+from typing import Any, Protocol
+
+import numpy as np
+from benchmark_scenes import SIZE, rms
+from benchmark_timing import seconds_of
+from numpy.typing import NDArray
+from plain_marcher import PlainMarcher
+
+from texvol import Renderer, Scene, vtk_mappers
+from texvol.convergence import Limits
+from texvol.convergence import Truths as BothTruths
+
+WANTED = (1e-2, 3e-3, 1e-3)
+# Light that ends unseen behind this transmittance adds to the error, at most as much: it is a share of what is wanted.
+TERMINATION_SHARE = 1 / 4
+_RATES = tuple(2.0**power for power in range(-5, 6))  # samples per smallest spacing
+_VTK_RATES = tuple(2.0 ** (power / 2) for power in range(-8, 7))  # distances of 16 voxels to an eighth
+_CLASSIFICATIONS = ("post", "extinction", "slab", "integrated")
+NEARLY_AS_FAST = 1.3  # times differ by as much from turn to turn
+_FLOOR = 0.9  # an error that a finer setting leaves above this share of itself has stopped falling
+_FALLS_FROM = 5e-2  # errors above say little about the next
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One setting that was tried."""
+
+    setting: Any
+    words: str
+    seconds: float
+    rms: float
+
+
+class Competitor(Protocol):
+    """Somebody who draws the scene."""
+
+    trials: list[Trial]
+    out_of_time: bool  # not everything was tried
+    problem: str  # why nothing could be
+
+    def search(self) -> None:
+        """Try settings until each error that is wanted is reached, or there is no hope."""
+
+    def again(self, trials: Sequence[Trial]) -> dict[Trial, float]:
+        """Seconds of a warm frame of each, timed anew."""
+
+
+@dataclass
+class _Walker:
+    """One who is asked for one picture after the other in this process."""
+
+    truth: NDArray[np.float64]
+    time_limit: float
+    trials: list[Trial] = field(default_factory=list)
+    out_of_time: bool = False
+    problem: str = ""
+    _started: float = 0.0
+
+    def families(self) -> Iterable[str]:
+        """Kinds of settings, each of which is walked through by its rate."""
+        raise NotImplementedError
+
+    def setting(self, family: str, rate: float, wanted: float) -> tuple[Any, str]:
+        """A setting and its name."""
+        raise NotImplementedError
+
+    def frame(self, setting: Any) -> tuple[float, NDArray[np.float32] | None]:
+        """Seconds of a frame and the picture, if there is one at once."""
+        raise NotImplementedError
+
+    def search(self) -> None:
+        """Walk through every family, for one error after the other."""
+        self._started = time.perf_counter()
+        starts = dict.fromkeys(self.families(), 0)
+        for wanted in WANTED:
+            for family, start in list(starts.items()):
+                reached = self._walk(family, start, wanted)
+                if reached is None:
+                    del starts[family]  # what doesn't reach this error doesn't reach a smaller one
+                else:
+                    starts[family] = reached
+
+    def again(self, trials: Sequence[Trial]) -> dict[Trial, float]:
+        """Two frames of each after one that isn't counted."""
+        times = {}
+        for trial in trials:
+            self.frame(trial.setting)
+            times[trial] = statistics.median(self.frame(trial.setting)[0] for _ in range(2))
+        return times
+
+    def _walk(self, family: str, start: int, wanted: float) -> int | None:
+        """From the rate of this number to one that is good enough, and its number; None if there is none."""
+        errors: list[float] = []
+        for number, rate in enumerate(_RATES[start:], start):
+            trial = self._tried(family, rate, wanted)
+            if trial.rms <= wanted:
+                if number:
+                    self._tried(family, rate / np.sqrt(2), wanted)
+                return number
+            errors.append(trial.rms)
+            if stopped_falling(errors) or self._too_slow(trial, wanted):
+                return None
+        return None
+
+    def _too_slow(self, trial: Trial, wanted: float) -> bool:
+        if time.perf_counter() - self._started > self.time_limit:
+            self.out_of_time = True
+            return True
+        best = fastest(self.trials, wanted)
+        return best is not None and trial.seconds > NEARLY_AS_FAST * best.seconds
+
+    def _tried(self, family: str, rate: float, wanted: float) -> Trial:
+        setting, words = self.setting(family, rate, wanted)
+        known = next((trial for trial in self.trials if trial.setting == setting), None)
+        if known is not None:
+            return known
+        first, picture = self.frame(setting)
+        assert picture is not None
+        times = [self.frame(setting)[0] for _ in range(int(np.clip(0.5 / max(first, 1e-3), 1, 3)))]
+        trial = Trial(setting, words, statistics.median(times), rms(picture, self.truth))
+        self.trials.append(trial)
+        return trial
+
+
+class Texvol(_Walker):
+    """Every classification at every rate."""
+
+    def __init__(self, renderer: Renderer, scene: Scene, truth: NDArray[np.float64], time_limit: float) -> None:
+        super().__init__(truth, time_limit)
+        self._renderer, self._scene = renderer, scene
+
+    def families(self) -> Iterable[str]:
+        """The classifications."""
+        return _CLASSIFICATIONS
+
+    def setting(self, family: str, rate: float, wanted: float) -> tuple[Any, str]:
+        """Classification, rate and where rays end."""
+        return (family, rate, TERMINATION_SHARE * wanted), f"{family}, {1 / rate:.3g}"
+
+    def frame(self, setting: Any) -> tuple[float, NDArray[np.float32] | None]:
+        """Draw and read back."""
+        classification, rate, termination = setting
+        scene = replace(self._scene, classification=classification)
+        picture = self._renderer.render(scene, SIZE, sampling_rate=rate, early_termination=termination)
+        return self._renderer.seconds["draw"] + self._renderer.seconds["read"], picture
+
+
+class Marcher(_Walker):
+    """The plain marcher at every distance."""
+
+    def __init__(self, scene: Scene, truth: NDArray[np.float64], time_limit: float) -> None:
+        super().__init__(truth, time_limit)
+        self._marcher, self._spacing = PlainMarcher(scene, SIZE), scene.volume.smallest_spacing
+        self._marcher.draw(8 * self._spacing)  # compiles it
+
+    def families(self) -> Iterable[str]:
+        """There is one."""
+        return ("marcher",)
+
+    def setting(self, family: str, rate: float, wanted: float) -> tuple[Any, str]:
+        """Distance of samples and where rays end."""
+        return (self._spacing / rate, TERMINATION_SHARE * wanted), f"{1 / rate:.3g}"
+
+    def frame(self, setting: Any) -> tuple[float, NDArray[np.float32] | None]:
+        """March."""
+        pictures: list[NDArray[np.float32]] = []
+        seconds = seconds_of(lambda: pictures.append(self._marcher.draw(*setting)))
+        return seconds, pictures[0]
+
+
+@dataclass
+class Vtk:
+    """One of VTK's mappers, in a process of its own."""
+
+    renderer: Renderer
+    scene: Scene
+    mapper: str
+    truth: NDArray[np.float64]
+    time_limit: float
+    trials: list[Trial] = field(default_factory=list)
+    out_of_time: bool = False
+    problem: str = ""
+
+    def search(self) -> None:
+        """Every distance, until the smallest error is reached or errors have stopped falling."""
+        limits = Limits(setting_seconds=self.time_limit / 4, sweep_seconds=self.time_limit, least_frames=2)
+        errors: list[float] = []
+        with closing(self._frames(_VTK_RATES, limits)) as frames:
+            for trial in frames:
+                self.trials.append(trial)
+                errors.append(trial.rms)
+                # Every other setting is half as fine.
+                if trial.rms <= min(WANTED) or (stopped_falling(errors[::2]) and stopped_falling(errors[1::2])):
+                    return
+        self.out_of_time = len(self.trials) < len(_VTK_RATES)
+
+    def again(self, trials: Sequence[Trial]) -> dict[Trial, float]:
+        """Three frames of each after one that isn't counted."""
+        limits = Limits(sweep_seconds=10 * self.time_limit, least_frames=3, most_frames=3)
+        rates = sorted(trial.setting for trial in trials)
+        timed = {trial.setting: trial.seconds for trial in self._frames(rates, limits)}
+        return {trial: timed[trial.setting] for trial in trials if trial.setting in timed}
+
+    def _frames(self, rates: Sequence[float], limits: Limits) -> Iterator[Trial]:
+        truths = BothTruths(None, self.truth)
+        try:
+            for measured, picture in vtk_mappers.sweep(
+                self.renderer, self.scene, SIZE, self.mapper, rates, truths, limits
+            ):
+                if picture is not None and measured.seconds:
+                    rate = measured.setting.sampling_rate
+                    yield Trial(rate, f"{self.mapper}, {1 / rate:.3g}", measured.seconds, rms(picture, self.truth))
+        except vtk_mappers.VtkError as error:
+            self.problem = str(error)  # what it measured before stays
+
+
+def stopped_falling(errors: Sequence[float]) -> bool:
+    """Whether the last two errors of settings twice as fine each are hardly less than the one before them."""
+    return len(errors) > 2 and errors[-3] < _FALLS_FROM and min(errors[-2:]) > _FLOOR * errors[-3]
+
+
+def fastest(trials: Iterable[Trial], wanted: float) -> Trial | None:
+    """The fastest that is within the error, or None."""
+    return min((trial for trial in trials if trial.rms <= wanted), key=lambda trial: trial.seconds, default=None)

@@ -1,0 +1,110 @@
+"""A ray that ends early loses no more light than it was told it may."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from scenes import BONE, FOG, inside, random_volume, smooth_volume
+
+from texvol.accuracy import DEFAULT_EARLY_TERMINATION
+from texvol.camera import Camera, Projection
+from texvol.errors import InputError
+from texvol.renderer import Renderer
+from texvol.scene import CLASSIFICATIONS, Classification, Scene
+from texvol.transfer import TransferFunction
+from texvol.volume import Volume
+
+SIZE = (48, 40)
+ROUNDING = 1e-6
+SHARES = (1 / 16, 1 / 100, 1 / 1024, 2.0**-16, DEFAULT_EARLY_TERMINATION)
+classifications = pytest.mark.parametrize("classification", CLASSIFICATIONS)
+
+# Colours that differ as much as they can, so that what is hidden would show.
+DENSE = TransferFunction(
+    np.array([0, 0.4, 0.6, 1]), np.array([(1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 1)]), np.array([0.1, 0.8, 2.0, 5.0])
+)
+
+
+@pytest.fixture(scope="module")
+def renderers() -> Iterator[list[Renderer]]:
+    """One with room for the whole volume, and one that draws it in bricks."""
+    with Renderer() as whole, Renderer(texture_memory=0.4) as bricks:
+        yield [whole, bricks]
+
+
+@classifications
+@pytest.mark.parametrize("projection", ["orthographic", "perspective"])
+@pytest.mark.parametrize("eye", ["outside", "inside"])
+def test_no_more_light_is_lost_than_may_be(
+    renderers: list[Renderer], classification: Classification, projection: Projection, eye: str
+) -> None:
+    noise = random_volume(6, (40, 36, 33))
+    volume = Volume(np.repeat(noise.values[::3], 3, axis=0), noise.spacing)
+    camera = Camera.framing(volume, projection) if eye == "outside" else inside(volume, projection)
+    scene = Scene(volume, DENSE, camera, classification=classification)
+    for renderer in renderers:
+        truth = renderer.render(scene, SIZE, early_termination=0, texture_format="rgba32f")
+        errors = []
+        for share in SHARES:
+            picture = renderer.render(scene, SIZE, early_termination=share, texture_format="rgba32f")
+            errors.append(np.abs(picture - truth).max())
+            assert errors[-1] <= share + ROUNDING
+        assert errors[0] > 1 / 1024, "rays do end"
+        assert truth[..., 3].max() > 0.99
+
+
+@classifications
+def test_the_sooner_a_ray_ends_the_fewer_slabs_are_sampled(
+    renderers: list[Renderer], classification: Classification
+) -> None:
+    volume = random_volume(6, (40, 36, 33))
+    scene = Scene(volume, DENSE, Camera.framing(volume), classification=classification)
+    samples = []
+    for share in (*SHARES, 0):
+        renderers[0].render(scene, SIZE, early_termination=share, sampling_rate=3)
+        stats = renderers[0].stats
+        assert stats["early_termination"] == share
+        samples.append(stats["samples"])
+    assert samples == sorted(samples)
+    # At 0 a ray still ends where float32 has opacity 1.
+    assert samples[0] < samples[4] < samples[5] < stats["samples_total"]
+    assert samples[0] < 0.5 * samples[5]
+
+
+@classifications
+def test_opaque_matter_is_not_looked_behind(renderers: list[Renderer], classification: Classification) -> None:
+    volume = Volume(np.ones((64, 64, 64), np.uint8))
+    opaque = TransferFunction(np.zeros(1), np.ones((1, 3)), np.array([np.inf]))
+    scene = Scene(volume, opaque, Camera.framing(volume), classification=classification)
+    picture = renderers[0].render(scene, SIZE)
+    assert picture[20, 24, 3] == 1.0
+    # The slab in front, the one after it, and what the box cuts short behind.
+    assert renderers[0].stats["samples"] <= 4 * SIZE[0] * SIZE[1]
+
+
+def test_thin_matter_is_seen_to_its_end(renderers: list[Renderer]) -> None:
+    volume = smooth_volume(24)
+    scene = Scene(volume, FOG, Camera.framing(volume))
+    truth = renderers[0].render(scene, SIZE, early_termination=0)
+    picture = renderers[0].render(scene, SIZE, early_termination=0.01)
+    np.testing.assert_array_equal(picture, truth)
+    assert renderers[0].stats["samples"] == renderers[0].stats["samples_total"]
+
+
+@pytest.mark.parametrize("max_error, expected", [(0.008, 0.0005), (1 / 64, 1 / 1024), (0.5, 1 / 1024)])
+def test_a_wanted_error_gives_a_share_of_itself(renderers: list[Renderer], max_error: float, expected: float) -> None:
+    volume = smooth_volume(16)
+    scene = Scene(volume, BONE, Camera.framing(volume), classification="post")
+    renderers[0].render(scene, (24, 24), max_error=max_error)
+    assert renderers[0].stats["early_termination"] == expected
+    renderers[0].render(scene, (24, 24), max_error=max_error, early_termination=0.25)
+    assert renderers[0].stats["early_termination"] == 0.25
+
+
+@pytest.mark.parametrize("share", [-1e-9, 1.0, 2.0, np.inf, -np.inf, np.nan])
+def test_what_is_no_transmittance_is_refused(renderers: list[Renderer], share: float) -> None:
+    scene = Scene(Volume(np.ones((2, 2, 2))), FOG)
+    with pytest.raises(InputError, match="early termination is a transmittance from 0 to under 1"):
+        renderers[0].render(scene, SIZE, early_termination=share)

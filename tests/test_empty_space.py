@@ -1,0 +1,205 @@
+"""Leaping over what is empty changes nothing but the number of samples."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from unittest.mock import patch
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scenes import BONE, constant, inside, random_volume, sparse_volume
+
+from texvol.camera import Camera, Projection
+from texvol.cells import CELL, Cells
+from texvol.renderer import Renderer
+from texvol.scene import CLASSIFICATIONS, Classification, Scene
+from texvol.transfer import TransferFunction
+from texvol.volume import Volume
+
+SIZE = (48, 40)
+SAME = 2e-6  # runs of slabs begin elsewhere, and so sums are rounded elsewhere
+projections = pytest.mark.parametrize("projection", ["orthographic", "perspective"])
+classifications = pytest.mark.parametrize("classification", CLASSIFICATIONS)
+
+MATTERS = {
+    "bone": BONE,
+    "a step": TransferFunction(np.array([0, 0.5, 0.5, 1]), np.ones((4, 3)), np.array([0, 0, 0.4, 0.7])),
+    "a tooth": TransferFunction(np.array([0.2, 0.7, 0.7]), np.ones((3, 3)), np.array([0, 0.6, 0])),
+    "opaque": TransferFunction(np.array([0, 0.6, 0.6]), np.full((3, 3), 0.7), np.array([0, 0, np.inf])),
+    "gas": TransferFunction(np.array([0.3, 1]), np.array([(0, 0, 0), (0.2, 0.1, 0.05)]), np.zeros(2), emissive=True),
+}
+
+
+@pytest.fixture(scope="module")
+def renderer() -> Iterator[Renderer]:
+    with Renderer() as opened:
+        yield opened
+
+
+def assert_leaping_changes_nothing(
+    renderer: Renderer, scene: Scene, size: tuple[int, int] = SIZE, **options: float
+) -> np.ndarray:
+    """The picture, the same with leaps as without them."""
+    leaping = renderer.render(scene, size, texture_format="rgba32f", **options)
+    plain = renderer.render(scene, size, texture_format="rgba32f", skip_empty=False, **options)
+    brightest = max(1.0, float(plain.max()))
+    np.testing.assert_allclose(leaping, plain, rtol=0, atol=SAME * brightest)
+    return plain
+
+
+@classifications
+@projections
+@pytest.mark.parametrize("matter", MATTERS)
+def test_a_picture_is_the_same_with_leaps_as_without(
+    renderer: Renderer, classification: Classification, projection: Projection, matter: str
+) -> None:
+    volume = sparse_volume(1)
+    for camera in (Camera.framing(volume, projection), inside(volume, projection)):
+        scene = Scene(volume, MATTERS[matter], camera, classification=classification)
+        for rate in (0.05, 0.3, 1, 2.3):  # slabs per sample: up to five cells in a slab, which may miss all matter
+            picture = assert_leaping_changes_nothing(renderer, scene, sampling_rate=rate)
+            assert picture.max() > 0.01 or rate < 0.1
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    st.integers(0, 2**32 - 1),
+    st.sampled_from(CLASSIFICATIONS),
+    st.sampled_from(list(MATTERS)),
+    st.sampled_from(["orthographic", "perspective"]),
+    st.sampled_from([0.1, 0.7, 1.0, 3.1]),
+)
+def test_leaps_lose_nothing_of_any_volume_from_any_place(
+    renderer: Renderer, seed: int, classification: Classification, matter: str, projection: Projection, rate: float
+) -> None:
+    random = np.random.default_rng(seed)
+    values = np.zeros(random.integers(1, 50, 3), np.float32)
+    for _ in range(random.integers(1, 8)):
+        corner = [random.integers(0, count) for count in values.shape]
+        block = values[tuple(slice(at, at + random.integers(1, 6)) for at in corner)]
+        block[...] = random.random(block.shape)
+    direction = np.eye(3) + 0.4 * random.standard_normal((3, 3)) if random.random() < 0.5 else np.eye(3)
+    volume = Volume(values, random.uniform(0.5, 2, 3), random.uniform(-9, 9, 3), direction)
+    # Along an axis as often as not: rays in the faces of cells.
+    way = np.eye(3)[random.integers(3)] if random.random() < 0.5 else random.standard_normal(3)
+    way *= random.choice([0.1, 0.5, 2.5]) * volume.radius / np.linalg.norm(way)
+    target = volume.centre if random.random() < 0.5 else volume.centre + random.standard_normal(3)
+    up = np.cross(way, random.standard_normal(3))
+    if projection == "perspective":
+        camera = Camera.perspective(target - way, target, up, fov=random.uniform(20, 100))
+    else:
+        camera = Camera.orthographic(target - way, target, up, height=2 * volume.radius)
+    scene = Scene(volume, MATTERS[matter], camera, classification=classification)
+    assert_leaping_changes_nothing(renderer, scene, (25, 24), sampling_rate=rate)
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+@pytest.mark.parametrize("beside", [0.0, 1e-7, -1e-7])
+def test_rays_in_the_faces_of_cells_see_what_lies_behind(renderer: Renderer, axis: int, beside: float) -> None:
+    """The middle column of pixels runs along faces between cells, and touches two layers of them."""
+    values = np.zeros((32, 32, 32), np.float32)
+    values[14:18, 14:18, 14:18] = 0.8
+    volume = Volume(values)
+    way = np.roll([1.0, beside, 0], axis)
+    camera = Camera.orthographic(volume.centre - 60 * way, volume.centre, np.roll([0, 0, 1], axis), height=33.0)
+    for classification in CLASSIFICATIONS:
+        scene = Scene(volume, BONE, camera, classification=classification)  # type: ignore[arg-type]
+        picture = assert_leaping_changes_nothing(renderer, scene, (33, 33))
+        assert picture[16, 16, 3] > 0.5
+
+
+@classifications
+@projections
+def test_a_mostly_empty_scene_takes_few_samples(
+    renderer: Renderer, classification: Classification, projection: Projection
+) -> None:
+    values = np.zeros((96, 96, 96), np.uint8)
+    values[20:30, 50:58, 60:75] = np.random.default_rng(0).integers(100, 255, (10, 8, 15))
+    volume = Volume(values)
+    matter = TransferFunction(255 * BONE.values, BONE.colors, BONE.extinctions)
+    scene = Scene(volume, matter, Camera.framing(volume, projection), classification=classification)
+    picture = assert_leaping_changes_nothing(renderer, scene)
+    assert picture[..., 3].max() > 0.5
+    renderer.render(scene, SIZE)
+    stats = renderer.stats
+    assert 0 < stats["samples"] <= 0.25 * stats["samples_total"]
+    assert 0 < stats["cells_drawn"] < 0.05 * stats["cells_total"]
+    assert stats["cells_total"] == (96 // CELL) ** 3
+
+
+@classifications
+@projections
+def test_without_leaps_every_slab_is_sampled(
+    renderer: Renderer, classification: Classification, projection: Projection
+) -> None:
+    volume = sparse_volume(2)
+    scene = Scene(volume, BONE, Camera.framing(volume, projection), classification=classification)
+    renderer.render(scene, SIZE, skip_empty=False, early_termination=0)
+    whole = renderer.stats
+    assert whole["samples"] == whole["samples_total"] > SIZE[0] * SIZE[1]
+    renderer.render(scene, SIZE, early_termination=0)
+    assert renderer.stats["samples_total"] == whole["samples_total"]
+    assert 0 < renderer.stats["samples"] < whole["samples"]
+
+
+def test_slabs_are_counted_as_the_rays_cross_them(renderer: Renderer) -> None:
+    """Eight slabs of one sample along an axis, in as many pixels as the box covers."""
+    volume = Volume(np.ones((8, 8, 8), np.float32))
+    camera = Camera.orthographic(volume.centre - (0, 20, 0), volume.centre, (0, 0, 1), height=16.0)
+    for classification in CLASSIFICATIONS:
+        scene = Scene(volume, BONE, camera, classification=classification)  # type: ignore[arg-type]
+        renderer.render(scene, (64, 64), slab_thickness=1.0, early_termination=0)
+        assert renderer.stats["samples"] == renderer.stats["samples_total"] == 8 * 32 * 32
+
+
+@classifications
+@pytest.mark.parametrize("memory", [None, 0.5])
+def test_an_invisible_volume_draws_nothing(classification: Classification, memory: float | None) -> None:
+    volume = random_volume(0, (40, 41, 42))
+    nothing = TransferFunction(np.array([0.0, 1.0, 2.0]), np.ones((3, 3)), np.array([0.0, 0.0, 9.0]))
+    with Renderer(texture_memory=memory) as renderer:
+        picture = renderer.render(Scene(volume, nothing, classification=classification), SIZE)
+        stats = renderer.stats
+    assert not picture.any()
+    assert stats["bricks_drawn"] == stats["cells_drawn"] == stats["samples"] == stats["texture_bytes"] == 0
+    assert "upload" not in stats["seconds"]
+
+
+def test_cells_without_a_skip_are_not_made(renderer: Renderer) -> None:
+    with patch("texvol.empty_space.Cells.of", side_effect=AssertionError):
+        renderer.render(Scene(sparse_volume(3), BONE), SIZE, skip_empty=False)
+    assert renderer.stats["cells_total"] == renderer.stats["cells_drawn"] == 0
+
+
+def test_another_transfer_function_shows_what_was_empty(renderer: Renderer) -> None:
+    """And another volume, with the same one."""
+    volume = sparse_volume(4)
+    camera = Camera.framing(volume)
+    for classification in CLASSIFICATIONS:
+        scene = Scene(volume, constant(0.0), camera, classification=classification)  # type: ignore[arg-type]
+        assert not renderer.render(scene, SIZE).any()
+        assert_leaping_changes_nothing(renderer, replace(scene, transfer_function=BONE))
+        other = Volume(volume.values[::-1], volume.spacing)
+        picture = assert_leaping_changes_nothing(renderer, replace(scene, volume=other, transfer_function=BONE))
+        assert picture.max() > 0.01
+
+
+MISTAKES = {
+    "one cell too far": ("leaps", lambda cells, visible: 2 * ((Cells.leaps(cells, visible) >> 1) + 1) + visible),
+    "cells beside themselves": ("visible", lambda cells, matter: np.roll(Cells.visible(cells, matter), 1, axis=2)),
+    "ranges without neighbours": ("visible", lambda cells, matter: cells.lowest > 0),
+}
+
+
+@pytest.mark.parametrize("mistake", MISTAKES)
+def test_a_leap_too_far_shows(mistake: str) -> None:
+    volume = sparse_volume(1)
+    scene = Scene(volume, BONE, Camera.framing(volume))
+    name, wrong = MISTAKES[mistake]
+    wronged = type("Wronged", (Cells,), {name: wrong})
+    planted = patch("texvol.empty_space.Cells", wronged)
+    with planted, Renderer() as renderer, pytest.raises(AssertionError, match="Not equal"):
+        assert_leaping_changes_nothing(renderer, scene)
