@@ -67,7 +67,6 @@ class _Walker:
     trials: list[Trial] = field(default_factory=list)
     out_of_time: bool = False
     problem: str = ""
-    _started: float = 0.0
 
     def families(self) -> Iterable[str]:
         """Kinds of settings, each of which is walked through by its rate."""
@@ -82,14 +81,15 @@ class _Walker:
         raise NotImplementedError
 
     def search(self) -> None:
-        """Walk through every family, for one error after the other."""
-        self._started = time.perf_counter()
-        starts = dict.fromkeys(self.families(), 0)
+        """Walk through every family, for one error after the other; each has so much time for all of them."""
+        starts, left = dict.fromkeys(self.families(), 0), dict.fromkeys(self.families(), self.time_limit)
         for wanted in WANTED:
             for family, start in list(starts.items()):
-                reached = self._walk(family, start, wanted)
+                began = time.perf_counter()
+                reached = self._walk(family, start, wanted, began + left[family])
+                left[family] -= time.perf_counter() - began
                 if reached is None:
-                    del starts[family]  # what doesn't reach this error doesn't reach a smaller one
+                    del starts[family]  # what can't reach this error can't reach a smaller one
                 else:
                     starts[family] = reached
 
@@ -101,8 +101,8 @@ class _Walker:
             times[trial] = statistics.median(self.frame(trial.setting)[0] for _ in range(2))
         return times
 
-    def _walk(self, family: str, start: int, wanted: float) -> int | None:
-        """From the rate of this number to one that is good enough, and its number; None if there is none."""
+    def _walk(self, family: str, start: int, wanted: float, deadline: float) -> int | None:
+        """Try rates from the one of this number on; where to look for a smaller error, or None if there is no hope."""
         errors: list[float] = []
         for number, rate in enumerate(_RATES[start:], start):
             trial = self._tried(family, rate, wanted)
@@ -111,16 +111,15 @@ class _Walker:
                     self._tried(family, rate / np.sqrt(2), wanted)
                 return number
             errors.append(trial.rms)
-            if stopped_falling(errors) or self._too_slow(trial, wanted):
+            if stopped_falling(errors):
+                return None
+            best = fastest(self.trials, wanted)
+            if best is not None and trial.seconds > NEARLY_AS_FAST * best.seconds:
+                return number
+            if time.perf_counter() > deadline:
+                self.out_of_time = True
                 return None
         return None
-
-    def _too_slow(self, trial: Trial, wanted: float) -> bool:
-        if time.perf_counter() - self._started > self.time_limit:
-            self.out_of_time = True
-            return True
-        best = fastest(self.trials, wanted)
-        return best is not None and trial.seconds > NEARLY_AS_FAST * best.seconds
 
     def _tried(self, family: str, rate: float, wanted: float) -> Trial:
         setting, words = self.setting(family, rate, wanted)

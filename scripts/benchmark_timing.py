@@ -17,7 +17,7 @@ from texvol.report.fingerprint import fingerprint
 
 Key = TypeVar("Key", bound=Hashable)
 _MILLISECONDS = 1e3
-# Linux counts what the parent takes as the child's own until the child's program has begun, so the parent is a small one.
+# Linux counts what the parent takes as the child's, until the child's program has begun: so the parent is a small one.
 _WITNESS = """
 import os, sys, time
 silent = [(os.POSIX_SPAWN_OPEN, 1, os.devnull, os.O_WRONLY, 0)]

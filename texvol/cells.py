@@ -88,7 +88,7 @@ def _eroded(alike: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Which cells are set with all their 26 neighbours; what lies outside the box is like the cell."""
     for axis in range(3):
         along = np.moveaxis(alike, axis, 0)
-        shrunk = along.copy()
+        shrunk = along.copy(order="K")  # as it lies in memory: a transposed copy takes ten times as long
         shrunk[1:] &= along[:-1]
         shrunk[:-1] &= along[1:]
         alike = np.moveaxis(shrunk, 0, axis)

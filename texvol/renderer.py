@@ -28,7 +28,7 @@ from texvol.transfer import TransferFunction, proposed_for
 
 Size = tuple[int, int]
 # A picture that an estimate is drawn from needs no textures that stay: it makes do with bricks of this many bytes.
-_REFERENCE_BUDGET = 64 << 20
+_REFERENCE_BUDGET = 32 << 20
 
 
 @dataclass(frozen=True)
@@ -315,7 +315,9 @@ class Renderer:
         small = (max(size[0] // 4, 1), max(size[1] // 4, 1))
         with self._context:
             picture = self._draw(scene, small, settings)
-            with self._textures_set_aside():
+            # Values are the same for every thickness; other texels are for the reference alone.
+            values = scene.classification in ("post", "integrated")
+            with self._textures_set_aside(self._textures if values else None):
                 reference = self._reference(scene, small, replace(settings, slab_thickness=settings.slab_thickness / 2))
         self._estimate = error_control.estimate(picture, reference, halvings=1)
         return self._estimate
@@ -335,14 +337,15 @@ class Renderer:
         return width, height
 
     @contextmanager
-    def _textures_set_aside(self) -> Iterator[None]:
-        """Whatever is drawn inside, the last picture's textures are still there for the next."""
+    def _textures_set_aside(self, instead: TextureStore | None) -> Iterator[None]:
+        """Whatever is drawn inside, from textures of its own or those, the last picture's are there for the next."""
         kept = self._textures, self._baked, self._bricks_drawn
-        self._textures = TextureStore(self._context, min(self._budget, _REFERENCE_BUDGET))
+        self._textures = instead or TextureStore(self._context, min(self._budget, _REFERENCE_BUDGET))
         try:
             yield
         finally:
-            self._textures.release()
+            if not instead:
+                self._textures.release()
             self._textures, self._baked, self._bricks_drawn = kept
 
     @contextmanager
