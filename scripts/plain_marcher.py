@@ -3,8 +3,9 @@
     picture = Σ c_i A_i Π_{j<i} (1 - A_j),    A_i = 1 - exp(-τ_i d)
 
 Each ray's way through the box is cut into n = ⌈length / distance⌉ equal steps of length d. In the middle of each the
-value is interpolated trilinearly and looked up, to the nearest entry, in a table of colour c and extinction τ; a ray
-ends where it lets less through than a threshold. All float32, rows shared among the threads.
+value is interpolated trilinearly, clamped at the edges, and looked up in a table of colour c and extinction τ, linearly
+between its entries; a ray ends where it lets less through than a threshold. All float32, rows shared among the threads.
+It is written as the formulas are: padding the volume, flat indices and nearest entries make it about twice as fast.
 """
 
 from __future__ import annotations
@@ -17,8 +18,7 @@ from numpy.typing import NDArray
 
 from texvol.scene import Scene
 
-# A spike of a hundredth of the range still has 160 entries on either side; all of them fit the second-level cache.
-TABLE_ENTRIES = 16384
+TABLE_ENTRIES = 4096  # a spike of a hundredth of the range still has 40 on either side
 NEAREST_TO_ZERO = 1e-20  # of a direction's component: its reciprocal is a float32
 
 
@@ -38,8 +38,7 @@ class PlainMarcher:
         assert transfer_function is not None, "the marcher proposes no transfer function"
         camera = scene.camera_for(size)
         self._size = size
-        # A sample more all around: the edges are clamped without a word in the loop.
-        self._padded = np.pad(volume.values.astype(np.float32), 1, mode="edge")
+        self._values = np.ascontiguousarray(volume.values, np.float32)
         low, high = volume.finite_range or (0.0, 1.0)
         high = high if high > low else low + 1.0
         self._table = lookup_table(transfer_function.classify, low, high)
@@ -47,7 +46,7 @@ class PlainMarcher:
         self._entries_per_value = np.float32((TABLE_ENTRIES - 1) / (high - low))
         rays = camera.pixel_rays(size, volume.centre)
         to_index = volume.index_from_world
-        middle = (np.array(volume.dimensions) + 1) / 2  # of the padded array
+        middle = np.array(volume.dimensions) / 2  # sample i lies at i + 1/2
         self._rays = np.array(
             [
                 middle + to_index @ rays.point,
@@ -62,9 +61,7 @@ class PlainMarcher:
         # How long the ray's way is per unit of depth: the length of the velocity, which is affine in the pixel.
         self._velocity = np.array([rays.velocity, rays.velocity_per_column, rays.velocity_per_row], np.float32)
         self._nearest_depth = np.float32(-rays.reference_depth)
-        # Every thread has rows from top to bottom: those in the middle of a picture have the most to do.
         threads = min(len(os.sched_getaffinity(0)), numba.config.NUMBA_NUM_THREADS)
-        self._order = np.concatenate([np.arange(size[1])[first::threads] for first in range(threads)])
         numba.set_num_threads(threads)
 
     def draw(self, distance: float, least_transmittance: float = 1 / 1024) -> NDArray[np.float32]:
@@ -76,7 +73,7 @@ class PlainMarcher:
         width, height = self._size
         picture = np.empty((height, width, 4), np.float32)
         _march(
-            self._padded,
+            self._values,
             self._table,
             self._low,
             self._entries_per_value,
@@ -85,7 +82,6 @@ class PlainMarcher:
             self._nearest_depth,
             np.float32(distance),
             np.float32(least_transmittance),
-            self._order,
             picture,
         )
         return picture
@@ -107,23 +103,20 @@ def _between(position, way, count, near, far):  # type: ignore[no-untyped-def]
     if abs(way) < NEAREST_TO_ZERO:
         way = np.float32(NEAREST_TO_ZERO)
     reciprocal = np.float32(1.0) / way
-    a = (np.float32(0.5) - position) * reciprocal
-    b = (np.float32(count) - np.float32(1.5) - position) * reciprocal
+    a = -position * reciprocal
+    b = (np.float32(count) - position) * reciprocal
     return max(near, min(a, b)), min(far, max(a, b))
 
 
 @numba.njit(parallel=True, fastmath=True, cache=True, error_model="numpy")
 def _march(  # type: ignore[no-untyped-def]
-    padded, table, low, entries_per_value, rays, velocity, nearest_depth, distance, least_transmittance, order, picture
+    values, table, low, entries_per_value, rays, velocity, nearest_depth, distance, least_transmittance, picture
 ):
     height, width, _ = picture.shape
-    nz, ny, nx = padded.shape
-    flat = padded.ravel()
-    below, behind, right = np.uint64(nx), np.uint64(nx * ny), np.uint64(1)
-    last_entry = np.float32(table.shape[0] - 1)
+    nz, ny, nx = values.shape
+    last_entry = table.shape[0] - 1
     one, half, zero = np.float32(1), np.float32(0.5), np.float32(0)
-    for turn in numba.prange(height):
-        row = order[turn]
+    for row in numba.prange(height):
         y = np.float32(height) * half - half - np.float32(row)
         for column in range(width):
             x = np.float32(column) - np.float32(width) * half + half
@@ -149,29 +142,31 @@ def _march(  # type: ignore[no-untyped-def]
                 near += half * depth_step
                 for sample in range(count):
                     depth = near + np.float32(sample) * depth_step
-                    qx, qy, qz = px + depth * wx, py + depth * wy, pz + depth * wz
-                    i, j, k = np.uint32(qx), np.uint32(qy), np.uint32(qz)
+                    qx = min(max(px + depth * wx - half, zero), np.float32(nx - 1))
+                    qy = min(max(py + depth * wy - half, zero), np.float32(ny - 1))
+                    qz = min(max(pz + depth * wz - half, zero), np.float32(nz - 1))
+                    i, j, k = int(qx), int(qy), int(qz)
                     fx, fy, fz = qx - np.float32(i), qy - np.float32(j), qz - np.float32(k)
-                    a = np.uint64(k) * behind + np.uint64(j) * below + np.uint64(i)
-                    b = a + behind
-                    v00 = flat[a] + fx * (flat[a + right] - flat[a])
-                    v01 = flat[a + below] + fx * (flat[a + below + right] - flat[a + below])
-                    v10 = flat[b] + fx * (flat[b + right] - flat[b])
-                    v11 = flat[b + below] + fx * (flat[b + below + right] - flat[b + below])
-                    v0 = v00 + fy * (v01 - v00)
-                    v1 = v10 + fy * (v11 - v10)
-                    place = (v0 + fz * (v1 - v0) - low) * entries_per_value
-                    entry = np.uint64(np.uint32(min(max(place, zero), last_entry) + half))
-                    extinction = table[entry, 3]
-                    if extinction > zero:
-                        through = np.exp(-extinction * step)
-                        weight = transmittance * (one - through)
-                        red += weight * table[entry, 0]
-                        green += weight * table[entry, 1]
-                        blue += weight * table[entry, 2]
-                        transmittance *= through
-                        if transmittance < least_transmittance:
-                            break
+                    i1, j1, k1 = min(i + 1, nx - 1), min(j + 1, ny - 1), min(k + 1, nz - 1)
+                    v00 = values[k, j, i] * (one - fx) + values[k, j, i1] * fx
+                    v01 = values[k, j1, i] * (one - fx) + values[k, j1, i1] * fx
+                    v10 = values[k1, j, i] * (one - fx) + values[k1, j, i1] * fx
+                    v11 = values[k1, j1, i] * (one - fx) + values[k1, j1, i1] * fx
+                    v0 = v00 * (one - fy) + v01 * fy
+                    v1 = v10 * (one - fy) + v11 * fy
+                    place = (v0 * (one - fz) + v1 * fz - low) * entries_per_value
+                    place = min(max(place, zero), np.float32(last_entry))
+                    entry = min(int(place), last_entry - 1)
+                    share = place - np.float32(entry)
+                    extinction = table[entry, 3] * (one - share) + table[entry + 1, 3] * share
+                    through = np.exp(-extinction * step)
+                    weight = transmittance * (one - through)
+                    red += weight * (table[entry, 0] * (one - share) + table[entry + 1, 0] * share)
+                    green += weight * (table[entry, 1] * (one - share) + table[entry + 1, 1] * share)
+                    blue += weight * (table[entry, 2] * (one - share) + table[entry + 1, 2] * share)
+                    transmittance *= through
+                    if transmittance < least_transmittance:
+                        break
             picture[row, column, 0] = red
             picture[row, column, 1] = green
             picture[row, column, 2] = blue

@@ -171,19 +171,22 @@ def _render(arguments: argparse.Namespace) -> None:
     from texvol.renderer import Renderer
 
     with Renderer(arguments.backend, texture_memory=arguments.texture_memory) as renderer:
+        picture, more = None, {}
         if arguments.orbit is None:
             picture = renderer.render(scene, scene_options.size, repeat=arguments.repeat, **accuracy)
-            facts = {"texvol:renderer": renderer.renderer_name} | _scene_facts(arguments.volume, scene)
-            transparent = scene_options.transparent
-            files = {arguments.output: image.encoded(arguments.output, picture, facts, transparent=transparent)}
-            more = {}
         else:
-            files, more = {}, {"orbit": _orbit(arguments, scene_options, renderer, scene, accuracy)}
-        if arguments.stats:
-            stats = renderer.stats
-            stats = stats | {"seconds": seconds | {"upload": 0.0} | stats["seconds"]} | more
-            files[arguments.stats] = (json.dumps(stats, indent=2, allow_nan=False) + "\n").encode()
-        writing.write_files(files)
+            more = {"orbit": _orbit(arguments, scene_options, renderer, scene, accuracy)}
+        stats = renderer.stats if arguments.stats else {}
+        facts = {"texvol:renderer": renderer.renderer_name} | _scene_facts(arguments.volume, scene)
+    # With the textures gone there is room for what writes pictures.
+    files = {}
+    if picture is not None:
+        transparent = scene_options.transparent
+        files[arguments.output] = image.encoded(arguments.output, picture, facts, transparent=transparent)
+    if arguments.stats:
+        stats = stats | {"seconds": seconds | {"upload": 0.0} | stats["seconds"]} | more
+        files[arguments.stats] = (json.dumps(stats, indent=2, allow_nan=False) + "\n").encode()
+    writing.write_files(files)
 
 
 def _orbit(
@@ -222,21 +225,13 @@ def _orbit(
 
 def _kept(renderer: Renderer, scene: Scene, accuracy: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
     """What was chosen for the first view, for the others, and the estimate that it rests on where there is one."""
-    from texvol import accuracy as choices
-
+    if accuracy["max_error"] is None:
+        return accuracy, {}
     texels_are_chosen = scene.classification in ("slab", "extinction")  # the others hold values as they are
-    if accuracy["max_error"] is not None:
-        stats = renderer.stats
-        names = ["slab_thickness", "target_format", "early_termination", *["texture_format"] * texels_are_chosen]
-        kept = {"max_error": None} | {name: stats[name] for name in names}
-        return accuracy | kept, {"estimated_error_of_first_view": stats["estimated_error"]}
-    if accuracy["texture_format"] == "auto" and texels_are_chosen:
-        # The renderer would choose the same for every view, in a few milliseconds during which nothing is drawn.
-        assert scene.transfer_function is not None
-        thickness = choices.checked(scene.volume, accuracy["slab_thickness"], accuracy["sampling_rate"], None)
-        chosen = choices.cheapest_texel_format(scene.volume, scene.transfer_function, scene.classification, thickness)
-        return accuracy | {"texture_format": chosen}, {}
-    return accuracy, {}
+    stats = renderer.stats
+    names = ["slab_thickness", "target_format", "early_termination", *["texture_format"] * texels_are_chosen]
+    kept = {"max_error": None} | {name: stats[name] for name in names}
+    return accuracy | kept, {"estimated_error_of_first_view": stats["estimated_error"]}
 
 
 class _Progress:

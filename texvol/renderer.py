@@ -27,8 +27,9 @@ from texvol.texture_store import BakedTexture, TextureStore, same
 from texvol.transfer import TransferFunction, proposed_for
 
 Size = tuple[int, int]
-# A picture that an estimate is drawn from needs no textures that stay: it makes do with bricks of this many bytes.
-_REFERENCE_BUDGET = 32 << 20
+# A picture that an estimate is drawn from needs no textures that stay: it makes do with bricks of an eighth of the
+# volume, within these bytes.
+_REFERENCE_BUDGET = 8 << 20, 64 << 20
 
 
 @dataclass(frozen=True)
@@ -72,6 +73,7 @@ class Renderer:
             self._bricks_drawn = 0
         self._proposed: tuple[Any, TransferFunction] | None = None
         self._baked: tuple[tuple[Any, ...], BakedTexture] | None = None
+        self._chosen: tuple[tuple[Any, ...], str] | None = None
         self._seconds: dict[str, float] = {}
         self._last: tuple[Scene, Size, Settings] | None = None
         self._stats: dict[str, Any] = {}
@@ -193,9 +195,7 @@ class Renderer:
             texture_format = settings.texture_format
             if classification in ("slab", "extinction"):
                 if texture_format == "auto":
-                    texture_format = accuracy.cheapest_texel_format(
-                        volume, transfer_function, classification, thickness
-                    )
+                    texture_format = self._cheapest_format(scene, transfer_function, thickness)
                 baked_for = thickness if classification == "slab" else 0.0
                 texels = (volume, transfer_function, classification, baked_for, texture_format)
             recipe = (*texels, transfer_function, classification)
@@ -205,6 +205,12 @@ class Renderer:
         margin = bricks.margin(volume, scene.camera_for(size), size, thickness)
         self._textures.prepare(baked, volume, texels, margin)
         return baked
+
+    def _cheapest_format(self, scene: Scene, transfer_function: TransferFunction, thickness: float) -> str:
+        asked = (scene.volume, transfer_function, scene.classification, thickness)
+        if self._chosen is None or not same(self._chosen[0], asked):
+            self._chosen = (asked, accuracy.cheapest_texel_format(*asked))
+        return self._chosen[1]
 
     def _drawing(self, scene: Scene, size: Size, settings: Settings) -> Drawing:
         """The scene as the compositor wants it, its texture on the device."""
@@ -317,7 +323,7 @@ class Renderer:
             picture = self._draw(scene, small, settings)
             # Values are the same for every thickness; other texels are for the reference alone.
             values = scene.classification in ("post", "integrated")
-            with self._textures_set_aside(self._textures if values else None):
+            with self._textures_set_aside(scene, self._textures if values else None):
                 reference = self._reference(scene, small, replace(settings, slab_thickness=settings.slab_thickness / 2))
         self._estimate = error_control.estimate(picture, reference, halvings=1)
         return self._estimate
@@ -337,10 +343,11 @@ class Renderer:
         return width, height
 
     @contextmanager
-    def _textures_set_aside(self, instead: TextureStore | None) -> Iterator[None]:
+    def _textures_set_aside(self, scene: Scene, instead: TextureStore | None) -> Iterator[None]:
         """Whatever is drawn inside, from textures of its own or those, the last picture's are there for the next."""
         kept = self._textures, self._baked, self._bricks_drawn
-        self._textures = instead or TextureStore(self._context, min(self._budget, _REFERENCE_BUDGET))
+        budget = int(np.clip(scene.volume.values.size * 2, *_REFERENCE_BUDGET))
+        self._textures = instead or TextureStore(self._context, min(self._budget, budget))
         try:
             yield
         finally:
