@@ -13,7 +13,7 @@
 //           WHOLE_SLABS 1: the texels of CLASSIFICATION 0 stand for the ray's way through a slab as they are.
 //           BRICKS 1: the texture is a part of the volume, and the slabs whose middle lies in it are drawn.
 //           LEAPS 1: what `leaps` shows to be empty is leapt over.
-//           COUNT 1: red and green are how many slabs were sampled, and how many there are.
+//           COUNT 1: red is how many slabs were sampled.
 
 #extension GL_ARB_gpu_shader_fp64 : enable
 #include "optics.glsl"
@@ -170,8 +170,18 @@ void main() {
     // Neighbours work out the same depth for the face that they share, and a slab's middle lies on one side of it.
     real2 own = depths_between(brick_low, brick_high, position, way);
     if (own.x > own.y) discard;
-    slab = max(slab, float(ceil(own.x - 0.5)));
-    end = min(end, float(ceil(own.y - 0.5)));
+    float own_slab = float(ceil(own.x - 0.5));
+    float own_end = float(ceil(own.y - 0.5));
+    // Of the first only a part may be seen, and the middle of the whole may lie behind the eye.
+    real first_middle = 0.5 * (inside.x + min(floor(inside.x) + 1.0, inside.y));
+    if (own.x <= first_middle && first_middle < own.y) {
+        own_slab = first_slab;
+        own_end = max(own_end, first_slab + 1.0);
+    } else {
+        own_slab = max(own_slab, first_slab + 1.0);
+    }
+    slab = max(slab, own_slab);
+    end = min(end, own_end);
 #endif
     vec3 start = vec3(position);
     vec3 step = vec3(way);
@@ -179,7 +189,6 @@ void main() {
 #if CLASSIFICATION >= 2 && RAMPS
     load_ramps();
 #endif
-    float slabs = max(end - slab, 0.0);
     float samples = 0.0;
     // The slabs that the box cuts short: the first, and the last where that is another.
     vec4 last_color = vec4(0.0);
@@ -209,7 +218,7 @@ void main() {
         if (slab >= end) break;
         run_end = clamp(ceil(full_until - SAMPLE_AT), slab + 1.0, min(slab + RUN, end));
 #endif
-        float enough = 1.0 - least_transmittance / (1.0 - stack_color.a);
+        float enough = max(1.0 - least_transmittance / (1.0 - stack_color.a), 1e-7);  // a slab at least is drawn
         vec4 run_color = vec4(0.0);
 #if CLASSIFICATION == 3
         float value = texel_at(start + slab * step).r;
@@ -239,6 +248,6 @@ void main() {
     stack_color = over(stack_color, last_color);
     stack_color.rgb *= color_scale;
 #if COUNT
-    stack_color.rg = vec2(samples, slabs);
+    stack_color.r = samples;
 #endif
 }

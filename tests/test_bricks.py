@@ -292,9 +292,11 @@ def test_volumes_beyond_the_3d_texture_limit(
     renderer = renderers(None)
     picture = renderer.render(scene, (24, 20), texture_format="rgba32f")
     truth = raycast(scene, (24, 20))
-    slabs = slicing.slab_stacks(volume, camera, 1.0, (24, 20)).slab_count
-    bound = bounds.trilinear(bounds.Drawing(scene, (24, 20), 1.0, slabs, truth))
-    assert bound < 2e-5
+    bound = SAME
+    if classification == "slab":  # interpolates opacities; for the others linear matter is exact
+        slabs = slicing.slab_stacks(volume, camera, 1.0, (24, 20)).slab_count
+        bound = bounds.trilinear(bounds.Drawing(scene, (24, 20), 1.0, slabs, truth))
+        assert bound < 2e-5
     np.testing.assert_allclose(picture, truth, rtol=0, atol=bound)
     assert (truth[..., 3] > 0.5).mean() > 0.3
     assert min(dimensions) > 9 or renderer.stats["bricks_total"] > 1

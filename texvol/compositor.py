@@ -80,26 +80,14 @@ class Compositor:
         if not stacks.first.size:
             return
         assert self._target is not None, "a picture has to be begun"
-        gl = self._gl
         self._target.use()
-        parallel = drawing.camera.projection == "orthographic"
-        switches = {"RAMPS": 0} | drawing.baked.switches(drawing.slab_thickness, parallel)
-        program = self._program(
-            {"WHOLE_SLABS": 0, "EMISSIVE": 0}
-            | switches
-            | {
-                "PERSPECTIVE": int(not parallel),
-                "BRICKS": int(not brick.is_whole),
-                "LEAPS": int(drawing.leaps is not None),
-                "COUNT": int(drawing.count),
-            }
-        )
+        program = self._program(_switches(drawing, brick))
+        units = dict(resources)
         uniforms = (
             {"color_scale": drawing.color_scale, "least_transmittance": drawing.least_transmittance}
             | drawing.baked.uniforms(drawing.slab_thickness)
             | _ray_uniforms(stacks, drawing)
         )
-        units = dict(resources)
         if drawing.leaps is not None:
             units["leaps"] = drawing.leaps
             uniforms["cells_per_box"] = drawing.cells_per_box
@@ -108,12 +96,15 @@ class Compositor:
         for unit, resource in enumerate(units.values()):
             resource.use(unit)
         set_uniforms(program, {name: unit for unit, name in enumerate(units)} | uniforms)
+        self._blend_under(program, stacks, add=drawing.count)
+
+    def _blend_under(self, program: moderngl.Program, stacks: SlabStacks, *, add: bool) -> None:
+        """Draw the polygons, each behind what is there; or add them, where they count."""
+        gl = self._gl
         gl.disable(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
         gl.enable(moderngl.BLEND)
         gl.blend_equation = (moderngl.FUNC_ADD, moderngl.FUNC_ADD)
-        gl.blend_func = (moderngl.ONE_MINUS_DST_ALPHA, moderngl.ONE)
-        if drawing.count:
-            gl.blend_func = (moderngl.ONE, moderngl.ONE)
+        gl.blend_func = (moderngl.ONE if add else moderngl.ONE_MINUS_DST_ALPHA, moderngl.ONE)
         vertices = gl.buffer(_triangles(stacks))
         array = gl.vertex_array(program, [(vertices, "2f 2f", "in_position", "in_slab_range")])
         try:
@@ -169,6 +160,22 @@ class Compositor:
                 attachment.release()
             self._target.release()
         self._target = self._target_key = None
+
+
+def _switches(drawing: Drawing, brick: Brick) -> dict[str, int]:
+    """Switches of the shader: what a drawing does without is not compiled."""
+    parallel = drawing.camera.projection == "orthographic"
+    nothing_special = {"RAMPS": 0, "WHOLE_SLABS": 0, "EMISSIVE": 0}
+    return (
+        nothing_special
+        | drawing.baked.switches(drawing.slab_thickness, parallel)
+        | {
+            "PERSPECTIVE": int(not parallel),
+            "BRICKS": int(not brick.is_whole),
+            "LEAPS": int(drawing.leaps is not None),
+            "COUNT": int(drawing.count),
+        }
+    )
 
 
 def _triangles(stacks: SlabStacks) -> NDArray[np.float32]:

@@ -308,11 +308,9 @@ class Renderer:
             return None, None
         with self._context:
             drawing = replace(self._drawing(scene, size, settings), count=True)
-            counts = []
-            for visible_part in (self._visible_part(settings), lambda brick: brick.stored_box):
-                draw(self._compositor, self._textures, drawing, "rgba32f", visible_part)
-                counts.append(self._compositor.picture()[..., :2].sum(axis=(0, 1), dtype=np.float64))
-        return int(counts[0][0]), int(counts[1][1])
+            draw(self._compositor, self._textures, drawing, "rgba32f", self._visible_part(settings))
+            drawn = int(self._compositor.picture()[..., 0].sum(dtype=np.float64))
+        return drawn, slicing.slabs_crossed(scene.volume, drawing.camera, settings.slab_thickness, size)
 
     def _estimated_error(self, scene: Scene, size: Size, settings: Settings) -> float | None:
         """What the choice of thickness found, or what halving it changes in a picture of a sixteenth of the pixels."""

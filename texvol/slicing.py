@@ -92,6 +92,24 @@ def slab_stacks(
     return SlabStacks(polygons, first, last, eye_depth, slab_thickness)
 
 
+def slabs_crossed(volume: Volume, camera: Camera, slab_thickness: float, size: tuple[int, int]) -> int:
+    """How many slabs all rays of a picture of (width, height) pixels cross together in the box, in front of the eye."""
+    rays = camera.pixel_rays(size, volume.centre)
+    box_from_world = volume.index_from_world / np.array(volume.dimensions)[:, np.newaxis]
+    x = (np.arange(size[0]) - (size[0] - 1) / 2)[:, np.newaxis]
+    total = 0
+    for y in np.arange(size[1]) - (size[1] - 1) / 2:
+        position = 0.5 + (rays.point + x * rays.point_per_column + y * rays.point_per_row) @ box_from_world.T
+        way = slab_thickness * (rays.velocity + x * rays.velocity_per_column + y * rays.velocity_per_row)
+        way = way @ box_from_world.T
+        way = np.where(np.abs(way) < 1e-30, 1e-30, way)
+        ends = np.stack([-position / way, (1 - position) / way])
+        enters = np.maximum(ends.min(axis=0).max(axis=1), -rays.reference_depth / slab_thickness)
+        leaves = ends.max(axis=0).min(axis=1)
+        total += int((np.ceil(leaves) - np.floor(enters))[enters < leaves].sum())
+    return total
+
+
 def _corners_from_centre(volume: Volume, part: NDArray[np.float64]) -> NDArray[np.float64]:
     """The corners of a part of the box, shape (8, 3), relative to the middle of the box."""
     bits = (np.arange(8)[:, np.newaxis] >> np.arange(3)) & 1

@@ -155,8 +155,10 @@ class TransferFunction:
         point_shows[:-1] |= opaque[1:]
         point_shows[1:] |= opaque[:-1]
         with np.errstate(invalid="ignore", over="ignore"):
-            first = np.searchsorted(self.values, lowest - _ROUNDING * np.abs(lowest), side="left")
-            last = np.searchsorted(self.values, highest + _ROUNDING * np.abs(highest), side="right")
+            below = np.where(np.isfinite(lowest), lowest - _ROUNDING * np.abs(lowest), lowest)
+            above = np.where(np.isfinite(highest), highest + _ROUNDING * np.abs(highest), highest)
+        first = np.searchsorted(self.values, below, side="left")
+        last = np.searchsorted(self.values, above, side="right")
         before = np.concatenate([[0], np.cumsum(point_shows)])
         shows: NDArray[np.bool_] = np.asarray(before[np.maximum(first, last)] > before[first])
         # Without a point between them, both ends lie on one line, which is 0 throughout or but for its end.
