@@ -40,6 +40,7 @@ Box = tuple[slice, slice, slice]  # of samples, along z, y, x
 # beside the finite extinctions, which share their range: opaque over a thousandth of a voxel, and over a third.
 _OPAQUE_EXTINCTION = {"rgba8": 32.0, "rgba16f": 1e4, "rgba32f": 1e16}
 _DEEPEST_SLAB = 2.0  # optical depth: leaves 1 - A all but 3 of float32's bits
+_LONGEST_SLAB = 1e30  # in units of length of the texels: opaque if anything is there, and times 0 still 0
 _CHUNK = 1 << 15  # samples classified at once: few enough for the cache, many enough for threads
 
 Classifier = Callable[[NDArray], NDArray[np.float64]]  # values (n,) → texels (n, 4), unscaled
@@ -83,7 +84,8 @@ class SlabTexture:
 
     def uniforms(self, slab_thickness: float) -> dict[str, Any]:
         """Uniforms of the shader."""
-        return {"texel_scale": tuple(self.scale), "slab_length": slab_thickness / self.length_unit}
+        slab_length = min(slab_thickness / self.length_unit, _LONGEST_SLAB)
+        return {"texel_scale": tuple(self.scale), "slab_length": slab_length}
 
     @property
     def tables(self) -> dict[str, NDArray[np.float32]]:
