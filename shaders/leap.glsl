@@ -25,24 +25,39 @@ CellWalk cell_walk(vec3 start, vec3 step) {
     return walk;
 }
 
-// The depth from `depth` on at which matter may begin, no more than `end`; in `full_until` the one until which it may
-// go on, through neighbouring cells, no farther than `most` from there.
-float leap(CellWalk walk, float depth, float end, float most, out float full_until) {
+// Where matter may be met next: the first slab of a run and the one after its last, of up to three runs from `slab` on,
+// NOWHERE where there are fewer. A slab belongs to the cell in which it is sampled, at the share `sample_at` of it, or if
+// that is 0 to all that it touches. The slab from which on nothing is known yet is returned.
+const float NOWHERE = 1e9;
+
+float leap(CellWalk walk, float slab, float end, float sample_at, out vec2 run, out vec2 second, out vec2 third) {
     vec3 last = vec3(textureSize(leaps, 0) - 1);
+    float depth = slab + sample_at;
     vec3 cell = floor(walk.start + depth * walk.way);
-    float full_from = 1e30;
-    while (depth < min(end, full_from + most)) {
+    float full_from = NOWHERE;
+    run = second = third = vec2(NOWHERE);
+    while (depth < end && third.x == NOWHERE) {
         uint entry = texelFetch(leaps, ivec3(clamp(walk.sign * cell + walk.first, vec3(0.0), last)), 0).r;
-        if ((entry & 1u) == 1u) full_from = min(full_from, depth);
-        else if (full_from <= depth) break;
+        bool is_full = (entry & 1u) == 1u;
         vec3 beyond = cell + float(entry >> 1u);
         vec3 depths = beyond * walk.depth_per_cell + walk.depth_at_zero;
         float leaving = max(min(depths.x, min(depths.y, depths.z)), depth);
         // Along the axis that it leaves by the next cell is known; along the others no rounding takes it back.
         vec3 next = max(floor(walk.start + leaving * walk.way), cell);
         cell = mix(next, beyond, lessThanEqual(depths, vec3(leaving)));
+        if (is_full) full_from = min(full_from, depth);
+        // A run ends where emptiness begins, or at the end of all.
+        float until = is_full ? leaving : depth;
+        if (full_from < NOWHERE && (!is_full || leaving >= end)) {
+            vec2 found = vec2(sample_at > 0.0 ? ceil(full_from - sample_at) : floor(full_from), min(ceil(until - sample_at), end));
+            if (found.x < found.y) {
+                if (run.x == NOWHERE) run = found;
+                else if (second.x == NOWHERE) second = found;
+                else third = found;
+            }
+            full_from = NOWHERE;
+        }
         depth = leaving;
     }
-    full_until = depth;
-    return min(full_from, end);
+    return depth < end ? third.y : end;
 }

@@ -32,7 +32,7 @@
 
 uniform sampler3D texels;
 uniform float color_scale;        // brings the brightest emission near 1, for targets of few digits
-uniform float least_transmittance;  // a ray that lets no more through is done
+uniform float least_transmittance;  // a ray that lets no more through is done; 0: none ever is
 uniform real eye_depth;           // nothing in front of the eye is seen
 uniform vec2 picture_middle;      // pixels
 uniform real3 point;              // where the ray of the middle pixel meets depth 0, in the box
@@ -75,7 +75,7 @@ const float SAMPLE_AT = 0.0;
 #else
 const float SAMPLE_AT = 0.5;
 #endif
-const float RUN = 64.0;           // slabs composited before they are put behind the others: sums of few keep digits
+const float MOST_AT_ONCE = 64.0;  // slabs composited before they are put behind the others: sums of few keep digits
 
 // Depths at which the line position + depth * way enters and leaves the box from low to high; enters > leaves if it
 // misses.
@@ -209,41 +209,58 @@ void main() {
     CellWalk walk = cell_walk(vec3(position), vec3(way));
 #endif
     while (slab < end) {
-        float run_end = min(slab + RUN, end);
+        vec2 run = vec2(slab, end);
+        float known_until = end;
 #if LEAPS
-        // A slab belongs to the cell in which its sample lies; one that is sampled at its ends, to those it touches.
-        float full_until;
-        float full_from = leap(walk, slab + SAMPLE_AT, end, RUN, full_until);
-        slab = max(slab, SAMPLE_AT > 0.0 ? ceil(full_from - SAMPLE_AT) : floor(full_from));
-        if (slab >= end) break;
-        run_end = clamp(ceil(full_until - SAMPLE_AT), slab + 1.0, min(slab + RUN, end));
+        vec2 second;
+        vec2 third;
+        known_until = leap(walk, slab, end, SAMPLE_AT, run, second, third);
 #endif
-        float enough = max(1.0 - least_transmittance / (1.0 - stack_color.a), 1e-7);  // a slab at least is drawn
+        // Opacity at which a run may end; a slab at least is drawn.
+        float enough = 2.0;
+        if (least_transmittance > 0.0) enough = max(1.0 - least_transmittance / (1.0 - stack_color.a), 1e-7);
         vec4 run_color = vec4(0.0);
+        float turns_end = samples + MOST_AT_ONCE;
+        slab = run.x;
 #if CLASSIFICATION == 3
         float value = texel_at(start + slab * step).r;
-        for (; slab < run_end && run_color.a < enough; slab += 1.0) {
+#endif
+        while (slab < end && samples < turns_end && run_color.a < enough) {
+#if CLASSIFICATION == 3
             // Two lines through three values: a quarter of one line's error where the value bends inside a slab.
             float middle = texel_at(start + (slab + 0.5) * step).r;
             float behind = texel_at(start + (slab + 1.0) * step).r;
             run_color = over(run_color, over(color_between_values(value, middle, 0.5 * whole_length),
                                              color_between_values(middle, behind, 0.5 * whole_length)));
             value = behind;
+            slab += 1.0;
             samples += 1.0;
-        }
+            if (slab >= run.y) break;
 #else
-        // Two at a time, since the loop itself takes time; at the very end there may be one.
-        for (; slab < run_end && run_color.a < enough; slab += 2.0) {
+            // Two at a time, since the loop itself takes time; at the very end there may be one.
             vec4 texel = texel_at(start + (slab + 0.5) * step);
             vec4 next_texel = texel_at(start + (slab + 1.5) * step);
             float both = slab + 1.0 < end ? 1.0 : 0.0;
             run_color = over(run_color, whole_slab_color(texel, whole_length, 1.0));
             run_color = over(run_color, whole_slab_color(next_texel, whole_length, both));
+            slab += 2.0;
             samples += 1.0 + both;
-        }
+#if LEAPS
+            // Neighbours in a vector of pixels don't wait for each other's runs.
+            if (slab >= run.y) {
+                slab = max(slab, second.x);
+                run = second;
+                second = third;
+                third = vec2(NOWHERE);
+            }
 #endif
+#endif
+        }
         stack_color = over(stack_color, run_color);
-        if (1.0 - stack_color.a <= least_transmittance) break;
+        if (least_transmittance > 0.0 && 1.0 - stack_color.a <= least_transmittance) break;
+#if LEAPS
+        if (slab >= NOWHERE) slab = known_until;
+#endif
     }
     stack_color = over(stack_color, last_color);
     stack_color.rgb *= color_scale;
