@@ -248,6 +248,7 @@ void main() {
 #if LEAPS
             // Neighbours in a vector of pixels don't wait for each other's runs.
             if (slab >= run.y) {
+                known_until = max(known_until, slab);  // of two slabs at once the second may lie beyond
                 slab = max(slab, second.x);
                 run = second;
                 second = third;

@@ -203,3 +203,16 @@ def test_a_leap_too_far_shows(mistake: str) -> None:
     planted = patch("texvol.empty_space.Cells", wronged)
     with planted, Renderer() as renderer, pytest.raises(AssertionError, match="Not equal"):
         assert_leaping_changes_nothing(renderer, scene)
+
+
+@classifications
+def test_no_slab_at_the_end_of_a_run_is_drawn_twice(renderer: Renderer, classification: Classification) -> None:
+    # Cells with matter here and there: many short runs, of odd lengths, some of which begin where others end.
+    matter = TransferFunction(np.array([0.1, 1]), np.ones((2, 3)), np.array([0, 0.2]))
+    for seed in (2, 3):  # with 2 a fourth run begins where the third ends, in matter
+        random = np.random.default_rng(seed)
+        blocks = np.kron(random.random((22, 22, 22)) < 0.1, np.ones((3, 3, 3)))
+        volume = Volume((blocks * random.random(blocks.shape)).astype(np.float32))
+        eye = volume.centre + 100 * random.standard_normal(3)
+        scene = Scene(volume, matter, Camera.framing(volume, eye=eye), classification=classification)
+        assert_leaping_changes_nothing(renderer, scene, (160, 160), sampling_rate=1.0)
