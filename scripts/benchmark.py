@@ -62,13 +62,15 @@ def main() -> None:
     parser.add_argument("--data", type=Path, default=default_data(), help="folder of real volumes")
     parser.add_argument("--quick", action="store_true", help="smaller volumes, fewer turns")
     parser.add_argument("--rounds", type=int, help="turns that everything gets")
+    parser.add_argument("--scenes", default="", metavar="PART,…", help="of `errors`, only scenes with this in the name")
     arguments = parser.parse_args()
     rounds = arguments.rounds or (QUICK_ROUNDS if arguments.quick else ROUNDS)
+    scenes = tuple(filter(None, arguments.scenes.split(",")))
     start = time.perf_counter()
     print(machine())
     with tempfile.TemporaryDirectory(prefix="texvol-benchmark-") as folder:
         for name in arguments.only:
-            section(name)(Run(arguments.data, arguments.quick, rounds, Path(folder)))
+            section(name)(Run(arguments.data, arguments.quick, rounds, Path(folder), scenes))
     busy = os.getloadavg()[2]
     minutes = (time.perf_counter() - start) / 60
     print(f"\n{minutes:.0f} minutes; {busy:.1f} processes running, on average over the last 15.")

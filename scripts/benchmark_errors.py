@@ -119,6 +119,8 @@ def errors(run: Run) -> None:
     columns("scene", "error", "texvol ms", "VTK ms", "ratio", "plain marcher ms", "ratio")
     truths = Truths(run.folder)
     for name, scene in scenes(run):
+        if run.scenes and not any(part in name for part in run.scenes):
+            continue
         # A renderer each: no scene pays for the memory of the one before.
         with Renderer() as renderer:
             compare_scene(run, renderer, name, scene, truths.of(scene))

@@ -5,6 +5,7 @@
 // Lengths are in the volume's smallest spacing.
 //
 // Switches: RAMPS n: how many ramps there are; 0: segments.
+//           MISSING 1: there may be NaN, which is nothing.
 //           EMISSIVE 1: what glows is a number of its own, 0: it is colour times extinction.
 
 #include "optics.glsl"
@@ -44,7 +45,10 @@ vec4 color_of_value(float value, float path_length) {
 #define ADD(rise, place, i) matter += rise * clamp((value - place.x) * place.y, 0.0, 1.0);
     EACH_RAMP(ADD)
     vec4 color = color_of_matter(matter.rgb, matter.a, path_length);
-    return value == value ? color : vec4(0.0);
+#if MISSING
+    color = value == value ? color : vec4(0.0);
+#endif
+    return color;
 }
 
 #else

@@ -5,8 +5,8 @@
 
 // 1 - e^-x for x >= 0. Below 1/2 the Taylor series to x^8 is short by x^9/9!, 5e-9 of the result.
 float opacity_from_depth(float x) {
-    float series = x * (1.0 - x / 2.0 * (1.0 - x / 3.0 * (1.0 - x / 4.0 * (1.0 - x / 5.0 * (1.0 - x / 6.0
-        * (1.0 - x / 7.0 * (1.0 - x / 8.0)))))));
+    float series = x * (1.0 + x * (-1.0 / 2.0 + x * (1.0 / 6.0 + x * (-1.0 / 24.0 + x * (1.0 / 120.0
+        + x * (-1.0 / 720.0 + x * (1.0 / 5040.0 - x / 40320.0)))))));
     return x < 0.5 ? series : 1.0 - exp(-x);
 }
 

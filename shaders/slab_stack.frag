@@ -9,6 +9,7 @@
 // Switches: CLASSIFICATION 0: texels hold slab-integrated colour and opacity, 1: emission and extinction, 2: the value,
 //                          classified in the middle of each slab, 3: the value, integrated from plane to middle to plane.
 //           PERSPECTIVE 1: rays diverge, 0: they are parallel.
+//           MISSING, EMISSIVE: see classify.glsl.
 //           RAMPS n: the transfer function is a sum of n ramps; 0: it is looked up, or classified already.
 //           WHOLE_SLABS 1: the texels of CLASSIFICATION 0 stand for the ray's way through a slab as they are.
 //           BRICKS 1: the texture is a part of the volume, and the slabs whose middle lies in it are drawn.

@@ -51,7 +51,7 @@ BACKS_ALPHA_IN_REGISTERS: tuple[Replacement, ...] = (
     ("optics.glsl", "return front + (1.0 - front.a) * back;", "return front + (1.0 - back.a) * back;"),
 )
 BACKS_ALPHA_IN_BLEND: tuple[Replacement, ...] = (
-    ("compositor.py", "else moderngl.ONE_MINUS_DST_ALPHA, moderngl.ONE)", "else moderngl.ONE_MINUS_SRC_ALPHA, moderngl.ONE)"),
+    ("compositor.py", "else moderngl.ONE_MINUS_DST_ALPHA", "else moderngl.ONE_MINUS_SRC_ALPHA"),
 )
 HALF_TEXEL_SHIFT: tuple[Replacement, ...] = (
     (

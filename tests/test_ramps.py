@@ -63,7 +63,7 @@ def test_the_sum_is_the_transfer_function(seed: int, segments: int, scale: float
     plain = matter_of(random, segments, emissive=False)
     values = np.float32(np.sort(plain.values * scale)).astype(np.float64)
     matter = replace(plain, values=values)
-    ramps = ramp_uniforms(values, matter.numbers, STEP_MARGIN)
+    ramps = ramp_uniforms(values, matter.numbers, True, STEP_MARGIN)
     assume(ramps is not None)  # digits lost beside a much larger number
     span = np.ptp(values) or 1.0
     asked = np.concatenate([random.uniform(values[0] - span, values[-1] + span, 300), values])
@@ -86,7 +86,7 @@ def test_the_sum_is_zero_where_the_transfer_function_is(seed: int, segments: int
     random = np.random.default_rng(seed)
     matter = matter_of(random, segments, emissive=False)
     values = np.float32(matter.values).astype(np.float64)
-    ramps = ramp_uniforms(values, matter.numbers, STEP_MARGIN)
+    ramps = ramp_uniforms(values, matter.numbers, True, STEP_MARGIN)
     assume(ramps is not None)
     for first, last, one, other in zip(values[:-1], values[1:], matter.numbers[:-1], matter.numbers[1:], strict=True):
         if last - first > 1e-3:
@@ -162,7 +162,7 @@ def test_more_ramps_than_there_are_are_looked_up(segments: int) -> None:
 def test_a_flat_stretch_takes_no_ramp() -> None:
     values = np.linspace(0, 1, 41)
     numbers = np.repeat(np.arange(41)[:, np.newaxis] // 2, 4, axis=1)  # 20 rises, 20 flat ones
-    ramps = ramp_uniforms(values, numbers.astype(float), STEP_MARGIN)
+    ramps = ramp_uniforms(values, numbers.astype(float), True, STEP_MARGIN)
     assert ramps is not None
     assert len(ramps["ramp_rises"]) == len(ramps["ramp_places"]) == 24
     assert np.count_nonzero(np.array(ramps["ramp_rises"]).any(axis=1)) == 20
@@ -178,9 +178,9 @@ def test_infinite_extinctions_and_lost_digits_are_looked_up() -> None:
         assert set(baked.tables) == {"segments", "segment_grid"}
 
 
-def test_only_post_has_ramps() -> None:
+def test_only_post_has_ramps_and_none_where_nothing_shows() -> None:
     assert bake_values(smooth_volume(8), BONE, "integrated").switches(1.0, True)["RAMPS"] == 0
-    assert bake_values(smooth_volume(8), BONE, "post").switches(1.0, True)["RAMPS"] == 4
+    assert bake_values(smooth_volume(8), BONE, "post").switches(1.0, True)["RAMPS"] == 3  # of four
 
 
 def test_the_shader_has_the_same_numbers_of_ramps() -> None:

@@ -172,8 +172,8 @@ CHOICES: dict[int, list[dict[str, int]]] = {
     0: [{"WHOLE_SLABS": whole, "PERSPECTIVE": way} for whole, way in ((0, 0), (0, 1), (1, 0))],
     1: [{"PERSPECTIVE": way} for way in EITHER],
     2: [
-        {"RAMPS": ramps, "EMISSIVE": emissive, "PERSPECTIVE": way}
-        for ramps, emissive, way in itertools.product((0, *NUMBERS_OF_RAMPS), EITHER, EITHER)
+        {"RAMPS": ramps, "EMISSIVE": emissive, "MISSING": missing, "PERSPECTIVE": way}
+        for ramps, emissive, missing, way in itertools.product((0, *NUMBERS_OF_RAMPS), EITHER, EITHER, EITHER)
     ],
     3: [{"EMISSIVE": emissive, "PERSPECTIVE": way} for emissive, way in itertools.product(EITHER, EITHER)],
 }
@@ -184,7 +184,15 @@ CHOICES: dict[int, list[dict[str, int]]] = {
 def test_every_combination_of_switches_compiles(
     context: Context, classification: int, bricks: int, leaps: int, count: int
 ) -> None:
-    common = {"WHOLE_SLABS": 0, "EMISSIVE": 0, "RAMPS": 0, "BRICKS": bricks, "LEAPS": leaps, "COUNT": count}
+    common = {
+        "WHOLE_SLABS": 0,
+        "EMISSIVE": 0,
+        "MISSING": 0,
+        "RAMPS": 0,
+        "BRICKS": bricks,
+        "LEAPS": leaps,
+        "COUNT": count,
+    }
     for choice in CHOICES[classification]:
         load_program(context.gl, "slab_stack", defines=common | {"CLASSIFICATION": classification} | choice)
 
@@ -197,9 +205,12 @@ def test_an_include_compiles_with_nothing_of_its_includer(context: Context, tmp_
         (tmp_path / include.name).write_text(include.read_text())
     # Ramps are no segments, which the integral goes through.
     switches = {
-        "classify.glsl": [{"RAMPS": ramps, "EMISSIVE": emissive} for ramps in (0, 2) for emissive in EITHER],
+        "classify.glsl": [
+            {"RAMPS": ramps, "EMISSIVE": emissive, "MISSING": missing}
+            for ramps, emissive, missing in itertools.product((0, 2), EITHER, EITHER)
+        ],
         "each_ramp.glsl": [{"RAMPS": ramps} for ramps in NUMBERS_OF_RAMPS],
-        "integrate.glsl": [{"RAMPS": 0, "EMISSIVE": emissive} for emissive in EITHER],
+        "integrate.glsl": [{"RAMPS": 0, "EMISSIVE": emissive, "MISSING": 0} for emissive in EITHER],
     }
     for include in includes:
         (tmp_path / "alone.frag").write_text(

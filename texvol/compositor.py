@@ -165,7 +165,7 @@ class Compositor:
 def _switches(drawing: Drawing, brick: Brick) -> dict[str, int]:
     """Switches of the shader: what a drawing does without is not compiled."""
     parallel = drawing.camera.projection == "orthographic"
-    nothing_special = {"RAMPS": 0, "WHOLE_SLABS": 0, "EMISSIVE": 0}
+    nothing_special = {"RAMPS": 0, "WHOLE_SLABS": 0, "EMISSIVE": 0, "MISSING": 0}
     return (
         nothing_special
         | drawing.baked.switches(drawing.slab_thickness, parallel)

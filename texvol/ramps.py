@@ -20,7 +20,7 @@ _LOST = 1e-6  # largest rounding of a number, relative to itself
 
 
 def ramp_uniforms(
-    places: NDArray[np.float64], numbers: NDArray[np.float64], step_margin: float
+    places: NDArray[np.float64], numbers: NDArray[np.float64], emissive: bool, step_margin: float
 ) -> dict[str, Any] | None:
     """The shader's `ramp_base`, `ramp_rises`, `ramp_places`, or None where there is no such sum.
 
@@ -30,10 +30,18 @@ def ramp_uniforms(
         The control points' values, as the texture holds them, never descending.
     numbers : array of shape (n, 4)
         Colour or emission and extinction of each.
+    emissive : bool
+        Whether what glows is a number of its own, and shows where there is no extinction.
     step_margin : float
         How much lower a step is put, in shares of its place: interpolation may round equal texels down.
     """
-    wanted = numbers.astype(np.float32)
+    if emissive or not numbers[:, 3].any():
+        first, last = 0, len(places) - 1
+    else:
+        # Colours show nothing before the extinction rises from 0, and after it has fallen to that.
+        shows = np.flatnonzero(numbers[:, 3])
+        first, last = max(shows[0] - 1, 0), min(shows[-1] + 1, len(places) - 1)
+    places, wanted = places[first : last + 1], numbers[first : last + 1].astype(np.float32)
     starts, ends = places[:-1].astype(np.float32), places[1:].astype(np.float32)
     is_step = ends <= starts
     with np.errstate(divide="ignore"):

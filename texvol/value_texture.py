@@ -78,6 +78,7 @@ class ValueTexture:
         return {
             "CLASSIFICATION": 2 if post else 3,
             "EMISSIVE": int(self.transfer_function.emissive),
+            "MISSING": int(post and self.volume.has_missing),
             "RAMPS": ramps,
         }
 
@@ -148,7 +149,8 @@ class ValueTexture:
         """The transfer function as ramps, for `post`, where that is possible."""
         if self.classification != "post" or np.isinf(self.transfer_function.extinctions).any():
             return None
-        return ramp_uniforms(self._stored(self.transfer_function.values), self._numbers, _STEP_MARGIN)
+        places = self._stored(self.transfer_function.values)
+        return ramp_uniforms(places, self._numbers, self.transfer_function.emissive, _STEP_MARGIN)
 
     @property
     def _numbers(self) -> NDArray[np.float64]:

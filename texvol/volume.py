@@ -128,6 +128,11 @@ class Volume:
         return None if np.isnan(low) else (low, high)
 
     @cached_property
+    def has_missing(self) -> bool:
+        """Whether any sample is NaN."""
+        return self.values.dtype.kind == "f" and bool(np.isnan(self.values.min()))  # which NaN is the minimum of
+
+    @cached_property
     def finite_range(self) -> tuple[float, float] | None:
         """Smallest and largest finite value, or None where no value is finite."""
         if self.value_range is None or np.isfinite(self.value_range).all():
