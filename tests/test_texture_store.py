@@ -177,7 +177,8 @@ def test_a_renderer_uploads_only_what_it_draws(monkeypatch: pytest.MonkeyPatch) 
     with Renderer(texture_memory=0.9) as renderer:
         for turn, eye in enumerate([(1, 2, 3), (3, -2, 1), (-1, -1, 2)]):
             camera = Camera.framing(volume, eye=volume.centre + 100 * np.array(eye))
-            renderer.render(Scene(volume, BONE, camera, classification="post"), (24, 24))
+            scene = Scene(volume, BONE, camera, classification="post")
+            renderer.render(scene, (24, 24), texture_format="rgba32f")
             if not turn:
                 drawn = stores[0].uploads
         assert 0 < stores[0].uploads == drawn < len(stores[0].bricks) / 4

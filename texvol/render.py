@@ -40,7 +40,7 @@ def render(
 def bake(scene: Scene, transfer_function: TransferFunction, slab_thickness: float, texel_format: str) -> BakedTexture:
     """Classify the volume and integrate over a slab; or leave the values, to be classified when they are drawn."""
     if scene.classification in ("post", "integrated"):
-        return value_texture.bake_values(scene.volume, transfer_function, scene.classification)
+        return value_texture.bake_values(scene.volume, transfer_function, scene.classification, texel_format == "r16")
     return slab_texture.bake(scene.volume, transfer_function, scene.classification, slab_thickness, texel_format)
 
 

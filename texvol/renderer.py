@@ -25,6 +25,7 @@ from texvol.scene import Scene, checked_size
 from texvol.texture_memory import default_budget
 from texvol.texture_store import BakedTexture, TextureStore, same
 from texvol.transfer import TransferFunction, proposed_for
+from texvol.value_texture import exact_format
 
 Size = tuple[int, int]
 # A picture that an estimate is drawn from needs no textures that stay: it makes do with bricks of an eighth of the
@@ -188,16 +189,17 @@ class Renderer:
         """Have what the scene's textures are made of, and the textures themselves if there are no bricks."""
         transfer_function = self._transfer_function(scene)
         volume, classification, thickness = scene.volume, scene.classification, settings.slab_thickness
-        texels: tuple[Any, ...] = (volume,)
         with self._timed("bake"):
             if settings.skip_empty:
                 self._empty_space.prepare(volume, transfer_function)
             texture_format = settings.texture_format
+            if texture_format == "auto":
+                texture_format = self._cheapest_format(scene, transfer_function, thickness)
             if classification in ("slab", "extinction"):
-                if texture_format == "auto":
-                    texture_format = self._cheapest_format(scene, transfer_function, thickness)
                 baked_for = thickness if classification == "slab" else 0.0
-                texels = (volume, transfer_function, classification, baked_for, texture_format)
+                texels: tuple[Any, ...] = (volume, transfer_function, classification, baked_for, texture_format)
+            else:
+                texels = (volume, "r16" if texture_format == "r16" else accuracy.EXACT_VALUES)
             recipe = (*texels, transfer_function, classification)
             if self._baked is None or not same(self._baked[0], recipe):
                 self._baked = (recipe, bake(scene, transfer_function, thickness, texture_format))
@@ -319,9 +321,11 @@ class Renderer:
         small = (max(size[0] // 4, 1), max(size[1] // 4, 1))
         with self._context:
             picture = self._draw(scene, small, settings)
-            # Values are the same for every thickness; other texels are for the reference alone.
+            # Values as they are serve for every thickness; other texels are for the reference alone.
+            baked = self._baked
             values = scene.classification in ("post", "integrated")
-            with self._textures_set_aside(scene, self._textures if values else None):
+            exact = values and baked is not None and baked[1].texel_format == exact_format(scene.volume)
+            with self._textures_set_aside(scene, self._textures if exact else None):
                 reference = self._reference(scene, small, replace(settings, slab_thickness=settings.slab_thickness / 2))
         self._estimate = error_control.estimate(picture, reference, halvings=1)
         return self._estimate

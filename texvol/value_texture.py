@@ -173,10 +173,31 @@ class ValueTexture:
         return (values - self.offset) / self.scale
 
 
-def bake_values(volume: Volume, transfer_function: TransferFunction, classification: Classification) -> ValueTexture:
-    """The volume's values as a texture; nothing of it but the tables depends on the transfer function."""
+def bake_values(
+    volume: Volume, transfer_function: TransferFunction, classification: Classification, in_16_bits: bool = False
+) -> ValueTexture:
+    """The volume's values as a texture, as they are or rounded to 65536 steps of their range.
+
+    Nothing of it but the tables depends on the transfer function.
+    """
     texel_format, offset, scale = _storage(volume)
+    if in_16_bits and (span := span_in_16_bits(volume)):
+        assert volume.finite_range is not None
+        texel_format, offset, scale = "r16", volume.finite_range[0], span
     return ValueTexture(volume, texel_format, offset, scale, transfer_function, classification, volume.smallest_spacing)
+
+
+def span_in_16_bits(volume: Volume) -> float | None:
+    """The range of values of more than 16 bits that could be stored in those; None where there is none."""
+    if volume.values.dtype.itemsize <= 2 or volume.has_missing or volume.value_range != volume.finite_range:
+        return None
+    low, high = volume.finite_range or (0.0, 0.0)
+    return high - low if 0 < high - low < np.inf else None
+
+
+def exact_format(volume: Volume) -> str:
+    """The texel format of values as they are."""
+    return _storage(volume)[0]
 
 
 def _storage(volume: Volume) -> tuple[str, float, float]:
@@ -192,6 +213,8 @@ def _storage(volume: Volume) -> tuple[str, float, float]:
 
 def _stored_values(values: NDArray, texel_format: str, offset: float, scale: float) -> NDArray:
     """`values` as the texture holds them."""
+    if texel_format == "r16" and values.dtype.itemsize > 2:
+        return np.rint((values - offset) * (65535 / scale)).astype(np.uint16)
     if values.dtype == np.uint8:
         return values.astype(np.uint16) * np.uint16(257)
     if values.dtype == np.int8:

@@ -1,0 +1,57 @@
+"""A thousand frames with changing cameras, transfer functions and settings leave memory and the driver as they were."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+CODE = """
+import numpy as np
+from scenes import random_volume
+from texvol import Camera, Renderer, Scene, TransferFunction
+
+def resident():
+    return int(open('/proc/self/statm').read().split()[1]) * 4096 / 2**20
+
+volumes = [random_volume(seed, (24, 20, 22)) for seed in range(3)]
+random = np.random.default_rng(1)
+renderer = Renderer(texture_memory={memory})
+sizes = []
+for frame in range(1000):
+    volume = volumes[random.integers(3)]
+    points = np.sort(random.random(random.integers(1, 9)))
+    matter = TransferFunction(points, random.random((points.size, 3)), random.choice([0, 0.1, 3.0], points.size))
+    eye = volume.centre + 40 * random.standard_normal(3)
+    camera = Camera.framing(volume, random.choice(['orthographic', 'perspective']), eye=eye)
+    scene = Scene(volume, matter, camera, classification=random.choice(['slab', 'extinction', 'post']))
+    picture = renderer.render(
+        scene, (32, 24), sampling_rate=random.choice([0.5, 1.0, 2.0]), skip_empty=bool(random.integers(2))
+    )
+    assert np.isfinite(picture).all()
+    if frame % 100 == 99:
+        with renderer._context as context:
+            assert context.gl.error == 'GL_NO_ERROR', (frame, context.gl.error)
+        sizes.append(resident())
+renderer.close()
+print(*sizes)
+"""
+
+
+def resident_after_each_hundred(memory: float | None) -> list[float]:
+    code = CODE.replace("{memory}", repr(memory))
+    folder = Path(__file__).parent
+    done = subprocess.run([sys.executable, "-c", code], cwd=folder, capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stderr[-2000:]
+    return [float(number) for number in done.stdout.split()]
+
+
+def test_a_thousand_frames_of_whole_volumes() -> None:
+    sizes = resident_after_each_hundred(None)
+    # The programs are all compiled within the first half; what a frame leaked would be there five hundred times.
+    assert max(sizes[5:]) - sizes[4] < 4, sizes
+
+
+def test_a_thousand_frames_in_bricks() -> None:
+    sizes = resident_after_each_hundred(0.2)
+    assert max(sizes[5:]) - sizes[4] < 4, sizes
