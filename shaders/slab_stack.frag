@@ -78,20 +78,21 @@ const float SAMPLE_AT = 0.5;
 #endif
 const float MOST_AT_ONCE = 64.0;  // slabs composited before they are put behind the others: sums of few keep digits
 
+// What of the depths `inside` is between two planes along one axis.
+real2 depths_between_planes(real2 inside, real low, real high, real position, real way) {
+    if (abs(way) < 1e-30) return position < low || position > high ? real2(1.0, -1.0) : inside;
+    real a = (low - position) / way;
+    real b = (high - position) / way;
+    return real2(max(inside.x, min(a, b)), min(inside.y, max(a, b)));
+}
+
 // Depths at which the line position + depth * way enters and leaves the box from low to high; enters > leaves if it
-// misses.
+// misses. Axis by axis in so many words: drivers keep what a loop has an index into in memory.
 real2 depths_between(real3 low, real3 high, real3 position, real3 way) {
     real2 inside = real2(-1e30, 1e30);
-    for (int axis = 0; axis < 3; ++axis) {
-        if (abs(way[axis]) < 1e-30) {
-            if (position[axis] < low[axis] || position[axis] > high[axis]) inside = real2(1.0, -1.0);
-        } else {
-            real a = (low[axis] - position[axis]) / way[axis];
-            real b = (high[axis] - position[axis]) / way[axis];
-            inside = real2(max(inside.x, min(a, b)), min(inside.y, max(a, b)));
-        }
-    }
-    return inside;
+    inside = depths_between_planes(inside, low.x, high.x, position.x, way.x);
+    inside = depths_between_planes(inside, low.y, high.y, position.y, way.y);
+    return depths_between_planes(inside, low.z, high.z, position.z, way.z);
 }
 
 vec4 texel_at(vec3 position) {

@@ -22,6 +22,7 @@ class EmptySpace:
         self._cells: Cells | None = None
         self._visible = np.zeros((0, 0, 0), np.bool_)
         self._leaps: moderngl.Texture3D | None = None
+        self._parts: dict[Brick, NDArray[np.float64] | None] = {}
 
     def prepare(self, volume: Volume, transfer_function: TransferFunction) -> None:
         """Find out what of a volume is empty; what is known already is kept."""
@@ -32,6 +33,7 @@ class EmptySpace:
             return
         assert self._cells is not None
         self._visible = self._cells.visible(transfer_function)
+        self._parts.clear()
         self._release_leaps()
         if not self._visible.all():
             leaps = self._cells.leaps(self._visible)
@@ -58,6 +60,11 @@ class EmptySpace:
 
     def visible_part(self, brick: Brick) -> NDArray[np.float64] | None:
         """Low and high corner of what a brick may show, in shares of the box, shape (2, 3); None: nothing shows."""
+        if brick not in self._parts:
+            self._parts[brick] = self._find_visible_part(brick)
+        return self._parts[brick]
+
+    def _find_visible_part(self, brick: Brick) -> NDArray[np.float64] | None:
         assert self._cells is not None, "nothing has been prepared"
         size = np.array(self._cells.size)
         first, last = np.array(brick.stored_first) // size, -(-np.array(brick.stored_last) // size)
