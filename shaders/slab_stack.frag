@@ -133,14 +133,20 @@ vec4 whole_slab_color(vec4 texel, float length, float is_there) {
 }
 #endif
 
+#if CLASSIFICATION == 3
+// Two lines through three values: a quarter of one line's error where the value bends inside a slab.
+vec4 color_through_values(float front, float middle, float behind, float length) {
+    return over(color_between_values(front, middle, 0.5 * length), color_between_values(middle, behind, 0.5 * length));
+}
+#endif
+
 // Colour and opacity of a slab from the share `front` of it to the share `back`.
 vec4 part_of_slab(vec3 start, vec3 step, float slab, float front, float back, float whole_length) {
     float length = (back - front) * whole_length;
     float middle = slab + 0.5 * (front + back);
 #if CLASSIFICATION == 3
-    float value = texel_at(start + middle * step).r;
-    return over(color_between_values(texel_at(start + (slab + front) * step).r, value, 0.5 * length),
-                color_between_values(value, texel_at(start + (slab + back) * step).r, 0.5 * length));
+    return color_through_values(texel_at(start + (slab + front) * step).r, texel_at(start + middle * step).r,
+                                texel_at(start + (slab + back) * step).r, length);
 #else
     return slab_color(texel_at(start + middle * step), length);
 #endif
@@ -229,11 +235,9 @@ void main() {
 #endif
         while (slab < end && samples < turns_end && run_color.a < enough) {
 #if CLASSIFICATION == 3
-            // Two lines through three values: a quarter of one line's error where the value bends inside a slab.
             float middle = texel_at(start + (slab + 0.5) * step).r;
             float behind = texel_at(start + (slab + 1.0) * step).r;
-            run_color = over(run_color, over(color_between_values(value, middle, 0.5 * whole_length),
-                                             color_between_values(middle, behind, 0.5 * whole_length)));
+            run_color = over(run_color, color_through_values(value, middle, behind, whole_length));
             value = behind;
             slab += 1.0;
             samples += 1.0;
