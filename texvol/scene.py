@@ -10,11 +10,15 @@ import numpy as np
 
 from texvol.camera import Camera
 from texvol.errors import InputError
+from texvol.gradient import Estimator
+from texvol.lighting import DepthCue, Lighting
 from texvol.transfer import TransferFunction
 from texvol.volume import Volume
 
 Classification = Literal["slab", "extinction", "post", "integrated"]
 CLASSIFICATIONS: tuple[str, ...] = get_args(Classification)
+Mode = Literal["composite", "xray", "mip", "minip", "average", "isosurface"]
+MODES: tuple[str, ...] = get_args(Mode)
 
 
 @dataclass(frozen=True)
@@ -33,6 +37,16 @@ class Scene:
     classification : "slab", "extinction", "post" or "integrated"
         What the 3D texture holds, see `slab_texture`; the oracle integrates the pre-classified medium for the first
         two, the post-classified one for the others.
+    lighting : Lighting, optional
+        Lights, and how matter answers them. Without it matter shows its own colour.
+    gradient : Estimator
+        How gradients are estimated where something needs them.
+    depth_cue : DepthCue, optional
+    mode : "composite", "xray", "mip", "minip", "average" or "isosurface"
+        Emission and absorption; the value's integral, maximum, minimum or average along each ray; or the first surface
+        of `isovalue` that each ray meets.
+    isovalue : float, optional
+        In data units; wanted by "isosurface", and by it alone.
     """
 
     volume: Volume
@@ -40,6 +54,11 @@ class Scene:
     camera: Camera | None = None
     background: tuple[float, float, float] = (0.0, 0.0, 0.0)
     classification: Classification = "slab"
+    lighting: Lighting | None = None
+    gradient: Estimator = Estimator()
+    depth_cue: DepthCue | None = None
+    mode: Mode = "composite"
+    isovalue: float | None = None
 
     def __post_init__(self) -> None:
         if not isinstance(self.volume, Volume):
@@ -50,6 +69,36 @@ class Scene:
         if self.classification not in CLASSIFICATIONS:
             wanted = ", ".join(CLASSIFICATIONS)
             raise InputError(f"scene: classification is one of {wanted}, and not {self.classification!r}")
+        if self.mode not in MODES:
+            raise InputError(f"scene: mode is one of {', '.join(MODES)}, and not {self.mode!r}")
+        self._check_isovalue()
+        self._check_matter()
+
+    @property
+    def needs_gradient(self) -> bool:
+        """Whether anything in the scene depends on the gradient of the value."""
+        if self.mode == "isosurface":
+            return True
+        graded = self.transfer_function is not None and self.transfer_function.needs_gradient
+        return self.mode == "composite" and (self.lighting is not None or graded)
+
+    def _check_isovalue(self) -> None:
+        if self.mode != "isosurface" and self.isovalue is not None:
+            raise InputError(f"scene: an isovalue is for mode isosurface, and the mode is {self.mode}")
+        if self.mode == "isosurface" and not (self.isovalue is not None and np.isfinite(self.isovalue)):
+            raise InputError(f"scene: mode isosurface needs a finite isovalue, and it is {self.isovalue!r}")
+
+    def _check_matter(self) -> None:
+        matter = self.transfer_function
+        if matter is None or self.mode != "composite":
+            return
+        if self.lighting is not None and matter.emissive:
+            raise InputError("scene: an emissive transfer function glows by itself, and light is for associated ones")
+        if self.classification == "integrated" and (matter.graded or matter.contours):
+            raise InputError(
+                "scene: integrated needs matter that depends on the value alone, and some depends on the gradient: "
+                "use post, extinction or slab"
+            )
 
     def camera_for(self, size: tuple[int, int]) -> Camera:
         """The scene's camera, or the one that frames the box in a picture of (width, height) pixels."""

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from texvol.errors import InputError
+from texvol.transfer.graded import Contour, Graded
 from texvol.volume import Volume
 
 LARGEST_VALUE = 8e307
@@ -48,6 +49,16 @@ class TransferFunction:
         Per world unit; from 0 to infinity.
     emissive : bool
         Whether `colors` is an emission of its own.
+    premultiplied : bool
+        Whether `colors` is colour times extinction, the emission of matter that reflects light, interpolated as such;
+        at a point of infinite extinction it is the straight colour.
+    modulation : array of shape (m, 2), optional
+        Gradient magnitude, data units per world unit, ascending, and what emission and extinction of the points are
+        multiplied with there; linear in between, clamped at the ends.
+    graded, contours : sequences of Graded and Contour
+        Further matter, which depends on the gradient.
+    materials : sequence of str
+        Names of the materials that it is made of, where it was made of some.
 
     Raises
     ------
@@ -60,6 +71,11 @@ class TransferFunction:
     extinctions: NDArray[np.float64]
     emissive: bool = False
     name: str = "transfer function"
+    premultiplied: bool = False
+    modulation: NDArray[np.float64] | None = None
+    graded: tuple[Graded, ...] = ()
+    contours: tuple[Contour, ...] = ()
+    materials: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         for field in ("values", "colors", "extinctions"):
@@ -99,6 +115,16 @@ class TransferFunction:
         from texvol.transfer.files import load
 
         return load(path, volume)
+
+    @property
+    def needs_gradient(self) -> bool:
+        """Whether any matter depends on the gradient."""
+        return self.modulation is not None or bool(self.graded) or bool(self.contours)
+
+    @property
+    def glows(self) -> bool:
+        """Whether `colors` is the emission, and not a colour that extinction is to be multiplied with."""
+        return self.emissive or self.premultiplied
 
     def as_json(self) -> dict[str, Any]:
         """The points as a transfer-function file holds them; infinite extinction as opacity 1."""
