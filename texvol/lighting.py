@@ -33,6 +33,16 @@ Triple = tuple[float, float, float]
 _FADE = 0.01
 
 
+def _triple(numbers: Sequence[float] | Any, what: str) -> Triple:
+    try:
+        triple = tuple(float(number) for number in numbers)
+    except (TypeError, ValueError):
+        triple = ()
+    if len(triple) != 3 or not np.isfinite(triple).all():
+        raise InputError(f"{what} is three finite numbers, and is {numbers!r}")
+    return triple
+
+
 @dataclass(frozen=True)
 class Light:
     """A light: at the eye ("head"), from a direction ("directional"), or at a place ("point").
@@ -149,16 +159,6 @@ class DepthCue:
         near = max(float(depths.min()), 0.0) if self.near is None else self.near
         far = float(depths.max()) if self.far is None else self.far
         return near, max(far, near + 1e-6 * volume.radius)
-
-
-def _triple(numbers: Sequence[float] | Any, what: str) -> Triple:
-    try:
-        triple = tuple(float(number) for number in numbers)
-    except (TypeError, ValueError):
-        triple = ()
-    if len(triple) != 3 or not np.isfinite(triple).all():
-        raise InputError(f"{what} is three finite numbers, and is {numbers!r}")
-    return triple
 
 
 def unit(vector: Sequence[float]) -> NDArray[np.float64]:
