@@ -33,6 +33,9 @@ class Estimator:
             raise InputError(f"gradient: the scale is from 0.1 to 100 samples, and is {self.scale!r}")
 
 
+CENTRAL = Estimator()
+
+
 def gradients(volume: Volume, estimator: Estimator, box: Box = (slice(None),) * 3) -> NDArray[np.floating]:
     """Gradients at a box of samples, shape (nz, ny, nx, 3): x, y, z of the world, data units per smallest spacing."""
     raise NotImplementedError

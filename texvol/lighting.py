@@ -9,7 +9,7 @@ the eye, L_i that to light i, H_i halfway between the two, l_i the light's colou
 take the emission q of matter of extinction τ to q D + τ S: straight colour c becomes c D + S. Two-sided, N is turned to
 the side of the eye, N·V >= 0. Where w is 0 the gradient means nothing, and light falls on matter from all sides.
 
-A depth cue mixes what glows with a colour, the more the farther it is (`DepthCue`); with black and full strength this is
+A depth cue mixes what glows with a colour, the more the farther it is (`DepthCue`): black and strength 1 is
 depth-only shading (Herman, Liu 1979). It needs no gradient.
 """
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from texvol.camera import Camera
 from texvol.errors import InputError
-from texvol.gradient import Estimator
+from texvol.gradient import CENTRAL, Estimator
 from texvol.lighting import DepthCue, Lighting
 from texvol.transfer import TransferFunction
 from texvol.volume import Volume
@@ -55,7 +55,7 @@ class Scene:
     background: tuple[float, float, float] = (0.0, 0.0, 0.0)
     classification: Classification = "slab"
     lighting: Lighting | None = None
-    gradient: Estimator = Estimator()
+    gradient: Estimator = CENTRAL
     depth_cue: DepthCue | None = None
     mode: Mode = "composite"
     isovalue: float | None = None
