@@ -1,23 +1,38 @@
-// The transfer function after interpolation.
+// The transfer function after interpolation: which matter is at a place of some value, and what a slab of it looks like.
 //
+// Matter is (r, g, b, extinction), and r, g, b straight colour, or emission where that is a number of its own.
 // A sum of ramps where that is exact to rounding, which costs next to nothing for a few of them; otherwise segments
 // between control points, found by a grid and a binary search.
 // Lengths are in the volume's smallest spacing.
 //
 // Switches: RAMPS n: how many ramps there are; 0: segments.
 //           MISSING 1: there may be NaN, which is nothing.
-//           EMISSIVE 1: what glows is a number of its own, 0: it is colour times extinction.
+//           EMISSIVE 1: what glows is a number of its own, 2: likewise, and opaque matter shows its straight colour;
+//                    0: it is colour times extinction.
 
 #include "optics.glsl"
 
-// Colour and opacity over a path in matter of one colour (or emission) and extinction.
-vec4 color_of_matter(vec3 color, float extinction, float path_length) {
-    float depth = extinction * path_length;
+// Stands for an infinite extinction: opaque over any length but 0, and what glows is nothing beside it.
+const float OPAQUE = 1e24;
+
+// Colour and opacity over a path in matter of straight colour.
+vec4 color_of_straight(vec4 matter, float path_length) {
+    float opacity = opacity_from_depth(matter.a * path_length);
+    return vec4(matter.rgb * opacity, opacity);
+}
+
+// The same where r, g, b is emission.
+vec4 color_of_glowing(vec4 matter, float path_length) {
+    float depth = matter.a * path_length;
     float opacity = opacity_from_depth(depth);
+    return vec4(matter.rgb * (path_length * mean_transmittance(depth, opacity)), opacity);
+}
+
+vec4 color_of_matter(vec4 matter, float path_length) {
 #if EMISSIVE
-    return vec4(color * (path_length * mean_transmittance(depth, opacity)), opacity);
+    return color_of_glowing(matter, path_length);
 #else
-    return vec4(color * opacity, opacity);
+    return color_of_straight(matter, path_length);
 #endif
 }
 
@@ -39,16 +54,15 @@ void load_ramps() {
     EACH_RAMP(LOAD)
 }
 
-// Colour and opacity of a slab of one value. NaN is nothing.
-vec4 color_of_value(float value, float path_length) {
+// NaN is nothing.
+vec4 matter_of_value(float value) {
     vec4 matter = ramp_base;
 #define ADD(rise, place, i) matter += rise * clamp((value - place.x) * place.y, 0.0, 1.0);
     EACH_RAMP(ADD)
-    vec4 color = color_of_matter(matter.rgb, matter.a, path_length);
 #if MISSING
-    color = value == value ? color : vec4(0.0);
+    matter = value == value ? matter : vec4(0.0);
 #endif
-    return color;
+    return matter;
 }
 
 #else
@@ -117,14 +131,13 @@ vec4 opaque_color(vec3 color) {
     return vec4(EMISSIVE == 1 ? vec3(0.0) : color, 1.0);
 }
 
-// Colour and opacity of a slab of one value. NaN is nothing.
-vec4 color_of_value(float value, float path_length) {
+// NaN is nothing.
+vec4 matter_of_value(float value) {
     Segment segment = segment_at(segment_of(value));
     float share = share_of(segment, value);
-    vec3 color = color_at(segment, share);
-    vec4 slab = is_opaque(segment, value) ? opaque_color(color)
-                                          : color_of_matter(color, extinction_at(segment, share), path_length);
-    return value == value ? slab : vec4(0.0);
+    vec4 matter = vec4(color_at(segment, share), extinction_at(segment, share));
+    if (is_opaque(segment, value)) matter = vec4(matter.rgb * (EMISSIVE == 2 ? OPAQUE : 1.0), OPAQUE);
+    return value == value ? matter : vec4(0.0);
 }
 
 #endif

@@ -40,28 +40,28 @@ LINEAR_OPACITY: tuple[Replacement, ...] = (
     ),
 )
 UNCLIPPED_END_SLABS: tuple[Replacement, ...] = (
-    ("slab_stack.frag", "float first_share = float(inside.x - floor(inside.x));", "float first_share = 0.0;"),
-    ("slab_stack.frag", "float last_share = float(inside.y - (ceil(inside.y) - 1.0));", "float last_share = 1.0;"),
+    ("ray.glsl", "ray.first_share = float(inside.x - floor(inside.x));", "ray.first_share = 0.0;"),
+    ("ray.glsl", "ray.last_share = float(inside.y - (ceil(inside.y) - 1.0));", "ray.last_share = 1.0;"),
 )
 # The uniform has to stay in use, or setting it is an error.
 MISSING_COSINE: tuple[Replacement, ...] = (
-    ("slab_stack.frag", "sqrt(1.0 + dot(tangent, tangent))", "sqrt(1.0 + 1e-20 * dot(tangent, tangent))"),
+    ("ray.glsl", "sqrt(1.0 + dot(tangent, tangent))", "sqrt(1.0 + 1e-20 * dot(tangent, tangent))"),
 )
 BACKS_ALPHA_IN_REGISTERS: tuple[Replacement, ...] = (
     ("optics.glsl", "return front + (1.0 - front.a) * back;", "return front + (1.0 - back.a) * back;"),
 )
 BACKS_ALPHA_IN_BLEND: tuple[Replacement, ...] = (
-    ("compositor.py", "else moderngl.ONE_MINUS_DST_ALPHA", "else moderngl.ONE_MINUS_SRC_ALPHA"),
+    ("compositor.py", "(moderngl.ONE_MINUS_DST_ALPHA if", "(moderngl.ONE_MINUS_SRC_ALPHA if"),
 )
 HALF_TEXEL_SHIFT: tuple[Replacement, ...] = (
     (
-        "slab_stack.frag",
+        "volume_texture.glsl",
         "textureLod(texels, position, 0.0)",
         "textureLod(texels, position + 0.5 / vec3(textureSize(texels, 0)), 0.0)",
     ),
 )
 SWAPPED_AXES: tuple[Replacement, ...] = (
-    ("slab_stack.frag", "textureLod(texels, position, 0.0)", "textureLod(texels, position.zyx, 0.0)"),
+    ("volume_texture.glsl", "textureLod(texels, position, 0.0)", "textureLod(texels, position.zyx, 0.0)"),
 )
 # Texels of `extinction` with the straight colour, weighted by opacity only after the fetch.
 STRAIGHT_COLOUR: tuple[Replacement, ...] = (

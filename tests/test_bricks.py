@@ -185,12 +185,12 @@ def test_pictures_of_bricks_are_composited_in_visibility_order(
     """Each drawn alone, and put over what comes behind it: whoever has a brick has all that its picture needs."""
     volume = Volume(random_volume(4, (30, 31, 32)).values, (1, 1.3, 0.7), direction=OBLIQUE)
     camera = Camera.framing(volume, projection)
-    baked = bake(Scene(volume, BONE, camera, classification=classification), BONE, 0.8, "rgba32f")
+    baked = bake(Scene(volume, BONE, camera, classification=classification), BONE, camera, 0.8, "rgba32f")
     drawing = Drawing(baked, volume, camera, 0.8, SIZE)
     compositor = Compositor(own_context)
 
     def picture_of(store: TextureStore, brick: Brick) -> np.ndarray:
-        compositor.begin(SIZE)
+        compositor.begin(drawing)
         stacks = slicing.slab_stacks(volume, camera, 0.8, SIZE, baked.slabs_per_stack, brick.stored_box)
         compositor.draw(drawing, brick, stacks, store.resources(brick))
         compositor.finish()

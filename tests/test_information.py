@@ -7,7 +7,7 @@ import json
 import numpy as np
 import pytest
 
-from texvol import Volume, information
+from texvol import Volume, gradient, information
 
 
 def facts_of(values: object, dtype: str = "f8", **grid: object) -> dict:
@@ -94,7 +94,26 @@ def test_percentiles_of_a_large_volume_are_from_evenly_spread_samples(monkeypatc
 
 def test_memory_is_that_of_the_textures() -> None:
     memory = facts_of(np.zeros((2, 3, 4)), "i2")["memory"]
-    assert memory == {"data_bytes": 48, "texture_bytes": {"rgba8": 96, "rgba16f": 192, "rgba32f": 384}}
+    textures = {"rgba8": 96, "rgba16f": 192, "rgba32f": 384}
+    assert memory == {"data_bytes": 48, "texture_bytes": textures, "gradient_bytes": 192}
+
+
+@pytest.mark.parametrize(
+    "dtype, texel", [*((kind, 8) for kind in ("u1", "i1", "u2", "i2", ">i2")), *((k, 16) for k in ("u4", "f2", "f4"))]
+)
+def test_value_and_gradient_are_four_numbers_of_16_or_32_bits(dtype: str, texel: int) -> None:
+    facts = facts_of(np.zeros((64, 64, 32)), dtype)
+    assert facts["memory"]["gradient_bytes"] == 64 * 64 * 32 * texel
+    assert f"texture with gradients {texel // 8} MiB (light, contours" in information.text(facts)
+
+
+def test_no_gradient_is_computed_to_say_what_it_takes(monkeypatch: pytest.MonkeyPatch) -> None:
+    called = []
+    for name in ("gradients", "largest_component"):
+        monkeypatch.setattr(gradient, name, lambda *_, name=name: called.append(name))
+        monkeypatch.setattr(information, name, lambda *_, name=name: called.append(name), raising=False)
+    facts_of(np.zeros((2, 3, 4)))
+    assert not called
 
 
 def test_the_page_names_what_a_person_asks_for() -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from texvol.compositor import NO_LIGHT, NOTHING_SPECIAL
 from texvol.contexts import Context
 from texvol.ramps import NUMBERS_OF_RAMPS
 from texvol.shaders import FOLDER, ShaderError, _with_files, load_program, set_uniforms
@@ -184,17 +185,69 @@ CHOICES: dict[int, list[dict[str, int]]] = {
 def test_every_combination_of_switches_compiles(
     context: Context, classification: int, bricks: int, leaps: int, count: int
 ) -> None:
-    common = {
-        "WHOLE_SLABS": 0,
-        "EMISSIVE": 0,
-        "MISSING": 0,
-        "RAMPS": 0,
-        "BRICKS": bricks,
-        "LEAPS": leaps,
-        "COUNT": count,
-    }
+    common = NO_LIGHT | NOTHING_SPECIAL | {"CUE": 0, "BRICKS": bricks, "LEAPS": leaps, "COUNT": count}
     for choice in CHOICES[classification]:
         load_program(context.gl, "slab_stack", defines=common | {"CLASSIFICATION": classification} | choice)
+
+
+ONE_LIGHT = {"LIT": 1, "HEAD_LIGHT": 1}
+# The switches of light on their own, and all together.
+LIGHTS: list[dict[str, int]] = [
+    {},
+    {"LIT": 1},
+    *(ONE_LIGHT | {"SPECULAR": specular, "TWO_SIDED": sides} for specular in EITHER for sides in EITHER),
+    {"LIT": 1, "DIRECTIONAL_LIGHTS": 1},
+    {"LIT": 1, "POINT_LIGHTS": 1},
+    {"LIT": 1, "HEAD_LIGHT": 1, "DIRECTIONAL_LIGHTS": 9, "POINT_LIGHTS": 3, "SPECULAR": 1, "TWO_SIDED": 1},
+]
+GRADED: list[dict[str, int]] = [
+    {},
+    *({"MODULATIONS": modulations, "GRADED": graded, "CONTOURS": contours}
+      for modulations, graded, contours in itertools.product((0, 3), repeat=3)),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("classification", [2, 3])
+@pytest.mark.parametrize("way, bricks, cue", list(itertools.product(EITHER, repeat=3)))
+@pytest.mark.parametrize("lights", LIGHTS, ids=str)
+def test_every_light_on_matter_compiles(
+    context: Context, classification: int, way: int, bricks: int, cue: int, lights: dict[str, int]
+) -> None:
+    common = NO_LIGHT | NOTHING_SPECIAL | {"PERSPECTIVE": way, "BRICKS": bricks, "LEAPS": 1, "COUNT": 0, "CUE": cue}
+    for graded in GRADED:
+        if classification == 3 and (graded.get("GRADED") or graded.get("CONTOURS")):
+            continue  # integrated is for what depends on the value alone
+        for emissive, ramps in ((0, 2), (0, 0), (2, 0)):
+            switches = {"CLASSIFICATION": classification, "GRADIENT": 1, "EMISSIVE": emissive}
+            switches["RAMPS"] = ramps if classification == 2 else 0
+            load_program(context.gl, "slab_stack", defines=common | switches | lights | graded)
+
+
+@pytest.mark.parametrize("classification", [0, 1])
+def test_a_depth_cue_on_classified_texels_compiles(context: Context, classification: int) -> None:
+    common = NO_LIGHT | NOTHING_SPECIAL | {"BRICKS": 0, "LEAPS": 1, "COUNT": 0, "CUE": 1}
+    for way in EITHER:
+        load_program(
+            context.gl, "slab_stack", defines=common | {"CLASSIFICATION": classification, "PERSPECTIVE": way}
+        )
+
+
+@pytest.mark.parametrize("mode", [1, 2, 3])
+@pytest.mark.parametrize("way, bricks, missing", list(itertools.product(EITHER, repeat=3)))
+def test_every_projection_compiles(context: Context, mode: int, way: int, bricks: int, missing: int) -> None:
+    common = NO_LIGHT | {"MODE": mode, "PERSPECTIVE": way, "BRICKS": bricks, "MISSING": missing, "GRADIENT": 0}
+    plain = common | {"DEPTH": 0, "CUE": 0, "LEAPS": 0, "COUNT": 0}
+    if mode != 3:
+        load("projection", context, plain)
+        return
+    for lights, cue, leaps, count in itertools.product(LIGHTS[1:], EITHER, EITHER, EITHER):
+        load("projection", context, plain | {"GRADIENT": 1, "CUE": cue, "LEAPS": leaps, "COUNT": count} | lights)
+    load("projection", context, plain | {"GRADIENT": 1, "DEPTH": 1, "LEAPS": 1})
+
+
+def load(name: str, context: Context, defines: dict[str, int]) -> None:
+    """Compile a program that has the vertices of slab stacks."""
+    load_program(context.gl, name, defines=defines, vertex="slab_stack.vert")
 
 
 def test_an_include_compiles_with_nothing_of_its_includer(context: Context, tmp_path: Path) -> None:
@@ -203,6 +256,7 @@ def test_an_include_compiles_with_nothing_of_its_includer(context: Context, tmp_
     assert includes
     for include in includes:
         (tmp_path / include.name).write_text(include.read_text())
+    every_light = [NO_LIGHT | each for each in LIGHTS[1:]]
     # Ramps are no segments, which the integral goes through.
     switches = {
         "classify.glsl": [
@@ -210,6 +264,16 @@ def test_an_include_compiles_with_nothing_of_its_includer(context: Context, tmp_
             for ramps, emissive, missing in itertools.product((0, 2), EITHER, EITHER)
         ],
         "each_ramp.glsl": [{"RAMPS": ramps} for ramps in NUMBERS_OF_RAMPS],
+        "graded.glsl": [
+            {"MODULATIONS": modulations, "GRADED": graded, "CONTOURS": contours}
+            for modulations, graded, contours in itertools.product((0, 2), repeat=3)
+        ],
+        "light.glsl": [{key: each[key] for key in each if key != "LIT"} for each in every_light],
+        "ray.glsl": [{"PERSPECTIVE": way, "BRICKS": bricks} for way, bricks in itertools.product(EITHER, EITHER)],
+        "seen.glsl": [each | {"PERSPECTIVE": way, "CUE": way} for each in [NO_LIGHT, *every_light] for way in EITHER],
+        "volume_texture.glsl": [
+            {"BRICKS": bricks, "GRADIENT": gradient} for bricks, gradient in itertools.product(EITHER, EITHER)
+        ],
         "integrate.glsl": [{"RAMPS": 0, "EMISSIVE": emissive, "MISSING": 0} for emissive in EITHER],
     }
     for include in includes:

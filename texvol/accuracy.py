@@ -7,8 +7,9 @@ from numpy.typing import NDArray
 
 from texvol import value_texture
 from texvol.errors import InputError
+from texvol.lighting import Lighting
 from texvol.scene import Classification
-from texvol.slab_texture import TEXEL_TYPES, Classifier, texel_classifier
+from texvol.slab_texture import TEXEL_FORMATS, TEXEL_TYPES, Classifier, texel_classifier
 from texvol.transfer import TransferFunction
 from texvol.volume import Volume
 
@@ -18,6 +19,7 @@ DEFAULT_SAMPLING_RATE = 1.0
 DEFAULT_EARLY_TERMINATION = 2.0**-22
 _TERMINATION_SHARE, _MOST_TERMINATION = 1 / 16, 1 / 1024  # of a wanted error
 EXACT_VALUES = "exact"
+TARGET_FORMATS = TEXEL_FORMATS
 _LEAST_WIDTH = 1 / 1024  # of a line between two control points, in ranges of the values: 64 of 65536 steps
 _STENCILS = 4096  # voxels looked at, each with its six neighbours
 
@@ -60,6 +62,22 @@ def checked_termination(early_termination: float | None, max_error: float | None
     return early_termination
 
 
+def checked_target(target_format: str) -> str:
+    """The format of the target: what was asked for, or single precision.
+
+    Any smaller target rounds each blend to 2^-11 or worse, more than the usual error of a whole picture; and with few
+    blends its price does not show.
+
+    Raises
+    ------
+    InputError
+        If there is no such format.
+    """
+    if target_format not in ("auto", *TARGET_FORMATS):
+        raise InputError(f"target format is auto, rgba8, rgba16f or rgba32f, and not {target_format!r}")
+    return "rgba32f" if target_format == "auto" else target_format
+
+
 def cheapest_texel_format(
     volume: Volume, transfer_function: TransferFunction, classification: Classification, slab_thickness: float
 ) -> str:
@@ -74,11 +92,14 @@ def cheapest_texel_format(
     - Rounding moves a texel by its distance to the nearest number of the format; what has one sign along the way
       adds up over all n voxels, what has not over √n of them.
 
-    For `post` it is that of values: 16 bits, or as they are; for `integrated` always as they are.
+    For `post` it is that of values: 16 bits, or as they are; for `integrated` always as they are. Where matter depends
+    on the gradient nothing is estimated, and nothing rounded.
     """
     if classification == "integrated":
         return EXACT_VALUES
     classifier = texel_classifier(transfer_function, "extinction", volume.smallest_spacing, np.inf)
+    if transfer_function.needs_gradient and classification != "post":
+        return "rgba32f"
     if classification == "post":
         return _cheapest_value_format(volume, transfer_function, classifier, slab_thickness)
     d = slab_thickness / volume.smallest_spacing
@@ -150,12 +171,13 @@ def _rms(numbers: NDArray) -> float:
     return float(np.sqrt(np.square(numbers).mean()))
 
 
-def color_scale(volume: Volume, transfer_function: TransferFunction) -> float:
+def color_scale(volume: Volume, transfer_function: TransferFunction, lighting: Lighting | None = None) -> float:
     """Power of two that brings the colours of a picture to at most about 1, for targets of few digits and range.
 
-    Associated colours are at most 1 already. An emission of E per world unit gives at most E times the longest way.
+    Associated colours are at most 1 already, but for light. An emission of E per world unit gives at most E times the
+    longest way.
     """
-    if not transfer_function.emissive:
-        return 1.0
-    brightest = float(transfer_function.colors.max()) * 2 * volume.radius
+    brightest = 1.0 if lighting is None else max(lighting.brightest, 1.0)
+    if transfer_function.emissive:
+        brightest = float(transfer_function.colors.max()) * 2 * volume.radius
     return float(np.exp2(np.clip(-np.ceil(np.log2(brightest)), -120, 120))) if brightest > 0 else 1.0

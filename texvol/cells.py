@@ -9,16 +9,23 @@ the `leaps` are made: how far all around a cell everything is as empty, or as fu
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.transfer import TransferFunction
 from texvol.volume import Volume
 
 CELL = 4  # samples: smaller ones follow the matter closer and cost more leaps, with no gain in time
 _MOST_CELLS = 400_000  # so that a new transfer function has its leaps within a tenth of a second
 _FARTHEST_LEAP = 16  # cells; one pass over the cells for each
+
+
+class Shown(Protocol):
+    """What knows which values show anything, such as a transfer function."""
+
+    def shows_between(self, lowest: NDArray, highest: NDArray) -> NDArray[np.bool_]:
+        """Whether any value from `lowest` to `highest` is more than nothing."""
 
 
 @dataclass(frozen=True)
@@ -48,9 +55,9 @@ class Cells:
         x, y, z = (count / each for count, each in zip(volume.dimensions, size, strict=True))
         return cls(lowest, highest, size, (x, y, z))
 
-    def visible(self, transfer_function: TransferFunction) -> NDArray[np.bool_]:
+    def visible(self, shown: Shown) -> NDArray[np.bool_]:
         """Which cells may show anything, shape (cz, cy, cx)."""
-        return transfer_function.shows_between(self.lowest, self.highest)
+        return shown.shows_between(self.lowest, self.highest)
 
     def leaps(self, visible: NDArray[np.bool_]) -> NDArray[np.uint8]:
         """For each cell 2 r + visible, where all cells less than r away, along the axes and diagonals, are like it."""

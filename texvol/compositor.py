@@ -20,12 +20,21 @@ from texvol.bricks import Brick
 from texvol.camera import Camera
 from texvol.contexts import Context
 from texvol.errors import InputError
+from texvol.light_uniforms import cue_uniforms, eye_uniforms, light_switches, light_uniforms
+from texvol.lighting import DepthCue, Lighting
+from texvol.projection import Projection
 from texvol.shaders import load_program, set_uniforms
 from texvol.slicing import SlabStacks
 from texvol.texture_store import MODERNGL_TYPES, BakedTexture
+from texvol.value_texture import ValueTexture
 from texvol.volume import Volume
 
-TARGET_FORMATS = ("rgba8", "rgba16f", "rgba32f")
+NOTHING_SPECIAL = dict.fromkeys(
+    ("RAMPS", "WHOLE_SLABS", "EMISSIVE", "MISSING", "GRADIENT", "MODULATIONS", "GRADED", "CONTOURS"), 0
+)
+NO_LIGHT = dict.fromkeys(
+    ("LIT", "HEAD_LIGHT", "DIRECTIONAL_LIGHTS", "POINT_LIGHTS", "SPECULAR", "TWO_SIDED"), 0
+)
 
 
 @dataclass(frozen=True)
@@ -46,6 +55,9 @@ class Drawing:
     leaps: moderngl.Texture3D | None = None
     cells_per_box: tuple[float, float, float] = (1.0, 1.0, 1.0)
     count: bool = False
+    lighting: Lighting | None = None  # that falls on what the shader classifies
+    depth_cue: DepthCue | None = None
+    projection: Projection | None = None  # in place of matter
 
 
 class Compositor:
@@ -53,7 +65,7 @@ class Compositor:
 
     def __init__(self, context: Context) -> None:
         self._gl = context.gl
-        self._programs: dict[tuple[tuple[str, int], ...], moderngl.Program] = {}
+        self._programs: dict[tuple[Any, ...], moderngl.Program] = {}
         self._target: moderngl.Framebuffer | None = None
         self._target_key: tuple[tuple[int, int], str] | None = None
 
@@ -63,11 +75,12 @@ class Compositor:
         info = self._gl.info
         return int(min(info["GL_MAX_TEXTURE_SIZE"], *info["GL_MAX_VIEWPORT_DIMS"]))
 
-    def begin(self, size: tuple[int, int], target_format: str = "rgba32f") -> None:
+    def begin(self, drawing: Drawing, target_format: str = "rgba32f") -> None:
         """An empty picture."""
-        target = self._target_of(size, target_format)
+        target = self._target_of(drawing.size, target_format)
         target.use()
-        target.clear(0.0, 0.0, 0.0, 0.0)
+        nothing = drawing.projection.nothing if drawing.projection and not drawing.count else (0.0, 0.0, 0.0, 0.0)
+        target.clear(*nothing)
 
     def draw(
         self,
@@ -81,13 +94,9 @@ class Compositor:
             return
         assert self._target is not None, "a picture has to be begun"
         self._target.use()
-        program = self._program(_switches(drawing, brick))
+        program = self._program("projection" if drawing.projection else "slab_stack", _switches(drawing, brick))
         units = dict(resources)
-        uniforms = (
-            {"color_scale": drawing.color_scale, "least_transmittance": drawing.least_transmittance}
-            | drawing.baked.uniforms(drawing.slab_thickness)
-            | _ray_uniforms(stacks, drawing)
-        )
+        uniforms = _seen_uniforms(drawing) | _ray_uniforms(stacks, drawing) | _light_uniforms(drawing)
         if drawing.leaps is not None:
             units["leaps"] = drawing.leaps
             uniforms["cells_per_box"] = drawing.cells_per_box
@@ -96,15 +105,17 @@ class Compositor:
         for unit, resource in enumerate(units.values()):
             resource.use(unit)
         set_uniforms(program, {name: unit for unit, name in enumerate(units)} | uniforms)
-        self._blend_under(program, stacks, add=drawing.count)
+        blending = drawing.projection.blending if drawing.projection else "under"
+        self._blend(program, stacks, "add" if drawing.count else blending)
 
-    def _blend_under(self, program: moderngl.Program, stacks: SlabStacks, *, add: bool) -> None:
-        """Draw the polygons, each behind what is there; or add them, where they count."""
+    def _blend(self, program: moderngl.Program, stacks: SlabStacks, blending: str) -> None:
+        """Draw the polygons, each behind what is there; or add them to it, or keep the larger numbers."""
         gl = self._gl
         gl.disable(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
         gl.enable(moderngl.BLEND)
-        gl.blend_equation = (moderngl.FUNC_ADD, moderngl.FUNC_ADD)
-        gl.blend_func = (moderngl.ONE if add else moderngl.ONE_MINUS_DST_ALPHA, moderngl.ONE)
+        equation = moderngl.MAX if blending == "largest" else moderngl.FUNC_ADD
+        gl.blend_equation = (equation, equation)
+        gl.blend_func = (moderngl.ONE_MINUS_DST_ALPHA if blending == "under" else moderngl.ONE, moderngl.ONE)
         vertices = gl.buffer(_triangles(stacks))
         array = gl.vertex_array(program, [(vertices, "2f 2f", "in_position", "in_slab_range")])
         try:
@@ -135,10 +146,12 @@ class Compositor:
         self._programs.clear()
         self._release_target()
 
-    def _program(self, switches: dict[str, int]) -> moderngl.Program:
-        key = tuple(sorted(switches.items()))
+    def _program(self, name: str, switches: dict[str, int]) -> moderngl.Program:
+        key = (name, *sorted(switches.items()))
         if key not in self._programs:
-            self._programs[key] = load_program(self._gl, "slab_stack", defines=switches)
+            self._programs[key] = load_program(
+                self._gl, name, defines=switches, vertex="slab_stack.vert", fragment=f"{name}.frag"
+            )
         return self._programs[key]
 
     def _target_of(self, size: tuple[int, int], target_format: str) -> moderngl.Framebuffer:
@@ -165,15 +178,20 @@ class Compositor:
 def _switches(drawing: Drawing, brick: Brick) -> dict[str, int]:
     """Switches of the shader: what a drawing does without is not compiled."""
     parallel = drawing.camera.projection == "orthographic"
-    nothing_special = {"RAMPS": 0, "WHOLE_SLABS": 0, "EMISSIVE": 0, "MISSING": 0}
+    if drawing.projection is not None:
+        assert isinstance(drawing.baked, ValueTexture), "values are projected"
+        special = NO_LIGHT | drawing.projection.switches(drawing.baked)
+    else:
+        special = NO_LIGHT | NOTHING_SPECIAL | drawing.baked.switches(drawing.slab_thickness, parallel)
     return (
-        nothing_special
-        | drawing.baked.switches(drawing.slab_thickness, parallel)
+        special
+        | light_switches(drawing.lighting)
         | {
             "PERSPECTIVE": int(not parallel),
             "BRICKS": int(not brick.is_whole),
             "LEAPS": int(drawing.leaps is not None),
             "COUNT": int(drawing.count),
+            "CUE": int(drawing.depth_cue is not None),
         }
     )
 
@@ -206,7 +224,29 @@ def _ray_uniforms(stacks: SlabStacks, drawing: Drawing) -> dict[str, Any]:
     if camera.projection == "perspective":
         uniforms["velocity_per_column"] = tuple(per_slab @ rays.velocity_per_column)
         uniforms["velocity_per_row"] = tuple(per_slab @ rays.velocity_per_row)
-        uniforms["tangent_per_pixel"] = 2 * camera.half_height / size[1]
+        if drawing.projection is None or drawing.projection.measures_ways:
+            uniforms["tangent_per_pixel"] = 2 * camera.half_height / size[1]
+    return uniforms
+
+
+def _seen_uniforms(drawing: Drawing) -> dict[str, Any]:
+    """What is seen on the way: matter, or the values themselves."""
+    if drawing.projection is not None:
+        assert isinstance(drawing.baked, ValueTexture), "values are projected"
+        return drawing.projection.uniforms(drawing.baked)
+    scales = {"color_scale": drawing.color_scale, "least_transmittance": drawing.least_transmittance}
+    return scales | drawing.baked.uniforms(drawing.slab_thickness)
+
+
+def _light_uniforms(drawing: Drawing) -> dict[str, Any]:
+    """What lights and a depth cue need; nothing where there are none."""
+    uniforms: dict[str, Any] = {}
+    if drawing.lighting is not None:
+        assert isinstance(drawing.baked, ValueTexture), "texels of other kinds are lit already"
+        uniforms |= light_uniforms(drawing.lighting, drawing.volume, drawing.baked.largest_gradient)
+        uniforms |= eye_uniforms(drawing.camera, drawing.size)
+    if drawing.depth_cue is not None:
+        uniforms |= cue_uniforms(drawing.depth_cue, drawing.volume, drawing.camera, drawing.slab_thickness)
     return uniforms
 
 

@@ -7,32 +7,31 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.bricks import Brick
-from texvol.cells import Cells
-from texvol.transfer import TransferFunction
+from texvol.cells import Cells, Shown
 from texvol.volume import Volume
 
 
 class EmptySpace:
-    """The cells of the last volume, and the leaps for its last transfer function as a texture on the device."""
+    """The cells of the last volume, and the leaps for what was last shown of it as a texture on the device."""
 
     def __init__(self, gl: moderngl.Context) -> None:
         self._gl = gl
         self._volume: Volume | None = None
-        self._transfer_function: TransferFunction | None = None
+        self._shown: Shown | None = None
         self._cells: Cells | None = None
         self._visible = np.zeros((0, 0, 0), np.bool_)
         self._leaps: moderngl.Texture3D | None = None
         self._parts: dict[Brick, NDArray[np.float64] | None] = {}
 
-    def prepare(self, volume: Volume, transfer_function: TransferFunction) -> None:
+    def prepare(self, volume: Volume, shown: Shown) -> None:
         """Find out what of a volume is empty; what is known already is kept."""
         if self._volume is not volume:
             self.release()
             self._cells, self._volume = Cells.of(volume), volume
-        if self._transfer_function is transfer_function:
+        if self._shown == shown:
             return
         assert self._cells is not None
-        self._visible = self._cells.visible(transfer_function)
+        self._visible = self._cells.visible(shown)
         self._parts.clear()
         self._release_leaps()
         if not self._visible.all():
@@ -40,7 +39,7 @@ class EmptySpace:
             nz, ny, nx = leaps.shape
             self._leaps = self._gl.texture3d((nx, ny, nz), 1, leaps, alignment=1, dtype="u1")
             self._leaps.filter = moderngl.NEAREST, moderngl.NEAREST
-        self._transfer_function = transfer_function
+        self._shown = shown
 
     @property
     def leaps(self) -> moderngl.Texture3D | None:
@@ -85,4 +84,4 @@ class EmptySpace:
     def _release_leaps(self) -> None:
         if self._leaps is not None:
             self._leaps.release()
-        self._leaps = self._transfer_function = None
+        self._leaps = self._shown = None

@@ -45,7 +45,14 @@ class Choice:
 
 def reference_for(scene: Scene) -> Scene:
     """The scene as it is to be drawn for the finer picture of a pair."""
-    return replace(scene, classification="integrated") if scene.classification == "post" else scene
+    matter = scene.transfer_function
+    if (
+        scene.mode != "composite"
+        or scene.classification != "post"
+        or (matter is not None and (matter.graded or matter.contours))
+    ):
+        return scene
+    return replace(scene, classification="integrated")
 
 
 def thickness_for_error(draw: Draw, draw_reference: Draw, smallest_spacing: float, wanted: float) -> Choice:

@@ -26,6 +26,9 @@ def facts(volume: Volume) -> dict[str, Any]:
 
     Lengths are in world units, triples x, y, z. `extent` is the box along the grid's axes; `box_min` and `box_max`
     bound it along the world's. Values count where they are finite; `percentiles` are of `percentile_samples` of them.
+    In `memory`, `texture_bytes` are by texel format; `gradient_bytes` are those of the one texture that `post` and
+    `integrated` hold value and gradient in where light, contours or the like need it; `slab` and `extinction` keep no
+    gradient.
     """
     corners = volume.corners_from_centre + volume.centre
     low, high, mean, counts = _summary(volume.values)
@@ -58,6 +61,7 @@ def facts(volume: Volume) -> dict[str, Any]:
         "memory": {
             "data_bytes": volume.values.nbytes,
             "texture_bytes": {name: samples * size for name, size in _TEXEL_BYTES.items()},
+            "gradient_bytes": samples * _gradient_texel_bytes(volume.values.dtype),
         },
     }
 
@@ -68,6 +72,7 @@ def text(facts: dict[str, Any]) -> str:
     unit_name = unit or "world units (the file names none)"
     value_range, memory = facts["value_range"], facts["memory"]
     textures = ", ".join(f"{name} {_bytes(size)}" for name, size in memory["texture_bytes"].items())
+    with_gradients = f"{_bytes(memory['gradient_bytes'])} (light, contours in post and integrated)"
     rows = [
         ("dimensions", f"{_row(facts['dimensions'], ' x ')}  ({facts['samples']} samples of {facts['type']})"),
         ("spacing", f"{_row(facts['spacing'], ' x ')} {unit_name}"),
@@ -80,11 +85,17 @@ def text(facts: dict[str, Any]) -> str:
         ("values", f"{_row(value_range, ' to ')}, mean {_digits(facts['mean'])}" if value_range else "none is finite"),
         ("not finite", f"{facts['nan_count']} NaN, {facts['inf_count']} infinite"),
         ("memory", f"data {_bytes(memory['data_bytes'])}; texture {textures}"),
+        ("", f"texture with gradients {with_gradients}"),
     ]
     page = [facts["name"], "", *(f"{name:<12}{value}" for name, value in rows)]
     if value_range is not None:
         page += ["", *_percentile_lines(facts), "", *_histogram_lines(facts["histogram"])]
     return "\n".join(page)
+
+
+def _gradient_texel_bytes(dtype: np.dtype[Any]) -> int:
+    """Bytes of a texel of value and gradient: 16 bits a number for integers of 8 and 16, 32 for all else."""
+    return 4 * (2 if dtype.kind in "iu" and dtype.itemsize <= 2 else 4)
 
 
 def _chunks(values: NDArray[Any]) -> Iterator[NDArray[Any]]:

@@ -1,12 +1,14 @@
 """Options of the command line that describe a volume and a scene, on the line or in a scene file.
 
 A scene file is TOML with the scene options' names as keys, `spacing` among them; triples and sizes may be text or
-arrays. An option on the line wins.
+arrays, switches are true or false, and `light` is a text, or an array of texts or tables. An option on the line wins.
 
     tf = "bone.json"
     projection = "perspective"
     eye = [300, -200, 120]
     size = "800x600"
+    light = ["head:0.5", {kind = "directional", direction = [-1, -1, 2], color = [1, 0.9, 0.8]}]
+    two-sided = false
 """
 
 from __future__ import annotations
@@ -14,17 +16,20 @@ from __future__ import annotations
 import argparse
 import os
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from texvol import light_options as lit
 from texvol import orbit as turning
 from texvol import transfer
 from texvol.camera import Camera
 from texvol.errors import InputError
-from texvol.scene import CLASSIFICATIONS, Scene
+from texvol.gradient import CENTRAL
+from texvol.lighting import Lighting
+from texvol.scene import CLASSIFICATIONS, MODES, Scene
 from texvol.transfer import TransferFunction
 from texvol.volume import Volume
 
@@ -116,20 +121,130 @@ def _choice(*allowed: str) -> Callable[[str], str]:
     return choose
 
 
-# Scene options: name, what its text becomes, how it is shown, help.
-_SCENE_OPTIONS: tuple[tuple[str, Callable[[str], Any], str, str], ...] = (
-    ("tf", str, "PRESET|FILE.json", f"transfer function; presets: {', '.join(transfer.PRESETS)}"),
-    ("size", size, "WxH", "pixels (512x512)"),
-    ("background", color, "R,G,B", "linear light from behind (0,0,0), or: transparent"),
-    ("projection", _choice("orthographic", "perspective"), "KIND", "orthographic (default) or perspective"),
-    ("eye", triple, "X,Y,Z", "where the camera is, world units (so that the whole box is seen)"),
-    ("target", triple, "X,Y,Z", "what it looks at (the middle of the box)"),
-    ("up", triple, "X,Y,Z", "what is up in the picture (0,0,1)"),
-    ("fov", number, "DEGREES", "angle from bottom to top, perspective (40)"),
-    ("height", number, "H", "world units from bottom to top, orthographic (the box)"),
-    ("spacing", triple, "X,Y,Z", "distance of samples, overrides the file's"),
-    ("classification", _choice(*CLASSIFICATIONS), "KIND", "slab (default), extinction, post or integrated"),
-)
+class _SceneOption(NamedTuple):
+    """An option of the line and the scene file; one that converts to bool is a switch and has no text."""
+
+    name: str
+    convert: Callable[[str], Any]
+    shown: str
+    help: str
+    table: Callable[[Mapping[str, Any]], Any] | None = None  # of a scene file; such an option may be given repeatedly
+
+    def add_to(self, group: argparse._ArgumentGroup) -> None:
+        """Let the line have it; not given, it leaves nothing in the namespace."""
+        if self.convert is bool:
+            action = argparse.BooleanOptionalAction
+            group.add_argument(f"--{self.name}", action=action, help=self.help, default=argparse.SUPPRESS)
+            return
+        group.add_argument(
+            f"--{self.name}", type=self.convert, metavar=self.shown, help=self.help, default=argparse.SUPPRESS,
+            action="append" if self.table else "store",
+        )  # fmt: skip
+
+    def from_file(self, value: Any) -> Any:
+        """What a scene file's value becomes: the same as what the line's text does."""
+        if self.convert is bool:
+            if not isinstance(value, bool):
+                raise InputError(f"{self.name} is true or false, and not {value!r}")
+            return value
+        if self.table is None:
+            return self._from_one(value)
+        several = isinstance(value, list) and any(isinstance(each, str | dict | list) for each in value)
+        return [self._from_one(each) for each in (value if several else [value])]
+
+    def _from_one(self, value: Any) -> Any:
+        if self.table is not None and isinstance(value, dict):
+            return self.table(value)
+        if isinstance(value, bool | dict):
+            raise InputError(f"{self.name} is text, a number or an array of numbers, and not {value!r}")
+        return self.convert(lit.as_text(value))
+
+
+# Title of a group, what it says, and its options.
+_GROUPS: tuple[tuple[str, str | None, tuple[_SceneOption, ...]], ...] = (
+    (
+        "scene",
+        "What is drawn. All options of this and the next three groups may stand in the scene file, as keys; "
+        "an option on the line wins.",
+        (
+            _SceneOption("tf", str, "PRESET|FILE.json", f"transfer function; presets: {', '.join(transfer.PRESETS)}"),
+            _SceneOption("materials", lit.materials, "NAME,NAME", "only these materials of --tf"),
+            _SceneOption(
+                "classification", _choice(*CLASSIFICATIONS), "KIND", "slab (default), extinction, post or integrated"
+            ),
+            _SceneOption("spacing", triple, "X,Y,Z", "distance of samples, overrides the file's"),
+            _SceneOption("size", size, "WxH", "pixels (512x512)"),
+            _SceneOption("background", color, "R,G,B", "linear light from behind (0,0,0), or: transparent"),
+            _SceneOption(
+                "gradient", lit.gradient, "KIND",
+                "central (default), zucker-hummel, or gaussian[:SCALE], which smooths over SCALE samples (1); "
+                "computed only where light, contours or an isosurface need it",
+            ),
+        ),
+    ),
+    (
+        "camera",
+        None,
+        (
+            _SceneOption(
+                "projection", _choice("orthographic", "perspective"), "KIND", "orthographic (default) or perspective"
+            ),
+            _SceneOption("eye", triple, "X,Y,Z", "where the camera is, world units (so that the whole box is seen)"),
+            _SceneOption("target", triple, "X,Y,Z", "what it looks at (the middle of the box)"),
+            _SceneOption("up", triple, "X,Y,Z", "what is up in the picture (0,0,1)"),
+            _SceneOption("fov", number, "DEGREES", "angle from bottom to top, perspective (40)"),
+            _SceneOption("height", number, "H", "world units from bottom to top, orthographic (the box)"),
+        ),
+    ),
+    (
+        "light",
+        "Without --light matter shows its own colour. An isosurface has a head light, and so has matter with any of "
+        "--ambient, --diffuse, --specular, --shininess, --two-sided, --fade and --shadows.",
+        (
+            _SceneOption(
+                "light", lit.light, "SPEC",
+                "head; directional:X,Y,Z or X,Y,Z, where it comes from; point:X,Y,Z, where it is; each may end with "
+                "a colour :R,G,B or :I. Give it again for further lights. depth: no light, but shading by depth; "
+                "none: no light, whatever the scene file says",
+                lit.light_table,
+            ),
+            _SceneOption("ambient", lit.share, "A", f"light from everywhere ({Lighting.ambient:g})"),
+            _SceneOption("diffuse", lit.share, "D", f"share of light that matter scatters ({Lighting.diffuse:g})"),
+            _SceneOption("specular", lit.share, "S", f"share of light in highlights ({Lighting.specular:g})"),
+            _SceneOption("shininess", lit.share, "N", f"the higher, the smaller highlights ({Lighting.shininess:g})"),
+            _SceneOption(
+                "two-sided", bool, "", "light the side that faces the eye (default), or only the side of lower values"
+            ),
+            _SceneOption(
+                "fade", lit.share, "G",
+                "gradient magnitude, data units per world unit, under which shading fades out "
+                "(a hundredth of the range of values per sample)",
+            ),
+            _SceneOption("shadows", bool, "", "matter takes light from what lies behind it, or not (default)"),
+            _SceneOption(
+                "depth-cue", lit.depth_cue, "S[,R,G,B]",
+                "mix what is farther with a colour (black), the farthest corner by S, from 0 to 1",
+            ),
+        ),
+    ),
+    (
+        "projection mode",
+        None,
+        (
+            _SceneOption(
+                "mode", _choice(*MODES), "MODE",
+                "composite (default): emission and absorption; xray, mip, minip, average: the value's integral, "
+                "maximum, minimum or average along each ray; isosurface: the first surface of --isovalue",
+            ),
+            _SceneOption("isovalue", lit.finite, "V", "value of the isosurface, data units"),
+            _SceneOption(
+                "window", lit.window, "CENTRE,WIDTH",
+                "values from black to white in 8-bit pictures of xray, mip, minip and average",
+            ),
+        ),
+    ),
+)  # fmt: skip
+_SCENE_OPTIONS = {option.name: option for *_, members in _GROUPS for option in members}
 
 
 def add_volume_options(parser: argparse.ArgumentParser) -> None:
@@ -147,10 +262,12 @@ def add_volume_options(parser: argparse.ArgumentParser) -> None:
 
 def add_scene_options(parser: argparse.ArgumentParser) -> None:
     """What is to be drawn; every option may stand in a scene file as well."""
-    group = parser.add_argument_group("scene options (each may stand in the scene file; the line wins)")
-    group.add_argument("--scene", metavar="FILE.toml", help="scene file")
-    for name, convert, shown, text in _SCENE_OPTIONS:
-        group.add_argument(f"--{name}", type=convert, metavar=shown, help=text, default=argparse.SUPPRESS)
+    for title, about, members in _GROUPS:
+        group = parser.add_argument_group(title, about)
+        if title == "scene":
+            group.add_argument("--scene", metavar="FILE.toml", help="scene file")
+        for option in members:
+            option.add_to(group)
 
 
 def load_volume(arguments: argparse.Namespace, spacing: tuple[float, float, float] | None) -> Volume:
@@ -169,18 +286,37 @@ def load_volume(arguments: argparse.Namespace, spacing: tuple[float, float, floa
 
 
 class SceneOptions:
-    """Scene options of the line and the scene file, together; checked before the volume is read."""
+    """Scene options of the line and the scene file, together; checked before the volume is read.
+
+    Attributes
+    ----------
+    size : (width, height)
+    spacing : (x, y, z), optional
+        What overrides the file's.
+    transparent : bool
+        Whether the background is to let through what lies behind the picture.
+    window : (centre, width), optional
+        In data units, for 8-bit pictures of a mode whose pixels are numbers.
+    chose_transfer_function : bool
+        Whether there is one that such pictures are to take their colours from.
+    """
 
     def __init__(self, arguments: argparse.Namespace) -> None:
-        self._chosen: dict[str, Any] = {}
-        if arguments.scene is not None:
-            self._chosen.update(_scene_file(Path(arguments.scene)))
-        self._chosen.update({name: vars(arguments)[name] for name, *_ in _SCENE_OPTIONS if name in vars(arguments)})
-        self.size: tuple[int, int] = self._chosen.get("size", DEFAULT_SIZE)
+        given = {name.replace("_", "-"): value for name, value in vars(arguments).items()}
+        line = {name: given[name] for name in _SCENE_OPTIONS if name in given}
+        file = lit.with_head_light(_scene_file(Path(arguments.scene))) if arguments.scene is not None else {}
+        chosen = self._chosen = lit.with_head_light(lit.overridden(file, line))
+        self.size: tuple[int, int] = chosen.get("size", DEFAULT_SIZE)
         if min(self.size) < 1:
             raise InputError(f"size {self.size[0]}x{self.size[1]}: a picture has at least one pixel along each side")
-        self.spacing: tuple[float, float, float] | None = self._chosen.get("spacing")
-        self.transparent = "background" in self._chosen and self._chosen["background"] is None
+        self.spacing: tuple[float, float, float] | None = chosen.get("spacing")
+        self.transparent = "background" in chosen and chosen["background"] is None
+        self.window: tuple[float, float] | None = chosen.get("window")
+        self.chose_transfer_function = "tf" in chosen
+        if "materials" in chosen and not self.chose_transfer_function:
+            raise InputError("--materials chooses from those of a transfer function: give --tf as well")
+        lit.check_mode(chosen)
+        self._lighting = lit.lighting(chosen)
 
     def scene(self, volume: Volume, *, orbit: bool = False) -> Scene:
         """The scene that the options make of `volume`; its camera frames one picture, or all of an orbit."""
@@ -188,7 +324,7 @@ class SceneOptions:
         framing = turning.framing if orbit else Camera.framing
         return Scene(
             volume,
-            transfer_function(chosen["tf"], volume) if "tf" in chosen else transfer.proposed_for(volume),
+            self._transfer_function(volume),
             framing(
                 volume,
                 chosen.get("projection", "orthographic"),
@@ -197,15 +333,26 @@ class SceneOptions:
             ),
             chosen.get("background") or (0.0, 0.0, 0.0),
             chosen.get("classification", "slab"),
+            lighting=self._lighting,
+            gradient=chosen.get("gradient", CENTRAL),
+            depth_cue=lit.depth_cue_of(chosen),
+            mode=chosen.get("mode", "composite"),
+            isovalue=chosen.get("isovalue"),
         )
 
+    def _transfer_function(self, volume: Volume) -> TransferFunction | None:
+        if self.chose_transfer_function:
+            return transfer_function(self._chosen["tf"], volume, self._chosen.get("materials"))
+        # The other modes classify nothing.
+        return transfer.proposed_for(volume) if self._chosen.get("mode", "composite") == "composite" else None
 
-def transfer_function(name: str, volume: Volume) -> TransferFunction:
-    """The preset or file `name`; a file if it looks like one."""
+
+def transfer_function(name: str, volume: Volume, materials: tuple[str, ...] | None = None) -> TransferFunction:
+    """The preset or file `name`, a file if it looks like one; of its materials only these, where they are given."""
     if name in transfer.PRESETS:
-        return transfer.preset(name, volume)
+        return transfer.preset(name, volume, materials)
     if name.lower().endswith(".json") or os.sep in name or os.path.exists(name):
-        return transfer.load(name, volume)
+        return transfer.load(name, volume, materials)
     raise InputError(f"--tf {name}: neither a .json file nor a preset; presets: {', '.join(transfer.PRESETS)}")
 
 
@@ -230,19 +377,17 @@ def _scene_file(path: Path) -> dict[str, Any]:
         raise InputError(f"{path}: cannot be read: {error.strerror}") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: is not TOML: {error}") from None
-    known = {name: convert for name, convert, *_ in _SCENE_OPTIONS}
-    chosen = {}
+    chosen: dict[str, Any] = {}
     for key, value in content.items():
         name = key.replace("_", "-")
-        if name not in known:
-            raise InputError(f"{path}: there is no scene option {key!r}; there are {', '.join(known)}")
-        if isinstance(value, bool | dict):
-            raise InputError(f"{path}: {key} is text, a number or an array of numbers, and not {value!r}")
-        text = ",".join(str(part) for part in value) if isinstance(value, list) else str(value)
+        if name not in _SCENE_OPTIONS:
+            raise InputError(f"{path}: there is no scene option {key!r}; there are {', '.join(_SCENE_OPTIONS)}")
         try:
-            chosen[name] = known[name](text)
+            chosen[name] = _SCENE_OPTIONS[name].from_file(value)
         except argparse.ArgumentTypeError as error:
             raise InputError(f"{path}: {key}: {error}") from None
+        except InputError as error:
+            raise InputError(f"{path}: {error}") from None
     if isinstance(chosen.get("tf"), str) and chosen["tf"] not in transfer.PRESETS:
         chosen["tf"] = str(path.parent / chosen["tf"])  # beside the scene file, wherever the command is called
     return chosen

@@ -13,14 +13,17 @@ after Wilson, Van Gelder, Wilhelms (1994): classify once, integrate over a slab,
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from texvol import bricks, slab_texture, slicing, value_texture
+from texvol.camera import Camera
 from texvol.compositor import Compositor, Drawing
 from texvol.scene import Scene
+from texvol.shaded_samples import matter_of_samples
 from texvol.texture_store import BakedTexture, TextureStore
 from texvol.transfer import TransferFunction
 
@@ -37,11 +40,19 @@ def render(
         return renderer.render(scene, size, **accuracy)
 
 
-def bake(scene: Scene, transfer_function: TransferFunction, slab_thickness: float, texel_format: str) -> BakedTexture:
+def bake(
+    scene: Scene, transfer_function: TransferFunction, camera: Camera, slab_thickness: float, texel_format: str
+) -> BakedTexture:
     """Classify the volume and integrate over a slab; or leave the values, to be classified when they are drawn."""
-    if scene.classification in ("post", "integrated"):
-        return value_texture.bake_values(scene.volume, transfer_function, scene.classification, texel_format == "r16")
-    return slab_texture.bake(scene.volume, transfer_function, scene.classification, slab_thickness, texel_format)
+    volume, classification = scene.volume, scene.classification
+    if classification in ("post", "integrated"):
+        estimator = scene.gradient if scene.needs_gradient else None
+        return value_texture.bake_values(volume, transfer_function, classification, texel_format, estimator)
+    recipe = volume, transfer_function, classification, slab_thickness, texel_format
+    if not scene.needs_gradient:
+        return slab_texture.bake(*recipe)
+    samples = partial(matter_of_samples, scene, transfer_function, camera)
+    return slab_texture.bake(*recipe, samples, scene.lighting.brightest if scene.lighting else 1.0)
 
 
 def draw(
@@ -52,7 +63,7 @@ def draw(
     visible_part: VisiblePart,
 ) -> int:
     """Cut what of the bricks shows anything into slabs across the view, draw and composite them; their number."""
-    compositor.begin(drawing.size, target_format)
+    compositor.begin(drawing, target_format)
     volume, camera = drawing.volume, drawing.camera
     per_stack = drawing.baked.slabs_per_stack
     parts = {brick: part for brick in textures.bricks if (part := visible_part(brick)) is not None}

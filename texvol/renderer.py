@@ -6,7 +6,7 @@ import time
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from statistics import median
 from types import TracebackType
 from typing import Any
@@ -15,33 +15,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol import accuracy, bricks, error_control, slab_texture, slicing
-from texvol.camera import Camera
-from texvol.compositor import TARGET_FORMATS, Compositor, Drawing
+from texvol.compositor import Compositor, Drawing
 from texvol.contexts import open_context
+from texvol.display import NUMBER_MODES
 from texvol.empty_space import EmptySpace
 from texvol.errors import AccuracyWarning, InputError
+from texvol.modelled import modelled
+from texvol.projection import depth_of, projection_of
+from texvol.recipe import Settings, shown_of, stored_scene, texels_of
 from texvol.render import VisiblePart, bake, draw, over_background
 from texvol.scene import Scene, checked_size
 from texvol.texture_memory import default_budget
 from texvol.texture_store import BakedTexture, TextureStore, same
 from texvol.transfer import TransferFunction, proposed_for
-from texvol.value_texture import exact_format
+from texvol.value_texture import ValueTexture, exact_format
 
 Size = tuple[int, int]
 # A picture that an estimate is drawn from needs no textures that stay: it makes do with bricks of an eighth of the
 # volume, within these bytes.
 _REFERENCE_BUDGET = 8 << 20, 64 << 20
-
-
-@dataclass(frozen=True)
-class Settings:
-    """How a scene is drawn: what `Renderer.render` was asked for, with every choice made."""
-
-    slab_thickness: float  # world units
-    texture_format: str
-    target_format: str
-    early_termination: float
-    skip_empty: bool
 
 
 class Renderer:
@@ -127,7 +119,7 @@ class Renderer:
             raise InputError(f"texture format is auto, rgba8, rgba16f or rgba32f, and not {texture_format!r}")
         wanted = accuracy.checked(scene.volume, slab_thickness, sampling_rate, max_error)
         termination = accuracy.checked_termination(early_termination, max_error)
-        settings = Settings(wanted, texture_format, _chosen_target(target_format), termination, skip_empty)
+        settings = Settings(wanted, texture_format, accuracy.checked_target(target_format), termination, skip_empty)
         self._seconds, self._stats, self._estimate = {}, {}, None
         with self._context:
             if max_error is not None:
@@ -136,7 +128,24 @@ class Renderer:
                 settings = replace(settings, slab_thickness=self._thickness_for_error(scene, size, settings, max_error))
             picture = self._draw(scene, size, settings, repeat)
         self._last = (scene, size, settings)
-        return over_background(picture, scene.background)
+        return picture if scene.mode in NUMBER_MODES else over_background(picture, scene.background)
+
+    def depth(self) -> NDArray[np.float64]:
+        """Depth of the last picture's isosurface, shape (height, width): along the view from the plane of the eye.
+
+        In world units; infinite where a ray meets no surface.
+
+        Raises
+        ------
+        InputError
+            If the last picture is not one of mode isosurface.
+        """
+        if self._last is None or self._last[0].mode != "isosurface":
+            raise InputError("a depth is that of an isosurface, and the last picture has none")
+        scene, size, settings = self._last
+        with self._context:
+            drawn = self._draw(scene, size, settings, depth=True)
+        return depth_of(drawn, scene.volume, scene.camera_for(size), settings.slab_thickness)
 
     @property
     def stats(self) -> dict[str, Any]:
@@ -187,24 +196,22 @@ class Renderer:
 
     def _prepare(self, scene: Scene, size: Size, settings: Settings) -> BakedTexture:
         """Have what the scene's textures are made of, and the textures themselves if there are no bricks."""
+        scene = stored_scene(scene)
         transfer_function = self._transfer_function(scene)
         volume, classification, thickness = scene.volume, scene.classification, settings.slab_thickness
         with self._timed("bake"):
-            if settings.skip_empty:
-                self._empty_space.prepare(volume, transfer_function)
+            if settings.skips(scene):
+                self._empty_space.prepare(volume, shown_of(scene, transfer_function))
             texture_format = settings.texture_format
             if texture_format == "auto":
                 texture_format = self._cheapest_format(scene, transfer_function, thickness)
-            if classification in ("slab", "extinction"):
-                baked_for = thickness if classification == "slab" else 0.0
-                texels: tuple[Any, ...] = (volume, transfer_function, classification, baked_for, texture_format)
-            else:
-                texels = (volume, "r16" if texture_format == "r16" else accuracy.EXACT_VALUES)
+            camera = scene.camera_for(size)
+            texels = texels_of(scene, transfer_function, camera, thickness, texture_format)
             recipe = (*texels, transfer_function, classification)
             if self._baked is None or not same(self._baked[0], recipe):
-                self._baked = (recipe, bake(scene, transfer_function, thickness, texture_format))
+                self._baked = (recipe, bake(scene, transfer_function, camera, thickness, texture_format))
         baked = self._baked[1]
-        margin = bricks.margin(volume, scene.camera_for(size), size, thickness)
+        margin = bricks.margin(volume, camera, size, thickness)
         self._textures.prepare(baked, volume, texels, margin)
         return baked
 
@@ -214,31 +221,39 @@ class Renderer:
             self._chosen = (asked, accuracy.cheapest_texel_format(*asked))
         return self._chosen[1]
 
-    def _drawing(self, scene: Scene, size: Size, settings: Settings) -> Drawing:
+    def _drawing(self, scene: Scene, size: Size, settings: Settings, depth: bool = False) -> Drawing:
         """The scene as the compositor wants it, its texture on the device."""
         baked = self._prepare(scene, size, settings)
         empty_space = self._empty_space
-        leaps = empty_space.leaps if settings.skip_empty else None
+        leaps = empty_space.leaps if settings.skips(scene) else None
+        projection = projection_of(scene, depth=depth)
+        lit_when_drawn = scene.classification in ("post", "integrated")
+        lighting = scene.lighting if lit_when_drawn and not projection else None
         return Drawing(
             baked,
             scene.volume,
             scene.camera_for(size),
             settings.slab_thickness,
             size,
-            accuracy.color_scale(scene.volume, self._transfer_function(scene)),
+            1.0 if projection else accuracy.color_scale(scene.volume, self._transfer_function(scene), scene.lighting),
             settings.early_termination,
             leaps,
             empty_space.cells_per_box if leaps else (1.0, 1.0, 1.0),
+            lighting=projection.lighting if projection else lighting,
+            depth_cue=scene.depth_cue if not projection or projection.lighting else None,
+            projection=projection,
         )
 
-    def _visible_part(self, settings: Settings) -> VisiblePart:
-        return self._empty_space.visible_part if settings.skip_empty else lambda brick: brick.stored_box
+    def _visible_part(self, scene: Scene, settings: Settings) -> VisiblePart:
+        return self._empty_space.visible_part if settings.skips(scene) else lambda brick: brick.stored_box
 
-    def _draw(self, scene: Scene, size: Size, settings: Settings, repeat: int = 1) -> NDArray[np.float32]:
-        """The picture, without background."""
-        textures, visible_part = self._textures, self._visible_part(settings)
+    def _draw(
+        self, scene: Scene, size: Size, settings: Settings, repeat: int = 1, depth: bool = False
+    ) -> NDArray[np.float32]:
+        """The picture, without background; or where its surface is."""
+        textures, visible_part = self._textures, self._visible_part(scene, settings)
         with self._baking():
-            drawing = self._drawing(scene, size, settings)
+            drawing = self._drawing(scene, size, settings, depth)
             if len(textures.bricks) == 1 and visible_part(textures.bricks[0]) is not None:
                 textures.resources(textures.bricks[0])
         times = []
@@ -250,7 +265,11 @@ class Renderer:
         # The first draw compiles the programs: warm draws are the others.
         self._seconds["draw"] = median(times[1:] or times)
         with self._timed("read"):
-            return self._compositor.picture(drawing.color_scale)
+            drawn = self._compositor.picture(drawing.color_scale)
+            if drawing.projection is None:
+                return drawn
+            assert isinstance(drawing.baked, ValueTexture), "values are projected"
+            return drawing.projection.numbers(drawn, drawing.baked, settings.slab_thickness)
 
     def _thickness_for_error(self, scene: Scene, size: Size, settings: Settings, max_error: float) -> float:
         def picture(thickness: float) -> NDArray[np.float32]:
@@ -278,7 +297,7 @@ class Renderer:
     def _facts(self, scene: Scene, size: Size, settings: Settings) -> dict[str, Any]:
         seconds, drawn = dict(self._seconds), self._bricks_drawn
         textures = self._textures
-        cells, visible_cells = self._empty_space.counts if settings.skip_empty else (0, 0)
+        cells, visible_cells = self._empty_space.counts if settings.skips(scene) else (0, 0)
         baked = self._baked
         assert baked is not None
         camera = scene.camera_for(size)
@@ -297,7 +316,7 @@ class Renderer:
             "cells_total": cells,
             "cells_drawn": visible_cells,
             "early_termination": settings.early_termination,
-            "modelled": _modelled(scene, camera),
+            "modelled": modelled(scene, camera),
             "seconds": seconds,
         }
         facts["samples"], facts["samples_total"] = self._samples(scene, size, settings)
@@ -308,9 +327,12 @@ class Renderer:
         """Slabs that were sampled, and slabs that the rays cross in the box; counted by drawing once more."""
         if self._context.released:
             return None, None
+        if scene.mode in NUMBER_MODES:
+            every = slicing.slabs_crossed(scene.volume, scene.camera_for(size), settings.slab_thickness, size)
+            return every, every
         with self._context:
             drawing = replace(self._drawing(scene, size, settings), count=True)
-            draw(self._compositor, self._textures, drawing, "rgba32f", self._visible_part(settings))
+            draw(self._compositor, self._textures, drawing, "rgba32f", self._visible_part(scene, settings))
             drawn = int(self._compositor.picture()[..., 0].sum(dtype=np.float64))
         return drawn, slicing.slabs_crossed(scene.volume, drawing.camera, settings.slab_thickness, size)
 
@@ -323,7 +345,7 @@ class Renderer:
             picture = self._draw(scene, small, settings)
             # Values as they are serve for every thickness; other texels are for the reference alone.
             baked = self._baked
-            values = scene.classification in ("post", "integrated")
+            values = stored_scene(scene).classification in ("post", "integrated")
             exact = values and baked is not None and baked[1].texel_format == exact_format(scene.volume)
             with self._textures_set_aside(scene, self._textures if exact else None):
                 reference = self._reference(scene, small, replace(settings, slab_thickness=settings.slab_thickness / 2))
@@ -371,25 +393,3 @@ class Renderer:
         start = time.perf_counter()
         yield
         self._seconds[what] = self._seconds.get(what, 0.0) + time.perf_counter() - start
-
-
-def _chosen_target(target_format: str) -> str:
-    if target_format == "auto":
-        # Any smaller target rounds each blend to 2^-11 or worse, more than the usual error of a whole picture; and
-        # with few blends its price does not show.
-        return "rgba32f"
-    if target_format not in TARGET_FORMATS:
-        raise InputError(f"target format is auto, rgba8, rgba16f or rgba32f, and not {target_format!r}")
-    return target_format
-
-
-def _modelled(scene: Scene, camera: Camera) -> list[str]:
-    """Names of what the scene made the renderer model beyond plain absorption and emission along parallel rays."""
-    names = []
-    if camera.projection == "perspective":
-        names.append("perspective")
-    if any(scene.background):
-        names.append("background")
-    if scene.transfer_function is not None and scene.transfer_function.emissive:
-        names.append("emissive")
-    return names

@@ -80,7 +80,8 @@ def set_uniforms(program: moderngl.Program, values: Mapping[str, Any]) -> None:
         raise ShaderError(f"the program has no uniform {', '.join(dropped)}; it has {', '.join(active) or 'none'}")
     for name, value in values.items():
         try:
-            program[name] = value
+            # moderngl takes the items of an array, but for one of a single item that item itself.
+            program[name] = value[0] if isinstance(value, list) and len(value) == 1 else value
         except Exception as error:  # moderngl lets struct.error, TypeError and its own Error through
             raise ShaderError(f"uniform {name} cannot be {value!r}: {error}") from error
 

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import Any
 
@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from texvol import optics
 from texvol.scene import Classification
 from texvol.slicing import SLABS_PER_STACK
-from texvol.transfer import TransferFunction
+from texvol.transfer import Classified, TransferFunction
 from texvol.volume import Volume
 
 TEXEL_TYPES: dict[str, np.dtype] = {
@@ -44,6 +44,7 @@ _LONGEST_SLAB = 1e30  # in units of length of the texels: opaque if anything is 
 _CHUNK = 1 << 15  # samples classified at once: few enough for the cache, many enough for threads
 
 Classifier = Callable[[NDArray], NDArray[np.float64]]  # values (n,) → texels (n, 4), unscaled
+Samples = Callable[[Box], Classified]  # a box of samples → their matter
 
 
 @dataclass(frozen=True)
@@ -61,10 +62,22 @@ class SlabTexture:
     texel_format: str
     emissive: bool
     classifier: Classifier
+    samples: Samples | None = None  # where values alone don't tell
 
     def texels(self, box: Box = (slice(None),) * 3) -> NDArray:
         """Texels of a box of samples, shape (nz, ny, nx, 4), of `TEXEL_TYPES[texel_format]`."""
-        return _classified(self.volume.values[box], self._encode, self._table, TEXEL_TYPES[self.texel_format])
+        if self.samples is None:
+            return _classified(self.volume.values[box], self._encode, self._table, TEXEL_TYPES[self.texel_format])
+        emission, extinction = self.samples(box)
+        numbers = _texels_of_matter(
+            emission.reshape(-1, 3),
+            extinction.reshape(-1),
+            self.classification,
+            self.length_unit,
+            _OPAQUE_EXTINCTION[self.texel_format],
+            self.emissive,
+        )
+        return self._rounded(numbers).reshape(*extinction.shape, 4)
 
     @property
     def components(self) -> int:
@@ -94,8 +107,11 @@ class SlabTexture:
 
     def _encode(self, values: NDArray) -> NDArray:
         """Texels (n, 4) for values (n,)."""
+        return self._rounded(self.classifier(values))
+
+    def _rounded(self, numbers: NDArray[np.float64]) -> NDArray:
         dtype = TEXEL_TYPES[self.texel_format]
-        texels = self.classifier(values) / self.scale
+        texels = numbers / self.scale
         if dtype == np.uint8:
             return np.rint(np.clip(texels, 0, 1) * 255).astype(dtype)
         return texels.astype(dtype)
@@ -116,30 +132,47 @@ def bake(
     classification: Classification,
     slab_thickness: float,
     texel_format: str = "rgba32f",
+    samples: Samples | None = None,
+    brightest: float = 1.0,
 ) -> SlabTexture:
     """The 3D texture of a volume; `slab_thickness` is in world units. Its texels are made when they are asked for.
 
     The slab that texels of `slab` stand for is a thinner one in dense matter, of optical depth 2 at most: of opacities
     nearer to 1 float32 would have no digits left to tell how much of a slab that the box cuts short is to be seen.
+    Where values alone don't tell what is at a sample, `samples` does, at most `brightest` times as bright.
     """
     length_unit = volume.smallest_spacing
     if classification == "slab":
         largest_extinction = _largest_extinction(volume, transfer_function)
         length_unit = min(slab_thickness, _DEEPEST_SLAB / largest_extinction if largest_extinction > 0 else np.inf)
     classifier = texel_classifier(transfer_function, classification, length_unit, _OPAQUE_EXTINCTION[texel_format])
-    scale = _texel_scale(classifier(_places(volume, transfer_function)).max(axis=0), TEXEL_TYPES[texel_format])
-    return SlabTexture(volume, scale, classification, length_unit, texel_format, transfer_function.emissive, classifier)
+    largest = classifier(_places(volume, transfer_function)).max(axis=0)
+    if samples is not None:
+        emission, extinction = _most_matter(volume, transfer_function)
+        opaque = _OPAQUE_EXTINCTION[texel_format]
+        texels = _texels_of_matter(
+            emission, extinction, classification, length_unit, opaque, transfer_function.emissive
+        )
+        largest = texels.max(axis=0) * [brightest, brightest, brightest, 1.0]
+    scale = _texel_scale(largest, TEXEL_TYPES[texel_format])
+    emissive = transfer_function.emissive
+    return SlabTexture(volume, scale, classification, length_unit, texel_format, emissive, classifier, samples)
 
 
 def texel_classifier(
     transfer_function: TransferFunction, classification: Classification, length_unit: float, opaque_extinction: float
 ) -> Classifier:
-    """Function that takes values (n,) to texels (n, 4): emission or colour, and extinction or opacity."""
+    """Function that takes values (n,) to texels (n, 4): emission or colour, and extinction or opacity.
 
-    def slab(values: NDArray) -> NDArray[np.float64]:
-        if transfer_function.emissive:
-            color, opacity = optics.slab_integral(*transfer_function.classify(values), length_unit)
-            return np.concatenate([color, opacity[:, np.newaxis]], axis=1)
+    Of matter that depends on the gradient it knows nothing.
+    """
+    points = _points_alone(transfer_function)
+
+    def classify(values: NDArray) -> NDArray[np.float64]:
+        if classification == "extinction" or transfer_function.glows:
+            emission, extinction = points.classify(values)
+            emissive = transfer_function.emissive
+            return _texels_of_matter(emission, extinction, classification, length_unit, opaque_extinction, emissive)
         # q = cτ makes C = c A, and the colour is at hand: a third less work.
         texels = transfer_function.at(values)
         opacity = optics.opacity_from_depth(texels[:, 3] * length_unit)
@@ -147,26 +180,62 @@ def texel_classifier(
         texels[:, 3] = opacity
         return texels
 
-    def extinction(values: NDArray) -> NDArray[np.float64]:
-        emission, extinction = transfer_function.classify(values)
-        depth = (extinction * length_unit)[:, np.newaxis]
-        glow = emission * length_unit
-        opaque = depth[:, 0] > opaque_extinction
-        if opaque.any():
-            depth[opaque] = opaque_extinction
-            if not transfer_function.emissive:
-                # q = cτ with what stands for τ; where τ is infinite `emission` is the colour c that shows.
-                finite = np.where(np.isinf(extinction), 1.0, extinction)[opaque, np.newaxis]
-                glow[opaque] = emission[opaque] / finite * opaque_extinction
-        return np.concatenate([glow, depth], axis=1)
+    return classify
 
-    return slab if classification == "slab" else extinction
+
+def _texels_of_matter(
+    emission: NDArray[np.float64],
+    extinction: NDArray[np.float64],
+    classification: Classification,
+    length_unit: float,
+    opaque_extinction: float,
+    emissive: bool,
+) -> NDArray[np.float64]:
+    """Texels (n, 4), unscaled, of matter as `TransferFunction.classify` has it."""
+    if classification == "slab":
+        color, opacity = optics.slab_integral(emission, extinction, length_unit)
+        return np.concatenate([color, opacity[:, np.newaxis]], axis=1)
+    depth = (extinction * length_unit)[:, np.newaxis]
+    glow = emission * length_unit
+    opaque = depth[:, 0] > opaque_extinction
+    if opaque.any():
+        depth[opaque] = opaque_extinction
+        if not emissive:
+            # q = cτ with what stands for τ; where τ is infinite `emission` is the colour c that shows.
+            finite = np.where(np.isinf(extinction), 1.0, extinction)[opaque, np.newaxis]
+            glow[opaque] = emission[opaque] / finite * opaque_extinction
+    return np.concatenate([glow, depth], axis=1)
+
+
+def _points_alone(transfer_function: TransferFunction) -> TransferFunction:
+    if not transfer_function.needs_gradient:
+        return transfer_function
+    return replace(transfer_function, modulation=None, graded=(), contours=())
 
 
 def _largest_extinction(volume: Volume, transfer_function: TransferFunction) -> float:
     """The largest finite extinction that the volume's range of values can give, per world unit."""
-    extinction = transfer_function.classify(_places(volume, transfer_function)).extinction
+    extinction = _most_matter(volume, transfer_function).extinction
     return float(extinction[np.isfinite(extinction)].max(initial=0.0))
+
+
+def _most_matter(volume: Volume, transfer_function: TransferFunction) -> Classified:
+    """Matter at the `_places` of the points, and what depends on the gradient at its most on top of each."""
+    points = _points_alone(transfer_function).classify(_places(volume, transfer_function))
+    if not transfer_function.needs_gradient:
+        return points
+    modulation = transfer_function.modulation
+    factor = 1.0 if modulation is None else float(modulation[:, 1].max())
+    opaque = np.isinf(points.extinction)
+    emission = points.emission * np.where(opaque, 1.0, factor)[:, np.newaxis]
+    extinction = np.where(opaque, np.inf, points.extinction * factor)
+    for graded in transfer_function.graded:
+        emission = emission + graded.emissions.max(axis=0)
+        extinction = extinction + graded.extinctions.max()
+    for contour in transfer_function.contours:
+        emission = emission + np.array(contour.emission)
+        extinction = extinction + contour.extinction
+    return Classified(emission, extinction)
 
 
 def _places(volume: Volume, transfer_function: TransferFunction) -> NDArray[np.float64]:

@@ -22,8 +22,16 @@ from texvol.texture_memory import largest_texture
 from texvol.value_texture import ValueTexture
 from texvol.volume import Volume
 
-MODERNGL_TYPES = {"rgba8": "f1", "rgba16f": "f2", "rgba32f": "f4", "r16": "nu2", "r16f": "f2", "r32f": "f4"}
-_BYTES = {"rgba8": 4, "rgba16f": 8, "rgba32f": 16, "r16": 2, "r16f": 2, "r32f": 4}
+MODERNGL_TYPES = {
+    "rgba8": "f1",
+    "rgba16f": "f2",
+    "rgba32f": "f4",
+    "rgba16": "nu2",
+    "r16": "nu2",
+    "r16f": "f2",
+    "r32f": "f4",
+}
+_BYTES = {"rgba8": 4, "rgba16f": 8, "rgba32f": 16, "rgba16": 8, "r16": 2, "r16f": 2, "r32f": 4}
 _SLICE_BYTES = 8 << 20
 _BRICKS_IN_BUDGET = 4  # at least: those that are drawn first are still there for the next picture
 

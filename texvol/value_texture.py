@@ -8,6 +8,9 @@ The value keeps the data's own type where the driver interpolates that exactly: 
 interpolates 8-bit texels with 8-bit weights, 7e-3 off; 16-bit ones to 1e-7), half and single precision as they are.
 What is wider is stored relative to the middle of its range, so that 1e9 ± 1 stays apart.
 
+Where light or matter asks for gradients a texel is gradient and value together, so that one fetch gives both: 16 bits
+each where the value is an integer of at most that, single precision otherwise.
+
 The table loses nothing, however many points there are or how close: a segment between two control points is a line, and
 a grid over the values says between which segments to search.
 """
@@ -17,10 +20,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol.graded_uniforms import graded_switches, graded_uniforms
+from texvol.gradient import Estimator, gradients, largest_component
 from texvol.ramps import ramp_uniforms
 from texvol.scene import Classification
 from texvol.slab_texture import Box
@@ -33,10 +39,13 @@ _INTEGERS = (np.uint8, np.int8, np.uint16, np.int16)
 _LAST = 3e38  # the end of the last segment
 _TABLE_WIDTH = 4096  # segments in a row of the table; more go into further rows
 _MOST_CELLS = 4096
-_HUGE = 1e30  # stands for an infinite sample or value: any weight above 1e-24 takes it past every control point
+HUGE = 1e30  # stands for an infinite sample or value: any weight above 1e-24 takes it past every control point
 # Interpolation may round equal texels down by half an ulp or two: without this a flat region that lies exactly on a
 # step would fall to its left side. In shares of the stored value.
 _STEP_MARGIN = 2.0**-22
+# 16 bits of a gradient's component: 0 is a number of its own, so that nothing leans anywhere in a flat region.
+_NO_GRADIENT = 32767
+_LARGEST: WeakKeyDictionary[Volume, dict[Estimator, float]] = WeakKeyDictionary()
 
 
 @dataclass(frozen=True)
@@ -54,22 +63,41 @@ class ValueTexture:
     transfer_function: TransferFunction
     classification: Classification
     length_unit: float
+    estimator: Estimator | None = None
+    largest_component: float = 0.0  # of a gradient, data units per smallest spacing
 
     def texels(self, box: Box = (slice(None),) * 3) -> NDArray:
-        """Texels of a box of samples, shape (nz, ny, nx, 1)."""
-        return _stored_values(self.volume.values[box], self.texel_format, self.offset, self.scale)[..., np.newaxis]
+        """Texels of a box of samples, shape (nz, ny, nx, 1), or 4: gradient and value."""
+        values = _stored_values(self.volume.values[box], self.texel_format, self.offset, self.scale)
+        if self.estimator is None:
+            return values[..., np.newaxis]
+        shares = gradients(self.volume, self.estimator, box)
+        shares *= shares.dtype.type(1 / self.largest_component)
+        texels = np.empty((*values.shape, 4), values.dtype)
+        if values.dtype == np.uint16:
+            shares *= shares.dtype.type(_NO_GRADIENT)
+            texels[..., :3] = np.rint(shares, out=shares) + shares.dtype.type(_NO_GRADIENT)
+        else:
+            texels[..., :3] = shares
+        texels[..., 3] = values
+        return texels
 
     @property
     def components(self) -> int:
         """Numbers in a texel."""
-        return 1
+        return 1 if self.estimator is None else 4
+
+    @property
+    def largest_gradient(self) -> float:
+        """What a component of 1 of a gradient in the shader stands for, data units per world unit."""
+        return self.largest_component / self.length_unit
 
     @property
     def slabs_per_stack(self) -> int:
         """How many slabs a fragment may go through."""
         if self.classification == "post":
             return SLABS_PER_STACK
-        return SLABS_PER_STACK // 64 if self.transfer_function.emissive else SLABS_PER_STACK // 8
+        return SLABS_PER_STACK // 64 if self.transfer_function.glows else SLABS_PER_STACK // 8
 
     def switches(self, slab_thickness: float, parallel: bool) -> dict[str, int]:
         """Switches of the shader."""
@@ -77,14 +105,20 @@ class ValueTexture:
         ramps = len(self._ramps["ramp_rises"]) if post and self._ramps else 0
         return {
             "CLASSIFICATION": 2 if post else 3,
-            "EMISSIVE": int(self.transfer_function.emissive),
+            "EMISSIVE": 2 if self.transfer_function.premultiplied else int(self.transfer_function.emissive),
             "MISSING": int(post and self.volume.has_missing),
             "RAMPS": ramps,
-        }
+            "GRADIENT": int(self.estimator is not None),
+        } | graded_switches(self.transfer_function)
 
     def uniforms(self, slab_thickness: float) -> dict[str, Any]:
         """Uniforms of the shader."""
-        length = {"slab_length": slab_thickness / self.length_unit}
+        length: dict[str, Any] = {"slab_length": slab_thickness / self.length_unit}
+        if self.estimator is not None:
+            length |= self.gradient_uniforms
+            length |= graded_uniforms(
+                self.transfer_function, self._stored, self.scale, self.length_unit, self.largest_gradient, _STEP_MARGIN
+            )
         if self.classification == "post" and self._ramps:
             return length | self._ramps
         low, high = self._grid_range
@@ -93,6 +127,12 @@ class ValueTexture:
             "grid_per_value": self._cells / (high - low),
             "grid_cells": self._cells,
         }
+
+    @property
+    def gradient_uniforms(self) -> dict[str, Any]:
+        """What texels of gradients stand for."""
+        in_16_bits = -1.0, 65535 / _NO_GRADIENT - 1
+        return {"gradient_range": in_16_bits if self.texel_format == "rgba16" else (0.0, 1.0)}
 
     @cached_property
     def tables(self) -> dict[str, NDArray[np.float32]]:
@@ -150,13 +190,17 @@ class ValueTexture:
         if self.classification != "post" or np.isinf(self.transfer_function.extinctions).any():
             return None
         places = self._stored(self.transfer_function.values)
-        return ramp_uniforms(places, self._numbers, self.transfer_function.emissive, _STEP_MARGIN)
+        return ramp_uniforms(places, self._numbers, self.transfer_function.glows, _STEP_MARGIN)
 
     @property
     def _numbers(self) -> NDArray[np.float64]:
         """Colour or emission and extinction of each point, per `length_unit`, shape (n, 4)."""
-        glow = self.length_unit if self.transfer_function.emissive else 1.0
+        glow = self.length_unit if self.transfer_function.glows else 1.0
         numbers = self.transfer_function.numbers * [glow, glow, glow, self.length_unit]
+        if self.transfer_function.premultiplied:
+            # Opaque matter shows its straight colour, which knows no length.
+            opaque = np.isinf(self.transfer_function.extinctions)
+            numbers[opaque, :3] = self.transfer_function.colors[opaque]
         numbers[:, 3] = np.minimum(numbers[:, 3], _OPAQUE)
         return numbers
 
@@ -174,17 +218,34 @@ class ValueTexture:
 
 
 def bake_values(
-    volume: Volume, transfer_function: TransferFunction, classification: Classification, in_16_bits: bool = False
+    volume: Volume,
+    transfer_function: TransferFunction,
+    classification: Classification,
+    texel_format: str = "exact",
+    estimator: Estimator | None = None,
 ) -> ValueTexture:
-    """The volume's values as a texture, as they are or rounded to 65536 steps of their range.
+    """The volume's values as a texture, as they are or, in "r16" and "rgba16", rounded to 65536 steps of their range.
 
-    Nothing of it but the tables depends on the transfer function.
+    Nothing of it but the tables depends on the transfer function. With an estimator its gradients are beside them.
     """
-    texel_format, offset, scale = _storage(volume)
-    if in_16_bits and (span := span_in_16_bits(volume)):
+    kind, offset, scale = _storage(volume)
+    if texel_format in ("r16", "rgba16") and kind != "r16" and (span := span_in_16_bits(volume)):
         assert volume.finite_range is not None
-        texel_format, offset, scale = "r16", volume.finite_range[0], span
-    return ValueTexture(volume, texel_format, offset, scale, transfer_function, classification, volume.smallest_spacing)
+        kind, offset, scale = "r16", volume.finite_range[0], span
+    largest = 0.0
+    if estimator is not None:
+        kind = "rgba16" if kind == "r16" and texel_format != "rgba32f" else "rgba32f"
+        largest = known_largest_component(volume, estimator) or 1.0
+    unit = volume.smallest_spacing
+    return ValueTexture(volume, kind, offset, scale, transfer_function, classification, unit, estimator, largest)
+
+
+def known_largest_component(volume: Volume, estimator: Estimator) -> float:
+    """`gradient.largest_component`, worked out once for as long as there is the volume."""
+    known = _LARGEST.setdefault(volume, {})
+    if estimator not in known:
+        known[estimator] = largest_component(volume, estimator)
+    return known[estimator]
 
 
 def span_in_16_bits(volume: Volume) -> float | None:
@@ -206,15 +267,17 @@ def _storage(volume: Volume) -> tuple[str, float, float]:
     if dtype in _INTEGERS:
         return "r16", float(np.iinfo(dtype).min), float(np.iinfo(dtype).max) - float(np.iinfo(dtype).min)
     low, high = volume.finite_range or (0.0, 1.0)
-    if dtype in (np.float16, np.float32) and max(abs(low), abs(high)) < _HUGE:
+    if dtype in (np.float16, np.float32) and max(abs(low), abs(high)) < HUGE:
         return "r16f" if dtype == np.float16 else "r32f", 0.0, 1.0
     return "r32f", low / 2 + high / 2, (high / 2 - low / 2) or 1.0
 
 
 def _stored_values(values: NDArray, texel_format: str, offset: float, scale: float) -> NDArray:
     """`values` as the texture holds them."""
-    if texel_format == "r16" and values.dtype.itemsize > 2:
+    if texel_format in ("r16", "rgba16") and values.dtype.itemsize > 2:
         return np.rint((values - offset) * (65535 / scale)).astype(np.uint16)
+    if texel_format == "rgba32f":
+        return _without_infinities(((values.astype(np.float64) - offset) / scale).astype(np.float32))
     if values.dtype == np.uint8:
         return values.astype(np.uint16) * np.uint16(257)
     if values.dtype == np.int8:
@@ -232,5 +295,5 @@ def _without_infinities(texels: NDArray) -> NDArray:
     """`texels` with finite stand-ins for infinities, which would be NaN wherever their weight is 0."""
     if not np.isinf(texels).any():
         return texels
-    most = min(_HUGE, float(np.finfo(texels.dtype).max))
+    most = min(HUGE, float(np.finfo(texels.dtype).max))
     return np.where(np.isinf(texels), np.copysign(texels.dtype.type(most), texels), texels)

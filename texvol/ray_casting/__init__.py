@@ -20,11 +20,13 @@ Read on in `walk` (from cell to cell), `cells` (through one), `matter` (what a p
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol.camera import Camera
 from texvol.ray_casting.bernstein import EPSILON
 from texvol.ray_casting.matter import matter_of
 from texvol.ray_casting.walk import trace_rays
@@ -32,6 +34,7 @@ from texvol.scene import Scene, checked_size
 from texvol.transfer import TransferFunction
 from texvol.volume import Volume
 
+Numbers = NDArray[np.float64]
 ROWS_AT_ONCE = 8  # rows of a picture that one thread does in one go; Ctrl-C waits for no more than these
 
 
@@ -54,17 +57,14 @@ def raycast(scene: Scene, size: tuple[int, int] = (512, 512)) -> NDArray[np.floa
     """
     width, height = size = checked_size(size)
     volume, camera = scene.volume, scene.camera_for(size)
-    matter = matter_of(scene.transfer_function or _proposed_for(volume))
-    preclassified = scene.classification in ("slab", "extinction")
-    values = volume.values.astype(np.float32) if volume.values.dtype == np.float16 else volume.values
+    trace = _tracer_for(scene, camera)
     eyes, directions = camera.rays(size)
-    rounding = _position_rounding(volume, camera.eye)
     picture = np.zeros((height, width, 4))
 
     def trace_rows(first: int) -> None:
         rows = slice(first, first + ROWS_AT_ONCE)
         rays = _rays_in_index_space(volume, eyes[rows], directions[rows])
-        trace_rays(values, matter, preclassified, *rays, rounding, picture[rows])
+        trace(*rays, directions[rows], picture[rows])
 
     threads = ThreadPoolExecutor()
     try:
@@ -76,6 +76,25 @@ def raycast(scene: Scene, size: tuple[int, int] = (512, 512)) -> NDArray[np.floa
     picture[..., :3] += np.exp(-optical_depth)[..., np.newaxis] * np.array(scene.background)
     picture[..., 3] = -np.expm1(-optical_depth)  # 1 - exp(-1e-17) would be 0
     return picture
+
+
+def _tracer_for(scene: Scene, camera: Camera) -> Callable[[Numbers, Numbers, Numbers, Numbers, Numbers], None]:
+    """What traces rows: starts, steps and eyes as `_rays_in_index_space` has them, directions, the picture."""
+    volume = scene.volume
+    transfer = scene.transfer_function or _proposed_for(volume)
+    rounding = _position_rounding(volume, camera.eye)
+    if scene.lighting is not None or scene.depth_cue is not None or transfer.needs_gradient:
+        from texvol.ray_casting.lit_walk import rows_tracer
+
+        return rows_tracer(scene, transfer, camera, rounding)
+    matter = matter_of(transfer)
+    preclassified = scene.classification in ("slab", "extinction")
+    values = volume.values.astype(np.float32) if volume.values.dtype == np.float16 else volume.values
+
+    def trace(starts: Numbers, steps: Numbers, eyes: Numbers, directions: Numbers, picture: Numbers) -> None:
+        trace_rays(values, matter, preclassified, starts, steps, eyes, rounding, picture)
+
+    return trace
 
 
 def _proposed_for(volume: Volume) -> TransferFunction:

@@ -21,7 +21,15 @@ from texvol.ray_casting.bernstein import (
     value_and_slope,
 )
 from texvol.ray_casting.compiling import compiled
-from texvol.ray_casting.matter import OPAQUE_DEPTH, add_opaque, add_piece, classified, mixed_color, segment_of
+from texvol.ray_casting.matter import (
+    OPAQUE_DEPTH,
+    add_opaque,
+    add_piece,
+    classified,
+    mixed_color,
+    segment_of,
+    straight_share,
+)
 
 JUST_INSIDE = 1e-9  # of a piece; stands for the limit from inside where weights vanish on the face itself
 LARGEST = float(np.finfo(np.float64).max)
@@ -162,10 +170,11 @@ def _add_segment(cubic, start, end, margin, matter, length, depth, light):
         from_left = points[left]
         part = (a - from_left) / width, (b - from_left) / width, (c - from_left) / width, (d - from_left) / width
     if isinf(extinctions[left]) or isinf(extinctions[right]):
-        red, green, blue = mixed_color(matter, left, right, min(max(part[0], 0.0), 1.0))
+        share = straight_share(matter, left, right, min(max(part[0], 0.0), 1.0))
+        red, green, blue = mixed_color(matter, left, right, share)
         shown = 0.0 if matter.emissive else 1.0
         return add_opaque((shown * red, shown * green, shown * blue), depth, light)
     extinction = mixed(extinctions[left], extinctions[right], part)
     a, b = matter.colors[left], matter.colors[right]
     color = (mixed(a[0], b[0], part), mixed(a[1], b[1], part), mixed(a[2], b[2], part))
-    return add_piece(color, extinction, not matter.emissive, (end - start) * length, depth, light)
+    return add_piece(color, extinction, not matter.glows, (end - start) * length, depth, light)

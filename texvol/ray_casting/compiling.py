@@ -10,7 +10,8 @@ from typing import Any
 from texvol.errors import missing_extra
 
 try:
-    from numba import njit
+    from numba import njit, types
+    from numba.extending import intrinsic
 except ImportError as error:
     raise missing_extra("numba", "oracle", "texvol raycast") from error
 
@@ -20,12 +21,42 @@ def compiled(function: Callable[..., Any]) -> Any:
     return njit(nogil=True, error_model="numpy")(function)
 
 
+def inlined(function: Callable[..., Any]) -> Any:
+    """The same, put into whatever calls it: one that is handed a whole scene would spend its time copying that."""
+    return njit(nogil=True, error_model="numpy", forceinline=True)(function)
+
+
 def compiled_and_kept(function: Callable[..., Any]) -> Any:
     """The same, callable from Python, and kept on disk where some folder for that can be written."""
     try:
         return njit(nogil=True, error_model="numpy", cache=True)(function)
     except RuntimeError:  # neither this package's folder nor the user's own can be written
         return compiled(function)
+
+
+@intrinsic
+def uncounted(typing_context, data):
+    """The same array, or tuple of arrays and whatever else, without counts of references: the caller holds on to them.
+
+    Counting is atomic: where a hundred small functions pass arrays on, two threads would mostly wait for each other.
+    """
+
+    def code(context, builder, signature, arguments):
+        return _without_counts(context, builder, signature.args[0], arguments[0])
+
+    return data(data), code
+
+
+def _without_counts(context, builder, kind, value):
+    if isinstance(kind, types.Array):
+        array = context.make_array(kind)(context, builder, value=value)
+        array.meminfo = array.meminfo.type(None)  # what numba takes for memory that is not its own
+        return array._getvalue()
+    if isinstance(kind, types.BaseTuple):
+        for place, part in enumerate(kind):
+            inner = _without_counts(context, builder, part, builder.extract_value(value, place))
+            value = builder.insert_value(value, inner, place)
+    return value
 
 
 def sources() -> str:

@@ -1,50 +1,92 @@
-"""Transfer functions as JSON.
+"""Transfer functions as JSON. All its parts are optional, and those that are there add up.
 
     {"points": [{"value": 0,   "color": [0, 0, 0],       "extinction": 0},
                 {"value": 300, "color": [0.9, 0.8, 0.7], "extinction": 0.5}]}
 
-Keys of a point: `value`; `color`, linear RGB in [0, 1]; `extinction` per unit of length, or in its place `opacity`,
-that of one unit of length (the source's A_l), converted by -log1p(-A). Further keys of the whole:
+"points": matter by value, linear in between. `value`; `color`, linear RGB in [0, 1]; `extinction` per unit of length,
+    or in its place `opacity`, that of one unit of length (the source's A_l), converted by -log1p(-A).
+
+"materials": [{"name": "fat",  "from": [-150, -120], "to": [-40, 0], "color": [0.9, 0.7, 0.1], "extinction": 0.02},
+              {"name": "bone", "from": [100, 250], "color": [1, 1, 0.9], "extinction": 0.4}]
+    The share of a material rises from 0 to 1 between the values of `from` and falls between those of `to`. One number
+    makes a step (the value itself belongs to what begins there), without one it has no end. A value shows
+    Σ share × extinction, and of colour Σ share × extinction × color. `extinction` or `opacity` as above; where a
+    material of opacity 1 has any share, all is opaque. With `"gradient": [g0, g1]` a material is nothing where the
+    gradient's magnitude is at most g0, and all there from g1 on.
+
+"show": names of the materials that show; all, unless told. The others are for contours and boundaries to refer to.
+
+"contours": [{"value": 120, "thickness": 2, "color": [0.8, 0.5, 0.4], "opacity": 0.9}]
+    The surface of a value: matter times 1 - |v - value| / (thickness |∇v|). `thickness` in voxels (smallest spacings),
+    or `world_thickness`. In place of colour and weight, `"material": NAME` gives that material's.
+
+"boundaries": [{"materials": ["fat", "muscle", "bone"], "gradient": 200}]
+    From the typical value of each material, the middle of those that it has for itself, to that of the next, emission
+    and extinction go linearly from one to the other, times |∇v| / gradient up to 1.
+
+"gradient": [[0, 0], [200, 1]]: pairs of a gradient's magnitude and a factor, linear in between and clamped at the ends,
+    for the points, and the materials without a `gradient` of their own.
+
+"graded": [{"points": [{"value": 0, "emission": [0, 0, 0], "extinction": 0}, …], "gradient": [g0, g1]}, …]
+    A table over value and gradient, as a sum of products: points that have `emission` per unit of length, or `color` as
+    above, nothing before the first and after the last, times a ramp as a material's `gradient`.
+
+What the numbers stand for:
 
     "values": "data" (default), or "percentile": values are percentiles of the volume's finite samples, 0 … 100,
-              or "range": 0 is the smallest finite sample, 1 the largest
+              or "range": 0 is the smallest finite sample, 1 the largest,
+              or "matter": 0 is where the background ends, 1 the 99.9th percentile
     "length": "world" (default), or "box": extinction is per mean edge of the volume's box, not per world unit
+    "gradients": "data" (default): data units per world unit, or "relative": 1 is the range of the finite samples per
+              smallest spacing
     "emission": "associated" (default), or "emissive": in place of `color` each point has `emission`, three numbers per
-              unit of length that do not depend on the extinction
+              unit of length that do not depend on the extinction,
+              or "premultiplied": likewise, but of matter that reflects light; a point of opacity 1 has its `color`
+
+"material_names" are the names of materials that have become points, as `TransferFunction.as_json` writes them.
 """
 
 from __future__ import annotations
 
 import json
 import os
-from dataclasses import replace
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from texvol.errors import InputError
-from texvol.optics import depth_from_opacity
+from texvol.transfer import parsing
 from texvol.transfer.function import TransferFunction
+from texvol.transfer.graded import Contour, Graded
+from texvol.transfer.materials import Material, mixture
+from texvol.transfer.units import CHOICES, Units
 from texvol.volume import Volume
 
 _MOST_BYTES = 64 << 20  # some million points; more is no transfer function
-_CHOICES = {
-    "values": ("data", "percentile", "range"),
-    "length": ("world", "box"),
-    "emission": ("associated", "emissive"),
-}
-_STATISTICS_SAMPLES = 1 << 16  # samples that percentiles are taken from; their error is 0.2 of a percentile
+_CHOICES = CHOICES | {"emission": ("associated", "emissive", "premultiplied")}
+_PARTS = ("points", "materials", "contours", "boundaries", "graded")
+_KEYS = {*_PARTS, *_CHOICES, "show", "gradient", "material_names"}
 
 
-def load(path: str | os.PathLike[str], volume: Volume | None = None) -> TransferFunction:
-    """The transfer function in a JSON file; `volume` is needed where the file speaks of percentiles, range or box.
+def load(
+    path: str | os.PathLike[str], volume: Volume | None = None, materials: Sequence[str] | None = None
+) -> TransferFunction:
+    """The transfer function in a JSON file.
+
+    Parameters
+    ----------
+    volume : Volume, optional
+        Needed where the file speaks of percentiles, range, matter, box, voxels or relative gradients.
+    materials : sequence of str, optional
+        Names of the materials to show; the others are left out, but for contours and boundaries that refer to them.
 
     Raises
     ------
     InputError
-        If the file can't be read, is not such a JSON object, or has unknown keys or points out of range.
+        If the file can't be read, is not such a JSON object, has unknown keys or numbers out of range, or not those
+        materials.
     """
     path = Path(path)
     try:
@@ -55,118 +97,145 @@ def load(path: str | os.PathLike[str], volume: Volume | None = None) -> Transfer
         raise InputError(f"{path}: cannot be read: {error.strerror}") from None
     except UnicodeDecodeError:
         raise InputError(f"{path}: is not JSON: it is not UTF-8 text") from None
-    return loads(text, str(path), volume)
+    return loads(text, str(path), volume, materials)
 
 
-def loads(text: str, name: str = "transfer function", volume: Volume | None = None) -> TransferFunction:
+def loads(
+    text: str,
+    name: str = "transfer function",
+    volume: Volume | None = None,
+    materials: Sequence[str] | None = None,
+) -> TransferFunction:
     """The transfer function in a JSON text; see `load`."""
     try:
         content = json.loads(text, object_pairs_hook=_without_duplicates)
     except (ValueError, RecursionError) as error:
         raise InputError(f"{name}: is not JSON: {error}") from None
+    return from_content(content, name, volume, materials)
+
+
+def from_content(
+    content: Any, name: str, volume: Volume | None = None, materials: Sequence[str] | None = None
+) -> TransferFunction:
+    """The transfer function that a parsed JSON text describes; see `load`."""
     try:
-        return _from_content(content, name, volume)
+        return _from_content(content, name, volume, materials)
     except InputError as error:
         message = str(error)
-        raise InputError(message if message.startswith(name) else f"{name}: {message}") from None
+        raise InputError(message if message.startswith(f"{name}:") else f"{name}: {message}") from None
 
 
-def relative_to(
-    transfer_function: TransferFunction, volume: Volume, values: str = "data", length: str = "world"
-) -> TransferFunction:
-    """A transfer function in data and world units, from one whose units `values` and `length` name."""
-    placed = transfer_function.values
-    if values == "range":
-        low, high = volume.finite_range or (0.0, 1.0)
-        placed = low * (1 - placed) + high * placed
-    elif values == "percentile":
-        placed = np.percentile(typical_samples(volume), placed)
-    extinctions, colors = transfer_function.extinctions, transfer_function.colors
-    if length == "box":
-        edge = float(np.linalg.norm(volume.box_edges, axis=0).mean())
-        extinctions = extinctions / edge
-        colors = colors / edge if transfer_function.emissive else colors
-    return replace(transfer_function, values=np.maximum.accumulate(placed), extinctions=extinctions, colors=colors)
-
-
-def typical_samples(volume: Volume) -> NDArray[np.float64]:
-    """Finite samples spread over the volume, at most 65,536 of them, ascending; (0,) where none is finite."""
-    flat = volume.values.reshape(-1)
-    stride = -(-flat.size // _STATISTICS_SAMPLES)
-    # A stride that shares no factor with the row length visits every column, not a few over and over.
-    while stride > 1 and any(np.gcd(stride, n) > 1 for n in volume.dimensions[:2] if n > 1) and stride < 1 << 20:
-        stride += 1
-    samples = flat[::stride].astype(np.float64)
-    samples = samples[np.isfinite(samples)]
-    if not samples.size and volume.finite_range:
-        samples = np.array(volume.finite_range)
-    return np.sort(samples) if samples.size else np.zeros(1)
-
-
-def _from_content(content: Any, name: str, volume: Volume | None) -> TransferFunction:
+def _from_content(content: Any, name: str, volume: Volume | None, asked: Sequence[str] | None) -> TransferFunction:
     if not isinstance(content, dict):
         raise InputError("a transfer function is a JSON object with points")
-    _refuse_unknown(content, {"points", *_CHOICES}, "a transfer function")
+    parsing.refuse_unknown(content, _KEYS, "a transfer function")
     chosen = {key: content.get(key, allowed[0]) for key, allowed in _CHOICES.items()}
     for key, allowed in _CHOICES.items():
         if chosen[key] not in allowed:
             raise InputError(f'"{key}" is one of {", ".join(allowed)}, and not {chosen[key]!r}')
-    points = content.get("points")
-    if not isinstance(points, list) or not points:
-        raise InputError("a transfer function has a list of points, and at least one")
-    emissive = chosen["emission"] == "emissive"
-    parsed = [_point(point, number, emissive) for number, point in enumerate(points)]
-    values, colors, extinctions = (np.array(column, np.float64) for column in zip(*parsed, strict=True))
-    transfer_function = TransferFunction(values, colors, extinctions, emissive, name)
-    if chosen["values"] == "data" and chosen["length"] == "world":
-        return transfer_function
-    if chosen["values"] == "percentile" and not ((values >= 0) & (values <= 100)).all():
-        raise InputError("percentiles lie in [0, 100]")
-    if volume is None:
-        raise InputError("its units depend on the volume: give load(path, volume)")
-    return relative_to(transfer_function, volume, chosen["values"], chosen["length"])
+    if not any(key in content for key in _PARTS):
+        raise InputError("a transfer function has a list of points, and at least one, or materials or contours")
+    emission = chosen.pop("emission")
+    units = Units(volume, **chosen)
+    points = _points(content, emission, name, units)
+    materials = _materials(content, units)
+    shown = _shown(content, materials, asked)
+    if points is not None and points.emissive and materials:
+        raise InputError("emissive points don't mix with materials, whose emission is colour times extinction")
+    graded, contours, referred = _by_gradient(content, units, materials, shown)
+    plain = [each for each in shown if each.gradient is None]
+    if plain or points is None:
+        values, colors, extinctions = mixture(plain, points)
+        points = TransferFunction(values, colors, extinctions, name=name, premultiplied=bool(plain))
+    names = [each.name for each in materials if each in shown or each.name in referred]
+    return TransferFunction(
+        points.values,
+        points.colors,
+        points.extinctions,
+        points.emissive,
+        name,
+        points.premultiplied,
+        parsing.modulation(content, units),
+        tuple(graded),
+        tuple(contours),
+        tuple(names or _names(content, "material_names")),
+    )
 
 
-def _point(point: Any, number: int, emissive: bool) -> tuple[float, list[float], float]:
-    """Value, colour or emission, and extinction of one point."""
-    where = f"point {number}"
-    if not isinstance(point, dict):
-        raise InputError(f"{where} is an object with value, color and extinction, and not {point!r}")
-    color_key = "emission" if emissive else "color"
-    _refuse_unknown(point, {"value", color_key, "extinction", "opacity"}, where)
-    if ("extinction" in point) == ("opacity" in point):
-        raise InputError(f"{where} has either extinction or opacity")
-    if "value" not in point or color_key not in point:
-        raise InputError(f"{where} lacks {'value' if 'value' not in point else color_key}")
-    color = point[color_key]
-    if not isinstance(color, list) or len(color) != 3:
-        raise InputError(f"{where}: {color_key} is three numbers, and not {color!r}")
-    color = [_number(component, f"{where}: {color_key}") for component in color]
-    if "opacity" in point:
-        opacity = _number(point["opacity"], f"{where}: opacity")
-        if not 0 <= opacity <= 1:
-            raise InputError(f"{where}: opacity lies in [0, 1], and is {opacity:g}")
-        extinction = float(depth_from_opacity(opacity))
-    else:
-        extinction = _number(point["extinction"], f"{where}: extinction")
-        if not extinction >= 0:
-            raise InputError(f"{where}: extinction must not be negative or NaN, and is {extinction:g}")
-    return _number(point["value"], f"{where}: value"), color, extinction
+def _points(content: dict[str, Any], emission: str, name: str, units: Units) -> TransferFunction | None:
+    """The points in data and world units, or None where there are none."""
+    if "points" not in content:
+        return None
+    parsed = [_point(point, place, emission) for place, point in enumerate(parsing.objects(content, "points"))]
+    values = np.array([value for value, _ in parsed])
+    extinctions = np.array([looks.extinction for _, looks in parsed])
+    premultiplied, emissive = emission == "premultiplied", emission == "emissive"
+    colors = np.array([looks.emission if premultiplied else looks.color for _, looks in parsed])
+    # What is wrong is said of the file's own numbers, before they become the volume's.
+    TransferFunction(values, colors, extinctions, emissive, name, premultiplied)
+    per_length = units.per_length
+    glows = emissive | (premultiplied & np.isfinite(extinctions))
+    colors = colors * np.where(glows, per_length, 1.0)[..., np.newaxis]
+    placed = np.maximum.accumulate(units.placed(values))
+    return TransferFunction(placed, colors, extinctions * per_length, emissive, name, premultiplied)
 
 
-def _number(thing: Any, what: str) -> float:
-    if isinstance(thing, bool) or not isinstance(thing, int | float):
-        raise InputError(f"{what} is a number, and not {thing!r}")
-    try:
-        return float(thing)
-    except OverflowError:
-        raise InputError(f"{what} is too large") from None
+def _point(point: Any, place: int, emission: str) -> tuple[float, parsing.Weighted]:
+    """Value, and colour or emission and extinction, of one point."""
+    where = f"point {place}"
+    keys = {"associated": ("color",), "emissive": ("emission",), "premultiplied": ("emission", "color")}[emission]
+    parsing.refuse_unknown(point, {"value", *keys, "extinction", "opacity"}, where, f"value, {keys[0]} and extinction")
+    looks = parsing.weighted(point, where, keys)
+    if emission == "premultiplied" and looks.is_emission and np.isinf(looks.extinction):
+        raise InputError(f"{where}: it is opaque, and has color in place of emission")
+    if "value" not in point:
+        raise InputError(f"{where} lacks value")
+    return parsing.number(point["value"], f"{where}: value"), looks
 
 
-def _refuse_unknown(thing: dict[str, Any], known: set[str], what: str) -> None:
-    unknown = sorted(set(thing) - known)
-    if unknown:
-        raise InputError(f"{what} has no key {unknown[0]!r}; it has {', '.join(sorted(known))}")
+def _materials(content: dict[str, Any], units: Units) -> list[Material]:
+    found = [parsing.material(each, place, units) for place, each in enumerate(parsing.objects(content, "materials"))]
+    names = [each.name for each in found]
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError(f"the material {name!r} stands twice")
+    return found
+
+
+def _shown(content: dict[str, Any], materials: list[Material], asked: Sequence[str] | None) -> list[Material]:
+    """The materials that show, in the file's order."""
+    if asked is not None and not materials:
+        raise InputError(f"it has no materials, and {', '.join(map(repr, asked))} can't be chosen from it")
+    names = _names(content, "show") if asked is None and "show" in content else asked
+    if names is None:
+        return materials
+    wanted = [parsing.named(name, materials) for name in names]
+    return [each for each in materials if each in wanted]
+
+
+def _by_gradient(
+    content: dict[str, Any], units: Units, materials: list[Material], shown: list[Material]
+) -> tuple[list[Graded], list[Contour], set[str]]:
+    """What depends on the gradient, and the names of the materials that it refers to."""
+    graded = [each.graded() for each in shown if each.gradient is not None]
+    referred: set[str] = set()
+    for place, each in enumerate(parsing.objects(content, "boundaries")):
+        found, names = parsing.region_boundary(each, place, units, materials)
+        graded.append(found)
+        referred.update(names)
+    graded += [parsing.graded(each, place, units) for place, each in enumerate(parsing.objects(content, "graded"))]
+    contours = []
+    for place, each in enumerate(parsing.objects(content, "contours")):
+        contours.append(parsing.contour(each, place, units, materials))
+        referred.add(each.get("material", ""))
+    return graded, contours, referred
+
+
+def _names(content: dict[str, Any], key: str) -> list[str]:
+    names = content.get(key, [])
+    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+        raise InputError(f"{key} is a list of names of materials, and not {names!r}")
+    return names
 
 
 def _without_duplicates(pairs: list[tuple[str, Any]]) -> dict[str, Any]:

@@ -5,6 +5,10 @@ value make a step, whose right side holds at the value itself. Two things may gl
 
 - *associated* (default): the emission per world unit is colour times extinction; matter shows its own colour.
 - *emissive*: the emission is a number of its own, and matter may glow without absorbing (Wilson et al. 1994).
+- *premultiplied*: the points hold colour times extinction, and it is this that is linear between them, so that mixtures
+  of materials are exact (Drebin, Carpenter, Hanrahan 1988). It is associated: such matter reflects light.
+
+Further matter may depend on the gradient's magnitude |∇f|, too: the points times a factor, and `graded`.
 
 An extinction may be infinite (opacity 1 per unit length): such matter is opaque at any thickness, and so is every
 value strictly between its point and the next.
@@ -13,6 +17,7 @@ value strictly between its point and the next.
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -21,11 +26,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from texvol.errors import InputError
+from texvol.transfer import pieces
 from texvol.transfer.graded import Contour, Graded
+from texvol.transfer.pieces import LARGEST_VALUE, ROUNDING
 from texvol.volume import Volume
 
-LARGEST_VALUE = 8e307
-_ROUNDING = 2.0**-20  # of a value, more than interpolation loses
+__all__ = ["LARGEST_VALUE", "Classified", "TransferFunction"]
 
 
 class Classified(NamedTuple):
@@ -44,14 +50,15 @@ class TransferFunction:
     values : array of shape (n,)
         Never descending; equal neighbours make a step.
     colors : array of shape (n, 3)
-        Linear and straight. Associated: in [0, 1]. Emissive: emission per world unit, not negative.
+        Linear and straight. Associated: in [0, 1]. Emissive and premultiplied: emission per world unit, not negative.
     extinctions : array of shape (n,)
         Per world unit; from 0 to infinity.
     emissive : bool
         Whether `colors` is an emission of its own.
     premultiplied : bool
         Whether `colors` is colour times extinction, the emission of matter that reflects light, interpolated as such;
-        at a point of infinite extinction it is the straight colour.
+        at a point of infinite extinction it is the straight colour. Between such a point and a finite one a mixture
+        of the two would show: a step parts them.
     modulation : array of shape (m, 2), optional
         Gradient magnitude, data units per world unit, ascending, and what emission and extinction of the points are
         multiplied with there; linear in between, clamped at the ends.
@@ -63,7 +70,7 @@ class TransferFunction:
     Raises
     ------
     InputError
-        If the points are none, unsorted, not finite, negative or out of range.
+        If the points are none, unsorted, not finite, negative or out of range, or the modulation is.
     """
 
     values: NDArray[np.float64]
@@ -80,6 +87,8 @@ class TransferFunction:
     def __post_init__(self) -> None:
         for field in ("values", "colors", "extinctions"):
             object.__setattr__(self, field, np.array(getattr(self, field), dtype=np.float64))
+        for field in ("graded", "contours", "materials"):
+            object.__setattr__(self, field, tuple(getattr(self, field)))
         count = self.values.shape[0] if self.values.ndim == 1 else 0
         if count == 0:
             raise InputError(f"{self.name}: a transfer function has at least one point")
@@ -89,6 +98,8 @@ class TransferFunction:
                 f"and have {self.colors.shape} and {self.extinctions.shape}"
             )
         self._check_numbers()
+        if self.modulation is not None:
+            object.__setattr__(self, "modulation", _modulation(self.modulation, self.name))
 
     def _check_numbers(self) -> None:
         if not np.isfinite(self.values).all():
@@ -106,15 +117,19 @@ class TransferFunction:
             raise InputError(f"{self.name}: extinction must not be negative or NaN")
         if not np.isfinite(self.colors).all() or (self.colors < 0).any():
             raise InputError(f"{self.name}: colours must be finite and not negative")
-        if not self.emissive and (self.colors > 1).any():
+        if self.emissive and self.premultiplied:
+            raise InputError(f"{self.name}: points are either emissive or premultiplied")
+        if not self.glows and (self.colors > 1).any():
             raise InputError(f"{self.name}: colours lie in [0, 1], and {self.colors.max():g} is among them")
 
     @classmethod
-    def load(cls, path: str | os.PathLike[str], volume: Volume | None = None) -> TransferFunction:
+    def load(
+        cls, path: str | os.PathLike[str], volume: Volume | None = None, materials: Sequence[str] | None = None
+    ) -> TransferFunction:
         """The transfer function in a JSON file, see `texvol.transfer.files.load`."""
         from texvol.transfer.files import load
 
-        return load(path, volume)
+        return load(path, volume, materials)
 
     @property
     def needs_gradient(self) -> bool:
@@ -122,29 +137,68 @@ class TransferFunction:
         return self.modulation is not None or bool(self.graded) or bool(self.contours)
 
     @property
+    def _by_gradient(self) -> list[Graded | Contour]:
+        return [*self.graded, *self.contours]
+
+    @property
     def glows(self) -> bool:
         """Whether `colors` is the emission, and not a colour that extinction is to be multiplied with."""
         return self.emissive or self.premultiplied
 
     def as_json(self) -> dict[str, Any]:
-        """The points as a transfer-function file holds them; infinite extinction as opacity 1."""
-        points: list[dict[str, Any]] = []
-        for value, color, extinction in zip(self.values, self.colors, self.extinctions, strict=True):
-            point = {"value": float(value), "emission" if self.emissive else "color": color.tolist()}
-            weight = {"opacity": 1.0} if np.isinf(extinction) else {"extinction": float(extinction)}
-            points.append(point | weight)
-        return {"points": points} | ({"emission": "emissive"} if self.emissive else {})
+        """What a transfer-function file holds of it, in data and world units, see `texvol.transfer.writing`."""
+        from texvol.transfer.writing import content_of
 
-    def classify(self, values: ArrayLike) -> Classified:
-        """Emission and extinction of each value; both 0 where the value is NaN."""
+        return content_of(self)
+
+    def classify(self, values: ArrayLike, magnitudes: ArrayLike | None = None) -> Classified:
+        """Emission and extinction of each value; both 0 where the value is NaN.
+
+        Parameters
+        ----------
+        values : array
+        magnitudes : array, optional
+            Gradient magnitudes, data units per world unit, that go with the values; NaN counts as 0. Wanted where
+            `needs_gradient`, and of no account elsewhere.
+
+        Raises
+        ------
+        InputError
+            If there are no magnitudes and `needs_gradient`.
+        """
+        if self.needs_gradient and magnitudes is None:
+            raise InputError(f"{self.name}: some of it depends on the gradient: give classify(values, magnitudes)")
         numbers = self.at(values)
         colors, extinction = numbers[..., :3], numbers[..., 3]
         if self.emissive:
             # ∫ q T vanishes where T does at once.
-            return Classified(np.where(np.isinf(extinction)[..., np.newaxis], 0.0, colors), extinction)
-        # An infinite extinction shows its straight colour.
-        weight = np.where(np.isinf(extinction), 1.0, extinction)
-        return Classified(colors * weight[..., np.newaxis], extinction)
+            matter = Classified(np.where(np.isinf(extinction)[..., np.newaxis], 0.0, colors), extinction)
+        elif self.premultiplied:
+            matter = Classified(colors, extinction)
+        else:
+            # An infinite extinction shows its straight colour.
+            weight = np.where(np.isinf(extinction), 1.0, extinction)
+            matter = Classified(colors * weight[..., np.newaxis], extinction)
+        return self._with_gradient(matter, values, magnitudes) if self.needs_gradient else matter
+
+    def _with_gradient(self, points: Classified, values: ArrayLike, magnitudes: ArrayLike | None) -> Classified:
+        """The points' matter times their modulation, and what depends on the gradient."""
+        values, magnitudes = np.broadcast_arrays(np.asarray(values, np.float64), np.asarray(magnitudes, np.float64))
+        magnitudes = np.where(np.isnan(magnitudes), 0.0, magnitudes)
+        emission = np.broadcast_to(points.emission, (*values.shape, 3)).copy()
+        extinction = np.broadcast_to(points.extinction, values.shape).copy()
+        opaque = np.isinf(extinction)
+        if self.modulation is not None:
+            factor = np.interp(magnitudes, self.modulation[:, 0], self.modulation[:, 1])
+            opaque &= factor > 0
+            extinction = np.where(opaque, np.inf, np.where(np.isinf(extinction), 0.0, extinction) * factor)
+            # Opaque matter stays as it is, or is gone.
+            emission *= np.where(opaque, 1.0, factor)[..., np.newaxis]
+        for further in self._by_gradient:
+            more_emission, more_extinction = further.at(values, magnitudes)
+            emission += np.where(opaque[..., np.newaxis], 0.0, more_emission)
+            extinction += more_extinction
+        return Classified(emission, extinction)
 
     def at(self, values: ArrayLike) -> NDArray[np.float64]:
         """Straight colour (or emission) and extinction of each value, shape (…, 4); all 0 where the value is NaN."""
@@ -167,36 +221,34 @@ class TransferFunction:
             numbers[absent] = 0.0
         return numbers
 
-    def shows_between(self, lowest: ArrayLike, highest: ArrayLike) -> NDArray[np.bool_]:
-        """Whether any value from `lowest` to `highest` is more than nothing; False where either is NaN.
+    def shows_between(
+        self, lowest: ArrayLike, highest: ArrayLike, largest_magnitude: ArrayLike = np.inf
+    ) -> NDArray[np.bool_]:
+        """Whether any value from `lowest` to `highest` may be more than nothing; False where either is NaN.
 
-        Both ends are widened by what rounding may do to a value on its way, where a step is that near.
+        Gradient magnitudes go from 0 to `largest_magnitude`, data units per world unit. Both ends are widened by what
+        rounding may do to a value on its way, where a step is that near.
         """
         lowest, highest = np.asarray(lowest, np.float64), np.asarray(highest, np.float64)
-        weight = np.column_stack([self.colors, self.extinctions]) if self.emissive else self.extinctions[:, np.newaxis]
-        is_more = np.asarray(np.any(weight > 0, axis=1))
-        opaque = np.isinf(self.extinctions)
-        # On a line from 0 a rounding is nothing; beside an infinite point the values up to its neighbours are opaque.
-        point_shows = is_more.copy()
-        point_shows[:-1] |= opaque[1:]
-        point_shows[1:] |= opaque[:-1]
-        with np.errstate(invalid="ignore", over="ignore"):
-            below = np.where(np.isfinite(lowest), lowest - _ROUNDING * np.abs(lowest), lowest)
-            above = np.where(np.isfinite(highest), highest + _ROUNDING * np.abs(highest), highest)
-        first = np.searchsorted(self.values, below, side="left")
-        last = np.searchsorted(self.values, above, side="right")
-        before = np.concatenate([[0], np.cumsum(point_shows)])
-        shows: NDArray[np.bool_] = np.asarray(before[np.maximum(first, last)] > before[first])
-        # Without a point between them, both ends lie on one line, which is 0 throughout or but for its end.
-        left = np.searchsorted(self.values, lowest, side="right")
-        line_shows = np.concatenate([is_more[:1], is_more[:-1] | is_more[1:], is_more[-1:]])
-        at_start = np.maximum(left - 1, 0)
-        shows |= line_shows[left] & ((highest > self.values[at_start]) | is_more[at_start] | (left == 0))
-        # Or the last of the points ends in a line that the higher end is on.
-        left = np.searchsorted(self.values, highest, side="right")
-        at_start = np.maximum(left - 1, 0)
-        shows |= line_shows[left] & ((highest > self.values[at_start]) | is_more[at_start])
-        return shows & ~(np.isnan(lowest) | np.isnan(highest))
+        is_more = self.extinctions > 0
+        if self.glows:
+            is_more = is_more | (self.colors > 0).any(axis=1)
+        shows = pieces.shows_between(self.values, is_more, np.isinf(self.extinctions), lowest, highest)
+        if self.modulation is not None:
+            shows = shows & self._may_modulate(largest_magnitude)
+        for further in self._by_gradient:
+            shows = shows | further.shows_between(lowest, highest, largest_magnitude)
+        return shows
+
+    def _may_modulate(self, largest_magnitude: ArrayLike) -> NDArray[np.bool_]:
+        """Whether any gradient magnitude from 0 to the largest leaves something of the points."""
+        assert self.modulation is not None
+        first = np.flatnonzero(self.modulation[:, 1] > 0)
+        largest = np.asarray(largest_magnitude, np.float64) * (1 + ROUNDING)
+        if not first.size:
+            return np.zeros(largest.shape, np.bool_)
+        # The factor rises from the last 0 before it.
+        return np.asarray(largest > self.modulation[first[0] - 1, 0] if first[0] else largest >= 0)
 
     @cached_property
     def numbers(self) -> NDArray[np.float64]:
@@ -217,9 +269,20 @@ class TransferFunction:
     @cached_property
     def _lines(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]:
         """Each segment as a line: start, numbers there, numbers per unit of value, and which ends are opaque."""
-        left, right, opaque = self.segment_ends
-        width = self.values[right] - self.values[left]
-        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            slope = (self.numbers[right] - self.numbers[left]) / width[:, np.newaxis]
-        slope[~np.isfinite(slope)] = 0.0  # steps, and the two outer segments
+        left, _, opaque = self.segment_ends
+        level = np.zeros((1, 4))  # the two outer segments
+        slope = np.vstack([level, pieces.slopes(self.values, self.numbers), level])
         return self.values[left], self.numbers[left], slope, opaque
+
+
+def _modulation(pairs: ArrayLike, name: str) -> NDArray[np.float64]:
+    modulation = np.array(pairs, np.float64)
+    if modulation.ndim != 2 or modulation.shape[1] != 2 or not len(modulation):
+        raise InputError(f"{name}: gradient is a list of pairs [magnitude, factor], and has shape {modulation.shape}")
+    if not ((modulation >= 0) & np.isfinite(modulation)).all():
+        raise InputError(f"{name}: gradient magnitudes and factors must be finite and not negative")
+    fallen = np.flatnonzero(np.diff(modulation[:, 0]) <= 0)
+    if fallen.size:
+        before, after = modulation[fallen[0] : fallen[0] + 2, 0]
+        raise InputError(f"{name}: gradient magnitudes must ascend, and {after:g} follows {before:g}")
+    return modulation

@@ -7,14 +7,16 @@ values are shares of the range that holds the matter: from where the background 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from texvol.errors import InputError
-from texvol.transfer.files import relative_to, typical_samples
-from texvol.transfer.function import LARGEST_VALUE, TransferFunction
+from texvol.transfer.files import from_content
+from texvol.transfer.function import TransferFunction
+from texvol.transfer.material_presets import CT_MATERIALS, MATERIALS
+from texvol.transfer.units import Units
 from texvol.volume import Volume
 
 Point = tuple[float, tuple[float, float, float], float]  # value, linear colour, extinction per mean edge of the box
@@ -73,28 +75,6 @@ _CT: dict[str, tuple[list[Point], list[Point]]] = {
             (0.70, (1.00, 0.95, 0.85), 25),
         ],
     ),
-    # Air, fat, soft tissue and bone, each with its colour and opacity: the materials of the source's table 5-1.
-    "table-5-1": (
-        [
-            (-500, (0.90, 0.70, 0.10), 0),
-            (-150, (0.90, 0.70, 0.10), 0),
-            (-120, (0.90, 0.70, 0.10), 3),
-            (-40, (0.90, 0.70, 0.10), 3),
-            (0, (0.75, 0.12, 0.10), 6),
-            (100, (0.75, 0.12, 0.10), 6),
-            (250, (1.00, 1.00, 1.00), 80),
-            (2000, (1.00, 1.00, 1.00), 80),
-        ],
-        [
-            (0.05, (0.90, 0.70, 0.10), 0),
-            (0.12, (0.90, 0.70, 0.10), 3),
-            (0.24, (0.90, 0.70, 0.10), 3),
-            (0.30, (0.75, 0.12, 0.10), 6),
-            (0.44, (0.75, 0.12, 0.10), 6),
-            (0.60, (1.00, 1.00, 1.00), 80),
-            (1.00, (1.00, 1.00, 1.00), 80),
-        ],
-    ),
 }
 
 _SHARES: dict[str, list[Point]] = {
@@ -124,60 +104,60 @@ _PROPOSAL: list[Point] = [
     (1.00, (1.00, 0.95, 0.82), 50),
 ]
 
-PRESETS: tuple[str, ...] = (*_CT, *_SHARES, *_RAMPS)
+_OF_THE_HISTOGRAM = ("histogram", "contours", "boundaries")
+
+PRESETS: tuple[str, ...] = (*_CT, *_SHARES, *_RAMPS, *CT_MATERIALS, *MATERIALS, *_OF_THE_HISTOGRAM)
 
 
-def preset(name: str, volume: Volume) -> TransferFunction:
+def preset(name: str, volume: Volume, materials: Sequence[str] | None = None) -> TransferFunction:
     """The preset `name` in the units of `volume`.
+
+    Parameters
+    ----------
+    materials : sequence of str, optional
+        Names of those of its materials that are to show; all, unless told.
 
     Raises
     ------
     InputError
-        If there is no such preset; the message lists them.
+        If there is no such preset; the message lists them. If it has no such materials; the message lists those.
     """
+    content = _content_of(name, volume)
+    if content is not None:
+        return from_content(content, name, volume, materials)
+    if materials is not None:
+        asked = ", ".join(map(repr, materials))
+        raise InputError(f"the preset {name} has no materials, and {asked} can't be chosen from it")
     if name in _CT:
         hounsfield, shares = _CT[name]
         if _is_hounsfield(volume):
-            return _from_points(hounsfield, volume, lambda values: values, name)
-        return _in_matter(shares, volume, name)
-    if name in _SHARES:
-        return _in_matter(_SHARES[name], volume, name)
-    if name in _RAMPS:
-        return _in_matter(_ramp(name), volume, name)
-    raise InputError(f"there is no preset {name!r}; there are {', '.join(PRESETS)}")
+            return _from_points(hounsfield, volume, "data", name)
+        return _from_points(shares, volume, "matter", name)
+    return _from_points(_SHARES[name] if name in _SHARES else _ramp(name), volume, "matter", name)
+
+
+def _content_of(name: str, volume: Volume) -> dict[str, Any] | None:
+    """A preset as a file would have it, or None if it is made of points alone."""
+    if name not in PRESETS:
+        raise InputError(f"there is no preset {name!r}; there are {', '.join(PRESETS)}")
+    if name in _OF_THE_HISTOGRAM:
+        from texvol.transfer import histogram
+
+        chosen = {
+            "histogram": histogram.content_for,
+            "contours": histogram.contours_for,
+            "boundaries": histogram.boundaries_for,
+        }
+        return chosen[name](volume)
+    if name in CT_MATERIALS:
+        hounsfield, shares = CT_MATERIALS[name]
+        return {"values": "data"} | hounsfield if _is_hounsfield(volume) else {"values": "matter"} | shares
+    return MATERIALS.get(name)
 
 
 def proposed_for(volume: Volume) -> TransferFunction:
     """A transfer function that shows something sensible of an unknown volume: its matter, denser where brighter."""
-    return _in_matter(_PROPOSAL, volume, "proposed")
-
-
-def matter_range(volume: Volume) -> tuple[float, float]:
-    """Values between which the volume's matter lies: from where its background ends to its 99.9th percentile.
-
-    The background is the value that most samples have, if it is near the low end and stands for at least a twentieth
-    of them; without one the range starts at the 5th percentile.
-    """
-    samples = typical_samples(volume)
-    largest = max(float(np.abs(samples).max()), 1e-300)
-    low, high = _range_of_matter(samples / largest)  # values up to 1e308 have no range that float64 could hold
-    return low * largest, high * largest
-
-
-def _range_of_matter(samples: NDArray[np.float64]) -> tuple[float, float]:
-    low, high = np.percentile(samples, (0.1, 99.9))
-    if not high > low:
-        low, high = samples[0], samples[-1]
-    if not high > low:
-        return low - 0.5, low + 0.5  # a constant volume lies in the middle of its range
-    counts, edges = np.histogram(samples, bins=64, range=(low, high))
-    mode = int(counts[:24].argmax())
-    if counts[mode] < samples.size / 20:
-        return float(np.percentile(samples, 5)), float(high)
-    # The background ends where its peak has fallen to a twentieth of its height.
-    beyond = np.flatnonzero(counts[mode:40] < counts[mode] / 20)
-    end = mode + int(beyond[0]) if beyond.size else mode + 1
-    return float(edges[end]), float(high)
+    return _from_points(_PROPOSAL, volume, "matter", "proposed")
 
 
 def _is_hounsfield(volume: Volume) -> bool:
@@ -186,18 +166,10 @@ def _is_hounsfield(volume: Volume) -> bool:
     return -4096 <= low <= -500 and 100 <= high <= 32767
 
 
-def _in_matter(points: list[Point], volume: Volume, name: str) -> TransferFunction:
-    low, high = matter_range(volume)
-    return _from_points(points, volume, lambda shares: low * (1 - shares) + high * shares, name)
-
-
-def _from_points(
-    points: list[Point], volume: Volume, place: Callable[[NDArray], NDArray], name: str
-) -> TransferFunction:
-    values, colors, extinctions = (np.array(column, np.float64) for column in zip(*points, strict=True))
-    placed = np.clip(place(values), -LARGEST_VALUE, LARGEST_VALUE)
-    function = TransferFunction(placed, colors, extinctions, name=name)
-    return relative_to(function, volume, length="box")
+def _from_points(points: list[Point], volume: Volume, values: str, name: str) -> TransferFunction:
+    units = Units(volume, values, "box")
+    places, colors, extinctions = (np.array(column, np.float64) for column in zip(*points, strict=True))
+    return TransferFunction(units.placed(places), colors, extinctions * units.per_length, name=name)
 
 
 def _ramp(name: str) -> list[Point]:

@@ -1,0 +1,67 @@
+// What matter of some gradient sends to the eye of the light that falls on it; the formulas are in lighting.py.
+//
+// Switches: HEAD_LIGHT 1: a light at the eye. DIRECTIONAL_LIGHTS n, POINT_LIGHTS n: how many others there are.
+//           SPECULAR 1: matter has highlights.
+//           TWO_SIDED 1: the side of a surface that faces the eye is lit.
+
+uniform float ambient;
+uniform float diffuse;
+uniform float fade;                // |gradient| from which on it is fully believed
+#if SPECULAR
+uniform float specular;
+uniform float shininess;
+#endif
+#if HEAD_LIGHT
+uniform vec3 head_color;
+#endif
+#if DIRECTIONAL_LIGHTS
+uniform vec3 directions[DIRECTIONAL_LIGHTS];  // to the light, of length 1
+uniform vec3 direction_colors[DIRECTIONAL_LIGHTS];
+#endif
+#if POINT_LIGHTS
+uniform vec3 positions[POINT_LIGHTS];
+uniform vec3 position_colors[POINT_LIGHTS];
+#endif
+
+// What emission and extinction are multiplied with: q becomes q diffuse + extinction specular.
+struct Shade {
+    vec3 diffuse;
+    vec3 specular;
+};
+
+// `believed` is how much the normal counts, from 0 to 1.
+Shade with_light(Shade shade, vec3 color, vec3 normal, vec3 to_light, vec3 to_eye, float believed) {
+    float facing = dot(normal, to_light);
+    shade.diffuse += diffuse * color * mix(1.0, max(facing, 0.0), believed);
+#if SPECULAR
+    float halfway = max(dot(normal, normalize(to_light + to_eye)), 1e-30);
+    shade.specular += (facing > 0.0 ? specular * believed * pow(halfway, shininess) : 0.0) * color;
+#endif
+    return shade;
+}
+
+// Shade of matter at `place`, in the coordinates of the point lights, seen from `to_eye`, of length 1.
+Shade shade_of(vec3 gradient, vec3 to_eye, vec3 place) {
+    float magnitude = length(gradient);
+    float share = clamp(magnitude / fade, 0.0, 1.0);
+    float believed = share * share * (3.0 - 2.0 * share);
+    vec3 normal = gradient / -max(magnitude, 1e-30);
+#if TWO_SIDED
+    if (dot(normal, to_eye) < 0.0) normal = -normal;
+#endif
+    Shade shade = Shade(vec3(ambient), vec3(0.0));
+#if HEAD_LIGHT
+    shade = with_light(shade, head_color, normal, to_eye, to_eye, believed);
+#endif
+#if DIRECTIONAL_LIGHTS
+    for (int i = 0; i < DIRECTIONAL_LIGHTS; ++i) {
+        shade = with_light(shade, direction_colors[i], normal, directions[i], to_eye, believed);
+    }
+#endif
+#if POINT_LIGHTS
+    for (int i = 0; i < POINT_LIGHTS; ++i) {
+        shade = with_light(shade, position_colors[i], normal, normalize(positions[i] - place), to_eye, believed);
+    }
+#endif
+    return shade;
+}

@@ -1,0 +1,49 @@
+// How matter at a place of the box is seen from the eye: in which light, and how the depth changes its colour.
+//
+// Switches: LIT 1: light falls on matter; see light.glsl. CUE 1: what is far is mixed with a colour.
+//           PERSPECTIVE 1: rays diverge.
+
+#if LIT
+#include "light.glsl"
+
+uniform vec3 to_eye_middle;       // along the middle pixel's ray, and what is added per pixel
+#if PERSPECTIVE
+uniform vec3 to_eye_per_column;
+uniform vec3 to_eye_per_row;
+#endif
+#if POINT_LIGHTS
+uniform mat3 world_from_box;
+uniform vec3 world_corner;        // in the coordinates of the point lights
+#endif
+
+// Towards the eye along the ray of a pixel, counted from the middle of the picture; of length 1.
+vec3 to_eye_from(vec2 pixel) {
+#if PERSPECTIVE
+    return normalize(to_eye_middle + pixel.x * to_eye_per_column + pixel.y * to_eye_per_row);
+#else
+    return to_eye_middle;
+#endif
+}
+
+Shade shade_at(vec3 gradient, vec3 to_eye, vec3 position) {
+#if POINT_LIGHTS
+    return shade_of(gradient, to_eye, world_from_box * position + world_corner);
+#else
+    return shade_of(gradient, to_eye, position);
+#endif
+}
+#endif
+
+#if CUE
+uniform vec2 cue_range;           // depth at which it begins, and 1 / the depths that it takes to grow
+uniform vec4 cue;                 // colour, and how strong it becomes
+#endif
+
+// Premultiplied colour and opacity at some depth, as it is seen from the eye.
+vec4 cued(vec4 color, float depth) {
+#if CUE
+    float share = cue.a * clamp((depth - cue_range.x) * cue_range.y, 0.0, 1.0);
+    color.rgb = mix(color.rgb, cue.rgb * color.a, share);
+#endif
+    return color;
+}

@@ -1,0 +1,374 @@
+"""Options for light, gradients, materials and projection modes: on the line, in a scene file, both, and wrong."""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from texvol import InputError, Volume, options, transfer
+from texvol.__main__ import main
+from texvol.gradient import CENTRAL, Estimator
+from texvol.lighting import DepthCue, Light, Lighting
+from texvol.options import SceneOptions
+from texvol.scene import Scene
+
+VOLUME = Volume(np.linspace(-1000, 1000, 4 * 5 * 6, dtype=np.float32).reshape(4, 5, 6))
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder to work in, with a volume."""
+    np.save(tmp_path / "v.npy", VOLUME.values)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def chosen(*line: str, file: str | None = None) -> SceneOptions:
+    """Scene options of a line and the text of a scene file."""
+    parser = argparse.ArgumentParser(exit_on_error=False)
+    options.add_volume_options(parser)
+    options.add_scene_options(parser)
+    if file is not None:
+        Path("scene.toml").write_text(file, encoding="utf-8")
+        line = (*line, "--scene", "scene.toml")
+    return SceneOptions(parser.parse_args(options.with_negative_values(["v.npy", *line])))
+
+
+def scene(*line: str, file: str | None = None) -> Scene:
+    return chosen(*line, file=file).scene(VOLUME)
+
+
+HEAD = Light()
+SUN = Light("directional", (-1, 0, 2))
+LAMP = Light("point", (5, -6, 7.5), (1, 0.5, 0))
+ISO = ["--mode", "isosurface", "--isovalue"]
+
+# What the line says, what a file says in its place, the field of the scene, and what stands in it.
+SAME = [
+    (["--light", "head"], 'light = "head"', "lighting", Lighting((HEAD,))),
+    (["--light", "head:0.5"], 'light = "head:0.5"', "lighting", Lighting((Light(color=(0.5, 0.5, 0.5)),))),
+    (["--light", "head:1,2,3"], 'light = ["head:1,2,3"]', "lighting", Lighting((Light(color=(1, 2, 3)),))),
+    (["--light", "-1,0,2"], "light = [-1, 0, 2]", "lighting", Lighting((SUN,))),
+    (["--light", "directional:-1,0,2"], 'light = "directional:-1,0,2"', "lighting", Lighting((SUN,))),
+    (
+        ["--light", "directional: -1, 0, 2 : 2"],
+        'light = {kind = "directional", direction = [-1, 0, 2], color = 2}',
+        "lighting",
+        Lighting((Light("directional", (-1, 0, 2), (2, 2, 2)),)),
+    ),
+    (
+        ["--light", "-1,0,2:0,0.5,1"],
+        'light = {kind = "directional", color = [0, 0.5, 1], direction = "-1,0,2"}',
+        "lighting",
+        Lighting((Light("directional", (-1, 0, 2), (0, 0.5, 1)),)),
+    ),
+    (
+        ["--light", "point:5,-6,7.5:1,.5,0", "--light", "-1,0,2", "--light", "head"],
+        '[[light]]\nkind = "point"\nposition = [5, -6, 7.5]\ncolor = [1, 0.5, 0]\n'
+        '[[light]]\nkind = "directional"\ndirection = [-1, 0, 2]\n[[light]]\nkind = "head"\n',
+        "lighting",
+        Lighting((LAMP, SUN, HEAD)),
+    ),
+    (
+        ["--light", "head", "--light", "-1,0,2", "--light", "point:5,-6,7.5:1,0.5,0"],
+        'light = ["head", [-1, 0, 2], {kind = "point", position = [5, -6, 7.5], color = [1, 0.5, 0]}]',
+        "lighting",
+        Lighting((HEAD, SUN, LAMP)),
+    ),
+    (["--light", "none"], 'light = "none"', "lighting", None),
+    (["--light", "depth"], 'light = {kind = "depth"}', "lighting", None),
+    (["--light", "depth"], 'light = ["depth"]', "depth_cue", DepthCue(1.0, (0, 0, 0))),
+    (["--light", "head"], 'light = "head"', "depth_cue", None),
+    # Each of these alone stands for a head light.
+    (["--ambient", "0"], "ambient = 0", "lighting", Lighting(ambient=0)),
+    (["--diffuse", "1.5"], "diffuse = 1.5", "lighting", Lighting(diffuse=1.5)),
+    (["--specular", "0.4"], "specular = 0.4", "lighting", Lighting(specular=0.4)),
+    (["--shininess", "1e3"], "shininess = 1e3", "lighting", Lighting(shininess=1000)),
+    (["--fade", "12"], "fade = 12", "lighting", Lighting(fade=12)),
+    (["--two-sided"], "two-sided = true", "lighting", Lighting(two_sided=True)),
+    (["--no-two-sided"], "two_sided = false", "lighting", Lighting(two_sided=False)),
+    (["--shadows"], "shadows = true", "lighting", Lighting(shadows=True)),
+    (["--no-shadows"], "shadows = false", "lighting", None),
+    (
+        ["--light", "-1,0,2", "--ambient", "0.1", "--fade", "3", "--no-two-sided"],
+        'ambient = 0.1\nfade = 3\ntwo-sided = false\nlight = "-1,0,2"',
+        "lighting",
+        Lighting((SUN,), ambient=0.1, fade=3, two_sided=False),
+    ),
+    (["--gradient", "central"], 'gradient = "central"', "gradient", CENTRAL),
+    (["--gradient", "zucker-hummel"], 'gradient = "zucker-hummel"', "gradient", Estimator("zucker-hummel")),
+    (["--gradient", "gaussian"], 'gradient = "gaussian"', "gradient", Estimator("gaussian", 1.0)),
+    (["--gradient", "gaussian:2.5"], 'gradient = "gaussian:2.5"', "gradient", Estimator("gaussian", 2.5)),
+    (["--depth-cue", "0.4"], "depth-cue = 0.4", "depth_cue", DepthCue(0.4)),
+    (["--depth-cue", "0.4,1,0,2"], "depth_cue = [0.4, 1, 0, 2]", "depth_cue", DepthCue(0.4, (1, 0, 2))),
+    (["--depth-cue", "0"], "depth-cue = 0", "depth_cue", None),
+    (
+        ["--light", "depth", "--depth-cue", "0.5,1,1,1"],
+        'light = "depth"\ndepth-cue = "0.5,1,1,1"',
+        "depth_cue",
+        DepthCue(0.5, (1, 1, 1)),
+    ),
+    *(
+        (["--mode", name], f'mode = "{name}"', "mode", name)
+        for name in ("composite", "xray", "mip", "minip", "average")
+    ),
+    ([*ISO, "-300"], 'mode = "isosurface"\nisovalue = -300', "mode", "isosurface"),
+    ([*ISO, "-300"], 'mode = "isosurface"\nisovalue = "-300"', "isovalue", -300.0),
+]
+
+
+@pytest.mark.parametrize("line, file, field, wanted", SAME, ids=[f"{case[2]} {' '.join(case[0])}" for case in SAME])
+def test_line_and_file_say_the_same(line: list[str], file: str, field: str, wanted: object) -> None:
+    assert getattr(scene(*line), field) == wanted
+    assert getattr(scene(file=file), field) == wanted
+
+
+def test_without_options_nothing_is_modelled() -> None:
+    plain = scene()
+    assert (plain.lighting, plain.depth_cue, plain.mode, plain.isovalue) == (None, None, "composite", None)
+    assert plain.gradient is CENTRAL
+    assert not plain.needs_gradient
+    assert not scene("--light", "depth", "--depth-cue", "1,1,1,1").needs_gradient
+    assert chosen().window is None
+    assert not chosen().chose_transfer_function
+
+
+FILE = 'light = ["head", "0,0,1"]\nambient = 0.5\nshadows = true\ngradient = "zucker-hummel"\ndepth-cue = 0.2\n'
+
+
+@pytest.mark.parametrize(
+    "line, field, wanted",
+    [
+        (["--light", "-1,0,2"], "lighting", Lighting((SUN,), ambient=0.5, shadows=True)),
+        (["--light", "none"], "lighting", None),
+        (["--light", "depth"], "lighting", None),
+        (["--ambient", "0"], "lighting", Lighting((HEAD, Light("directional", (0, 0, 1))), ambient=0, shadows=True)),
+        (["--no-shadows"], "lighting", Lighting((HEAD, Light("directional", (0, 0, 1))), ambient=0.5)),
+        (["--gradient", "gaussian:3"], "gradient", Estimator("gaussian", 3)),
+        (["--depth-cue", "0.9"], "depth_cue", DepthCue(0.9)),
+        (["--depth-cue", "0"], "depth_cue", None),
+    ],
+)
+def test_the_line_wins(line: list[str], field: str, wanted: object) -> None:
+    assert getattr(scene(*line, file=FILE), field) == wanted
+
+
+def test_a_head_light_that_a_file_stands_for_stays_without_its_shadows() -> None:
+    assert scene("--no-shadows", file="shadows = true").lighting == Lighting()
+
+
+def test_a_mode_on_the_line_drops_what_the_file_says_for_another() -> None:
+    iso, ct = 'mode = "isosurface"\nisovalue = 5', 'mode = "mip"\nwindow = [40, 400]'
+    assert scene("--mode", "composite", file=iso).isovalue is None
+    assert chosen("--mode", "composite", file=ct).window is None
+    assert chosen("--mode", "xray", file=ct).window == (40, 400)
+    assert scene("--mode", "isosurface", file=iso).isovalue == 5
+    with pytest.raises(
+        InputError, match="--window is for --mode xray or mip or minip or average, and the mode is comp"
+    ):
+        chosen("--mode", "composite", "--window", "1,2", file=ct)
+
+
+@pytest.mark.parametrize("mode", ["xray", "mip", "minip", "average"])
+def test_a_window_is_for_modes_of_numbers(mode: str) -> None:
+    assert chosen("--mode", mode, "--window", "-600,1500").window == (-600, 1500)
+    assert chosen(file=f'mode = "{mode}"\nwindow = [-600, 1500]').window == (-600, 1500)
+
+
+@pytest.mark.parametrize("mode", [["--mode", "mip"], ["--mode", "xray"], [*ISO, "0"]])
+def test_what_classifies_nothing_needs_no_transfer_function(mode: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(transfer, "proposed_for", lambda volume: pytest.fail("nobody needs a proposal"))
+    assert scene(*mode).transfer_function is None
+    with_colors = chosen(*mode, "--tf", "viridis")
+    assert with_colors.chose_transfer_function
+    assert with_colors.scene(VOLUME).transfer_function.name == "viridis"
+
+
+def test_an_isosurface_without_light_shows_its_own_colour() -> None:
+    """None would be its head light; ambient 1 alone takes c to c · 1 + 0, whatever the gradient is."""
+    assert scene(*ISO, "0").lighting is None
+    for word in ("none", "depth"):
+        own = scene(*ISO, "0", "--light", word, "--diffuse", "3").lighting
+        assert (own.lights, own.ambient) == ((), 1)
+
+
+@pytest.mark.parametrize("tf, loader", [("table-5-1", "preset"), ("tf.json", "load")])
+def test_materials_go_to_the_transfer_function(tf: str, loader: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = []
+
+    def loaded(name: str, volume: Volume, materials: object = None) -> transfer.TransferFunction:
+        asked.append((os.path.basename(name), materials))
+        return transfer.proposed_for(volume)
+
+    monkeypatch.setattr(transfer, loader, loaded)
+    scene("--tf", tf, "--materials", "bone, soft tissue")
+    scene("--tf", tf)
+    scene(file=f'tf = "{tf}"\nmaterials = ["bone", "soft tissue"]')
+    scene("--materials", "fat", file=f'tf = "{tf}"\nmaterials = "bone"')
+    both = ("bone", "soft tissue")
+    assert asked == [(tf, both), (tf, None), (tf, both), (tf, ("fat",))]
+
+
+def test_only_the_chosen_materials_are_left() -> None:
+    assert scene("--tf", "table-5-1", "--materials", "bone,fat").transfer_function.materials == ("fat", "bone")
+
+
+def test_a_negative_value_after_each_option_that_takes_numbers() -> None:
+    """Out of range is said by the option; argparse would say that there is no value."""
+    for name in ("light", "ambient", "diffuse", "specular", "shininess", "fade", "depth-cue", "isovalue", "window"):
+        assert options.with_negative_values([f"--{name}", "-1"]) == [f"--{name}=-1"]
+    assert scene("--light", "-.5,-1e-3,-2").lighting == Lighting((Light("directional", (-0.5, -1e-3, -2)),))
+
+
+COLOUR = "colour is three numbers from 0 upwards"
+WRONG = [
+    (["--light", "sun"], "--light: a light is head, directional:X,Y,Z, X,Y,Z, point:X,Y,Z"),
+    (["--light", ""], "a light is head"),
+    (["--light", "3"], "a light is head"),
+    (["--light", "depth:1"], "a light is head"),
+    (["--light", "head:1:2"], "a light is head"),
+    (["--light", "point:1,2,3:1:2"], "a light is head"),
+    (["--light", "directional"], "--light: a directional light needs a direction, three numbers x, y, z"),
+    (["--light", "directional:"], "a directional light needs a direction"),
+    (["--light", "point"], "a point light needs a position, three numbers x, y, z"),
+    (["--light", "point::1,1,1"], "a point light needs a position"),
+    (["--light", "directional:0,0,0"], "a directional light needs a direction, and 0, 0, 0 is none"),
+    (["--light", "0,-0,0"], "a directional light needs a direction, and 0, 0, 0 is none"),
+    (["--light", "1,2"], "a direction X,Y,Z is wanted, and not '1,2'"),
+    (["--light", "directional:1,nan,0"], "a direction X,Y,Z is wanted, and not '1,nan,0'"),
+    (["--light", "point:inf,0,0"], "a position X,Y,Z is wanted, and not 'inf,0,0'"),
+    (["--light", "head:-1"], COLOUR),
+    (["--light", "0,0,1:1,-0.5,1"], COLOUR),
+    (["--light", "head:"], "a colour R,G,B or a brightness I is wanted, and not ''"),
+    (["--light", "head:1,2"], "a colour R,G,B or a brightness I is wanted, and not '1,2'"),
+    (["--light", "head:nan"], "a colour R,G,B or a brightness I is wanted, and not 'nan'"),
+    (["--light", "none", "--light", "head"], "light: none goes with no other light, and 2 were given"),
+    (["--light", "head", "--light", "depth"], "light: depth goes with no other light, and 2 were given"),
+    *(
+        ([f"--{name}", text], f"--{name}: a number from 0 upwards is wanted, and not {text!r}")
+        for name, text in itertools.product(
+            ("ambient", "diffuse", "specular", "shininess", "fade"), ("-1", "nan", "inf", "much", "1,2", "")
+        )
+    ),
+    (["--two-sided=yes"], "--two-sided"),
+    (["--gradient", "sobel"], "the estimator is one of central, zucker-hummel, gaussian, and not 'sobel'"),
+    (["--gradient", "central:2"], "central, zucker-hummel or gaussian[:SCALE] is wanted, and not 'central:2'"),
+    (["--gradient", "gaussian:"], "gaussian:SCALE, a number of samples, is wanted, and not ''"),
+    (["--gradient", "gaussian:-1"], "the scale is from 0.1 to 100 samples, and is -1.0"),
+    (["--gradient", "gaussian:nan"], "gaussian:SCALE, a number of samples, is wanted, and not 'nan'"),
+    (["--depth-cue", "1.5"], "--depth-cue: strength lies in [0, 1], and is 1.5"),
+    (["--depth-cue", "-0.5"], "strength lies in [0, 1], and is -0.5"),
+    (["--depth-cue", "1,0,0"], "a strength S, or S,R,G,B, is wanted, and not '1,0,0'"),
+    (["--depth-cue", "1,-1,0,0"], COLOUR),
+    (["--materials", "bone"], "--materials chooses from those of a transfer function: give --tf as well"),
+    (
+        ["--tf", "table-5-1", "--materials", "bone,"],
+        "--materials: names with commas between are wanted, and not 'bone,'",
+    ),
+    (["--tf", "table-5-1", "--materials", "bone,gold"], "there is no material 'gold'; there are"),
+    (["--tf", "viridis", "--materials", "bone"], "viridis has no materials"),
+    (["--mode", "mop"], "--mode: one of composite, xray, mip, minip, average, isosurface is wanted, and not 'mop'"),
+    (["--mode", "isosurface"], "--mode isosurface needs --isovalue V"),
+    (["--isovalue", "3"], "--isovalue is for --mode isosurface, and the mode is composite"),
+    (["--mode", "mip", "--isovalue", "-3"], "--isovalue is for --mode isosurface, and the mode is mip"),
+    ([*ISO, "nan"], "--isovalue: a finite number is wanted, and not 'nan'"),
+    ([*ISO, "bone"], "--isovalue: a finite number is wanted, and not 'bone'"),
+    (["--window", "40,400"], "--window is for --mode xray or mip or minip or average, and the mode is composite"),
+    ([*ISO, "1", "--window", "40,400"], "--window is for --mode xray or mip or minip or average, and the mode is isos"),
+    (["--mode", "mip", "--window", "-40,0"], "--window: the width is positive, and is 0"),
+    (["--mode", "mip", "--window", "40,-400"], "--window: the width is positive, and is -400"),
+    (["--mode", "mip", "--window", "40"], "--window: CENTRE,WIDTH are two finite numbers, and are '40'"),
+    (["--mode", "mip", "--window", "nan,1"], "--window: CENTRE,WIDTH are two finite numbers, and are 'nan,1'"),
+    (["--mode", "mip", "--window", "1,inf"], "--window: CENTRE,WIDTH are two finite numbers, and are '1,inf'"),
+]
+
+WRONG_FILES = [
+    ('light = "sun"', "scene.toml: light: a light is head"),
+    ("light = []", "scene.toml: light: a light is head"),
+    ("light = true", "scene.toml: light is text, a number or an array"),
+    ("light = [-1, 2]", "scene.toml: light: a direction X,Y,Z is wanted, and not '-1,2'"),
+    ('light = ["head", "none"]', "light: none goes with no other light"),
+    ('light = {kind = "point"}', "scene.toml: light: a point light needs a position, three numbers x, y, z"),
+    ('light = {kind = "directional", color = 2}', "a directional light needs a direction"),
+    ('light = {kind = "directional", direction = []}', "a directional light needs a direction"),
+    ('light = {kind = "point", direction = [1, 2, 3]}', "a light of kind point has no 'direction'"),
+    ('light = {kind = "head", position = [1, 2, 3]}', "a light of kind head has no 'position'"),
+    ('light = {kind = "head", colour = 1}', "a light of kind head has no 'colour'"),
+    ('light = {kind = "none", color = 1}', "a light of kind none has no 'color'"),
+    ('light = {kind = "head", color = [1, true, 1]}', "a colour R,G,B or a brightness I is wanted, and not '1,True,1'"),
+    ('light = {kind = "head", color = -1}', COLOUR),
+    ('light = {kind = "sun"}', "kind is one of head, directional, point, depth, none, and not 'sun'"),
+    ('light = {kind = ["head"]}', "kind is one of head, directional, point, depth, none, and not ['head']"),
+    ("light = {direction = [1, 2, 3]}", "kind is one of head, directional, point, depth, none, and not 'nothing'"),
+    ("ambient = -0.1", "scene.toml: ambient: a number from 0 upwards is wanted, and not '-0.1'"),
+    ("ambient = nan", "scene.toml: ambient: a number from 0 upwards is wanted, and not 'nan'"),
+    ("ambient = true", "scene.toml: ambient is text, a number or an array"),
+    ("ambient = {a = 1}", "scene.toml: ambient is text, a number or an array"),
+    ("shadows = 1", "scene.toml: shadows is true or false, and not 1"),
+    ('two-sided = "yes"', "scene.toml: two-sided is true or false, and not 'yes'"),
+    ("depth-cue = [0.5, 1]", "scene.toml: depth-cue: a strength S, or S,R,G,B, is wanted, and not '0.5,1'"),
+    ('gradient = "gaussian:1000"', "scene.toml: gradient: the scale is from 0.1 to 100 samples, and is 1000.0"),
+    ("window = [1, 2]", "--window is for --mode xray or mip or minip or average, and the mode is composite"),
+    ('mode = "mip"\nwindow = [1, 0]', "scene.toml: window: the width is positive, and is 0"),
+    ('mode = "isosurface"\nisovalue = inf', "scene.toml: isovalue: a finite number is wanted, and not 'inf'"),
+    ('materials = ["bone"]', "--materials chooses from those of a transfer function"),
+]
+
+
+def refused(capsys: pytest.CaptureFixture[str], *line: str) -> str:
+    """What the command says in the one line that it ends with; it writes no picture."""
+    before = sorted(os.listdir("."))
+    assert main(["render", "v.npy", "-o", "a.png", *line]) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err.startswith("texvol: error: ")
+    assert captured.err.count("\n") == 1
+    assert sorted(os.listdir(".")) == before
+    return captured.err
+
+
+@pytest.mark.parametrize("line, message", WRONG, ids=[" ".join(line) for line, _ in WRONG])
+def test_what_is_wrong_on_the_line(line: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert message in refused(capsys, *line)
+
+
+@pytest.mark.parametrize("file, message", WRONG_FILES, ids=[file for file, _ in WRONG_FILES])
+def test_what_is_wrong_in_a_file(file: str, message: str, capsys: pytest.CaptureFixture[str]) -> None:
+    Path("scene.toml").write_text(file, encoding="utf-8")
+    assert message in refused(capsys, "--scene", "scene.toml")
+
+
+def test_a_wrong_option_is_found_before_the_volume_is_read(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("v.npy").unlink()
+    for line in (["--mode", "isosurface"], ["--light", "depth", "--light", "head"], ["--materials", "bone"]):
+        assert "v.npy" not in refused(capsys, *line)
+
+
+@pytest.mark.parametrize("command", ["render", "raycast", "report"])
+def test_help_lists_every_option_once_in_its_group(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as caught:
+        main([command, "--help"])
+    assert caught.value.code == 0
+    lines = capsys.readouterr().out.splitlines()
+    titles = ("scene:", "camera:", "light:", "projection mode:")
+    at = {title: lines.index(title) for title in titles}
+    assert sorted(titles, key=at.__getitem__) == list(titles)
+    groups = {
+        "scene:": "scene tf materials classification spacing size background gradient",
+        "camera:": "projection eye target up fov height",
+        "light:": "light ambient diffuse specular shininess two-sided fade shadows depth-cue",
+        "projection mode:": "mode isovalue window",
+    }
+    for title, names in groups.items():
+        first = at[title] + 1
+        last = next((i for i in range(first, len(lines)) if lines[i].endswith(":") and lines[i][0] != " "), len(lines))
+        after_its_description = "\n".join(lines[first:last]).strip("\n").split("\n\n")[-1].splitlines()
+        listed = [line.split()[0].rstrip(",") for line in after_its_description if line.startswith("  --")]
+        assert listed == [f"--{name}" for name in names.split()]
+    assert set(" ".join(groups.values()).split()) == {"scene", *options._SCENE_OPTIONS}
+    assert any("--no-two-sided" in line for line in lines)

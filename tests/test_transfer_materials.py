@@ -1,0 +1,394 @@
+"""Materials: shares of a mixture, exact as points; boundaries, contours, units; and what is wrong in a file."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+import pytest
+
+from texvol import transfer
+from texvol.errors import InputError
+from texvol.transfer import TransferFunction
+from texvol.volume import Volume
+
+LEFT, RIGHT = (0.9, 0.6, 0.1), (0.2, 0.3, 1.0)
+FAT = {"name": "fat", "from": [0, 10], "to": [30, 50], "color": list(LEFT), "extinction": 0.5}
+BONE = {"name": "bone", "from": [40, 80], "color": list(RIGHT), "extinction": 4}
+AIR = {"name": "air", "to": 5, "color": [0, 0, 0], "extinction": 0}
+VOLUME = Volume(np.arange(1000, dtype=np.float32).reshape(10, 10, 10), (2.0, 1.0, 4.0))
+
+
+def loads(content: dict[str, Any], volume: Volume | None = None, materials: Any = None) -> TransferFunction:
+    return transfer.loads(json.dumps(content), "materials.json", volume, materials)
+
+
+def share(material: dict[str, Any], value: float) -> float:
+    """The percentage of Drebin, Carpenter, Hanrahan 1988, a case at a time."""
+    for key, rising in (("from", True), ("to", False)):
+        if key not in material:
+            continue
+        low, high = material[key] if isinstance(material[key], list) else [material[key]] * 2
+        if value >= high:
+            part = 1.0
+        elif value < low or low == high:
+            part = 0.0
+        else:
+            part = (value - low) / (high - low)
+        if rising and part < 1:
+            return part
+        if not rising and part > 0:
+            return 1 - part
+    return 1.0
+
+
+def random_materials(seed: int, count: int = 5) -> list[dict[str, Any]]:
+    random = np.random.default_rng(seed)
+    found: list[dict[str, Any]] = []
+    for number in range(count):
+        a, b, c, d = np.sort(random.integers(0, 200, 4)).tolist()
+        if a == d or b == c == d:
+            d += 1
+        material = {"name": f"{number}", "from": [a, b], "to": [c, d]}
+        kind = random.integers(5)
+        if kind == 0:
+            del material["from"]
+        elif kind == 1:
+            del material["to"]
+        elif kind == 2:
+            material |= {"from": b, "to": max(c, b + 1)}
+        color, extinction = random.random(3).tolist(), float(random.uniform(0, 5))
+        found.append(material | {"color": color, "extinction": extinction})
+    return found
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_a_value_shows_its_shares_of_all_materials(seed: int) -> None:
+    materials = random_materials(seed)
+    function = loads({"materials": materials})
+    assert function.premultiplied
+    assert function.materials == tuple("01234")
+    values = np.append(np.random.default_rng(seed).uniform(-20, 220, 500), np.arange(-5, 205))
+    emission, extinction = function.classify(values)
+    for value, q, tau in zip(values, emission, extinction, strict=True):
+        shares = [share(each, value) for each in materials]
+        assert tau == pytest.approx(sum(s * m["extinction"] for s, m in zip(shares, materials, strict=True)), abs=1e-12)
+        glow = sum(s * m["extinction"] * np.array(m["color"]) for s, m in zip(shares, materials, strict=True))
+        np.testing.assert_allclose(q, glow, atol=1e-12)
+
+
+def test_an_open_end_holds_to_infinity() -> None:
+    function = loads({"materials": [AIR | {"extinction": 1}, BONE]})
+    np.testing.assert_allclose(function.classify([-np.inf, -1e300, 1e300, np.inf]).extinction, [1, 1, 4, 4])
+
+
+def test_a_value_on_a_step_belongs_to_what_begins_there() -> None:
+    labels = [{"name": str(n), "from": n, "to": n + 1, "color": [0, 0, 0], "extinction": n} for n in (3, 4)]
+    found = loads({"materials": labels}).classify([2, 3, 3.9, 4, 4.9, 5]).extinction
+    np.testing.assert_array_equal(found, [0, 3, 3, 4, 4, 0])
+
+
+def test_a_material_with_a_gradient_is_graded() -> None:
+    function = loads({"materials": [FAT, BONE | {"gradient": [2, 6]}]})
+    fat = loads({"materials": [FAT]})
+    assert len(function.graded) == 1
+    values = np.array([0, 45, 60, 80, 1e30])
+    for magnitude, weight in ((0, 0), (2, 0), (4, 0.5), (6, 1), (9, 1)):
+        emission, extinction = function.classify(values, np.full(5, float(magnitude)))
+        bone = np.array([share(BONE, value) for value in values]) * 4 * weight
+        np.testing.assert_allclose(extinction, fat.classify(values).extinction + bone, atol=1e-12)
+        np.testing.assert_allclose(emission, fat.classify(values).emission + np.outer(bone, RIGHT), atol=1e-12)
+
+
+def test_an_opaque_material_hides_all_where_it_has_any_share() -> None:
+    opaque = {key: each for key, each in FAT.items() if key != "extinction"} | {"opacity": 1}
+    haze = {"name": "haze", "to": [20, 60], "color": list(RIGHT), "extinction": 2}
+    emission, extinction = loads({"materials": [opaque, haze]}).classify([-1, 0, 1, 20, 49, 50, 60])
+    np.testing.assert_allclose(extinction, [2, 2, np.inf, np.inf, np.inf, 0.5, 0])
+    np.testing.assert_allclose(emission[2:5], [LEFT] * 3)  # its own colour, however little its share
+    np.testing.assert_allclose(emission[[0, 1, 5]], np.outer([2, 2, 0.5], RIGHT))
+
+
+def test_of_several_opaque_materials_the_mean_shows_weighted_by_share() -> None:
+    one = {"name": "one", "to": [0, 10], "color": [1, 0, 0], "opacity": 1}
+    other = {"name": "other", "from": [5, 15], "color": [0, 1, 0], "opacity": 1}
+    emission, extinction = loads({"materials": [one, other]}).classify([-1, 5, 10, 20])
+    assert np.isinf(extinction).all()
+    # At 5 the other's share is 0 still; at 10 the one's is 0 again.
+    np.testing.assert_allclose(emission, [[1, 0, 0], [1, 0, 0], [0, 1, 0], [0, 1, 0]])
+    even = loads({"materials": [one | {"to": 10}, other | {"from": 5}, other | {"name": "third", "from": 5}]})
+    np.testing.assert_allclose(even.classify([7]).emission, [[1 / 3, 2 / 3, 0]])
+
+
+POINTS = [
+    {"value": -10, "color": [0, 0, 0], "extinction": 0},
+    {"value": 25, "color": [1, 0.5, 0.25], "extinction": 2},
+    {"value": 25, "color": [0, 0, 1], "extinction": 3},
+    {"value": 90, "color": [0, 1, 0], "extinction": 1},
+]
+
+
+def test_points_and_materials_add_up() -> None:
+    both = loads({"points": POINTS, "materials": [FAT, BONE]})
+    points, materials = loads({"points": POINTS}), loads({"materials": [FAT, BONE]})
+    values = np.append(np.linspace(-30, 120, 1001), 25)
+    one, other, found = (each.classify(values) for each in (points, materials, both))
+    np.testing.assert_allclose(found.extinction, one.extinction + other.extinction, atol=1e-12)
+    # A line for each 32nd of a parabola: off by (change of colour 1) (change of extinction 2) / 4 / 32² at most.
+    np.testing.assert_allclose(found.emission, one.emission + other.emission, atol=5e-4)
+    assert np.abs(found.emission - one.emission - other.emission).max() > 1e-5
+
+
+@pytest.mark.parametrize("fixed", ["color", "premultiplied"])
+def test_points_whose_emission_is_linear_add_up_exactly(fixed: str) -> None:
+    if fixed == "color":
+        content = {"points": [point | {"color": [0.5, 0.25, 1]} for point in POINTS]}
+    else:
+        glowing = [{"value": p["value"], "emission": p["color"], "extinction": p["extinction"]} for p in POINTS]
+        content = {"points": glowing, "emission": "premultiplied"}
+    values = np.append(np.linspace(-30, 120, 1001), 25)
+    found, one, other = (
+        loads(each).classify(values) for each in (content | {"materials": [FAT]}, content, {"materials": [FAT]})
+    )
+    np.testing.assert_allclose(found.emission, one.emission + other.emission, atol=1e-12)
+    assert len(loads(content | {"materials": [FAT]}).values) < 12
+
+
+def test_opaque_points_stay_opaque_beside_materials() -> None:
+    points = [
+        {"value": 0, "color": [1, 0, 0], "extinction": 1},
+        {"value": 20, "color": [0, 1, 0], "opacity": 1},
+        {"value": 40, "color": [0, 0, 1], "extinction": 1},
+    ]
+    emission, extinction = loads({"points": points, "materials": [BONE]}).classify([-1, 0, 1, 20, 39, 40, 60])
+    np.testing.assert_allclose(extinction, [1, 1, np.inf, np.inf, np.inf, 1, 1 + 2])
+    np.testing.assert_allclose(emission[[1, 3, 5]], [[1, 0, 0], [0, 1, 0], [0, 0, 1]], atol=1e-12)
+    # Where the colour goes linearly from red to green: 1 / 20 of the way, less what the ramp begins later.
+    np.testing.assert_allclose(emission[2], [0.95, 0.05, 0], atol=1e-4)
+
+
+def test_a_boundary_goes_from_one_typical_value_to_the_next() -> None:
+    content = {
+        "materials": [AIR, FAT, BONE],
+        "show": [],
+        "boundaries": [{"materials": ["air", "fat", "bone"], "gradient": 8}],
+    }
+    function = loads(content)
+    assert function.materials == ("air", "fat", "bone")
+    # Air ends at 5, fat is alone from 10 to 30, and bone from 80 on.
+    values = np.array([4, 5, 12.5, 20, 50, 80, 81])
+    tau = np.array([0, 0, 0.25, 0.5, 2.25, 4, 0])
+    for magnitude, weight in ((0, 0), (2, 0.25), (8, 1), (20, 1)):
+        emission, extinction = function.classify(values, np.full(7, float(magnitude)))
+        np.testing.assert_allclose(extinction, weight * tau, atol=1e-12)
+        middle = 0.25 * np.array(LEFT) + 2 * np.array(RIGHT)
+        expected = [0.5 * np.array(LEFT), middle, 4 * np.array(RIGHT)]
+        np.testing.assert_allclose(emission[3:6], weight * np.array(expected), atol=1e-12)
+
+
+def test_a_contour_has_its_thickness_in_voxels_and_may_take_a_materials_matter() -> None:
+    entry = {"value": 7, "thickness": 3, "color": [1, 0.5, 0], "opacity": 0.5}
+    own = loads({"contours": [entry]}, VOLUME).contours[0]
+    of_bone = {"value": 7, "thickness": 3, "material": "bone"}
+    taken = loads({"materials": [BONE], "show": [], "contours": [of_bone]}, VOLUME).contours[0]
+    assert own.value == taken.value == 7
+    assert own.thickness == taken.thickness == 3 * 1.0
+    assert own.extinction == pytest.approx(np.log(2))
+    np.testing.assert_allclose(own.emission, np.log(2) * np.array([1, 0.5, 0]))
+    assert taken.extinction == 4
+    np.testing.assert_allclose(taken.emission, 4 * np.array(RIGHT))
+    assert loads({"contours": [entry]}, Volume(np.zeros((2, 2, 2)), (5, 6, 7))).contours[0].thickness == 15
+
+
+def test_only_some_materials_show() -> None:
+    content = {"materials": [AIR, FAT, BONE | {"gradient": [0, 1]}]}
+    fat = loads(content, materials=["fat"])
+    assert fat.materials == ("fat",) and not fat.needs_gradient
+    np.testing.assert_array_equal(fat.classify([20, 100]).extinction, [0.5, 0])
+    assert loads(content, materials=("bone", "air")).materials == ("air", "bone")
+    assert loads(content | {"show": ["fat"]}).materials == ("fat",)
+    assert loads(content | {"show": ["fat"]}, materials=["bone"]).materials == ("bone",)
+    contour = {"contours": [{"value": 1, "world_thickness": 1, "material": "bone"}]}
+    assert loads(content | contour, materials=["fat"]).materials == ("fat", "bone")
+    for preset in ("table-5-1", "ct-materials", "mr-materials", "histogram"):
+        names = transfer.preset(preset, VOLUME).materials
+        assert transfer.preset(preset, VOLUME, materials=names[-1:]).materials == names[-1:]
+
+
+def test_the_gradient_modulates_points_and_materials_without_one() -> None:
+    content = {"materials": [FAT, BONE | {"gradient": [0, 0]}], "gradient": [[0, 0], [10, 1]]}
+    extinction = loads(content).classify([20, 20, 100], [5, 10, 5]).extinction
+    np.testing.assert_allclose(extinction, [0.25, 0.5, 4])
+
+
+def test_all_units_may_be_relative_to_the_volume() -> None:
+    content = {
+        "values": "range",
+        "length": "box",
+        "gradients": "relative",
+        "materials": [FAT | {"from": 0.1, "to": [0.5, 0.6]}, BONE | {"from": 0.7, "gradient": [0.1, 0.2]}],
+        "contours": [{"value": 0.5, "thickness": 1, "color": [1, 1, 1], "extinction": 20}],
+        "boundaries": [{"materials": ["fat", "bone"], "gradient": 0.5}],
+        "graded": [{"points": [{"value": 1, "emission": [1, 2, 3], "extinction": 20}], "gradient": [0, 1]}],
+        "gradient": [[0, 1], [1, 0]],
+    }
+    function = loads(content, VOLUME)
+    edge = (20 + 10 + 40) / 3
+    np.testing.assert_allclose(function.values, [99.9, 99.9, 499.5, 599.4])
+    np.testing.assert_allclose(function.extinctions, np.array([0, 0.5, 0.5, 0]) / edge)
+    bone, own, between = function.graded[0], function.graded[2], function.graded[1]
+    assert (bone.start, bone.full) == pytest.approx((99.9, 199.8))  # the range is 999 and the spacing 1
+    assert bone.extinctions.max() == pytest.approx(4 / edge)
+    assert between.full == pytest.approx(499.5)
+    np.testing.assert_allclose(between.values, [(99.9 + 499.5) / 2, 699.3])
+    np.testing.assert_allclose(own.emissions, [np.array([1, 2, 3]) / edge])
+    assert own.full == 999
+    assert function.contours[0].value == 499.5
+    assert function.contours[0].extinction == pytest.approx(20 / edge)
+    np.testing.assert_allclose(function.modulation, [[0, 1], [999, 0]])
+    coarse = Volume(VOLUME.values, (4.0, 2.0, 8.0))
+    assert loads(content, coarse).graded[0].full == pytest.approx(99.9)
+    percent = loads({"values": "percentile", "materials": [BONE | {"from": [50, 100]}]}, VOLUME)
+    np.testing.assert_allclose(percent.values, [499.5, 999])
+    points = [
+        {"value": 0, "emission": [4, 5, 6], "extinction": 7},
+        {"value": 1, "color": [1, 0, 0], "opacity": 1},
+    ]
+    premultiplied = {"length": "box", "emission": "premultiplied", "points": points}
+    np.testing.assert_allclose(loads(premultiplied, VOLUME).colors, [np.array([4, 5, 6]) / edge, [1, 0, 0]])
+
+
+def test_a_function_of_graded_matter_alone_has_a_point_of_nothing() -> None:
+    for content in ({"materials": [BONE | {"gradient": [0, 1]}]}, {"materials": [BONE], "show": []}):
+        function = loads(content)
+        np.testing.assert_array_equal(function.extinctions, [0])
+        assert not function.classify(100.0, 0.0).extinction
+
+
+def test_materials_survive_json() -> None:
+    content = {
+        "materials": [FAT | {"opacity": 1} | {}, BONE | {"gradient": [0, 1]}],
+        "contours": [{"value": 1, "world_thickness": 1, "material": "bone"}],
+        "gradient": [[0, 0], [1, 1]],
+    }
+    del content["materials"][0]["extinction"]  # type: ignore[attr-defined]
+    function = loads(content)
+    again = loads(function.as_json())
+    random = np.random.default_rng(0)
+    values, magnitudes = random.uniform(-10, 100, 500), random.uniform(0, 2, 500)
+    for one, other in zip(function.classify(values, magnitudes), again.classify(values, magnitudes), strict=True):
+        np.testing.assert_array_equal(one, other)
+    assert again.materials == function.materials == ("fat", "bone")
+
+
+def _material(**changes: Any) -> dict[str, Any]:
+    return {"materials": [{key: each for key, each in (FAT | changes).items() if each is not None}]}
+
+
+def _contour(**changes: Any) -> dict[str, Any]:
+    entry = {"value": 1, "world_thickness": 1, "color": [1, 1, 1], "extinction": 1} | changes
+    return {"materials": [FAT], "contours": [{key: each for key, each in entry.items() if each is not None}]}
+
+
+def _boundary(**changes: Any) -> dict[str, Any]:
+    entry = {"materials": ["fat", "bone"], "gradient": 1} | changes
+    return {"materials": [FAT, BONE], "boundaries": [{key: each for key, each in entry.items() if each is not None}]}
+
+
+def _graded(**changes: Any) -> dict[str, Any]:
+    point = {"value": 0, "emission": [0, 0, 0], "extinction": 0}
+    return {"graded": [{"points": [point | changes.pop("point", {})], "gradient": [0, 1]} | changes]}
+
+
+@pytest.mark.parametrize(
+    "content, message",
+    [
+        ({"materials": []}, "has a list of materials, and at least one"),
+        ({"materials": {}}, "has a list of materials"),
+        ({"materials": [3]}, "material 0 is an object with name, from, to, color and extinction, and not 3"),
+        (_material(name=None), "material 0 has a name without a comma, and not None"),
+        (_material(name="a,b"), "has a name without a comma, and not 'a,b'"),
+        (_material(colour=1), "material 0 has no key 'colour'; it has color, extinction, from, gradient, name, op"),
+        (_material(color=None), "material 'fat' lacks color"),
+        (_material(color=[0, 0, 2]), r"material 'fat': color lies in \[0, 1\], and is \[0.0, 0.0, 2.0\]"),
+        (_material(color=[0, 0, -1]), "color lies in"),
+        (_material(extinction=-1), "material 'fat': extinction must not be negative or NaN, and is -1"),
+        (_material(opacity=0.5), "material 'fat' has either extinction or opacity"),
+        (_material(**{"from": [10, 0]}), r"material 'fat': from is a number or two that ascend, and not \[10, 0\]"),
+        (_material(**{"from": [0, 1, 2]}), "from is a number or two"),
+        (_material(**{"from": "0"}), "from is a number, and not '0'"),
+        (_material(**{"from": [0, np.nan]}), "from is a number or two"),
+        (_material(to=[5, 50]), "material 'fat': to comes after from, and goes from 5 while from goes to 10"),
+        (_material(**{"from": 3, "to": 3}), "to comes after from"),
+        (_material(gradient=[1, 0]), r"material 'fat': gradient is two gradient magnitudes from 0 upwards .*\[1, 0\]"),
+        (_material(gradient=[-1, 0]), "two gradient magnitudes"),
+        (_material(gradient=3), "two gradient magnitudes"),
+        (_material(gradient=[0, 1], extinction=None, opacity=1), "'fat': what depends on the gradient is not opaque"),
+        ({"materials": [FAT, FAT]}, "the material 'fat' stands twice"),
+        ({"materials": [FAT], "show": ["bones"]}, "there is no material 'bones'; there are fat"),
+        ({"materials": [FAT], "show": "fat"}, "show is a list of names"),
+        ({"materials": [FAT], "points": [{"value": 0, "emission": [0, 0, 0], "extinction": 0}], "emission": "emissive"},
+         "emissive points don't mix with materials"),
+        ({"contours": []}, "has a list of contours"),
+        (_contour(thickness=1), "contour 0 has either thickness or world_thickness"),
+        (_contour(world_thickness=None), "contour 0 has either thickness or world_thickness"),
+        (_contour(world_thickness=0), "contour 0: world_thickness is a finite number above 0, and is 0"),
+        (_contour(world_thickness=-1), "finite number above 0"),
+        (_contour(world_thickness=None, thickness=1), "its units depend on the volume: give load"),
+        (_contour(value=None), "contour 0 lacks value"),
+        (_contour(value=np.inf), "contour 0: value must be finite"),
+        (_contour(value=1e308), "value must be finite and lie within"),
+        (_contour(extinction=None, opacity=1), "contour 0: what depends on the gradient is not opaque"),
+        (_contour(extinction=None), "contour 0 has either extinction or opacity"),
+        (_contour(color=None), "contour 0 lacks color or emission"),
+        (_contour(emission=[1, 1, 1]), "contour 0 has either color or emission"),
+        (_contour(color=[2, 0, 0]), "contour 0: color lies in"),
+        (_contour(material="fat"), "contour 0 has either a material, or a colour"),
+        (_contour(material="skin", color=None, extinction=None), "no material 'skin'; there are fat"),
+        (_contour(radius=1), "contour 0 has no key 'radius'"),
+        ({"boundaries": []}, "has a list of boundaries"),
+        (_boundary(materials=["fat"]), "boundary 0 has a list of materials, the names of at least two"),
+        (_boundary(materials=["fat", "skin"]), "no material 'skin'; there are fat, bone"),
+        (_boundary(materials=["fat", ["bone"]]), r"no material \['bone'\]"),
+        (_boundary(materials=["bone", "fat"]), r"boundary 0: the materials go from low to high .* 'fat' \(20\)"),
+        (_boundary(gradient=0), "boundary 0: gradient is a finite number above 0, and is 0"),
+        (_boundary(gradient=None), "boundary 0 lacks gradient"),
+        ({"boundaries": [{"materials": ["a", "b"], "gradient": 1}]}, "no material 'a'; there are none"),
+        ({"materials": [FAT, {"name": "all", "color": [0, 0, 0], "extinction": 1}],
+          "boundaries": [{"materials": ["fat", "all"], "gradient": 1}]}, "'all' has no typical value"),
+        ({"materials": [FAT, {"name": "wall", "from": 90, "color": [0, 0, 0], "opacity": 1}],
+          "boundaries": [{"materials": ["fat", "wall"], "gradient": 1}]}, "'wall' is opaque"),
+        ({"graded": []}, "has a list of graded"),
+        (_graded(gradient=[0]), "graded 0: gradient is two gradient magnitudes"),
+        (_graded(points=[]), "has a list of points"),
+        (_graded(point={"extinction": -1}), "graded 0, point 0: extinction must not be negative"),
+        (_graded(point={"emission": [-1, 0, 0]}), "graded 0: .*emission must be finite and not negative"),
+        ({"materials": [FAT], "gradient": []}, "gradient is a list of pairs"),
+        ({"materials": [FAT], "gradient": [[0]]}, r"gradient: entry 0 is a pair \[magnitude, factor\], and not \[0\]"),
+        ({"materials": [FAT], "gradient": [[1, 0], [0, 1]]}, "gradient magnitudes must ascend, and 0 follows 1"),
+        ({"materials": [FAT], "gradient": [[0, -1]]}, "must be finite and not negative"),
+        ({"materials": [FAT], "gradients": "steep"}, '"gradients" is one of data, relative'),
+        ({"values": "percentile", "materials": [BONE | {"from": 101}]}, r"percentiles lie in \[0, 100\]"),
+        ({"points": [{"value": 0, "emission": [0, 0, 0], "opacity": 1}], "emission": "premultiplied"},
+         "point 0: it is opaque, and has color"),
+        ({"material_names": "fat", "points": POINTS}, "material_names is a list of names"),
+        ({"show": []}, "has a list of points, and at least one, or materials"),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_in_a_file_is_said_in_one_line(content: dict[str, Any], message: str) -> None:
+    with pytest.raises(InputError, match=message) as caught:
+        loads(content)
+    assert str(caught.value).startswith("materials.json: ")
+    assert "\n" not in str(caught.value)
+
+
+def test_materials_that_are_not_there_are_refused_with_the_list() -> None:
+    with pytest.raises(InputError, match="no material 'bones'; there are air, fat, bone"):
+        loads({"materials": [AIR, FAT, BONE]}, materials=["bones"])
+    with pytest.raises(InputError, match="it has no materials, and 'bone' can't be chosen"):
+        loads({"points": POINTS}, materials=["bone"])
+    with pytest.raises(InputError, match="no material 'bones'; there are air, fat, soft tissue, bone"):
+        transfer.preset("table-5-1", VOLUME, ["bones"])
+    with pytest.raises(InputError, match="the preset ct-bone has no materials, and 'bone' can't"):
+        transfer.preset("ct-bone", VOLUME, ["bone"])

@@ -1,0 +1,87 @@
+"""What the shader has to know of light and of depth cues: switches and uniforms; none where a scene has neither.
+
+Lights are counted among directions of the world, gradients relative to the largest that a texel may hold, places
+relative to the middle of the box and its radius, so that float32 has digits left in worlds of any size.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from texvol.camera import Camera
+from texvol.lighting import DepthCue, Light, Lighting, unit
+from texvol.volume import Volume
+
+_LEAST = 1e-30  # of what is divided by
+
+
+def light_switches(lighting: Lighting | None) -> dict[str, int]:
+    """Switches of light.glsl, and LIT."""
+    if lighting is None:
+        return {"LIT": 0}
+    return {
+        "LIT": 1,
+        "HEAD_LIGHT": int(bool(_of_kind(lighting, "head"))),
+        "DIRECTIONAL_LIGHTS": len(_of_kind(lighting, "directional")),
+        "POINT_LIGHTS": len(_of_kind(lighting, "point")),
+        "SPECULAR": int(_has_highlights(lighting)),
+        "TWO_SIDED": int(lighting.two_sided),
+    }
+
+
+def light_uniforms(lighting: Lighting, volume: Volume, largest_gradient: float) -> dict[str, Any]:
+    """Uniforms of light.glsl; `largest_gradient` is what a gradient of 1 in the shader stands for, per world unit."""
+    uniforms: dict[str, Any] = {
+        "ambient": lighting.ambient,
+        "diffuse": lighting.diffuse,
+        "fade": max(lighting.fade_for(volume) / largest_gradient, _LEAST),
+    }
+    if _has_highlights(lighting):
+        uniforms |= {"specular": lighting.specular, "shininess": lighting.shininess}
+    if heads := _of_kind(lighting, "head"):
+        uniforms["head_color"] = tuple(np.sum([light.color for light in heads], axis=0))
+    if directional := _of_kind(lighting, "directional"):
+        uniforms["directions"] = _array([unit(light.vector) for light in directional if light.vector])
+        uniforms["direction_colors"] = _array([light.color for light in directional])
+    if points := _of_kind(lighting, "point"):
+        places = [(np.array(light.vector) - volume.centre) / volume.radius for light in points]
+        uniforms["positions"] = _array(places)
+        uniforms["position_colors"] = _array([light.color for light in points])
+        to_world = volume.box_edges / volume.radius
+        uniforms["world_from_box"] = tuple(to_world.T.reshape(-1))  # column after column
+        uniforms["world_corner"] = tuple(to_world @ np.full(3, -0.5))
+    return uniforms
+
+
+def eye_uniforms(camera: Camera, size: tuple[int, int]) -> dict[str, Any]:
+    """Where the eye is, seen from each pixel's ray."""
+    rays = camera.pixel_rays(size, np.zeros(3))
+    uniforms: dict[str, Any] = {"to_eye_middle": tuple(-rays.velocity)}
+    if camera.projection == "perspective":
+        uniforms["to_eye_per_column"] = tuple(-rays.velocity_per_column)
+        uniforms["to_eye_per_row"] = tuple(-rays.velocity_per_row)
+    return uniforms
+
+
+def cue_uniforms(cue: DepthCue, volume: Volume, camera: Camera, slab_thickness: float) -> dict[str, Any]:
+    """A depth cue, with depth in slab thicknesses from the middle of the box."""
+    near, far = cue.range_for(volume, camera)
+    middle = float(camera.forward @ (volume.centre - camera.eye))
+    return {
+        "cue": (*cue.color, cue.strength),
+        "cue_range": ((near - middle) / slab_thickness, slab_thickness / (far - near)),
+    }
+
+
+def _of_kind(lighting: Lighting, kind: str) -> list[Light]:
+    return [light for light in lighting.lights if light.kind == kind]
+
+
+def _has_highlights(lighting: Lighting) -> bool:
+    return lighting.specular > 0 and bool(lighting.lights)
+
+
+def _array(rows: list[Any]) -> list[tuple[float, ...]]:
+    return [tuple(map(float, row)) for row in rows]

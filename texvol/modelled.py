@@ -1,0 +1,50 @@
+"""What a scene makes the renderer model beyond plain absorption and emission along parallel rays, by name."""
+
+from __future__ import annotations
+
+from texvol.camera import Camera
+from texvol.scene import Scene
+
+
+def modelled(scene: Scene, camera: Camera) -> list[str]:
+    """Names for `--stats`; what is not among them has cost nothing."""
+    names = {
+        "perspective": camera.projection == "perspective",
+        "background": any(scene.background) and scene.mode in ("composite", "isosurface"),
+        scene.mode: scene.mode != "composite",
+    }
+    if scene.needs_gradient:
+        names[f"{scene.gradient.kind} gradient"] = True
+    if scene.mode == "composite":
+        names |= _matter(scene)
+    if scene.mode in ("composite", "isosurface"):
+        names |= _light(scene)
+    return [name for name, is_modelled in names.items() if is_modelled]
+
+
+def _matter(scene: Scene) -> dict[str, bool]:
+    matter = scene.transfer_function
+    if matter is None:
+        return {}
+    return {
+        "emissive": matter.emissive,
+        "gradient modulation": matter.modulation is not None,
+        "graded materials": bool(matter.graded),
+        "contours": bool(matter.contours),
+    }
+
+
+def _light(scene: Scene) -> dict[str, bool]:
+    lighting = scene.lighting
+    names = {"depth cue": scene.depth_cue is not None}
+    if lighting is None:
+        return names | {"head light": scene.mode == "isosurface"}
+    kinds = [light.kind for light in lighting.lights]
+    return {
+        "ambient light": not kinds,
+        "head light": "head" in kinds,
+        "directional lights": "directional" in kinds,
+        "point lights": "point" in kinds,
+        "highlights": lighting.specular > 0 and bool(kinds),
+        "shadows": lighting.shadows,
+    } | names

@@ -1,0 +1,136 @@
+"""Modes in which the values themselves are seen: what the shader projects, and the numbers that come of it.
+
+    xray         ∫ v ds, in data units times world units           average      that, divided by the way
+    mip, minip   the largest and the least value on the ray         isosurface   the first place of one value, lit
+
+over the ray's way through the box, in front of the eye, where there are values. Pictures of the first four hold the
+number in red, green and blue, and 1 in alpha where there is one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from texvol.camera import Camera
+from texvol.display import isosurface_color
+from texvol.lighting import Lighting
+from texvol.scene import Scene
+from texvol.transfer import TransferFunction
+from texvol.value_texture import HUGE, ValueTexture
+from texvol.volume import Volume
+
+# Stands where texels of values want a transfer function that nothing is asked of.
+NO_MATTER = TransferFunction(np.zeros(1), np.zeros((1, 3)), np.zeros(1))
+NOTHING_YET = -3e38  # the largest value of none
+_ROUNDING = 2.0**-20  # of a value, more than interpolation loses
+_MODES = {"xray": 1, "average": 1, "mip": 2, "minip": 2, "isosurface": 3}
+
+
+@dataclass(frozen=True)
+class Isovalue:
+    """Stands for a transfer function where it is asked which values show anything: those of one surface."""
+
+    value: float
+
+    def shows_between(self, lowest: ArrayLike, highest: ArrayLike) -> NDArray[np.bool_]:
+        """Whether the isovalue lies between, or as near as rounding makes no difference; False where either is NaN."""
+        lowest, highest = np.asarray(lowest, np.float64), np.asarray(highest, np.float64)
+        with np.errstate(invalid="ignore", over="ignore"):
+            margin = _ROUNDING * np.maximum(np.maximum(np.abs(lowest), np.abs(highest)), abs(self.value))
+            return np.asarray((lowest - margin <= self.value) & (self.value <= highest + margin))
+
+
+@dataclass(frozen=True)
+class Projection:
+    """What is projected of a scene, for the shader projection.frag; `depth` for that of an isosurface in its place."""
+
+    mode: str
+    isovalue: float | None
+    color: tuple[float, float, float]
+    lighting: Lighting | None
+    depth: bool = False
+
+    @property
+    def blending(self) -> str:
+        """How bricks are put together."""
+        return {1: "add", 2: "largest", 3: "under"}[_MODES[self.mode]]
+
+    @property
+    def measures_ways(self) -> bool:
+        """Whether it matters how long a ray's way is."""
+        return _MODES[self.mode] == 1
+
+    @property
+    def nothing(self) -> tuple[float, float, float, float]:
+        """What an empty picture holds."""
+        return (NOTHING_YET, 0.0, 0.0, 0.0) if _MODES[self.mode] == 2 else (0.0, 0.0, 0.0, 0.0)
+
+    def switches(self, baked: ValueTexture) -> dict[str, int]:
+        """Switches of the shader, but for those of light."""
+        return {
+            "MODE": _MODES[self.mode],
+            "DEPTH": int(self.depth),
+            "MISSING": int(baked.volume.has_missing),
+            "GRADIENT": int(baked.estimator is not None),
+        }
+
+    def uniforms(self, baked: ValueTexture) -> dict[str, Any]:
+        """Uniforms of the shader, but for those of light and rays."""
+        if self.mode in ("xray", "average"):
+            return {"bias": _bias(baked)}
+        if self.mode in ("mip", "minip"):
+            return {"sign_of_largest": 1.0 if self.mode == "mip" else -1.0}
+        assert self.isovalue is not None
+        # No value that is stored lies beyond these.
+        stored = float(np.clip((self.isovalue - baked.offset) / baked.scale, -2 * HUGE, 2 * HUGE))
+        if self.depth:
+            return {"isovalue": stored}
+        return {"isovalue": stored, "surface_color": self.color} | baked.gradient_uniforms
+
+    def numbers(self, drawn: NDArray[np.float32], baked: ValueTexture, slab_thickness: float) -> NDArray[np.float32]:
+        """The picture, shape (h, w, 4), of what the shader has drawn."""
+        if self.mode == "isosurface":
+            return drawn
+        red, green = (drawn[..., channel].astype(np.float64) for channel in (0, 1))
+        if self.mode in ("mip", "minip"):
+            there = red > NOTHING_YET / 2
+            stored = red if self.mode == "mip" else -red
+            found = baked.offset + baked.scale * stored
+            # What stands for infinities, see value_texture.
+            found = np.where(np.abs(stored) > HUGE / 2, np.copysign(np.inf, stored), found)
+        else:
+            there = green > 0
+            found = baked.scale * red + (baked.offset + baked.scale * _bias(baked)) * green
+            if self.mode == "average":
+                found = np.divide(found, green, out=np.zeros_like(found), where=there)
+            else:
+                found = found * slab_thickness
+        picture = np.zeros((*found.shape, 4), np.float32)
+        picture[there, :3] = found[there, np.newaxis]
+        picture[there, 3] = 1.0
+        return picture
+
+
+def projection_of(scene: Scene, *, depth: bool = False) -> Projection | None:
+    """What is projected of a scene; None for composite."""
+    if scene.mode == "composite":
+        return None
+    lighting = (scene.lighting or Lighting()) if scene.mode == "isosurface" and not depth else None
+    red, green, blue = map(float, isosurface_color(scene))
+    return Projection(scene.mode, scene.isovalue, (red, green, blue), lighting, depth)
+
+
+def depth_of(drawn: NDArray[np.float32], volume: Volume, camera: Camera, slab_thickness: float) -> NDArray[np.float64]:
+    """Depth of the surface from what the shader says of it, shape (h, w): along the view from the eye, world units."""
+    middle = float(camera.forward @ (volume.centre - camera.eye))
+    slabs = drawn[..., 0].astype(np.float64) + drawn[..., 1]
+    return np.where(drawn[..., 3] > 0, middle + slabs * slab_thickness, np.inf)
+
+
+def _bias(baked: ValueTexture) -> float:
+    low, high = baked.volume.finite_range or (0.0, 0.0)
+    return float((low / 2 + high / 2 - baked.offset) / baked.scale)

@@ -1,0 +1,237 @@
+"""The way of a ray through one trilinear cell of a lit scene; the twin of `cells`.
+
+Post-classified, what is seen is smooth between two cuts (`lit_cuts`) and integrated there by `collocation`.
+Pre-classified, the corners are classified and lit, then interpolated: cubics, as without light; only a depth cue is
+that of the place, linear along the ray.
+"""
+
+from __future__ import annotations
+
+from math import exp, inf, isfinite, isinf, isnan, sqrt
+
+from texvol.ray_casting.bernstein import EPSILON, mix, quartic_at, restricted, trilinear, value_at
+from texvol.ray_casting.cells import JUST_INSIDE, _opaque_color, _point_between, _value_beside_gaps
+from texvol.ray_casting.collocation import add_stretch, fields_at, shown
+from texvol.ray_casting.compiling import compiled, inlined
+from texvol.ray_casting.lit_cuts import find_cuts
+from texvol.ray_casting.matter import GAUSS_POINTS, GAUSS_WEIGHTS, OPAQUE_DEPTH, add_opaque, add_piece, segment_of
+from texvol.ray_casting.shading import (
+    FACING,
+    OPAQUE,
+    choose,
+    cue_at,
+    cued,
+    dot,
+    facing,
+    lit,
+    matter_at,
+    opaque_color,
+    unit,
+)
+
+
+@inlined
+def load_cell(values, gradients, scene, cell, bench):
+    """Whether there may be something to be seen in a cell; its samples, edge values repeated, in `bench`."""
+    nz, ny, nx = values.shape
+    low, high, steepest = inf, -inf, 0.0
+    for corner in range(8):
+        i = min(max(cell[0] + (corner & 1), 0), nx - 1)
+        j = min(max(cell[1] + (corner >> 1 & 1), 0), ny - 1)
+        k = min(max(cell[2] + (corner >> 2), 0), nz - 1)
+        value = values[k, j, i]
+        bench.corners[corner] = value
+        low, high = min(low, value), max(high, value)  # NaN is neither
+        if scene.uses_gradient:
+            square = 0.0
+            for axis in range(3):
+                slope = scene.gradient_factor * gradients[k, j, i, axis]
+                slope = slope if isfinite(slope) else 0.0
+                bench.slopes[axis, corner] = slope
+                square += slope * slope
+            steepest = max(steepest, square)
+    return low <= high and _may_show(scene, low, high, sqrt(steepest))
+
+
+@inlined
+def _may_show(scene, low, high, steepest):
+    """Whether there is matter of any value from low to high."""
+    matter, graded = scene.matter, scene.graded
+    lowest, highest = segment_of(matter.points, low), segment_of(matter.points, high)
+    if matter.visible_before[highest + 1] > matter.visible_before[lowest]:
+        return True
+    margin = 4 * EPSILON * max(abs(low), abs(high))
+    for k in range(graded.start.size):
+        first, last = graded.first[k], graded.first[k + 1] - 1
+        if (
+            high >= graded.values[first] - margin
+            and low <= graded.values[last] + margin
+            and steepest >= graded.start[k]
+        ):
+            return True
+    for contour in scene.contours:
+        away = max(low - contour[0], contour[0] - high)
+        if away <= margin or away <= contour[1] * steepest:
+            return True
+    return False
+
+
+@inlined
+def cross_postclassified(scene, ray, bench, entry, leave, here, length, rounding, depth, light):
+    """Optical depth behind a cell whose value and gradient are interpolated, then classified and lit."""
+    corners, field = bench.corners, bench.field
+    beside = 0.0
+    if not isfinite(corners.sum()):
+        beside = _value_beside_gaps(corners, _point_between(entry, leave, 0.5), rounding)
+        if isnan(beside):
+            return depth
+        if beside != 0.0:
+            corners[:] = beside
+    low, high = corners.min(), corners.max()
+    # Values no farther apart than this could be one value, but for rounding.
+    margin = max(rounding[0], rounding[1], rounding[2]) * (high - low) + 4 * EPSILON * max(abs(low), abs(high))
+    field[0, 0], field[0, 1], field[0, 2], field[0, 3] = trilinear(corners, entry, leave)
+    for axis in range(3):
+        slopes = trilinear(bench.slopes[axis], entry, leave)
+        field[1 + axis, 0], field[1 + axis, 1], field[1 + axis, 2], field[1 + axis, 3] = slopes
+    start = 0.0
+    for cut in range(find_cuts(scene, ray, bench, here, length)):
+        end = bench.cuts[cut]
+        if start < end and depth < OPAQUE_DEPTH:
+            depth = _add_part(scene, ray, bench, start, end, margin, here, length, depth, light)
+            start = end
+    return depth
+
+
+@inlined
+def _add_part(scene, ray, bench, start, end, margin, here, length, depth, light):
+    """Optical depth behind the part from `start` to `end`, in which the same lines of the transfer function hold."""
+    value, gradient, m = fields_at(bench, (start + end) / 2)
+    if not choose(scene, value, m, margin, bench.chosen):
+        return depth
+    side = facing(scene.lights, gradient, m, ray.toward_eye)
+    bench.chosen[FACING] = side
+    if bench.chosen[OPAQUE]:
+        # Just inside, so that light and the eye are on the side where they are throughout.
+        t = mix(start, end, JUST_INSIDE)
+        value, gradient, m = fields_at(bench, t)
+        color = opaque_color(scene, bench.chosen, value)
+        return add_opaque(shown(scene, ray, color, 1.0, gradient, m, side, here + t * length), depth, light)
+    return add_stretch(scene, ray, bench, start, end, here, length, depth, light)
+
+
+@inlined
+def cross_preclassified(scene, ray, bench, cell, entry, leave, here, length, rounding, depth, light):
+    """Optical depth behind a cell whose corners are classified and lit, then interpolated."""
+    channels, opaque, seen = bench.channels, False, False
+    for corner in range(8):
+        red, green, blue, extinction = _corner(scene, bench, cell, corner)
+        channels[0, corner], channels[1, corner], channels[2, corner] = red, green, blue
+        channels[3, corner] = extinction
+        opaque = opaque or isinf(extinction)
+        seen = seen or extinction > 0.0 or max(red, green, blue) > 0.0
+    if not seen:
+        return depth
+    if opaque:
+        color, weight = _opaque_color(channels, entry, leave, rounding)
+        if weight > 0:
+            if scene.cued:
+                color = cued(scene.cue, color, 1.0, cue_at(scene.cue, (here - ray.eye) * ray.along))
+            return add_opaque(color, depth, light)
+    color = (
+        trilinear(channels[0], entry, leave),
+        trilinear(channels[1], entry, leave),
+        trilinear(channels[2], entry, leave),
+    )
+    extinction = trilinear(channels[3], entry, leave)
+    if not scene.cued:
+        return add_piece(color, extinction, False, length, depth, light)
+    return _add_cued(scene.cue, ray, color, extinction, here, length, depth, light)
+
+
+@inlined
+def _corner(scene, bench, cell, corner):
+    """Emission, lit, and extinction of a corner of a cell; straight colour if opaque."""
+    value = bench.corners[corner]
+    if isnan(value):
+        return 0.0, 0.0, 0.0, 0.0
+    gradient = bench.slopes[0, corner], bench.slopes[1, corner], bench.slopes[2, corner]
+    m = sqrt(dot(gradient, gradient))
+    if not choose(scene, value, m, 0.0, bench.chosen):
+        return 0.0, 0.0, 0.0, 0.0
+    if bench.chosen[OPAQUE]:
+        color, extinction, weight = opaque_color(scene, bench.chosen, value), inf, 1.0
+    else:
+        red, green, blue, extinction = matter_at(scene, bench.chosen, value, m)
+        color, weight = (red, green, blue), extinction
+    if scene.lit:
+        place = _place_of_sample(scene, cell, corner)
+        toward_eye = scene.eye.backward
+        if scene.eye.perspective:
+            eye = scene.eye.place
+            toward_eye = unit((eye[0] - place[0], eye[1] - place[1], eye[2] - place[2]))
+        side = facing(scene.lights, gradient, m, toward_eye)
+        color = lit(scene.lights, color, weight, gradient, m, side, toward_eye, place)
+    return color[0], color[1], color[2], extinction
+
+
+@inlined
+def _place_of_sample(scene, cell, corner):
+    """World, relative to the centre of the volume; outside the box that of the sample that is repeated there."""
+    nearest = 2 * scene.middle  # the last sample of each axis
+    x = min(max(cell[0] + (corner & 1), 0.0), nearest[0]) - scene.middle[0]
+    y = min(max(cell[1] + (corner >> 1 & 1), 0.0), nearest[1]) - scene.middle[1]
+    z = min(max(cell[2] + (corner >> 2), 0.0), nearest[2]) - scene.middle[2]
+    axes = scene.world_from_index
+    return (
+        axes[0, 0] * x + axes[0, 1] * y + axes[0, 2] * z,
+        axes[1, 0] * x + axes[1, 1] * y + axes[1, 2] * z,
+        axes[2, 0] * x + axes[2, 1] * y + axes[2, 2] * z,
+    )
+
+
+@compiled
+def _add_cued(cue, ray, color, extinction, here, length, depth, light):
+    """Optical depth behind a cell of cubic emission and extinction, under a cue that is linear between its two ends."""
+    cuts = 1.0, 1.0
+    if ray.along > 0.0:
+        cuts = ((ray.eye + cue.near / ray.along - here) / length, (ray.eye + cue.far / ray.along - here) / length)
+    start = 0.0
+    for cut in range(3):
+        end = min(max(cuts[cut], 0.0), 1.0) if cut < 2 else 1.0
+        if start < end:
+            part = restricted(extinction, start, end)
+            red, green, blue = color
+            colors = restricted(red, start, end), restricted(green, start, end), restricted(blue, start, end)
+            first = cue_at(cue, (here + start * length - ray.eye) * ray.along)
+            last = cue_at(cue, (here + end * length - ray.eye) * ray.along)
+            depth = _add_mixed(cue, first, last, colors, part, (end - start) * length, depth, light)
+            start = end
+    return depth
+
+
+@compiled
+def _add_mixed(cue, first, last, color, extinction, length, depth, light):
+    """As `add_piece`, where the share of the cue goes linearly from `first` to `last`."""
+    d1 = length / 4 * extinction[0]
+    d2 = d1 + length / 4 * extinction[1]
+    d3 = d2 + length / 4 * extinction[2]
+    d4 = d3 + length / 4 * extinction[3]
+    red, green, blue = color
+    start, width, reached = 0.0, 1.0, 0.0
+    while start < 1.0 and depth + reached < OPAQUE_DEPTH:
+        # Halve until a stretch is at most 1 deep: e^-x over it is then a polynomial of low degree, to rounding.
+        following = quartic_at(d1, d2, d3, d4, start + width)
+        while following - reached > 1.0 and start + width / 2 > start:
+            width /= 2
+            following = quartic_at(d1, d2, d3, d4, start + width)
+        for point in range(GAUSS_POINTS.size):
+            t = start + width * GAUSS_POINTS[point]
+            seen = GAUSS_WEIGHTS[point] * width * length * exp(-depth - quartic_at(d1, d2, d3, d4, t))
+            glow = value_at(red, t), value_at(green, t), value_at(blue, t)
+            glow = cued(cue, glow, value_at(extinction, t), mix(first, last, t))
+            for channel in range(3):
+                light[channel] += seen * glow[channel]
+        start, reached = start + width, following
+        width = min(2 * width, 1 - start)
+    return depth + max(d4, 0.0)

@@ -1,0 +1,190 @@
+"""What the oracle has to know of a scene with light, a depth cue or matter that depends on the gradient, as arrays.
+
+Gradients are counted in *kernel units*: data units per smallest spacing, times a power of two that takes the range of
+the values to about 1, so that their squares are numbers. Every threshold that they are held against is converted once,
+here. Places are world units relative to the centre of the volume.
+"""
+
+from __future__ import annotations
+
+from math import frexp
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.camera import Camera
+from texvol.errors import InputError
+from texvol.gradient import gradients
+from texvol.lighting import DepthCue, Lighting, unit
+from texvol.ray_casting.matter import Matter, matter_of
+from texvol.scene import Scene
+from texvol.transfer import TransferFunction
+from texvol.volume import Volume
+
+HEAD, DIRECTIONAL, POINT = 0.0, 1.0, 2.0  # kinds of light, in a row of `lights`
+_KINDS = {"head": HEAD, "directional": DIRECTIONAL, "point": POINT}
+_NO_GRADIENTS = np.zeros((1, 1, 1, 3), np.float32)
+_LEAST_FADE = 1e-300  # kernel units; nothing fades
+
+Numbers = NDArray[np.float64]
+Triple = tuple[float, float, float]
+
+
+class Lights(NamedTuple):
+    """Lights, and how matter answers them."""
+
+    rows: Numbers  # kind, direction or place, colour: shape (n, 7)
+    ambient: float
+    diffuse: float
+    specular: float
+    shininess: float
+    two_sided: bool
+    fade: float  # kernel units
+
+
+class Cue(NamedTuple):
+    """A depth cue; the depths are world units along the view."""
+
+    strength: float
+    near: float
+    far: float
+    color: Triple
+
+
+class Eye(NamedTuple):
+    """Where the eye is, relative to the centre of the volume, and the direction back to it in the middle."""
+
+    perspective: bool
+    place: Triple
+    backward: Triple
+
+
+class Graded(NamedTuple):
+    """All graded matter; that of number k has the points `first[k]` to `first[k + 1]`."""
+
+    first: NDArray[np.int64]
+    values: Numbers
+    emissions: Numbers
+    extinctions: Numbers
+    start: Numbers  # kernel units
+    full: Numbers
+
+
+class LitScene(NamedTuple):
+    """Everything but the samples and the rays."""
+
+    matter: Matter
+    modulation: Numbers  # gradient magnitude (kernel units) and factor, shape (m, 2)
+    graded: Graded
+    contours: Numbers  # value, thickness × (data units per kernel unit of gradient), q, τ: shape (n, 6)
+    lit: bool
+    lights: Lights
+    cued: bool
+    cue: Cue
+    eye: Eye
+    uses_gradient: bool
+    gradient_factor: float  # kernel units from data units per smallest spacing
+    thresholds: Numbers  # squares of the gradient magnitudes, kernel units, where something has a kink
+    world_from_index: Numbers
+    middle: Numbers  # index of the centre of the volume
+
+
+def gradients_of(scene: Scene) -> NDArray[np.floating]:
+    """Gradients at all samples, data units per smallest spacing; next to nothing where none are needed."""
+    return gradients(scene.volume, scene.gradient) if scene.needs_gradient else _NO_GRADIENTS
+
+
+def lit_scene(scene: Scene, transfer: TransferFunction, camera: Camera) -> LitScene:
+    """`scene` as compiled code takes it.
+
+    Raises
+    ------
+    InputError
+        If it asks for shadows.
+    """
+    volume = scene.volume
+    factor = _gradient_factor(volume)
+    from_world = volume.smallest_spacing * factor  # kernel units from data units per world unit
+    lights = _lights(scene.lighting, volume, from_world)
+    modulation = np.array(np.zeros((0, 2)) if transfer.modulation is None else transfer.modulation, np.float64)
+    modulation[:, 0] *= from_world
+    graded = _graded(transfer, from_world)
+    thresholds = np.concatenate([modulation[:, 0], graded.start, graded.full])
+    if scene.lighting is not None:
+        thresholds = np.append(thresholds, lights.fade)
+    contours = [
+        (each.value, each.thickness / from_world, *each.emission, each.extinction) for each in transfer.contours
+    ]
+    return LitScene(
+        matter=matter_of(transfer),
+        modulation=modulation,
+        graded=graded,
+        contours=np.array(contours, np.float64).reshape(-1, 6),
+        lit=scene.lighting is not None,
+        lights=lights,
+        cued=scene.depth_cue is not None,
+        cue=_cue(scene.depth_cue, volume, camera),
+        eye=Eye(
+            camera.projection == "perspective",
+            _triple(np.subtract(camera.eye, volume.centre)),
+            _triple(-camera.forward),
+        ),
+        uses_gradient=scene.needs_gradient,
+        gradient_factor=factor,
+        thresholds=np.unique(thresholds) ** 2,
+        world_from_index=np.ascontiguousarray(volume.world_from_index),
+        middle=(np.array(volume.dimensions) - 1) / 2,
+    )
+
+
+def _gradient_factor(volume: Volume) -> float:
+    low, high = volume.finite_range or (0.0, 0.0)
+    half_range = high / 2 - low / 2
+    return 2.0 ** -frexp(half_range)[1] if half_range > 0 else 1.0
+
+
+def _lights(lighting: Lighting | None, volume: Volume, from_world: float) -> Lights:
+    if lighting is None:
+        return Lights(np.zeros((0, 7)), 0.0, 0.0, 0.0, 0.0, False, 1.0)
+    if lighting.shadows:
+        raise InputError("light: the oracle casts no shadows yet, and the scene asks for them")
+    rows = np.zeros((len(lighting.lights), 7))
+    for row, light in zip(rows, lighting.lights, strict=True):
+        row[0], row[4:] = _KINDS[light.kind], light.color
+        if light.vector is not None:
+            row[1:4] = unit(light.vector) if light.kind == "directional" else light.vector - volume.centre
+    return Lights(
+        rows,
+        float(lighting.ambient),
+        float(lighting.diffuse),
+        float(lighting.specular),
+        float(lighting.shininess),
+        bool(lighting.two_sided),
+        max(lighting.fade_for(volume) * from_world, _LEAST_FADE),
+    )
+
+
+def _cue(cue: DepthCue | None, volume: Volume, camera: Camera) -> Cue:
+    if cue is None:
+        return Cue(0.0, 0.0, 1.0, (0.0, 0.0, 0.0))
+    near, far = cue.range_for(volume, camera)
+    return Cue(float(cue.strength), float(near), float(far), _triple(cue.color))
+
+
+def _graded(transfer: TransferFunction, from_world: float) -> Graded:
+    materials = transfer.graded
+    first = np.cumsum([0, *(len(each.values) for each in materials)]).astype(np.int64)
+    return Graded(
+        first,
+        np.concatenate([np.zeros(0), *(each.values for each in materials)]),
+        np.concatenate([np.zeros((0, 3)), *(each.emissions for each in materials)]),
+        np.concatenate([np.zeros(0), *(each.extinctions for each in materials)]),
+        np.array([each.start * from_world for each in materials], np.float64),
+        np.array([each.full * from_world for each in materials], np.float64),
+    )
+
+
+def _triple(numbers: NDArray[np.float64] | Triple) -> Triple:
+    x, y, z = map(float, numbers)
+    return x, y, z

@@ -1,0 +1,144 @@
+"""The oracle of the projection modes: what the value is along each ray, without a step length, in float64.
+
+    xray        ∫ v ds                     average    ∫ v ds / ∫ ds
+    mip, minip  the highest, lowest v      isosurface the first place where v is or passes the isovalue, lit
+
+The value v is trilinear, so a cubic in s between two faces of cells: its integral has a closed form, it is highest at
+an end or where it turns, and between two turns it meets a value once. NaN is no value and no way. A cell in which an
+infinite sample has weight is infinite throughout, as for the post-classified oracle.
+"""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.camera import Camera
+from texvol.display import isosurface_color
+from texvol.errors import InputError
+from texvol.lighting import Lighting
+from texvol.ray_casting.projection_shading import answer, gradients_at
+from texvol.ray_casting.projection_walk import HIGHEST, INTEGRAL, SURFACE, project_rays
+from texvol.scene import Scene, checked_size
+
+_KINDS = {
+    "xray": (INTEGRAL, 1.0),
+    "average": (INTEGRAL, 1.0),
+    "mip": (HIGHEST, 1.0),
+    "minip": (HIGHEST, -1.0),  # the lowest value is the highest of all with the other sign
+    "isosurface": (SURFACE, 1.0),
+}
+
+
+class _Rays(NamedTuple):
+    """Rays as `start` + s `step` in index space; s in world units, 0 where the ray is nearest to the centre."""
+
+    start: NDArray[np.float64]
+    step: NDArray[np.float64]
+    eye: NDArray[np.float64]  # s of the eye
+
+
+def project(scene: Scene, size: tuple[int, int] = (512, 512)) -> NDArray[np.float64]:
+    """Picture of shape (height, width, 4), row 0 on top, of any mode but composite.
+
+    For xray, mip, minip and average R, G and B hold the number itself, in data units (times world units for xray), and
+    A is 1; all are 0 where the ray meets no value. An infinite and a minus infinite stretch together make NaN. For
+    isosurface it is linear and premultiplied: the lit surface, opaque, before the background.
+
+    Raises
+    ------
+    InputError
+        If the mode is composite, or the size is not at least one pixel each way.
+    """
+    size = checked_size(size)
+    camera = scene.camera_for(size)
+    rays, numbers = _traced(scene, camera, size)
+    number, way = numbers[..., 0], numbers[..., 1]
+    if scene.mode == "isosurface":
+        return _surface_picture(scene, camera, rays, number, way >= 0)
+    if scene.mode == "average":
+        number = np.divide(number, way, out=np.zeros_like(number), where=way > 0)
+    picture = np.zeros((*way.shape, 4))
+    picture[way > 0, :3] = (_KINDS[scene.mode][1] * number[way > 0])[:, np.newaxis]
+    picture[way > 0, 3] = 1.0
+    return picture
+
+
+def isosurface_depth(scene: Scene, size: tuple[int, int] = (512, 512)) -> NDArray[np.float64]:
+    """Depth of the isosurface, shape (height, width): along the view, from the plane of the eye, in world units.
+
+    Infinite where a ray meets none.
+
+    Raises
+    ------
+    InputError
+        If the mode is not isosurface, or the size is not at least one pixel each way.
+    """
+    if scene.mode != "isosurface":
+        raise InputError(f"a depth is that of an isosurface, and the mode is {scene.mode}")
+    size = checked_size(size)
+    camera = scene.camera_for(size)
+    rays, numbers = _traced(scene, camera, size)
+    return np.where(numbers[..., 1] >= 0, _depth(scene, camera, rays, numbers[..., 0]), np.inf)
+
+
+def _traced(scene: Scene, camera: Camera, size: tuple[int, int]) -> tuple[_Rays, NDArray[np.float64]]:
+    """The rays of a picture, and what `project_rays` finds along each, shape (height, width, 2)."""
+    from texvol.ray_casting import ROWS_AT_ONCE, _position_rounding, _rays_in_index_space
+
+    if scene.mode not in _KINDS:
+        raise InputError(f"a projection mode is one of {', '.join(_KINDS)}, and not {scene.mode}")
+    kind, sign = _KINDS[scene.mode]
+    volume = scene.volume
+    values = volume.values.astype(np.float32) if volume.values.dtype == np.float16 else volume.values
+    rays = _Rays(*_rays_in_index_space(volume, *camera.rays(size)))
+    rounding = _position_rounding(volume, camera.eye)
+    isovalue = 0.0 if scene.isovalue is None else float(scene.isovalue)
+    numbers = np.empty((size[1], size[0], 2))
+
+    def trace_rows(first: int) -> None:
+        rows = slice(first, first + ROWS_AT_ONCE)
+        here = (each[rows] for each in rays)
+        project_rays(values, kind, sign, isovalue, *here, rounding, numbers[rows])
+
+    threads = ThreadPoolExecutor()
+    try:
+        for _ in threads.map(trace_rows, range(0, size[1], ROWS_AT_ONCE)):
+            pass
+    finally:
+        threads.shutdown(cancel_futures=True)
+    return rays, numbers
+
+
+def _depth(scene: Scene, camera: Camera, rays: _Rays, s: NDArray[np.float64]) -> NDArray[np.float64]:
+    along_view = scene.volume.world_from_index.T @ camera.forward
+    return (s - rays.eye) * (rays.step @ along_view)
+
+
+def _surface_picture(
+    scene: Scene, camera: Camera, rays: _Rays, s: NDArray[np.float64], hit: NDArray[np.bool_]
+) -> NDArray[np.float64]:
+    """The lit surface, opaque, before the background."""
+    picture = np.zeros((*hit.shape, 4))
+    picture[..., :3] = scene.background
+    picture[hit] = 1.0
+    if not hit.any():
+        return picture
+    volume = scene.volume
+    index = rays.start[hit] + s[hit][:, np.newaxis] * rays.step[hit]
+    from_centre = (index - (np.array(volume.dimensions) - 1) / 2) @ volume.world_from_index.T
+    to_eye = -rays.step[hit] @ volume.world_from_index.T
+    gradients = gradients_at(volume, scene.gradient, index)
+    diffuse, specular = answer(scene.lighting or Lighting(), volume, gradients, from_centre, to_eye)
+    color = isosurface_color(scene) * diffuse + specular
+    cue = scene.depth_cue
+    if cue is not None:
+        near, far = cue.range_for(volume, camera)
+        depth = _depth(scene, camera, rays, s)[hit][:, np.newaxis]
+        t = cue.strength * np.clip((depth - near) / (far - near), 0, 1)
+        color = color * (1 - t) + t * np.array(cue.color)
+    picture[hit, :3] = color
+    return picture

@@ -1,0 +1,95 @@
+"""The walk of a ray from cell to cell for the projection modes; `walk` is that for light."""
+
+from __future__ import annotations
+
+from math import inf, isnan, nan
+
+import numpy as np
+
+from texvol.ray_casting.compiling import compiled, compiled_and_kept, sources
+from texvol.ray_casting.projection_cells import (
+    NO_HIT,
+    first_hit,
+    highest_of,
+    load_corners,
+    mean_of,
+    value_beside_gaps,
+)
+from texvol.ray_casting.walk import _clipped, _first_cell, _in_cell, _next_cell
+
+INTEGRAL, HIGHEST, SURFACE = 0, 1, 2
+
+
+@compiled
+def _cross(kind, isovalue, corners, beside, entry, leave, length, number, way, side):
+    """(number, way, side) behind a cell, see `project_rays`; `way` is less than 0 before a surface is found."""
+    if kind == SURFACE:
+        share, side = first_hit(corners, beside, entry, leave, isovalue, side)
+        return share * length, (0.0 if share < NO_HIT else -1.0), side
+    if isnan(beside):
+        return number, way, side
+    if kind == INTEGRAL:
+        number += length * mean_of(corners, beside, entry, leave)
+    else:
+        number = highest_of(corners, beside, entry, leave, number)
+    return number, way + length, side
+
+
+@compiled
+def _walk(values, kind, sign, isovalue, start, step, eye, rounding, corners):
+    """The two numbers of one ray, `start` + s `step` for s from `eye` on, see `project_rays`."""
+    here, last = _clipped(start, step, values.shape, eye)
+    number, way, side = (-inf if kind == HIGHEST else 0.0), (-1.0 if kind == SURFACE else 0.0), nan
+    if not here < last:
+        return number, way
+    i, next_i = _first_cell(start[0], step[0], here)
+    j, next_j = _first_cell(start[1], step[1], here)
+    k, next_k = _first_cell(start[2], step[2], here)
+    while here < last:
+        there = min(next_i, next_j, next_k, last)
+        if here < there:
+            load_corners(values, sign, i, j, k, corners)
+            entry, leave = _in_cell(start, step, here, i, j, k), _in_cell(start, step, there, i, j, k)
+            beside = value_beside_gaps(corners, entry, leave, rounding)
+            number, way, side = _cross(kind, isovalue, corners, beside, entry, leave, there - here, number, way, side)
+            if kind == SURFACE and way >= 0.0:
+                return here + number, way
+        if next_i <= there:
+            i, next_i = _next_cell(start[0], step[0], i)
+        if next_j <= there:
+            j, next_j = _next_cell(start[1], step[1], j)
+        if next_k <= there:
+            k, next_k = _next_cell(start[2], step[2], k)
+        here = max(here, there)
+    return number, way
+
+
+def _projector(sources):
+    @compiled_and_kept
+    def project_rays(values, kind, sign, isovalue, starts, steps, eyes, rounding, numbers):
+        """Two numbers for each of rays (rows, columns, 3) in index space, into `numbers` (rows, columns, 2).
+
+        Of the values times `sign`, and with the length of the way where there are any: the INTEGRAL, or the HIGHEST
+        one. SURFACE: the s where `isovalue` is first met, and a number less than 0 where it is not.
+        """
+        sources  # noqa: B018 - numba keeps one result per set of closed-over values; by itself it watches this file only
+        corners = np.empty(8)
+        for row in range(numbers.shape[0]):
+            for column in range(numbers.shape[1]):
+                number, way = _walk(
+                    values,
+                    kind,
+                    sign,
+                    isovalue,
+                    starts[row, column],
+                    steps[row, column],
+                    eyes[row, column],
+                    rounding,
+                    corners,
+                )
+                numbers[row, column, 0], numbers[row, column, 1] = number, way
+
+    return project_rays
+
+
+project_rays = _projector(sources())

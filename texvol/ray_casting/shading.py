@@ -1,0 +1,236 @@
+"""What a place holds and sends to the eye: matter by value and gradient, light, depth cue; all from the formulas.
+
+A place has a value, a gradient g in kernel units (`lit_scene`) and m = |g|. `choose` finds which lines of the transfer
+function hold there and throughout a piece of a ray that was cut wherever that changes; `matter_at` is then smooth.
+"""
+
+from __future__ import annotations
+
+from math import isinf, sqrt
+
+from texvol.ray_casting.bernstein import mix
+from texvol.ray_casting.compiling import inlined
+from texvol.ray_casting.lit_scene import DIRECTIONAL, HEAD
+from texvol.ray_casting.matter import mixed_color, segment_of, straight_share
+
+# Places in `chosen`; -1 as a point is none. Behind them two for each graded matter, one for each contour.
+LEFT, RIGHT, MODULATION, OPAQUE, FACING, FURTHER = 0, 1, 2, 3, 4, 5
+NONE = -1
+SQUARE = 1e-12  # cosine under which a gradient is square to a direction but for rounding: it is on neither side
+
+
+@inlined
+def choose(scene, value, m, margin, chosen):
+    """Whether there is matter at a place, and in `chosen` which.
+
+    Values no farther apart than `margin` could be one value, but for rounding: beside a step, its right side.
+    """
+    matter, graded = scene.matter, scene.graded
+    left, right = _points_around(matter.points, 0, matter.points.size, value, margin)
+    factor = 1.0
+    if scene.modulation.shape[0] > 0:
+        chosen[MODULATION] = segment_of(scene.modulation[:, 0], m)
+        factor = _modulation(scene, chosen, m)
+    if factor == 0.0 or not (_is_matter(matter, left) or _is_matter(matter, right)):
+        left = NONE
+    chosen[LEFT], chosen[RIGHT] = left, right
+    chosen[OPAQUE] = left != NONE and (isinf(matter.extinctions[left]) or isinf(matter.extinctions[right]))
+    any_matter = left != NONE
+    for k in range(graded.start.size):
+        first, end = graded.first[k], graded.first[k + 1]
+        left = NONE
+        is_in_ramp = m > graded.start[k] or (m == graded.start[k] and m == graded.full[k])
+        if is_in_ramp and graded.values[first] - margin <= value <= graded.values[end - 1] + margin:
+            left, right = _points_around(graded.values, first, end, value, margin)
+            any_matter = True
+        chosen[FURTHER + 2 * k], chosen[FURTHER + 2 * k + 1] = left, right
+    for k in range(scene.contours.shape[0]):
+        away = abs(value - scene.contours[k, 0])
+        holds = away < scene.contours[k, 1] * m or away <= margin
+        chosen[FURTHER + 2 * graded.start.size + k] = holds
+        any_matter = any_matter or holds
+    return any_matter
+
+
+@inlined
+def _is_matter(matter, point):
+    color = matter.colors[point]
+    return matter.extinctions[point] > 0 or (matter.glows and max(color[0], color[1], color[2]) > 0)
+
+
+@inlined
+def _points_around(points, first, end, value, margin):
+    """The points of first … end - 1 left and right of a value; the same one twice on a point and beyond the ends."""
+    segment = first + segment_of(points[first:end], value)
+    left, right = max(segment - 1, first), min(segment, end - 1)
+    width = points[right] - points[left]
+    # Halfway, a monotone cubic is at least 1/15 of its rise from either end: no whole segment is taken for a point.
+    margin = min(margin, width / 32) if width > 0 else margin
+    if segment < end and points[right] - value <= margin:
+        left = first + segment_of(points[first:end], points[right]) - 1  # at a point, its right side holds
+        return left, left
+    return (left, left) if width == 0 or value - points[left] <= margin else (left, right)
+
+
+@inlined
+def _modulation(scene, chosen, m):
+    pairs = scene.modulation
+    left, right = max(chosen[MODULATION] - 1, 0), min(chosen[MODULATION], pairs.shape[0] - 1)
+    return mix(pairs[left, 1], pairs[right, 1], share_of(pairs[left, 0], pairs[right, 0], m))
+
+
+@inlined
+def share_of(left, right, value):
+    """How far a value is from `left` to `right`, from 0 to 1; 0 where they are the same."""
+    return min(max((value - left) / (right - left), 0.0), 1.0) if right > left else 0.0
+
+
+@inlined
+def opaque_color(scene, chosen, value):
+    """Straight colour of opaque points at a value."""
+    matter, left, right = scene.matter, chosen[LEFT], chosen[RIGHT]
+    share = share_of(matter.points[left], matter.points[right], value)
+    red, green, blue = mixed_color(matter, left, right, straight_share(matter, left, right, share))
+    shown = 0.0 if matter.emissive else 1.0
+    return shown * red, shown * green, shown * blue
+
+
+@inlined
+def matter_at(scene, chosen, value, m):
+    """Emission (3) and extinction of the chosen matter, none of it opaque."""
+    glow = _points_at(scene, chosen, value, m) if chosen[LEFT] != NONE else (0.0, 0.0, 0.0, 0.0)
+    graded, contours = scene.graded, scene.contours
+    for k in range(graded.start.size):
+        if chosen[FURTHER + 2 * k] != NONE:
+            glow = _graded_at(graded, k, chosen, value, m, glow)
+    for k in range(contours.shape[0]):
+        if chosen[FURTHER + 2 * graded.start.size + k]:
+            contour = contours[k]
+            reach = contour[1] * m
+            weight = max(1 - abs(value - contour[0]) / reach, 0.0) if reach > 0 else 1.0
+            glow = (
+                glow[0] + weight * contour[2],
+                glow[1] + weight * contour[3],
+                glow[2] + weight * contour[4],
+                glow[3] + weight * contour[5],
+            )
+    return glow
+
+
+@inlined
+def _points_at(scene, chosen, value, m):
+    """Emission and extinction of the points, as modulated."""
+    matter, left, right = scene.matter, chosen[LEFT], chosen[RIGHT]
+    share = share_of(matter.points[left], matter.points[right], value)
+    factor = _modulation(scene, chosen, m) if scene.modulation.shape[0] > 0 else 1.0
+    extinction = factor * mix(matter.extinctions[left], matter.extinctions[right], share)
+    weight = factor if matter.glows else extinction
+    red, green, blue = mixed_color(matter, left, right, share)
+    return weight * red, weight * green, weight * blue, extinction
+
+
+@inlined
+def _graded_at(graded, k, chosen, value, m, glow):
+    """`glow` with what the graded matter of number k adds."""
+    left, right = chosen[FURTHER + 2 * k], chosen[FURTHER + 2 * k + 1]
+    share = share_of(graded.values[left], graded.values[right], value)
+    start, full = graded.start[k], graded.full[k]
+    weight = share_of(start, full, m) if full > start else 1.0
+    a, b = graded.emissions[left], graded.emissions[right]
+    return (
+        glow[0] + weight * mix(a[0], b[0], share),
+        glow[1] + weight * mix(a[1], b[1], share),
+        glow[2] + weight * mix(a[2], b[2], share),
+        glow[3] + weight * mix(graded.extinctions[left], graded.extinctions[right], share),
+    )
+
+
+@inlined
+def facing(lights, gradient, m, toward_eye):
+    """1, or -1 where the normal is to be turned to the side of the eye."""
+    behind = dot(gradient, toward_eye) > SQUARE * m  # the normal is against the gradient
+    return -1 if lights.two_sided and behind else 1
+
+
+@inlined
+def lit(lights, color, extinction, gradient, m, side, toward_eye, place):
+    """Emission under all lights of matter of extinction τ; with τ = 1, straight colour."""
+    bright = min(m / lights.fade, 1.0)
+    w = bright * bright * (3 - 2 * bright)
+    diffuse_red, diffuse_green, diffuse_blue = 0.0, 0.0, 0.0
+    shine_red, shine_green, shine_blue = 0.0, 0.0, 0.0
+    for light in range(lights.rows.shape[0]):
+        red, green, blue = arriving(lights, light, place)
+        diffuse, specular = 1.0, 0.0
+        if w > 0.0:
+            toward_light = unit(toward(lights, light, toward_eye, place))
+            cosine = -side * dot(gradient, toward_light) / m
+            diffuse = (1 - w) + w * max(cosine, 0.0)
+            if cosine > SQUARE and lights.specular > 0.0:
+                halfway = unit(added(toward_light, toward_eye))
+                specular = w * max(-side * dot(gradient, halfway) / m, 0.0) ** lights.shininess
+        diffuse_red, shine_red = diffuse_red + diffuse * red, shine_red + specular * red
+        diffuse_green, shine_green = diffuse_green + diffuse * green, shine_green + specular * green
+        diffuse_blue, shine_blue = diffuse_blue + diffuse * blue, shine_blue + specular * blue
+    shine = lights.specular * extinction
+    return (
+        color[0] * (lights.ambient + lights.diffuse * diffuse_red) + shine * shine_red,
+        color[1] * (lights.ambient + lights.diffuse * diffuse_green) + shine * shine_green,
+        color[2] * (lights.ambient + lights.diffuse * diffuse_blue) + shine * shine_blue,
+    )
+
+
+@inlined
+def arriving(lights, light, place):
+    """Colour of a light where it arrives at a place; what casts a shadow between the two would take its share here."""
+    row = lights.rows[light]
+    return row[4], row[5], row[6]
+
+
+@inlined
+def toward(lights, light, toward_eye, place):
+    """Vector, of any length, from a place to a light."""
+    row = lights.rows[light]
+    if row[0] == HEAD:
+        return toward_eye
+    if row[0] == DIRECTIONAL:
+        return row[1], row[2], row[3]
+    return row[1] - place[0], row[2] - place[1], row[3] - place[2]
+
+
+@inlined
+def cue_at(cue, depth):
+    """How much of the cue's colour is mixed in at a depth."""
+    return cue.strength * min(max((depth - cue.near) / (cue.far - cue.near), 0.0), 1.0)
+
+
+@inlined
+def cued(cue, color, extinction, t):
+    """Emission mixed with the cue's colour; with τ = 1, straight colour."""
+    shown = t * extinction
+    return (
+        color[0] * (1 - t) + shown * cue.color[0],
+        color[1] * (1 - t) + shown * cue.color[1],
+        color[2] * (1 - t) + shown * cue.color[2],
+    )
+
+
+@inlined
+def dot(a, b):
+    """Of two vectors."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@inlined
+def added(a, b):
+    """Of two vectors."""
+    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
+
+
+@inlined
+def unit(vector):
+    """At length 1; 0 stays 0."""
+    length = sqrt(dot(vector, vector))
+    if length == 0.0:
+        return 0.0, 0.0, 0.0
+    return vector[0] / length, vector[1] / length, vector[2] / length

@@ -1,0 +1,54 @@
+"""What a picture is made by: its settings, and of what its texels are made, so that what is the same is kept."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+from texvol import accuracy
+from texvol.camera import Camera
+from texvol.cells import Shown
+from texvol.projection import NO_MATTER, Isovalue
+from texvol.scene import Scene
+from texvol.shaded_samples import seen_from
+from texvol.transfer import TransferFunction
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How a scene is drawn: what `Renderer.render` was asked for, with every choice made."""
+
+    slab_thickness: float  # world units
+    texture_format: str
+    target_format: str
+    early_termination: float
+    skip_empty: bool
+
+    def skips(self, scene: Scene) -> bool:
+        """Whether cells are leapt over: all of them are looked at where the values themselves are seen."""
+        return self.skip_empty and scene.mode in ("composite", "isosurface")
+
+
+def stored_scene(scene: Scene) -> Scene:
+    """The scene whose texels are wanted: of any mode but composite these are the values, whatever their matter."""
+    if scene.mode == "composite":
+        return scene
+    return replace(scene, transfer_function=NO_MATTER, classification="post", depth_cue=None)
+
+
+def shown_of(scene: Scene, transfer_function: TransferFunction) -> Shown:
+    """What of a scene shows anything."""
+    return transfer_function if scene.isovalue is None else Isovalue(scene.isovalue)
+
+
+def texels_of(
+    scene: Scene, transfer_function: TransferFunction, camera: Camera, thickness: float, texture_format: str
+) -> tuple[Any, ...]:
+    """What the texels of a scene depend on: where it is the same as before, so are they."""
+    gradient = (repr(scene.gradient),) if scene.needs_gradient else ()
+    if scene.classification in ("slab", "extinction"):
+        baked_for = thickness if scene.classification == "slab" else 0.0
+        matter = (scene.volume, transfer_function, scene.classification, baked_for, texture_format)
+        return (*matter, *gradient, seen_from(scene, camera)) if gradient else matter
+    kept = ("r16", "rgba32f") if gradient else ("r16",)
+    return (scene.volume, texture_format if texture_format in kept else accuracy.EXACT_VALUES, *gradient)
