@@ -10,7 +10,6 @@ from scenes import path_lengths
 from scipy.ndimage import map_coordinates
 from scipy.optimize import brentq
 
-from texvol import gradient
 from texvol.camera import Camera
 from texvol.display import ISOSURFACE_COLOR
 from texvol.gradient import Estimator
@@ -25,17 +24,6 @@ from texvol.volume import Volume
 SIZE = (15, 11)
 DIRECTION = [[-1, 0.4, 0], [0.2, 1, 0.3], [0, 0, 1]]
 PROJECTIONS = pytest.mark.parametrize("projection", ["orthographic", "perspective"])
-
-
-@pytest.fixture
-def central_differences(monkeypatch):
-    """Gradients by our own arithmetic: central differences, one-sided at the border, times the smallest spacing."""
-
-    def gradients(volume, estimator, box=(slice(None),) * 3):
-        per_index = np.stack(np.gradient(volume.values.astype(np.float64))[::-1], axis=-1)
-        return (per_index @ volume.index_from_world * volume.smallest_spacing)[box]
-
-    monkeypatch.setattr(gradient, "gradients", gradients)
 
 
 def index_of(volume, points):
@@ -193,7 +181,7 @@ LIGHTINGS = {
 
 @PROJECTIONS
 @pytest.mark.parametrize("light", LIGHTINGS)
-def test_a_ball_is_lit_by_its_normals(projection, light, central_differences):
+def test_a_ball_is_lit_by_its_normals(projection, light):
     # Central differences of a square are exact and linear: the normal at the hit is exactly away from the centre, or
     # towards it, where the value rises outwards. (Inside the ball's box no difference is one-sided.)
     scene, _ = ball((1.0, 1.1, 1.3), direction=DIRECTION, projection=projection, lighting=LIGHTINGS[light])
@@ -207,7 +195,7 @@ def test_a_ball_is_lit_by_its_normals(projection, light, central_differences):
 
 
 @PROJECTIONS
-def test_a_ball_is_where_the_sphere_is_and_lit_as_it_is(projection, central_differences):
+def test_a_ball_is_where_the_sphere_is_and_lit_as_it_is(projection):
     # Trilinear, r² comes out too large by Σ f (1 - f) h² <= 3/4 per unit spacing: the surface lies within 3/8R inside
     # the sphere, and along a ray at cosine c to the normal that is 3/8Rc nearer or farther.
     scene, radius = ball(samples=48, projection=projection, lighting=Lighting(specular=0))
@@ -230,7 +218,7 @@ def test_a_ball_is_where_the_sphere_is_and_lit_as_it_is(projection, central_diff
     assert (np.abs(project(scene, SIZE)[steep, :3] - lit_by_head) <= turned + 1e-12).all()
 
 
-def test_where_the_gradient_is_small_light_falls_from_all_sides(central_differences):
+def test_where_the_gradient_is_small_light_falls_from_all_sides():
     lighting = Lighting((Light("directional", (0, 1, 2)),), 0.1, 0.6, 0.5, 4.0, two_sided=False)
     volume = with_values(Volume(np.zeros((8, 8, 8)), (1, 1, 0.5)), lambda place: -0.25 * place[..., 2])
     camera = Camera.orthographic(volume.centre + (0, 0, 10), volume.centre, (0, 1, 0), 1)
@@ -248,30 +236,19 @@ def test_where_the_gradient_is_small_light_falls_from_all_sides(central_differen
         np.testing.assert_allclose(pixel[:3], np.array(ISOSURFACE_COLOR) * diffuse + specular, rtol=1e-12, atol=1e-12)
 
 
-def test_gradients_are_those_of_the_samples_interpolated(central_differences):
+def test_gradients_are_those_of_the_samples_interpolated():
     random = np.random.default_rng(8)
     volume = Volume(random.random((70, 4, 5)), (1, 2, 3), direction=DIRECTION)
     index = random.uniform(-0.5, np.array(volume.dimensions) - 0.5, (500, 3))
     index[:100] = np.rint(index[:100])
-    samples = gradient.gradients(volume, Estimator())
+    per_index = np.stack(np.gradient(volume.values)[::-1], axis=-1)  # central, and one-sided at the border
+    samples = per_index @ volume.index_from_world * volume.smallest_spacing
     expected = [map_coordinates(samples[..., axis], index.T[::-1], order=1, mode="nearest") for axis in range(3)]
     np.testing.assert_allclose(gradients_at(volume, Estimator(), index), np.transpose(expected), rtol=0, atol=1e-12)
-    with_gap = Volume(np.where(np.arange(70) == 3, np.nan, 1.0)[:, None, None] * volume.values)
-    found = gradients_at(with_gap, Estimator(), np.array([[1, 1, 1], [1, 1, 1.5]]))
-    assert found[0].all() and not found[1].any()  # the sample at 2 has none, and no weight at 1
-
-
-def test_a_gradient_that_is_no_number_means_nothing(central_differences):
-    values = np.arange(6.0)[:, None, None].repeat(6, 1).repeat(6, 2)
-    values[4] = np.nan  # the differences at layers 3 and 5 are NaN, and 2.5 lies between 2 and 3
-    volume = Volume(values)
-    camera = Camera.orthographic(volume.centre - (0, 0, 10), volume.centre, (0, 1, 0), 1)
-    pixel = project(Scene(volume, camera=camera, mode="isosurface", isovalue=2.5), (1, 1))[0, 0]
-    np.testing.assert_allclose(pixel, [*ISOSURFACE_COLOR, 1], rtol=1e-13)  # ambient and all of diffuse: 0.3 + 0.7
 
 
 @PROJECTIONS
-def test_a_depth_cue_mixes_by_depth_along_the_view(projection, central_differences):
+def test_a_depth_cue_mixes_by_depth_along_the_view(projection):
     cue = DepthCue(0.8, (0.1, 0.2, 0.3))
     scene, _ = ball(projection=projection, background=(0.5, 0.6, 0.7))
     hit, points, _ = hits(scene)
@@ -297,7 +274,7 @@ def test_a_depth_cue_mixes_by_depth_along_the_view(projection, central_differenc
     ],
     ids=["none", "straight", "premultiplied", "opaque", "premultiplied nothing", "gas that hides nothing", "gas"],
 )
-def test_its_colour_is_that_of_its_value(transfer, color, central_differences):
+def test_its_colour_is_that_of_its_value(transfer, color):
     volume = Volume(np.arange(6.0)[:, None, None].repeat(3, 1).repeat(3, 2))
     camera = Camera.orthographic(volume.centre - (0, 0, 10), volume.centre, (0, 1, 0), 1)
     lighting = Lighting(ambient=1, diffuse=0, specular=0)

@@ -156,13 +156,13 @@ def test_an_xray_along_a_diagonal_is_a_diagonal_slice_of_the_spectrum():
 
 
 def test_an_oblique_xray_of_a_blob_is_an_oblique_slice_of_its_spectrum():
-    # Filtered trilinearly, the spectrum is that of the samples times Π sinc². Pixels of half a sample fold back what
-    # lies 2 and more away: there the samples' spectrum repeats, e^(-2π²σ²δ²) around whole numbers m, where sinc² is
-    # under δ²/m². That is at most 1 / (2π²σ² e m²): 2.9e-4 for σ = 4, m = 2; 1e-3 allows for three of those.
-    n, sigma = 40, 4.0
+    # Filtered trilinearly, the spectrum is that of the samples times Π sinc². Pixels of half a sample fold onto it what
+    # lies 2, 4, … away. There the samples' spectrum repeats around whole numbers as e^(-2π²σ²δ²), and in this view the
+    # nearest folds are δ > 0.15 from those: e^-7, times the sinc², under 1e-6 so close to whole numbers: 1e-9 at most.
+    n, sigma, pixels = 40, 4.0, 160
     z, y, x = np.indices((n, n, n)) - (n - 1) / 2
-    volume = Volume(np.exp(-(x**2 + 1.2 * y**2 + 0.9 * z**2 + 0.3 * x * y) / (2 * sigma**2)))
-    pixels = 160
+    blob = np.exp(-(x**2 + 1.2 * y**2 + 0.9 * z**2 + 0.3 * x * y) / (2 * sigma**2))
+    volume = Volume(blob * np.pad(np.ones((n - 2,) * 3), 1))  # 0 in the outer half spacing, where the filter differs
     camera = Camera.orthographic(volume.centre - [60, 110, -40], volume.centre, (0.1, 0, 1), pixels / 2)
     picture = projected(volume, "xray", camera, (pixels, pixels))[..., 0]
     u = (np.arange(pixels) - (pixels - 1) / 2) / 2
@@ -171,7 +171,7 @@ def test_an_oblique_xray_of_a_blob_is_an_oblique_slice_of_its_spectrum():
         k = (a * camera.right + b * camera.upward) / 80  # away from 0 by less than 0.07: e^(-2π²σ²k²) > 0.2
         seen = (picture * np.exp(-2j * np.pi * (a * u - b * u[:, None]) / 80)).sum() / 4
         of_samples = (volume.values.ravel() * np.exp(-2j * np.pi * places @ k)).sum() * np.prod(np.sinc(k) ** 2)
-        assert abs(seen - of_samples) < 1e-3 * volume.values.sum(), (a, b)
+        assert abs(seen - of_samples) < 1e-9 * volume.values.sum(), (a, b)
 
 
 @every_grid

@@ -18,10 +18,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
+from numpy.typing import NDArray
 
-from texvol import __version__, film, image, options, orbit, writing
+from texvol import __version__, depth_picture, film, image, options, orbit, writing
+from texvol.display import NUMBER_MODES
 from texvol.errors import AccuracyWarning, InputError, TexvolError
 from texvol.scene import Scene
+from texvol.scene_facts import scene_facts
 
 if TYPE_CHECKING:
     from texvol.renderer import Renderer
@@ -78,6 +81,7 @@ def _parser() -> argparse.ArgumentParser:
     options.add_scene_options(render)
     names = f"picture: {', '.join(image.FORMATS)}; with --orbit such as frame_%%04d.png, or film{film.FILM}"
     render.add_argument("-o", "--output", metavar="IMAGE", required=True, help=names)
+    _add_depth(render)
     _add_rendering(render)
     _add_orbit(render)
     render.set_defaults(run=_render)
@@ -86,6 +90,7 @@ def _parser() -> argparse.ArgumentParser:
     options.add_volume_options(raycast)
     options.add_scene_options(raycast)
     raycast.add_argument("-o", "--output", metavar="IMAGE", required=True, help=f"picture: {', '.join(image.FORMATS)}")
+    _add_depth(raycast)
     raycast.set_defaults(run=_raycast)
 
     report = commands.add_parser("report", help="speed against error of a scene: a page, a table and plots")
@@ -101,6 +106,13 @@ def _parser() -> argparse.ArgumentParser:
     demo.add_argument("--backend", choices=("auto", "egl", "osmesa"), default="auto", help="OpenGL without a screen")
     demo.set_defaults(run=_demo)
     return parser
+
+
+def _add_depth(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--depth", metavar="FILE.exr",
+        help="depth of the isosurface along the view from the eye, world units, channel Z, infinite where none is met",
+    )  # fmt: skip
 
 
 def _add_rendering(parser: argparse.ArgumentParser) -> None:
@@ -153,6 +165,7 @@ def _render(arguments: argparse.Namespace) -> None:
     film.check_output(arguments.output, arguments.orbit, scene_options.size)
     if arguments.stats:
         writing.check_writable(arguments.stats)
+    _check_depth(arguments, scene_options)
     if arguments.repeat < 1:
         raise InputError(f"--repeat draws at least once, and not {arguments.repeat} times")
     if arguments.orbit is not None and arguments.repeat > 1:
@@ -163,6 +176,7 @@ def _render(arguments: argparse.Namespace) -> None:
     volume = options.load_volume(arguments, scene_options.spacing)
     seconds = {"load": time.perf_counter() - start}
     scene = scene_options.scene(volume, orbit=arguments.orbit is not None)
+    display = _Display(scene_options)
     accuracy: dict[str, Any] = {
         name: vars(arguments)[name]
         for name in ("slab_thickness", "sampling_rate", "max_error", "texture_format", "target_format")
@@ -171,18 +185,22 @@ def _render(arguments: argparse.Namespace) -> None:
     from texvol.renderer import Renderer
 
     with Renderer(arguments.backend, texture_memory=arguments.texture_memory) as renderer:
-        picture, more = None, {}
+        picture, depth, more = None, None, {}
         if arguments.orbit is None:
             picture = renderer.render(scene, scene_options.size, repeat=arguments.repeat, **accuracy)
+            depth = renderer.depth() if arguments.depth else None
         else:
-            more = {"orbit": _orbit(arguments, scene_options, renderer, scene, accuracy)}
+            more = {"orbit": _orbit(arguments, scene_options, renderer, scene, accuracy, display)}
         stats = renderer.stats if arguments.stats else {}
-        facts = {"texvol:renderer": renderer.renderer_name} | _scene_facts(arguments.volume, scene)
+        facts = {"texvol:renderer": renderer.renderer_name} | scene_facts(arguments.volume, scene)
     # With the textures gone there is room for what writes pictures.
     files = {}
     if picture is not None:
         transparent = scene_options.transparent
-        files[arguments.output] = image.encoded(arguments.output, picture, facts, transparent=transparent)
+        shown = display.of(picture, scene, arguments.output)
+        files[arguments.output] = image.encoded(arguments.output, shown, facts, transparent=transparent)
+    if depth is not None:
+        files[arguments.depth] = depth_picture.encoded(arguments.depth, depth)
     if arguments.stats:
         stats = stats | {"seconds": seconds | {"upload": 0.0} | stats["seconds"]} | more
         files[arguments.stats] = (json.dumps(stats, indent=2, allow_nan=False) + "\n").encode()
@@ -195,6 +213,7 @@ def _orbit(
     renderer: Renderer,
     scene: Scene,
     accuracy: dict[str, Any],
+    display: _Display,
 ) -> dict[str, Any]:
     """Draw and write every view; what `--stats` says of them."""
     views, size, facts = arguments.orbit, scene_options.size, {"texvol:renderer": renderer.renderer_name}
@@ -212,7 +231,7 @@ def _orbit(
             if i == 0:
                 accuracy, estimate = _kept(renderer, scene, accuracy)
                 after_first = time.perf_counter()
-            writer.add(picture, facts | _scene_facts(arguments.volume, view))
+            writer.add(display.of(picture, view, arguments.output), facts | scene_facts(arguments.volume, view))
             progress.show(i + 1)
         writer.finish()
     end = time.perf_counter()
@@ -232,6 +251,24 @@ def _kept(renderer: Renderer, scene: Scene, accuracy: dict[str, Any]) -> tuple[d
     names = ["slab_thickness", "target_format", "early_termination", *["texture_format"] * texels_are_chosen]
     kept = {"max_error": None} | {name: stats[name] for name in names}
     return accuracy | kept, {"estimated_error_of_first_view": stats["estimated_error"]}
+
+
+class _Display:
+    """What files of 8 bits show of numbers; where nobody chose a window, the first picture's is that of all."""
+
+    def __init__(self, scene_options: options.SceneOptions) -> None:
+        self._window = scene_options.window
+        self._by_transfer_function = scene_options.chose_transfer_function and self._window is None
+
+    def of(self, picture: NDArray, scene: Scene, path: str) -> NDArray:
+        """The picture for a file of that name."""
+        if scene.mode not in NUMBER_MODES or Path(path).suffix.lower() == ".exr":
+            return picture
+        from texvol import display
+
+        if self._window is None and not self._by_transfer_function:
+            self._window = display.found_window(picture, scene)
+        return display.shown(picture, scene, window=self._window, use_transfer_function=self._by_transfer_function)
 
 
 class _Progress:
@@ -259,19 +296,37 @@ class _Progress:
 def _raycast(arguments: argparse.Namespace) -> None:
     scene_options = options.SceneOptions(arguments)
     image.check_writable(arguments.output)
+    _check_depth(arguments, scene_options)
     scene = scene_options.scene(options.load_volume(arguments, scene_options.spacing))
 
     from texvol.ray_casting import raycast
+    from texvol.ray_casting.projection import isosurface_depth
 
-    picture = raycast(scene, scene_options.size)
-    facts = {"texvol:renderer": "ray casting, float64"} | _scene_facts(arguments.volume, scene)
-    image.write(arguments.output, picture, facts, transparent=scene_options.transparent)
+    picture = _Display(scene_options).of(raycast(scene, scene_options.size), scene, arguments.output)
+    facts = {"texvol:renderer": "ray casting, float64"} | scene_facts(arguments.volume, scene)
+    transparent = scene_options.transparent
+    files = {arguments.output: image.encoded(arguments.output, picture, facts, transparent=transparent)}
+    if arguments.depth:
+        files[arguments.depth] = depth_picture.encoded(arguments.depth, isosurface_depth(scene, scene_options.size))
+    writing.write_files(files)
+
+
+def _check_depth(arguments: argparse.Namespace, scene_options: options.SceneOptions) -> None:
+    if not arguments.depth:
+        return
+    if scene_options.mode != "isosurface":
+        raise InputError(f"--depth is that of an isosurface, and the mode is {scene_options.mode}")
+    if vars(arguments).get("orbit") is not None:
+        raise InputError("--depth is that of one picture: leave --orbit out")
+    depth_picture.check_writable(arguments.depth)
 
 
 def _report(arguments: argparse.Namespace) -> None:
     from texvol import report
 
     scene_options = options.SceneOptions(arguments)
+    if scene_options.mode != "composite":
+        raise InputError(f"a report is on pictures of mode composite, and the mode is {scene_options.mode}")
     report.check_folder(arguments.output)
     report.check_libraries()
     scene = scene_options.scene(options.load_volume(arguments, scene_options.spacing))
@@ -295,24 +350,6 @@ def _demo(arguments: argparse.Namespace) -> None:
         picture = renderer.render(demo_scene(), (512, 512), sampling_rate=2)
         image.write(arguments.output, picture, {"texvol:renderer": renderer.renderer_name})
         _say(f"{Path(arguments.output).resolve()} drawn by {renderer.renderer_name} ({renderer.backend})")
-
-
-def _scene_facts(name: str, scene: Scene) -> dict[str, str]:
-    """Attributes for the picture's header: what was drawn, so that it can be drawn again."""
-    from dataclasses import asdict
-
-    facts: dict[str, Any] = {
-        "volume": name,
-        "dimensions": scene.volume.dimensions,
-        "spacing": scene.volume.spacing.tolist(),
-        "classification": scene.classification,
-        "background": scene.background,
-    }
-    if scene.camera is not None:
-        facts["camera"] = asdict(scene.camera)
-    if scene.transfer_function is not None:
-        facts["transfer_function"] = scene.transfer_function.as_json()
-    return {"Software": f"texvol {__version__}", "texvol:scene": json.dumps(facts)}
 
 
 def _say(text: str) -> None:

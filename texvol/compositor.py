@@ -32,9 +32,7 @@ from texvol.volume import Volume
 NOTHING_SPECIAL = dict.fromkeys(
     ("RAMPS", "WHOLE_SLABS", "EMISSIVE", "MISSING", "GRADIENT", "MODULATIONS", "GRADED", "CONTOURS"), 0
 )
-NO_LIGHT = dict.fromkeys(
-    ("LIT", "HEAD_LIGHT", "DIRECTIONAL_LIGHTS", "POINT_LIGHTS", "SPECULAR", "TWO_SIDED"), 0
-)
+NO_LIGHT = dict.fromkeys(("LIT", "HEAD_LIGHT", "DIRECTIONAL_LIGHTS", "POINT_LIGHTS", "SPECULAR", "TWO_SIDED"), 0)
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ from texvol.scene import Scene
 from texvol.transfer import TransferFunction
 
 NUMBER_MODES = ("xray", "mip", "minip", "average")
-ISOSURFACE_COLOR = (0.85, 0.8, 0.72)  # linear; light and warm, so that highlights and coloured light show on it
+ISOSURFACE_COLOR = (0.75, 0.69, 0.6)  # linear, warm; with the default light's highlight of 0.2 still below white
 # Of the larger of the numbers: what a thousand float32 additions may make of one number. No contrast is made of that.
 _SAME = 2.0**-16
 

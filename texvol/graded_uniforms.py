@@ -16,6 +16,7 @@ from texvol.transfer.graded import Contour, Graded
 
 _UPRIGHT = 1e37  # the slope of a step: times a distance of 10 still a float32
 _LEAST = 1e-30
+_FARTHEST = 3e37  # a place beyond all values that are stored
 Stored = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 
 
@@ -62,7 +63,7 @@ def graded_uniforms(
             by_magnitude = (start - (_LEAST if width == 0 else 0), min(1 / width, _UPRIGHT) if width > 0 else _UPRIGHT)
             for rise, start, end, margin in _rises(each):
                 rises.append(tuple(map(float, rise * length_unit)))
-                ends = stored(np.array([start, end]))
+                ends = np.clip(stored(np.array([start, end])), -_FARTHEST, _FARTHEST)
                 places.append((*_place(ends[0], ends[1], margin * step_margin), *by_magnitude))
         uniforms |= {"graded_rises": rises, "graded_places": places}
     if transfer_function.contours:

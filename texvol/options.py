@@ -295,6 +295,8 @@ class SceneOptions:
         What overrides the file's.
     transparent : bool
         Whether the background is to let through what lies behind the picture.
+    mode : str
+        What is seen of the volume.
     window : (centre, width), optional
         In data units, for 8-bit pictures of a mode whose pixels are numbers.
     chose_transfer_function : bool
@@ -316,6 +318,7 @@ class SceneOptions:
         if "materials" in chosen and not self.chose_transfer_function:
             raise InputError("--materials chooses from those of a transfer function: give --tf as well")
         lit.check_mode(chosen)
+        self.mode: str = chosen.get("mode", "composite")
         self._lighting = lit.lighting(chosen)
 
     def scene(self, volume: Volume, *, orbit: bool = False) -> Scene:
@@ -336,7 +339,7 @@ class SceneOptions:
             lighting=self._lighting,
             gradient=chosen.get("gradient", CENTRAL),
             depth_cue=lit.depth_cue_of(chosen),
-            mode=chosen.get("mode", "composite"),
+            mode=self.mode,  # type: ignore[arg-type]
             isovalue=chosen.get("isovalue"),
         )
 
@@ -344,7 +347,7 @@ class SceneOptions:
         if self.chose_transfer_function:
             return transfer_function(self._chosen["tf"], volume, self._chosen.get("materials"))
         # The other modes classify nothing.
-        return transfer.proposed_for(volume) if self._chosen.get("mode", "composite") == "composite" else None
+        return transfer.proposed_for(volume) if self.mode == "composite" else None
 
 
 def transfer_function(name: str, volume: Volume, materials: tuple[str, ...] | None = None) -> TransferFunction:

@@ -11,7 +11,7 @@ from math import exp, sqrt
 import numpy as np
 
 from texvol.ray_casting.bernstein import value_at
-from texvol.ray_casting.compiling import compiled, inlined
+from texvol.ray_casting.compiling import inlined, woven_in
 from texvol.ray_casting.lit_ray import MOST_LEVELS, NODE_COUNT, place_at
 from texvol.ray_casting.matter import OPAQUE_DEPTH
 from texvol.ray_casting.shading import FACING, cue_at, cued, dot, lit, matter_at
@@ -30,7 +30,7 @@ DEEP = 4.0  # optical depth of a stretch whose front could be missed
 WIDEST_TURN = 4.0
 
 
-@compiled
+@inlined
 def add_stretch(scene, ray, bench, start, end, here, length, depth, light):
     """Optical depth behind the part from `start` to `end` of a cell of which `bench` holds the fields.
 
@@ -67,7 +67,7 @@ def add_stretch(scene, ray, bench, start, end, here, length, depth, light):
     return depth
 
 
-@compiled
+@inlined
 def _collocate(scene, ray, bench, start, width, here, length, result):
     """Depth and light (3) of a stretch into `result`; how far the normal turns from node to node, see WIDEST_TURN."""
     glows = bench.glows
@@ -95,7 +95,7 @@ def _collocate(scene, ray, bench, start, width, here, length, result):
     return 2 * scene.lights.shininess * turn if scene.lights.specular > 0.0 else 0.0
 
 
-@inlined
+@woven_in
 def glow_at(scene, ray, bench, t, s):
     """Emission (3) and extinction as the eye sees them `t` of the way through a cell, the gradient there and |g|."""
     value, gradient, m = fields_at(bench, t)
@@ -104,7 +104,7 @@ def glow_at(scene, ray, bench, t, s):
     return (color[0], color[1], color[2], extinction), gradient, m
 
 
-@inlined
+@woven_in
 def fields_at(bench, t):
     """Value, gradient and its magnitude `t` of the way through a cell."""
     field = bench.field
@@ -112,7 +112,7 @@ def fields_at(bench, t):
     return value_at(field[0], t), gradient, sqrt(dot(gradient, gradient))
 
 
-@inlined
+@woven_in
 def shown(scene, ray, color, extinction, gradient, m, side, s):
     """Emission, lit and cued, of a place at s of the ray; with τ = 1, straight colour."""
     if scene.lit:

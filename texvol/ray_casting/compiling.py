@@ -26,6 +26,11 @@ def inlined(function: Callable[..., Any]) -> Any:
     return njit(nogil=True, error_model="numpy", forceinline=True)(function)
 
 
+def woven_in(function: Callable[..., Any]) -> Any:
+    """The same, before anything is compiled: LLVM would go over a function once for each that is around it."""
+    return njit(nogil=True, error_model="numpy", inline="always")(function)
+
+
 def compiled_and_kept(function: Callable[..., Any]) -> Any:
     """The same, callable from Python, and kept on disk where some folder for that can be written."""
     try:

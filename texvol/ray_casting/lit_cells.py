@@ -12,7 +12,7 @@ from math import exp, inf, isfinite, isinf, isnan, sqrt
 from texvol.ray_casting.bernstein import EPSILON, mix, quartic_at, restricted, trilinear, value_at
 from texvol.ray_casting.cells import JUST_INSIDE, _opaque_color, _point_between, _value_beside_gaps
 from texvol.ray_casting.collocation import add_stretch, fields_at, shown
-from texvol.ray_casting.compiling import compiled, inlined
+from texvol.ray_casting.compiling import compiled, woven_in
 from texvol.ray_casting.lit_cuts import find_cuts
 from texvol.ray_casting.matter import GAUSS_POINTS, GAUSS_WEIGHTS, OPAQUE_DEPTH, add_opaque, add_piece, segment_of
 from texvol.ray_casting.shading import (
@@ -30,7 +30,7 @@ from texvol.ray_casting.shading import (
 )
 
 
-@inlined
+@woven_in
 def load_cell(values, gradients, scene, cell, bench):
     """Whether there may be something to be seen in a cell; its samples, edge values repeated, in `bench`."""
     nz, ny, nx = values.shape
@@ -53,7 +53,7 @@ def load_cell(values, gradients, scene, cell, bench):
     return low <= high and _may_show(scene, low, high, sqrt(steepest))
 
 
-@inlined
+@woven_in
 def _may_show(scene, low, high, steepest):
     """Whether there is matter of any value from low to high."""
     matter, graded = scene.matter, scene.graded
@@ -76,7 +76,7 @@ def _may_show(scene, low, high, steepest):
     return False
 
 
-@inlined
+@woven_in
 def cross_postclassified(scene, ray, bench, entry, leave, here, length, rounding, depth, light):
     """Optical depth behind a cell whose value and gradient are interpolated, then classified and lit."""
     corners, field = bench.corners, bench.field
@@ -103,7 +103,7 @@ def cross_postclassified(scene, ray, bench, entry, leave, here, length, rounding
     return depth
 
 
-@inlined
+@woven_in
 def _add_part(scene, ray, bench, start, end, margin, here, length, depth, light):
     """Optical depth behind the part from `start` to `end`, in which the same lines of the transfer function hold."""
     value, gradient, m = fields_at(bench, (start + end) / 2)
@@ -120,7 +120,7 @@ def _add_part(scene, ray, bench, start, end, margin, here, length, depth, light)
     return add_stretch(scene, ray, bench, start, end, here, length, depth, light)
 
 
-@inlined
+@woven_in
 def cross_preclassified(scene, ray, bench, cell, entry, leave, here, length, rounding, depth, light):
     """Optical depth behind a cell whose corners are classified and lit, then interpolated."""
     channels, opaque, seen = bench.channels, False, False
@@ -149,7 +149,7 @@ def cross_preclassified(scene, ray, bench, cell, entry, leave, here, length, rou
     return _add_cued(scene.cue, ray, color, extinction, here, length, depth, light)
 
 
-@inlined
+@woven_in
 def _corner(scene, bench, cell, corner):
     """Emission, lit, and extinction of a corner of a cell; straight colour if opaque."""
     value = bench.corners[corner]
@@ -175,7 +175,7 @@ def _corner(scene, bench, cell, corner):
     return color[0], color[1], color[2], extinction
 
 
-@inlined
+@woven_in
 def _place_of_sample(scene, cell, corner):
     """World, relative to the centre of the volume; outside the box that of the sample that is repeated there."""
     nearest = 2 * scene.middle  # the last sample of each axis

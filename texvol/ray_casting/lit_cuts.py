@@ -10,7 +10,7 @@ from __future__ import annotations
 from math import sqrt
 
 from texvol.ray_casting.bernstein import EPSILON
-from texvol.ray_casting.compiling import compiled
+from texvol.ray_casting.compiling import compiled, inlined, woven_in
 from texvol.ray_casting.lit_ray import place_at
 from texvol.ray_casting.matter import segment_of
 from texvol.ray_casting.roots import add_roots
@@ -27,7 +27,7 @@ def most_cuts(scene) -> int:
     return 3 * points + cuts_of_contours + 6 * scene.thresholds.size + 4 * (scene.lights.rows.shape[0] + 1) + 4
 
 
-@compiled
+@inlined
 def find_cuts(scene, ray, bench, here, length):
     """Number of cuts of a cell, their shares of the way written to `bench.cuts`, ascending; the last is 1."""
     cuts, count = bench.cuts, 0
@@ -69,7 +69,7 @@ def _cut_at_points(points, first, end, low, high, bench, count):
     return count
 
 
-@compiled
+@woven_in
 def _square(bench):
     """Coefficients of |g|² to `bench.square`."""
     field, square = bench.field, bench.square
@@ -80,7 +80,7 @@ def _square(bench):
             square[i + j] += _OF_3[i] * _OF_3[j] / _OF_6[i + j] * product
 
 
-@compiled
+@woven_in
 def _cut_at_magnitude(threshold_squared, bench, count):
     square, polynomial = bench.square, bench.polynomial
     low, high = square.min(), square.max()
@@ -91,7 +91,7 @@ def _cut_at_magnitude(threshold_squared, bench, count):
     return add_roots(polynomial, 6, NOISE * max(abs(low), high), bench.root_stack, bench.cuts, count)
 
 
-@compiled
+@woven_in
 def _cut_at_contour(scene, contour, low, high, bench, count):
     """At the contour's value, and where reach² |g|² - (value - contour's)² has its sign changed."""
     field, square, polynomial = bench.field, bench.square, bench.polynomial
@@ -113,7 +113,7 @@ def _cut_at_contour(scene, contour, low, high, bench, count):
     return add_roots(polynomial, 6, NOISE * largest, bench.root_stack, bench.cuts, count)
 
 
-@compiled
+@woven_in
 def _cut_at_sides(scene, ray, bench, here, length, count):
     """Where the surface is seen from the side, or lit from the side."""
     largest = sqrt(max(bench.square.max(), 0.0))
@@ -141,7 +141,7 @@ def _cut_across(at_entry, at_leave, largest, bench, count):
     return add_roots(polynomial, 4, SQUARE * largest * length, bench.root_stack, bench.cuts, count)
 
 
-@compiled
+@woven_in
 def _sort(cuts, count):
     """By insertion: there are few."""
     for k in range(1, count):

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.ray_casting.compiling import inlined
+from texvol.ray_casting.compiling import woven_in
 from texvol.ray_casting.roots import HIGHEST_DEGREE, ROW, STACK_ROWS
 
 Numbers = NDArray[np.float64]
@@ -62,7 +62,7 @@ def bench_for(most_cuts: int, most_chosen: int) -> Bench:
     )
 
 
-@inlined
+@woven_in
 def place_at(ray, s):
     """World, relative to the centre of the volume."""
     return (

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.camera import Camera
-from texvol.ray_casting.compiling import compiled_and_kept, inlined, sources, uncounted
+from texvol.ray_casting.compiling import compiled_and_kept, sources, uncounted, woven_in
 from texvol.ray_casting.lit_cells import cross_postclassified, cross_preclassified, load_cell
 from texvol.ray_casting.lit_cuts import most_cuts
 from texvol.ray_casting.lit_ray import Ray, bench_for
@@ -22,7 +22,7 @@ from texvol.transfer import TransferFunction
 Numbers = NDArray[np.float64]
 
 
-@inlined
+@woven_in
 def _trace(values, gradients, scene, preclassified, start, step, ray, rounding, bench, light):
     """Optical depth of one ray, `start` + s `step` for s from the eye on; its emission is added to `light`."""
     here, last = _clipped(start, step, values.shape, ray.eye)

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol import gradient
-from texvol.gradient import Estimator
+from texvol.gradient import Estimator, gradients
 from texvol.lighting import Light, Lighting, unit
 from texvol.volume import Volume
 
@@ -15,17 +14,14 @@ _LAYERS_AT_ONCE = 32  # of samples along z, whose gradients are held at one time
 
 
 def gradients_at(volume: Volume, estimator: Estimator, index: Array) -> Array:
-    """Gradients at places (n, 3) in index space: those of the samples, interpolated; data units per smallest spacing.
-
-    They are 0 where a sample with weight has none that is finite.
-    """
+    """Gradients at places (n, 3) in index space, interpolated between samples; data units per smallest spacing."""
     found = np.zeros((len(index), 3))
     place = np.clip(index, 0, np.array(volume.dimensions) - 1)
     layer = place[:, 2].astype(int) // _LAYERS_AT_ONCE
     for each in np.unique(layer):
         here = layer == each
         found[here] = _interpolated(volume, estimator, place[here])
-    return np.where(np.isfinite(found).all(axis=1, keepdims=True), found, 0.0)
+    return found
 
 
 def _interpolated(volume: Volume, estimator: Estimator, place: Array) -> Array:
@@ -34,35 +30,32 @@ def _interpolated(volume: Volume, estimator: Estimator, place: Array) -> Array:
     far = np.minimum(near + 1, np.array(volume.dimensions) - 1)
     first, end = near.min(axis=0), far.max(axis=0) + 1
     box = (slice(first[2], end[2]), slice(first[1], end[1]), slice(first[0], end[0]))
-    samples = np.asarray(gradient.gradients(volume, estimator, box), np.float64)
+    samples = gradients(volume, estimator, box)
     share, total = place - near, np.zeros(place.shape)
     for corner in range(8):
         bits = (corner >> np.arange(3)) & 1
         x, y, z = (np.where(bits, far, near) - first).T
         weight = np.where(bits, share, 1 - share).prod(axis=1, keepdims=True)
-        with np.errstate(invalid="ignore"):
-            total += np.where(weight > 0, weight * samples[z, y, x], 0.0)  # a NaN without weight is nothing
+        total += weight * samples[z, y, x]
     return total
 
 
-def answer(
-    lighting: Lighting, volume: Volume, gradients: Array, from_centre: Array, to_eye: Array
-) -> tuple[Array, Array]:
+def answer(lighting: Lighting, volume: Volume, slopes: Array, from_centre: Array, to_eye: Array) -> tuple[Array, Array]:
     """What matter sends of the light that falls on it, (D, S), both (n, 3); straight colour c becomes c D + S.
 
     Parameters
     ----------
-    gradients : array of shape (n, 3)
-        Data units per smallest spacing.
+    slopes : array of shape (n, 3)
+        Gradients there, data units per smallest spacing.
     from_centre : array of shape (n, 3)
         The places, relative to the centre of the volume.
     to_eye : array of shape (n, 3)
         Unit vectors.
     """
-    normal, meaning = _normals(volume, gradients, lighting.fade_for(volume))
+    normal, meaning = _normals(volume, slopes, lighting.fade_for(volume))
     if lighting.two_sided:
         normal = np.where(_dot(normal, to_eye) < 0, -normal, normal)
-    diffuse, specular = np.full(gradients.shape, float(lighting.ambient)), np.zeros(gradients.shape)
+    diffuse, specular = np.full(slopes.shape, float(lighting.ambient)), np.zeros(slopes.shape)
     for light in lighting.lights:
         color = np.array(light.color)
         to_light = _direction_to(light, volume, from_centre, to_eye)
@@ -74,10 +67,10 @@ def answer(
     return diffuse, specular
 
 
-def _normals(volume: Volume, gradients: Array, fade: float) -> tuple[Array, Array]:
+def _normals(volume: Volume, slopes: Array, fade: float) -> tuple[Array, Array]:
     """Unit normals, towards lower values, and how much they mean, from 0 to 1."""
-    largest = np.abs(gradients).max(axis=1, keepdims=True)
-    scaled = np.divide(gradients, largest, out=np.zeros_like(gradients), where=largest > 0)  # its square is a number
+    largest = np.abs(slopes).max(axis=1, keepdims=True)
+    scaled = np.divide(slopes, largest, out=np.zeros_like(slopes), where=largest > 0)  # its square is a number
     magnitude = np.linalg.norm(scaled, axis=1, keepdims=True)
     with np.errstate(over="ignore"):
         share = np.clip(largest / volume.smallest_spacing * magnitude / fade, 0, 1)

@@ -9,7 +9,7 @@ from __future__ import annotations
 from math import nan
 
 from texvol.ray_casting.bernstein import EPSILON
-from texvol.ray_casting.compiling import compiled
+from texvol.ray_casting.compiling import compiled, woven_in
 
 HIGHEST_DEGREE = 6
 START, WIDTH = HIGHEST_DEGREE + 1, HIGHEST_DEGREE + 2  # where a row of the stack keeps its interval
@@ -60,7 +60,7 @@ def sign_changes(polynomial, degree, noise):
     return changes
 
 
-@compiled
+@woven_in
 def _halve(row, first, degree):
     """The first half of a row into `first`; the row becomes its second half."""
     half = row[WIDTH] / 2
@@ -88,7 +88,7 @@ def _value_and_slope(row, degree, t):
     return value, degree * slope
 
 
-@compiled
+@woven_in
 def _root(row, degree, noise):
     """The root of a row whose coefficients change sign once: Newton, in a bracket that shrinks."""
     rising = False

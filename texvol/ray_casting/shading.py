@@ -9,7 +9,7 @@ from __future__ import annotations
 from math import isinf, sqrt
 
 from texvol.ray_casting.bernstein import mix
-from texvol.ray_casting.compiling import inlined
+from texvol.ray_casting.compiling import inlined, woven_in
 from texvol.ray_casting.lit_scene import DIRECTIONAL, HEAD
 from texvol.ray_casting.matter import mixed_color, segment_of, straight_share
 
@@ -52,7 +52,7 @@ def choose(scene, value, m, margin, chosen):
     return any_matter
 
 
-@inlined
+@woven_in
 def _is_matter(matter, point):
     color = matter.colors[point]
     return matter.extinctions[point] > 0 or (matter.glows and max(color[0], color[1], color[2]) > 0)
@@ -72,20 +72,20 @@ def _points_around(points, first, end, value, margin):
     return (left, left) if width == 0 or value - points[left] <= margin else (left, right)
 
 
-@inlined
+@woven_in
 def _modulation(scene, chosen, m):
     pairs = scene.modulation
     left, right = max(chosen[MODULATION] - 1, 0), min(chosen[MODULATION], pairs.shape[0] - 1)
     return mix(pairs[left, 1], pairs[right, 1], share_of(pairs[left, 0], pairs[right, 0], m))
 
 
-@inlined
+@woven_in
 def share_of(left, right, value):
     """How far a value is from `left` to `right`, from 0 to 1; 0 where they are the same."""
     return min(max((value - left) / (right - left), 0.0), 1.0) if right > left else 0.0
 
 
-@inlined
+@woven_in
 def opaque_color(scene, chosen, value):
     """Straight colour of opaque points at a value."""
     matter, left, right = scene.matter, chosen[LEFT], chosen[RIGHT]
@@ -117,7 +117,7 @@ def matter_at(scene, chosen, value, m):
     return glow
 
 
-@inlined
+@woven_in
 def _points_at(scene, chosen, value, m):
     """Emission and extinction of the points, as modulated."""
     matter, left, right = scene.matter, chosen[LEFT], chosen[RIGHT]
@@ -129,7 +129,7 @@ def _points_at(scene, chosen, value, m):
     return weight * red, weight * green, weight * blue, extinction
 
 
-@inlined
+@woven_in
 def _graded_at(graded, k, chosen, value, m, glow):
     """`glow` with what the graded matter of number k adds."""
     left, right = chosen[FURTHER + 2 * k], chosen[FURTHER + 2 * k + 1]
@@ -145,7 +145,7 @@ def _graded_at(graded, k, chosen, value, m, glow):
     )
 
 
-@inlined
+@woven_in
 def facing(lights, gradient, m, toward_eye):
     """1, or -1 where the normal is to be turned to the side of the eye."""
     behind = dot(gradient, toward_eye) > SQUARE * m  # the normal is against the gradient
@@ -180,14 +180,14 @@ def lit(lights, color, extinction, gradient, m, side, toward_eye, place):
     )
 
 
-@inlined
+@woven_in
 def arriving(lights, light, place):
     """Colour of a light where it arrives at a place; what casts a shadow between the two would take its share here."""
     row = lights.rows[light]
     return row[4], row[5], row[6]
 
 
-@inlined
+@woven_in
 def toward(lights, light, toward_eye, place):
     """Vector, of any length, from a place to a light."""
     row = lights.rows[light]
@@ -198,13 +198,13 @@ def toward(lights, light, toward_eye, place):
     return row[1] - place[0], row[2] - place[1], row[3] - place[2]
 
 
-@inlined
+@woven_in
 def cue_at(cue, depth):
     """How much of the cue's colour is mixed in at a depth."""
     return cue.strength * min(max((depth - cue.near) / (cue.far - cue.near), 0.0), 1.0)
 
 
-@inlined
+@woven_in
 def cued(cue, color, extinction, t):
     """Emission mixed with the cue's colour; with τ = 1, straight colour."""
     shown = t * extinction
@@ -215,19 +215,19 @@ def cued(cue, color, extinction, t):
     )
 
 
-@inlined
+@woven_in
 def dot(a, b):
     """Of two vectors."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@inlined
+@woven_in
 def added(a, b):
     """Of two vectors."""
     return a[0] + b[0], a[1] + b[1], a[2] + b[2]
 
 
-@inlined
+@woven_in
 def unit(vector):
     """At length 1; 0 stays 0."""
     length = sqrt(dot(vector, vector))
