@@ -2,6 +2,7 @@
 //
 // Switches: HEAD_LIGHT 1: a light at the eye. DIRECTIONAL_LIGHTS n, POINT_LIGHTS n: how many others there are.
 //           SPECULAR 1: matter has highlights.
+//           SHADOWS 1: of a light only what is left of it at a place falls on matter there, but for the head light.
 //           TWO_SIDED 1: the side of a surface that faces the eye is lit.
 
 uniform float ambient;
@@ -22,6 +23,11 @@ uniform vec3 direction_colors[DIRECTIONAL_LIGHTS];
 uniform vec3 positions[POINT_LIGHTS];
 uniform vec3 position_colors[POINT_LIGHTS];
 #endif
+#if SHADOWS
+uniform sampler3D arriving;       // what is left of each light, the directional ones first
+uniform mat3 box_from_place;      // box coordinates, from those of the point lights
+uniform float shadow_distance;    // how far towards the light it is looked up
+#endif
 
 // What emission and extinction are multiplied with: q becomes q diffuse + extinction specular.
 struct Shade {
@@ -40,6 +46,15 @@ Shade with_light(Shade shade, vec3 color, vec3 normal, vec3 to_light, vec3 to_ey
     return shade;
 }
 
+// What is left of the light of that number at a place.
+float left_of_light(int number, vec3 place, vec3 to_light) {
+#if SHADOWS
+    return textureLod(arriving, 0.5 + box_from_place * (place + shadow_distance * to_light), 0.0)[number];
+#else
+    return 1.0;
+#endif
+}
+
 // Shade of matter at `place`, in the coordinates of the point lights, seen from `to_eye`, of length 1.
 Shade shade_of(vec3 gradient, vec3 to_eye, vec3 place) {
     float magnitude = length(gradient);
@@ -55,12 +70,15 @@ Shade shade_of(vec3 gradient, vec3 to_eye, vec3 place) {
 #endif
 #if DIRECTIONAL_LIGHTS
     for (int i = 0; i < DIRECTIONAL_LIGHTS; ++i) {
-        shade = with_light(shade, direction_colors[i], normal, directions[i], to_eye, believed);
+        vec3 color = direction_colors[i] * left_of_light(i, place, directions[i]);
+        shade = with_light(shade, color, normal, directions[i], to_eye, believed);
     }
 #endif
 #if POINT_LIGHTS
     for (int i = 0; i < POINT_LIGHTS; ++i) {
-        shade = with_light(shade, position_colors[i], normal, normalize(positions[i] - place), to_eye, believed);
+        vec3 to_light = normalize(positions[i] - place);
+        vec3 color = position_colors[i] * left_of_light(DIRECTIONAL_LIGHTS + i, place, to_light);
+        shade = with_light(shade, color, normal, to_light, to_eye, believed);
     }
 #endif
     return shade;

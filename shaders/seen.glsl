@@ -11,9 +11,9 @@ uniform vec3 to_eye_middle;       // along the middle pixel's ray, and what is a
 uniform vec3 to_eye_per_column;
 uniform vec3 to_eye_per_row;
 #endif
-#if POINT_LIGHTS
+#if POINT_LIGHTS || SHADOWS
 uniform mat3 world_from_box;
-uniform vec3 world_corner;        // in the coordinates of the point lights
+uniform vec3 world_corner;        // in the coordinates of lights
 #endif
 
 // Towards the eye along the ray of a pixel, counted from the middle of the picture; of length 1.
@@ -26,7 +26,7 @@ vec3 to_eye_from(vec2 pixel) {
 }
 
 Shade shade_at(vec3 gradient, vec3 to_eye, vec3 position) {
-#if POINT_LIGHTS
+#if POINT_LIGHTS || SHADOWS
     return shade_of(gradient, to_eye, world_from_box * position + world_corner);
 #else
     return shade_of(gradient, to_eye, position);

@@ -93,6 +93,11 @@ def _parser() -> argparse.ArgumentParser:
     _add_depth(raycast)
     raycast.set_defaults(run=_raycast)
 
+    _add_report_and_demo(commands)
+    return parser
+
+
+def _add_report_and_demo(commands: Any) -> None:
     report = commands.add_parser("report", help="speed against error of a scene: a page, a table and plots")
     options.add_volume_options(report)
     options.add_scene_options(report)
@@ -105,7 +110,6 @@ def _parser() -> argparse.ArgumentParser:
     demo.add_argument("-o", "--output", metavar="IMAGE", default="texvol-demo.png", help="texvol-demo.png")
     demo.add_argument("--backend", choices=("auto", "egl", "osmesa"), default="auto", help="OpenGL without a screen")
     demo.set_defaults(run=_demo)
-    return parser
 
 
 def _add_depth(parser: argparse.ArgumentParser) -> None:
@@ -162,16 +166,7 @@ def _info(arguments: argparse.Namespace) -> None:
 
 def _render(arguments: argparse.Namespace) -> None:
     scene_options = options.SceneOptions(arguments)
-    film.check_output(arguments.output, arguments.orbit, scene_options.size)
-    if arguments.stats:
-        writing.check_writable(arguments.stats)
-    _check_depth(arguments, scene_options)
-    if arguments.repeat < 1:
-        raise InputError(f"--repeat draws at least once, and not {arguments.repeat} times")
-    if arguments.orbit is not None and arguments.repeat > 1:
-        raise InputError("--repeat draws one view again and again, and --orbit others: give one of them")
-    if arguments.fps is not None and not film.is_film(arguments.output):
-        raise InputError(f"--fps is for films, and {arguments.output} is none: its name ends with {film.FILM}")
+    _check_rendering(arguments, scene_options)
     start = time.perf_counter()
     volume = options.load_volume(arguments, scene_options.spacing)
     seconds = {"load": time.perf_counter() - start}
@@ -205,6 +200,20 @@ def _render(arguments: argparse.Namespace) -> None:
         stats = stats | {"seconds": seconds | {"upload": 0.0} | stats["seconds"]} | more
         files[arguments.stats] = (json.dumps(stats, indent=2, allow_nan=False) + "\n").encode()
     writing.write_files(files)
+
+
+def _check_rendering(arguments: argparse.Namespace, scene_options: options.SceneOptions) -> None:
+    """Raise InputError before anything is loaded where the options don't go together or a file can't be written."""
+    film.check_output(arguments.output, arguments.orbit, scene_options.size)
+    if arguments.stats:
+        writing.check_writable(arguments.stats)
+    _check_depth(arguments, scene_options)
+    if arguments.repeat < 1:
+        raise InputError(f"--repeat draws at least once, and not {arguments.repeat} times")
+    if arguments.orbit is not None and arguments.repeat > 1:
+        raise InputError("--repeat draws one view again and again, and --orbit others: give one of them")
+    if arguments.fps is not None and not film.is_film(arguments.output):
+        raise InputError(f"--fps is for films, and {arguments.output} is none: its name ends with {film.FILM}")
 
 
 def _orbit(

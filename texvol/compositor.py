@@ -32,7 +32,9 @@ from texvol.volume import Volume
 NOTHING_SPECIAL = dict.fromkeys(
     ("RAMPS", "WHOLE_SLABS", "EMISSIVE", "MISSING", "GRADIENT", "MODULATIONS", "GRADED", "CONTOURS"), 0
 )
-NO_LIGHT = dict.fromkeys(("LIT", "HEAD_LIGHT", "DIRECTIONAL_LIGHTS", "POINT_LIGHTS", "SPECULAR", "TWO_SIDED"), 0)
+NO_LIGHT = dict.fromkeys(
+    ("LIT", "HEAD_LIGHT", "DIRECTIONAL_LIGHTS", "POINT_LIGHTS", "SPECULAR", "TWO_SIDED", "SHADOWS"), 0
+)
 
 
 @dataclass(frozen=True)
@@ -56,6 +58,7 @@ class Drawing:
     lighting: Lighting | None = None  # that falls on what the shader classifies
     depth_cue: DepthCue | None = None
     projection: Projection | None = None  # in place of matter
+    arriving: moderngl.Texture3D | None = None  # of each light that casts shadows
 
 
 class Compositor:
@@ -98,6 +101,8 @@ class Compositor:
         if drawing.leaps is not None:
             units["leaps"] = drawing.leaps
             uniforms["cells_per_box"] = drawing.cells_per_box
+        if drawing.arriving is not None:
+            units["arriving"] = drawing.arriving
         if not brick.is_whole:
             uniforms |= _brick_uniforms(brick)
         for unit, resource in enumerate(units.values()):

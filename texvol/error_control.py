@@ -89,5 +89,7 @@ def thickness_for_error(draw: Draw, draw_reference: Draw, smallest_spacing: floa
 
 def estimate(picture: NDArray[np.float32], finer: NDArray[np.float32], halvings: int) -> float:
     """The maximum error of `picture` from one whose slabs are thinner by `halvings`."""
-    difference = float(np.abs(picture.astype(np.float64) - finer).max())
+    with np.errstate(invalid="ignore"):
+        # Numbers may be infinite, and the same.
+        difference = float(np.where(picture == finer, 0.0, np.abs(picture.astype(np.float64) - finer)).max())
     return SAFETY * difference / (1 - 2.0 ** (-ORDER * halvings)) + ROUNDING

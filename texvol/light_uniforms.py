@@ -9,9 +9,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from texvol.camera import Camera
-from texvol.lighting import DepthCue, Light, Lighting, unit
+from texvol.lighting import DepthCue, Light, Lighting, shadow_distance, unit
 from texvol.volume import Volume
 
 _LEAST = 1e-30  # of what is divided by
@@ -28,6 +29,7 @@ def light_switches(lighting: Lighting | None) -> dict[str, int]:
         "POINT_LIGHTS": len(_of_kind(lighting, "point")),
         "SPECULAR": int(_has_highlights(lighting)),
         "TWO_SIDED": int(lighting.two_sided),
+        "SHADOWS": int(casts_shadows(lighting)),
     }
 
 
@@ -49,10 +51,25 @@ def light_uniforms(lighting: Lighting, volume: Volume, largest_gradient: float) 
         places = [(np.array(light.vector) - volume.centre) / volume.radius for light in points]
         uniforms["positions"] = _array(places)
         uniforms["position_colors"] = _array([light.color for light in points])
-        to_world = volume.box_edges / volume.radius
-        uniforms["world_from_box"] = tuple(to_world.T.reshape(-1))  # column after column
-        uniforms["world_corner"] = tuple(to_world @ np.full(3, -0.5))
+    if points or casts_shadows(lighting):
+        to_place, to_box = box_matrices(volume)
+        uniforms["world_from_box"] = tuple(to_place.T.reshape(-1))  # column after column
+        uniforms["world_corner"] = tuple(to_place @ np.full(3, -0.5))
+    if casts_shadows(lighting):
+        uniforms["box_from_place"] = tuple(to_box.T.reshape(-1))
+        uniforms["shadow_distance"] = shadow_distance(volume) / volume.radius
     return uniforms
+
+
+def casts_shadows(lighting: Lighting | None) -> bool:
+    """Whether any light is to cast shadows."""
+    return lighting is not None and lighting.shadows and bool(lighting.casting)
+
+
+def box_matrices(volume: Volume) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """From shares of the box to places in units of its radius, both from its middle, and back; shape (3, 3)."""
+    to_place = volume.box_edges / volume.radius
+    return to_place, volume.index_from_world * volume.radius / np.array(volume.dimensions)[:, np.newaxis]
 
 
 def eye_uniforms(camera: Camera, size: tuple[int, int]) -> dict[str, Any]:

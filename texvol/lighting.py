@@ -9,6 +9,10 @@ the eye, L_i that to light i, H_i halfway between the two, l_i the light's colou
 take the emission q of matter of extinction τ to q D + τ S: straight colour c becomes c D + S. Two-sided, N is turned to
 the side of the eye, N·V >= 0. Where w is 0 the gradient means nothing, and light falls on matter from all sides.
 
+Shadows: of light i, unless it is the head light, the share T_i(x + b L_i) arrives at a place x. T_i is known at the
+`shadow_nodes` of the box, as the transmittance of the post-classified matter from there to the light, and trilinear in
+between; b is the distance of the nodes, so that no surface lies in its own shadow.
+
 A depth cue mixes what glows with a colour, the more the farther it is (`DepthCue`): black and strength 1 is
 depth-only shading (Herman, Liu 1979). It needs no gradient.
 """
@@ -31,6 +35,8 @@ LIGHT_KINDS: tuple[str, ...] = get_args(LightKind)
 Triple = tuple[float, float, float]
 # Of the range of the values per smallest spacing: 2.5 levels of 8 bits, about what quantisation and weak noise make.
 _FADE = 0.01
+MOST_CASTING = 4  # lights whose shadows one texel holds
+_MOST_NODES, _LEAST_NODES = 64, 4  # along an edge of the box
 
 
 def _triple(numbers: Sequence[float] | Any, what: str) -> Triple:
@@ -96,7 +102,7 @@ class Lighting:
         Gradient magnitude, data units per world unit, under which shading fades out; None: a hundredth of the range of
         the values per smallest spacing.
     shadows : bool
-        Whether matter takes light from what lies behind it, seen from the light.
+        Whether matter takes light from what lies behind it, seen from the light; of at most four lights.
     """
 
     lights: tuple[Light, ...] = (Light(),)
@@ -116,6 +122,13 @@ class Lighting:
                 continue
             if isinstance(number, bool) or not isinstance(number, int | float) or not 0 <= number < np.inf:
                 raise InputError(f"light: {name} is a number from 0 upwards, and is {number!r}")
+        if self.shadows and len(self.casting) > MOST_CASTING:
+            raise InputError(f"light: at most {MOST_CASTING} lights cast shadows, and {len(self.casting)} are to")
+
+    @property
+    def casting(self) -> tuple[Light, ...]:
+        """The lights that may cast shadows, the directional ones first; from the eye, the head light's are not seen."""
+        return tuple(light for kind in ("directional", "point") for light in self.lights if light.kind == kind)
 
     def fade_for(self, volume: Volume) -> float:
         """`fade`, or what it is for a volume where nothing is said; data units per world unit, positive."""
@@ -159,6 +172,18 @@ class DepthCue:
         near = max(float(depths.min()), 0.0) if self.near is None else self.near
         far = float(depths.max()) if self.far is None else self.far
         return near, max(far, near + 1e-6 * volume.radius)
+
+
+def shadow_nodes(volume: Volume) -> tuple[int, int, int]:
+    """Numbers (x, y, z) of nodes in the box at which it is known how much light arrives; each is in a cell's middle."""
+    edges = np.linalg.norm(volume.box_edges, axis=0)
+    x, y, z = np.clip(np.rint(_MOST_NODES * edges / edges.max()), _LEAST_NODES, _MOST_NODES).astype(int)
+    return int(x), int(y), int(z)
+
+
+def shadow_distance(volume: Volume) -> float:
+    """How far towards the light shadows are looked up: what nodes are apart along the longest edge, world units."""
+    return float(np.linalg.norm(volume.box_edges, axis=0).max()) / _MOST_NODES
 
 
 def unit(vector: Sequence[float]) -> NDArray[np.float64]:

@@ -8,6 +8,7 @@ from typing import Any
 from texvol import accuracy
 from texvol.camera import Camera
 from texvol.cells import Shown
+from texvol.light_uniforms import casts_shadows
 from texvol.projection import NO_MATTER, Isovalue
 from texvol.scene import Scene
 from texvol.shaded_samples import seen_from
@@ -47,7 +48,8 @@ def texels_of(
     """What the texels of a scene depend on: where it is the same as before, so are they."""
     gradient = (repr(scene.gradient),) if scene.needs_gradient else ()
     if scene.classification in ("slab", "extinction"):
-        baked_for = thickness if scene.classification == "slab" else 0.0
+        # Shadows are cast through parts of the slabs' thickness.
+        baked_for = thickness if scene.classification == "slab" or casts_shadows(scene.lighting) else 0.0
         matter = (scene.volume, transfer_function, scene.classification, baked_for, texture_format)
         return (*matter, *gradient, seen_from(scene, camera)) if gradient else matter
     kept = ("r16", "rgba32f") if gradient else ("r16",)

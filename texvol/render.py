@@ -23,7 +23,7 @@ from texvol import bricks, slab_texture, slicing, value_texture
 from texvol.camera import Camera
 from texvol.compositor import Compositor, Drawing
 from texvol.scene import Scene
-from texvol.shaded_samples import matter_of_samples
+from texvol.shaded_samples import Arriving, matter_of_samples
 from texvol.texture_store import BakedTexture, TextureStore
 from texvol.transfer import TransferFunction
 
@@ -41,9 +41,17 @@ def render(
 
 
 def bake(
-    scene: Scene, transfer_function: TransferFunction, camera: Camera, slab_thickness: float, texel_format: str
+    scene: Scene,
+    transfer_function: TransferFunction,
+    camera: Camera,
+    slab_thickness: float,
+    texel_format: str,
+    arriving: Arriving | None = None,
 ) -> BakedTexture:
-    """Classify the volume and integrate over a slab; or leave the values, to be classified when they are drawn."""
+    """Classify the volume and integrate over a slab; or leave the values, to be classified when they are drawn.
+
+    `arriving` is what shadows leave of the lights.
+    """
     volume, classification = scene.volume, scene.classification
     if classification in ("post", "integrated"):
         estimator = scene.gradient if scene.needs_gradient else None
@@ -51,7 +59,7 @@ def bake(
     recipe = volume, transfer_function, classification, slab_thickness, texel_format
     if not scene.needs_gradient:
         return slab_texture.bake(*recipe)
-    samples = partial(matter_of_samples, scene, transfer_function, camera)
+    samples = partial(matter_of_samples, scene, transfer_function, camera, arriving)
     return slab_texture.bake(*recipe, samples, scene.lighting.brightest if scene.lighting else 1.0)
 
 

@@ -20,11 +20,13 @@ from texvol.contexts import open_context
 from texvol.display import NUMBER_MODES
 from texvol.empty_space import EmptySpace
 from texvol.errors import AccuracyWarning, InputError
+from texvol.light_uniforms import casts_shadows
 from texvol.modelled import modelled
 from texvol.projection import depth_of, projection_of
 from texvol.recipe import Settings, shown_of, stored_scene, texels_of
 from texvol.render import VisiblePart, bake, draw, over_background
 from texvol.scene import Scene, checked_size
+from texvol.shadows import Shadows
 from texvol.texture_memory import default_budget
 from texvol.texture_store import BakedTexture, TextureStore, same
 from texvol.transfer import TransferFunction, proposed_for
@@ -63,6 +65,7 @@ class Renderer:
             self._empty_space = EmptySpace(self._context.gl)
             self._budget = int(texture_memory * 1e6) if texture_memory else default_budget(self._context)
             self._textures = TextureStore(self._context, self._budget)
+            self._shadows = Shadows(self._context, self._budget)
             self._bricks_drawn = 0
         self._proposed: tuple[Any, TransferFunction] | None = None
         self._baked: tuple[tuple[Any, ...], BakedTexture] | None = None
@@ -183,6 +186,7 @@ class Renderer:
         with self._context:
             self._textures.release()
             self._empty_space.release()
+            self._shadows.release()
             self._compositor.release()
         self._context.release()
 
@@ -202,14 +206,14 @@ class Renderer:
         with self._timed("bake"):
             if settings.skips(scene):
                 self._empty_space.prepare(volume, shown_of(scene, transfer_function))
-            texture_format = settings.texture_format
+            camera, texture_format = scene.camera_for(size), settings.texture_format
             if texture_format == "auto":
                 texture_format = self._cheapest_format(scene, transfer_function, thickness)
-            camera = scene.camera_for(size)
+            arriving = self._shadows.prepare(scene, transfer_function, thickness)
             texels = texels_of(scene, transfer_function, camera, thickness, texture_format)
             recipe = (*texels, transfer_function, classification)
             if self._baked is None or not same(self._baked[0], recipe):
-                self._baked = (recipe, bake(scene, transfer_function, camera, thickness, texture_format))
+                self._baked = (recipe, bake(scene, transfer_function, camera, thickness, texture_format, arriving))
         baked = self._baked[1]
         margin = bricks.margin(volume, camera, size, thickness)
         self._textures.prepare(baked, volume, texels, margin)
@@ -218,7 +222,7 @@ class Renderer:
     def _cheapest_format(self, scene: Scene, transfer_function: TransferFunction, thickness: float) -> str:
         asked = (scene.volume, transfer_function, scene.classification, thickness)
         if self._chosen is None or not same(self._chosen[0], asked):
-            self._chosen = (asked, accuracy.cheapest_texel_format(*asked))
+            self._chosen = asked, accuracy.cheapest_texel_format(*asked)
         return self._chosen[1]
 
     def _drawing(self, scene: Scene, size: Size, settings: Settings, depth: bool = False) -> Drawing:
@@ -227,8 +231,8 @@ class Renderer:
         empty_space = self._empty_space
         leaps = empty_space.leaps if settings.skips(scene) else None
         projection = projection_of(scene, depth=depth)
-        lit_when_drawn = scene.classification in ("post", "integrated")
-        lighting = scene.lighting if lit_when_drawn and not projection else None
+        lit_when_drawn = scene.classification in ("post", "integrated") and not projection
+        lighting = scene.lighting if lit_when_drawn else None
         return Drawing(
             baked,
             scene.volume,
@@ -242,6 +246,7 @@ class Renderer:
             lighting=projection.lighting if projection else lighting,
             depth_cue=scene.depth_cue if not projection or projection.lighting else None,
             projection=projection,
+            arriving=self._shadows.texture if casts_shadows(lighting) else None,
         )
 
     def _visible_part(self, scene: Scene, settings: Settings) -> VisiblePart:
@@ -272,13 +277,12 @@ class Renderer:
             return drawing.projection.numbers(drawn, drawing.baked, settings.slab_thickness)
 
     def _thickness_for_error(self, scene: Scene, size: Size, settings: Settings, max_error: float) -> float:
-        def picture(thickness: float) -> NDArray[np.float32]:
-            return self._draw(scene, size, replace(settings, slab_thickness=thickness))
-
-        def reference(thickness: float) -> NDArray[np.float32]:
-            return self._reference(scene, size, replace(settings, slab_thickness=thickness))
-
-        choice = error_control.thickness_for_error(picture, reference, scene.volume.smallest_spacing, max_error)
+        choice = error_control.thickness_for_error(
+            lambda thickness: self._draw(scene, size, replace(settings, slab_thickness=thickness)),
+            lambda thickness: self._reference(scene, size, replace(settings, slab_thickness=thickness)),
+            scene.volume.smallest_spacing,
+            max_error,
+        )
         self._estimate = choice.estimated_error
         if not choice.reached:
             warnings.warn(

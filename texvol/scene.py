@@ -90,6 +90,8 @@ class Scene:
 
     def _check_matter(self) -> None:
         matter = self.transfer_function
+        if self.mode == "isosurface" and self.lighting is not None and self.lighting.shadows:
+            raise InputError("scene: shadows are those of matter, in mode composite, and the mode is isosurface")
         if matter is None or self.mode != "composite":
             return
         if self.lighting is not None and matter.emissive:

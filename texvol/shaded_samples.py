@@ -14,18 +14,22 @@ from numpy.typing import NDArray
 
 from texvol.camera import Camera
 from texvol.gradient import Box, gradients
-from texvol.lighting import Light, Lighting, unit
+from texvol.lighting import Light, Lighting, shadow_distance, unit
 from texvol.scene import Scene
 from texvol.transfer import Classified, TransferFunction
 from texvol.volume import Volume
 
 Numbers = NDArray[np.floating[Any]]
+Arriving = NDArray[np.float32]  # at nodes (z, y, x), of each light that casts shadows: from 0 to 1
 
 
-def matter_of_samples(scene: Scene, transfer_function: TransferFunction, camera: Camera, box: Box) -> Classified:
+def matter_of_samples(
+    scene: Scene, transfer_function: TransferFunction, camera: Camera, arriving: Arriving | None, box: Box
+) -> Classified:
     """Emission, shape (nz, ny, nx, 3), and extinction of a box of samples, per world unit, lit where the scene is.
 
-    Where the extinction is infinite the emission is the colour that shows.
+    Where the extinction is infinite the emission is the colour that shows. `arriving` is what shadows leave of each
+    light, see `texvol.shadows`.
     """
     z, y, x = (range(*part.indices(count)) for part, count in zip(box, scene.volume.values.shape, strict=True))
     emission = np.zeros((len(z), len(y), len(x), 3))
@@ -34,7 +38,7 @@ def matter_of_samples(scene: Scene, transfer_function: TransferFunction, camera:
     def one_layer(layer: int) -> None:
         part = slice(z[layer], z[layer] + 1), box[1], box[2]
         places = z[layer], y, x
-        _fill(scene, transfer_function, camera, part, places, emission[layer], extinction[layer])
+        _fill(scene, transfer_function, camera, arriving, part, places, emission[layer], extinction[layer])
 
     try:
         with ThreadPoolExecutor() as pool:
@@ -50,6 +54,7 @@ def _fill(
     scene: Scene,
     transfer_function: TransferFunction,
     camera: Camera,
+    arriving: Arriving | None,
     box: Box,
     places: tuple[int, range, range],
     emission: NDArray,
@@ -70,7 +75,8 @@ def _fill(
         z, y, x = places
         rows, columns = np.divmod(shows, len(x))
         index = np.column_stack([columns + x.start, rows + y.start, np.full(shows.size, z)])
-        diffuse, highlight = shade(scene.lighting, volume, camera, _from_centre(volume, index), slopes, magnitudes)
+        where = _from_centre(volume, index)
+        diffuse, highlight = shade(scene.lighting, volume, camera, where, slopes, magnitudes, arriving)
         weight = np.where(np.isinf(matter.extinction), 1.0, matter.extinction)
         glow = glow * diffuse + weight[:, np.newaxis] * highlight
     emission.reshape(-1, 3)[shows] = glow
@@ -84,6 +90,7 @@ def shade(
     places: Numbers,
     slopes: Numbers,
     magnitudes: Numbers,
+    arriving: Arriving | None = None,
 ) -> tuple[Numbers, Numbers]:
     """D and S of `texvol.lighting`, both (n, 3), at places (n, 3) from the middle of the box, of gradients (n, 3)."""
     share = np.clip(magnitudes / lighting.fade_for(volume), 0, 1)
@@ -98,12 +105,32 @@ def shade(
     for light in lighting.lights:
         to_light = _to_light(light, volume, to_eye, places)
         facing = _dot(normals, to_light)
-        diffuse += lighting.diffuse * np.array(light.color) * (1 - believed + believed * np.maximum(facing, 0))
+        color = np.array(light.color)
+        if arriving is not None and light.kind != "head":
+            left = arriving[..., lighting.casting.index(light)]
+            color = color * _left_at(left, volume, places + shadow_distance(volume) * to_light)[:, np.newaxis]
+        diffuse += lighting.diffuse * color * (1 - believed + believed * np.maximum(facing, 0))
         if lighting.specular > 0:
             halfway = np.maximum(_dot(normals, _unit(to_light + to_eye)), 0)
             strength = lighting.specular * believed * halfway**lighting.shininess
-            highlight += np.where(facing > 0, strength, 0.0) * np.array(light.color)
+            highlight += np.where(facing > 0, strength, 0.0) * color
     return diffuse, highlight
+
+
+def _left_at(left: NDArray[np.float32], volume: Volume, places: Numbers) -> Numbers:
+    """Trilinear between nodes (z, y, x) in the middles of the box's cells, the outermost beyond them, shape (n,)."""
+    shares = 0.5 + places @ (volume.index_from_world / np.array(volume.dimensions)[:, np.newaxis]).T
+    nodes = np.array(left.shape[::-1])
+    index = np.clip(shares * nodes - 0.5, 0, nodes - 1)
+    low = np.minimum(index.astype(np.intp), np.maximum(nodes - 2, 0))
+    high = np.minimum(low + 1, nodes - 1)
+    beyond = index - low
+    total = np.zeros(len(places))
+    for corner in np.ndindex(2, 2, 2):
+        far = np.array(corner, bool)
+        x, y, z = np.where(far, high, low).T
+        total += np.where(far, beyond, 1 - beyond).prod(axis=1) * left[z, y, x]
+    return total
 
 
 def seen_from(scene: Scene, camera: Camera) -> str:

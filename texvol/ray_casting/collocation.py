@@ -30,7 +30,7 @@ DEEP = 4.0  # optical depth of a stretch whose front could be missed
 WIDEST_TURN = 4.0
 
 
-@inlined
+@woven_in
 def add_stretch(scene, ray, bench, start, end, here, length, depth, light):
     """Optical depth behind the part from `start` to `end` of a cell of which `bench` holds the fields.
 

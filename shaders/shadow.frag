@@ -1,0 +1,78 @@
+#version 330
+// Optical depth between a node of the box and a light, so much of it as lies in one brick; a pixel for each node.
+//
+// Nodes lie in the middles of a grid of cells: pixel (i, j + k ny) is node (i, j, k). The way is cut into parts of one
+// length, and each belongs to the brick in which its middle is.
+//
+// Switches: POINT 1: the light is at a place, 0: it comes from a direction.
+//           BRICKS, GRADIENT: see volume_texture.glsl. RAMPS, MISSING, EMISSIVE: see classify.glsl.
+//           MODULATIONS, GRADED, CONTOURS: see graded.glsl.
+
+#include "volume_texture.glsl"
+#include "classify.glsl"
+#if MODULATIONS || GRADED || CONTOURS
+#include "graded.glsl"
+#endif
+
+uniform ivec3 nodes;
+uniform vec3 to_light;            // where the light is, or the direction to it at length 1; from the middle of the box
+uniform mat3 box_from_place;      // of places and directions from the middle of the box, in units of its radius
+uniform mat3 place_from_box;
+uniform float part_length;        // at most, in those units
+uniform float length_per_unit;    // of the transfer function's unit of length
+#if BRICKS
+uniform vec3 brick_low;
+uniform vec3 brick_high;
+#endif
+
+out vec4 optical_depth;
+
+// Extinction times length of a part of the way.
+float depth_of_part(vec4 texel, float path_length) {
+    vec4 matter = matter_of_value(value_of(texel));
+#if MODULATIONS
+    matter *= modulation_of(magnitude_of(gradient_of(texel)));
+#endif
+#if GRADED || CONTOURS
+    if (texel.a == texel.a) matter += graded_matter(texel.a, magnitude_of(gradient_of(texel)));
+#endif
+    return matter.a * path_length;
+}
+
+bool is_own(vec3 position) {
+#if BRICKS
+    return all(greaterThanEqual(position, brick_low)) && all(lessThan(position, brick_high));
+#else
+    return true;
+#endif
+}
+
+void main() {
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+    vec3 start = (vec3(pixel.x, pixel.y % nodes.y, pixel.y / nodes.y) + 0.5) / vec3(nodes);
+    float farthest = 1e30;
+    vec3 direction = to_light;
+#if POINT
+    direction = to_light - place_from_box * (start - 0.5);
+    farthest = length(direction);
+    direction /= max(farthest, 1e-30);
+#endif
+    vec3 way = box_from_place * direction;
+    // Where it leaves the box: along each axis through the face that it goes to.
+    vec3 ahead = mix(start, 1.0 - start, greaterThan(way, vec3(0.0)));
+    vec3 faces = ahead / max(abs(way), vec3(1e-30));
+    float whole = min(farthest, min(faces.x, min(faces.y, faces.z)));
+    float parts = max(ceil(whole / part_length), 1.0);
+    float one = whole / parts;
+
+#if RAMPS
+    load_ramps();
+#endif
+    float depth = 0.0;
+    for (float part = 0.0; part < parts; part += 1.0) {
+        vec3 position = start + ((part + 0.5) * one) * way;
+        float share = depth_of_part(texel_at(position), one * length_per_unit);
+        if (is_own(position)) depth += share;
+    }
+    optical_depth = vec4(depth, 0.0, 0.0, 0.0);
+}
