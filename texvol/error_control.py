@@ -27,7 +27,7 @@ ORDER = 1.0
 # Rounding, and pictures in which steps leave order 1 here and there; in 200 random scenes it holds the error in 99 of
 # a hundred (scripts/error_control.py).
 SAFETY = 1.5
-ROUNDING = 2e-6  # of a picture in float32
+ROUNDING = 2e-6  # of a picture in float32, relative to its largest number, or 1
 _COARSEST_RATE, _FINEST_RATE = 1 / 16, 64  # slabs per smallest spacing
 
 Draw = Callable[[float], NDArray[np.float32]]  # slab thickness → picture
@@ -92,4 +92,11 @@ def estimate(picture: NDArray[np.float32], finer: NDArray[np.float32], halvings:
     with np.errstate(invalid="ignore"):
         # Numbers may be infinite, and the same.
         difference = float(np.where(picture == finer, 0.0, np.abs(picture.astype(np.float64) - finer)).max())
-    return SAFETY * difference / (1 - 2.0 ** (-ORDER * halvings)) + ROUNDING
+    numbers = np.abs(finer[..., :3])
+    brightest = float(numbers[np.isfinite(numbers)].max(initial=0.0))
+    return SAFETY * difference / (1 - 2.0 ** (-ORDER * halvings)) + ROUNDING * max(brightest, 1.0)
+
+
+def if_finite(estimate: float | None) -> float | None:
+    """The estimate, or None where a picture holds numbers that are none: JSON has no other word for it."""
+    return estimate if estimate is not None and np.isfinite(estimate) else None

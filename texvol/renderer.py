@@ -324,7 +324,7 @@ class Renderer:
             "seconds": seconds,
         }
         facts["samples"], facts["samples_total"] = self._samples(scene, size, settings)
-        facts["estimated_error"] = self._estimated_error(scene, size, settings)
+        facts["estimated_error"] = error_control.if_finite(self._estimated_error(scene, size, settings))
         return facts
 
     def _samples(self, scene: Scene, size: Size, settings: Settings) -> tuple[int | None, int | None]:

@@ -115,6 +115,10 @@ def _request(scene: Scene, soft: Scene, size: Size, mapper: str, rates: list[flo
     assert scene.transfer_function is not None and soft.transfer_function is not None
     if scene.transfer_function.emissive:
         raise VtkError("VTK knows no emission apart from extinction")
+    if scene.lighting is not None or scene.depth_cue is not None:
+        raise VtkError("VTK's light is another model")
+    if scene.transfer_function.premultiplied or scene.transfer_function.needs_gradient:
+        raise VtkError("VTK classifies by straight colours of the value alone")
     gram = volume.direction.T @ volume.direction
     if not np.allclose(gram, np.eye(3), atol=1e-6):
         raise VtkError("VTK's mappers draw no sheared grids")
