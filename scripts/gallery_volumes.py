@@ -13,37 +13,26 @@ from numpy.typing import NDArray
 from texvol.volume import Volume
 
 Axes = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]  # x, y, z, to be broadcast to (z, y, x)
-_GOLDEN = (1 + 5**0.5) / 2
 
 
 def orbital(samples: int = 112) -> NDArray[np.float64]:
     """The wave function of an electron of a hydrogen atom, 4f: x (5 z² - r²) exp(-r / 4), r in Bohr radii; -1 … 1."""
-    x, y, z = _axes(samples, 30.0)
+    x, y, z = _axes(samples, 34.0)
     r = np.sqrt(x * x + y * y + z * z)
     wave = x * (5 * z * z - r * r) * np.exp(-r / 4)
     return wave / np.abs(wave).max()
 
 
-def sextic(samples: int = 160) -> NDArray[np.float64]:
-    """Barth's sextic (1996), a surface with 65 double points, cut off by a ball: inside above 0.
+def trefoil(samples: int = 128) -> NDArray[np.float64]:
+    """1 - |u³ - v²|, above 1/2 a knotted tube: Milnor's fibration (1968) of the trefoil, whose core is u³ = v²; 0 … 1.
 
-    With P = 4 (φ²x² - y²) (φ²y² - z²) (φ²z² - x²) - (1 + 2φ) (r² - 1)², the value is P over |∇P|, about the distance to
-    the surface, or the distance to the ball where that is less; -0.2 … 0.2.
+    u and v are complex coordinates on the sphere in four dimensions, projected to space from its pole.
     """
-    x, y, z = _axes(samples, 2.06)
-    squares = x * x, y * y, z * z
-    a, b, c = (_GOLDEN**2 * s - t for s, t in zip(squares, (*squares[1:], squares[0]), strict=True))
-    radius = np.sqrt(sum(squares))
-    rest = (1 + 2 * _GOLDEN) * (radius**2 - 1)
-    # ∂a/∂x = 2 φ² x and ∂c/∂x = -2 x, and so on around.
-    slopes = (
-        8 * x * (_GOLDEN**2 * b * c - a * b) - 4 * rest * x,
-        8 * y * (_GOLDEN**2 * a * c - b * c) - 4 * rest * y,
-        8 * z * (_GOLDEN**2 * a * b - a * c) - 4 * rest * z,
-    )
-    steepness = np.sqrt(sum(slope * slope for slope in slopes))
-    distance = (4 * a * b * c - rest * (radius**2 - 1)) / np.maximum(steepness, 1e-9)
-    return np.clip(np.minimum(distance, 2.0 - radius), -0.2, 0.2)
+    x, y, z = _axes(samples, 3.4)
+    square = x * x + y * y + z * z
+    u = 2 * (x + 1j * y) / (square + 1)
+    v = (2 * z + 1j * (square - 1)) / (square + 1)
+    return np.maximum(1 - np.abs(u**3 - v**2), 0)
 
 
 def gyroid(samples: int = 112) -> NDArray[np.float64]:
@@ -59,7 +48,7 @@ def ripples(samples: int = 96) -> NDArray[np.float64]:
     return (1 - np.sin(np.pi * z / 2) + 0.09 * (1 + rings)) / 2.2
 
 
-def turbulence(samples: int = 128) -> NDArray[np.float64]:
+def turbulence(samples: int = 144) -> NDArray[np.float64]:
     """A periodic random field of power k^-11/3 as turbulence has (Kolmogorov 1941), in thin threads; 0 … 1."""
     # RandomState, because its numbers are promised to stay the same.
     noise = np.random.RandomState(1941).standard_normal((2, samples, samples, samples))
@@ -67,15 +56,15 @@ def turbulence(samples: int = 128) -> NDArray[np.float64]:
     k2 = axis[:, None, None] ** 2 + axis[:, None] ** 2 + np.fft.rfftfreq(samples) ** 2 * samples**2
     k2[0, 0, 0] = np.inf
     # Amplitudes are roots of powers; waves shorter than a few samples would be lost between them.
-    filter = k2 ** (-11 / 12) * np.exp(-k2 / 12**2)
+    filter = k2 ** (-11 / 12) * np.exp(-k2 / 8**2)
     first, second = (np.fft.irfftn(np.fft.rfftn(each) * filter, each.shape, (0, 1, 2)) for each in noise)
     # Threads are where two fields are 0 at once.
     away = (first / first.std()) ** 2 + (second / second.std()) ** 2
-    return 1 / (1 + 12 * away)
+    return 1 / (1 + 1.5 * away)
 
 
 BUILT_IN: dict[str, Callable[[], NDArray[np.float64]]] = {
-    each.__name__: each for each in (orbital, sextic, gyroid, ripples, turbulence)
+    each.__name__: each for each in (orbital, trefoil, gyroid, ripples, turbulence)
 }
 
 

@@ -11,7 +11,8 @@
 //           RAMPS n: the transfer function is a sum of n ramps; 0: it is looked up, or classified already.
 //           WHOLE_SLABS 1: the texels of CLASSIFICATION 0 stand for the ray's way through a slab as they are.
 //           BRICKS 1: the texture is a part of the volume, and the slabs whose middle lies in it are drawn.
-//           GRADIENT 1: texels are the gradient and the value, 0: the value alone. LIT 1: light falls on matter.
+//           GRADIENT: see volume_texture.glsl; 0: texels of CLASSIFICATION 2 and 3 are the value alone.
+//           LIT 1: light falls on matter.
 //           MODULATIONS, GRADED, CONTOURS: see graded.glsl; HEAD_LIGHT and the like: see light.glsl.
 //           CUE 1: what is far is mixed with a colour.
 //           LEAPS 1: what `leaps` shows to be empty is leapt over.

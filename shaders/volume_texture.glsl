@@ -1,6 +1,7 @@
 // What is at a place of the box: a texel, and the gradient where texels hold it.
 //
-// Switches: BRICKS 1: the texture is a part of the volume. GRADIENT 1: texels are the gradient and the value.
+// Switches: BRICKS 1: the texture is a part of the volume. GRADIENT 1: texels are the gradient and the value, 2: the
+//           gradient in 16 bits, of which the middle is 0.
 
 uniform sampler3D texels;
 #if BRICKS
@@ -19,10 +20,15 @@ vec4 texel_at(vec3 position) {
 }
 
 #if GRADIENT
-uniform vec2 gradient_range;      // texels of 0 and of 1 stand for these
+// Components from -1 to 1 are the whole numbers from 0 to 2 NO_GRADIENT of 65535.
+const float NO_GRADIENT = 32767.0;
 
 vec3 gradient_of(vec4 texel) {
-    return mix(vec3(gradient_range.x), vec3(gradient_range.y), texel.rgb);
+#if GRADIENT == 2
+    return (texel.rgb - NO_GRADIENT / 65535.0) * (65535.0 / NO_GRADIENT);
+#else
+    return texel.rgb;
+#endif
 }
 
 float value_of(vec4 texel) {

@@ -75,7 +75,7 @@ class Projection:
             "MODE": _MODES[self.mode],
             "DEPTH": int(self.depth),
             "MISSING": int(baked.volume.has_missing),
-            "GRADIENT": int(baked.estimator is not None),
+            "GRADIENT": baked.gradient_switch,
         }
 
     def uniforms(self, baked: ValueTexture) -> dict[str, Any]:
@@ -89,7 +89,7 @@ class Projection:
         stored = float(np.clip((self.isovalue - baked.offset) / baked.scale, -2 * HUGE, 2 * HUGE))
         if self.depth:
             return {"isovalue": stored}
-        return {"isovalue": stored, "surface_color": self.color} | baked.gradient_uniforms
+        return {"isovalue": stored, "surface_color": self.color}
 
     def numbers(self, drawn: NDArray[np.float32], baked: ValueTexture, slab_thickness: float) -> NDArray[np.float32]:
         """The picture, shape (h, w, 4), of what the shader has drawn."""

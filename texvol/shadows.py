@@ -23,7 +23,7 @@ from texvol.texture_store import TextureStore, same
 from texvol.transfer import TransferFunction
 from texvol.value_texture import ValueTexture, bake_values
 
-_FINEST_RATE = 4.0  # parts per smallest spacing: finer ones change less than the distance of the nodes does
+_MOST_PARTS = 2048  # of a way through the box: more would take seconds
 _BEYOND = 1e9
 
 
@@ -49,7 +49,7 @@ class Shadows:
         lighting, volume = scene.lighting, scene.volume
         if lighting is None or not casts_shadows(lighting) or scene.mode != "composite":
             return None
-        part = max(thickness, volume.smallest_spacing / _FINEST_RATE)
+        part = max(thickness, 2 * volume.radius / _MOST_PARTS)
         estimator = scene.gradient if transfer_function.needs_gradient else None
         asked = (volume, transfer_function, part, repr(lighting.casting), repr(estimator))
         if self._cast_for is None or not same(self._cast_for, asked):

@@ -108,14 +108,13 @@ class ValueTexture:
             "EMISSIVE": 2 if self.transfer_function.premultiplied else int(self.transfer_function.emissive),
             "MISSING": int(post and self.volume.has_missing),
             "RAMPS": ramps,
-            "GRADIENT": int(self.estimator is not None),
+            "GRADIENT": self.gradient_switch,
         } | graded_switches(self.transfer_function)
 
     def uniforms(self, slab_thickness: float) -> dict[str, Any]:
         """Uniforms of the shader."""
         length: dict[str, Any] = {"slab_length": slab_thickness / self.length_unit}
         if self.estimator is not None:
-            length |= self.gradient_uniforms
             length |= graded_uniforms(
                 self.transfer_function, self._stored, self.scale, self.length_unit, self.largest_gradient, _STEP_MARGIN
             )
@@ -129,10 +128,11 @@ class ValueTexture:
         }
 
     @property
-    def gradient_uniforms(self) -> dict[str, Any]:
-        """What texels of gradients stand for."""
-        in_16_bits = -1.0, 65535 / _NO_GRADIENT - 1
-        return {"gradient_range": in_16_bits if self.texel_format == "rgba16" else (0.0, 1.0)}
+    def gradient_switch(self) -> int:
+        """The shader's switch GRADIENT."""
+        if self.estimator is None:
+            return 0
+        return 2 if self.texel_format == "rgba16" else 1
 
     @cached_property
     def tables(self) -> dict[str, NDArray[np.float32]]:

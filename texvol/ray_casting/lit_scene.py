@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.camera import Camera
-from texvol.errors import InputError
 from texvol.gradient import gradients
-from texvol.lighting import DepthCue, Lighting, unit
+from texvol.lighting import DepthCue, Lighting, shadow_distance, unit
 from texvol.ray_casting.matter import Matter, matter_of
+from texvol.ray_casting.shadows import arriving_at_nodes
 from texvol.scene import Scene
 from texvol.transfer import TransferFunction
 from texvol.volume import Volume
@@ -34,13 +34,16 @@ Triple = tuple[float, float, float]
 class Lights(NamedTuple):
     """Lights, and how matter answers them."""
 
-    rows: Numbers  # kind, direction or place, colour: shape (n, 7)
+    rows: Numbers  # kind, direction or place, colour, which of `arriving` it is or -1: shape (n, 8)
     ambient: float
     diffuse: float
     specular: float
     shininess: float
     two_sided: bool
     fade: float  # kernel units
+    arriving: Numbers  # what is left of those that cast shadows, at the nodes of the box: shape (lights, z, y, x)
+    box_from_world: Numbers
+    shadow_distance: float
 
 
 class Cue(NamedTuple):
@@ -96,17 +99,11 @@ def gradients_of(scene: Scene) -> NDArray[np.floating]:
 
 
 def lit_scene(scene: Scene, transfer: TransferFunction, camera: Camera) -> LitScene:
-    """`scene` as compiled code takes it.
-
-    Raises
-    ------
-    InputError
-        If it asks for shadows.
-    """
+    """`scene` as compiled code takes it."""
     volume = scene.volume
     factor = _gradient_factor(volume)
     from_world = volume.smallest_spacing * factor  # kernel units from data units per world unit
-    lights = _lights(scene.lighting, volume, from_world)
+    lights = _lights(scene.lighting, volume, from_world, arriving_at_nodes(scene, transfer))
     modulation = np.array(np.zeros((0, 2)) if transfer.modulation is None else transfer.modulation, np.float64)
     modulation[:, 0] *= from_world
     graded = _graded(transfer, from_world)
@@ -144,14 +141,14 @@ def _gradient_factor(volume: Volume) -> float:
     return 2.0 ** -frexp(half_range)[1] if half_range > 0 else 1.0
 
 
-def _lights(lighting: Lighting | None, volume: Volume, from_world: float) -> Lights:
+def _lights(lighting: Lighting | None, volume: Volume, from_world: float, arriving: Numbers) -> Lights:
+    to_box = np.ascontiguousarray(volume.index_from_world / np.array(volume.dimensions)[:, np.newaxis])
     if lighting is None:
-        return Lights(np.zeros((0, 7)), 0.0, 0.0, 0.0, 0.0, False, 1.0)
-    if lighting.shadows:
-        raise InputError("light: the oracle casts no shadows yet, and the scene asks for them")
-    rows = np.zeros((len(lighting.lights), 7))
+        return Lights(np.zeros((0, 8)), 0.0, 0.0, 0.0, 0.0, False, 1.0, arriving, to_box, 0.0)
+    rows = np.zeros((len(lighting.lights), 8))
     for row, light in zip(rows, lighting.lights, strict=True):
-        row[0], row[4:] = _KINDS[light.kind], light.color
+        row[0], row[4:7] = _KINDS[light.kind], light.color
+        row[7] = lighting.casting.index(light) if lighting.shadows and light.kind != "head" else -1
         if light.vector is not None:
             row[1:4] = unit(light.vector) if light.kind == "directional" else light.vector - volume.centre
     return Lights(
@@ -162,6 +159,9 @@ def _lights(lighting: Lighting | None, volume: Volume, from_world: float) -> Lig
         float(lighting.shininess),
         bool(lighting.two_sided),
         max(lighting.fade_for(volume) * from_world, _LEAST_FADE),
+        arriving,
+        to_box,
+        shadow_distance(volume),
     )
 
 

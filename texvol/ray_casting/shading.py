@@ -160,10 +160,10 @@ def lit(lights, color, extinction, gradient, m, side, toward_eye, place):
     diffuse_red, diffuse_green, diffuse_blue = 0.0, 0.0, 0.0
     shine_red, shine_green, shine_blue = 0.0, 0.0, 0.0
     for light in range(lights.rows.shape[0]):
-        red, green, blue = arriving(lights, light, place)
+        toward_light = unit(toward(lights, light, toward_eye, place))
+        red, green, blue = arriving(lights, light, place, toward_light)
         diffuse, specular = 1.0, 0.0
         if w > 0.0:
-            toward_light = unit(toward(lights, light, toward_eye, place))
             cosine = -side * dot(gradient, toward_light) / m
             diffuse = (1 - w) + w * max(cosine, 0.0)
             if cosine > SQUARE and lights.specular > 0.0:
@@ -181,10 +181,39 @@ def lit(lights, color, extinction, gradient, m, side, toward_eye, place):
 
 
 @woven_in
-def arriving(lights, light, place):
-    """Colour of a light where it arrives at a place; what casts a shadow between the two would take its share here."""
+def arriving(lights, light, place, toward_light):
+    """Colour of a light where it arrives at a place."""
     row = lights.rows[light]
-    return row[4], row[5], row[6]
+    if row[7] < 0.0:
+        return row[4], row[5], row[6]
+    left = left_at(lights, int(row[7]), added(place, scaled(toward_light, lights.shadow_distance)))
+    return left * row[4], left * row[5], left * row[6]
+
+
+@woven_in
+def left_at(lights, number, place):
+    """What is left of a light, trilinear between the nodes, which are in the middles of the box's cells."""
+    grid = lights.arriving[number]
+    k0, k1, z = _between_nodes(lights.box_from_world[2], place, grid.shape[0])
+    j0, j1, y = _between_nodes(lights.box_from_world[1], place, grid.shape[1])
+    i0, i1, x = _between_nodes(lights.box_from_world[0], place, grid.shape[2])
+    near = mix(mix(grid[k0, j0, i0], grid[k0, j0, i1], x), mix(grid[k0, j1, i0], grid[k0, j1, i1], x), y)
+    far = mix(mix(grid[k1, j0, i0], grid[k1, j0, i1], x), mix(grid[k1, j1, i0], grid[k1, j1, i1], x), y)
+    return mix(near, far, z)
+
+
+@woven_in
+def _between_nodes(row, place, count):
+    """The nodes on either side of a place along one axis, and the share of the way; the outermost hold beyond them."""
+    share = 0.5 + row[0] * place[0] + row[1] * place[1] + row[2] * place[2]
+    index = min(max(share * count - 0.5, 0.0), count - 1.0)
+    low = min(int(index), max(count - 2, 0))
+    return low, min(low + 1, count - 1), index - low
+
+
+@woven_in
+def scaled(vector, factor):
+    return vector[0] * factor, vector[1] * factor, vector[2] * factor
 
 
 @woven_in

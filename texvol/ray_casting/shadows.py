@@ -1,0 +1,66 @@
+"""What is left of each light at the nodes of the box: transmittances of the post-classified matter, exact.
+
+A ray from a node towards a light is a ray of a picture like any other, and its optical depth is found by the same walk.
+Of a light inside the box only what lies in front of it counts: the depth of all behind the node, less that of all
+behind the light; or, where that is too deep to be told apart, the same from the light's side.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.lighting import Light, shadow_nodes, unit
+from texvol.ray_casting.matter import OPAQUE_DEPTH
+from texvol.scene import Scene
+from texvol.transfer import TransferFunction
+from texvol.volume import Volume
+
+Numbers = NDArray[np.float64]
+Depths = Callable[[Numbers, Numbers], Numbers]  # of rays: world origins and unit directions, (rows, columns, 3)
+
+
+def arriving_at_nodes(scene: Scene, transfer: TransferFunction) -> Numbers:
+    """Share of each casting light, shape (lights, z, y, x), see `texvol.lighting`; nothing where none casts."""
+    volume, lighting = scene.volume, scene.lighting
+    if lighting is None or not lighting.shadows or not lighting.casting:
+        return np.ones((0, 1, 1, 1))
+    x, y, z = (((np.arange(count) + 0.5) / count) - 0.5 for count in shadow_nodes(volume))
+    shares = np.stack(np.meshgrid(x, y, z, indexing="ij"), axis=-1).transpose(2, 1, 0, 3)
+    places = (shares @ volume.box_edges.T + volume.centre).reshape(-1, len(x), 3)
+    unlit = replace(scene, lighting=None, depth_cue=None, classification="post", transfer_function=transfer)
+    depths = _depths_of(unlit)
+    arriving = [np.exp(-_depth_to(light, volume, places, depths)) for light in lighting.casting]
+    return np.stack(arriving).reshape(len(arriving), len(z), len(y), len(x))
+
+
+def _depth_to(light: Light, volume: Volume, places: Numbers, depths: Depths) -> Numbers:
+    """Optical depth between places and a light."""
+    assert light.vector is not None
+    if light.kind == "directional":
+        return depths(places, np.broadcast_to(unit(light.vector), places.shape))
+    here = np.broadcast_to(np.array(light.vector, np.float64), places.shape)
+    away = np.linalg.norm(here - places, axis=-1, keepdims=True)
+    direction = np.where(away > 0, (here - places) / np.where(away > 0, away, 1.0), (1.0, 0.0, 0.0))
+    forth, back = depths(places, direction), depths(here, -direction)
+    with np.errstate(invalid="ignore"):
+        forth = np.where(forth < OPAQUE_DEPTH, forth - depths(here, direction), np.inf)
+        back = np.where(back < OPAQUE_DEPTH, back - depths(places, -direction), np.inf)
+    return np.maximum(np.minimum(forth, back), 0.0)
+
+
+def _depths_of(scene: Scene) -> Depths:
+    from texvol.ray_casting import _rays_in_index_space, _tracer_for
+
+    volume, camera = scene.volume, scene.camera_for((1, 1))
+    trace = _tracer_for(scene, camera)
+
+    def depths(origins: Numbers, directions: Numbers) -> Numbers:
+        picture = np.zeros((*origins.shape[:2], 4))
+        trace(*_rays_in_index_space(volume, origins, directions), np.ascontiguousarray(directions), picture)
+        return picture[..., 3]
+
+    return depths
