@@ -35,13 +35,21 @@ struct Shade {
     vec3 specular;
 };
 
+// Cosine under which two directions are square to each other but for rounding: a surface then has no side to turn.
+const float SQUARE = 1e-6;
+
+// At length 1; 0 stays 0.
+vec3 unit(vec3 vector) {
+    return vector / max(length(vector), 1e-30);
+}
+
 // `believed` is how much the normal counts, from 0 to 1.
 Shade with_light(Shade shade, vec3 color, vec3 normal, vec3 to_light, vec3 to_eye, float believed) {
     float facing = dot(normal, to_light);
     shade.diffuse += diffuse * color * mix(1.0, max(facing, 0.0), believed);
 #if SPECULAR
-    float halfway = max(dot(normal, normalize(to_light + to_eye)), 1e-30);
-    shade.specular += (facing > 0.0 ? specular * believed * pow(halfway, shininess) : 0.0) * color;
+    float halfway = max(dot(normal, unit(to_light + to_eye)), 1e-30);
+    shade.specular += (facing > SQUARE ? specular * believed * pow(halfway, shininess) : 0.0) * color;
 #endif
     return shade;
 }
@@ -62,7 +70,7 @@ Shade shade_of(vec3 gradient, vec3 to_eye, vec3 place) {
     float believed = share * share * (3.0 - 2.0 * share);
     vec3 normal = gradient / -max(magnitude, 1e-30);
 #if TWO_SIDED
-    if (dot(normal, to_eye) < 0.0) normal = -normal;
+    if (dot(normal, to_eye) < -SQUARE) normal = -normal;
 #endif
     Shade shade = Shade(vec3(ambient), vec3(0.0));
 #if HEAD_LIGHT
@@ -76,7 +84,7 @@ Shade shade_of(vec3 gradient, vec3 to_eye, vec3 place) {
 #endif
 #if POINT_LIGHTS
     for (int i = 0; i < POINT_LIGHTS; ++i) {
-        vec3 to_light = normalize(positions[i] - place);
+        vec3 to_light = unit(positions[i] - place);
         vec3 color = position_colors[i] * left_of_light(DIRECTIONAL_LIGHTS + i, place, to_light);
         shade = with_light(shade, color, normal, to_light, to_eye, believed);
     }

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from texvol.transfer import TransferFunction
     from texvol.volume import Volume
 
-__version__ = "0.2.0"
+__version__ = "0.3.0"
 
 _HOMES = {
     "Camera": "camera",

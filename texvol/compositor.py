@@ -247,7 +247,7 @@ def _light_uniforms(drawing: Drawing) -> dict[str, Any]:
     if drawing.lighting is not None:
         assert isinstance(drawing.baked, ValueTexture), "texels of other kinds are lit already"
         uniforms |= light_uniforms(drawing.lighting, drawing.volume, drawing.baked.largest_gradient)
-        uniforms |= eye_uniforms(drawing.camera, drawing.size)
+        uniforms |= eye_uniforms(drawing.lighting, drawing.camera, drawing.size)
     if drawing.depth_cue is not None:
         uniforms |= cue_uniforms(drawing.depth_cue, drawing.volume, drawing.camera, drawing.slab_thickness)
     return uniforms

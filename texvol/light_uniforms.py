@@ -6,6 +6,7 @@ relative to the middle of the box and its radius, so that float32 has digits lef
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,8 @@ from texvol.camera import Camera
 from texvol.lighting import DepthCue, Light, Lighting, shadow_distance, unit
 from texvol.volume import Volume
 
-_LEAST = 1e-30  # of what is divided by
+_LEAST, _MOST = 1e-30, 1e30  # of what is divided by, and of any number: their product and squares are float32s
+_FARTHEST = 1e15  # in radii of the box: lights beyond it come from one direction
 
 
 def light_switches(lighting: Lighting | None) -> dict[str, int]:
@@ -28,27 +30,27 @@ def light_switches(lighting: Lighting | None) -> dict[str, int]:
         "DIRECTIONAL_LIGHTS": len(_of_kind(lighting, "directional")),
         "POINT_LIGHTS": len(_of_kind(lighting, "point")),
         "SPECULAR": int(_has_highlights(lighting)),
-        "TWO_SIDED": int(lighting.two_sided),
+        "TWO_SIDED": int(lighting.two_sided and bool(lighting.lights)),
         "SHADOWS": int(casts_shadows(lighting)),
     }
 
 
 def light_uniforms(lighting: Lighting, volume: Volume, largest_gradient: float) -> dict[str, Any]:
     """Uniforms of light.glsl; `largest_gradient` is what a gradient of 1 in the shader stands for, per world unit."""
-    uniforms: dict[str, Any] = {
-        "ambient": lighting.ambient,
-        "diffuse": lighting.diffuse,
-        "fade": max(lighting.fade_for(volume) / largest_gradient, _LEAST),
-    }
+    uniforms: dict[str, Any] = {"ambient": min(lighting.ambient, _MOST)}
+    if lighting.lights:
+        uniforms["diffuse"] = min(lighting.diffuse, _MOST)
+        uniforms["fade"] = float(np.clip(lighting.fade_for(volume) / largest_gradient, _LEAST, _MOST))
     if _has_highlights(lighting):
-        uniforms |= {"specular": lighting.specular, "shininess": lighting.shininess}
+        uniforms |= {"specular": min(lighting.specular, _MOST), "shininess": min(lighting.shininess, _MOST)}
     if heads := _of_kind(lighting, "head"):
-        uniforms["head_color"] = tuple(np.sum([light.color for light in heads], axis=0))
+        uniforms["head_color"] = _array([np.sum([light.color for light in heads], axis=0)])[0]
     if directional := _of_kind(lighting, "directional"):
         uniforms["directions"] = _array([unit(light.vector) for light in directional if light.vector])
         uniforms["direction_colors"] = _array([light.color for light in directional])
     if points := _of_kind(lighting, "point"):
-        places = [(np.array(light.vector) - volume.centre) / volume.radius for light in points]
+        places = np.array([np.array(light.vector) - volume.centre for light in points]) / volume.radius
+        places /= np.maximum(np.abs(places).max(axis=1, keepdims=True) / _FARTHEST, 1.0)
         uniforms["positions"] = _array(places)
         uniforms["position_colors"] = _array([light.color for light in points])
     if points or casts_shadows(lighting):
@@ -72,8 +74,11 @@ def box_matrices(volume: Volume) -> tuple[NDArray[np.float64], NDArray[np.float6
     return to_place, volume.index_from_world * volume.radius / np.array(volume.dimensions)[:, np.newaxis]
 
 
-def eye_uniforms(camera: Camera, size: tuple[int, int]) -> dict[str, Any]:
-    """Where the eye is, seen from each pixel's ray."""
+def eye_uniforms(lighting: Lighting, camera: Camera, size: tuple[int, int]) -> dict[str, Any]:
+    """Where the eye is, seen from each pixel's ray; nothing where the light looks the same from everywhere."""
+    is_seen = lighting.two_sided or lighting.specular > 0 or bool(_of_kind(lighting, "head"))
+    if not (is_seen and lighting.lights):
+        return {}
     rays = camera.pixel_rays(size, np.zeros(3))
     uniforms: dict[str, Any] = {"to_eye_middle": tuple(-rays.velocity)}
     if camera.projection == "perspective":
@@ -87,8 +92,8 @@ def cue_uniforms(cue: DepthCue, volume: Volume, camera: Camera, slab_thickness: 
     near, far = cue.range_for(volume, camera)
     middle = float(camera.forward @ (volume.centre - camera.eye))
     return {
-        "cue": (*cue.color, cue.strength),
-        "cue_range": ((near - middle) / slab_thickness, slab_thickness / (far - near)),
+        "cue": _array([(*cue.color, cue.strength)])[0],
+        "cue_range": _array([((near - middle) / slab_thickness, slab_thickness / (far - near))])[0],
     }
 
 
@@ -100,5 +105,5 @@ def _has_highlights(lighting: Lighting) -> bool:
     return lighting.specular > 0 and bool(lighting.lights)
 
 
-def _array(rows: list[Any]) -> list[tuple[float, ...]]:
-    return [tuple(map(float, row)) for row in rows]
+def _array(rows: Iterable[Any]) -> list[tuple[float, ...]]:
+    return [tuple(map(float, np.clip(row, -_MOST, _MOST))) for row in rows]
