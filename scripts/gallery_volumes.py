@@ -48,23 +48,36 @@ def ripples(samples: int = 96) -> NDArray[np.float64]:
     return (1 - np.sin(np.pi * z / 2) + 0.09 * (1 + rings)) / 2.2
 
 
-def turbulence(samples: int = 144) -> NDArray[np.float64]:
-    """A periodic random field of power k^-11/3 as turbulence has (Kolmogorov 1941), in thin threads; 0 … 1."""
+def threads(samples: int = 144) -> NDArray[np.float64]:
+    """Where two smooth random fields are 0 at once; 0 … 1."""
+    first, second = (random_field(samples, seed, 5.0) for seed in (1941, 1942))
+    return 1 / (1 + 1.5 * (first**2 + second**2))
+
+
+def cloud(samples: int = 112) -> NDArray[np.float64]:
+    """A heap with a flat base, frayed by turbulence; 0 … 1."""
+    x, y, z = _axes(samples, 1.0)
+    heap = 0.75 - np.sqrt(
+        (x / 1.05) ** 2 + (y / 0.9) ** 2 + (np.minimum(z + 0.35, 0) * 2.2 + np.maximum(z + 0.35, 0)) ** 2
+    )
+    return np.clip(heap + 0.2 * random_field(samples, 1883, 24.0), 0, 1)
+
+
+def random_field(samples: int, seed: int, waves: float) -> NDArray[np.float64]:
+    """A periodic field of mean square 1, of power k^-11/3 as turbulence has (Kolmogorov 1941), up to so many waves."""
     # RandomState, because its numbers are promised to stay the same.
-    noise = np.random.RandomState(1941).standard_normal((2, samples, samples, samples))
+    noise = np.random.RandomState(seed).standard_normal((samples,) * 3)
     axis = np.fft.fftfreq(samples) * samples
     k2 = axis[:, None, None] ** 2 + axis[:, None] ** 2 + np.fft.rfftfreq(samples) ** 2 * samples**2
     k2[0, 0, 0] = np.inf
-    # Amplitudes are roots of powers; waves shorter than a few samples would be lost between them.
-    filter = k2 ** (-11 / 12) * np.exp(-k2 / 8**2)
-    first, second = (np.fft.irfftn(np.fft.rfftn(each) * filter, each.shape, (0, 1, 2)) for each in noise)
-    # Threads are where two fields are 0 at once.
-    away = (first / first.std()) ** 2 + (second / second.std()) ** 2
-    return 1 / (1 + 1.5 * away)
+    # Amplitudes are roots of powers.
+    filtered = np.fft.rfftn(noise) * k2 ** (-11 / 12) * np.exp(-k2 / waves**2)
+    field = np.fft.irfftn(filtered, noise.shape, (0, 1, 2))
+    return np.asarray(field / field.std())
 
 
 BUILT_IN: dict[str, Callable[[], NDArray[np.float64]]] = {
-    each.__name__: each for each in (orbital, trefoil, gyroid, ripples, turbulence)
+    each.__name__: each for each in (orbital, trefoil, gyroid, ripples, threads, cloud)
 }
 
 

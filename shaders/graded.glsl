@@ -1,19 +1,22 @@
 // Matter that depends on the gradient; the formulas are in transfer/graded.py. `magnitude` is that of the gradient.
 //
 // Switches: MODULATIONS n: ramps of what the points are multiplied with.
-//           GRADED n: ramps by value, each times one by magnitude. CONTOURS n: Levoy's isovalue contours.
+//           GRADED n: pieces that are linear in the value, each times a ramp by magnitude.
+//           CONTOURS n: Levoy's isovalue contours.
 
 #if MODULATIONS
 uniform float modulation_base;
 uniform vec3 modulations[MODULATIONS];   // how much a ramp adds, where it starts, and 1 / its width
 #endif
 #if GRADED
-uniform vec4 graded_rises[GRADED];       // emission and extinction
-uniform vec4 graded_places[GRADED];      // by value: start and 1 / width; by magnitude: likewise
+uniform vec4 graded_starts[GRADED];      // emission and extinction at the start of a piece, and at its end
+uniform vec4 graded_ends[GRADED];
+uniform vec3 graded_places[GRADED];      // from which value on it holds, up to which, and where its line starts
+uniform vec3 graded_slopes[GRADED];      // 1 / width of that; start and 1 / width of the ramp by magnitude
 #endif
 #if CONTOURS
 uniform vec4 contour_matters[CONTOURS];  // emission and extinction
-uniform vec2 contour_places[CONTOURS];   // value, and 1 / thickness in values per magnitude
+uniform vec3 contour_places[CONTOURS];   // value, what is no distance to it, and 1 / thickness in values per magnitude
 #endif
 
 float ramp(float at, float start, float per_width) {
@@ -39,15 +42,18 @@ float modulation_of(float magnitude) {
 vec4 graded_matter(float value, float magnitude) {
     vec4 matter = vec4(0.0);
 #if GRADED
+    // Pieces, not a sum of ramps: where there is nothing, a sum's rounding would leave 1e-7 of the densest.
     for (int i = 0; i < GRADED; ++i) {
-        vec4 place = graded_places[i];
-        matter += graded_rises[i] * (ramp(value, place.x, place.y) * ramp(magnitude, place.z, place.w));
+        vec3 place = graded_places[i];
+        vec3 slope = graded_slopes[i];
+        float weight = value >= place.x && value < place.y ? ramp(magnitude, slope.y, slope.z) : 0.0;
+        matter += weight * mix(graded_starts[i], graded_ends[i], ramp(value, place.z, slope.x));
     }
-    matter = max(matter, 0.0);
 #endif
 #if CONTOURS
     for (int i = 0; i < CONTOURS; ++i) {
-        float away = abs(value - contour_places[i].x) * contour_places[i].y / max(magnitude, 1e-30);
+        vec3 place = contour_places[i];
+        float away = max(abs(value - place.x) - place.y, 0.0) * place.z / max(magnitude, 1e-30);
         matter += contour_matters[i] * max(1.0 - away, 0.0);
     }
 #endif

@@ -125,7 +125,9 @@ vec4 whole_slab_color(vec4 texel, float length, float is_there, vec3 position, f
 // Colour and opacity of half a slab; what depends on the gradient is that of its middle.
 vec4 color_between(vec4 front, vec4 behind, float length, vec3 position, float depth) {
 #if MODULATIONS
-    length *= modulation_of(magnitude_of(0.5 * (gradient_of(front) + gradient_of(behind))));
+    float factor = modulation_of(magnitude_of(0.5 * (gradient_of(front) + gradient_of(behind))));
+    if (factor == 0.0) return vec4(0.0);  // opaque matter is so at any length
+    length *= factor;
 #endif
     vec4 color = color_between_values(value_of(front), value_of(behind), length);
 #if LIT

@@ -11,7 +11,8 @@ the side of the eye, N·V >= 0. Where w is 0 the gradient means nothing, and lig
 
 Shadows: of light i, unless it is the head light, the share T_i(x + b L_i) arrives at a place x. T_i is known at the
 `shadow_nodes` of the box, as the transmittance of the post-classified matter from there to the light, and trilinear in
-between; b is the distance of the nodes, so that no surface lies in its own shadow.
+between; b is one and a half times the distance of the nodes, or of the samples if that is more, so that no surface lies
+in its own shadow.
 
 A depth cue mixes what glows with a colour, the more the farther it is (`DepthCue`): black and strength 1 is
 depth-only shading (Herman, Liu 1979). It needs no gradient.
@@ -37,6 +38,7 @@ Triple = tuple[float, float, float]
 _FADE = 0.01
 MOST_CASTING = 4  # lights whose shadows one texel holds
 _MOST_NODES, _LEAST_NODES = 64, 4  # along an edge of the box
+_NODES_AWAY = 1.5
 
 
 def _triple(numbers: Sequence[float] | Any, what: str) -> Triple:
@@ -182,8 +184,9 @@ def shadow_nodes(volume: Volume) -> tuple[int, int, int]:
 
 
 def shadow_distance(volume: Volume) -> float:
-    """How far towards the light shadows are looked up: what nodes are apart along the longest edge, world units."""
-    return float(np.linalg.norm(volume.box_edges, axis=0).max()) / _MOST_NODES
+    """How far towards the light shadows are looked up, world units: 1.5 times what nodes, or samples, are apart."""
+    nodes_apart = float(np.linalg.norm(volume.box_edges, axis=0).max()) / _MOST_NODES
+    return _NODES_AWAY * max(nodes_apart, volume.smallest_spacing)
 
 
 def unit(vector: Sequence[float]) -> NDArray[np.float64]:

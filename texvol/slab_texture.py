@@ -228,7 +228,7 @@ def _most_matter(volume: Volume, transfer_function: TransferFunction) -> Classif
     factor = 1.0 if modulation is None else float(modulation[:, 1].max())
     opaque = np.isinf(points.extinction)
     emission = points.emission * np.where(opaque, 1.0, factor)[:, np.newaxis]
-    extinction = np.where(opaque, np.inf, points.extinction * factor)
+    extinction = np.where(opaque, np.inf, np.where(opaque, 0.0, points.extinction) * factor)
     for graded in transfer_function.graded:
         emission = emission + graded.emissions.max(axis=0)
         extinction = extinction + graded.extinctions.max()
