@@ -198,6 +198,7 @@ LIGHTS: list[dict[str, int]] = [
     *(ONE_LIGHT | {"SPECULAR": specular, "TWO_SIDED": sides} for specular in EITHER for sides in EITHER),
     {"LIT": 1, "DIRECTIONAL_LIGHTS": 1},
     {"LIT": 1, "POINT_LIGHTS": 1},
+    {"LIT": 1, "DIRECTIONAL_LIGHTS": 2, "POINT_LIGHTS": 2, "SHADOWS": 1},
     {"LIT": 1, "HEAD_LIGHT": 1, "DIRECTIONAL_LIGHTS": 9, "POINT_LIGHTS": 3, "SPECULAR": 1, "TWO_SIDED": 1},
 ]
 GRADED: list[dict[str, int]] = [
@@ -208,28 +209,46 @@ GRADED: list[dict[str, int]] = [
 
 
 @pytest.mark.parametrize("classification", [2, 3])
-@pytest.mark.parametrize("way, bricks, cue", list(itertools.product(EITHER, repeat=3)))
 @pytest.mark.parametrize("lights", LIGHTS, ids=str)
-def test_every_light_on_matter_compiles(
-    context: Context, classification: int, way: int, bricks: int, cue: int, lights: dict[str, int]
-) -> None:
-    common = NO_LIGHT | NOTHING_SPECIAL | {"PERSPECTIVE": way, "BRICKS": bricks, "LEAPS": 1, "COUNT": 0, "CUE": cue}
-    for graded in GRADED:
-        if classification == 3 and (graded.get("GRADED") or graded.get("CONTOURS")):
-            continue  # integrated is for what depends on the value alone
-        for emissive, ramps in ((0, 2), (0, 0), (2, 0)):
-            switches = {"CLASSIFICATION": classification, "GRADIENT": 1, "EMISSIVE": emissive}
-            switches["RAMPS"] = ramps if classification == 2 else 0
-            load_program(context.gl, "slab_stack", defines=common | switches | lights | graded)
+def test_every_light_on_matter_compiles(context: Context, classification: int, lights: dict[str, int]) -> None:
+    ramps = 2 if classification == 2 else 0
+    for way, bricks, cue in itertools.product(EITHER, repeat=3):
+        ways = {"PERSPECTIVE": way, "BRICKS": bricks, "CUE": cue, "LEAPS": 1, "COUNT": 0}
+        switches = {"CLASSIFICATION": classification, "GRADIENT": 1 + bricks, "RAMPS": ramps}
+        load_program(context.gl, "slab_stack", defines=NO_LIGHT | NOTHING_SPECIAL | ways | switches | lights)
+
+
+@pytest.mark.parametrize("emissive, ramps", [(0, 2), (0, 0), (1, 0), (2, 2), (2, 0)])
+@pytest.mark.parametrize("graded", GRADED, ids=str)
+def test_all_graded_matter_compiles(context: Context, emissive: int, ramps: int, graded: dict[str, int]) -> None:
+    ways = {"PERSPECTIVE": 1, "BRICKS": 0, "CUE": 1, "LEAPS": 1, "COUNT": 0}
+    switches = {"EMISSIVE": emissive, "GRADIENT": 1} | graded
+    for lights in ({}, LIGHTS[-1]):
+        classifications = [{"CLASSIFICATION": 2, "RAMPS": ramps}]
+        if not graded.get("GRADED") and not graded.get("CONTOURS"):  # integrated is for what depends on the value alone
+            classifications.append({"CLASSIFICATION": 3})
+        for each in classifications:
+            defines = NO_LIGHT | NOTHING_SPECIAL | ways | switches | lights | each
+            load_program(context.gl, "slab_stack", defines=defines)
 
 
 @pytest.mark.parametrize("classification", [0, 1])
 def test_a_depth_cue_on_classified_texels_compiles(context: Context, classification: int) -> None:
     common = NO_LIGHT | NOTHING_SPECIAL | {"BRICKS": 0, "LEAPS": 1, "COUNT": 0, "CUE": 1}
     for way in EITHER:
-        load_program(
-            context.gl, "slab_stack", defines=common | {"CLASSIFICATION": classification, "PERSPECTIVE": way}
-        )
+        load_program(context.gl, "slab_stack", defines=common | {"CLASSIFICATION": classification, "PERSPECTIVE": way})
+
+
+@pytest.mark.parametrize("point, bricks", list(itertools.product(EITHER, repeat=2)))
+def test_every_shadow_compiles(context: Context, point: int, bricks: int) -> None:
+    common = NOTHING_SPECIAL | {"POINT": point, "BRICKS": bricks}
+    common.pop("WHOLE_SLABS")
+    for ramps, emissive, missing in ((2, 0, 0), (0, 0, 1), (3, 2, 1)):
+        matter = {"RAMPS": ramps, "EMISSIVE": emissive, "MISSING": missing}
+        for graded in GRADED:
+            gradients = ({"GRADIENT": 1}, {"GRADIENT": 2}) if graded else ({},)
+            for gradient in gradients:
+                load_program(context.gl, "shadow", defines=common | matter | graded | gradient, vertex="corner.vert")
 
 
 @pytest.mark.parametrize("mode", [1, 2, 3])
@@ -240,8 +259,9 @@ def test_every_projection_compiles(context: Context, mode: int, way: int, bricks
     if mode != 3:
         load("projection", context, plain)
         return
-    for lights, cue, leaps, count in itertools.product(LIGHTS[1:], EITHER, EITHER, EITHER):
-        load("projection", context, plain | {"GRADIENT": 1, "CUE": cue, "LEAPS": leaps, "COUNT": count} | lights)
+    for number, lights in enumerate(LIGHTS[1:]):
+        others = {"GRADIENT": 1 + way, "CUE": number % 2, "LEAPS": 1 - number % 3 // 2, "COUNT": int(number % 4 == 3)}
+        load("projection", context, plain | others | lights)
     load("projection", context, plain | {"GRADIENT": 1, "DEPTH": 1, "LEAPS": 1})
 
 
