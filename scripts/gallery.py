@@ -3,9 +3,9 @@
     python scripts/gallery.py [DATA] -o FOLDER [--only NAME,NAME] [--quick]
     python scripts/gallery.py --references
 
-DATA is the folder of real volumes: what TEXVOL_DATA names, or ../shared/data beside the repository. Pictures of what is
-not there are left out; the others are of built-in volumes. Pictures are drawn at twice their size and averaged, as
-light: edges are smooth. FOLDER also gets the transfer functions and built-in volumes that the commands on the page name.
+DATA is the folder of real volumes: what TEXVOL_DATA names, or ../shared/data beside the repository. Pictures of what
+is not there are left out; the others are of built-in volumes. All are drawn at twice their size and averaged, as light,
+so that edges are smooth. FOLDER also gets the transfer functions and built-in volumes that the page's commands name.
 
 `--references` draws those of the built-in volumes for the README, into tests/references; the tests draw them again.
 """
@@ -138,7 +138,7 @@ def drawn(renderer: Renderer, entry: Entry, data: Path, size: Size) -> Drawn | N
 
 
 def shown_range(scene: Scene, entry: Entry) -> float:
-    """What errors of the picture are to be measured by: 1, or for numbers the range from one end of colours to the other."""
+    """What errors of the picture are measured by: 1, or for numbers the range that colours are made of."""
     if scene.mode not in display.NUMBER_MODES:
         return 1.0
     window = parsed(entry, "", (1, 1))[1].window

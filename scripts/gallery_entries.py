@@ -124,7 +124,7 @@ _REAL = (
     ),
     Entry(
         "tooth",
-        "A transfer function proposed from the histogram, untouched: dentine and enamel found by their peaks. Micro CT.",
+        "A transfer function proposed from the histogram, untouched: it finds dentine and enamel. Micro CT.",
         "tooth/tooth.nhdr",
         "--tf histogram --classification post --light 0.3,-1,1 --light head:0.3 --ambient 0.15 --specular 0.3 "
         f"--eye 250,-300,180 --target 51,46.5,77 --height 168 {_DARK}",
@@ -171,7 +171,7 @@ _BUILT_IN = (
         "trefoil",
         "--classification integrated --light -1,0.6,0.7:0.95,0.18,0.05 --light 1,0.8,0.5:0.04,0.25,0.95 "
         "--light 0.2,-1,0.8:0.5,0.48,0.4 --specular 0.6 --shininess 60 --ambient 0.05 "
-        f"--eye 148,-151,496 --target 61.8,62.8,59.5 --height 112 {_DARK}",
+        f"--eye 146.6,-151.6,496 --target 60.4,62.2,59.5 --height 114 {_DARK}",
         {"points": [_point(0.5, (0.9, 0.88, 0.85), 0), _point(0.5, (0.9, 0.88, 0.85), 8)]},
     ),
     Entry(
@@ -189,25 +189,26 @@ _BUILT_IN = (
         "ripples",
         "--mode isosurface --isovalue 0.5 --light point:15,40,72:1,0.35,0.06 --light point:80,50,66:0.06,0.3,1 "
         "--light head:0.12 --ambient 0.03 --specular 0.5 --shininess 60 "
-        f"--projection perspective --fov 44 --eye 47.5,-8,92 --target 47.5,40,42 {_DARK}",
+        f"--projection perspective --fov 36 --eye 47.5,-8,92 --target 47.5,39,42 {_DARK}",
+        size=(480, 380),
         depth=True,
     ),
     Entry(
-        "threads",
-        "Maximum intensity projection through the colours of a transfer function: threads of a turbulent field.",
-        "threads",
-        "--mode mip --classification post --eye 105,-400,100 --height 128",
+        "galaxy",
+        "Maximum intensity projection, through the colours of a transfer function.",
+        "galaxy",
+        "--mode mip --classification post --eye 160,-260,310 --target 95.5,95.5,23.5 --height 138",
         {
             "points": [
-                _point(0.45, (0.000, 0.002, 0.008), 1),
-                _point(0.68, (0.005, 0.010, 0.060), 1),
-                _point(0.84, (0.120, 0.010, 0.150), 1),
-                _point(0.93, (0.600, 0.050, 0.080), 1),
-                _point(0.985, (1.000, 0.350, 0.030), 1),
-                _point(1.00, (1.000, 0.900, 0.600), 1),
+                _point(0.03, (0.000, 0.000, 0.000), 1),
+                _point(0.17, (0.006, 0.012, 0.070), 1),
+                _point(0.34, (0.080, 0.030, 0.260), 1),
+                _point(0.50, (0.500, 0.090, 0.220), 1),
+                _point(0.68, (1.000, 0.420, 0.120), 1),
+                _point(0.95, (1.000, 0.920, 0.700), 1),
             ]
         },
-        sampling_rate=4,
+        size=(480, 350),
     ),
     Entry(
         "cloud",

@@ -13,7 +13,7 @@ _STYLE = """
 body { font: 15px/1.45 system-ui, sans-serif; margin: 0; color: #222; background: #f4f4f2 }
 main { max-width: 1080px; margin: 0 auto; padding: 28px 20px 60px }
 section { display: grid; grid-template-columns: 480px minmax(0, 1fr); gap: 28px; margin: 0 0 36px }
-img { width: 100%; max-width: 480px; height: auto; display: block; border-radius: 4px; margin: 0 0 10px }
+img { max-width: 100%; height: auto; display: block; border-radius: 4px; margin: 0 0 10px }
 h1 { font-size: 1.7rem; margin: 0 0 6px } h2 { font-size: 1.15rem; margin: 0 0 6px }
 p { margin: 0 0 12px } .dim { color: #666; font-size: .88rem }
 pre { background: #fff; border: 1px solid #ddd; border-radius: 4px; padding: 10px 12px; font-size: .8rem;
@@ -24,9 +24,9 @@ summary { cursor: pointer; color: #555; font-size: .88rem; margin: 0 0 8px }
 """
 _ABOUT = (
     "Each picture is drawn at twice its size and averaged, as light. DATA is the folder of real volumes; transfer "
-    "functions and built-in volumes that the commands name are beside this page. The error is the largest that is to be "
-    "expected anywhere in the linear picture, of X-ray and maximum projections as a share of the range that is shown; "
-    "at the outline of an opaque surface a pixel is either on or off it."
+    "functions and built-in volumes that the commands name are beside this page. The error is the largest that is to "
+    "be expected of any pixel of the linear picture before it is averaged, of X-ray and maximum projections as a share "
+    "of the range that is shown. At the outline of an opaque surface a pixel is on it or off it."
 )
 
 Row = tuple[str, str, str, str]

@@ -1,4 +1,4 @@
-"""The gallery's built-in volumes: closed forms, and one random field whose numbers never change; no files.
+"""The gallery's built-in volumes: closed forms, and random fields whose numbers never change; no files.
 
 All have samples at distance 1, so that a `.npy` of their values is the same volume.
 """
@@ -48,36 +48,45 @@ def ripples(samples: int = 96) -> NDArray[np.float64]:
     return (1 - np.sin(np.pi * z / 2) + 0.09 * (1 + rings)) / 2.2
 
 
-def threads(samples: int = 144) -> NDArray[np.float64]:
-    """Where two smooth random fields are 0 at once; 0 … 1."""
-    first, second = (random_field(samples, seed, 5.0) for seed in (1941, 1942))
-    return 1 / (1 + 1.5 * (first**2 + second**2))
+def galaxy(samples: int = 192) -> NDArray[np.float64]:
+    """A disk with two arms along logarithmic spirals, mottled by turbulence, and a bulge; a quarter as thick; 0 … 1."""
+    x, y, _ = _axes(samples, 1.0)
+    z = _axes(samples // 4, 0.25)[2]
+    radius = np.hypot(x, y)
+    arms = np.cos(np.arctan2(y, x) - 3.4 * np.log(radius + 0.06)) ** 4
+    disk = (0.1 + arms) * np.exp(-1.9 * radius - (z / 0.05) ** 2) * np.clip(4 - 4 * radius, 0, 1) ** 2
+    bulge = np.exp(-np.sqrt(radius**2 + 2.5 * z * z + 1e-4) / 0.07)
+    mottled = disk * np.exp(0.6 * random_field((samples // 4, samples, samples), 1845, 40.0))
+    return np.clip(np.sqrt(0.55 * mottled + 1.2 * bulge), 0, 1)
 
 
 def cloud(samples: int = 112) -> NDArray[np.float64]:
     """A heap with a flat base, frayed by turbulence; 0 … 1."""
     x, y, z = _axes(samples, 1.0)
-    heap = 0.75 - np.sqrt(
-        (x / 1.05) ** 2 + (y / 0.9) ** 2 + (np.minimum(z + 0.35, 0) * 2.2 + np.maximum(z + 0.35, 0)) ** 2
-    )
-    return np.clip(heap + 0.2 * random_field(samples, 1883, 24.0), 0, 1)
+    above = z + 0.35
+    height = np.where(above < 0, 2.2 * above, above)
+    heap = 0.75 - np.sqrt((x / 1.05) ** 2 + (y / 0.9) ** 2 + height**2)
+    return np.clip(heap + 0.2 * random_field((samples,) * 3, 1883, 24.0), 0, 1)
 
 
-def random_field(samples: int, seed: int, waves: float) -> NDArray[np.float64]:
-    """A periodic field of mean square 1, of power k^-11/3 as turbulence has (Kolmogorov 1941), up to so many waves."""
+def random_field(shape: tuple[int, int, int], seed: int, waves: float) -> NDArray[np.float64]:
+    """A periodic field of mean square 1, of power k^-11/3 as turbulence has (Kolmogorov 1941).
+
+    k is in waves along the longest edge; from about `waves` on there are none.
+    """
     # RandomState, because its numbers are promised to stay the same.
-    noise = np.random.RandomState(seed).standard_normal((samples,) * 3)
-    axis = np.fft.fftfreq(samples) * samples
-    k2 = axis[:, None, None] ** 2 + axis[:, None] ** 2 + np.fft.rfftfreq(samples) ** 2 * samples**2
+    noise = np.random.RandomState(seed).standard_normal(shape)
+    z, y = (np.fft.fftfreq(count) * max(shape) for count in shape[:2])
+    k2 = z[:, None, None] ** 2 + y[:, None] ** 2 + (np.fft.rfftfreq(shape[2]) * max(shape)) ** 2
     k2[0, 0, 0] = np.inf
     # Amplitudes are roots of powers.
     filtered = np.fft.rfftn(noise) * k2 ** (-11 / 12) * np.exp(-k2 / waves**2)
-    field = np.fft.irfftn(filtered, noise.shape, (0, 1, 2))
+    field = np.fft.irfftn(filtered, shape, (0, 1, 2))
     return np.asarray(field / field.std())
 
 
 BUILT_IN: dict[str, Callable[[], NDArray[np.float64]]] = {
-    each.__name__: each for each in (orbital, trefoil, gyroid, ripples, threads, cloud)
+    each.__name__: each for each in (orbital, trefoil, gyroid, ripples, galaxy, cloud)
 }
 
 

@@ -63,6 +63,12 @@ def light_uniforms(lighting: Lighting, volume: Volume, largest_gradient: float) 
     return uniforms
 
 
+def depends_on_eye(lighting: Lighting) -> bool:
+    """Whether matter is lit otherwise from elsewhere."""
+    sees_eye = lighting.two_sided or lighting.specular > 0 or bool(_of_kind(lighting, "head"))
+    return sees_eye and bool(lighting.lights)
+
+
 def casts_shadows(lighting: Lighting | None) -> bool:
     """Whether any light is to cast shadows."""
     return lighting is not None and lighting.shadows and bool(lighting.casting)
@@ -76,8 +82,7 @@ def box_matrices(volume: Volume) -> tuple[NDArray[np.float64], NDArray[np.float6
 
 def eye_uniforms(lighting: Lighting, camera: Camera, size: tuple[int, int]) -> dict[str, Any]:
     """Where the eye is, seen from each pixel's ray; nothing where the light looks the same from everywhere."""
-    is_seen = lighting.two_sided or lighting.specular > 0 or bool(_of_kind(lighting, "head"))
-    if not (is_seen and lighting.lights):
+    if not depends_on_eye(lighting):
         return {}
     rays = camera.pixel_rays(size, np.zeros(3))
     uniforms: dict[str, Any] = {"to_eye_middle": tuple(-rays.velocity)}

@@ -142,8 +142,13 @@ class Lighting:
     @property
     def brightest(self) -> float:
         """The most that a straight colour of 1 may become."""
+        return sum(self.most)
+
+    @property
+    def most(self) -> tuple[float, float]:
+        """The largest that D and S may be."""
         light = max((sum(each.color[channel] for each in self.lights) for channel in range(3)), default=0.0)
-        return self.ambient + (self.diffuse + self.specular) * light
+        return self.ambient + self.diffuse * light, self.specular * light
 
 
 @dataclass(frozen=True)

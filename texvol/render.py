@@ -60,7 +60,7 @@ def bake(
     if not scene.needs_gradient:
         return slab_texture.bake(*recipe)
     samples = partial(matter_of_samples, scene, transfer_function, camera, arriving)
-    return slab_texture.bake(*recipe, samples, scene.lighting.brightest if scene.lighting else 1.0)
+    return slab_texture.bake(*recipe, samples, scene.lighting)
 
 
 def draw(

@@ -2,11 +2,14 @@
 
 Each sample is classified by its value and gradient, and lit where it lies, as it is seen from the eye; what is between
 is interpolated (Gouraud 1971). So texels that are lit are made anew for another eye.
+
+Vectors are of shape (3, n), or (3, 1) where one stands for all. Directions have the gradients' precision, single where
+values have no more; places are float64.
 """
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -14,122 +17,143 @@ from numpy.typing import NDArray
 
 from texvol.camera import Camera
 from texvol.gradient import Box, gradients
+from texvol.light_uniforms import depends_on_eye
 from texvol.lighting import Light, Lighting, shadow_distance, unit
 from texvol.scene import Scene
 from texvol.transfer import Classified, TransferFunction
+from texvol.visible_values import VisibleValues
 from texvol.volume import Volume
 
 Numbers = NDArray[np.floating[Any]]
 Arriving = NDArray[np.float32]  # at nodes (z, y, x), of each light that casts shadows: from 0 to 1
+# Cosine under which two directions are square to each other but for rounding: a surface then has no side to turn.
+_SQUARE = 1e-6
 
 
 def matter_of_samples(
     scene: Scene, transfer_function: TransferFunction, camera: Camera, arriving: Arriving | None, box: Box
-) -> Classified:
-    """Emission, shape (nz, ny, nx, 3), and extinction of a box of samples, per world unit, lit where the scene is.
+) -> tuple[NDArray[np.intp], Classified]:
+    """Which samples of a box show anything, as they lie in it, ascending; and their matter, lit where the scene is.
 
-    Where the extinction is infinite the emission is the colour that shows. `arriving` is what shadows leave of each
-    light, see `texvol.shadows`.
+    Emission, shape (n, 3), and extinction are per world unit; where the extinction is infinite the emission is the
+    colour that shows. `arriving` is what shadows leave of each light, see `texvol.shadows`.
     """
-    z, y, x = (range(*part.indices(count)) for part, count in zip(box, scene.volume.values.shape, strict=True))
-    emission = np.zeros((len(z), len(y), len(x), 3))
-    extinction = np.zeros(emission.shape[:3])
-
-    def one_layer(layer: int) -> None:
-        part = slice(z[layer], z[layer] + 1), box[1], box[2]
-        places = z[layer], y, x
-        _fill(scene, transfer_function, camera, arriving, part, places, emission[layer], extinction[layer])
-
-    try:
-        with ThreadPoolExecutor() as pool:
-            for _ in pool.map(one_layer, range(len(z))):
-                pass
-    except RuntimeError:  # no further thread is to be had: this one does it
-        for layer in range(len(z)):
-            one_layer(layer)
-    return Classified(emission, extinction)
-
-
-def _fill(
-    scene: Scene,
-    transfer_function: TransferFunction,
-    camera: Camera,
-    arriving: Arriving | None,
-    box: Box,
-    places: tuple[int, range, range],
-    emission: NDArray,
-    extinction: NDArray,
-) -> None:
-    """Matter of one layer of samples; what shows nothing is left 0."""
     volume = scene.volume
-    values = volume.values[box][0].reshape(-1)
-    shows = np.flatnonzero(transfer_function.shows_between(values, values))
+    values = volume.values[box]
+    is_shown = VisibleValues.of(volume, transfer_function).among(values)
+    shows = np.flatnonzero(is_shown)
     if not shows.size:
-        return
-    slopes = gradients(volume, scene.gradient, box)[0].reshape(-1, 3)[shows]
-    slopes = slopes.astype(np.float64) / volume.smallest_spacing
-    magnitudes = np.sqrt(np.einsum("ij,ij->i", slopes, slopes))
-    matter = transfer_function.classify(values[shows], magnitudes if transfer_function.needs_gradient else None)
-    glow = matter.emission
-    if scene.lighting is not None:
-        z, y, x = places
-        rows, columns = np.divmod(shows, len(x))
-        index = np.column_stack([columns + x.start, rows + y.start, np.full(shows.size, z)])
-        where = _from_centre(volume, index)
-        diffuse, highlight = shade(scene.lighting, volume, camera, where, slopes, magnitudes, arriving)
-        weight = np.where(np.isinf(matter.extinction), 1.0, matter.extinction)
-        glow = glow * diffuse + weight[:, np.newaxis] * highlight
-    emission.reshape(-1, 3)[shows] = glow
-    extinction.reshape(-1)[shows] = matter.extinction
+        return shows, Classified(np.zeros((0, 3)), np.zeros(0))
+    slopes, index = _slopes_at(scene, box, is_shown)
+    normals, magnitudes = _directions(slopes, volume.smallest_spacing)
+    shown = values.reshape(-1)[shows]
+    matter = transfer_function.classify(shown, magnitudes if transfer_function.needs_gradient else None)
+    lighting = scene.lighting
+    if lighting is None:
+        return shows, matter
+    places = None
+    if _needs_places(lighting, camera, arriving):
+        places = volume.world_from_index @ (index - (np.array(volume.dimensions)[:, np.newaxis] - 1) / 2)
+    diffuse, highlight = shade(lighting, volume, camera, normals, magnitudes, places, arriving)
+    glow = matter.emission * diffuse
+    if highlight is not None:
+        glow += np.where(np.isinf(matter.extinction), 1.0, matter.extinction)[:, np.newaxis] * highlight
+    return shows, Classified(glow, matter.extinction)
+
+
+def _slopes_at(scene: Scene, box: Box, is_shown: NDArray[np.bool_]) -> tuple[Numbers, NDArray[np.intp]]:
+    """Gradients at the shown samples of a box, data units per smallest spacing, and the samples' indices x, y, z.
+
+    Both of shape (3, n). Gradients are made no farther around than something shows.
+    """
+    shape = scene.volume.values.shape
+    starts = [part.indices(count)[0] for part, count in zip(box, shape, strict=True)]
+    ends = []
+    for axis in range(3):
+        anywhere = np.flatnonzero(is_shown.any(axis=tuple(other for other in range(3) if other != axis)))
+        ends.append((int(anywhere[0]), int(anywhere[-1]) + 1))
+    inner = tuple(slice(first, last) for first, last in ends)
+    z, y, x = (slice(start + first, start + last) for start, (first, last) in zip(starts, ends, strict=True))
+    within = is_shown[inner]
+    found = gradients(scene.volume, scene.gradient, (z, y, x))
+    slopes = np.ascontiguousarray(found.reshape(-1, 3)[np.flatnonzero(within)].T)
+    index = np.array(np.nonzero(within)[::-1]) + np.array([[x.start], [y.start], [z.start]])
+    return slopes, index
+
+
+def _directions(slopes: Numbers, smallest_spacing: float) -> tuple[Numbers, NDArray[np.float64]]:
+    """The normals, from high values to low ones, of length 1 or 0; and |gradient| per world unit, shape (n,)."""
+    # Relative to the largest component, whose square would else be no number.
+    largest = np.abs(slopes).max(axis=0)
+    slopes /= -np.where(largest > 0, largest, 1)
+    length = np.sqrt(_dot(slopes, slopes))
+    slopes /= np.where(length > 0, length, 1)
+    return slopes, largest.astype(np.float64) * length / smallest_spacing
+
+
+def _needs_places(lighting: Lighting, camera: Camera, arriving: Arriving | None) -> bool:
+    has_points = any(light.kind == "point" for light in lighting.lights)
+    return has_points or arriving is not None or (camera.projection == "perspective" and depends_on_eye(lighting))
 
 
 def shade(
     lighting: Lighting,
     volume: Volume,
     camera: Camera,
-    places: Numbers,
-    slopes: Numbers,
-    magnitudes: Numbers,
+    normals: Numbers,
+    magnitudes: NDArray[np.float64],
+    places: NDArray[np.float64] | None = None,
     arriving: Arriving | None = None,
-) -> tuple[Numbers, Numbers]:
-    """D and S of `texvol.lighting`, both (n, 3), at places (n, 3) from the middle of the box, of gradients (n, 3)."""
-    share = np.clip(magnitudes / lighting.fade_for(volume), 0, 1)
-    believed = (share * share * (3 - 2 * share))[:, np.newaxis]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        normals = np.where(magnitudes[:, np.newaxis] > 0, -slopes / magnitudes[:, np.newaxis], 0.0)
-    to_eye = _to_eye(volume, camera, places)
+) -> tuple[Numbers, Numbers | None]:
+    """D and S of `texvol.lighting`, both (n, 3); None where nothing has highlights.
+
+    Gradients are `magnitudes` per world unit, `places` relative to the middle of the box, for what depends on them.
+    """
+    share = np.clip(magnitudes / lighting.fade_for(volume), 0, 1).astype(normals.dtype)
+    believed = share * share * (3 - 2 * share)
+    to_eye = _to_eye(volume, camera, places) if depends_on_eye(lighting) else np.zeros((3, 1))
     if lighting.two_sided:
-        normals = np.where(_dot(normals, to_eye) < 0, -normals, normals)
-    diffuse = np.full((len(places), 3), lighting.ambient)
-    highlight = np.zeros((len(places), 3))
+        normals = np.where(_dot(normals, to_eye) < -_SQUARE, -normals, normals)
+    falls, shines = [], []
     for light in lighting.lights:
         to_light = _to_light(light, volume, to_eye, places)
         facing = _dot(normals, to_light)
-        color = np.array(light.color)
+        fall = 1 - believed + believed * np.maximum(facing, 0)
+        left: Numbers | float = 1.0
         if arriving is not None and light.kind != "head":
-            left = arriving[..., lighting.casting.index(light)]
-            color = color * _left_at(left, volume, places + shadow_distance(volume) * to_light)[:, np.newaxis]
-        diffuse += lighting.diffuse * color * (1 - believed + believed * np.maximum(facing, 0))
+            assert places is not None
+            nodes = arriving[..., lighting.casting.index(light)]
+            left = _left_at(nodes, volume, places + shadow_distance(volume) * to_light).astype(normals.dtype)
+        falls.append(fall * left)
         if lighting.specular > 0:
             halfway = np.maximum(_dot(normals, _unit(to_light + to_eye)), 0)
-            strength = lighting.specular * believed * halfway**lighting.shininess
-            highlight += np.where(facing > 0, strength, 0.0) * color
-    return diffuse, highlight
+            shines.append(np.where(facing > _SQUARE, believed * halfway**lighting.shininess, 0) * left)
+    colors = np.array([light.color for light in lighting.lights], normals.dtype).reshape(-1, 3)
+    diffuse = lighting.ambient + lighting.diffuse * _in_colors(falls, colors, magnitudes.size)
+    return diffuse, lighting.specular * _in_colors(shines, colors, magnitudes.size) if shines else None
 
 
-def _left_at(left: NDArray[np.float32], volume: Volume, places: Numbers) -> Numbers:
+def _in_colors(strengths: Sequence[Numbers], colors: Numbers, count: int) -> Numbers:
+    """The sum of lights of some strengths, each (n,) and of its colour, shape (n, 3)."""
+    total = np.zeros((count, 3), colors.dtype)
+    for strength, color in zip(strengths, colors, strict=True):
+        total += strength[:, np.newaxis] * color
+    return total
+
+
+def _left_at(left: NDArray[np.float32], volume: Volume, places: NDArray[np.float64]) -> NDArray[np.float64]:
     """Trilinear between nodes (z, y, x) in the middles of the box's cells, the outermost beyond them, shape (n,)."""
-    shares = 0.5 + places @ (volume.index_from_world / np.array(volume.dimensions)[:, np.newaxis]).T
-    nodes = np.array(left.shape[::-1])
+    nodes = np.array(left.shape[::-1])[:, np.newaxis]
+    shares = 0.5 + (volume.index_from_world / np.array(volume.dimensions)[:, np.newaxis]) @ places
     index = np.clip(shares * nodes - 0.5, 0, nodes - 1)
     low = np.minimum(index.astype(np.intp), np.maximum(nodes - 2, 0))
     high = np.minimum(low + 1, nodes - 1)
     beyond = index - low
-    total = np.zeros(len(places))
+    total = np.zeros(places.shape[1])
     for corner in np.ndindex(2, 2, 2):
-        far = np.array(corner, bool)
-        x, y, z = np.where(far, high, low).T
-        total += np.where(far, beyond, 1 - beyond).prod(axis=1) * left[z, y, x]
+        far = np.array(corner, bool)[:, np.newaxis]
+        x, y, z = np.where(far, high, low)
+        total += np.where(far, beyond, 1 - beyond).prod(axis=0) * left[z, y, x]
     return total
 
 
@@ -137,27 +161,26 @@ def seen_from(scene: Scene, camera: Camera) -> str:
     """A name of all that the light at the samples depends on; two views of one name have the same texels."""
     if scene.lighting is None:
         return ""
+    if not depends_on_eye(scene.lighting):
+        return f"{scene.lighting}"
     eye = camera.eye if camera.projection == "perspective" else tuple(camera.forward)
     return f"{scene.lighting} {camera.projection} {eye}"
 
 
-def _from_centre(volume: Volume, index: NDArray) -> Numbers:
-    middle = (np.array(volume.dimensions) - 1) / 2
-    return (index - middle) @ volume.world_from_index.T
-
-
-def _to_eye(volume: Volume, camera: Camera, places: Numbers) -> Numbers:
+def _to_eye(volume: Volume, camera: Camera, places: NDArray[np.float64] | None) -> Numbers:
     if camera.projection == "orthographic":
-        return -camera.forward[np.newaxis]
-    return _unit(np.array(camera.eye) - volume.centre - places)
+        return -camera.forward[:, np.newaxis]
+    assert places is not None
+    return _unit((np.array(camera.eye) - volume.centre)[:, np.newaxis] - places)
 
 
-def _to_light(light: Light, volume: Volume, to_eye: Numbers, places: Numbers) -> Numbers:
+def _to_light(light: Light, volume: Volume, to_eye: Numbers, places: NDArray[np.float64] | None) -> Numbers:
     if light.vector is None:
         return to_eye
     if light.kind == "directional":
-        return unit(light.vector)[np.newaxis]
-    return _unit(np.array(light.vector) - volume.centre - places)
+        return unit(light.vector)[:, np.newaxis]
+    assert places is not None
+    return _unit((np.array(light.vector) - volume.centre)[:, np.newaxis] - places)
 
 
 def _unit(vectors: Numbers) -> Numbers:
@@ -166,5 +189,7 @@ def _unit(vectors: Numbers) -> Numbers:
 
 
 def _dot(a: Numbers, b: Numbers) -> Numbers:
-    """Inner products, shape (n, 1)."""
-    return np.asarray((a * b).sum(axis=-1, keepdims=True))
+    """Inner products, shape (n,), of the precision of the first."""
+    if b.shape[1] == 1:
+        return b[:, 0].astype(a.dtype, copy=False) @ a
+    return np.einsum("in,in->n", a, b.astype(a.dtype, copy=False))

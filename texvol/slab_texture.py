@@ -13,7 +13,8 @@ spacing (`extinction`), so that a world of 1e-9 or 1e9 gives the same texels.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import os
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
@@ -23,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol import optics
+from texvol.lighting import Lighting
 from texvol.scene import Classification
 from texvol.slicing import SLABS_PER_STACK
 from texvol.transfer import Classified, TransferFunction
@@ -42,9 +44,10 @@ _OPAQUE_EXTINCTION = {"rgba8": 32.0, "rgba16f": 1e4, "rgba32f": 1e16}
 _DEEPEST_SLAB = 2.0  # optical depth: leaves 1 - A all but 3 of float32's bits
 _LONGEST_SLAB = 1e30  # in units of length of the texels: opaque if anything is there, and times 0 still 0
 _CHUNK = 1 << 15  # samples classified at once: few enough for the cache, many enough for threads
+_LARGEST_PART = 1 << 18  # samples lit at once, so that each thread takes some 20 MB
 
 Classifier = Callable[[NDArray], NDArray[np.float64]]  # values (n,) → texels (n, 4), unscaled
-Samples = Callable[[Box], Classified]  # a box of samples → their matter
+Samples = Callable[[Box], tuple[NDArray[np.intp], Classified]]  # a box → which samples show anything, and their matter
 
 
 @dataclass(frozen=True)
@@ -68,16 +71,23 @@ class SlabTexture:
         """Texels of a box of samples, shape (nz, ny, nx, 4), of `TEXEL_TYPES[texel_format]`."""
         if self.samples is None:
             return _classified(self.volume.values[box], self._encode, self._table, TEXEL_TYPES[self.texel_format])
-        emission, extinction = self.samples(box)
+        z, y, x = (range(*part.indices(count)) for part, count in zip(box, self.volume.values.shape, strict=True))
+        texels = np.zeros((len(z), len(y), len(x), 4), TEXEL_TYPES[self.texel_format])
+        in_threads(partial(self._fill, self.samples, texels, (z, y, x)), _parts(*texels.shape[:3]))
+        return texels
+
+    def _fill(
+        self, samples: Samples, texels: NDArray, box: tuple[range, range, range], part: tuple[slice, slice]
+    ) -> None:
+        """Write what shows of some layers and rows of a box."""
+        z, y, x = box[0][part[0]], box[1][part[1]], box[2]
+        shows, matter = samples((slice(z.start, z.stop), slice(y.start, y.stop), slice(x.start, x.stop)))
         numbers = _texels_of_matter(
-            emission.reshape(-1, 3),
-            extinction.reshape(-1),
-            self.classification,
-            self.length_unit,
-            _OPAQUE_EXTINCTION[self.texel_format],
-            self.emissive,
+            *matter, self.classification, self.length_unit, _OPAQUE_EXTINCTION[self.texel_format], self.emissive
         )
-        return self._rounded(numbers).reshape(*extinction.shape, 4)
+        rows, columns = np.divmod(shows, len(x))
+        layers, rows = np.divmod(rows, len(y))
+        texels[part][layers, rows, columns] = self._rounded(numbers)
 
     @property
     def components(self) -> int:
@@ -133,13 +143,13 @@ def bake(
     slab_thickness: float,
     texel_format: str = "rgba32f",
     samples: Samples | None = None,
-    brightest: float = 1.0,
+    lighting: Lighting | None = None,
 ) -> SlabTexture:
     """The 3D texture of a volume; `slab_thickness` is in world units. Its texels are made when they are asked for.
 
     The slab that texels of `slab` stand for is a thinner one in dense matter, of optical depth 2 at most: of opacities
     nearer to 1 float32 would have no digits left to tell how much of a slab that the box cuts short is to be seen.
-    Where values alone don't tell what is at a sample, `samples` does, at most `brightest` times as bright.
+    Where values alone don't tell what is at a sample, `samples` does, in that light.
     """
     length_unit = volume.smallest_spacing
     if classification == "slab":
@@ -153,7 +163,13 @@ def bake(
         texels = _texels_of_matter(
             emission, extinction, classification, length_unit, opaque, transfer_function.emissive
         )
-        largest = texels.max(axis=0) * [brightest, brightest, brightest, 1.0]
+        if classification == "slab":
+            # Not all of it has to be there, and what glows is brighter without what absorbs.
+            texels[:, :3] = emission * np.where(np.isinf(extinction), 1.0, length_unit)[:, np.newaxis]
+        largest = texels.max(axis=0)
+        if lighting is not None:
+            diffuse, highlight = lighting.most
+            largest[:3] = diffuse * largest[:3] + highlight * largest[3]
     scale = _texel_scale(largest, TEXEL_TYPES[texel_format])
     emissive = transfer_function.emissive
     return SlabTexture(volume, scale, classification, length_unit, texel_format, emissive, classifier, samples)
@@ -269,15 +285,30 @@ def _classified(
     flat = values.reshape(-1)
     texels = np.empty((flat.size, 4), dtype)
     work = partial(_look_up, flat, texels, *table) if table else partial(_compute, flat, texels, encode)
-    starts = range(0, flat.size, _CHUNK)
+    in_threads(work, range(0, flat.size, _CHUNK))
+    return texels.reshape(*values.shape, 4)
+
+
+def in_threads(work: Callable[[Any], None], parts: Sequence[Any]) -> None:
+    """Do all parts of some work."""
     try:
         with ThreadPoolExecutor() as pool:
-            for _ in pool.map(work, starts):
+            for _ in pool.map(work, parts):
                 pass
     except RuntimeError:  # no further thread is to be had: this one does it
-        for start in starts:
-            work(start)
-    return texels.reshape(*values.shape, 4)
+        for part in parts:
+            work(part)
+
+
+def _parts(depth: int, height: int, width: int) -> list[tuple[slice, slice]]:
+    """Layers and rows of a box, no more parts than needed: each reads its neighbours' samples once more."""
+    layers = max(1, min(-(-depth // (os.cpu_count() or 1)), _LARGEST_PART // (height * width)))
+    rows = max(1, min(height, _LARGEST_PART // width))
+    return [
+        (slice(z, min(z + layers, depth)), slice(y, min(y + rows, height)))
+        for z in range(0, depth, layers)
+        for y in range(0, height, rows)
+    ]
 
 
 def _look_up(values: NDArray, texels: NDArray, table: NDArray, low: int, start: int) -> None:

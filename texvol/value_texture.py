@@ -72,7 +72,7 @@ class ValueTexture:
         if self.estimator is None:
             return values[..., np.newaxis]
         shares = gradients(self.volume, self.estimator, box)
-        shares *= shares.dtype.type(1 / self.largest_component)
+        shares /= shares.dtype.type(self.largest_component)
         texels = np.empty((*values.shape, 4), values.dtype)
         if values.dtype == np.uint16:
             shares *= shares.dtype.type(_NO_GRADIENT)

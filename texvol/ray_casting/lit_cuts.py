@@ -1,8 +1,8 @@
 """Where a ray's path through a cell is cut: at every place where what the eye sees of it is not smooth.
 
 All these are roots of polynomials: of value minus that of a control point (degree 3), of |g|² minus the square of a
-threshold (6), of g·L, g·V and g·H where the light or the eye pass behind the surface (4), and of the difference of squares
-at the edge of a contour (6). Where g is next to 0 its direction turns at once: there, the root of (|g|²)' (5).
+threshold (6), of g·L, g·V and g·H where light, eye or highlight pass behind the surface (4), and of the difference of
+squares at the edge of a contour (6). Where g is next to 0 its direction turns at once: there, the root of (|g|²)' (5).
 """
 
 from __future__ import annotations
