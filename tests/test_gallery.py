@@ -17,7 +17,6 @@ from real_data import DATA, real_volume
 from texvol import Scene, image
 from texvol.__main__ import main as texvol_main
 from texvol.ray_casting import raycast
-from texvol.ray_casting.projection import project
 from texvol.renderer import Renderer
 
 BUILT_IN = [entry for entry in ENTRIES.values() if entry.is_built_in]
@@ -38,7 +37,7 @@ def renderer() -> Iterator[Renderer]:
 
 
 def oracle(scene: Scene) -> np.ndarray:
-    return raycast(scene, SMALL) if scene.mode == "composite" else project(scene, SMALL)
+    return raycast(scene, SMALL)
 
 
 def scene_of(entry: Entry) -> Scene:

@@ -14,6 +14,10 @@ The optical depth of a piece is then a quartic, in closed form; its emission is 
 polynomials are in Bernstein form over their piece (parameter t from 0 to 1), as tuples of coefficients: no coefficient
 of a cubic that trilinear filtering makes lies outside the range of the samples, so tiny depths lose no digits.
 
+Light, depth cues and matter that depends on the gradient make no polynomials: `lit_scene`, `lit_walk` and `collocation`
+integrate those in stretches that are halved until they agree; `shadows` finds what is left of the lights. The other
+modes are in `projection`.
+
 Read on in `walk` (from cell to cell), `cells` (through one), `matter` (what a piece does to the light) and
 `bernstein` (the polynomials). None of it is shared with the renderer, but for the scene and the camera's rays.
 """
@@ -41,12 +45,13 @@ ROWS_AT_ONCE = 8  # rows of a picture that one thread does in one go; Ctrl-C wai
 def raycast(scene: Scene, size: tuple[int, int] = (512, 512)) -> NDArray[np.float64]:
     """Picture of shape (height, width, 4): linear, premultiplied, row 0 on top; exact to about 1e-9.
 
-    The background is part of it, as (1 - opacity) times itself.
+    The background is part of it, as (1 - opacity) times itself. Of the modes xray, mip, minip and average it holds the
+    numbers themselves, see `projection`.
 
     Parameters
     ----------
     scene : Scene
-        `classification` decides which medium is integrated: the pre-classified one for "slab" and "extinction".
+        Of mode composite `classification` decides which medium is integrated: the pre-classified one for "slab" and "extinction".
     size : (width, height)
         In pixels; one ray goes through the centre of each.
 
@@ -56,6 +61,10 @@ def raycast(scene: Scene, size: tuple[int, int] = (512, 512)) -> NDArray[np.floa
         If the size is not at least one pixel each way.
     """
     width, height = size = checked_size(size)
+    if scene.mode != "composite":
+        from texvol.ray_casting.projection import project
+
+        return project(scene, size)
     volume, camera = scene.volume, scene.camera_for(size)
     trace = _tracer_for(scene, camera)
     eyes, directions = camera.rays(size)
