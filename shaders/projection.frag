@@ -3,14 +3,15 @@
 //
 // Switches: MODE 1: the integral of the value, and the way on which there is one; 2: the largest value, or least;
 //                3: the first surface of one value.
-//           DEPTH 1: in place of that surface's colour, the slab it is in, and the share of the slab in front of it.
-//           MISSING 1: there may be NaN, which is nothing.
+//           DEPTH 1: in place of that surface's colour, its depth.
+//           MISSING 1: there may be NaN, which is nothing, or infinities.
 //           PERSPECTIVE, BRICKS: see ray.glsl. LEAPS 1: what `leaps` shows to be without the surface is leapt over.
 //           GRADIENT, LIT, CUE and those of lights: see volume_texture.glsl and seen.glsl.
 //           COUNT 1: red is how many slabs were looked at for the surface.
 
 #include "ray.glsl"
 #include "volume_texture.glsl"
+#include "trilinear.glsl"
 #include "seen.glsl"
 #if LEAPS
 #include "leap.glsl"
@@ -18,10 +19,17 @@
 
 #if MODE == 1
 uniform float bias;               // a value in the middle of them: sums of what differs from it keep their digits
-#elif MODE == 2
-uniform float sign_of_largest;    // -1 where the least is looked for
 #else
+uniform vec3 samples;             // of the volume, along x, y and z
+#if MISSING
+uniform float largest_finite;     // what is beyond stands for an infinity
+#endif
+#endif
+#if MODE == 2
+uniform float sign_of_largest;    // -1 where the least is looked for
+#elif MODE == 3
 uniform float isovalue;
+uniform float same;               // what differs by less may have been the isovalue before it was interpolated
 #if !DEPTH
 uniform vec3 surface_color;
 #endif
@@ -32,7 +40,6 @@ out vec4 number;
 
 const float MOST_AT_ONCE = 64.0;  // slabs summed up before they are added to the others: sums of few keep digits
 const float NOTHING_YET = -3e38;
-const int REFINEMENTS = 12;       // each halves the interval at least, the most take it to float32's rounding
 
 bool is_there(float value) {
 #if MISSING
@@ -55,15 +62,15 @@ vec3 middle_of(Ray ray, float slab, out float share) {
 }
 
 #if MODE == 1
-// What a share of a slab adds to the integral, and to the way.
-vec2 part(float value, float share) {
-    return is_there(value) ? share * vec2(value - bias, 1.0) : vec2(0.0);
+// What a share of a slab adds to the integral, to the way, and to the integral without signs.
+vec3 part(float value, float share) {
+    return is_there(value) ? share * vec3(value - bias, 1.0, abs(value - bias)) : vec3(0.0);
 }
 
-vec2 integral_along(Ray ray) {
+vec3 integral_along(Ray ray) {
     float share;
     float value = value_at(middle_of(ray, ray.slab, share));
-    vec2 sum = part(value, share);
+    vec3 sum = part(value, share);
     float last = ray.end - 1.0;
     float slab = ray.slab + 1.0;
     if (last >= slab) {
@@ -72,7 +79,7 @@ vec2 integral_along(Ray ray) {
     }
     // The whole ones between them, two at a time, since the loop itself takes time; at the end there may be one.
     while (slab < last) {
-        vec2 some = vec2(0.0);
+        vec3 some = vec3(0.0);
         float turns_end = min(slab + MOST_AT_ONCE, last);
         while (slab < turns_end) {
             float next = value_at(ray.start + (slab + 1.5) * ray.step);
@@ -86,73 +93,122 @@ vec2 integral_along(Ray ray) {
 }
 #endif
 
-#if MODE == 2
-float larger(float largest, vec3 position) {
-    float value = value_at(position) * sign_of_largest;
-    return is_there(value) ? max(largest, value) : largest;
+#if MODE != 1
+// Depth at which the ray enters the box, and at which it leaves.
+float front_of(Ray ray) {
+    return ray.first_slab + ray.first_share;
 }
 
-// Over the middles of all slabs, and the faces where the ray enters and leaves the box.
+float back_of(Ray ray) {
+    return ray.last_slab + ray.last_share;
+}
+
+// The value from one depth to another with no plane of samples between them, as a cubic in t from FROM to TO.
+#if MISSING
+// Beside NaN and infinities the ends may already be that: looked up in the middles of quarters.
+const float FROM = -0.5;
+const float TO = 3.5;
+
+bool any_infinite(vec4 values) {
+    vec4 size = abs(values);
+    return max(max(size.x, size.y), max(size.z, size.w)) > largest_finite;
+}
+#else
+const float FROM = 0.0;
+const float TO = 3.0;
+#endif
+
+// Values at t = 0, 1, 2 and 3; `at_front` is known where t = 0 is the front.
+vec4 values_between(Ray ray, float front, float back, float at_front) {
+    vec3 start = ray.start + front * ray.step;
+    vec3 way = ((back - front) / (TO - FROM)) * ray.step;
+#if MISSING
+    start += 0.5 * way;
+    at_front = value_at(start);
+    return vec4(at_front, value_at(start + way), value_at(start + 2.0 * way), value_at(start + 3.0 * way));
+#else
+    return vec4(at_front, value_at(start + way), value_at(start + 2.0 * way), value_at(ray.start + back * ray.step));
+#endif
+}
+
+#endif
+
+#if MODE == 2
 float largest_along(Ray ray) {
-    float share;
-    float last = ray.end - 1.0;
-    float largest = larger(NOTHING_YET, middle_of(ray, ray.slab, share));
-    largest = larger(largest, middle_of(ray, last, share));
-    if (ray.slab == ray.first_slab) largest = larger(largest, ray.start + (ray.first_slab + ray.first_share) * ray.step);
-    if (last == ray.last_slab) largest = larger(largest, ray.start + (ray.last_slab + ray.last_share) * ray.step);
-    for (float slab = ray.slab + 1.0; slab < last; slab += 2.0) {
-        largest = larger(largest, ray.start + (slab + 0.5) * ray.step);
-        largest = larger(largest, ray.start + (min(slab + 1.0, last - 1.0) + 0.5) * ray.step);
+    SampleWalk walk = sample_walk(ray.start, ray.step, samples);
+    vec3 planes;
+    float depth = first_depth(walk, front_of(ray), max(ray.slab, front_of(ray)), planes);
+    vec4 values = vec4(sign_of_largest * value_at(ray.start + depth * ray.step));
+    float largest = NOTHING_YET;
+    while (depth < ray.end && depth < back_of(ray)) {
+        float next = max(next_depth(walk, back_of(ray), planes), depth);
+        values = sign_of_largest * values_between(ray, depth, next, sign_of_largest * values.w);
+        depth = next;
+        float found = largest_of(cubic_through(values), FROM, TO);
+#if MISSING
+        if (any_infinite(values)) found = max(max(values.x, values.y), max(values.z, values.w));
+#endif
+        if (is_there(found)) largest = max(largest, found);
     }
     return largest;
 }
 #endif
 
 #if MODE == 3
-// Where between two shares of a slab the value meets the isovalue; `at_front` and `at_back` are what it has more there.
-// False position, in which the end that stays twice is counted half (Dowell, Jarratt 1971).
-float root_between(vec3 slab_start, vec3 step, float front, float back, float at_front, float at_back) {
-    float share = front;
-    for (int i = 0; i < REFINEMENTS && at_front != 0.0; ++i) {
-        share = front + (back - front) * clamp(at_front / (at_front - at_back), 0.0, 1.0);
-        float at_share = value_at(slab_start + share * step) - isovalue;
-        if ((at_share < 0.0) == (at_front < 0.0)) {
-            front = share;
-            at_front = at_share;
-            at_back *= 0.5;
-        } else {
-            back = share;
-            at_back = at_share;
-            at_front *= 0.5;
+const float PLACES = 1.0 / 4194304.0;  // of the box: what float32 leaves of a place in it, 2^-22
+
+// Whether the ray meets the surface in these slabs, or in a cell that they touch; at which depth.
+bool meets_surface(Ray ray, vec2 slabs, out float depth) {
+    SampleWalk walk = sample_walk(ray.start, ray.step, samples);
+    vec3 planes;
+    float front = first_depth(walk, front_of(ray), max(slabs.x, front_of(ray)), planes);
+    vec4 values = vec4(value_at(ray.start + front * ray.step));
+    // How much the depth grows over the longest edge of the box.
+    float longest = max(samples.x, max(samples.y, samples.z)) / max(walk.way.x, max(walk.way.y, walk.way.z));
+    bool found = false;
+#if MISSING
+    float before = 0.0;           // how much above the isovalue the ray was, or NaN
+#endif
+    depth = front;
+    while (front < slabs.y && front < back_of(ray) && !found) {
+        float next = max(next_depth(walk, back_of(ray), planes), front);
+        values = values_between(ray, front, next, values.w);
+        vec4 above = values - isovalue;
+#if MISSING
+        // Beside an infinity everything is: the surface is where that begins or ends.
+        if (any_infinite(values)) above = vec4(dot(above, vec4(1.0)));
+#endif
+        vec4 cubic = cubic_through(above);
+        // The end may be a little before the plane at which the value reaches the isovalue and stays there.
+        float off = min(PLACES * longest / (next - front), 1.0) * (TO - FROM) * abs(above.w - above.z);
+        float t;
+        found = first_root(cubic, FROM, TO, max(same, off), t);
+#if MISSING
+        // Between two pieces, whose ends are to rounding or of which one is infinite.
+        if (before * cubic_at(cubic, FROM) < 0.0) {
+            found = true;
+            t = FROM;
         }
-        if (at_share == 0.0) break;
+        before = cubic_at(cubic, TO);
+#endif
+        depth = mix(front, next, (t - FROM) / (TO - FROM));
+        front = next;
     }
-    return share;
+    return found;
 }
 
-// Whether the ray meets the surface in a slab; where, as a share of it.
-bool meets_surface(Ray ray, float slab, float at_front, float at_back, out float share) {
-    share = 0.0;
-    // NaN is on neither side.
-    if (!(at_front <= 0.0 && at_back >= 0.0) && !(at_front >= 0.0 && at_back <= 0.0)) return false;
-    float front = slab == ray.first_slab ? ray.first_share : 0.0;
-    float back = slab == ray.last_slab ? ray.last_share : 1.0;
-    share = root_between(ray.start + slab * ray.step, ray.step, front, back, at_front, at_back);
-    return true;
-}
-
-vec4 surface_at(Ray ray, float slab, float share) {
+vec4 surface_at(Ray ray, float depth) {
 #if DEPTH
-    return vec4(slab, share, 0.0, 1.0);
+    return vec4(depth, 0.0, 0.0, 1.0);
 #else
-    vec3 position = ray.start + slab * ray.step + share * ray.step;
+    vec3 position = ray.start + depth * ray.step;
     vec3 color = surface_color;
 #if LIT
     vec3 to_eye = to_eye_from(gl_FragCoord.xy - picture_middle);
     Shade shade = shade_at(gradient_of(texel_at(position)), to_eye, position);
     color = color * shade.diffuse + shade.specular;
 #endif
-    return cued(vec4(color, 1.0), slab + share);
+    return cued(vec4(color, 1.0), depth);
 #endif
 }
 #endif
@@ -161,44 +217,35 @@ void main() {
     Ray ray = ray_through(gl_FragCoord.xy, slab_range);
     if (ray.slab >= ray.end) discard;
 #if MODE == 1
-    number = vec4(integral_along(ray) * ray.obliquity, 0.0, 1.0);
+    number = vec4(integral_along(ray) * ray.obliquity, 1.0);
 #elif MODE == 2
     float largest = largest_along(ray);
     number = vec4(largest, 0.0, 0.0, largest > NOTHING_YET ? 1.0 : 0.0);
 #else
     number = vec4(0.0);
     bool found = false;
-    float samples = 0.0;
+    float looked_at = 0.0;
     float slab = ray.slab;
 #if LEAPS
     CellWalk walk = cell_walk(ray.start, ray.step);
 #endif
     while (slab < ray.end && !found) {
         vec2 run = vec2(slab, ray.end);
-        float known_until = ray.end;
 #if LEAPS
         vec2 second;
         vec2 third;
         leap(walk, slab, ray.end, 0.0, run, second, third);
-        known_until = min(run.y, ray.end);  // further runs are found again
         if (run.x == NOWHERE) break;
+        run.y = min(run.y, ray.end);  // further runs are found again
 #endif
-        slab = run.x;
-        float front = slab == ray.first_slab ? ray.first_share : 0.0;
-        float at_front = value_at(ray.start + (slab + front) * ray.step) - isovalue;
-        while (slab < known_until && !found) {
-            float back = slab == ray.last_slab ? ray.last_share : 1.0;
-            float at_back = value_at(ray.start + (slab + back) * ray.step) - isovalue;
-            float share;
-            found = meets_surface(ray, slab, at_front, at_back, share);
-            if (found) number = surface_at(ray, slab, share);
-            at_front = at_back;
-            slab += 1.0;
-            samples += 1.0;
-        }
+        float depth;
+        found = meets_surface(ray, run, depth);
+        if (found) number = surface_at(ray, depth);
+        looked_at += (found ? floor(depth) + 1.0 : run.y) - run.x;
+        slab = run.y;
     }
 #if COUNT
-    number.r = samples;
+    number.r = looked_at;
 #else
     if (!found) discard;
 #endif

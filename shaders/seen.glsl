@@ -35,14 +35,14 @@ Shade shade_at(vec3 gradient, vec3 to_eye, vec3 position) {
 #endif
 
 #if CUE
-uniform vec2 cue_range;           // depth at which it begins, and 1 / the depths that it takes to grow
+uniform vec2 cue_range;           // how far it has grown at depth 0, and how much it grows per depth
 uniform vec4 cue;                 // colour, and how strong it becomes
 #endif
 
 // Premultiplied colour and opacity at some depth, as it is seen from the eye.
 vec4 cued(vec4 color, float depth) {
 #if CUE
-    float share = cue.a * clamp((depth - cue_range.x) * cue_range.y, 0.0, 1.0);
+    float share = cue.a * clamp(cue_range.x + depth * cue_range.y, 0.0, 1.0);
     color.rgb = mix(color.rgb, cue.rgb * color.a, share);
 #endif
     return color;

@@ -7,9 +7,11 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
+from scenes import sparse_volume
 from scipy.ndimage import distance_transform_cdt, map_coordinates
 
 from texvol.cells import CELL, Cells
+from texvol.gradient import Estimator, EstimatorKind, gradients
 from texvol.transfer import TransferFunction
 from texvol.volume import Volume
 
@@ -220,3 +222,28 @@ def test_one_nan_does_not_hide_its_cell() -> None:
     cells = Cells.of(Volume(values))
     assert (cells.lowest.item(), cells.highest.item()) == (0, 2)
     assert cells.visible(points((0, 0), (2, 1))).all()
+
+
+@pytest.mark.parametrize(
+    "kind, scale", [("central", 1.0), ("zucker-hummel", 1.0), ("gaussian", 1.0), ("gaussian", 2.5)]
+)
+def test_no_gradient_in_a_cell_is_steeper_than_it_says(kind: EstimatorKind, scale: float) -> None:
+    """Of clumps, so that most cells are flat, and at the samples all around, which interpolation mixes in."""
+    volume, estimator = sparse_volume(3), Estimator(kind, scale)
+    cells = Cells.of(volume)
+    steepest = cells.steepest(volume, estimator.reach)
+    found = np.linalg.norm(gradients(volume, estimator), axis=-1) / volume.smallest_spacing
+    padded = np.pad(found, 1, mode="edge")
+    around = np.max([padded[z : z + found.shape[0], y : y + found.shape[1], x : x + found.shape[2]]
+                     for z, y, x in np.ndindex(3, 3, 3)], axis=0)  # fmt: skip
+    z, y, x = (np.arange(count) // CELL for count in found.shape)
+    assert (around <= steepest[np.ix_(z, y, x)]).all()
+    # Flat cells are known for such, but for the rounding that texels may have.
+    assert steepest.min() <= 1e-4 * steepest.max()
+
+
+def test_beside_missing_samples_nothing_is_known_of_gradients() -> None:
+    values = np.zeros((9, 9, 9), np.float32)
+    values[4, 4, 4] = np.nan
+    volume = Volume(values)
+    assert np.isinf(Cells.of(volume).steepest(volume, 1)).all()

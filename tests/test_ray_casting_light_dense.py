@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -95,8 +94,8 @@ def interpolated(fields, points):
     return np.stack([map_coordinates(f, points[::-1], order=1, mode="nearest") for f in fields], axis=-1)
 
 
-def dense_sum(scene, size=SIZE, samples=SAMPLES):
-    """The integral by the midpoint rule."""
+def dense_sum(scene, size=SIZE, samples=SAMPLES, pixels=None):
+    """The integral by the midpoint rule; of some pixels only, the others 0."""
     volume, transfer, camera = scene.volume, scene.transfer_function, scene.camera_for(size)
     v = volume.values.astype(float)
     g = gradients(volume, scene.gradient).astype(float) / volume.smallest_spacing
@@ -109,7 +108,7 @@ def dense_sum(scene, size=SIZE, samples=SAMPLES):
     classified = np.concatenate([lit(scene, q, tau, g, places, sample_to_eye), tau[..., None]], axis=-1)
     eyes, directions = camera.rays(size)
     picture = np.zeros((size[1], size[0], 4))
-    for pixel in np.ndindex(size[1], size[0]):
+    for pixel in pixels or np.ndindex(size[1], size[0]):
         eye, way = eyes[pixel], directions[pixel]
         start, step = volume.index_from_world @ (eye - volume.origin), volume.index_from_world @ way
         with np.errstate(divide="ignore"):
@@ -230,23 +229,26 @@ def test_a_gas_under_a_depth_cue(classification):
     agree(Scene(VOLUMES["noise"], GAS, classification=classification, depth_cue=CUE))
 
 
-def test_a_highlight_as_narrow_as_a_thousandth_of_a_cell():
-    # Exponent 1e5: a width of 1 / 300 rad, where the normal turns by some tenths from cell to cell.
-    agree(Scene(VOLUMES["ball"], SOFT, classification="post", lighting=Lighting(specular=2.0, shininess=1e5)), 1e-7)
+def test_a_highlight_that_shows_for_a_thousandth_of_a_cell():
+    # One-sided and of exponent 1/2: on this ray, between the places where N·L and N·H pass 0, where no node need be.
+    volume, pixel = random_volume(3, (12, 14, 13)), (17, 15)
+    lighting = Lighting((Light("directional", (1.0, 2, -0.5)),), 0.3, 0.7, 1.0, 0.5, two_sided=False, fade=1e-3)
+    camera = Camera.framing(volume, "perspective")
+    scene = Scene(volume, SOFT, camera, (0, 0, 0), "post", lighting)
+    wanted = dense_sum(scene, (24, 24), 400_000, [pixel])[pixel]
+    # Steps a tenth of those above; without a cut there, 1.3e-4 is missed.
+    np.testing.assert_allclose(raycast(scene, (24, 24))[pixel], wanted, rtol=0, atol=JUMPS / 10)
 
 
-def test_a_highlight_whose_edge_is_a_root():
-    # One-sided, N·H passes 0 where the surface is lit; exponent 1/2 makes that a square root.
-    lighting = replace(ONE_SIDED, shininess=0.5, fade=1e-3)
-    agree(Scene(VOLUMES["noise"], SOFT, classification="post", lighting=lighting), JUMPS)
-
-
-@pytest.mark.parametrize("aside", [1e-2, 1e-4, 1e-6])
-def test_a_gradient_that_turns_in_no_time(aside):
-    # Where z is 0, g goes from -z to z within a distance of about `aside`; x alone says over which side.
+@pytest.mark.parametrize(
+    ("aside", "specular", "shininess"), [(1e-2, 0, 1), (1e-4, 0, 1), (1e-6, 0, 1), (1e-4, 1, 1), (1.0, 1, 1e5)]
+)
+def test_a_normal_that_turns_in_no_time(aside, specular, shininess):
+    # Where z is 0.1, g goes from -z to z within a distance of about `aside`; x alone says over which side. The exponent
+    # 1e5 makes a highlight of 1/300 rad, while the normal turns by some tenths within a cell.
     z, _, x = np.meshgrid(*[np.arange(n) - (n - 1) / 2 for n in (8, 3, 3)], indexing="ij")
-    volume = Volume(2 * z**2 - aside * x)
-    lighting = Lighting((Light("directional", (1.0, 0, 0)),), 0, 1, 1, 1.0, two_sided=False, fade=0.0)
+    volume = Volume(2 * (z - 0.1) ** 2 - aside * x)  # off the middle of a cell, where there is a node
+    lighting = Lighting((Light("directional", (1.0, 0, 0)),), 0, 1, specular, shininess, two_sided=False, fade=0.0)
     camera = Camera.orthographic(volume.centre - (0, 0, 9), volume.centre, (0, 1, 0), 1)
     scene = Scene(volume, TransferFunction([0], [[1, 1, 1]], [0.1]), camera, (0, 0, 0), "post", lighting)
     heights, slopes = z[:, 1, 1], gradients(volume, CENTRAL)[:, 1, 1, 2].astype(float)
@@ -254,10 +256,12 @@ def test_a_gradient_that_turns_in_no_time(aside):
     def glow(z):
         # N = -g / |g| = (aside, 0, -g_z) / |g|, V = -z, L = x, and halfway is (1, 0, -1) / √2.
         g_z = np.interp(z, heights, slopes)
-        shine = max((aside + g_z) / np.sqrt(2), 0)
-        return 0.1 * np.exp(-0.1 * (z + 4)) * (aside + shine) / np.hypot(aside, g_z)
+        m = np.hypot(aside, g_z)
+        shine = max((aside + g_z) / m / np.sqrt(2), 0) ** shininess
+        return 0.1 * np.exp(-0.1 * (z + 4)) * (aside / m + specular * shine)
 
-    near = 10.0 ** np.arange(np.log10(aside), 0)  # a cut for every power of ten, so that quad sees it
-    cuts = sorted({-4, -aside / 4, 0, 4, *near, *-near, *heights})
+    near = 10.0 ** np.arange(min(np.log10(aside), -3), 0)  # a cut for every power of ten, so that quad sees it
+    places = 0.1 + aside / 4 * np.array([-1, 0, 1])
+    cuts = sorted({-4, 4, *places, *(places[:, None] + near).flat, *(places[:, None] - near).flat, *heights})
     wanted = sum(quad(glow, a, b, epsabs=1e-13, epsrel=1e-12)[0] for a, b in pairwise(cuts))
     assert raycast(scene, (1, 1))[0, 0, 0] == pytest.approx(wanted, abs=1e-9)

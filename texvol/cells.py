@@ -12,20 +12,21 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from texvol.volume import Volume
 
 CELL = 4  # samples: smaller ones follow the matter closer and cost more leaps, with no gain in time
 _MOST_CELLS = 400_000  # so that a new transfer function has its leaps within a tenth of a second
+_ROUNDED = 2.0**-14  # twice a rounding to 16 bits with a sign
 _FARTHEST_LEAP = 16  # cells; one pass over the cells for each
 
 
 class Shown(Protocol):
     """What knows which values show anything, such as a transfer function."""
 
-    def shows_between(self, lowest: NDArray, highest: NDArray) -> NDArray[np.bool_]:
-        """Whether any value from `lowest` to `highest` is more than nothing."""
+    def shows_between(self, lowest: NDArray, highest: NDArray, largest_magnitude: ArrayLike) -> NDArray[np.bool_]:
+        """Whether any value from `lowest` to `highest`, on gradients up to `largest_magnitude`, may be something."""
 
 
 @dataclass(frozen=True)
@@ -55,9 +56,26 @@ class Cells:
         x, y, z = (count / each for count, each in zip(volume.dimensions, size, strict=True))
         return cls(lowest, highest, size, (x, y, z))
 
-    def visible(self, shown: Shown) -> NDArray[np.bool_]:
-        """Which cells may show anything, shape (cz, cy, cx)."""
-        return shown.shows_between(self.lowest, self.highest)
+    def visible(self, shown: Shown, steepest: ArrayLike = np.inf) -> NDArray[np.bool_]:
+        """Which cells may show anything, shape (cz, cy, cx), on gradients up to `steepest`."""
+        return shown.shows_between(self.lowest, self.highest, steepest)
+
+    def steepest(self, volume: Volume, reach: int) -> NDArray[np.float64]:
+        """The most that a gradient's magnitude may be in each cell, data units per world unit, shape (cz, cy, cx).
+
+        `reach` is how many samples to each side a gradient depends on. A derivative is a mean of differences of
+        neighbours, so that it is no larger than the range of the values within its reach. Where samples are missing
+        nothing is said.
+        """
+        if volume.has_missing:
+            return np.full(self.lowest.shape, np.inf)
+        lowest, highest = self.lowest.astype(np.float64), self.highest.astype(np.float64)
+        for _ in range(-(-reach // min(self.size))):
+            lowest, highest = _spread(lowest, np.minimum), _spread(highest, np.maximum)
+        with np.errstate(over="ignore", invalid="ignore"):
+            most = (highest - lowest) * np.linalg.norm(volume.index_from_world, axis=1).sum()
+        # Texels of gradients may be rounded to 16 bits of the largest.
+        return np.nan_to_num(most + _ROUNDED * most.max(), nan=np.inf, posinf=np.inf)
 
     def leaps(self, visible: NDArray[np.bool_]) -> NDArray[np.uint8]:
         """For each cell 2 r + visible, where all cells less than r away, along the axes and diagonals, are like it."""
@@ -89,6 +107,17 @@ def _along_rows(values: NDArray, count: int, reduce: np.ufunc) -> NDArray:
     inner = reduce.reduceat(values, starts, axis=0)
     before, after = np.maximum(starts - 1, 0), np.minimum(starts + count, len(values) - 1)
     return reduce(reduce(inner, values[before]), values[after])
+
+
+def _spread(numbers: NDArray, reduce: np.ufunc) -> NDArray:
+    """The least or largest of each cell and its 26 neighbours."""
+    for axis in range(3):
+        along = np.moveaxis(numbers, axis, 0)
+        spread = along.copy(order="K")
+        reduce(spread[1:], along[:-1], out=spread[1:])
+        reduce(spread[:-1], along[1:], out=spread[:-1])
+        numbers = np.moveaxis(spread, 0, axis)
+    return numbers
 
 
 def _eroded(alike: NDArray[np.bool_]) -> NDArray[np.bool_]:

@@ -48,11 +48,12 @@ def checked_window(window: str | Sequence[float]) -> Window:
 
 
 def found_window(picture: NDArray, scene: Scene) -> Window:
-    """(centre, width) where nobody chose one: the range of the finite values, or for xray of the finite numbers.
+    """(centre, width) where nobody chose one: the range of the finite values; for xray and average of the numbers.
 
-    The width is 0 where all are the same, but for rounding.
+    A value that is met somewhere is nearly an extreme of all; sums and averages may be far from that. The width is 0
+    where all are the same, but for rounding.
     """
-    if scene.mode == "xray":
+    if scene.mode in ("xray", "average"):
         numbers = picture[..., 0][picture[..., 3] > 0]
         numbers = numbers[np.isfinite(numbers)]
         low, high = (float(numbers.min()), float(numbers.max())) if numbers.size else (0.0, 0.0)

@@ -98,7 +98,7 @@ def cue_uniforms(cue: DepthCue, volume: Volume, camera: Camera, slab_thickness: 
     middle = float(camera.forward @ (volume.centre - camera.eye))
     return {
         "cue": _array([(*cue.color, cue.strength)])[0],
-        "cue_range": _array([((near - middle) / slab_thickness, slab_thickness / (far - near))])[0],
+        "cue_range": _array([((middle - near) / (far - near), slab_thickness / (far - near))])[0],
     }
 
 

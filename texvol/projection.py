@@ -27,6 +27,10 @@ from texvol.volume import Volume
 NO_MATTER = TransferFunction(np.zeros(1), np.zeros((1, 3)), np.zeros(1))
 NOTHING_YET = -3e38  # the largest value of none
 _ROUNDING = 2.0**-20  # of a value, more than interpolation loses
+_SAME = 2.0**-22  # of a stored value: half an ulp or two, which interpolation may take from equal texels
+_ALL_FINITE = 3e38
+_MIXED = 1e-5  # of what infinities add up to: more than their sums lose
+Numbers = NDArray[np.float64]
 _MODES = {"xray": 1, "average": 1, "mip": 2, "minip": 2, "isosurface": 3}
 
 
@@ -36,8 +40,13 @@ class Isovalue:
 
     value: float
 
-    def shows_between(self, lowest: ArrayLike, highest: ArrayLike) -> NDArray[np.bool_]:
-        """Whether the isovalue lies between, or as near as rounding makes no difference; False where either is NaN."""
+    def shows_between(
+        self, lowest: ArrayLike, highest: ArrayLike, largest_magnitude: ArrayLike = np.inf
+    ) -> NDArray[np.bool_]:
+        """Whether the isovalue lies between, or as near as rounding makes no difference; False where either is NaN.
+
+        Whatever the gradient is.
+        """
         lowest, highest = np.asarray(lowest, np.float64), np.asarray(highest, np.float64)
         with np.errstate(invalid="ignore", over="ignore"):
             margin = _ROUNDING * np.maximum(np.maximum(np.abs(lowest), np.abs(highest)), abs(self.value))
@@ -74,7 +83,7 @@ class Projection:
         return {
             "MODE": _MODES[self.mode],
             "DEPTH": int(self.depth),
-            "MISSING": int(baked.volume.has_missing),
+            "MISSING": int(baked.volume.has_missing or _has_infinities(baked.volume)),
             "GRADIENT": baked.gradient_switch,
         }
 
@@ -82,37 +91,47 @@ class Projection:
         """Uniforms of the shader, but for those of light and rays."""
         if self.mode in ("xray", "average"):
             return {"bias": _bias(baked)}
+        uniforms: dict[str, Any] = {"samples": tuple(map(float, baked.volume.dimensions))}
+        if self.switches(baked)["MISSING"]:
+            uniforms["largest_finite"] = _largest_finite(baked)
         if self.mode in ("mip", "minip"):
-            return {"sign_of_largest": 1.0 if self.mode == "mip" else -1.0}
+            return uniforms | {"sign_of_largest": 1.0 if self.mode == "mip" else -1.0}
         assert self.isovalue is not None
         # No value that is stored lies beyond these.
         stored = float(np.clip((self.isovalue - baked.offset) / baked.scale, -2 * HUGE, 2 * HUGE))
-        if self.depth:
-            return {"isovalue": stored}
-        return {"isovalue": stored, "surface_color": self.color}
+        uniforms |= {"isovalue": stored, "same": _SAME * abs(stored)}
+        return uniforms if self.depth else uniforms | {"surface_color": self.color}
 
     def numbers(self, drawn: NDArray[np.float32], baked: ValueTexture, slab_thickness: float) -> NDArray[np.float32]:
         """The picture, shape (h, w, 4), of what the shader has drawn."""
         if self.mode == "isosurface":
             return drawn
-        red, green = (drawn[..., channel].astype(np.float64) for channel in (0, 1))
-        if self.mode in ("mip", "minip"):
-            there = red > NOTHING_YET / 2
-            stored = red if self.mode == "mip" else -red
-            found = baked.offset + baked.scale * stored
-            # What stands for infinities, see value_texture.
-            found = np.where(np.abs(stored) > HUGE / 2, np.copysign(np.inf, stored), found)
-        else:
-            there = green > 0
-            found = baked.scale * red + (baked.offset + baked.scale * _bias(baked)) * green
-            if self.mode == "average":
-                found = np.divide(found, green, out=np.zeros_like(found), where=there)
-            else:
-                found = found * slab_thickness
+        found, there = self._extremes(drawn, baked) if self.mode in ("mip", "minip") else self._sums(drawn, baked)
+        if self.mode == "xray":
+            found = found * slab_thickness
         picture = np.zeros((*found.shape, 4), np.float32)
         picture[there, :3] = found[there, np.newaxis]
         picture[there, 3] = 1.0
         return picture
+
+    def _extremes(self, drawn: NDArray[np.float32], baked: ValueTexture) -> tuple[Numbers, NDArray[np.bool_]]:
+        """Largest or least values, and where there are any."""
+        red = drawn[..., 0].astype(np.float64)
+        stored = red if self.mode == "mip" else -red
+        found = np.clip(baked.offset + baked.scale * stored, *(baked.volume.finite_range or (0.0, 0.0)))
+        infinite = np.abs(stored) > _largest_finite(baked)
+        return np.where(infinite, np.copysign(np.inf, stored), found), red > NOTHING_YET / 2
+
+    def _sums(self, drawn: NDArray[np.float32], baked: ValueTexture) -> tuple[Numbers, NDArray[np.bool_]]:
+        """Integrals per slab thickness, or averages, and where there are any."""
+        above, way, size = np.moveaxis(drawn[..., :3].astype(np.float64), -1, 0)
+        found = baked.scale * above + (baked.offset + baked.scale * _bias(baked)) * way
+        if self.mode == "average":
+            found = np.divide(found, way, out=np.zeros_like(found), where=way > 0)
+        # No finite value is farther from the middle of all. Of infinities of both signs there is no sum.
+        infinite = size > 2 * _largest_finite(baked) * way
+        sign = np.where(np.abs(above) > (1 - _MIXED) * size, np.sign(above), np.nan)
+        return np.where(infinite, sign * np.inf, found), way > 0
 
 
 def projection_of(scene: Scene, *, depth: bool = False) -> Projection | None:
@@ -127,8 +146,19 @@ def projection_of(scene: Scene, *, depth: bool = False) -> Projection | None:
 def depth_of(drawn: NDArray[np.float32], volume: Volume, camera: Camera, slab_thickness: float) -> NDArray[np.float64]:
     """Depth of the surface from what the shader says of it, shape (h, w): along the view from the eye, world units."""
     middle = float(camera.forward @ (volume.centre - camera.eye))
-    slabs = drawn[..., 0].astype(np.float64) + drawn[..., 1]
-    return np.where(drawn[..., 3] > 0, middle + slabs * slab_thickness, np.inf)
+    return np.where(drawn[..., 3] > 0, middle + drawn[..., 0].astype(np.float64) * slab_thickness, np.inf)
+
+
+def _has_infinities(volume: Volume) -> bool:
+    return volume.value_range != volume.finite_range
+
+
+def _largest_finite(baked: ValueTexture) -> float:
+    """What no stored value is beyond that does not stand for an infinity."""
+    volume = baked.volume
+    if not _has_infinities(volume) or volume.finite_range is None:
+        return _ALL_FINITE
+    return (1 + _ROUNDING) * max(abs((end - baked.offset) / baked.scale) for end in volume.finite_range)
 
 
 def _bias(baked: ValueTexture) -> float:

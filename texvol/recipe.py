@@ -37,9 +37,11 @@ def stored_scene(scene: Scene) -> Scene:
     return replace(scene, transfer_function=NO_MATTER, classification="post", depth_cue=None)
 
 
-def shown_of(scene: Scene, transfer_function: TransferFunction) -> Shown:
-    """What of a scene shows anything."""
-    return transfer_function if scene.isovalue is None else Isovalue(scene.isovalue)
+def shown_of(scene: Scene, transfer_function: TransferFunction) -> tuple[Shown, int]:
+    """What of a scene shows anything, and the reach of the gradients that it depends on; 0 where it depends on none."""
+    if scene.isovalue is not None:
+        return Isovalue(scene.isovalue), 0
+    return transfer_function, scene.gradient.reach if transfer_function.needs_gradient else 0
 
 
 def texels_of(

@@ -205,7 +205,7 @@ class Renderer:
         volume, classification, thickness = scene.volume, scene.classification, settings.slab_thickness
         with self._timed("bake"):
             if settings.skips(scene):
-                self._empty_space.prepare(volume, shown_of(scene, transfer_function))
+                self._empty_space.prepare(volume, *shown_of(scene, transfer_function))
             camera, texture_format = scene.camera_for(size), settings.texture_format
             if texture_format == "auto":
                 texture_format = self._cheapest_format(scene, transfer_function, thickness)

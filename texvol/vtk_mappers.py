@@ -109,19 +109,24 @@ def _check(theirs: NDArray, ours: NDArray, mapper: str) -> None:
         raise VtkError(f"{mapper} draws another picture of a soft version of this scene (rms {rms:.2g}): not compared")
 
 
+def _check_drawable(scene: Scene, matter: TransferFunction) -> None:
+    """Raise VtkError where VTK would draw another picture."""
+    if matter.emissive:
+        raise VtkError("VTK knows no emission apart from extinction")
+    if scene.lighting is not None or scene.depth_cue is not None:
+        raise VtkError("VTK's light is another model")
+    if matter.premultiplied or matter.needs_gradient:
+        raise VtkError("VTK classifies by straight colours of the value alone")
+    gram = scene.volume.direction.T @ scene.volume.direction
+    if not np.allclose(gram, np.eye(3), atol=1e-6):
+        raise VtkError("VTK's mappers draw no sheared grids")
+
+
 def _request(scene: Scene, soft: Scene, size: Size, mapper: str, rates: list[float], limits: Limits) -> dict[str, Any]:
     """All but the samples, in the grid's frame, lengths in smallest spacings; JSON-able."""
     volume, unit = scene.volume, scene.volume.smallest_spacing
     assert scene.transfer_function is not None and soft.transfer_function is not None
-    if scene.transfer_function.emissive:
-        raise VtkError("VTK knows no emission apart from extinction")
-    if scene.lighting is not None or scene.depth_cue is not None:
-        raise VtkError("VTK's light is another model")
-    if scene.transfer_function.premultiplied or scene.transfer_function.needs_gradient:
-        raise VtkError("VTK classifies by straight colours of the value alone")
-    gram = volume.direction.T @ volume.direction
-    if not np.allclose(gram, np.eye(3), atol=1e-6):
-        raise VtkError("VTK's mappers draw no sheared grids")
+    _check_drawable(scene, scene.transfer_function)
     camera = scene.camera_for(size)
     axes, corner = _right_handed(volume)
 

@@ -59,6 +59,11 @@ class Estimator:
         if not isinstance(self.scale, int | float) or not 0.1 <= self.scale <= 100:
             raise InputError(f"gradient: the scale is from 0.1 to 100 samples, and is {self.scale!r}")
 
+    @property
+    def reach(self) -> int:
+        """How many samples to each side a gradient depends on."""
+        return 1 if self.kind != "gaussian" else reach_of(self.scale)
+
 
 CENTRAL = Estimator()
 
@@ -104,7 +109,7 @@ class _Field:
     def __init__(self, volume: Volume, estimator: Estimator) -> None:
         self._values = volume.values
         self._estimator = estimator
-        self.reach = 1 if estimator.kind != "gaussian" else reach_of(estimator.scale)
+        self.reach = estimator.reach
         self.dtype = _work_type(volume)
         largest = float(np.finfo(self.dtype).max)
         # Halfway to the largest number a difference would be infinite: such values are counted in larger units.

@@ -51,7 +51,8 @@ def raycast(scene: Scene, size: tuple[int, int] = (512, 512)) -> NDArray[np.floa
     Parameters
     ----------
     scene : Scene
-        Of mode composite `classification` decides which medium is integrated: the pre-classified one for "slab" and "extinction".
+        Of mode composite `classification` decides which medium is integrated: the pre-classified one for "slab" and
+        "extinction".
     size : (width, height)
         In pixels; one ray goes through the centre of each.
 

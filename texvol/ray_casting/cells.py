@@ -28,7 +28,6 @@ from texvol.ray_casting.matter import (
     classified,
     mixed_color,
     segment_of,
-    straight_share,
 )
 
 JUST_INSIDE = 1e-9  # of a piece; stands for the limit from inside where weights vanish on the face itself
@@ -170,8 +169,7 @@ def _add_segment(cubic, start, end, margin, matter, length, depth, light):
         from_left = points[left]
         part = (a - from_left) / width, (b - from_left) / width, (c - from_left) / width, (d - from_left) / width
     if isinf(extinctions[left]) or isinf(extinctions[right]):
-        share = straight_share(matter, left, right, min(max(part[0], 0.0), 1.0))
-        red, green, blue = mixed_color(matter, left, right, share)
+        red, green, blue = mixed_color(matter, left, right, min(max(part[0], 0.0), 1.0))
         shown = 0.0 if matter.emissive else 1.0
         return add_opaque((shown * red, shown * green, shown * blue), depth, light)
     extinction = mixed(extinctions[left], extinctions[right], part)

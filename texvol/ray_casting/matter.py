@@ -28,7 +28,6 @@ class Matter(NamedTuple):
     colors: NDArray[np.float64]
     extinctions: NDArray[np.float64]
     emissive: bool
-    premultiplied: bool
     glows: bool  # whether `colors` is the emission, finite extinction or not
     visible_before: NDArray[np.int64]  # how many of the segments before segment k hold anything to be seen
 
@@ -40,7 +39,7 @@ def matter_of(transfer: TransferFunction) -> Matter:
         seen = seen | (transfer.colors > 0).any(axis=1)
     of_segments = np.append(seen, seen[-1]) | np.append(seen[0], seen)
     visible_before = np.append(0, np.cumsum(of_segments)).astype(np.int64)
-    glow = bool(transfer.emissive), bool(transfer.premultiplied), bool(transfer.glows)
+    glow = bool(transfer.emissive), bool(transfer.glows)
     return Matter(transfer.values, transfer.colors, transfer.extinctions, *glow, visible_before)
 
 
@@ -66,26 +65,16 @@ def classified(matter, value):
     left, right = max(segment - 1, 0), min(segment, matter.points.size - 1)
     width = matter.points[right] - matter.points[left]
     share = (value - matter.points[left]) / width if width > 0 else 0.0
+    red, green, blue = mixed_color(matter, left, right, share)
     extinction = matter.extinctions[left]
     if share > 0:
         extinction = extinction * (1 - share) + matter.extinctions[right] * share
-    if isinf(extinction):
-        share = straight_share(matter, left, right, share)
-    red, green, blue = mixed_color(matter, left, right, share)
     factor = 1.0
     if matter.emissive and isinf(extinction):
         factor = 0.0
     elif not matter.glows and not isinf(extinction):
         factor = extinction
     return red * factor, green * factor, blue * factor, extinction
-
-
-@compiled
-def straight_share(matter, left, right, share):
-    """`share`, or where only one of two premultiplied points is opaque that point's: only it has a straight colour."""
-    if matter.premultiplied and isinf(matter.extinctions[left]) != isinf(matter.extinctions[right]):
-        return 0.0 if isinf(matter.extinctions[left]) else 1.0
-    return share
 
 
 @compiled

@@ -11,7 +11,7 @@ from math import isinf, sqrt
 from texvol.ray_casting.bernstein import mix
 from texvol.ray_casting.compiling import inlined, woven_in
 from texvol.ray_casting.lit_scene import DIRECTIONAL, HEAD
-from texvol.ray_casting.matter import mixed_color, segment_of, straight_share
+from texvol.ray_casting.matter import mixed_color, segment_of
 
 # Places in `chosen`; -1 as a point is none. Behind them two for each graded matter, one for each contour.
 LEFT, RIGHT, MODULATION, OPAQUE, FACING, FURTHER = 0, 1, 2, 3, 4, 5
@@ -90,7 +90,7 @@ def opaque_color(scene, chosen, value):
     """Straight colour of opaque points at a value."""
     matter, left, right = scene.matter, chosen[LEFT], chosen[RIGHT]
     share = share_of(matter.points[left], matter.points[right], value)
-    red, green, blue = mixed_color(matter, left, right, straight_share(matter, left, right, share))
+    red, green, blue = mixed_color(matter, left, right, share)
     shown = 0.0 if matter.emissive else 1.0
     return shown * red, shown * green, shown * blue
 

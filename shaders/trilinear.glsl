@@ -1,0 +1,100 @@
+// The value along a ray: between two planes through sample centres it is a cubic, since it is interpolated trilinearly.
+
+// A ray among those planes. Coordinates count samples and grow along the ray, which is mirrored where it goes downwards;
+// so the planes are at whole numbers.
+struct SampleWalk {
+    vec3 start;                   // where it is at depth 0
+    vec3 way;                     // per unit of depth, not negative
+    vec3 depth_per_sample;
+};
+
+// `start` and `step` are a ray's in the box, along whose edges there are so many `samples`.
+SampleWalk sample_walk(vec3 start, vec3 step, vec3 samples) {
+    vec3 sign = mix(vec3(-1.0), vec3(1.0), greaterThanEqual(step, vec3(0.0)));
+    SampleWalk walk;
+    walk.start = sign * (start * samples - 0.5);
+    walk.way = sign * step * samples;
+    walk.depth_per_sample = 1.0 / max(walk.way, vec3(1e-30));
+    return walk;
+}
+
+// Depth of the last plane before `depth`, but not before `least`; and the first planes behind it.
+float first_depth(SampleWalk walk, float least, float depth, out vec3 planes) {
+    planes = floor(walk.start + depth * walk.way) + 1.0;
+    vec3 depths = (planes - 1.0 - walk.start) * walk.depth_per_sample;
+    return clamp(max(depths.x, max(depths.y, depths.z)), least, depth);
+}
+
+// Depth at which the ray meets the first of these planes, but at most `end`; the planes become those behind it.
+float next_depth(SampleWalk walk, float end, inout vec3 planes) {
+    vec3 depths = (planes - walk.start) * walk.depth_per_sample;
+    float depth = min(min(depths.x, min(depths.y, depths.z)), end);
+    planes += mix(vec3(0.0), vec3(1.0), lessThanEqual(depths, vec3(depth)));
+    return depth;
+}
+
+// The cubic in t that has these values at t = 0, 1, 2 and 3, in Newton's form: sums of it keep the values' digits.
+vec4 cubic_through(vec4 values) {
+    vec3 rise = values.yzw - values.xyz;
+    vec2 bend = rise.yz - rise.xy;
+    return vec4(values.x, rise.x, bend.x / 2.0, (bend.y - bend.x) / 6.0);
+}
+
+float cubic_at(vec4 cubic, float t) {
+    return cubic.x + t * (cubic.y + (t - 1.0) * (cubic.z + (t - 2.0) * cubic.w));
+}
+
+// Where a cubic turns down, and where up. Neither is NaN; where it does not turn they may be anywhere.
+vec2 turns_of(vec4 cubic) {
+    // The slope is b + 2 c t + 3 d t². They are divided by the largest, so that no square leaves float32.
+    float b = cubic.y - cubic.z + 2.0 * cubic.w;
+    float c = cubic.z - 3.0 * cubic.w;
+    float d = cubic.w;
+    float largest = max(max(abs(b), abs(c)), max(abs(d), 1e-37));
+    b /= largest;
+    c /= largest;
+    d /= largest;
+    float root = sqrt(max(c * c - 3.0 * b * d, 0.0));
+    // (-c ∓ root) / 3 d is b / (-c ± root): of each the one in which nothing cancels.
+    float sum = max(abs(c) + root, 1e-30);
+    float near = (c > 0.0 ? -b : b) / sum;
+    float far = (c > 0.0 ? -sum : sum) / (abs(d) > 1e-30 ? 3.0 * d : 1e-30);
+    return c > 0.0 ? vec2(far, near) : vec2(near, far);
+}
+
+// The largest value of a cubic from one t to another.
+float largest_of(vec4 cubic, float from, float to) {
+    float peak = cubic_at(cubic, clamp(turns_of(cubic).x, from, to));
+    return max(peak, max(cubic_at(cubic, from), cubic_at(cubic, to)));
+}
+
+// Whether a cubic comes within `margin` of 0, or passes it, from one t to another; where it does first.
+bool first_root(vec4 cubic, float from, float to, float margin, out float root) {
+    const int MOST_STEPS = 24;    // each halves the interval at least every other time
+    vec2 turns = clamp(turns_of(cubic), from, to);
+    // Of the three stretches on which it only rises or only falls, the first that ends on the other side.
+    float side = cubic_at(cubic, from) < 0.0 ? -1.0 : 1.0;
+    vec4 ends = vec4(from, min(turns.x, turns.y), max(turns.x, turns.y), to);
+    vec4 above = side * vec4(
+        cubic_at(cubic, ends.x), cubic_at(cubic, ends.y), cubic_at(cubic, ends.z), cubic_at(cubic, ends.w)
+    );
+    bvec4 met = lessThanEqual(above, vec4(margin));
+    root = from;
+    if (met.x || !any(met)) return met.x;
+    vec2 stretch = met.y ? ends.xy : met.z ? ends.yz : ends.zw;
+    vec2 at = met.y ? above.xy : met.z ? above.yz : above.zw;
+    // False position, in which the end that stays twice is counted half (Dowell, Jarratt 1971).
+    root = stretch.y;
+    for (int i = 0; i < MOST_STEPS && at.x > 0.0 && at.y < 0.0 && stretch.x < stretch.y; ++i) {
+        root = mix(stretch.x, stretch.y, at.x / (at.x - at.y));
+        float there = side * cubic_at(cubic, root);
+        if (there > 0.0) {
+            stretch.x = root;
+            at = vec2(there, 0.5 * at.y);
+        } else {
+            stretch.y = root;
+            at = vec2(0.5 * at.x, there);
+        }
+    }
+    return true;
+}
