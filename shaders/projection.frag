@@ -27,6 +27,7 @@ uniform float largest_finite;     // what is beyond stands for an infinity
 #endif
 #if MODE == 2
 uniform float sign_of_largest;    // -1 where the least is looked for
+uniform float largest_of_all;     // times that sign; who has met it is done
 #elif MODE == 3
 uniform float isovalue;
 uniform float same;               // what differs by less may have been the isovalue before it was interpolated
@@ -140,7 +141,7 @@ float largest_along(Ray ray) {
     float depth = first_depth(walk, front_of(ray), max(ray.slab, front_of(ray)), planes);
     vec4 values = vec4(sign_of_largest * value_at(ray.start + depth * ray.step));
     float largest = NOTHING_YET;
-    while (depth < ray.end && depth < back_of(ray)) {
+    while (depth < ray.end && depth < back_of(ray) && largest < largest_of_all) {
         float next = max(next_depth(walk, back_of(ray), planes), depth);
         values = sign_of_largest * values_between(ray, depth, next, sign_of_largest * values.w);
         depth = next;

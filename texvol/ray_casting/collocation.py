@@ -12,7 +12,6 @@ import numpy as np
 
 from texvol.ray_casting.bernstein import value_at
 from texvol.ray_casting.compiling import inlined, woven_in
-from texvol.ray_casting.lit_cuts import may_turn
 from texvol.ray_casting.lit_ray import MOST_LEVELS, NODE_COUNT, place_at
 from texvol.ray_casting.matter import OPAQUE_DEPTH
 from texvol.ray_casting.shading import FACING, cue_at, cued, dot, lit, matter_at
@@ -29,7 +28,6 @@ DEEP = 4.0  # optical depth of a stretch whose front could be missed
 # A highlight falls to e^(-p θ²/2) at the angle θ from its middle: 2 p (1 - cos θ) says how far nodes are apart in its
 # widths 1/√p, squared. At two widths none is missed.
 WIDEST_TURN = 4.0
-NOTHING = 1e-7  # of |g|: where the gradient is that near to 0 it turns within as little of the way
 
 
 @woven_in
@@ -43,7 +41,6 @@ def add_stretch(scene, ray, bench, start, end, here, length, depth, light):
     _collocate(scene, ray, bench, start, whole, here, length, stack[0, 2:])
     stack[0, 0], stack[0, 1] = start, 0
     first, second = bench.halves[0], bench.halves[1]
-    turning = scene.lit and may_turn(bench)
     while top >= 0 and depth < OPAQUE_DEPTH:
         start, level = stack[top, 0], int(stack[top, 1])
         half = whole * 0.5 ** (level + 1)
@@ -58,7 +55,6 @@ def add_stretch(scene, ray, bench, start, end, here, length, depth, light):
             brightest = max(brightest, sum_of_halves)
         narrower = level < MOST_HALVINGS and seen * off > AGREEMENT * brightest
         narrower = narrower or (level < MOST_LEVELS and reached > DEEP) or (level < MOST_TURNS and turn > WIDEST_TURN)
-        narrower = narrower or (turning and level < MOST_HALVINGS and _turns_at_an_end(bench, start, half))
         if narrower:
             stack[top, 0], stack[top, 1], stack[top, 2:] = start + half, level + 1, second
             top += 1
@@ -69,16 +65,6 @@ def add_stretch(scene, ray, bench, start, end, here, length, depth, light):
             depth += max(reached, 0.0)
             top -= 1
     return depth
-
-
-@woven_in
-def _turns_at_an_end(bench, start, half):
-    """Whether |g| is far smaller at an end of a stretch than at the node beside it: no node would see it turn."""
-    _, _, first = fields_at(bench, start)
-    _, _, next_to_first = fields_at(bench, start + half * NODES[0])
-    _, _, last = fields_at(bench, start + 2 * half)
-    _, _, next_to_last = fields_at(bench, start + half * (2 - NODES[0]))
-    return NOTHING * next_to_first < first < next_to_first / 2 or NOTHING * next_to_last < last < next_to_last / 2
 
 
 @inlined

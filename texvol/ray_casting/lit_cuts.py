@@ -2,7 +2,7 @@
 
 All these are roots of polynomials: of value minus that of a control point (degree 3), of |g|² minus the square of a
 threshold (6), of g·L, g·V and g·H where light, eye or highlight pass behind the surface (4), and of the difference of
-squares at the edge of a contour (6). Where g is next to 0 its direction turns at once: there, the root of (|g|²)' (5).
+squares at the edge of a contour (6).
 """
 
 from __future__ import annotations
@@ -17,7 +17,6 @@ from texvol.ray_casting.roots import add_roots
 from texvol.ray_casting.shading import SQUARE, added, dot, toward, unit
 
 _OF_3, _OF_6 = (1.0, 3.0, 3.0, 1.0), (1.0, 6.0, 15.0, 20.0, 15.0, 6.0, 1.0)  # binomials
-SMALL = 1 / 16  # of |g|²
 NOISE = 32 * EPSILON  # what rounding leaves of a coefficient, of those that it was made of
 
 
@@ -25,7 +24,7 @@ def most_cuts(scene) -> int:
     """How many cuts there can be in a cell."""
     points = scene.matter.points.size + scene.graded.values.size
     cuts_of_contours = (3 + 6) * scene.contours.shape[0]
-    return 3 * points + cuts_of_contours + 6 * scene.thresholds.size + 4 * (2 * scene.lights.rows.shape[0] + 1) + 5 + 4
+    return 3 * points + cuts_of_contours + 6 * scene.thresholds.size + 4 * (2 * scene.lights.rows.shape[0] + 1) + 4
 
 
 @inlined
@@ -45,10 +44,6 @@ def find_cuts(scene, ray, bench, here, length):
             count = _cut_at_contour(scene, contour, low, high, bench, count)
     if scene.lit:
         count = _cut_at_sides(scene, ray, bench, here, length, count)
-        if may_turn(bench):
-            for k in range(6):
-                bench.polynomial[k] = bench.square[k + 1] - bench.square[k]
-            count = add_roots(bench.polynomial, 5, NOISE * bench.square.max(), bench.root_stack, cuts, count)
     if scene.cued and ray.along > 0.0:
         for depth in (scene.cue.near, scene.cue.far):
             cut = (ray.eye + depth / ray.along - here) / length
@@ -135,12 +130,6 @@ def _cut_at_sides(scene, ray, bench, here, length, count):
             at_leave = added(unit(at_leave), ray.toward_eye)
             count = _cut_across(at_entry, at_leave, largest, bench, count)
     return count
-
-
-@woven_in
-def may_turn(bench):
-    """Whether the gradient may become small somewhere in the cell, and turn there."""
-    return bench.square.min() < SMALL * bench.square.max()
 
 
 @compiled
