@@ -8,8 +8,8 @@ from unittest.mock import patch
 
 import numpy as np
 import pytest
-
 from scenes import random_volume
+
 from texvol import Camera, InputError, Renderer, Scene, TransferFunction, Volume, raycast
 from texvol.lighting import Light, Lighting, shadow_distance, shadow_nodes, unit
 from texvol.ray_casting.shadows import arriving_at_nodes
