@@ -245,8 +245,8 @@ def test_a_highlight_that_shows_for_a_thousandth_of_a_cell():
     [(1e-2, 1, 0, 1), (1e-4, 1, 0, 1), (1e-6, 1, 0, 1), (1e-4, 1, 1, 1), (1.0, 0, 1, 1e5)],
 )
 def test_a_normal_that_turns_in_no_time(aside, diffuse, specular, shininess):
-    # Where z is 0.13, g goes from -z to z within a distance of about `aside`; x alone says over which side. The exponent
-    # 1e5 makes a highlight of 1/300 rad, while the normal turns by some tenths within a cell.
+    # Where z is 0.13, g goes from -z to z within a distance of about `aside`; x alone says over which side.
+    # The exponent 1e5 makes a highlight of 1/300 rad, while the normal turns by some tenths within a cell.
     z, _, x = np.meshgrid(*[np.arange(n) - (n - 1) / 2 for n in (8, 3, 3)], indexing="ij")
     volume = Volume(2 * (z - 0.13) ** 2 - aside * x)  # off the middle of a cell, where a node is
     lighting = Lighting(
