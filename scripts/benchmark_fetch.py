@@ -53,7 +53,7 @@ class PlainFetch:
         assert scene.transfer_function is not None
         self._scene, self._size = scene, size
         self._context = open_context()
-        baked = bake(scene, scene.transfer_function, slab_thickness, texel_format)
+        baked = bake(scene, scene.transfer_function, scene.camera_for(size), slab_thickness, texel_format)
         with self._context:
             gl = self._context.gl
             dtype = MODERNGL_TYPES[baked.texel_format]

@@ -30,7 +30,8 @@ TYPES = TEXEL_TYPES | {"r16": np.uint16, "r16f": np.float16, "r32f": np.float32}
 
 def baked_of(volume: Volume, texel_format: str = "rgba32f", matter: TransferFunction = BONE) -> BakedTexture:
     classification = "post" if texel_format.startswith("r1") or texel_format == "r32f" else "extinction"
-    return bake(Scene(volume, matter, classification=classification), matter, 1.0, texel_format)  # type: ignore[arg-type]
+    scene = Scene(volume, matter, classification=classification)  # type: ignore[arg-type]
+    return bake(scene, matter, Camera.framing(volume), 1.0, texel_format)
 
 
 @pytest.fixture(scope="module")

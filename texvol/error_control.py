@@ -28,6 +28,7 @@ ORDER = 1.0
 # a hundred (scripts/error_control.py).
 SAFETY = 1.5
 ROUNDING = 2e-6  # of a picture in float32, relative to its largest number, or 1
+SURFACE_ROUNDING = 2e-5
 _COARSEST_RATE, _FINEST_RATE = 1 / 16, 64  # slabs per smallest spacing
 
 Draw = Callable[[float], NDArray[np.float32]]  # slab thickness → picture
@@ -87,14 +88,21 @@ def thickness_for_error(draw: Draw, draw_reference: Draw, smallest_spacing: floa
     return choice
 
 
-def estimate(picture: NDArray[np.float32], finer: NDArray[np.float32], halvings: int) -> float:
+def rounding_of(scene: Scene) -> float:
+    """What float32 costs: on a surface the place's rounding, through gradient and highlight, tells most."""
+    return SURFACE_ROUNDING if scene.mode == "isosurface" else ROUNDING
+
+
+def estimate(
+    picture: NDArray[np.float32], finer: NDArray[np.float32], halvings: int, rounding: float = ROUNDING
+) -> float:
     """The maximum error of `picture` from one whose slabs are thinner by `halvings`."""
     with np.errstate(invalid="ignore"):
         # Numbers may be infinite, and the same.
         difference = float(np.where(picture == finer, 0.0, np.abs(picture.astype(np.float64) - finer)).max())
     numbers = np.abs(finer[..., :3])
     brightest = float(numbers[np.isfinite(numbers)].max(initial=0.0))
-    return SAFETY * difference / (1 - 2.0 ** (-ORDER * halvings)) + ROUNDING * max(brightest, 1.0)
+    return SAFETY * difference / (1 - 2.0 ** (-ORDER * halvings)) + rounding * max(brightest, 1.0)
 
 
 def if_finite(estimate: float | None) -> float | None:

@@ -353,7 +353,7 @@ class Renderer:
             exact = values and baked is not None and baked[1].texel_format == exact_format(scene.volume)
             with self._textures_set_aside(scene, self._textures if exact else None):
                 reference = self._reference(scene, small, replace(settings, slab_thickness=settings.slab_thickness / 2))
-        self._estimate = error_control.estimate(picture, reference, halvings=1)
+        self._estimate = error_control.estimate(picture, reference, 1, error_control.rounding_of(scene))
         return self._estimate
 
     def _transfer_function(self, scene: Scene) -> TransferFunction:
