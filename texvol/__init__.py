@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from texvol.camera import Camera
     from texvol.comparison import Difference, compare
     from texvol.errors import ContextError, InputError, MissingExtraError, TexvolError
+    from texvol.gradient import Estimator
+    from texvol.lighting import DepthCue, Light, Lighting
     from texvol.ray_casting import raycast
     from texvol.readers import load
     from texvol.render import render
@@ -27,8 +29,12 @@ __version__ = "0.3.0"
 _HOMES = {
     "Camera": "camera",
     "ContextError": "errors",
+    "DepthCue": "lighting",
     "Difference": "comparison",
+    "Estimator": "gradient",
     "InputError": "errors",
+    "Light": "lighting",
+    "Lighting": "lighting",
     "MissingExtraError": "errors",
     "Renderer": "renderer",
     "Scene": "scene",
@@ -44,8 +50,12 @@ _HOMES = {
 __all__ = [
     "Camera",
     "ContextError",
+    "DepthCue",
     "Difference",
+    "Estimator",
     "InputError",
+    "Light",
+    "Lighting",
     "MissingExtraError",
     "Renderer",
     "Scene",

@@ -109,7 +109,8 @@ def shade(
 
     Gradients are `magnitudes` per world unit, `places` relative to the middle of the box, for what depends on them.
     """
-    share = np.clip(magnitudes / lighting.fade_for(volume), 0, 1).astype(normals.dtype)
+    with np.errstate(over="ignore"):
+        share = np.minimum(magnitudes / lighting.fade_for(volume), 1).astype(normals.dtype)
     believed = share * share * (3 - 2 * share)
     to_eye = _to_eye(volume, camera, places) if depends_on_eye(lighting) else np.zeros((3, 1))
     if lighting.two_sided:

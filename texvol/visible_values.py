@@ -50,8 +50,8 @@ class VisibleValues:
         wide = values.astype(np.float64)
         if self._has_infinite:
             np.clip(wide, -_LARGEST, _LARGEST, out=wide)
-        place = (wide - self._low) * (1 / self._width)
-        with np.errstate(invalid="ignore"):  # NaN is any integer
+        with np.errstate(invalid="ignore", over="ignore"):  # NaN is any integer
+            place = (wide - self._low) * (1 / self._width)
             number = np.clip(place, 0, _BINS - 1, out=place).astype(np.intp)
         # Any place that is none counts as the first or the last.
         above, below = self._above.take(number, mode="clip"), self._below.take(number, mode="clip")
