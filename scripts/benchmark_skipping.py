@@ -25,7 +25,7 @@ def empty(run: Run) -> None:
         "those that the rays cross in the box.",
     )
     columns("scene", "classification", "samples", "ms with leaps", "without", "ratio", "largest difference")
-    for name, scene in _real_scenes(run.data, None):
+    for name, scene in real_scenes(run.data, None):
         for classification in ("slab", "post"):
             _empty_row(run, name, _classified(scene, classification))
     for name in ("bone", "balls"):
@@ -73,7 +73,7 @@ def opaque(run: Run) -> None:
         "gain",
         "difference",
     )
-    scenes = [(name, scene) for name, scene in _real_scenes(run.data, "solid") if name.startswith("engine")]
+    scenes = [(name, scene) for name, scene in real_scenes(run.data, "solid") if name.startswith("engine")]
     built = built_in("dense", 128 if run.quick else 256)
     for name, scene in [*scenes, (f"{built.volume.name} dense", built)]:
         for classification in ("slab", "post"):
@@ -93,7 +93,8 @@ def _opaque_row(run: Run, name: str, scene: Scene) -> None:
     row(name, scene.classification, *cells)
 
 
-def _real_scenes(data: Path, preset: str | None) -> list[tuple[str, Scene]]:
+def real_scenes(data: Path, preset: str | None) -> list[tuple[str, Scene]]:
+    """Names and scenes of the real volumes that are there."""
     found = []
     for file in FILES:
         scene = real(file, data, preset)

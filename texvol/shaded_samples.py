@@ -21,7 +21,7 @@ from texvol.light_uniforms import depends_on_eye
 from texvol.lighting import Light, Lighting, shadow_distance, unit
 from texvol.scene import Scene
 from texvol.transfer import Classified, TransferFunction
-from texvol.visible_values import VisibleValues
+from texvol.visible_values import visible
 from texvol.volume import Volume
 
 Numbers = NDArray[np.floating[Any]]
@@ -40,7 +40,7 @@ def matter_of_samples(
     """
     volume = scene.volume
     values = volume.values[box]
-    is_shown = VisibleValues.of(volume, transfer_function).among(values)
+    is_shown = visible(volume, transfer_function, values)
     shows = np.flatnonzero(is_shown)
     if not shows.size:
         return shows, Classified(np.zeros((0, 3)), np.zeros(0))

@@ -6,6 +6,8 @@ may show; what shows nothing in between is among them.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import NamedTuple
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -16,46 +18,48 @@ from texvol.volume import Volume
 
 _BINS = 1 << 12
 _HALVINGS = 110  # of a bin: until the next number is float64's next one
-_LARGEST = float(np.finfo(np.float64).max)
-_TABLES: WeakKeyDictionary[TransferFunction, WeakKeyDictionary[Volume, VisibleValues]] = WeakKeyDictionary()
+_TABLES: WeakKeyDictionary[TransferFunction, WeakKeyDictionary[Volume, _Table]] = WeakKeyDictionary()
 
 
-class VisibleValues:
-    """What may show of one volume with one transfer function, whatever the gradient."""
+def visible(volume: Volume, transfer_function: TransferFunction, values: NDArray) -> NDArray[np.bool_]:
+    """Which of some values of a volume may show anything, whatever the gradient; False where they are NaN."""
+    known = _TABLES.setdefault(transfer_function, WeakKeyDictionary())
+    if volume not in known:
+        known[volume] = _Table.of(volume, transfer_function)
+    table = known[volume]
+    if not table.width > 0:
+        return transfer_function.shows_between(values, values)
+    wide = values.astype(np.float64)
+    with np.errstate(invalid="ignore", over="ignore"):  # NaN is any integer
+        place = (wide - table.low) * (1 / table.width)
+        number = np.clip(place, 0, _BINS - 1, out=place).astype(np.intp)
+    # Any place that is none counts as the first or the last.
+    above, below = table.above.take(number, mode="clip"), table.below.take(number, mode="clip")
+    shows = np.asarray((wide > above) & (wide < below))
+    if volume.value_range != volume.finite_range:
+        infinite = np.isinf(wide)
+        shows[infinite] = transfer_function.shows_between(wide[infinite], wide[infinite])
+    return shows
 
-    def __init__(self, volume: Volume, transfer_function: TransferFunction) -> None:
-        self._transfer_function = transfer_function
-        self._low, high = volume.finite_range or (0.0, 0.0)
-        self._width = high / _BINS - self._low / _BINS
-        if self._width > 0:
-            # Half a bin wider than they are, whatever rounding says; the outer two for all that is beyond.
-            edges = self._low + self._width * np.arange(_BINS + 1)
-            lowest, highest = np.array(edges[:-1] - self._width / 2), np.array(edges[1:] + self._width / 2)
-            lowest[0], highest[-1] = volume.value_range or (0.0, 0.0)
-            self._has_infinite = bool(np.isinf([lowest[0], highest[-1]]).any())
-            self._above, self._below = _visible_parts(transfer_function, lowest, highest)
+
+class _Table(NamedTuple):
+    """Bins from `low` on, each `width` wide, and above and below which value something of each may show."""
+
+    low: float
+    width: float
+    above: NDArray[np.float64]
+    below: NDArray[np.float64]
 
     @classmethod
-    def of(cls, volume: Volume, transfer_function: TransferFunction) -> VisibleValues:
-        """The same one as long as there are the two."""
-        known = _TABLES.setdefault(transfer_function, WeakKeyDictionary())
-        if volume not in known:
-            known[volume] = cls(volume, transfer_function)
-        return known[volume]
-
-    def among(self, values: NDArray) -> NDArray[np.bool_]:
-        """Which of some values may show anything; False where they are NaN."""
-        if not self._width > 0:
-            return self._transfer_function.shows_between(values, values)
-        wide = values.astype(np.float64)
-        if self._has_infinite:
-            np.clip(wide, -_LARGEST, _LARGEST, out=wide)
-        with np.errstate(invalid="ignore", over="ignore"):  # NaN is any integer
-            place = (wide - self._low) * (1 / self._width)
-            number = np.clip(place, 0, _BINS - 1, out=place).astype(np.intp)
-        # Any place that is none counts as the first or the last.
-        above, below = self._above.take(number, mode="clip"), self._below.take(number, mode="clip")
-        return np.asarray((wide > above) & (wide < below))
+    def of(cls, volume: Volume, transfer_function: TransferFunction) -> _Table:
+        low, high = volume.finite_range or (0.0, 0.0)
+        width = high / _BINS - low / _BINS
+        if not width > 0:
+            return cls(low, 0.0, np.zeros(0), np.zeros(0))
+        # Half a bin wider than they are, whatever rounding says.
+        edges = low + width * np.arange(_BINS + 1)
+        lowest, highest = np.array(edges[:-1] - width / 2), np.array(edges[1:] + width / 2)
+        return cls(low, width, *_visible_parts(transfer_function, lowest, highest))
 
 
 def _visible_parts(
@@ -65,19 +69,29 @@ def _visible_parts(
     shows = transfer_function.shows_between(lowest, highest)
     above, below = np.where(shows, -np.inf, np.inf), np.where(shows, np.inf, -np.inf)
     low, high = lowest[shows], highest[shows]
-    # What shows nothing at one end shows something from somewhere on: from its end to there is nothing.
-    dark = np.flatnonzero(~transfer_function.shows_between(low, low) & np.isfinite(low))
-    nothing, something = low[dark], high[dark]
-    for _ in range(_HALVINGS):
-        middle = nothing / 2 + something / 2
-        is_dark = ~transfer_function.shows_between(low[dark], middle)
-        nothing, something = np.where(is_dark, middle, nothing), np.where(is_dark, something, middle)
-    above[np.flatnonzero(shows)[dark]] = nothing
-    dark = np.flatnonzero(~transfer_function.shows_between(high, high) & np.isfinite(high))
-    something, nothing = low[dark], high[dark]
-    for _ in range(_HALVINGS):
-        middle = nothing / 2 + something / 2
-        is_dark = ~transfer_function.shows_between(middle, high[dark])
-        nothing, something = np.where(is_dark, middle, nothing), np.where(is_dark, something, middle)
-    below[np.flatnonzero(shows)[dark]] = nothing
+    above[shows] = _last_dark(low, high, lambda some, place: transfer_function.shows_between(low[some], place))
+    below[shows] = _last_dark(high, low, lambda some, place: transfer_function.shows_between(place, high[some]))
     return above, below
+
+
+def _last_dark(
+    start: NDArray[np.float64],
+    end: NDArray[np.float64],
+    shows_until: Callable[[NDArray[np.intp], NDArray[np.float64]], NDArray[np.bool_]],
+) -> NDArray[np.float64]:
+    """Up to where from each start on towards the end nothing shows; infinitely far before it where something does.
+
+    `shows_until` says of some of the starts whether anything shows between them and a place each.
+    """
+    found = np.where(start < end, -np.inf, np.inf)
+    dark = np.flatnonzero(~shows_until(np.arange(start.size), start))
+    nothing, something = start[dark], end[dark]
+    for _ in range(_HALVINGS):
+        middle = nothing / 2 + something / 2
+        shows = shows_until(dark, middle)
+        nothing, something = np.where(shows, nothing, middle), np.where(shows, middle, something)
+    # Halving would come to 0 after a thousand times, and 0 is what most volumes have most of.
+    is_beside = (np.minimum(nothing, something) <= 0) & (np.maximum(nothing, something) >= 0)
+    zero = np.zeros(dark.size)
+    found[dark] = np.where(is_beside & ~shows_until(dark, zero), zero, nothing)
+    return found
