@@ -240,7 +240,7 @@ class Renderer:
             settings.slab_thickness,
             size,
             1.0 if projection else accuracy.color_scale(scene.volume, self._transfer_function(scene), scene.lighting),
-            settings.early_termination,
+            settings.early_termination / max(scene.lighting.brightest if scene.lighting else 1.0, 1.0),
             leaps,
             empty_space.cells_per_box if leaps else (1.0, 1.0, 1.0),
             lighting=projection.lighting if projection else lighting,
