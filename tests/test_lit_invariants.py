@@ -181,7 +181,13 @@ def test_a_ray_that_ends_early_loses_no_more_than_it_may(
     """Also in light that makes what is behind three times as bright as any colour."""
     volume = smooth()
     matter = TransferFunction(FOG.values, FOG.colors, 20 * FOG.extinctions)
-    scene = Scene(volume, matter, framed(volume), classification=kind, lighting=Lighting((SUN, Light(color=(3, 3, 3))), ambient=0.1))
+    scene = Scene(
+        volume,
+        matter,
+        framed(volume),
+        classification=kind,
+        lighting=Lighting((SUN, Light(color=(3, 3, 3))), ambient=0.1),
+    )
     whole, ended = (
         renderer.render(scene, SIZE, texture_format="rgba32f", early_termination=end).astype(float)
         for end in (0.0, share)
