@@ -114,12 +114,9 @@ RAMPS = {  # start, full, what is left
 }
 
 
-PIECES = [(-50.0, 50.0), (-50.0, -1.0, 1.0, 1.0, 50.0)]
 # The magnitudes of a file's material rise; it alone has no ends.
-RAMPS_AND_ENDS = [
-    *((ramp, ends) for ramp in RAMPS for ends in PIECES),
-    *((ramp, None) for ramp, (start, full, _) in RAMPS.items() if start < full),
-]
+RAMPS_AND_ENDS = [(ramp, ends) for ramp in RAMPS for ends in ((-50.0, 50.0), (-50.0, -1.0, 1.0, 1.0, 50.0))]
+RAMPS_AND_ENDS += [(ramp, None) for ramp, (start, full, _) in RAMPS.items() if start < full]  # type: ignore[misc]
 
 
 @by_gradient
