@@ -9,7 +9,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
-from texvol import gradient
+from texvol import gradient, threads
 from texvol.errors import InputError
 from texvol.gradient import CENTRAL, Estimator, gradients, largest_component
 from texvol.volume import Volume
@@ -355,7 +355,7 @@ def test_the_largest_component_is_that_of_all_gradients(estimator: Estimator) ->
 def test_the_largest_component_holds_no_more_than_a_few_chunks(
     estimator: Estimator, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(gradient, "ThreadPoolExecutor", lambda _: ThreadPoolExecutor(2))
+    monkeypatch.setattr(threads, "ThreadPoolExecutor", lambda _: ThreadPoolExecutor(2))
     volume = Volume(np.random.default_rng(0).integers(0, 255, (128, 160, 160), np.uint8))
     tracemalloc.start()
     largest_component(volume, estimator)
@@ -373,7 +373,7 @@ def test_without_threads_the_gradients_are_the_same(monkeypatch: pytest.MonkeyPa
     def refuse(_: int) -> None:
         raise RuntimeError("can't start new thread")
 
-    monkeypatch.setattr(gradient, "ThreadPoolExecutor", refuse)
+    monkeypatch.setattr(threads, "ThreadPoolExecutor", refuse)
     assert (gradients(volume, CENTRAL) == expected).all()
     assert largest_component(volume, CENTRAL) == np.abs(expected).max()
 

@@ -104,7 +104,7 @@ class Compositor:
         if drawing.arriving is not None:
             units["arriving"] = drawing.arriving
         if not brick.is_whole:
-            uniforms |= _brick_uniforms(brick)
+            uniforms |= brick_uniforms(brick)
         for unit, resource in enumerate(units.values()):
             resource.use(unit)
         set_uniforms(program, {name: unit for unit, name in enumerate(units)} | uniforms)
@@ -253,7 +253,8 @@ def _light_uniforms(drawing: Drawing) -> dict[str, Any]:
     return uniforms
 
 
-def _brick_uniforms(brick: Brick) -> dict[str, Any]:
+def brick_uniforms(brick: Brick) -> dict[str, Any]:
+    """What of the box a brick's texture holds, and which part is its own."""
     low, high = brick.own_range
     samples, first, per_sample = brick.texture_from_box
     return {

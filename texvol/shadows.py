@@ -12,7 +12,7 @@ import moderngl
 import numpy as np
 
 from texvol.bricks import Brick
-from texvol.compositor import NOTHING_SPECIAL
+from texvol.compositor import NOTHING_SPECIAL, brick_uniforms
 from texvol.contexts import Context
 from texvol.light_uniforms import box_matrices, casts_shadows
 from texvol.lighting import Light, Lighting, shadow_nodes, unit
@@ -24,7 +24,6 @@ from texvol.transfer import TransferFunction
 from texvol.value_texture import ValueTexture, bake_values
 
 _MOST_PARTS = 2048  # of a way through the box: more would take seconds
-_BEYOND = 1e9
 
 
 class Shadows:
@@ -117,8 +116,8 @@ class Shadows:
         self._gl.enable(moderngl.BLEND)
         self._gl.blend_equation = (moderngl.FUNC_ADD, moderngl.FUNC_ADD)
         self._gl.blend_func = (moderngl.ONE, moderngl.ONE)
-        corners = self._gl.buffer(np.array([-1, -1, 0, 0, 3, -1, 0, 0, -1, 3, 0, 0], np.float32))
-        array = self._gl.vertex_array(program, [(corners, "2f 2x4", "in_position")])
+        corners = self._gl.buffer(np.array([-1, -1, 3, -1, -1, 3], np.float32))
+        array = self._gl.vertex_array(program, [(corners, "2f", "in_position")])
         try:
             array.render(moderngl.TRIANGLES)
         finally:
@@ -168,13 +167,5 @@ def _uniforms(
     matter = baked.uniforms(1.0)
     matter.pop("slab_length")
     if not brick.is_whole:
-        low, high = np.clip(brick.own_range, -_BEYOND, _BEYOND)
-        samples, first, per_sample = brick.texture_from_box
-        uniforms |= {
-            "brick_low": tuple(low),
-            "brick_high": tuple(high),
-            "samples_per_box": tuple(samples),
-            "first_sample": tuple(first),
-            "textures_per_sample": tuple(per_sample),
-        }
+        uniforms |= brick_uniforms(brick)
     return uniforms | matter

@@ -14,8 +14,7 @@ spacing (`extinction`), so that a world of 1e-9 or 1e9 gives the same texels.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import Any
@@ -27,6 +26,7 @@ from texvol import optics
 from texvol.lighting import Lighting
 from texvol.scene import Classification
 from texvol.slicing import SLABS_PER_STACK
+from texvol.threads import in_threads
 from texvol.transfer import Classified, TransferFunction
 from texvol.volume import Volume
 
@@ -287,17 +287,6 @@ def _classified(
     work = partial(_look_up, flat, texels, *table) if table else partial(_compute, flat, texels, encode)
     in_threads(work, range(0, flat.size, _CHUNK))
     return texels.reshape(*values.shape, 4)
-
-
-def in_threads(work: Callable[[Any], None], parts: Sequence[Any]) -> None:
-    """Do all parts of some work."""
-    try:
-        with ThreadPoolExecutor() as pool:
-            for _ in pool.map(work, parts):
-                pass
-    except RuntimeError:  # no further thread is to be had: this one does it
-        for part in parts:
-            work(part)
 
 
 def _parts(depth: int, height: int, width: int) -> list[tuple[slice, slice]]:

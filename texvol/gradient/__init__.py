@@ -16,12 +16,10 @@ gradients are finite; one too large for its type is as large as the type can say
 from __future__ import annotations
 
 import math
-import os
-from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
-from typing import Literal, TypeVar, get_args
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,13 +28,13 @@ from texvol.errors import InputError
 from texvol.gradient.differences import central, zucker_hummel
 from texvol.gradient.fits import gaussian, reach_of
 from texvol.gradient.neighbourhood import Neighbourhood
+from texvol.threads import in_threads
 from texvol.volume import Volume
 
 EstimatorKind = Literal["central", "zucker-hummel", "gaussian"]
 ESTIMATOR_KINDS: tuple[str, ...] = get_args(EstimatorKind)
 Box = tuple[slice, slice, slice]  # of samples, along z, y, x
 _Interval = tuple[int, int]  # of samples along one axis: first, and one past the last
-_Result = TypeVar("_Result")
 _CHUNK = 1 << 16  # samples estimated at once: few enough for the cache, many enough for threads
 _DEEPEST_CHUNK = 64  # samples along z and y, or wide windows would have chunks that fit no cache
 # Sums of differences, weights and the matrix's rows together make no more than 2^6 of the largest value.
@@ -83,7 +81,7 @@ def gradients(volume: Volume, estimator: Estimator, box: Box = (slice(None),) * 
         where = tuple(slice(low - shift, high - shift) for (low, high), shift in zip(part, start, strict=True))
         field.estimate(part, found[where])
 
-    _in_threads(estimate, _chunks(intervals, field.reach))
+    in_threads(estimate, _chunks(intervals, field.reach))
     return found
 
 
@@ -100,7 +98,7 @@ def largest_component(volume: Volume, estimator: Estimator) -> float:
         return float(max(found.max(), -found.min()))
 
     whole = _intervals(volume, (slice(None),) * 3)
-    return max(_in_threads(largest, _chunks(whole, field.reach)), default=0.0)
+    return max(in_threads(largest, _chunks(whole, field.reach)), default=0.0)
 
 
 class _Field:
@@ -188,15 +186,3 @@ def _chunks(intervals: Sequence[_Interval], reach: int) -> list[tuple[_Interval,
         for (start, stop), step in zip(intervals, (depth, height, width), strict=True)
     ]
     return list(product(*pieces))
-
-
-def _in_threads(work: Callable[[tuple[_Interval, ...]], _Result], boxes: list[tuple[_Interval, ...]]) -> list[_Result]:
-    """What `work` returns for each box."""
-    if len(boxes) < 2:
-        return [work(box) for box in boxes]
-    try:
-        # No more of them than can work at once: each holds a chunk.
-        with ThreadPoolExecutor(os.cpu_count()) as pool:
-            return list(pool.map(work, boxes))
-    except RuntimeError:  # no further thread is to be had: this one does it
-        return [work(box) for box in boxes]

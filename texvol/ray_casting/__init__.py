@@ -71,21 +71,25 @@ def raycast(scene: Scene, size: tuple[int, int] = (512, 512)) -> NDArray[np.floa
     eyes, directions = camera.rays(size)
     picture = np.zeros((height, width, 4))
 
-    def trace_rows(first: int) -> None:
-        rows = slice(first, first + ROWS_AT_ONCE)
+    def trace_rows(rows: slice) -> None:
         rays = _rays_in_index_space(volume, eyes[rows], directions[rows])
         trace(*rays, directions[rows], picture[rows])
 
-    threads = ThreadPoolExecutor()
-    try:
-        for _ in threads.map(trace_rows, range(0, height, ROWS_AT_ONCE)):
-            pass
-    finally:
-        threads.shutdown(cancel_futures=True)
+    over_rows(trace_rows, height)
     optical_depth = picture[..., 3].copy()
     picture[..., :3] += np.exp(-optical_depth)[..., np.newaxis] * np.array(scene.background)
     picture[..., 3] = -np.expm1(-optical_depth)  # 1 - exp(-1e-17) would be 0
     return picture
+
+
+def over_rows(trace_rows: Callable[[slice], None], height: int) -> None:
+    """Trace all rows of a picture, a few at a time, in threads."""
+    threads = ThreadPoolExecutor()
+    try:
+        for _ in threads.map(trace_rows, (slice(row, row + ROWS_AT_ONCE) for row in range(0, height, ROWS_AT_ONCE))):
+            pass
+    finally:
+        threads.shutdown(cancel_futures=True)
 
 
 def _tracer_for(scene: Scene, camera: Camera) -> Callable[[Numbers, Numbers, Numbers, Numbers, Numbers], None]:

@@ -10,7 +10,6 @@ infinite sample has weight is infinite throughout, as for the post-classified or
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple
 
 import numpy as np
@@ -87,7 +86,7 @@ def isosurface_depth(scene: Scene, size: tuple[int, int] = (512, 512)) -> NDArra
 
 def _traced(scene: Scene, camera: Camera, size: tuple[int, int]) -> tuple[_Rays, NDArray[np.float64]]:
     """The rays of a picture, and what `project_rays` finds along each, shape (height, width, 2)."""
-    from texvol.ray_casting import ROWS_AT_ONCE, _position_rounding, _rays_in_index_space
+    from texvol.ray_casting import _position_rounding, _rays_in_index_space, over_rows
 
     if scene.mode not in _KINDS:
         raise InputError(f"a projection mode is one of {', '.join(_KINDS)}, and not {scene.mode}")
@@ -99,17 +98,11 @@ def _traced(scene: Scene, camera: Camera, size: tuple[int, int]) -> tuple[_Rays,
     isovalue = 0.0 if scene.isovalue is None else float(scene.isovalue)
     numbers = np.empty((size[1], size[0], 2))
 
-    def trace_rows(first: int) -> None:
-        rows = slice(first, first + ROWS_AT_ONCE)
+    def trace_rows(rows: slice) -> None:
         here = (each[rows] for each in rays)
         project_rays(values, kind, sign, isovalue, *here, rounding, numbers[rows])
 
-    threads = ThreadPoolExecutor()
-    try:
-        for _ in threads.map(trace_rows, range(0, size[1], ROWS_AT_ONCE)):
-            pass
-    finally:
-        threads.shutdown(cancel_futures=True)
+    over_rows(trace_rows, size[1])
     return rays, numbers
 
 
