@@ -6,6 +6,7 @@
 //
 // Switches: PERSPECTIVE 1: rays diverge, 0: they are parallel.
 //           BRICKS 1: the slabs whose middle lies in the brick are the ray's.
+//           HALF_SPACES: how many there are outside of which nothing is seen.
 
 #extension GL_ARB_gpu_shader_fp64 : enable
 
@@ -15,10 +16,12 @@
 #define real double
 #define real2 dvec2
 #define real3 dvec3
+#define real4 dvec4
 #else
 #define real float
 #define real2 vec2
 #define real3 vec3
+#define real4 vec4
 #endif
 
 uniform real eye_depth;           // nothing in front of the eye is seen
@@ -31,6 +34,9 @@ uniform real3 velocity;           // way of that ray per unit of depth
 uniform real3 velocity_per_column;
 uniform real3 velocity_per_row;
 uniform float tangent_per_pixel;
+#endif
+#if HALF_SPACES
+uniform real4 half_spaces[HALF_SPACES];  // what is kept has dot(xyz, position) + w >= 0, in the box
 #endif
 #if BRICKS
 uniform real3 brick_low;          // the brick's own part of the box; infinite where the box ends
@@ -48,6 +54,9 @@ struct Ray {
     float first_share;
     float last_slab;
     float last_share;
+#if HALF_SPACES
+    bool is_cut_open;             // whether a half space, and neither box nor eye, is where it begins
+#endif
 };
 
 // What of the depths `inside` is between two planes along one axis.
@@ -67,6 +76,21 @@ real2 depths_between(real3 low, real3 high, real3 position, real3 way) {
     return depths_between_planes(inside, low.z, high.z, position.z, way.z);
 }
 
+#if HALF_SPACES
+// What of the depths `inside` is in all half spaces.
+real2 depths_kept(real2 inside, real3 position, real3 way) {
+    for (int i = 0; i < HALF_SPACES; ++i) {
+        real height = dot(half_spaces[i].xyz, position) + half_spaces[i].w;
+        real rise = dot(half_spaces[i].xyz, way);
+        real meets = -height / (abs(rise) < 1e-30 ? 1e-30 : rise);
+        if (rise >= 1e-30) inside.x = max(inside.x, meets);
+        else if (rise <= -1e-30) inside.y = min(inside.y, meets);
+        else if (height < 0.0) inside = real2(1.0, -1.0);
+    }
+    return inside;
+}
+#endif
+
 // The ray through the middle of the pixel at `place`, in window coordinates, and its slabs among those of `slab_range`.
 Ray ray_through(vec2 place, vec2 slab_range) {
     vec2 pixel = place - picture_middle;
@@ -84,6 +108,11 @@ Ray ray_through(vec2 place, vec2 slab_range) {
     // A depth is a slab and a share of it, so that the share keeps float32's digits at any depth.
     real2 inside = depths_between(real3(0.0), real3(1.0), position, way);
     inside.x = max(inside.x, eye_depth);
+#if HALF_SPACES
+    real uncut = inside.x;
+    inside = depths_kept(inside, position, way);
+    ray.is_cut_open = inside.x > uncut;
+#endif
     ray.first_slab = float(floor(inside.x));
     ray.first_share = float(inside.x - floor(inside.x));
     ray.last_slab = float(ceil(inside.y)) - 1.0;

@@ -5,6 +5,7 @@
 // length, and each belongs to the brick in which its middle is.
 //
 // Switches: POINT 1: the light is at a place, 0: it comes from a direction.
+//           HALF_SPACES: how many there are outside of which there is no matter.
 //           BRICKS, GRADIENT: see volume_texture.glsl. RAMPS, MISSING, EMISSIVE: see classify.glsl.
 //           MODULATIONS, GRADED, CONTOURS: see graded.glsl.
 
@@ -20,6 +21,9 @@ uniform mat3 box_from_place;      // of places and directions from the middle of
 uniform mat3 place_from_box;
 uniform float part_length;        // at most, in those units
 uniform float length_per_unit;    // of the transfer function's unit of length
+#if HALF_SPACES
+uniform vec4 half_spaces[HALF_SPACES];  // as in ray.glsl
+#endif
 #if BRICKS
 uniform vec3 brick_low;
 uniform vec3 brick_high;
@@ -62,6 +66,18 @@ void main() {
     vec3 ahead = mix(start, 1.0 - start, greaterThan(way, vec3(0.0)));
     vec3 faces = ahead / max(abs(way), vec3(1e-30));
     float whole = min(farthest, min(faces.x, min(faces.y, faces.z)));
+    float near = 0.0;
+#if HALF_SPACES
+    for (int i = 0; i < HALF_SPACES; ++i) {
+        float height = dot(half_spaces[i].xyz, start) + half_spaces[i].w;
+        float rise = dot(half_spaces[i].xyz, way);
+        float meets = -height / (abs(rise) < 1e-30 ? 1e-30 : rise);
+        if (rise >= 1e-30) near = max(near, meets);
+        else if (rise <= -1e-30) whole = min(whole, meets);
+        else if (height < 0.0) whole = 0.0;
+    }
+    whole = max(whole - near, 0.0);
+#endif
     float parts = max(ceil(whole / part_length), 1.0);
     float one = whole / parts;
 
@@ -70,7 +86,7 @@ void main() {
 #endif
     float depth = 0.0;
     for (float part = 0.0; part < parts; part += 1.0) {
-        vec3 position = start + ((part + 0.5) * one) * way;
+        vec3 position = start + (near + (part + 0.5) * one) * way;
         float share = depth_of_part(texel_at(position), one * length_per_unit);
         if (is_own(position)) depth += share;
     }

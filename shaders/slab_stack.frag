@@ -15,6 +15,7 @@
 //           LIT 1: light falls on matter.
 //           MODULATIONS, GRADED, CONTOURS: see graded.glsl; HEAD_LIGHT and the like: see light.glsl.
 //           CUE 1: what is far is mixed with a colour.
+//           HALF_SPACES: see ray.glsl. CAPS 1: where they cut matter open it is opaque.
 //           LEAPS 1: what `leaps` shows to be empty is leapt over.
 //           COUNT 1: red is how many slabs were sampled.
 
@@ -158,6 +159,20 @@ vec4 part_of_slab(vec3 start, vec3 step, float slab, float front, float back, fl
 #endif
 }
 
+#if CAPS
+// What a ray meets where a half space cuts matter open: its colour, opaque, or nothing.
+vec4 cap_color(vec3 start, vec3 step, float depth, float whole_length) {
+    vec3 position = start + depth * step;
+    vec4 texel = texel_at(position);
+#if CLASSIFICATION == 3
+    vec4 color = color_between(texel, texel, whole_length, position, depth);
+#else
+    vec4 color = color_at_middle(texel, whole_length, position, depth);
+#endif
+    return color.a > 0.0 ? vec4(color.rgb / color.a, 1.0) : vec4(0.0);
+}
+#endif
+
 void main() {
     Ray ray = ray_through(gl_FragCoord.xy, slab_range);
     if (ray.slab >= ray.end) discard;
@@ -181,6 +196,12 @@ void main() {
         samples += 1.0;
     }
     stack_color = vec4(0.0);
+#if CAPS
+    if (ray.is_cut_open && slab == ray.first_slab) {
+        stack_color = cap_color(start, step, ray.first_slab + ray.first_share, whole_length);
+        if (stack_color.a > 0.0) end = slab;
+    }
+#endif
     if (slab == ray.first_slab && slab < end) {
         float back = ray.first_slab == ray.last_slab ? ray.last_share : 1.0;
         stack_color = part_of_slab(start, step, slab, ray.first_share, back, whole_length);

@@ -7,7 +7,9 @@ import signal
 from collections.abc import Iterator
 
 import pytest
+from browser import browser  # noqa: F401 (a fixture)
 from small_pictures import BACKENDS, backend_or_skip
+from viewer import open_page  # noqa: F401 (a fixture)
 
 from texvol.contexts import Context, open_context
 

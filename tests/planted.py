@@ -1,28 +1,27 @@
 """Mistakes planted in the renderer: its own files with a line replaced, compiled and drawn with.
 
-A renderer with a cure switched off, or with one of the usual mistakes, shows that a check can fail. The files stay as
-they are; each replacement has to match exactly once, so that none goes stale unseen.
+A renderer with a cure switched off, or with one of the usual mistakes, shows that a check can fail. Shaders are
+replaced as `texvol.comparison.planting` does it; here modules can be, too.
 """
 
 from __future__ import annotations
 
 import importlib
 import sys
-import tempfile
 import types
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from functools import partial
 from pathlib import Path
 from unittest.mock import patch
 
 import texvol
+from texvol.comparison.planting import Replacement, replaced, replaced_shaders
+from texvol.compositor import Compositor
 from texvol.renderer import Renderer
-from texvol.shaders import FOLDER, load_program
 from texvol.slicing import slab_stacks
 
 PACKAGE = Path(texvol.__file__).parent
-Replacement = tuple[str, str, str]  # file, what stands there, what is to
 
 # Where a module's planted twin has to be put for the renderer to use it.
 _USERS = {
@@ -51,7 +50,7 @@ BACKS_ALPHA_IN_REGISTERS: tuple[Replacement, ...] = (
     ("optics.glsl", "return front + (1.0 - front.a) * back;", "return front + (1.0 - back.a) * back;"),
 )
 BACKS_ALPHA_IN_BLEND: tuple[Replacement, ...] = (
-    ("compositor.py", "(moderngl.ONE_MINUS_DST_ALPHA if", "(moderngl.ONE_MINUS_SRC_ALPHA if"),
+    ("compositor.py", "under = (moderngl.ONE_MINUS_DST_ALPHA,", "under = (moderngl.ONE_MINUS_SRC_ALPHA,"),
 )
 HALF_TEXEL_SHIFT: tuple[Replacement, ...] = (
     (
@@ -81,33 +80,20 @@ STRAIGHT_COLOUR: tuple[Replacement, ...] = (
 @contextmanager
 def planted(*replacements: Replacement) -> Iterator[Renderer]:
     """A renderer of its own that has the mistakes in it."""
-    shaders = {path.name: path.read_text(encoding="utf-8") for path in FOLDER.iterdir() if path.is_file()}
     modules = {name: (PACKAGE / name).read_text(encoding="utf-8") for name in _USERS}
-    touched = {file for file, _, _ in replacements}
+    touched = {file for file, _, _ in replacements} & set(modules)
     for file, old, new in replacements:
-        texts = shaders if file in shaders else modules
-        assert texts[file].count(old) == 1, f"{file} has {texts[file].count(old)} times, and not once: {old}"
-        texts[file] = texts[file].replace(old, new)
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        for file, text in shaders.items():
-            (folder / file).write_text(text, encoding="utf-8")
-        load = partial(load_program, folder=folder)
-        patches = [patch("texvol.compositor.load_program", load)]
-        for file in touched & set(modules):
-            twin = _module(file, modules[file])
-            if file == "compositor.py":
-                twin.load_program = load  # type: ignore[attr-defined]
-            user = _USERS[file]
-            patches.append(patch(user, getattr(twin, "Compositor", twin)))
-        for each in patches:
-            each.start()
-        try:
-            with Renderer() as renderer:
-                yield renderer
-        finally:
-            for each in reversed(patches):
-                each.stop()
+        if file in modules:
+            modules[file] = replaced(file, modules[file], old, new)
+    in_shaders = [each for each in replacements if each[0] not in modules]
+    with ExitStack() as stack:
+        folder = stack.enter_context(replaced_shaders(*in_shaders))
+        twins = {file: _module(file, modules[file]) for file in touched}
+        compositor = twins.pop("compositor.py").Compositor if "compositor.py" in twins else Compositor
+        stack.enter_context(patch("texvol.renderer.Compositor", partial(compositor, shaders=folder)))
+        for file, twin in twins.items():
+            stack.enter_context(patch(_USERS[file], twin))
+        yield stack.enter_context(Renderer())
 
 
 @contextmanager

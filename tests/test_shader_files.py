@@ -168,6 +168,8 @@ def test_a_uniform_of_another_shape_is_named(context: Context, folder: Path) -> 
 
 
 EITHER = (0, 1)
+UNCUT = {"HALF_SPACES": 0}
+MATTER = NO_LIGHT | NOTHING_SPECIAL | UNCUT | {"CAPS": 0}
 # What each classification asks for beside the switches that any may have; whole slabs are those of parallel rays.
 CHOICES: dict[int, list[dict[str, int]]] = {
     0: [{"WHOLE_SLABS": whole, "PERSPECTIVE": way} for whole, way in ((0, 0), (0, 1), (1, 0))],
@@ -185,7 +187,7 @@ CHOICES: dict[int, list[dict[str, int]]] = {
 def test_every_combination_of_switches_compiles(
     context: Context, classification: int, bricks: int, leaps: int, count: int
 ) -> None:
-    common = NO_LIGHT | NOTHING_SPECIAL | {"CUE": 0, "BRICKS": bricks, "LEAPS": leaps, "COUNT": count}
+    common = MATTER | {"CUE": 0, "BRICKS": bricks, "LEAPS": leaps, "COUNT": count}
     for choice in CHOICES[classification]:
         load_program(context.gl, "slab_stack", defines=common | {"CLASSIFICATION": classification} | choice)
 
@@ -215,7 +217,7 @@ def test_every_light_on_matter_compiles(context: Context, classification: int, l
     for way, bricks, cue in itertools.product(EITHER, repeat=3):
         ways = {"PERSPECTIVE": way, "BRICKS": bricks, "CUE": cue, "LEAPS": 1, "COUNT": 0}
         switches = {"CLASSIFICATION": classification, "GRADIENT": 1 + bricks, "RAMPS": ramps}
-        load_program(context.gl, "slab_stack", defines=NO_LIGHT | NOTHING_SPECIAL | ways | switches | lights)
+        load_program(context.gl, "slab_stack", defines=MATTER | ways | switches | lights)
 
 
 @pytest.mark.parametrize("emissive, ramps", [(0, 2), (0, 0), (1, 0), (2, 2), (2, 0)])
@@ -228,20 +230,35 @@ def test_all_graded_matter_compiles(context: Context, emissive: int, ramps: int,
         if not graded.get("GRADED") and not graded.get("CONTOURS"):  # integrated is for what depends on the value alone
             classifications.append({"CLASSIFICATION": 3})
         for each in classifications:
-            defines = NO_LIGHT | NOTHING_SPECIAL | ways | switches | lights | each
+            defines = MATTER | ways | switches | lights | each
             load_program(context.gl, "slab_stack", defines=defines)
+
+
+@pytest.mark.parametrize("planes", [1, 9])
+@pytest.mark.parametrize("way, bricks", list(itertools.product(EITHER, repeat=2)))
+def test_every_cut_compiles(context: Context, planes: int, way: int, bricks: int) -> None:
+    cut = {"PERSPECTIVE": way, "BRICKS": bricks, "HALF_SPACES": planes, "CUE": 0, "LEAPS": 1, "COUNT": 0}
+    for caps, classification in itertools.product(EITHER, range(4)):
+        load("slab_stack", context, MATTER | cut | {"CAPS": caps, "CLASSIFICATION": classification})
+    load("slab_stack", context, MATTER | cut | {"CAPS": 1, "CLASSIFICATION": 3, "GRADIENT": 1} | LIGHTS[-1])
+    for mode in (1, 2, 3):
+        matter = {"MODE": mode, "MISSING": 0, "GRADIENT": int(mode == 3), "DEPTH": 0, "LEAPS": 0}
+        load("projection", context, NO_LIGHT | cut | matter)
+    shadow = NOTHING_SPECIAL | {"POINT": way, "BRICKS": bricks, "HALF_SPACES": planes, "RAMPS": 2}
+    shadow.pop("WHOLE_SLABS")
+    load_program(context.gl, "shadow", defines=shadow, vertex="corner.vert")
 
 
 @pytest.mark.parametrize("classification", [0, 1])
 def test_a_depth_cue_on_classified_texels_compiles(context: Context, classification: int) -> None:
-    common = NO_LIGHT | NOTHING_SPECIAL | {"BRICKS": 0, "LEAPS": 1, "COUNT": 0, "CUE": 1}
+    common = MATTER | {"BRICKS": 0, "LEAPS": 1, "COUNT": 0, "CUE": 1}
     for way in EITHER:
         load_program(context.gl, "slab_stack", defines=common | {"CLASSIFICATION": classification, "PERSPECTIVE": way})
 
 
 @pytest.mark.parametrize("point, bricks", list(itertools.product(EITHER, repeat=2)))
 def test_every_shadow_compiles(context: Context, point: int, bricks: int) -> None:
-    common = NOTHING_SPECIAL | {"POINT": point, "BRICKS": bricks}
+    common = NOTHING_SPECIAL | UNCUT | {"POINT": point, "BRICKS": bricks}
     common.pop("WHOLE_SLABS")
     for ramps, emissive, missing in ((2, 0, 0), (0, 0, 1), (3, 2, 1)):
         matter = {"RAMPS": ramps, "EMISSIVE": emissive, "MISSING": missing}
@@ -254,7 +271,7 @@ def test_every_shadow_compiles(context: Context, point: int, bricks: int) -> Non
 @pytest.mark.parametrize("mode", [1, 2, 3])
 @pytest.mark.parametrize("way, bricks, missing", list(itertools.product(EITHER, repeat=3)))
 def test_every_projection_compiles(context: Context, mode: int, way: int, bricks: int, missing: int) -> None:
-    common = NO_LIGHT | {"MODE": mode, "PERSPECTIVE": way, "BRICKS": bricks, "MISSING": missing, "GRADIENT": 0}
+    common = NO_LIGHT | UNCUT | {"MODE": mode, "PERSPECTIVE": way, "BRICKS": bricks, "MISSING": missing, "GRADIENT": 0}
     plain = common | {"DEPTH": 0, "CUE": 0, "LEAPS": 0, "COUNT": 0}
     if mode != 3:
         load("projection", context, plain)
@@ -289,7 +306,10 @@ def test_an_include_compiles_with_nothing_of_its_includer(context: Context, tmp_
             for modulations, graded, contours in itertools.product((0, 2), repeat=3)
         ],
         "light.glsl": [{key: each[key] for key in each if key != "LIT"} for each in every_light],
-        "ray.glsl": [{"PERSPECTIVE": way, "BRICKS": bricks} for way, bricks in itertools.product(EITHER, EITHER)],
+        "ray.glsl": [
+            {"PERSPECTIVE": way, "BRICKS": bricks, "HALF_SPACES": planes}
+            for way, bricks, planes in itertools.product(EITHER, EITHER, (0, 1, 7))
+        ],
         "seen.glsl": [each | {"PERSPECTIVE": way, "CUE": way} for each in [NO_LIGHT, *every_light] for way in EITHER],
         "volume_texture.glsl": [
             {"BRICKS": bricks, "GRADIENT": gradient} for bricks, gradient in itertools.product(EITHER, EITHER)

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from texvol.camera import Camera
     from texvol.comparison import Difference, compare
+    from texvol.cutting import ClipPlane
     from texvol.errors import ContextError, InputError, MissingExtraError, TexvolError
     from texvol.gradient import Estimator
     from texvol.lighting import DepthCue, Light, Lighting
@@ -28,6 +29,7 @@ __version__ = "0.3.0"
 
 _HOMES = {
     "Camera": "camera",
+    "ClipPlane": "cutting",
     "ContextError": "errors",
     "DepthCue": "lighting",
     "Difference": "comparison",
@@ -49,6 +51,7 @@ _HOMES = {
 
 __all__ = [
     "Camera",
+    "ClipPlane",
     "ContextError",
     "DepthCue",
     "Difference",

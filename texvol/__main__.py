@@ -1,6 +1,7 @@
-"""The command line: `texvol info|render|raycast|report|demo`.
+"""The command line: `texvol info|render|raycast|diff|report|demo`.
 
-Exit status: 0 done; 1 a wanted error was not reached, with --strict; 2 bad input or usage, with one line on stderr.
+Exit status: 0 done; 1 pictures differ, or with --strict a wanted error was not reached; 2 bad input or usage, with one
+line on stderr.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ import shlex
 import sys
 import time
 import warnings
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
@@ -21,10 +22,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol import __version__, depth_picture, film, image, options, orbit, writing
+from texvol import option_texts as texts
+from texvol.comparison.command import add_diff
 from texvol.display import NUMBER_MODES
 from texvol.errors import AccuracyWarning, InputError, TexvolError
 from texvol.scene import Scene
-from texvol.scene_facts import scene_facts
+from texvol.scene_facts import BY_TRANSFER_FUNCTION, scene_facts
+from texvol.terminal import say
 
 if TYPE_CHECKING:
     from texvol.renderer import Renderer
@@ -48,11 +52,11 @@ def main(line: Sequence[str] | None = None) -> int:
         # Numbers out of range show in the picture or are refused by name: numpy has nothing to add.
         with warnings.catch_warnings(record=True) as caught, np.errstate(all="ignore"):
             warnings.simplefilter("always", AccuracyWarning)
-            arguments.run(arguments)
+            status = arguments.run(arguments)
         for warning in caught:
             print(f"texvol: warning: {_one_line(warning.message)}", file=sys.stderr)
         missed = any(issubclass(warning.category, AccuracyWarning) for warning in caught)
-        return int(missed and arguments.strict)
+        return status or int(missed and arguments.strict)
     except (TexvolError, MemoryError) as error:
         print(f"texvol: error: {_one_line(error)}", file=sys.stderr)
         return 2
@@ -72,12 +76,12 @@ def _parser() -> argparse.ArgumentParser:
 
     info = commands.add_parser("info", help="what is in a volume file")
     options.add_volume_options(info)
-    info.add_argument("--spacing", type=options.triple, metavar="X,Y,Z", help="overrides the file's")
+    info.add_argument("--spacing", type=texts.triple, metavar="X,Y,Z", help="overrides the file's")
     info.add_argument("--json", action="store_true", help="the same for machines")
     info.set_defaults(run=_info)
 
     render = commands.add_parser("render", help="a picture of a volume")
-    options.add_volume_options(render)
+    options.add_volume_options(render, in_scene_file=True)
     options.add_scene_options(render)
     names = f"picture: {', '.join(image.FORMATS)}; with --orbit such as frame_%%04d.png, or film{film.FILM}"
     render.add_argument("-o", "--output", metavar="IMAGE", required=True, help=names)
@@ -87,19 +91,20 @@ def _parser() -> argparse.ArgumentParser:
     render.set_defaults(run=_render)
 
     raycast = commands.add_parser("raycast", help="the same picture by the oracle: exact, slow, float64")
-    options.add_volume_options(raycast)
+    options.add_volume_options(raycast, in_scene_file=True)
     options.add_scene_options(raycast)
     raycast.add_argument("-o", "--output", metavar="IMAGE", required=True, help=f"picture: {', '.join(image.FORMATS)}")
     _add_depth(raycast)
     raycast.set_defaults(run=_raycast)
 
+    add_diff(commands)
     _add_report_and_demo(commands)
     return parser
 
 
 def _add_report_and_demo(commands: Any) -> None:
     report = commands.add_parser("report", help="speed against error of a scene: a page, a table and plots")
-    options.add_volume_options(report)
+    options.add_volume_options(report, in_scene_file=True)
     options.add_scene_options(report)
     report.add_argument("-o", "--output", metavar="DIR", required=True, help="folder for the report, made if missing")
     report.add_argument("--quick", action="store_true", help="few settings, few frames")
@@ -122,16 +127,16 @@ def _add_depth(parser: argparse.ArgumentParser) -> None:
 def _add_rendering(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("accuracy and device")
     thickness = group.add_mutually_exclusive_group()
-    thickness.add_argument("--slab-thickness", type=options.number, metavar="L", help="world units")
-    thickness.add_argument("--sampling-rate", type=options.number, metavar="R", help="slabs per smallest spacing (1)")
+    thickness.add_argument("--slab-thickness", type=texts.number, metavar="L", help="world units")
+    thickness.add_argument("--sampling-rate", type=texts.number, metavar="R", help="slabs per smallest spacing (1)")
     thickness.add_argument(
-        "--max-error", type=options.number, metavar="E", help="maximum absolute error wanted of the linear picture"
+        "--max-error", type=texts.number, metavar="E", help="maximum absolute error wanted of the linear picture"
     )
     group.add_argument("--strict", action="store_true", help="status 1 if --max-error is not reached")
     group.add_argument("--texture-format", choices=FORMATS, default="auto", help="texels of the 3D texture")
     group.add_argument("--target-format", choices=FORMATS, default="auto", help="pixels composited into")
     group.add_argument(
-        "--early-termination", type=options.transmittance, metavar="T",
+        "--early-termination", type=texts.transmittance, metavar="T",
         help="a ray ends where it lets no more light through than T (2^-22, or less than --max-error); 0: never",
     )  # fmt: skip
     group.add_argument(
@@ -139,7 +144,7 @@ def _add_rendering(parser: argparse.ArgumentParser) -> None:
         help="leap over cells in which nothing shows (default); the picture is the same",
     )  # fmt: skip
     group.add_argument(
-        "--texture-memory", type=options.megabytes, metavar="MB",
+        "--texture-memory", type=texts.megabytes, metavar="MB",
         help="megabytes (10^6 bytes) for textures (half of what is free); larger volumes are drawn in bricks",
     )  # fmt: skip
     group.add_argument("--backend", choices=("auto", "egl", "osmesa"), default="auto", help="OpenGL without a screen")
@@ -153,22 +158,22 @@ def _add_orbit(parser: argparse.ArgumentParser) -> None:
         "The camera turns once around the target, about --up. Where --eye and --height leave it open, every view is "
         "framed alike, with the whole box in each. --max-error chooses for the first view, and estimates it there.",
     )
-    group.add_argument("--orbit", type=options.views, metavar="N", help="N views, 360/N degrees apart")
-    group.add_argument("--fps", type=options.frames_per_second, metavar="F", help="frames per second of a film (30)")
+    group.add_argument("--orbit", type=texts.views, metavar="N", help="N views, 360/N degrees apart")
+    group.add_argument("--fps", type=texts.frames_per_second, metavar="F", help="frames per second of a film (30)")
 
 
 def _info(arguments: argparse.Namespace) -> None:
     from texvol import information
 
     facts = information.facts(options.load_volume(arguments, arguments.spacing))
-    _say(json.dumps(facts, indent=2, allow_nan=False) if arguments.json else information.text(facts))
+    say(json.dumps(facts, indent=2, allow_nan=False) if arguments.json else information.text(facts))
 
 
 def _render(arguments: argparse.Namespace) -> None:
     scene_options = options.SceneOptions(arguments)
     _check_rendering(arguments, scene_options)
     start = time.perf_counter()
-    volume = options.load_volume(arguments, scene_options.spacing)
+    volume = scene_options.load()
     seconds = {"load": time.perf_counter() - start}
     scene = scene_options.scene(volume, orbit=arguments.orbit is not None)
     display = _Display(scene_options)
@@ -187,12 +192,13 @@ def _render(arguments: argparse.Namespace) -> None:
         else:
             more = {"orbit": _orbit(arguments, scene_options, renderer, scene, accuracy, display)}
         stats = renderer.stats if arguments.stats else {}
-        facts = {"texvol:renderer": renderer.renderer_name} | scene_facts(arguments.volume, scene)
+        drawn = {"texvol:renderer": renderer.renderer_name}, renderer.settings
     # With the textures gone there is room for what writes pictures.
     files = {}
     if picture is not None:
         transparent = scene_options.transparent
         shown = display.of(picture, scene, arguments.output)
+        facts = drawn[0] | display.facts(scene_options.volume, scene, arguments.output, drawn[1])
         files[arguments.output] = image.encoded(arguments.output, shown, facts, transparent=transparent)
     if depth is not None:
         files[arguments.depth] = depth_picture.encoded(arguments.depth, depth)
@@ -240,7 +246,8 @@ def _orbit(
             if i == 0:
                 accuracy, estimate = _kept(renderer, scene, accuracy)
                 after_first = time.perf_counter()
-            writer.add(display.of(picture, view, arguments.output), facts | scene_facts(arguments.volume, view))
+            shown = display.of(picture, view, arguments.output)
+            writer.add(shown, facts | display.facts(scene_options.volume, view, arguments.output, renderer.settings))
             progress.show(i + 1)
         writer.finish()
     end = time.perf_counter()
@@ -279,6 +286,16 @@ class _Display:
             self._window = display.found_window(picture, scene)
         return display.shown(picture, scene, window=self._window, use_transfer_function=self._by_transfer_function)
 
+    def facts(self, name: str, scene: Scene, path: str, settings: Mapping[str, Any] | None = None) -> dict[str, str]:
+        """What the header of a picture file of that name says of its scene, and of how it is shown."""
+        shown: dict[str, Any] = {}
+        if scene.mode in NUMBER_MODES and self._window is not None:
+            shown = {"window": self._window}
+        elif scene.mode in NUMBER_MODES and self._by_transfer_function:
+            shown = {"colors": BY_TRANSFER_FUNCTION}
+        exact = Path(path).suffix.lower() == ".exr"
+        return scene_facts(name, scene, settings=settings or {}, display=shown, checksum=exact)
+
 
 class _Progress:
     """A line that counts, on a terminal only, and is gone in the end."""
@@ -306,13 +323,14 @@ def _raycast(arguments: argparse.Namespace) -> None:
     scene_options = options.SceneOptions(arguments)
     image.check_writable(arguments.output)
     _check_depth(arguments, scene_options)
-    scene = scene_options.scene(options.load_volume(arguments, scene_options.spacing))
+    scene = scene_options.scene(scene_options.load())
 
     from texvol.ray_casting import raycast
     from texvol.ray_casting.projection import isosurface_depth
 
-    picture = _Display(scene_options).of(raycast(scene, scene_options.size), scene, arguments.output)
-    facts = {"texvol:renderer": "ray casting, float64"} | scene_facts(arguments.volume, scene)
+    display = _Display(scene_options)
+    picture = display.of(raycast(scene, scene_options.size), scene, arguments.output)
+    facts = {"texvol:renderer": "ray casting, float64"} | display.facts(scene_options.volume, scene, arguments.output)
     transparent = scene_options.transparent
     files = {arguments.output: image.encoded(arguments.output, picture, facts, transparent=transparent)}
     if arguments.depth:
@@ -338,7 +356,7 @@ def _report(arguments: argparse.Namespace) -> None:
         raise InputError(f"a report is on pictures of mode composite, and the mode is {scene_options.mode}")
     report.check_folder(arguments.output)
     report.check_libraries()
-    scene = scene_options.scene(options.load_volume(arguments, scene_options.spacing))
+    scene = scene_options.scene(scene_options.load())
     page = report.report(
         scene,
         arguments.output,
@@ -347,7 +365,7 @@ def _report(arguments: argparse.Namespace) -> None:
         quick=arguments.quick,
         command=shlex.join(["texvol", *arguments.line]),
     )
-    _say(str(page.resolve()))
+    say(str(page.resolve()))
 
 
 def _demo(arguments: argparse.Namespace) -> None:
@@ -356,23 +374,12 @@ def _demo(arguments: argparse.Namespace) -> None:
 
     image.check_writable(arguments.output)
     with Renderer(arguments.backend) as renderer:
-        picture = renderer.render(demo_scene(), (512, 512), sampling_rate=2)
-        image.write(arguments.output, picture, {"texvol:renderer": renderer.renderer_name})
-        _say(f"{Path(arguments.output).resolve()} drawn by {renderer.renderer_name} ({renderer.backend})")
-
-
-def _say(text: str) -> None:
-    """Print what was asked for; what the terminal cannot show becomes a question mark."""
-    if sys.stdout is None:
-        raise InputError("there is no standard output to write to")
-    try:
-        sys.stdout.reconfigure(errors="replace")  # type: ignore[union-attr]
-        print(text, flush=True)
-    except BrokenPipeError:
-        raise
-    except OSError as error:
-        sys.stdout = None  # what it still holds can't be written at exit either
-        raise InputError(f"standard output cannot be written to: {error.strerror}") from None
+        scene = demo_scene()
+        picture = renderer.render(scene, (512, 512), sampling_rate=2)
+        exact = Path(arguments.output).suffix.lower() == ".exr"
+        facts = scene_facts("demo", scene, settings=renderer.settings, checksum=exact)
+        image.write(arguments.output, picture, {"texvol:renderer": renderer.renderer_name} | facts)
+        say(f"{Path(arguments.output).resolve()} drawn by {renderer.renderer_name} ({renderer.backend})")
 
 
 def _one_line(error: BaseException | str) -> str:

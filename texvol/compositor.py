@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import moderngl
@@ -19,11 +20,12 @@ from numpy.typing import NDArray
 from texvol.bricks import Brick
 from texvol.camera import Camera
 from texvol.contexts import Context
+from texvol.cutting import NOT_CUT, Cutting
 from texvol.errors import InputError
 from texvol.light_uniforms import cue_uniforms, eye_uniforms, light_switches, light_uniforms
 from texvol.lighting import DepthCue, Lighting
 from texvol.projection import Projection
-from texvol.shaders import load_program, set_uniforms
+from texvol.shaders import FOLDER, load_program, set_uniforms
 from texvol.slicing import SlabStacks
 from texvol.texture_store import MODERNGL_TYPES, BakedTexture
 from texvol.value_texture import ValueTexture
@@ -59,13 +61,20 @@ class Drawing:
     depth_cue: DepthCue | None = None
     projection: Projection | None = None  # in place of matter
     arriving: moderngl.Texture3D | None = None  # of each light that casts shadows
+    cutting: Cutting = NOT_CUT
 
 
 class Compositor:
-    """Programs and targets on one context; every method needs the context to be current."""
+    """Programs and targets on one context; every method needs the context to be current.
 
-    def __init__(self, context: Context) -> None:
+    `shaders` is the folder of the programs' files.
+    """
+
+    under = (moderngl.ONE_MINUS_DST_ALPHA, moderngl.ONE)  # factors of what is drawn, and of what is there already
+
+    def __init__(self, context: Context, shaders: Path = FOLDER) -> None:
         self._gl = context.gl
+        self._shaders = shaders
         self._programs: dict[tuple[Any, ...], moderngl.Program] = {}
         self._target: moderngl.Framebuffer | None = None
         self._target_key: tuple[tuple[int, int], str] | None = None
@@ -118,7 +127,7 @@ class Compositor:
         gl.enable(moderngl.BLEND)
         equation = moderngl.MAX if blending == "largest" else moderngl.FUNC_ADD
         gl.blend_equation = (equation, equation)
-        gl.blend_func = (moderngl.ONE_MINUS_DST_ALPHA if blending == "under" else moderngl.ONE, moderngl.ONE)
+        gl.blend_func = self.under if blending == "under" else (moderngl.ONE, moderngl.ONE)
         vertices = gl.buffer(_triangles(stacks))
         array = gl.vertex_array(program, [(vertices, "2f 2f", "in_position", "in_slab_range")])
         try:
@@ -153,7 +162,12 @@ class Compositor:
         key = (name, *sorted(switches.items()))
         if key not in self._programs:
             self._programs[key] = load_program(
-                self._gl, name, defines=switches, vertex="slab_stack.vert", fragment=f"{name}.frag"
+                self._gl,
+                name,
+                defines=switches,
+                vertex="slab_stack.vert",
+                fragment=f"{name}.frag",
+                folder=self._shaders,
             )
         return self._programs[key]
 
@@ -186,6 +200,7 @@ def _switches(drawing: Drawing, brick: Brick) -> dict[str, int]:
         special = NO_LIGHT | drawing.projection.switches(drawing.baked)
     else:
         special = NO_LIGHT | NOTHING_SPECIAL | drawing.baked.switches(drawing.slab_thickness, parallel)
+        special["CAPS"] = int(drawing.cutting.caps)
     return (
         special
         | light_switches(drawing.lighting)
@@ -195,6 +210,7 @@ def _switches(drawing: Drawing, brick: Brick) -> dict[str, int]:
             "LEAPS": int(drawing.leaps is not None),
             "COUNT": int(drawing.count),
             "CUE": int(drawing.depth_cue is not None),
+            "HALF_SPACES": len(drawing.cutting),
         }
     )
 
@@ -224,6 +240,8 @@ def _ray_uniforms(stacks: SlabStacks, drawing: Drawing) -> dict[str, Any]:
         "point_per_row": tuple(box_from_world @ rays.point_per_row),
         "velocity": tuple(per_slab @ rays.velocity),
     }
+    if drawing.cutting:
+        uniforms["half_spaces"] = half_spaces_in_box(drawing.cutting, volume)
     if camera.projection == "perspective":
         uniforms["velocity_per_column"] = tuple(per_slab @ rays.velocity_per_column)
         uniforms["velocity_per_row"] = tuple(per_slab @ rays.velocity_per_row)
@@ -251,6 +269,14 @@ def _light_uniforms(drawing: Drawing) -> dict[str, Any]:
     if drawing.depth_cue is not None:
         uniforms |= cue_uniforms(drawing.depth_cue, drawing.volume, drawing.camera, drawing.slab_thickness)
     return uniforms
+
+
+def half_spaces_in_box(cutting: Cutting, volume: Volume) -> list[tuple[float, ...]]:
+    """(a, b, c, d) of each: what is kept has a x + b y + c z + d ≥ 0 in box coordinates."""
+    normals, distances = cutting.half_spaces(volume)
+    in_box = normals @ volume.box_edges
+    offsets = -0.5 * in_box.sum(axis=1) - distances
+    return [tuple(each) for each in np.column_stack([in_box, offsets]).tolist()]
 
 
 def brick_uniforms(brick: Brick) -> dict[str, Any]:

@@ -18,8 +18,9 @@ def demo_volume(samples: int = 96) -> Volume:
     axis = ((np.arange(samples, dtype=np.float32) + 0.5) / samples * 2 - 1) * 32
     z, y, x = np.meshgrid(axis, axis, axis, indexing="ij", sparse=True)
     r = np.sqrt(x * x + y * y + z * z)
+    source = {"built_in": "demo", "samples": samples}
     density = (x * (5 * z * z - r * r) * np.exp(-r / 4)) ** 2
-    return Volume(density / density.max(), spacing=(1 / samples,) * 3, name="demo")
+    return Volume(density / density.max(), spacing=(1 / samples,) * 3, name="demo", source=source)
 
 
 def demo_scene() -> Scene:

@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike
 
 from texvol import writing
 from texvol.errors import InputError
-from texvol.image import _one_line, _scratch_file
+from texvol.image import _scratch_file
+from texvol.terminal import one_line
 
 _HEADER_BYTES = 1 << 16  # room for what the file holds beside its pixels
 
@@ -49,9 +50,9 @@ def encoded(path: str | os.PathLike[str], depth: ArrayLike) -> bytes:
         with _scratch_file(".exr", pixels.nbytes + _HEADER_BYTES) as scratch:
             output = oiio.ImageOutput.create("exr")
             if output is None:
-                raise InputError(f"{path}: this OpenImageIO writes no EXR: {_one_line(oiio.geterror())}")
+                raise InputError(f"{path}: this OpenImageIO writes no EXR: {one_line(oiio.geterror())}")
             if not (output.open(scratch, spec) and output.write_image(pixels) and output.close()):
-                raise InputError(f"{path}: cannot be encoded: {_one_line(output.geterror())}")
+                raise InputError(f"{path}: cannot be encoded: {one_line(output.geterror())}")
             return Path(scratch).read_bytes()
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None

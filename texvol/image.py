@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from texvol import writing
 from texvol.errors import InputError
+from texvol.terminal import one_line
 
 FORMATS = (".exr", ".png", ".jpg", ".jpeg")
 _PNG_FILTER_UP = 16
@@ -88,12 +89,12 @@ def read(path: str | os.PathLike[str]) -> NDArray[np.float32]:
 
     source = oiio.ImageInput.open(os.fspath(path))
     if source is None:
-        raise InputError(f"{path}: cannot be read: {_one_line(oiio.geterror())}")
+        raise InputError(f"{path}: cannot be read: {one_line(oiio.geterror())}")
     pixels = source.read_image(oiio.FLOAT)
     reason = source.geterror()
     source.close()
     if pixels is None:
-        raise InputError(f"{path}: cannot be read: {_one_line(reason)}")
+        raise InputError(f"{path}: cannot be read: {one_line(reason)}")
     return np.asarray(pixels)
 
 
@@ -165,9 +166,9 @@ def _encoded(pixels: NDArray, kind: str, attributes: Mapping[str, str], quick: b
     with _scratch_file(kind, pixels.nbytes + (1 << 16)) as scratch:
         output = oiio.ImageOutput.create(kind[1:])
         if output is None:
-            raise InputError(f"this OpenImageIO writes no {kind}: {_one_line(oiio.geterror())}")
+            raise InputError(f"this OpenImageIO writes no {kind}: {one_line(oiio.geterror())}")
         if not (output.open(scratch, spec) and output.write_image(pixels) and output.close()):
-            raise InputError(f"the picture cannot be encoded as {kind}: {_one_line(output.geterror())}")
+            raise InputError(f"the picture cannot be encoded as {kind}: {one_line(output.geterror())}")
         return Path(scratch).read_bytes()
 
 
@@ -191,7 +192,3 @@ def _scratch_file(kind: str, most_bytes: int) -> Iterator[str]:
             path = Path(folder) / f"picture{kind}"
             path.write_bytes(bytes(most_bytes))
             yield str(path)
-
-
-def _one_line(text: str) -> str:
-    return " ".join(text.split()) or "no reason given"

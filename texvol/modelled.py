@@ -12,6 +12,9 @@ def modelled(scene: Scene, camera: Camera) -> list[str]:
         "perspective": camera.projection == "perspective",
         "background": any(scene.background) and scene.mode in ("composite", "isosurface"),
         scene.mode: scene.mode != "composite",
+        "clip planes": bool(scene.clip),
+        "crop box": scene.crop is not None,
+        "caps": scene.cutting.caps,
     }
     if scene.needs_gradient:
         names[f"{scene.gradient.kind} gradient"] = True

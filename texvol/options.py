@@ -2,7 +2,9 @@
 
 A scene file is TOML with the scene options' names as keys, `spacing` among them; triples and sizes may be text or
 arrays, switches are true or false, and `light` is a text, or an array of texts or tables. An option on the line wins.
+It may name its volume, and say how that is read, by the options' names again; a VOLUME on the line is another one.
 
+    volume = "head.nrrd"
     tf = "bone.json"
     projection = "perspective"
     eye = [300, -200, 120]
@@ -17,14 +19,12 @@ import argparse
 import os
 import re
 from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from texvol import light_options as lit
+from texvol import option_texts as texts
 from texvol import orbit as turning
-from texvol import transfer
+from texvol import scene_file, transfer
 from texvol.camera import Camera
 from texvol.errors import InputError
 from texvol.gradient import CENTRAL
@@ -34,91 +34,6 @@ from texvol.transfer import TransferFunction
 from texvol.volume import Volume
 
 DEFAULT_SIZE = (512, 512)
-
-
-def size(text: str) -> tuple[int, int]:
-    """(width, height) from "WxH"."""
-    match = re.fullmatch(r"\s*(\d{1,9})\s*[xX×,]\s*(\d{1,9})\s*", text)
-    if not match:
-        raise argparse.ArgumentTypeError(f"a size is WxH in pixels, such as 640x480, and not {text!r}")
-    return int(match[1]), int(match[2])
-
-
-def triple(text: str) -> tuple[float, float, float]:
-    """Three finite numbers from "X,Y,Z"."""
-    try:
-        numbers = tuple(float(part) for part in text.split(","))
-    except ValueError:
-        numbers = ()
-    if len(numbers) != 3:
-        raise argparse.ArgumentTypeError(f"three numbers X,Y,Z are wanted, and not {text!r}")
-    return numbers
-
-
-def color(text: str) -> tuple[float, float, float] | None:
-    """Linear RGB from "R,G,B", or None from "transparent"."""
-    if text.strip().lower() in ("transparent", "none"):
-        return None
-    numbers = triple(text)
-    if not all(0 <= number < np.inf for number in numbers):
-        raise argparse.ArgumentTypeError(f"a colour is three numbers from 0 upwards, and not {text!r}")
-    return numbers
-
-
-def dimensions(text: str) -> tuple[int, int, int]:
-    """(nx, ny, nz) from "NX,NY,NZ"."""
-    match = re.fullmatch(r"\s*(\d{1,18})\s*[,x]\s*(\d{1,18})\s*[,x]\s*(\d{1,18})\s*", text)
-    if not match:
-        raise argparse.ArgumentTypeError(f"a shape is NX,NY,NZ, and not {text!r}")
-    return int(match[1]), int(match[2]), int(match[3])
-
-
-def number(text: str) -> float:
-    """A number."""
-    try:
-        return float(text)
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"a number is wanted, and not {text!r}") from None
-
-
-def megabytes(text: str) -> float:
-    """Megabytes of texture memory."""
-    wanted = number(text)
-    if not 0 < wanted < 1e12:  # an exabyte: more than any device has, and its bytes are still a number
-        raise argparse.ArgumentTypeError(f"megabytes between 0 and 1e12 are wanted, and not {text!r}")
-    return wanted
-
-
-def transmittance(text: str) -> float:
-    """A transmittance from 0 to under 1."""
-    wanted = number(text)
-    if not 0 <= wanted < 1:
-        raise argparse.ArgumentTypeError(f"a transmittance from 0 to under 1 is wanted, and not {text!r}")
-    return wanted
-
-
-def views(text: str) -> int:
-    """How many views an orbit has."""
-    if not re.fullmatch(r"\s*\+?\d{1,9}\s*", text) or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"a number of views from 1 upwards is wanted, and not {text!r}")
-    return int(text)
-
-
-def frames_per_second(text: str) -> float:
-    """Frames per second of a film."""
-    wanted = number(text)
-    if not 0.1 <= wanted <= 1000:
-        raise argparse.ArgumentTypeError(f"frames per second from 0.1 to 1000 are wanted, and not {text!r}")
-    return wanted
-
-
-def _choice(*allowed: str) -> Callable[[str], str]:
-    def choose(text: str) -> str:
-        if text not in allowed:
-            raise argparse.ArgumentTypeError(f"one of {', '.join(allowed)} is wanted, and not {text!r}")
-        return text
-
-    return choose
 
 
 class _SceneOption(NamedTuple):
@@ -170,11 +85,12 @@ _GROUPS: tuple[tuple[str, str | None, tuple[_SceneOption, ...]], ...] = (
             _SceneOption("tf", str, "PRESET|FILE.json", f"transfer function; presets: {', '.join(transfer.PRESETS)}"),
             _SceneOption("materials", lit.materials, "NAME,NAME", "only these materials of --tf"),
             _SceneOption(
-                "classification", _choice(*CLASSIFICATIONS), "KIND", "slab (default), extinction, post or integrated"
+                "classification", texts.choice(*CLASSIFICATIONS), "KIND",
+                "slab (default), extinction, post or integrated",
             ),
-            _SceneOption("spacing", triple, "X,Y,Z", "distance of samples, overrides the file's"),
-            _SceneOption("size", size, "WxH", "pixels (512x512)"),
-            _SceneOption("background", color, "R,G,B", "linear light from behind (0,0,0), or: transparent"),
+            _SceneOption("spacing", texts.triple, "X,Y,Z", "distance of samples, overrides the file's"),
+            _SceneOption("size", texts.size, "WxH", "pixels (512x512)"),
+            _SceneOption("background", texts.color, "R,G,B", "linear light from behind (0,0,0), or: transparent"),
             _SceneOption(
                 "gradient", lit.gradient, "KIND",
                 "central (default), zucker-hummel, or gaussian[:SCALE], which smooths over SCALE samples (1); "
@@ -187,13 +103,16 @@ _GROUPS: tuple[tuple[str, str | None, tuple[_SceneOption, ...]], ...] = (
         None,
         (
             _SceneOption(
-                "projection", _choice("orthographic", "perspective"), "KIND", "orthographic (default) or perspective"
+                "projection", texts.choice("orthographic", "perspective"), "KIND",
+                "orthographic (default) or perspective",
             ),
-            _SceneOption("eye", triple, "X,Y,Z", "where the camera is, world units (so that the whole box is seen)"),
-            _SceneOption("target", triple, "X,Y,Z", "what it looks at (the middle of the box)"),
-            _SceneOption("up", triple, "X,Y,Z", "what is up in the picture (0,0,1)"),
-            _SceneOption("fov", number, "DEGREES", "angle from bottom to top, perspective (40)"),
-            _SceneOption("height", number, "H", "world units from bottom to top, orthographic (the box)"),
+            _SceneOption(
+                "eye", texts.triple, "X,Y,Z", "where the camera is, world units (so that the whole box is seen)"
+            ),
+            _SceneOption("target", texts.triple, "X,Y,Z", "what it looks at (the middle of the box)"),
+            _SceneOption("up", texts.triple, "X,Y,Z", "what is up in the picture (0,0,1)"),
+            _SceneOption("fov", texts.number, "DEGREES", "angle from bottom to top, perspective (40)"),
+            _SceneOption("height", texts.number, "H", "world units from bottom to top, orthographic (the box)"),
         ),
     ),
     (
@@ -232,7 +151,7 @@ _GROUPS: tuple[tuple[str, str | None, tuple[_SceneOption, ...]], ...] = (
         None,
         (
             _SceneOption(
-                "mode", _choice(*MODES), "MODE",
+                "mode", texts.choice(*MODES), "MODE",
                 "composite (default): emission and absorption; xray, mip, minip, average: the value's integral, "
                 "maximum, minimum or average along each ray; isosurface: the first surface of --isovalue",
             ),
@@ -247,17 +166,28 @@ _GROUPS: tuple[tuple[str, str | None, tuple[_SceneOption, ...]], ...] = (
 _SCENE_OPTIONS = {option.name: option for *_, members in _GROUPS for option in members}
 
 
-def add_volume_options(parser: argparse.ArgumentParser) -> None:
-    """VOLUME and how to read it, but for the spacing, which is a scene option."""
-    parser.add_argument(
-        "volume", metavar="VOLUME", help="NRRD, NIfTI, MetaImage, DICOM folder, TIFF, MRC, VTI, NPY, RAW"
+_READING = {
+    option.name: option
+    for option in (
+        _SceneOption("shape", texts.dimensions, "NX,NY,NZ", "dimensions of a RAW file"),
+        _SceneOption("dtype", str, "TYPE", "sample type of a RAW file: uint8, >i2 (big-endian), float32 …"),
+        _SceneOption("series", str, "NAME", "which series of a DICOM folder"),
+        _SceneOption("channel", texts.index, "N", "which channel, from 0"),
+        _SceneOption("time", texts.index, "N", "which time step, from 0"),
     )
+}
+
+
+def add_volume_options(parser: argparse.ArgumentParser, *, in_scene_file: bool = False) -> None:
+    """VOLUME and how to read it, but for the spacing, which is a scene option; a scene file may name it instead."""
+    formats = "NRRD, NIfTI, MetaImage, DICOM folder, TIFF, MRC, VTI, NPY, RAW"
+    if in_scene_file:
+        parser.add_argument("volume", metavar="VOLUME", nargs="?", help=f"{formats}; or the scene file's `volume`")
+    else:
+        parser.add_argument("volume", metavar="VOLUME", help=formats)
     group = parser.add_argument_group("reading the volume")
-    group.add_argument("--shape", type=dimensions, metavar="NX,NY,NZ", help="dimensions of a RAW file")
-    group.add_argument("--dtype", metavar="TYPE", help="sample type of a RAW file: uint8, >i2 (big-endian), float32 …")
-    group.add_argument("--series", metavar="NAME", help="which series of a DICOM folder")
-    group.add_argument("--channel", type=int, metavar="N", help="which channel, from 0")
-    group.add_argument("--time", type=int, metavar="N", help="which time step, from 0")
+    for option in _READING.values():
+        option.add_to(group)
 
 
 def add_scene_options(parser: argparse.ArgumentParser) -> None:
@@ -274,15 +204,12 @@ def load_volume(arguments: argparse.Namespace, spacing: tuple[float, float, floa
     """The volume that the arguments name; `spacing` overrides the file's."""
     from texvol.readers import load
 
-    return load(
-        arguments.volume,
-        shape=arguments.shape,
-        dtype=arguments.dtype,
-        spacing=spacing,
-        series=arguments.series,
-        channel=arguments.channel,
-        time=arguments.time,
-    )
+    return load(arguments.volume, spacing=spacing, **_told(vars(arguments)))
+
+
+def _told(given: Mapping[str, Any]) -> dict[str, Any]:
+    """What is said of how the volume is read."""
+    return {name: given[name] for name in _READING if given.get(name) is not None}
 
 
 class SceneOptions:
@@ -306,7 +233,12 @@ class SceneOptions:
     def __init__(self, arguments: argparse.Namespace) -> None:
         given = {name.replace("_", "-"): value for name, value in vars(arguments).items()}
         line = {name: given[name] for name in _SCENE_OPTIONS if name in given}
-        file = lit.with_head_light(_scene_file(Path(arguments.scene))) if arguments.scene is not None else {}
+        file, self._reading = {}, {"volume": given.get("volume")} | _told(given)
+        if arguments.scene is not None:
+            content = scene_file.read(arguments.scene, _SCENE_OPTIONS, _READING)
+            file = lit.with_head_light(content.chosen)
+            if self._reading["volume"] is None:
+                self._reading = content.reading | _told(given)
         chosen = self._chosen = lit.with_head_light(lit.overridden(file, line))
         self.size: tuple[int, int] = chosen.get("size", DEFAULT_SIZE)
         if min(self.size) < 1:
@@ -320,6 +252,31 @@ class SceneOptions:
         lit.check_mode(chosen)
         self.mode: str = chosen.get("mode", "composite")
         self._lighting = lit.lighting(chosen)
+
+    @classmethod
+    def of(cls, volume: str | None = None, scene: str | None = None) -> SceneOptions:
+        """What is chosen by a volume, a scene file, or both."""
+        return cls(argparse.Namespace(volume=volume, scene=scene))
+
+    @property
+    def volume(self) -> str:
+        """Path of the volume.
+
+        Raises
+        ------
+        InputError
+            If neither the line nor the scene file has one.
+        """
+        path = self._reading.get("volume")
+        if path is None:
+            raise InputError("VOLUME is required: give it, or name it in the scene file (volume = …)")
+        return str(path)
+
+    def load(self) -> Volume:
+        """The volume, read as it was said."""
+        from texvol.readers import load
+
+        return load(self.volume, spacing=self.spacing, **_told(self._reading))
 
     def scene(self, volume: Volume, *, orbit: bool = False) -> Scene:
         """The scene that the options make of `volume`; its camera frames one picture, or all of an orbit."""
@@ -369,28 +326,3 @@ def with_negative_values(line: Sequence[str]) -> list[str]:
         else:
             joined.append(word)
     return joined
-
-
-def _scene_file(path: Path) -> dict[str, Any]:
-    import tomllib
-
-    try:
-        content = tomllib.loads(path.read_text("utf-8"))
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: is not TOML: {error}") from None
-    chosen: dict[str, Any] = {}
-    for key, value in content.items():
-        name = key.replace("_", "-")
-        if name not in _SCENE_OPTIONS:
-            raise InputError(f"{path}: there is no scene option {key!r}; there are {', '.join(_SCENE_OPTIONS)}")
-        try:
-            chosen[name] = _SCENE_OPTIONS[name].from_file(value)
-        except argparse.ArgumentTypeError as error:
-            raise InputError(f"{path}: {key}: {error}") from None
-        except InputError as error:
-            raise InputError(f"{path}: {error}") from None
-    if isinstance(chosen.get("tf"), str) and chosen["tf"] not in transfer.PRESETS:
-        chosen["tf"] = str(path.parent / chosen["tf"])  # beside the scene file, wherever the command is called
-    return chosen

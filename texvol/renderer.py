@@ -6,9 +6,8 @@ import time
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import asdict, replace
 from statistics import median
-from types import TracebackType
 from typing import Any
 
 import numpy as np
@@ -165,6 +164,11 @@ class Renderer:
         return self._stats
 
     @property
+    def settings(self) -> dict[str, Any]:
+        """Arguments with which `render` draws the last picture again, every choice of accuracy made."""
+        return asdict(self._last[2]) if self._last else {}
+
+    @property
     def seconds(self) -> dict[str, float]:
         """What `stats` has under the same name, at once: `bake`, `upload`, `draw`, `read` of the last `render`."""
         return dict(self._seconds)
@@ -193,9 +197,7 @@ class Renderer:
     def __enter__(self) -> Renderer:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def _prepare(self, scene: Scene, size: Size, settings: Settings) -> BakedTexture:
@@ -215,8 +217,7 @@ class Renderer:
             if self._baked is None or not same(self._baked[0], recipe):
                 self._baked = (recipe, bake(scene, transfer_function, camera, thickness, texture_format, arriving))
         baked = self._baked[1]
-        margin = bricks.margin(volume, camera, size, thickness)
-        self._textures.prepare(baked, volume, texels, margin)
+        self._textures.prepare(baked, volume, texels, bricks.margin(volume, camera, size, thickness))
         return baked
 
     def _cheapest_format(self, scene: Scene, transfer_function: TransferFunction, thickness: float) -> str:
@@ -228,8 +229,7 @@ class Renderer:
     def _drawing(self, scene: Scene, size: Size, settings: Settings, depth: bool = False) -> Drawing:
         """The scene as the compositor wants it, its texture on the device."""
         baked = self._prepare(scene, size, settings)
-        empty_space = self._empty_space
-        leaps = empty_space.leaps if settings.skips(scene) else None
+        leaps = self._empty_space.leaps if settings.skips(scene) else None
         projection = projection_of(scene, depth=depth)
         lit_when_drawn = scene.classification in ("post", "integrated") and not projection
         lighting = scene.lighting if lit_when_drawn else None
@@ -242,11 +242,12 @@ class Renderer:
             1.0 if projection else accuracy.color_scale(scene.volume, self._transfer_function(scene), scene.lighting),
             settings.early_termination / max(scene.lighting.brightest if scene.lighting else 1.0, 1.0),
             leaps,
-            empty_space.cells_per_box if leaps else (1.0, 1.0, 1.0),
+            self._empty_space.cells_per_box if leaps else (1.0, 1.0, 1.0),
             lighting=projection.lighting if projection else lighting,
             depth_cue=scene.depth_cue if not projection or projection.lighting else None,
             projection=projection,
             arriving=self._shadows.texture if casts_shadows(lighting) else None,
+            cutting=scene.cutting,
         )
 
     def _visible_part(self, scene: Scene, settings: Settings) -> VisiblePart:
@@ -300,7 +301,6 @@ class Renderer:
 
     def _facts(self, scene: Scene, size: Size, settings: Settings) -> dict[str, Any]:
         seconds, drawn = dict(self._seconds), self._bricks_drawn
-        textures = self._textures
         cells, visible_cells = self._empty_space.counts if settings.skips(scene) else (0, 0)
         baked = self._baked
         assert baked is not None
@@ -314,9 +314,9 @@ class Renderer:
             "classification": scene.classification,
             "texture_format": baked[1].texel_format,
             "target_format": settings.target_format,
-            "bricks_total": len(textures.bricks),
+            "bricks_total": len(self._textures.bricks),
             "bricks_drawn": drawn,
-            "texture_bytes": textures.bytes,
+            "texture_bytes": self._textures.bytes,
             "cells_total": cells,
             "cells_drawn": visible_cells,
             "early_termination": settings.early_termination,

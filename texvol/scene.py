@@ -9,6 +9,7 @@ from typing import Literal, get_args
 import numpy as np
 
 from texvol.camera import Camera
+from texvol.cutting import ClipPlane, Cutting, Range, checked_crop
 from texvol.errors import InputError
 from texvol.gradient import CENTRAL, Estimator
 from texvol.lighting import DepthCue, Lighting
@@ -47,6 +48,12 @@ class Scene:
         of `isovalue` that each ray meets.
     isovalue : float, optional
         In data units; wanted by "isosurface", and by it alone.
+    clip : sequence of ClipPlane
+        Only what lies on the inner side of all of them is seen, and casts shadows.
+    crop : ((x0, x1), (y0, y1), (z0, z1)), optional
+        Only what lies in this box is seen; world units.
+    caps : bool
+        Whether matter that clip planes and crop box cut open is opaque where they do, in the colour that it has there.
     """
 
     volume: Volume
@@ -59,6 +66,9 @@ class Scene:
     depth_cue: DepthCue | None = None
     mode: Mode = "composite"
     isovalue: float | None = None
+    clip: tuple[ClipPlane, ...] = ()
+    crop: tuple[Range, Range, Range] | None = None
+    caps: bool = False
 
     def __post_init__(self) -> None:
         if not isinstance(self.volume, Volume):
@@ -73,6 +83,12 @@ class Scene:
             raise InputError(f"scene: mode is one of {', '.join(MODES)}, and not {self.mode!r}")
         self._check_isovalue()
         self._check_matter()
+        self._check_cutting()
+
+    @property
+    def cutting(self) -> Cutting:
+        """What is left of the box by clip planes and crop box."""
+        return Cutting(self.clip, self.crop, self.caps and bool(self.clip or self.crop))
 
     @property
     def needs_gradient(self) -> bool:
@@ -87,6 +103,16 @@ class Scene:
             raise InputError(f"scene: an isovalue is for mode isosurface, and the mode is {self.mode}")
         if self.mode == "isosurface" and not (self.isovalue is not None and np.isfinite(self.isovalue)):
             raise InputError(f"scene: mode isosurface needs a finite isovalue, and it is {self.isovalue!r}")
+
+    def _check_cutting(self) -> None:
+        object.__setattr__(self, "clip", tuple(self.clip))
+        for plane in self.clip:
+            if not isinstance(plane, ClipPlane):
+                raise InputError(f"scene: clip holds ClipPlanes, and {type(plane).__name__} came")
+        if self.crop is not None:
+            object.__setattr__(self, "crop", checked_crop(self.crop))
+        if self.caps and self.mode != "composite":
+            raise InputError(f"scene: caps are of matter, in mode composite, and the mode is {self.mode}")
 
     def _check_matter(self) -> None:
         matter = self.transfer_function

@@ -12,8 +12,9 @@ import moderngl
 import numpy as np
 
 from texvol.bricks import Brick
-from texvol.compositor import NOTHING_SPECIAL, brick_uniforms
+from texvol.compositor import NOTHING_SPECIAL, brick_uniforms, half_spaces_in_box
 from texvol.contexts import Context
+from texvol.cutting import Cutting
 from texvol.light_uniforms import box_matrices, casts_shadows
 from texvol.lighting import Light, Lighting, shadow_nodes, unit
 from texvol.scene import Scene
@@ -50,21 +51,23 @@ class Shadows:
             return None
         part = max(thickness, 2 * volume.radius / _MOST_PARTS)
         estimator = scene.gradient if transfer_function.needs_gradient else None
-        asked = (volume, transfer_function, part, repr(lighting.casting), repr(estimator))
+        asked = (volume, transfer_function, part, repr(lighting.casting), repr(estimator), repr(scene.cutting))
         if self._cast_for is None or not same(self._cast_for, asked):
             self._cast_for = None
             baked = bake_values(volume, transfer_function, "post", "exact", estimator)
             textures = TextureStore(self._context, self._budget)
             try:
                 textures.prepare(baked, volume, asked, (1, 1, 1))
-                self._arriving = self._cast(lighting, baked, textures, part)
+                self._arriving = self._cast(lighting, baked, textures, part, scene.cutting)
             finally:
                 textures.release()
             self._upload(self._arriving)
             self._cast_for = asked
         return self._arriving
 
-    def _cast(self, lighting: Lighting, baked: ValueTexture, textures: TextureStore, part_length: float) -> Arriving:
+    def _cast(
+        self, lighting: Lighting, baked: ValueTexture, textures: TextureStore, part_length: float, cutting: Cutting
+    ) -> Arriving:
         volume = baked.volume
         nx, ny, nz = nodes = shadow_nodes(volume)
         target = self._gl.framebuffer([self._gl.texture((nx, ny * nz), 1, dtype="f4")])
@@ -74,7 +77,7 @@ class Shadows:
                 target.use()
                 target.clear()
                 for brick in textures.bricks:
-                    self._draw(light, baked, textures, brick, nodes, part_length)
+                    self._draw(light, baked, textures, brick, nodes, part_length, cutting)
                 target.read_into(depth, components=1, dtype="f4", alignment=1)
         finally:
             self._gl.screen.use()
@@ -105,9 +108,12 @@ class Shadows:
         brick: Brick,
         nodes: tuple[int, int, int],
         part_length: float,
+        cutting: Cutting,
     ) -> None:
-        program = self._program(light, baked, brick)
+        program = self._program(light, baked, brick, cutting)
         uniforms = _uniforms(light, baked, brick, nodes, part_length)
+        if cutting:
+            uniforms["half_spaces"] = half_spaces_in_box(cutting, baked.volume)
         units = textures.resources(brick)
         for unit_number, resource in enumerate(units.values()):
             resource.use(unit_number)
@@ -124,11 +130,12 @@ class Shadows:
             array.release()
             corners.release()
 
-    def _program(self, light: Light, baked: ValueTexture, brick: Brick) -> moderngl.Program:
+    def _program(self, light: Light, baked: ValueTexture, brick: Brick, cutting: Cutting) -> moderngl.Program:
         switches = NOTHING_SPECIAL | baked.switches(1.0, True)
         for other in ("CLASSIFICATION", "WHOLE_SLABS"):
             switches.pop(other)
         switches |= {"POINT": int(light.kind == "point"), "BRICKS": int(not brick.is_whole)}
+        switches["HALF_SPACES"] = len(cutting)
         key = tuple(sorted(switches.items()))
         if key not in self._programs:
             self._programs[key] = load_program(self._gl, "shadow", defines=switches, vertex="corner.vert")

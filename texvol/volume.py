@@ -11,8 +11,10 @@ the field is trilinear; in the outer half spacing it is that of the nearest samp
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
+from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -39,6 +41,9 @@ class Volume:
         What the world axes point to, such as "right-anterior-superior"; empty where the file does not say.
     name : str
         What messages call the volume, usually its file.
+    source : mapping
+        How it can be had again, for pictures that are to say so: the arguments of `texvol.load`, with the `absolute`
+        path; or what is `built_in`; empty for an array.
 
     Raises
     ------
@@ -56,8 +61,10 @@ class Volume:
         unit: str = "",
         space: str = "",
         name: str = "volume",
+        source: Mapping[str, Any] = MappingProxyType({}),
     ) -> None:
         self.name = name
+        self.source = source
         self.unit = unit
         self.space = space
         self.values = _real_samples(values, name)

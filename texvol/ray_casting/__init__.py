@@ -32,6 +32,7 @@ from numpy.typing import NDArray
 
 from texvol.camera import Camera
 from texvol.ray_casting.bernstein import EPSILON
+from texvol.ray_casting.caps import put_in_front, thin_ends
 from texvol.ray_casting.matter import matter_of
 from texvol.ray_casting.walk import trace_rays
 from texvol.scene import Scene, checked_size
@@ -66,14 +67,18 @@ def raycast(scene: Scene, size: tuple[int, int] = (512, 512)) -> NDArray[np.floa
         from texvol.ray_casting.projection import project
 
         return project(scene, size)
-    volume, camera = scene.volume, scene.camera_for(size)
+    camera = scene.camera_for(size)
     trace = _tracer_for(scene, camera)
     eyes, directions = camera.rays(size)
     picture = np.zeros((height, width, 4))
 
     def trace_rows(rows: slice) -> None:
-        rays = _rays_in_index_space(volume, eyes[rows], directions[rows])
-        trace(*rays, directions[rows], picture[rows])
+        starts, steps, s_of_eyes, ends = rays_of(scene, eyes[rows], directions[rows])
+        trace(starts, steps, ends, s_of_eyes, directions[rows], picture[rows])
+        if scene.cutting.caps:
+            caps = np.zeros_like(picture[rows])
+            trace(starts, steps, thin_ends(scene, starts, steps, ends, s_of_eyes), s_of_eyes, directions[rows], caps)
+            put_in_front(caps, picture[rows])
 
     over_rows(trace_rows, height)
     optical_depth = picture[..., 3].copy()
@@ -92,8 +97,8 @@ def over_rows(trace_rows: Callable[[slice], None], height: int) -> None:
         threads.shutdown(cancel_futures=True)
 
 
-def _tracer_for(scene: Scene, camera: Camera) -> Callable[[Numbers, Numbers, Numbers, Numbers, Numbers], None]:
-    """What traces rows: starts, steps and eyes as `_rays_in_index_space` has them, directions, the picture."""
+def _tracer_for(scene: Scene, camera: Camera) -> Callable[[Numbers, Numbers, Numbers, Numbers, Numbers, Numbers], None]:
+    """What traces rows: starts, steps, ends and eyes as `rays_of` has them, directions, the picture."""
     volume = scene.volume
     transfer = scene.transfer_function or _proposed_for(volume)
     rounding = _position_rounding(volume, camera.eye)
@@ -105,8 +110,10 @@ def _tracer_for(scene: Scene, camera: Camera) -> Callable[[Numbers, Numbers, Num
     preclassified = scene.classification in ("slab", "extinction")
     values = volume.values.astype(np.float32) if volume.values.dtype == np.float16 else volume.values
 
-    def trace(starts: Numbers, steps: Numbers, eyes: Numbers, directions: Numbers, picture: Numbers) -> None:
-        trace_rays(values, matter, preclassified, starts, steps, eyes, rounding, picture)
+    def trace(
+        starts: Numbers, steps: Numbers, ends: Numbers, eyes: Numbers, directions: Numbers, picture: Numbers
+    ) -> None:
+        trace_rays(values, matter, preclassified, starts, steps, ends, rounding, picture)
 
     return trace
 
@@ -117,19 +124,20 @@ def _proposed_for(volume: Volume) -> TransferFunction:
     return proposed_for(volume)
 
 
-def _rays_in_index_space(
-    volume: Volume, eyes: NDArray[np.float64], directions: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Rays as `start` + s `step` (index space), s in world units, and the s of the eye.
+def rays_of(scene: Scene, eyes: Numbers, directions: Numbers) -> tuple[Numbers, Numbers, Numbers, Numbers]:
+    """Rays as `start` + s `step` (index space), s in world units; the s of the eye; the ends (…, 2) of what is seen.
 
     s is 0 where the ray passes nearest to the centre of the box: neither a far eye nor a far origin costs digits.
     """
+    volume = scene.volume
     from_centre = eyes - volume.centre
     eye = (from_centre * directions).sum(axis=-1)
     nearest = from_centre - eye[..., np.newaxis] * directions
     middle = (np.array(volume.dimensions) - 1) / 2
     to_index = volume.index_from_world.T
-    return nearest @ to_index + middle, directions @ to_index, eye
+    first, last = scene.cutting.interval(volume, nearest, directions)
+    ends = np.stack([np.maximum(first, eye), last], axis=-1)
+    return nearest @ to_index + middle, directions @ to_index, eye, ends
 
 
 def _position_rounding(volume: Volume, eye: tuple[float, float, float]) -> NDArray[np.float64]:

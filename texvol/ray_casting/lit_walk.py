@@ -23,9 +23,9 @@ Numbers = NDArray[np.float64]
 
 
 @woven_in
-def _trace(values, gradients, scene, preclassified, start, step, ray, rounding, bench, light):
-    """Optical depth of one ray, `start` + s `step` for s from the eye on; its emission is added to `light`."""
-    here, last = _clipped(start, step, values.shape, ray.eye)
+def _trace(values, gradients, scene, preclassified, start, step, ends, ray, rounding, bench, light):
+    """Optical depth of one ray, `start` + s `step` for s between its ends; its emission is added to `light`."""
+    here, last = _clipped(start, step, values.shape, ends)
     depth = 0.0
     if not here < last:
         return depth
@@ -54,7 +54,7 @@ def _trace(values, gradients, scene, preclassified, start, step, ray, rounding, 
 
 def _tracer(sources):
     @compiled_and_kept
-    def trace_lit_rays(values, gradients, scene, preclassified, starts, steps, rays, rounding, bench, picture):
+    def trace_lit_rays(values, gradients, scene, preclassified, starts, steps, ends, rays, rounding, bench, picture):
         """Light and, in the last channel, optical depth of rays, into `picture`; `rays`: the numbers of a Ray each."""
         sources  # noqa: B018 - see walk
         values, gradients, picture = uncounted(values), uncounted(gradients), uncounted(picture)
@@ -65,7 +65,7 @@ def _tracer(sources):
                 ray = Ray((r[0], r[1], r[2]), (r[3], r[4], r[5]), (r[6], r[7], r[8]), r[9], r[10])
                 light = picture[row, column, :3]
                 picture[row, column, 3] = _trace(
-                    values, gradients, scene, preclassified, start, step, ray, rounding, bench, light
+                    values, gradients, scene, preclassified, start, step, ends[row, column], ray, rounding, bench, light
                 )
 
     return trace_lit_rays
@@ -76,18 +76,20 @@ trace_lit_rays = _tracer(sources())
 
 def rows_tracer(
     scene: Scene, transfer: TransferFunction, camera: Camera, rounding: Numbers
-) -> Callable[[Numbers, Numbers, Numbers, Numbers, Numbers], None]:
-    """What traces some rows of rays: starts and steps in index space, s of the eyes, directions, and the picture."""
+) -> Callable[[Numbers, Numbers, Numbers, Numbers, Numbers, Numbers], None]:
+    """What traces rows of rays: starts and steps in index space, their ends, s of the eyes, directions, the picture."""
     lit = lit_scene(scene, transfer, camera)
     values, gradients = scene.volume.values.astype(np.float64, copy=False), gradients_of(scene)
     preclassified = scene.classification in ("slab", "extinction")
     chosen = FURTHER + 2 * len(transfer.graded) + len(transfer.contours)
 
-    def trace(starts: Numbers, steps: Numbers, eyes: Numbers, directions: Numbers, picture: Numbers) -> None:
+    def trace(
+        starts: Numbers, steps: Numbers, ends: Numbers, eyes: Numbers, directions: Numbers, picture: Numbers
+    ) -> None:
         nearest = (starts - lit.middle) @ scene.volume.world_from_index.T
         along = (directions @ camera.forward)[..., np.newaxis]
         rays = np.concatenate([nearest, directions, -directions, eyes[..., np.newaxis], along], axis=-1)
         bench = bench_for(most_cuts(lit), chosen)
-        trace_lit_rays(values, gradients, lit, preclassified, starts, steps, rays, rounding, bench, picture)
+        trace_lit_rays(values, gradients, lit, preclassified, starts, steps, ends, rays, rounding, bench, picture)
 
     return trace

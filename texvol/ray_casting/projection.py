@@ -38,6 +38,7 @@ class _Rays(NamedTuple):
     start: NDArray[np.float64]
     step: NDArray[np.float64]
     eye: NDArray[np.float64]  # s of the eye
+    ends: NDArray[np.float64]  # s from which and up to which it is seen
 
 
 def project(scene: Scene, size: tuple[int, int] = (512, 512)) -> NDArray[np.float64]:
@@ -86,21 +87,21 @@ def isosurface_depth(scene: Scene, size: tuple[int, int] = (512, 512)) -> NDArra
 
 def _traced(scene: Scene, camera: Camera, size: tuple[int, int]) -> tuple[_Rays, NDArray[np.float64]]:
     """The rays of a picture, and what `project_rays` finds along each, shape (height, width, 2)."""
-    from texvol.ray_casting import _position_rounding, _rays_in_index_space, over_rows
+    from texvol.ray_casting import _position_rounding, over_rows, rays_of
 
     if scene.mode not in _KINDS:
         raise InputError(f"a projection mode is one of {', '.join(_KINDS)}, and not {scene.mode}")
     kind, sign = _KINDS[scene.mode]
     volume = scene.volume
     values = volume.values.astype(np.float32) if volume.values.dtype == np.float16 else volume.values
-    rays = _Rays(*_rays_in_index_space(volume, *camera.rays(size)))
+    rays = _Rays(*rays_of(scene, *camera.rays(size)))
     rounding = _position_rounding(volume, camera.eye)
     isovalue = 0.0 if scene.isovalue is None else float(scene.isovalue)
     numbers = np.empty((size[1], size[0], 2))
 
     def trace_rows(rows: slice) -> None:
-        here = (each[rows] for each in rays)
-        project_rays(values, kind, sign, isovalue, *here, rounding, numbers[rows])
+        start, step, ends = rays.start[rows], rays.step[rows], rays.ends[rows]
+        project_rays(values, kind, sign, isovalue, start, step, ends, rounding, numbers[rows])
 
     over_rows(trace_rows, size[1])
     return rays, numbers

@@ -36,9 +36,9 @@ def _cross(kind, isovalue, corners, beside, entry, leave, length, number, way, s
 
 
 @compiled
-def _walk(values, kind, sign, isovalue, start, step, eye, rounding, corners):
-    """The two numbers of one ray, `start` + s `step` for s from `eye` on, see `project_rays`."""
-    here, last = _clipped(start, step, values.shape, eye)
+def _walk(values, kind, sign, isovalue, start, step, ends, rounding, corners):
+    """The two numbers of one ray, `start` + s `step` for s between its ends, see `project_rays`."""
+    here, last = _clipped(start, step, values.shape, ends)
     number, way, side = (-inf if kind == HIGHEST else 0.0), (-1.0 if kind == SURFACE else 0.0), nan
     if not here < last:
         return number, way
@@ -66,7 +66,7 @@ def _walk(values, kind, sign, isovalue, start, step, eye, rounding, corners):
 
 def _projector(sources):
     @compiled_and_kept
-    def project_rays(values, kind, sign, isovalue, starts, steps, eyes, rounding, numbers):
+    def project_rays(values, kind, sign, isovalue, starts, steps, ends, rounding, numbers):
         """Two numbers for each of rays (rows, columns, 3) in index space, into `numbers` (rows, columns, 2).
 
         Of the values times `sign`, and with the length of the way where there are any: the INTEGRAL, or the HIGHEST
@@ -83,7 +83,7 @@ def _projector(sources):
                     isovalue,
                     starts[row, column],
                     steps[row, column],
-                    eyes[row, column],
+                    ends[row, column],
                     rounding,
                     corners,
                 )

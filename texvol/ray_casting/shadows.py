@@ -53,14 +53,14 @@ def _depth_to(light: Light, volume: Volume, places: Numbers, depths: Depths) -> 
 
 
 def _depths_of(scene: Scene) -> Depths:
-    from texvol.ray_casting import _rays_in_index_space, _tracer_for
+    from texvol.ray_casting import _tracer_for, rays_of
 
-    volume, camera = scene.volume, scene.camera_for((1, 1))
-    trace = _tracer_for(scene, camera)
+    trace = _tracer_for(scene, scene.camera_for((1, 1)))
 
     def depths(origins: Numbers, directions: Numbers) -> Numbers:
         picture = np.zeros((*origins.shape[:2], 4))
-        trace(*_rays_in_index_space(volume, origins, directions), np.ascontiguousarray(directions), picture)
+        starts, steps, eyes, ends = rays_of(scene, origins, directions)
+        trace(starts, steps, ends, eyes, np.ascontiguousarray(directions), picture)
         return picture[..., 3]
 
     return depths

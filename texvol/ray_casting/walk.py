@@ -16,9 +16,9 @@ from texvol.ray_casting.matter import OPAQUE_DEPTH, segment_of
 
 
 @compiled
-def _trace(values, matter, preclassified, start, step, eye, rounding, corners, channels, light):
-    """Optical depth of one ray, `start` + s `step` for s from `eye` on; its emission is added to `light`."""
-    here, last = _clipped(start, step, values.shape, eye)
+def _trace(values, matter, preclassified, start, step, ends, rounding, corners, channels, light):
+    """Optical depth of one ray, `start` + s `step` for s between its `ends`; its emission is added to `light`."""
+    here, last = _clipped(start, step, values.shape, ends)
     depth = 0.0
     if not here < last:
         return depth
@@ -45,9 +45,9 @@ def _trace(values, matter, preclassified, start, step, eye, rounding, corners, c
 
 
 @compiled
-def _clipped(start, step, shape, eye):
-    """Where the ray enters the box (index -1/2 to n - 1/2), or its eye if that is inside, and where it leaves."""
-    enter, leave = eye, inf
+def _clipped(start, step, shape, ends):
+    """Where the ray enters the box (index -1/2 to n - 1/2) and leaves it, between its ends."""
+    enter, leave = ends[0], ends[1]
     for axis in range(3):
         low, high = -0.5 - start[axis], shape[2 - axis] - 0.5 - start[axis]
         if step[axis] != 0.0:
@@ -110,16 +110,16 @@ def _load_corners(values, matter, i, j, k, corners):
 
 def _tracer(sources):
     @compiled_and_kept
-    def trace_rays(values, matter, preclassified, starts, steps, eyes, rounding, picture):
+    def trace_rays(values, matter, preclassified, starts, steps, ends, rounding, picture):
         """Light and, in the last channel, optical depth of rays (rows, columns, 3) in index space, into `picture`."""
         sources  # noqa: B018 - numba keeps one result per set of closed-over values; by itself it watches this file only
         corners, channels = np.empty(8), np.empty((4, 8))
         for row in range(picture.shape[0]):
             for column in range(picture.shape[1]):
-                start, step, eye = starts[row, column], steps[row, column], eyes[row, column]
+                start, step = starts[row, column], steps[row, column]
                 light = picture[row, column, :3]
                 picture[row, column, 3] = _trace(
-                    values, matter, preclassified, start, step, eye, rounding, corners, channels, light
+                    values, matter, preclassified, start, step, ends[row, column], rounding, corners, channels, light
                 )
 
     return trace_rays

@@ -9,13 +9,17 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from typing import Any
 
 from texvol.errors import InputError, TexvolError, missing_extra
 from texvol.readers.detection import FORMATS, format_of
 from texvol.readers.samples import Choice, FileFault, Samples
+from texvol.terminal import one_line
 from texvol.volume import Volume
 
-__all__ = ["FORMATS", "load"]
+__all__ = ["ARGUMENTS", "FORMATS", "load"]
+
+ARGUMENTS = ("shape", "dtype", "series", "channel", "time", "spacing")  # of `load`, which a volume's source keeps
 
 
 def load(
@@ -71,18 +75,18 @@ def load(
         samples = _read(kind, name, choice)
     except FileFault as fault:
         # Readers of folders name the slice; of a single file that would be said twice.
-        reason = _one_line(fault).removeprefix(f"{os.path.basename(name)}: ")
+        reason = one_line(fault).removeprefix(f"{os.path.basename(name)}: ")
         raise InputError(f"{name}: {reason}") from None
     except TexvolError:
         raise
     except OSError as error:
-        raise InputError(f"{name}: cannot be read: {_one_line(error.strerror or error)}") from error
+        raise InputError(f"{name}: cannot be read: {one_line(error.strerror or error)}") from error
     except MemoryError as error:
         raise InputError(f"{name}: reading it asks for more memory than there is") from error
     except ImportError as error:
         raise missing_extra(error.name or str(error), "formats", f"{name}: reading {kind}") from error
     except Exception as error:  # whatever a library raises on a file that it can't make sense of
-        raise InputError(f"{name}: cannot be read as {kind}: {_one_line(error) or type(error).__name__}") from error
+        raise InputError(f"{name}: cannot be read as {kind}: {one_line(str(error) or type(error).__name__)}") from error
     return Volume(
         samples.values,
         samples.spacing if spacing is None else spacing,
@@ -91,7 +95,15 @@ def load(
         unit=samples.unit,
         space=samples.space,
         name=name,
+        source=_source(name, choice, spacing),
     )
+
+
+def _source(path: str, choice: Choice, spacing: Sequence[float] | None) -> dict[str, Any]:
+    """How the volume is read again."""
+    told = choice._asdict() | {"spacing": None if spacing is None else [float(number) for number in spacing]}
+    place = {"path": path, "absolute": os.path.abspath(path)}
+    return place | {name: told[name] for name in ARGUMENTS if told[name] is not None}
 
 
 def _read(kind: str, path: str, choice: Choice) -> Samples:
@@ -148,9 +160,3 @@ def _silent_libraries() -> Iterator[None]:
             yield
     finally:
         logging.disable(disabled)
-
-
-def _one_line(reason: object) -> str:
-    """`reason` on one line, of a length that a terminal can take."""
-    line = " ".join(str(reason).split())
-    return line if len(line) <= 400 else line[:400] + " …"

@@ -19,9 +19,12 @@ from texvol.readers.samples import (
     Choice,
     FileFault,
     Samples,
+    TimeSteps,
     by,
     check_size,
     grid_from_columns,
+    once,
+    out_of_range,
     pick,
     rescale_into,
     rescaled_type,
@@ -45,8 +48,7 @@ class _Series(NamedTuple):
 
 def read(path: str, choice: Choice) -> Samples:
     """Samples of one series, slope and intercept applied."""
-    series = _chosen(_series_of(path), choice.series)
-    slices = [one for file, header in series.headers for one in slices_of(file, header)]
+    slices = once(choice, "slices", lambda: _slices(path, choice))
     if not slices:
         raise FileFault("holds no slices with pixels")
     _check_alike(slices)
@@ -59,6 +61,11 @@ def read(path: str, choice: Choice) -> Samples:
         pick("ZYX", [len(ordered), first.rows, first.columns], choice._replace(time=None))
         component = slice(None)
     return Samples(_values(ordered, component), **_grid(ordered), unit="mm", space="left-posterior-superior")
+
+
+def _slices(path: str, choice: Choice) -> list[Slice]:
+    series = _chosen(_series_of(path), choice.series)
+    return [one for file, header in series.headers for one in slices_of(file, header)]
 
 
 def _series_of(path: str) -> list[_Series]:
@@ -182,6 +189,8 @@ def _one_at_each(places: Sequence[list[Slice]], choice: Choice) -> list[Slice]:
         twice = next(place for place in places if len(place) > 1)
         raise FileFault(f"has duplicate slices: {twice[0].name} and {twice[1].name} lie at the same place")
     steps = counts.pop()
+    if choice.counting:
+        raise TimeSteps(steps)
     if steps > 1 and choice.time is None:
         raise FileFault(
             f"has duplicate slices: {steps} at each of {len(places)} places; if these are time steps or echoes, "
@@ -189,7 +198,7 @@ def _one_at_each(places: Sequence[list[Slice]], choice: Choice) -> list[Slice]:
         )
     step = choice.time or 0
     if not 0 <= step < steps:
-        raise FileFault(f"--time {step} is not in 0..{steps - 1}")
+        raise out_of_range("T", step, steps)
     return [sorted(place, key=lambda one: one.order)[step] for place in places]
 
 

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import os
-import tempfile
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
-from typing import IO, Any, NamedTuple
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from texvol.errors import missing_extra
 from texvol.readers.samples import FileFault, check_size
+from texvol.terminal import held_back_stderr
 
 Triple = tuple[float, float, float]
 
@@ -207,7 +206,7 @@ def _pixels(one: Slice) -> NDArray:
     name = os.path.basename(one.path)
     dataset = pydicom.dcmread(one.path, force=True)
     try:
-        with _held_back_stderr() as printed:
+        with held_back_stderr() as printed:
             pixels = np.asarray(dataset.pixel_array)
             printed.seek(0)
             complaints = printed.read().decode("utf-8", "replace").splitlines()
@@ -221,16 +220,3 @@ def _pixels(one: Slice) -> NDArray:
     if damage:
         raise FileFault(f"{name}: its pixels can't be read: {damage[0]}")
     return pixels
-
-
-@contextmanager
-def _held_back_stderr() -> Iterator[IO[bytes]]:
-    """A file that takes what C libraries print on stderr."""
-    with tempfile.TemporaryFile() as printed:
-        stderr = os.dup(2)
-        os.dup2(printed.fileno(), 2)
-        try:
-            yield printed
-        finally:
-            os.dup2(stderr, 2)
-            os.close(stderr)

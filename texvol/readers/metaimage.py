@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.readers.samples import Choice, FileFault, Samples, by, check_size, grid_from_columns, pick
-from texvol.readers.stored import data_file, read_stored
+from texvol.readers.samples import Choice, FileFault, Samples, by, check_size, grid_from_columns, once, pick
+from texvol.readers.stored import data_file, read_picked, read_stored
 
 _LONGEST_HEADER = 2**20
 
@@ -45,7 +45,7 @@ def read(path: str, choice: Choice) -> Samples:
     if channels != 1:
         sizes, axes = [channels, *sizes], axes + "C"
     index = pick(axes, sizes[::-1], choice)
-    values = _samples(path, fields, sizes[::-1], offset, listed)[index]
+    values = _samples(path, fields, sizes[::-1], index, choice, offset, listed)
     return Samples(values, **_grid(fields, count))
 
 
@@ -69,8 +69,16 @@ def _header(path: str) -> tuple[Mapping[str, str], int, list[str]]:
     return fields, offset, [line.strip() for line in listed if line.strip()]
 
 
-def _samples(path: str, fields: Mapping[str, str], sizes: Sequence[int], offset: int, listed: Sequence[str]) -> NDArray:
-    """All samples, slowest axis first."""
+def _samples(
+    path: str,
+    fields: Mapping[str, str],
+    sizes: Sequence[int],
+    index: Sequence[int | slice],
+    choice: Choice,
+    offset: int,
+    listed: Sequence[str],
+) -> NDArray:
+    """The samples that `index` picks, slowest axis first."""
     dtype = _dtype(fields)
     if not _flag(fields, "BinaryData", default=True):
         raise FileFault("its samples are text (BinaryData = False); binary ones are read")
@@ -80,17 +88,24 @@ def _samples(path: str, fields: Mapping[str, str], sizes: Sequence[int], offset:
         raise FileFault(f"HeaderSize must be -1 or more, and is {skip}")
     where = fields["ElementDataFile"]
     if where.upper() == "LOCAL":
-        return read_stored(path, dtype, sizes, encoding=encoding, offset=offset, what="it")
+        return read_picked(path, dtype, sizes, index, choice, encoding=encoding, offset=offset, what="it")
     paths = [(name, data_file(path, name)) for name in _data_names(where, listed)]
     if len(paths) == 1:
-        return read_stored(paths[0][1], dtype, sizes, encoding=encoding, skip=skip, what=f"its data file {paths[0][0]}")
+        name, file = paths[0]
+        how: dict[str, Any] = {"encoding": encoding, "skip": skip, "what": f"its data file {name}"}
+        return read_picked(file, dtype, sizes, index, choice, **how)
     if len(paths) != sizes[0]:
         raise FileFault(f"it names {len(paths)} data files, and DimSize ({by(sizes[::-1])}) has {sizes[0]} slices")
-    check_size(sizes, dtype.itemsize)
-    values = np.empty(tuple(sizes), dtype)
-    for (name, data), slot in zip(paths, values, strict=True):
-        slot[...] = read_stored(data, dtype, slot.shape, encoding=encoding, skip=skip, what=f"its data file {name}")
-    return values
+
+    def of_all_files() -> NDArray:
+        check_size(sizes, dtype.itemsize)
+        values = np.empty(tuple(sizes), dtype)
+        for (name, file), slot in zip(paths, values, strict=True):
+            what = f"its data file {name}"
+            slot[...] = read_stored(file, dtype, slot.shape, encoding=encoding, skip=skip, what=what)
+        return values
+
+    return once(choice, "data files", of_all_files)[tuple(index)]
 
 
 def _data_names(where: str, listed: Sequence[str]) -> list[str]:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from texvol.readers.samples import Choice, FileFault, Samples, by, grid_from_columns, pick, real_type
-from texvol.readers.stored import read_stored, unpacked
+from texvol.readers.stored import read_picked, unpacked
 
 _HEADER_BYTES = 1024
 _IMOD_STAMP = 1146047817  # of files in which mode 0 may be unsigned (IMOD's extension of the format)
@@ -37,7 +37,7 @@ def read(path: str, choice: Choice) -> Samples:
     sizes, axes = _volumes(header, sizes)
     index = pick(axes, sizes, choice)
     begin = {"offset" if encoding == "raw" else "skip": _HEADER_BYTES + extended}
-    values = read_stored(path, dtype, sizes, encoding=encoding, what="it", **begin)[index]
+    values = read_picked(path, dtype, sizes, index, choice, encoding=encoding, what="it", **begin)
     # The file's axes, slowest first, are sections, rows, columns; wanted are z, y, x.
     values = values.transpose([crystal_axes[::-1].index(axis) for axis in (2, 1, 0)])
     return Samples(values, **_grid(header, crystal_axes))

@@ -12,9 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.readers.samples import Choice, FileFault, Samples, grid_from_columns, pick, real_type, rescaled
-from texvol.readers.stored import read_stored, unpacked
+from texvol.readers.stored import read_picked, unpacked
 
 _UNITS = {0: "mm", 1: "m", 2: "mm", 3: "µm"}  # 0 is "unknown", which every program that reads NIfTI takes for mm
+_TIME_UNITS = {8: "s", 16: "ms", 24: "µs"}
 _RGB = {128: 3, 2304: 4}  # data types of the header that are bytes of colour: samples in each
 
 
@@ -35,8 +36,9 @@ def read(path: str, choice: Choice) -> Samples:
     real_type(dtype)
     encoding = "deflate" if data_path.lower().endswith(".gz") else "raw"
     begin = {"skip" if encoding == "deflate" else "offset": offset}
-    values = read_stored(data_path, dtype, sizes[::-1], encoding=encoding, what="it", **begin)[index]
-    return Samples(_scaled(header, values), **_grid(header))
+    values = read_picked(data_path, dtype, sizes[::-1], index, choice, encoding=encoding, what="it", **begin)
+    steps = dict(zip(axes, sizes[::-1], strict=True)).get("T", 1)
+    return Samples(_scaled(header, values), **_grid(header), **_times(header, steps))
 
 
 def _pair(path: str) -> tuple[str, str]:
@@ -88,6 +90,16 @@ def _scaled(header: Any, values: NDArray) -> NDArray:
     if not np.isfinite(slope) or slope == 0:
         return values
     return rescaled(values, slope, intercept if np.isfinite(intercept) else 0.0)
+
+
+def _times(header: Any, steps: int) -> dict[str, Any]:
+    """When the steps were taken, if the header says how far apart they are."""
+    between, unit = float(header["pixdim"][4]), _TIME_UNITS.get(int(header["xyzt_units"]) & 56)
+    if steps < 2 or unit is None or not np.isfinite(between) or between <= 0:
+        return {}
+    start = float(header["toffset"])
+    times = (start if np.isfinite(start) else 0.0) + between * np.arange(steps)
+    return {"times": times.tolist(), "time_unit": unit}
 
 
 def _grid(header: Any) -> dict[str, Any]:

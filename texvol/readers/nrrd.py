@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.readers.samples import Choice, FileFault, Samples, by, check_size, grid_from_columns, pick, real_type
-from texvol.readers.stored import data_file, read_stored
+from texvol.readers.samples import Choice, FileFault, Samples, by, check_size, grid_from_columns, once, pick, real_type
+from texvol.readers.stored import data_file, read_picked
 
 _LONGEST_HEADER = 2**20
 
@@ -56,9 +56,9 @@ def read(path: str, choice: Choice) -> Samples:
     check_size(sizes, 1)
     axes = _axes(header, sizes)
     index = pick(axes, sizes[::-1], choice)
-    values = _samples(path, header, sizes[::-1], offset, listed)[index]
+    values = _samples(path, header, sizes[::-1], index, choice, offset, listed)
     spatial = [axis for axis, letter in enumerate(axes[::-1]) if letter in "XYZ"]
-    return Samples(values, **_grid(header, spatial))
+    return Samples(values, **_grid(header, spatial), **_times(header, axes[::-1], sizes))
 
 
 def _header(path: str) -> tuple[Mapping[str, Any], int, list[str]]:
@@ -112,10 +112,44 @@ def _axes(header: Mapping[str, Any], sizes: Sequence[int]) -> str:
     return "".join(letters)[::-1]
 
 
-def _samples(path: str, header: Mapping[str, Any], sizes: Sequence[int], offset: int, listed: Sequence[str]) -> NDArray:
-    """All samples, slowest axis first, from after the header or from the data files."""
-    encoding = str(header["encoding"]).lower()
+def _samples(
+    path: str,
+    header: Mapping[str, Any],
+    sizes: Sequence[int],
+    index: Sequence[int | slice],
+    choice: Choice,
+    offset: int,
+    listed: Sequence[str],
+) -> NDArray:
+    """The samples that `index` picks, slowest axis first, from after the header or from the data files."""
+    encoding, lines, skip = _encoding(header)
     named = header.get("data file", header.get("datafile"))
+    dtype = _dtype(header, encoding)
+    where: dict[str, Any] = {"encoding": encoding, "lines": lines}
+    if named is None:
+        return _picked(path, dtype, sizes, index, choice, skip, **where, offset=offset, what="it")
+    paths = [(name, data_file(path, name)) for name in _data_names(named, listed)]
+    if len(paths) == 1:
+        name, file = paths[0]
+        return _picked(file, dtype, sizes, index, choice, skip, **where, offset=0, what=f"its data file {name}")
+    count = prod(sizes)
+    if not paths or count % len(paths):
+        raise FileFault(f"its {len(paths)} data files can't hold equal parts of {count} samples")
+
+    def of_all_files() -> NDArray:
+        check_size(sizes, dtype.itemsize)
+        values = np.empty((len(paths), count // len(paths)), dtype)
+        for (name, file), slot in zip(paths, values, strict=True):
+            what = f"its data file {name}"
+            slot[:] = _picked(file, dtype, slot.shape, [slice(None)], Choice(), skip, **where, offset=0, what=what)
+        return values.reshape(sizes)
+
+    return once(choice, "data files", of_all_files)[tuple(index)]
+
+
+def _encoding(header: Mapping[str, Any]) -> tuple[str, int, int]:
+    """How the samples are encoded, and the lines and bytes before them."""
+    encoding = str(header["encoding"]).lower()
     lines = int(header.get("line skip", header.get("lineskip", 0)))
     skip = int(header.get("byte skip", header.get("byteskip", 0)))
     if lines < 0:
@@ -124,20 +158,7 @@ def _samples(path: str, header: Mapping[str, Any], sizes: Sequence[int], offset:
         raise FileFault(f"byte skip must be -1 or more, and is {skip}")
     if encoding not in _ENCODINGS and encoding not in _TEXT_ENCODINGS:
         raise FileFault(f"encoding {header['encoding']} is not known; raw, gzip, bzip2, ascii and hex are")
-    dtype = _dtype(header, encoding)
-    if named is None:
-        return _part(path, dtype, sizes, encoding, offset, lines, skip, "it")
-    paths = [(name, data_file(path, name)) for name in _data_names(named, listed)]
-    if len(paths) == 1:
-        return _part(paths[0][1], dtype, sizes, encoding, 0, lines, skip, f"its data file {paths[0][0]}")
-    count = prod(sizes)
-    if not paths or count % len(paths):
-        raise FileFault(f"its {len(paths)} data files can't hold equal parts of {count} samples")
-    check_size(sizes, dtype.itemsize)
-    values = np.empty((len(paths), count // len(paths)), dtype)
-    for (name, where), slot in zip(paths, values, strict=True):
-        slot[:] = _part(where, dtype, slot.shape, encoding, 0, lines, skip, f"its data file {name}")
-    return values.reshape(sizes)
+    return encoding, lines, skip
 
 
 def _data_names(named: str, listed: Sequence[str]) -> list[str]:
@@ -154,14 +175,25 @@ def _data_names(named: str, listed: Sequence[str]) -> list[str]:
     return [named]
 
 
-def _part(
-    path: str, dtype: np.dtype, sizes: Sequence[int], encoding: str, offset: int, lines: int, skip: int, what: str
+def _picked(
+    path: str,
+    dtype: np.dtype,
+    sizes: Sequence[int],
+    index: Sequence[int | slice],
+    choice: Choice,
+    skip: int,
+    *,
+    encoding: str,
+    offset: int,
+    lines: int,
+    what: str,
 ) -> NDArray:
+    """Those of the samples in one file that `index` picks."""
     if encoding in _TEXT_ENCODINGS:
-        return _from_text(path, dtype, sizes, encoding, offset, lines, what)
-    return read_stored(
-        path, dtype, sizes, encoding=_ENCODINGS[encoding], offset=offset, lines=lines, skip=skip, what=what
-    )
+        whole = once(choice, path, lambda: _from_text(path, dtype, sizes, encoding, offset, lines, what))
+        return whole[tuple(index)]
+    where = {"encoding": _ENCODINGS[encoding], "offset": offset, "lines": lines, "skip": skip, "what": what}
+    return read_picked(path, dtype, sizes, index, choice, **where)
 
 
 def _from_text(
@@ -223,6 +255,17 @@ def _grid(header: Mapping[str, Any], spatial: Sequence[int]) -> dict[str, Any]:
     grid["spacing"] = spacings  # one that is not positive is refused with the volume, unless the user gives another
     grid["origin"] = [_axis_start(header, axis, step) for axis, step in zip(spatial, spacings, strict=True)]
     return grid
+
+
+def _times(header: Mapping[str, Any], axes: str, sizes: Sequence[int]) -> dict[str, Any]:
+    """When the steps were taken, if the header gives the axis of time a spacing."""
+    axis = axes.find("T")
+    spacings, units = header.get("spacings", []), header.get("units") or []
+    if axis < 0 or axis >= len(spacings) or not np.isfinite(spacings[axis]) or spacings[axis] <= 0:
+        return {}
+    start = _axis_start(header, axis, float(spacings[axis]))
+    unit = str(units[axis]).strip('"') if axis < len(units) else ""
+    return {"times": (start + spacings[axis] * np.arange(sizes[axis])).tolist(), "time_unit": unit}
 
 
 def _spacing(header: Mapping[str, Any], axis: int) -> float:

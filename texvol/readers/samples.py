@@ -3,30 +3,52 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from math import prod
-from typing import NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+
+T = TypeVar("T")
 
 
 class FileFault(Exception):
     """What is wrong with the file being read, without its name; `load` adds that."""
 
 
+class TimeSteps(Exception):
+    """How many time steps a file has, from a reader that was asked to count them and not to read: `Choice.counting`."""
+
+    def __init__(self, count: int) -> None:
+        super().__init__(count)
+        self.count = count
+
+
 class Choice(NamedTuple):
-    """What the user says about a file that the file does not: see `texvol.readers.load`."""
+    """What the user says about a file that the file does not: see `texvol.readers.load`.
+
+    With `counting` a reader ends with TimeSteps as soon as it knows them; in `kept` it may leave, under keys of its
+    own, what the next step of the same file needs again.
+    """
 
     shape: tuple[int, ...] | None = None
     dtype: str | None = None
     series: str | None = None
     channel: int | None = None
     time: int | None = None
+    variable: str | None = None
+    resolution: tuple[int, ...] | None = None
+    counting: bool = False
+    kept: dict[Any, Any] | None = None
 
 
 class Samples(NamedTuple):
-    """What a reader returns: values of shape (nz, ny, nx), not checked, and the grid as `Volume` describes it."""
+    """What a reader returns: values of shape (nz, ny, nx), not checked, and the grid as `Volume` describes it.
+
+    `resampling` and `notes` are those of `Volume`; `times` are those of all steps, in `time_unit`, where the file says.
+    """
 
     values: NDArray
     spacing: Sequence[float] = (1.0, 1.0, 1.0)
@@ -34,6 +56,19 @@ class Samples(NamedTuple):
     direction: ArrayLike | None = None
     unit: str = ""
     space: str = ""
+    resampling: Mapping[str, Any] | None = None
+    notes: tuple[str, ...] = ()
+    times: Sequence[float] | None = None
+    time_unit: str = ""
+
+
+def once(choice: Choice, key: Any, make: Callable[[], T]) -> T:
+    """What `make` returns; for the steps of a series it is made with the first one, and kept under `key`."""
+    if choice.kept is None:
+        return make()
+    if key not in choice.kept:
+        choice.kept[key] = make()
+    return choice.kept[key]
 
 
 def check_size(sizes: Sequence[int], item_bytes: int) -> int:
@@ -93,8 +128,12 @@ def pick(axes: str, sizes: Sequence[int], choice: Choice) -> tuple[int | slice, 
     ------
     FileFault
         If an axis of space is missing, an option is missing, out of range, or has no axis to pick along.
+    TimeSteps
+        If the steps are to be counted.
     """
     sizes = [int(size) for size in sizes]
+    if choice.counting:
+        raise TimeSteps(_steps(axes, sizes, choice))
     wanted = {"C": choice.channel, "T": choice.time}
     index: list[int | slice] = []
     for axis, size in zip(axes, sizes, strict=True):
@@ -110,7 +149,7 @@ def pick(axes: str, sizes: Sequence[int], choice: Choice) -> tuple[int | slice, 
             raise FileFault(f"has {len(sizes)} axes ({_listed(axes, sizes)}); choose one with {options} 0..{size - 1}")
         chosen = wanted.pop(names[0])
         if chosen is None or not 0 <= chosen < size:
-            raise FileFault(f"{_OPTIONS[names[0]]} {chosen} is not in 0..{size - 1}")
+            raise out_of_range(names[0], chosen, size)
         index.append(chosen)
     for name, chosen in wanted.items():
         if chosen:
@@ -121,7 +160,25 @@ def pick(axes: str, sizes: Sequence[int], choice: Choice) -> tuple[int | slice, 
     return tuple(index)
 
 
+def _steps(axes: str, sizes: Sequence[int], choice: Choice) -> int:
+    """Samples along the axis of time, or along one without a name that no channel is chosen along."""
+    steps = [size for axis, size in zip(axes, sizes, strict=True) if axis == "T"]
+    unnamed = [size for axis, size in zip(axes, sizes, strict=True) if axis == "?" and size > 1]
+    if not steps and choice.channel is None:
+        steps = unnamed
+    if len(steps) > 1:
+        raise FileFault(f"has {len(steps)} axes that could be time ({_listed(axes, sizes)})")
+    return steps[0] if steps else 1
+
+
+def out_of_range(axis: str, chosen: int | None, size: int) -> FileFault:
+    """What is wrong with a choice along "C" or "T" that there is not."""
+    plural = "" if size == 1 else "s"
+    return FileFault(f"{_OPTIONS[axis]} {chosen} is not in 0..{size - 1}: it has {size} {_COUNTED[axis]}{plural}")
+
+
 _OPTIONS = {"C": "--channel", "T": "--time"}
+_COUNTED = {"C": "channel", "T": "time step"}
 _NAMES = {"C": "channel", "T": "time", "?": "unnamed", "Z": "z", "Y": "y", "X": "x"}
 
 

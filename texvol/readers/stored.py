@@ -10,18 +10,45 @@ import bz2
 import os
 import zlib
 from collections.abc import Iterator, Sequence
+from itertools import takewhile
+from math import prod
 from typing import IO, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.readers.samples import FileFault, check_size, in_bytes, native, real_type
+from texvol.readers.samples import Choice, FileFault, by, check_size, in_bytes, native, once, real_type
 
 _BLOCK = 2**20  # bytes read, and unpacked, at a time
 _LEADING = 2**26  # bytes that may precede the samples in a stream whose samples come last
 
 # Deflate packs at best 258 bytes into two bits: 1032 to 1 (RFC 1951). Bzip2 has no such bound worth using.
 _BEST_DEFLATE = 1032
+
+
+def read_picked(
+    path: str, dtype: np.dtype, sizes: Sequence[int], index: Sequence[int | slice], choice: Choice, **where: Any
+) -> NDArray:
+    """Those of the samples that `index` picks; `where` and the rest are those of `read_stored`.
+
+    Of samples that lie in the file as they are only the picked ones are read. Others are unpacked as a whole, which the
+    steps of a series do once.
+    """
+    leading = list(takewhile(lambda part: not isinstance(part, slice), index))
+    if prod(sizes[: len(leading)]) != 1 and where.get("encoding", "raw") == "raw":
+        real_type(dtype)
+        if min(sizes) < 1:
+            raise FileFault(f"every dimension must be positive, and the header says {by(sizes)}")
+        part = list(sizes[len(leading) :])
+        number = 0
+        for chosen, size in zip(leading, sizes, strict=False):
+            number = number * size + int(chosen)
+        parts = prod(sizes[: len(leading)])
+        return read_stored(path, dtype, part, **where, part=number, parts=parts)[tuple(index[len(leading) :])]
+    whole = once(choice, (path, *where.items()), lambda: read_stored(path, dtype, sizes, **where))
+    picked = whole[tuple(index)]
+    # A part of its own does not keep the whole in memory; the steps of a series share the whole.
+    return picked if choice.kept is not None or picked.size == whole.size else picked.copy()
 
 
 def read_stored(
@@ -34,6 +61,8 @@ def read_stored(
     lines: int = 0,
     skip: int = 0,
     what: str = "the file",
+    part: int = 0,
+    parts: int = 1,
 ) -> NDArray:
     """Samples from a file.
 
@@ -51,6 +80,8 @@ def read_stored(
         there on; skip -1 stands for as many as it takes for the samples to be the last ones.
     what : str
         What a message calls the file.
+    part, parts : int
+        Which of so many arrays that follow one another is read; only where they are raw.
 
     Returns
     -------
@@ -70,7 +101,7 @@ def read_stored(
                 pass
         begin = file.tell()
         if encoding == "raw":
-            return _read_plain(file, begin, dtype, sizes, needed, skip, what)
+            return _read_plain(file, begin, dtype, sizes, needed, skip, what, part, parts)
         packed = os.fstat(file.fileno()).st_size - begin
         if encoding == "deflate" and needed > packed * _BEST_DEFLATE:
             raise FileFault(f"{what} holds {packed} compressed bytes; the header's dimensions need {in_bytes(needed)}")
@@ -84,8 +115,17 @@ def read_stored(
 
 
 def _read_plain(
-    file: IO[bytes], begin: int, dtype: np.dtype, sizes: Sequence[int], needed: int, skip: int, what: str
+    file: IO[bytes],
+    begin: int,
+    dtype: np.dtype,
+    sizes: Sequence[int],
+    of_part: int,
+    skip: int,
+    what: str,
+    part: int,
+    parts: int,
 ) -> NDArray:
+    needed = of_part * parts
     held = os.fstat(file.fileno()).st_size - begin
     skip = held - needed if skip < 0 else skip
     if held - skip - needed in (1, 2):  # a line break after the last sample, as text editors and printf leave it
@@ -94,10 +134,10 @@ def _read_plain(
         held -= len(rest) if rest in (b"\n", b"\r\n") else 0
     if skip < 0 or held - skip != needed:
         raise _wrong_size(what, max(held - max(skip, 0), 0), needed)
-    file.seek(begin + skip)
-    values = np.fromfile(file, dtype, needed // dtype.itemsize)
-    if values.nbytes != needed:
-        raise _wrong_size(what, values.nbytes, needed)
+    file.seek(begin + skip + part * of_part)
+    values = np.fromfile(file, dtype, of_part // dtype.itemsize)
+    if values.nbytes != of_part:
+        raise _wrong_size(what, values.nbytes, of_part)
     return native(values).reshape(sizes)
 
 

@@ -2,26 +2,14 @@
 
 from __future__ import annotations
 
-import base64
-
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol import image
+from texvol.page_pictures import colored, data_url, png
 
-# Perceptually even, dark to bright, and told apart by all kinds of eyes.
-_COLORMAP = "inferno"
+__all__ = ["data_url", "decades", "false_color", "png", "scale_bar"]
+
 _LEAST_DECADE = -5  # what is less than 1e-5 does not show
-
-
-def png(picture: NDArray) -> bytes:
-    """PNG file of a picture, linear and premultiplied, over black."""
-    return image.encoded("picture.png", picture)
-
-
-def data_url(content: bytes, kind: str = "image/png") -> str:
-    """The content as a URL that needs no network."""
-    return f"data:{kind};base64,{base64.b64encode(content).decode()}"
 
 
 def decades(largest: float) -> tuple[int, int]:
@@ -35,18 +23,9 @@ def false_color(errors: NDArray, scale: tuple[int, int]) -> bytes:
     low, high = scale
     with np.errstate(divide="ignore"):
         shares = (np.log10(errors) - low) / (high - low)
-    return png(_colored(np.clip(np.nan_to_num(shares, nan=1.0, posinf=1.0, neginf=0.0), 0, 1)))
+    return png(colored(np.clip(np.nan_to_num(shares, nan=1.0, posinf=1.0, neginf=0.0), 0, 1)))
 
 
 def scale_bar() -> bytes:
     """PNG file of the colours, least to largest error, left to right."""
-    return png(_colored(np.linspace(0, 1, 512)[np.newaxis].repeat(16, axis=0)))
-
-
-def _colored(shares: NDArray) -> NDArray[np.float64]:
-    """A linear picture in the colours of shares in [0, 1]."""
-    from cmap import Colormap
-
-    colors = np.asarray(Colormap(_COLORMAP)(shares), np.float64)
-    colors[..., :3] = image.linear_from_srgb(colors[..., :3])
-    return colors
+    return png(colored(np.linspace(0, 1, 512)[np.newaxis].repeat(16, axis=0)))

@@ -1,0 +1,36 @@
+"""Pairs of pictures for the pages' tests."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from texvol.comparison.outcome import Outcome
+
+
+def blob(width: int, height: int, shift: float = 0.0, *, is_opaque: bool = True) -> NDArray[np.float32]:
+    """A smooth coloured shape on nothing, moved to the right by `shift` pixels."""
+    y, x = np.mgrid[:height, :width].astype(float)
+    x, y = 2 * (x - shift - width / 2) / min(width, height), 2 * (y - height / 2) / min(width, height)
+    opacity = np.clip(3 * (0.8 - np.hypot(x, y)), 0, 1)
+    color = np.stack([0.5 + 0.5 * np.sin(5 * x), 0.5 + 0.5 * np.cos(4 * y + x), 0.5 + 0.5 * np.sin(7 * x * y)], axis=2)
+    alpha = np.ones_like(opacity) if is_opaque else opacity
+    return np.dstack([color * opacity[..., np.newaxis], alpha]).astype(np.float32)
+
+
+def filled(width: int, height: int, *color: float) -> NDArray[np.float32]:
+    return np.broadcast_to(np.float32([*color, 1.0]), (height, width, 4)).copy()
+
+
+def outcome_of(
+    candidate: NDArray, reference: NDArray, name: str = "picture", *, explain: bool = True, **facts: str
+) -> Outcome:
+    """What comes of a pair of arrays; `facts` are attributes of both."""
+    from texvol.comparison.outcome import examine
+    from texvol.comparison.pictures import Picture
+
+    pair = (Picture.of_array(each, f"{role}.exr", facts) for each, role in ((candidate, "new"), (reference, "old")))
+    return examine(*pair, name=name, explain=explain)

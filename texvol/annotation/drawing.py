@@ -1,0 +1,81 @@
+"""All parts of annotation, in the order in which they are given room: what has a fixed place first, axes last."""
+
+from __future__ import annotations
+
+from numpy.typing import NDArray
+
+from texvol.annotation.axes import axis_name, draw_axes
+from texvol.annotation.box import draw_box
+from texvol.annotation.legend import draw_legend
+from texvol.annotation.legend_content import content_of, texts_of
+from texvol.annotation.lettering import Lettering, one_line
+from texvol.annotation.orientation import check_space, draw_orientation
+from texvol.annotation.request import Annotation
+from texvol.annotation.scale_bar import draw_scale_bar
+from texvol.annotation.sheet import WHITE, Sheet
+from texvol.annotation.view import View
+from texvol.scene import Scene
+
+_TITLE, _SMALLEST_TITLE = 1.25, 0.7  # ems; and how small it may become, of that, before it is cut
+_TITLE_FROM_BORDER = 0.6  # ems
+
+
+def check_drawable(annotation: Annotation, scene: Scene) -> Lettering:
+    """The letters to write with; errors as `annotation.check`."""
+    if annotation.orientation:
+        check_space(scene.volume)
+    letters = Lettering(annotation.font)
+    letters.check(annotation.title or "", "title")
+    letters.check(annotation.value_name, "name of the values")
+    if annotation.axes:
+        for axis in range(3):
+            letters.check(axis_name(scene.volume, axis, "×10⁻⁹"), f"{scene.volume.name}: name of an axis")
+    if annotation.scale_bar:
+        letters.check(scene.volume.unit, f"{scene.volume.name}: unit")
+    return letters
+
+
+def annotated(
+    picture: NDArray,
+    scene: Scene,
+    annotation: Annotation,
+    transparent: bool,
+    window: tuple[float, float] | None,
+    use_transfer_function: bool,
+) -> NDArray:
+    """The picture with its annotation; see `annotate`."""
+    letters = check_drawable(annotation, scene)
+    size = picture.shape[1], picture.shape[0]
+    # A page is white more often than not.
+    sheet = Sheet(size, letters, WHITE if transparent else scene.background, annotation.color, annotation.font_size)
+    view = View(scene.camera_for(size), scene.volume, size)
+    if annotation.box:
+        draw_box(sheet, view)
+    if annotation.title:
+        _draw_title(sheet, one_line(annotation.title))
+    if annotation.orientation:
+        draw_orientation(sheet, view)
+    if annotation.legend:
+        content = content_of(scene, annotation.value_name, window, use_transfer_function)
+        for text in texts_of(content):
+            letters.check(text, "legend")
+        draw_legend(sheet, content, beside_letters=annotation.orientation)
+    if annotation.scale_bar:
+        draw_scale_bar(sheet, view)
+    if annotation.axes:
+        draw_axes(sheet, view)
+    return sheet.over(picture, scene.background)
+
+
+def _draw_title(sheet: Sheet, title: str) -> None:
+    """One line in the middle above, as large as it can be."""
+    off = _TITLE_FROM_BORDER * sheet.em
+    text, size = sheet.letters.fitted(title, _TITLE * sheet.em, sheet.size[0] - 2 * off, _SMALLEST_TITLE)
+    if not text:
+        return
+    scale = size / sheet.em
+    middle = sheet.size[0] / 2, off + sheet.text_size(text, scale)[1] / 2
+    rect = sheet.text_rect(text, middle, scale)
+    if sheet.fits(rect):
+        sheet.take(rect)
+        sheet.text(text, middle, scale)

@@ -1,0 +1,202 @@
+"""The legend: from left to right the opacity of each value, its colour, and numbers; captions, and names below.
+
+Opacity grows from the bar to the left, in the matter's own colours, from 0 to 1.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.annotation import marks, rounding
+from texvol.annotation.legend_content import ColorBar, Content
+from texvol.annotation.lettering import one_line
+from texvol.annotation.sheet import Rect, Sheet
+
+_SCALE, _SMALL = 0.9, 0.8
+_BAR, _PLOT, _TICK, _GAP, _LINE = 1.0, 3.2, 0.3, 0.35, 1.35  # ems; the last from line to line
+_FROM_BORDER, _BESIDE_LETTERS = 0.6, 2.6  # ems
+_HEIGHT, _LOWEST = 0.4, 5.0  # of the picture's height; ems
+_HIGHEST_PLACE, _LOWEST_PLACE = 0.25, 0.75  # where the middle may move to, of what is free
+_CLOSEST = 2.2  # ems between numbers
+_FINER = 8  # looks per row of pixels: colours and steps are averaged over it
+_MOST_NAMES, _LONGEST_NAME = 12, 12.0  # the latter in ems
+
+
+@dataclass(frozen=True)
+class _Shape:
+    """Pixels of a legend's parts, all whole."""
+
+    plot: int
+    bar: int
+    height: int
+    width: int
+    above: int  # the caption's
+    below: int
+
+    @property
+    def total(self) -> int:
+        return self.above + self.height + self.below
+
+
+def draw_legend(sheet: Sheet, content: Content, *, beside_letters: bool = False) -> None:
+    """Draw as much of the legend as there is room for at the right: without opacity rather than not at all."""
+    content = _cut(sheet, content)
+    right = sheet.size[0] - (_BESIDE_LETTERS if beside_letters else _FROM_BORDER) * sheet.em
+    for with_opacity in (True, False):
+        for with_names in (True, False):
+            shape = _shape(sheet, content, with_opacity, with_names)
+            left = int(right) - shape.width
+            for share in (0.5, _HIGHEST_PLACE, _LOWEST_PLACE):
+                top = round(share * (sheet.size[1] - shape.total))
+                rect = Rect(left, top, left + shape.width, top + shape.total)
+                if sheet.fits(rect):
+                    sheet.take(rect)
+                    _draw(sheet, content, shape, left, top, with_names)
+                    return
+
+
+def legend_width(sheet: Sheet, content: Content) -> int:
+    """Pixels from side to side."""
+    return _shape(sheet, _cut(sheet, content), True, True).width
+
+
+def _cut(sheet: Sheet, content: Content) -> Content:
+    """The content with texts cut that are too long, and of many names the first."""
+
+    def cut(text: str) -> str:
+        return sheet.letters.fitted(one_line(text), _SCALE * sheet.em, _LONGEST_NAME * sheet.em, 1.0)[0]
+
+    names = [(cut(name), color) for name, color in content.entries]
+    if len(names) > _MOST_NAMES:
+        names = [*names[: _MOST_NAMES - 1], (f"and {len(names) - _MOST_NAMES + 1} more", None)]
+    return replace(content, caption=cut(content.caption), entries=tuple(names))
+
+
+def _shape(sheet: Sheet, content: Content, with_opacity: bool, with_names: bool) -> _Shape:
+    em, bar = sheet.em, content.bar
+    line = round(_LINE * em)
+    names = content.entries if with_names or bar is None else ()
+    widths = [sheet.text_size(name, _SCALE)[0] + (_LINE * em if color is not None else 0) for name, color in names]
+    widths.append(sheet.text_size(content.caption, _SCALE)[0])
+    plot = round(_PLOT * em) if with_opacity and bar is not None and bar.opacities is not None else 0
+    height = below = 0
+    if bar is not None:
+        height = max(round(_HEIGHT * sheet.size[1]), round(_LOWEST * em))
+        numbers = max(sheet.text_size(text, _SCALE)[0] for _, text in _numbers(sheet, bar, height)[0])
+        widths.append(plot + round(_BAR * em) + (_TICK + _GAP) * em + numbers)
+        if plot:
+            widths += [sheet.text_size(text, _SMALL)[0] for text in bar.opacity_of]
+            below = round((1 + len(bar.opacity_of)) * _LINE * em * _SMALL)
+    above = line * bool(content.caption) + line * bool(bar is not None and _numbers(sheet, bar, height)[1])
+    return _Shape(plot, round(_BAR * em), height, int(np.ceil(max(widths))), above, below + line * len(names))
+
+
+def _draw(sheet: Sheet, content: Content, shape: _Shape, left: int, top: int, with_names: bool) -> None:
+    y = float(top)
+    lines = [content.caption] if content.caption else []
+    if content.bar is not None:
+        lines += [factor for factor in (_numbers(sheet, content.bar, shape.height)[1],) if factor]
+    for text in lines:
+        _write(sheet, text, left, y + _LINE * sheet.em / 2, _SCALE)
+        y += round(_LINE * sheet.em)
+    bottom = top + shape.above + shape.height
+    if content.bar is not None:
+        _draw_bar(sheet, content.bar, shape, left, top + shape.above)
+    y = float(bottom)
+    if shape.plot and content.bar is not None:
+        step = _LINE * sheet.em * _SMALL
+        _write(sheet, "1", left, y + step / 2 + sheet.em * 0.1, _SMALL)
+        sheet.text("0", (left + shape.plot, y + step / 2 + sheet.em * 0.1), _SMALL)
+        for number, text in enumerate(content.bar.opacity_of):
+            _write(sheet, text, left, y + (1.5 + number) * step, _SMALL)
+        y += round((1 + len(content.bar.opacity_of)) * step)
+    for name, color in content.entries if with_names or content.bar is None else ():
+        middle = y + _LINE * sheet.em / 2
+        indent = 0.0
+        if color is not None:
+            side = round(0.9 * sheet.em)
+            box = Rect(left, round(middle) - side // 2, left + side, round(middle) - side // 2 + side)
+            sheet.paint(np.ones((side, side)), int(box.left), int(box.top), np.broadcast_to(color, (side, side, 3)))
+            _frame(sheet, box)
+            indent = _LINE * sheet.em
+        _write(sheet, name, left + indent, middle, _SCALE)
+        y += round(_LINE * sheet.em)
+
+
+def _draw_bar(sheet: Sheet, bar: ColorBar, shape: _Shape, left: int, top: int) -> None:
+    start = left + shape.plot
+    values = _values_of_rows(bar, shape.height)
+    looks = bar.colors(values.ravel()).reshape(shape.height, _FINER, 3)
+    there = np.isfinite(looks[..., 0])
+    colors = np.where(there[..., np.newaxis], looks, 0.0).sum(axis=1) / np.maximum(there.sum(axis=1), 1)[:, np.newaxis]
+    bar_colors = np.repeat(colors[:, np.newaxis], shape.bar, axis=1)
+    sheet.paint(np.repeat(there.mean(axis=1)[:, np.newaxis], shape.bar, axis=1), start, top, bar_colors)
+    if shape.plot and bar.opacities is not None:
+        opacities = bar.opacities(values.ravel()).reshape(values.shape)
+        _draw_opacity(sheet, opacities, colors, left, top, shape.plot)
+    for value, color, opacity in bar.contours:
+        if bar.low <= value <= bar.high:
+            y = top + (bar.high - value) / (bar.high - bar.low) * shape.height
+            half = sheet.width
+            reach = opacity * shape.plot if shape.plot else 0.0
+            mark = Rect(start - reach, y - half, start + shape.bar, y + half)
+            sheet.rectangle(mark, color=color)
+    _frame(sheet, Rect(start, top, start + shape.bar, top + shape.height))
+    if shape.plot:
+        _frame(sheet, Rect(left, top, start, top + shape.height))
+    end = start + shape.bar
+    for share, text in _numbers(sheet, bar, shape.height)[0]:
+        y = top + (1 - share) * shape.height
+        sheet.line((end, y), (end + _TICK * sheet.em, y))
+        _write(sheet, text, end + (_TICK + _GAP) * sheet.em, y, _SCALE)
+
+
+def _draw_opacity(
+    sheet: Sheet, opacities: NDArray[np.float64], colors: NDArray[np.float64], left: int, top: int, width: int
+) -> None:
+    """The opacity of each row as a stretch from the right, in the row's colour, and a line along its ends."""
+    height = len(opacities)
+    from_right = np.arange(width)[::-1]
+    covered = np.clip(opacities[..., np.newaxis] * width - from_right, 0, 1).mean(axis=1)
+    sheet.paint(covered, left, top, np.repeat(colors[:, np.newaxis], width, axis=1))
+    ends = np.column_stack([width * (1 - opacities.mean(axis=1)), np.arange(height) + 0.5])
+    curve = np.zeros((height, width))
+    # A pixel is covered by that line of the curve that covers most of it: joints would count twice.
+    for start, end in pairwise(ends):
+        mark = marks.line(tuple(start), tuple(end), sheet.width, sheet.color, (width, height))
+        np.maximum.at(curve, (mark.rows, mark.columns), mark.coverage)
+    sheet.paint(curve, left, top, np.broadcast_to(sheet.color, (height, width, 3)), "line")
+
+
+def _values_of_rows(bar: ColorBar, height: int) -> NDArray[np.float64]:
+    shares = 1 - (np.arange(height * _FINER) + 0.5) / (height * _FINER)
+    return (bar.low + shares * (bar.high - bar.low)).reshape(height, _FINER)
+
+
+def _numbers(sheet: Sheet, bar: ColorBar, height: int) -> tuple[list[tuple[float, str]], str]:
+    """Where round numbers stand, as shares of the bar from below, their texts, and their common factor."""
+    if not bar.high > bar.low:
+        return [(0.5, rounding.plain(bar.low))], ""
+    step = rounding.round_up((bar.high - bar.low) * min(_CLOSEST * sheet.em / height, 1.0))
+    values = rounding.multiples(bar.low, bar.high, step)
+    texts, factor = rounding.written(values, step)
+    shares = [(float(value) - bar.low) / (bar.high - bar.low) for value in values]
+    if not values:
+        return [(0.0, rounding.plain(bar.low)), (1.0, rounding.plain(bar.high))], ""
+    return list(zip(shares, texts, strict=True)), factor
+
+
+def _frame(sheet: Sheet, rect: Rect) -> None:
+    left, top, right, bottom = rect
+    corners = [(left, top), (right, top), (right, bottom), (left, bottom), (left, top)]
+    for start, end in pairwise(corners):
+        sheet.line(start, end)
+
+
+def _write(sheet: Sheet, text: str, left: float, middle: float, scale: float) -> None:
+    """A line of text that begins at `left`."""
+    sheet.text(text, (left + sheet.text_size(text, scale)[0] / 2, middle), scale)

@@ -1,0 +1,149 @@
+"""Marks: which pixels something covers, by which share, in which colour; and how they are laid over a picture.
+
+With the coverage c, the mark's colour m and the background b, a premultiplied pixel p of opacity a (which holds
+(1 - a) b of the background already) becomes
+
+    over it      (1 - c) p + c m            opacity  a + (1 - a) c
+    behind it    p + (1 - a) c (m - b)      opacity  the same
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Point = tuple[float, float]  # pixels from the upper left corner of the picture to the right and down
+Size = tuple[int, int]  # (width, height)
+# Half of a pixel's shadow on a direction (a, b) is (a + b) / 2, at most √½: beyond that lies nothing of it.
+_BEYOND = 0.75
+_LEAST = 1e-6  # of a direction's parts, so that they divide; the coverage is off by no more
+
+
+class Mark(NamedTuple):
+    """Pixels, each once, and the share of each that is covered."""
+
+    rows: NDArray[np.intp]
+    columns: NDArray[np.intp]
+    coverage: NDArray[np.float64]
+    color: NDArray[np.float64]  # linear; shape (3,), or (n, 3)
+
+
+def patch(coverage: NDArray[np.float64], left: int, top: int, color: ArrayLike, size: Size) -> Mark:
+    """Mark of an array of coverage whose upper left pixel is (left, top); what lies outside the picture is left out."""
+    rows, columns = np.nonzero(coverage > 0)
+    inside = (rows + top >= 0) & (rows + top < size[1]) & (columns + left >= 0) & (columns + left < size[0])
+    rows, columns = rows[inside], columns[inside]
+    colors = np.asarray(color, np.float64)
+    if colors.ndim > 1:
+        colors = colors[rows, columns]
+    return Mark(rows + top, columns + left, coverage[rows, columns], colors)
+
+
+def rectangle(left: float, top: float, right: float, bottom: float, color: ArrayLike, size: Size) -> Mark:
+    """Mark of an upright rectangle, exact to rounding."""
+    columns, rows = (np.arange(max(int(np.floor(low)), 0), min(int(np.ceil(high)), count))
+                     for low, high, count in ((left, right, size[0]), (top, bottom, size[1])))  # fmt: skip
+    across, down = (np.minimum(places + 1, high) - np.maximum(places, low)
+                    for places, low, high in ((columns, left, right), (rows, top, bottom)))  # fmt: skip
+    coverage = np.clip(down, 0, 1)[:, np.newaxis] * np.clip(across, 0, 1)
+    if not coverage.size:
+        return patch(np.zeros((0, 0)), 0, 0, color, size)
+    return patch(coverage, int(columns[0]), int(rows[0]), color, size)
+
+
+def line(start: Point, end: Point, width: float, color: ArrayLike, size: Size, opacity: float = 1.0) -> Mark:
+    """Mark of a straight line of that width, with square ends at `start` and `end`.
+
+    The coverage is the exact area of a pixel within the strip; at the ends it is the product of that with the area
+    between them, which is exact for upright and level lines. A line without length, such as an edge that is seen
+    along its length, covers nothing.
+    """
+    kept = _within(np.array(start, np.float64), np.array(end, np.float64), width + 2, size)
+    length = 0.0 if kept is None else float(np.linalg.norm(kept[1] - kept[0]))
+    if kept is None or length < _LEAST:
+        return patch(np.zeros((0, 0)), 0, 0, color, size)
+    begin, finish = kept
+    along = (finish - begin) / length
+    major = 0 if abs(along[0]) >= abs(along[1]) else 1
+    minor = 1 - major
+    low, high = sorted((begin[major], finish[major]))
+    reach = width / 2 * abs(along[minor]) + 1
+    steps = np.arange(int(np.floor(low - reach)), int(np.ceil(high + reach)) + 1)
+    middle = begin[minor] + (steps + 0.5 - begin[major]) * along[minor] / along[major]
+    # Half of the strip's cut along the minor axis, and half of a pixel's shadow there.
+    half = int(np.ceil(width / 2 / abs(along[major]) + 0.5 * (1 + abs(along[minor] / along[major])))) + 1
+    places = np.empty((2, steps.size, 2 * half + 1))
+    places[major] = (steps + 0.5)[:, np.newaxis]
+    places[minor] = np.floor(middle)[:, np.newaxis] + np.arange(-half, half + 1) + 0.5
+    away = places - begin[:, np.newaxis, np.newaxis]
+    across = away[1] * along[0] - away[0] * along[1]
+    onward = away[0] * along[0] + away[1] * along[1]
+    coverage = (_beyond(across + width / 2, along[::-1]) - _beyond(across - width / 2, along[::-1])) * (
+        _beyond(onward, along) - _beyond(onward - length, along)
+    )
+    columns, rows = np.floor(places).astype(np.intp)
+    shown = (coverage > 1e-9) & (columns >= 0) & (columns < size[0]) & (rows >= 0) & (rows < size[1])
+    return Mark(rows[shown], columns[shown], opacity * coverage[shown], np.asarray(color, np.float64))
+
+
+def lay_over(pixels: NDArray, mark: Mark) -> None:
+    """Composite the mark over the pixels, in place."""
+    place = mark.rows, mark.columns
+    coverage = mark.coverage[:, np.newaxis]
+    pixel = _shown(pixels[place])
+    pixels[place] = pixel + coverage * (np.concatenate(_with_one(mark.color, pixel), axis=1) - pixel)
+
+
+def lay_behind(pixels: NDArray, mark: Mark, background: ArrayLike) -> None:
+    """Composite the mark between the pixels' matter and the background that they hold, in place."""
+    place = mark.rows, mark.columns
+    pixel = _shown(pixels[place])
+    let_through = (1 - pixel[:, 3:]) * mark.coverage[:, np.newaxis]
+    behind = np.append(_shown(np.asarray(background, np.float64)), 0.0)
+    pixels[place] = pixel + let_through * (np.concatenate(_with_one(mark.color, pixel), axis=1) - behind)
+
+
+def _shown(numbers: NDArray) -> NDArray[np.float64]:
+    """What files of 8 bits hold of them: clipped, and black where there is no number."""
+    return np.clip(np.nan_to_num(numbers.astype(np.float64)), 0, 1)
+
+
+def _with_one(color: NDArray[np.float64], pixel: NDArray) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    return np.broadcast_to(color, (len(pixel), 3)), np.ones((len(pixel), 1))
+
+
+def _beyond(distance: NDArray[np.float64], direction: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Area of a unit pixel beyond an edge that lies `distance` before its centre, across the unit `direction`.
+
+    A pixel's shadow on the direction is a trapezoid, the convolution of two boxes as wide as the direction's parts.
+    """
+    a, b = np.maximum(np.abs(direction), _LEAST)
+    distance = np.clip(distance, -_BEYOND, _BEYOND)
+
+    def ramp(t: NDArray[np.float64]) -> NDArray[np.float64]:
+        return np.maximum(t, 0) ** 2 / 2
+
+    wide, narrow = (a + b) / 2, (a - b) / 2
+    area = ramp(distance + wide) - ramp(distance + narrow) - ramp(distance - narrow) + ramp(distance - wide)
+    return np.clip(area / (a * b), 0, 1)
+
+
+def _within(
+    start: NDArray[np.float64], end: NDArray[np.float64], margin: float, size: Size
+) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+    """The part of a line that lies in the picture and a margin about it; None where none does."""
+    way = end - start
+    first, last = 0.0, 1.0
+    for axis, count in enumerate(size):
+        low, high = -margin - start[axis], count + margin - start[axis]
+        if way[axis] == 0:
+            if low > 0 or high < 0:
+                return None
+            continue
+        near, far = sorted((low / way[axis], high / way[axis]))
+        first, last = max(first, near), min(last, far)
+    if not first < last:
+        return None
+    return start + first * way, start + last * way

@@ -1,0 +1,89 @@
+"""Which way of the body is which: letters at the middles of the picture's borders, as radiological displays have them.
+
+The world axes of a medical volume point to the right or left, the front or back, the head or feet of the patient, as
+its `space` says; its direction matrix has brought the samples there. A border has the letters of the nearest of 26
+directions, those of a cube's faces, edges and corners: R, or RA where it lies between, the larger part first.
+"""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.annotation.sheet import Sheet
+from texvol.annotation.view import View
+from texvol.errors import InputError
+from texvol.volume import Volume
+
+OPPOSITE = {"R": "L", "L": "R", "A": "P", "P": "A", "S": "I", "I": "S"}
+_LETTERS = {"right": "R", "left": "L", "anterior": "A", "posterior": "P", "superior": "S", "inferior": "I"}
+_SCALE = 1.2  # letters stand alone, and are a little larger
+_FROM_BORDER = 1.0  # ems from the border to their middle
+_SAME = 1e-6  # parts of a direction that differ by less are in the world's order
+
+
+def letters_of_space(space: str) -> tuple[str, str, str] | None:
+    """What the world axes point to, such as ("R", "A", "S"); None where the volume's `space` does not say."""
+    found = tuple(_LETTERS.get(word, "") for word in space.lower().split("-"))[:3]
+    if len(found) != 3 or {frozenset((letter, OPPOSITE.get(letter, ""))) for letter in found} != _PAIRS:
+        return None
+    return found[0], found[1], found[2]
+
+
+_PAIRS = {frozenset(pair) for pair in ("RL", "AP", "SI")}
+
+
+def check_space(volume: Volume) -> tuple[str, str, str]:
+    """The letters of the world axes.
+
+    Raises
+    ------
+    InputError
+        If the volume does not say how it lies in the body.
+    """
+    letters = letters_of_space(volume.space)
+    if letters is None:
+        says = f"says {volume.space!r}" if volume.space else "does not say"
+        raise InputError(
+            f"{volume.name}: orientation letters need a volume that says which way of the body its axes point, such as "
+            f"right-anterior-superior (NIfTI, DICOM, MetaImage, NRRD), and this one {says}"
+        )
+    return letters
+
+
+def letters_towards(direction: NDArray[np.float64], axes: tuple[str, str, str]) -> str:
+    """The letters of a direction of the world, whose axes point to `axes`."""
+    unit = direction / np.linalg.norm(direction)
+    directions = [np.array(each) for each in product((-1, 0, 1), repeat=3) if any(each)]
+    nearest = max(directions, key=lambda each: float(each @ unit) / float(np.linalg.norm(each)))
+    order = sorted(np.flatnonzero(nearest), key=lambda axis: -round(abs(float(unit[axis])) / _SAME))
+    return "".join(axes[axis] if nearest[axis] > 0 else OPPOSITE[axes[axis]] for axis in order)
+
+
+def border_letters(view: View) -> dict[str, str]:
+    """The letters of the four borders: left, right, top and bottom."""
+    axes = check_space(view.volume)
+    right, up = view.camera.right, view.camera.upward
+    towards = {"left": -right, "right": right, "top": up, "bottom": -up}
+    return {border: letters_towards(direction, axes) for border, direction in towards.items()}
+
+
+def draw_orientation(sheet: Sheet, view: View) -> None:
+    """Put the letters of each border at its middle, below the title."""
+    width, height = sheet.size
+    below_title = max((rect.bottom for rect in sheet.taken), default=0.0)
+    for border, text in border_letters(view).items():
+        across, down = sheet.text_size(text, _SCALE)
+        off = _FROM_BORDER * sheet.em
+        middle = {
+            "left": (max(off, across / 2 + 0.4 * sheet.em), height / 2),
+            "right": (width - max(off, across / 2 + 0.4 * sheet.em), height / 2),
+            "top": (width / 2, below_title + max(off, down / 2 + 0.4 * sheet.em)),
+            "bottom": (width / 2, height - max(off, down / 2 + 0.4 * sheet.em)),
+        }[border]
+        rect = sheet.text_rect(text, middle, _SCALE)
+        if sheet.fits(rect):
+            sheet.take(rect)
+            sheet.text(text, middle, _SCALE)

@@ -1,0 +1,91 @@
+"""A camera that leaves room for annotation: it looks the same way, from farther off and to the side.
+
+The box is to lie between x = l and r, y = b and t of the picture, where x and y are across the view over what is half
+the picture's height (orthographic), or over the depth times that (perspective). A corner at (x, y) and depth z, seen
+from an eye that is d farther back and e to the right, lies at
+
+    (x - e) / (h (z + d))
+
+so that all corners lie right of l and left of r for some e if and only if
+
+    h d (r - l) ≥ max(x - r h z) - min(x - l h z)
+
+which is linear in d; e is then the middle of what is left. Orthographically the same holds with the height for h d, and
+no z. Up and down likewise, and the larger of the two is taken.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from texvol.annotation.drawing import check_drawable
+from texvol.annotation.legend import legend_width
+from texvol.annotation.legend_content import content_of
+from texvol.annotation.request import Annotation
+from texvol.annotation.sheet import Sheet
+from texvol.camera import FRAMING_MARGIN, Camera
+from texvol.scene import Scene
+
+# What each part takes of the picture's border, in ems: left, right, top, bottom.
+_TITLE = (0.0, 0.0, 2.2, 0.0)
+_LETTERS = (2.0, 2.0, 2.0, 2.0)
+_SCALE_BAR = (0.0, 0.0, 0.0, 2.6)
+_AXES = (4.5, 2.5, 1.0, 3.5)
+_LEGEND_AIR = 1.2
+_LEAST_LEFT = 0.4  # of the picture along each side that the box keeps: rather that annotation is dropped
+
+
+def framed(camera: Camera, scene: Scene, size: tuple[int, int], annotation: Annotation) -> Camera:
+    """See `annotation.with_room`."""
+    (left, right), (bottom, top) = _free(scene, size, annotation)
+    corners = camera.in_eye_space(scene.volume.corners_from_centre, scene.volume.centre)
+    x, y, z = corners.T
+    # Only the way along the view is chosen; distances are those beyond the target.
+    z = z - float(np.linalg.norm(np.subtract(camera.target, camera.eye)))
+    if camera.projection == "orthographic":
+        half = max(np.ptp(x) / (right - left), np.ptp(y) / (top - bottom))
+        shift = [(places.min() + places.max()) / 2 - (low + high) / 2 * half
+                 for places, low, high in ((x, left, right), (y, bottom, top))]  # fmt: skip
+        return _moved(replace(camera, height=2 * float(half)), shift, 0.0)
+    slope = camera.half_height
+    distance = max(
+        (np.max(places - high * slope * z) - np.min(places - low * slope * z)) / (slope * (high - low))
+        for places, low, high in ((x, left, right), (y, bottom, top))
+    )
+    depths = slope * (z + distance)
+    shift = [(np.max(places - high * depths) + np.min(places - low * depths)) / 2
+             for places, low, high in ((x, left, right), (y, bottom, top))]  # fmt: skip
+    back = float(distance) - float(np.linalg.norm(np.subtract(camera.target, camera.eye)))
+    return _moved(camera, shift, back)
+
+
+def _moved(camera: Camera, shift: list[float], back: float) -> Camera:
+    across = shift[0] * camera.right + shift[1] * camera.upward
+    eye = np.array(camera.eye) + across - back * camera.forward
+    return replace(camera, eye=tuple(eye), target=tuple(np.array(camera.target) + across))
+
+
+def _free(scene: Scene, size: tuple[int, int], annotation: Annotation) -> tuple[tuple[float, float], ...]:
+    """What annotation leaves of the picture: from left to right and from bottom to top, in halves of its height."""
+    sheet = Sheet(size, check_drawable(annotation, scene), scene.background, annotation.color, annotation.font_size)
+    parts = (
+        (annotation.title, _TITLE), (annotation.orientation, _LETTERS), (annotation.axes, _AXES),
+        (annotation.scale_bar, _SCALE_BAR),
+    )  # fmt: skip
+    asked = np.array([part for wanted, part in parts if wanted]).reshape(-1, 4)
+    left, right, top, bottom = (sheet.em * asked.sum(axis=0)).tolist()
+    if annotation.legend and scene.mode not in ("xray", "average"):
+        right += legend_width(sheet, content_of(scene, annotation.value_name, None, False)) + _LEGEND_AIR * sheet.em
+    elif annotation.legend:
+        right += 2 * _LETTERS[0] * sheet.em + _LEGEND_AIR * sheet.em  # what it says is known only from the picture
+    width, height = size
+    border = (1 - 1 / FRAMING_MARGIN) / 2 * height
+    sides = []
+    for before, after, count in ((left, right, width), (bottom, top, height)):
+        before, after = max(before, border), max(after, border)
+        most = (1 - _LEAST_LEFT) * count
+        shrunk = min(1.0, most / (before + after))
+        sides.append((2 * before * shrunk / height - count / height, count / height - 2 * after * shrunk / height))
+    return tuple(sides)

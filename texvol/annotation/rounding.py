@@ -1,0 +1,91 @@
+"""Round numbers: 1, 2 or 5 times a power of ten, as exact decimals, and how they are written.
+
+Decimals, so that 0.3 is not written 0.30000000000000004 and steps of 1e-9 about 1e9 keep their digits.
+"""
+
+from __future__ import annotations
+
+from decimal import Decimal
+from typing import NamedTuple
+
+import numpy as np
+
+MINUS = "\u2212"
+_SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+# Numbers from a ten-thousandth up to a hundred thousand are written out.
+_LEAST_WRITTEN, _MOST_WRITTEN = -4, 4
+_ON_THE_END = 1e-9  # of a step: how far beyond an end, by rounding, a tick still stands on it
+
+
+def round_up(least: float) -> Decimal:
+    """The smallest round number that is not below `least` > 0."""
+    exponent = int(np.floor(np.log10(least))) - 1
+    steps = (Decimal(digit).scaleb(exponent + power) for power in range(4) for digit in (1, 2, 5))
+    return next(step for step in steps if float(step) >= least * (1 - _ON_THE_END))
+
+
+def round_down(most: float) -> Decimal:
+    """The largest round number that is not above `most` > 0."""
+    exponent = int(np.floor(np.log10(most))) + 1
+    steps = (Decimal(digit).scaleb(exponent - power) for power in range(4) for digit in (5, 2, 1))
+    return next(step for step in steps if float(step) <= most * (1 + _ON_THE_END))
+
+
+def next_round(step: Decimal) -> Decimal:
+    """The next larger round number."""
+    return round_up(float(step) * 1.5)
+
+
+def multiples(low: float, high: float, step: Decimal) -> list[Decimal]:
+    """All multiples of `step` from `low` to `high`."""
+    first = int(np.ceil(low / float(step) - _ON_THE_END))
+    last = int(np.floor(high / float(step) + _ON_THE_END))
+    return [number * step for number in range(first, last + 1)]
+
+
+class Written(NamedTuple):
+    """Numbers as text, and the factor that all of them have lost: "" or such as "×10⁻⁹"."""
+
+    texts: list[str]
+    factor: str
+
+
+def written(numbers: list[Decimal], step: Decimal | None = None) -> Written:
+    """The numbers with as many decimals as `step` has, or each its own; large and small ones by a common factor."""
+    largest = max((abs(number) for number in numbers), default=Decimal(0))
+    power = _power(largest)
+    decimals = None if step is None else max(-int(step.normalize().scaleb(-power).as_tuple().exponent), 0)
+    return Written([_text(number.scaleb(-power), decimals) for number in numbers], _factor(power))
+
+
+def plain(number: float, digits: int = 6) -> str:
+    """A number of so many digits at most, with its power of ten where it is large or small."""
+    if not np.isfinite(number):
+        return "∞" if number > 0 else f"{MINUS}∞" if number < 0 else "?"
+    decimal = Decimal(f"{number:.{digits - 1}e}").normalize()
+    texts, factor = written([decimal])
+    return texts[0] + factor
+
+
+def length(number: Decimal, unit: str) -> str:
+    """A round length with its unit."""
+    texts, factor = written([number])
+    return f"{texts[0]}{factor} {unit or 'world units'}"
+
+
+def _power(largest: Decimal) -> int:
+    if largest == 0 or _LEAST_WRITTEN <= largest.adjusted() <= _MOST_WRITTEN:
+        return 0
+    return largest.adjusted() // 3 * 3
+
+
+def _text(number: Decimal, decimals: int | None) -> str:
+    text = f"{number:f}" if decimals is None else f"{number:.{decimals}f}"
+    if decimals is None and "." in text:
+        text = text.rstrip("0").rstrip(".")
+    is_zero = not text.strip("-0.")
+    return text.lstrip("-") if is_zero else text.replace("-", MINUS)
+
+
+def _factor(power: int) -> str:
+    return f"×10{str(power).translate(_SUPERSCRIPTS)}" if power else ""

@@ -1,0 +1,203 @@
+"""What CI systems are told of pictures: annotations and a job summary on GitHub, properties and attachments for JUnit.
+
+GitHub    `::error file=…,line=…,title=…::…` on standard output, and Markdown at the end of $GITHUB_STEP_SUMMARY
+JUnit     properties of a test case, and lines [[ATTACHMENT|path]] in its output, as Jenkins and GitLab read them
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from texvol.comparison.outcome import Outcome
+
+FAILING = ("broken", "different", "new", "refused")
+_SIGNS = {"broken": "❌", "different": "❌", "new": "🆕", "refused": "❌", "updated": "✏️", "same": "✅"}
+# GitHub takes 1 MiB of each step, and drops all of it beyond that; the step may have said something already.
+_MOST_BYTES = 1 << 20
+_MOST_OF_SUMMARY = _MOST_BYTES * 3 // 4
+_MOST_ANNOTATIONS = 10  # of one step and level are shown
+_MOST_WORDS = 300  # characters of a cell
+
+
+@dataclass(frozen=True)
+class Result:
+    """What there is to tell of one picture.
+
+    Attributes
+    ----------
+    status : str
+        "same", "different", "broken", "new", "updated" or "refused".
+    words : tuple of str
+        Why it failed.
+    kinds : tuple of str
+        What kind of difference it is.
+    test, file, line : str, str, int
+        Where it is checked, if it is a test's.
+    page : str
+        Where to look at it.
+    attachments : tuple of str
+        Files for JUnit.
+    """
+
+    name: str
+    status: str
+    words: tuple[str, ...] = ()
+    kinds: tuple[str, ...] = ()
+    max_error: float | None = None
+    rms_error: float | None = None
+    test: str = ""
+    file: str | None = None
+    line: int | None = None
+    page: str | None = None
+    attachments: tuple[str, ...] = ()
+
+    @classmethod
+    def of(cls, outcome: Outcome, page: str | None = None) -> Result:
+        """Of an outcome that is no test's."""
+        measures = outcome.measures
+        return cls(
+            outcome.name,
+            outcome.status,
+            outcome.violations,
+            tuple(kind.words for kind in outcome.kinds),
+            measures.max_error if measures else None,
+            measures.rms_error if measures else None,
+            page=page,
+        )
+
+
+def on_github(environment: Mapping[str, str] = os.environ) -> bool:
+    """Whether this runs in a workflow of GitHub's."""
+    return environment.get("GITHUB_ACTIONS") == "true"
+
+
+def told(outcomes: Iterable[Outcome], environment: Mapping[str, str] = os.environ) -> list[str]:
+    """Lines to print of some outcomes, annotations; the job summary gets its table. Nothing but on GitHub."""
+    return tell([Result.of(outcome) for outcome in outcomes], environment)
+
+
+def tell(results: Sequence[Result], environment: Mapping[str, str] = os.environ) -> list[str]:
+    """The same of results."""
+    if not on_github(environment) or not results:
+        return []
+    add_to_summary(job_summary(results), environment)
+    return workflow_commands(results, environment)
+
+
+def workflow_commands(results: Iterable[Result], environment: Mapping[str, str] = os.environ) -> list[str]:
+    """A workflow command for each picture that failed, as many as GitHub shows; the last counts the others."""
+    failed = [result for result in results if result.status in FAILING]
+    shown = failed if len(failed) <= _MOST_ANNOTATIONS else failed[: _MOST_ANNOTATIONS - 1]
+    lines = [_annotation(result, environment) for result in shown]
+    if len(failed) > len(shown):
+        lines.append(f"::error title=Pictures::and {len(failed) - len(shown)} more, see the job summary")
+    return lines
+
+
+def add_to_summary(markdown: str, environment: Mapping[str, str] = os.environ) -> None:
+    """Write to the end of the job summary, as far as there is one and room in it.
+
+    What can't be written is left out: a summary is no reason to fail.
+    """
+    path = environment.get("GITHUB_STEP_SUMMARY")
+    if not path:
+        return
+    with suppress(OSError):
+        there = Path(path).stat().st_size if Path(path).exists() else 0
+        content = markdown.encode()
+        if there + len(content) < _MOST_BYTES:
+            with open(path, "ab") as file:
+                file.write(content)
+
+
+def job_summary(results: Sequence[Result], title: str = "Pictures") -> str:
+    """A table in Markdown, in the order of the results; what does not fit is counted."""
+    failed = sum(result.status in FAILING for result in results)
+    lines = [
+        f"### {_cell(title)}: " + (f"{failed} of {len(results)} failed" if failed else f"all {len(results)} fine"),
+        "",
+        "| picture | status | what | max | rms |",
+        "|---|---|---|---:|---:|",
+    ]
+    size = sum(len(line.encode()) + 1 for line in lines)
+    for number, result in enumerate(results):
+        row = _row(result)
+        size += len(row.encode()) + 1
+        if size > _MOST_OF_SUMMARY:
+            lines += ["", f"and {len(results) - number} more"]
+            break
+        lines.append(row)
+    return "\n".join(lines) + "\n\n"
+
+
+def properties(result: Result) -> list[tuple[str, str]]:
+    """Properties of a JUnit test case."""
+    found = {
+        "texvol_picture": result.name,
+        "texvol_status": result.status,
+        "texvol_max": None if result.max_error is None else f"{result.max_error:.6g}",
+        "texvol_rms": None if result.rms_error is None else f"{result.rms_error:.6g}",
+        "texvol_kinds": "; ".join(result.kinds) or None,
+        "texvol_page": result.page,
+    }
+    return [(name, text) for name, text in found.items() if text is not None]
+
+
+def attachment(path: str) -> str:
+    """The line in a test case's output that Jenkins and GitLab take for an attached file."""
+    return f"[[ATTACHMENT|{path}]]"
+
+
+def _annotation(result: Result, environment: Mapping[str, str]) -> str:
+    place = {"file": _in_workspace(result.file, environment), "line": result.line if result.file else None}
+    place["title"] = f"picture {result.name} is {result.status}"
+    told = ",".join(f"{key}={_escaped(str(value), of_property=True)}" for key, value in place.items() if value)
+    return f"::error {told}::{_escaped(chr(10).join((*result.words, *result.kinds)) or result.status)}"
+
+
+def _in_workspace(file: str | None, environment: Mapping[str, str]) -> str | None:
+    """The file as GitHub knows it: from the root of the repository."""
+    root = environment.get("GITHUB_WORKSPACE")
+    if file is None or not root:
+        return file
+    path, root = os.path.realpath(file), os.path.realpath(root)
+    return os.path.relpath(path, root) if path.startswith(root + os.sep) else file
+
+
+def _escaped(text: str, *, of_property: bool = False) -> str:
+    """Text in a workflow command: its characters of control, and in a property what ends one, in percent."""
+    special = "%\r\n:," if of_property else "%\r\n"
+    return "".join(f"%{ord(each):02X}" if each in special else each for each in text)
+
+
+def _row(result: Result) -> str:
+    # Where it failed its words say the kinds; else there is nothing to say.
+    what = "; ".join(result.kinds or result.words[1:] or result.words) if result.status in FAILING else ""
+    if result.status == "updated":
+        what = "; ".join(result.words)
+    cells = (
+        _cell(result.name),
+        f"{_SIGNS.get(result.status, '')} {_cell(result.status)}",
+        _cell(what),
+        _number(result.max_error),
+        _number(result.rms_error),
+    )
+    return f"| {' | '.join(cells)} |"
+
+
+def _number(number: float | None) -> str:
+    return "" if number is None else f"{number:.3g}"
+
+
+def _cell(text: str) -> str:
+    """Text that is no Markdown and no HTML, on one line."""
+    line = " ".join(text.split())
+    line = line if len(line) <= _MOST_WORDS else line[: _MOST_WORDS - 1] + "…"
+    return re.sub(r"([\\`*_\[\]<>|#&~])", lambda found: f"&#{ord(found[1])};", line)

@@ -1,0 +1,38 @@
+"""What was held against each other in a pair of pictures, for pages to show: pixels and their differences."""
+
+from __future__ import annotations
+
+from functools import reduce
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.comparison.outcome import Outcome, on_one_range
+
+
+def compared_pixels(outcome: Outcome) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """The pixels that were held against each other: cut where one format ends at 1, opaque where one has no opacity."""
+    ours, theirs = on_one_range(outcome.candidate, outcome.reference)
+    return ours.pixels, theirs.pixels
+
+
+def pixel_differences(candidate: NDArray, reference: NDArray) -> NDArray[np.float32]:
+    """Each pixel's largest absolute difference; infinite where either is not finite."""
+    with np.errstate(invalid="ignore", over="ignore"):
+        channels = np.moveaxis(np.abs(candidate - reference), 2, 0)
+    difference = reduce(np.maximum, channels)  # a fifth of the time that max(axis=2) takes of so few
+    return np.where(np.isnan(difference), np.float32(np.inf), difference)
+
+
+def largest_finite(numbers: NDArray) -> float:
+    """The largest of those that are finite, or 0."""
+    return float(numbers[np.isfinite(numbers)].max(initial=0))
+
+
+def shown_range(reference: NDArray, scale: float) -> list[float]:
+    """What is shown black and white: 0 and 1 of light, and the ends of the range of numbers."""
+    if scale == 1:
+        return [0.0, 1.0]
+    colors = reference[..., :3]
+    low = float(colors[np.isfinite(colors)].min(initial=np.inf))
+    return [low, low + scale] if np.isfinite(low) else [0.0, scale]

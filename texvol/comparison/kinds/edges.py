@@ -1,0 +1,87 @@
+"""Edges: differences on outlines of what is shown, and nowhere else; and blur, which is theirs too."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.comparison.kinds.finding import Finding
+from texvol.comparison.kinds.kind import Kind, number
+from texvol.comparison.kinds.pair import GREY, Pair, Pixels
+
+# Nine tenths of the difference, on the steepest third of where anything is shown, and a quarter of the picture.
+_SHARE, _OF_SHOWN, _AREA = 0.9, 1 / 3, 0.25
+_SHOWN = 0.005  # of the steepest: less is a background
+_BINS = 256
+_LEAST_IN_WINDOW = 0.5  # of the difference in the part that differs most
+
+
+def edges(pair: Pair) -> Finding | None:
+    """Differences on edges of what is shown, and nowhere else."""
+    if min(pair.size) < 8:
+        return None
+    contrast = np.maximum(_contrast(pair.candidate), _contrast(pair.reference))
+    steps = np.minimum(contrast * np.float32(_BINS / max(float(contrast.max()), 1e-30)), _BINS - 1).astype(np.int32)
+    counts = np.bincount(steps.ravel(), minlength=_BINS)[::-1]
+    energies = np.bincount(steps.ravel(), pair.energy.ravel(), _BINS)[::-1]
+    # From the steepest on, until nine tenths of the difference are reached.
+    reached = int(np.searchsorted(np.cumsum(energies), _SHARE * energies.sum()))
+    area = float(counts[: reached + 1].sum() / contrast.size)
+    share = float(energies[: reached + 1].sum() / energies.sum())
+    shown = float((contrast > _SHOWN * contrast.max()).mean())
+    if area > min(_AREA, _OF_SHOWN * shown):
+        return None
+    words = (
+        f"the difference sits where the pictures change most, on edges and outlines: {number(100 * share, 3)} % of it "
+        f"on {number(100 * area, 2)} % of the pixels"
+    )
+    parameters = {"share": share, "area": area}
+    return Finding(Kind("edges only", share, words, parameters), pair.with_side("candidate", pair.reference))
+
+
+def blur(pair: Pair) -> Finding | None:
+    """The candidate as the reference with its detail softened or sharpened: r + s ∇² r."""
+    if pair.window is not pair:
+        seen = blur(pair.window)
+        if seen is None or seen.kind.explained < _LEAST_IN_WINDOW:
+            return None
+    if min(pair.size) < 8:
+        return None
+    candidate, reference = pair.candidate[1:-1, 1:-1], pair.reference[1:-1, 1:-1]
+    corner = (pair.corner[0] + 1, pair.corner[1] + 1)
+    before = Pair(candidate, reference, pair.has_opacity, corner)
+    best: Finding | None = None
+    for blurred, sharp in (("candidate", "reference"), ("reference", "candidate")):
+        detail = _laplacian(pair.of(sharp))
+        below = float(np.vdot(detail, detail))
+        amount = float(np.vdot(detail, before.of(blurred) - before.of(sharp))) / below if below > 0 else 0.0
+        if not 0 < amount < 1:
+            continue
+        left = before.with_side(sharp, before.of(sharp) + np.float32(amount) * detail)
+        explained = before.explained_by(left)
+        words = f"the {blurred} is blurred, by about {number(np.sqrt(2 * amount), 2)} pixels, against the {sharp}"
+        if best is None or explained > best.kind.explained:
+            kind = Kind("blurred", explained, words, {"blurred": blurred, "sigma": float(np.sqrt(2 * amount))})
+            best = Finding(kind, left, fitted=1)
+    return best
+
+
+def _contrast(picture: Pixels) -> NDArray:
+    """Largest less smallest grey of each pixel and its neighbours."""
+    low = high = picture @ GREY
+    for axis in (0, 1):
+        low, high = _spread(low, axis, np.minimum), _spread(high, axis, np.maximum)
+    return high - low
+
+
+def _spread(picture: Pixels, axis: int, extreme: np.ufunc) -> Pixels:
+    source = picture.swapaxes(0, axis)
+    result = source.copy()
+    extreme(result[1:], source[:-1], out=result[1:])
+    extreme(result[:-1], source[1:], out=result[:-1])
+    return result.swapaxes(0, axis)
+
+
+def _laplacian(picture: Pixels) -> Pixels:
+    inner = picture[1:-1, 1:-1]
+    return picture[2:, 1:-1] + picture[:-2, 1:-1] + picture[1:-1, 2:] + picture[1:-1, :-2] - 4 * inner

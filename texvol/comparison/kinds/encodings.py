@@ -1,0 +1,84 @@
+"""Encodings of light, for pictures whose values may lie outside [0, 1], and colour with and without opacity in it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+Curve = Callable[[NDArray], NDArray]
+
+# Straight colour of less opacity than this is mostly rounding: half a step of 8 bits.
+_LEAST_OPACITY = 1 / 510
+_LARGEST_STRAIGHT = 16.0
+
+
+def srgb_encoded(linear: NDArray) -> NDArray:
+    """sRGB encoding (IEC 61966-2-1), odd, and continued above 1."""
+    size = np.abs(linear)
+    curved = 1.055 * size ** np.asarray(1 / 2.4, size.dtype) - 0.055
+    straight_part = 12.92 * np.minimum(size, 0.0031308)
+    return np.copysign(np.where(size <= 0.0031308, straight_part, curved), linear).astype(linear.dtype, copy=False)
+
+
+def srgb_decoded(encoded: NDArray) -> NDArray:
+    """Linear light of sRGB values, odd, and continued above 1."""
+    size = np.abs(encoded)
+    with np.errstate(over="ignore", invalid="ignore"):
+        curved = ((size + 0.055) / 1.055) ** np.asarray(2.4, size.dtype)
+    return np.copysign(np.where(size <= 0.04045, size / 12.92, curved), encoded).astype(encoded.dtype, copy=False)
+
+
+def to_the_power(exponent: float) -> Curve:
+    """The odd power law of that exponent."""
+
+    def curve(values: NDArray) -> NDArray:
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+            return np.copysign(np.abs(values) ** np.asarray(exponent, values.dtype), values)
+
+    return curve
+
+
+def on_premultiplied(curve: Curve) -> Curve:
+    """The curve on the colour of premultiplied pixels (…, 4) as it stands."""
+
+    def apply(pixels: NDArray) -> NDArray:
+        changed = pixels.copy()
+        changed[..., :3] = curve(pixels[..., :3])
+        return changed
+
+    return apply
+
+
+def on_straight(curve: Curve) -> Curve:
+    """The curve on the straight colour of premultiplied pixels (…, 4); where that is no colour they stay.
+
+    Light far beyond the opacity it comes with is emission, a background or an error: a curve of c / A would hide it.
+    """
+
+    def apply(pixels: NDArray) -> NDArray:
+        changed = pixels.copy()
+        color, opacity = straight(pixels), pixels[..., 3:]
+        seen = (opacity > 0) & (np.abs(color) <= _LARGEST_STRAIGHT)
+        np.copyto(changed[..., :3], curve(color) * opacity, where=seen)
+        return changed
+
+    return apply
+
+
+def on_all(curve: Curve) -> Curve:
+    """The curve on all four channels."""
+    return lambda pixels: curve(pixels)
+
+
+def straight(pixels: NDArray) -> NDArray:
+    """Straight colour (…, 3); 0 where there is no opacity, or none that can be divided by."""
+    opacity = pixels[..., 3:]
+    with np.errstate(over="ignore"):
+        return np.divide(pixels[..., :3], opacity, out=np.zeros_like(pixels[..., :3]), where=np.abs(opacity) > 1e-30)
+
+
+def is_partial(opacity: NDArray) -> bool:
+    """Whether straight and premultiplied colour differ: somewhere opacity is neither 0 nor 1."""
+    return bool(((opacity > _LEAST_OPACITY) & (opacity < 1 - _LEAST_OPACITY)).any())

@@ -1,0 +1,63 @@
+"""A Finding is a kind of difference that was found in a pair, and the pair without it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+from texvol.comparison.kinds.kind import Kind, other
+from texvol.comparison.kinds.pair import Pair, Pixels
+
+
+@dataclass(frozen=True)
+class Change:
+    """What may have happened to each pixel of one picture by itself, with its numbers fitted already.
+
+    Attributes
+    ----------
+    applied_to : "candidate" or "reference"
+        Which picture has to undergo it to become the other.
+    apply : function
+        Premultiplied pixels (height, width, 4) → the same pixels changed.
+    fitted : int
+        How many numbers were fitted: the fewer, the likelier.
+    is_idempotent : bool
+        Whether it changes nothing the second time.
+    """
+
+    name: str
+    applied_to: str
+    apply: Callable[[Pixels], Pixels]
+    words: str
+    parameters: dict[str, Any] = field(default_factory=dict)
+    fitted: int = 0
+    is_idempotent: bool = False
+
+    def explained(self, pair: Pair) -> float:
+        """Share of the squared difference that goes away when the change is undone.
+
+        A change that makes all numbers smaller makes any difference smaller, which is no explanation. So it has also
+        to beat, by the same measure, two pictures that were the same before both were changed; except for one that
+        changes nothing the second time, such as a rounding.
+        """
+        undone = self.undone(pair)
+        share = pair.explained_by(undone)
+        if self.is_idempotent or share <= 0:
+            return share
+        left = undone.total
+        both = undone.with_side(other(self.applied_to), self.apply(pair.of(other(self.applied_to)))).total
+        return min(share, 1 - left / both) if both > 0 else 0.0
+
+    def undone(self, pair: Pair) -> Pair:
+        """The pair whose other picture has the change as well."""
+        return pair.with_side(self.applied_to, self.apply(pair.of(self.applied_to)))
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A kind, the pair that is left when it is undone, and how many numbers were fitted."""
+
+    kind: Kind
+    left: Pair
+    fitted: int = 0

@@ -1,0 +1,134 @@
+"""Geometry: a picture that lies elsewhere, shifted by parts of a pixel, or turned and mirrored."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.comparison.kinds import registration
+from texvol.comparison.kinds.finding import Finding
+from texvol.comparison.kinds.isolated import isolated, isolated_pixels
+from texvol.comparison.kinds.kind import Kind
+from texvol.comparison.kinds.pair import GREY, Pair, Pixels
+
+_LEAST_SHIFT = 0.002  # pixels; less can't be told from other small differences
+# Outlines that are not smoothed jump by whole pixels, which no interpolation undoes; in means over 8×8 pixels the jumps
+# along an outline become the shift. So it must undo most of the difference of the means, and some of the difference.
+_MEANS_OVER = 8
+_LEAST_OF_MEANS, _LEAST_OF_ALL = 0.8, 0.1
+_MOST = 0.8
+# A shift by a good part of the picture hides what differs most: what is left to compare has to be the same.
+_FAR, _MOST_FAR = 0.1, 0.95
+_ALONE, _SURELY, _LEAST_OF_WINDOW = 0.5, 0.9999, 0.02
+
+_FLIPS: dict[str, tuple[str, Callable[[NDArray], NDArray]]] = {
+    "up-down": ("upside down (rows in reverse order)", lambda p: p[::-1]),
+    "left-right": ("mirrored left to right", lambda p: p[:, ::-1]),
+    "turned 180°": ("turned by half a turn", lambda p: p[::-1, ::-1]),
+    "transposed": ("transposed (rows and columns exchanged)", lambda p: p.swapaxes(0, 1)),
+    "turned 90°": ("turned by a quarter to the left", lambda p: p.swapaxes(0, 1)[::-1]),
+    "turned 270°": ("turned by a quarter to the right", lambda p: p.swapaxes(0, 1)[:, ::-1]),
+    "transposed, turned 180°": ("transposed along the other diagonal", lambda p: p[::-1, ::-1].swapaxes(0, 1)),
+}
+
+
+def flips(pair: Pair) -> Iterator[Finding]:
+    """The candidate as the reference turned or mirrored; those that undo most of the difference."""
+    width, height = pair.size
+    for name, (words, turn) in _FLIPS.items():
+        if width != height and name.startswith(("transposed", "turned 90", "turned 270")):
+            continue
+        turned = turn(pair.reference)
+        if not _may_match(pair, turned):
+            continue
+        left = pair.with_side("reference", np.ascontiguousarray(turned))
+        explained = pair.explained_by(left)
+        if explained > 0:
+            yield Finding(Kind("flipped", explained, f"the candidate is {words}", {"how": name}), left)
+
+
+def shift(pair: Pair) -> Finding | None:
+    """The candidate as the reference shifted, if undoing that removes most of the difference."""
+    if min(pair.size) < 4:
+        return None
+    grey = pair.candidate @ GREY, pair.reference @ GREY
+    if not all(float(np.ptp(each)) > 0 for each in grey):
+        return None
+    dx, dy = registration.estimate(*grey)
+    if max(abs(dx), abs(dy)) < _LEAST_SHIFT or max(abs(dx) / pair.size[0], abs(dy) / pair.size[1]) > 0.5:
+        return None
+    seen = _without_shift(pair, dx, dy)
+    if seen is None:
+        return None
+    before, left = seen
+    explained, of_means = before.explained_by(left), _of_means(before, left)
+    jumps = max(abs(dx), abs(dy)) <= 1 and explained >= _LEAST_OF_ALL and of_means >= _LEAST_OF_MEANS
+    is_far = max(abs(dx) / pair.size[0], abs(dy) / pair.size[1]) > _FAR
+    if not (explained >= (_MOST_FAR if is_far else _MOST) or jumps):
+        return None
+    parameters = {"dx": dx, "dy": dy, "explained_of_means": of_means}
+    return Finding(Kind("shifted", explained, _words(dx, dy), parameters), left, fitted=2)
+
+
+def _words(dx: float, dy: float) -> str:
+    horizontally = "right" if dx > 0 else "left"
+    vertically = "down" if dy > 0 else "up"
+    said = [word for word, by in ((horizontally, dx), (vertically, dy)) if abs(by) >= 0.005]
+    pixels = f"({round(dx, 2) + 0.0:+.2f}, {round(dy, 2) + 0.0:+.2f})"  # + 0: no -0
+    return f"the candidate is shifted by {pixels} pixels, {' and '.join(said) or 'hardly'} (x to the right, y down)"
+
+
+def _without_shift(pair: Pair, dx: float, dy: float) -> tuple[Pair, Pair] | None:
+    """What both pictures show, as it is and without the shift, by the interpolation that undoes most.
+
+    Interpolation softens; so the one that was softened already stays, and the other is moved. And it smears a wrong
+    pixel: where one is found alone, the picture that it is in was not moved. Which one it is shows in a part already.
+    """
+    ways = [(taps, side) for taps in {registration.taps_for(pair.size): 0, 2: 0} for side in ("reference", "candidate")]
+    best, best_explained = ways[0], -np.inf
+    for way in ways:
+        moved = _moved(pair.window, dx, dy, *way)
+        if moved is None:
+            continue
+        explained = moved[0].explained_by(moved[1])
+        alone = isolated_pixels(moved[1])
+        if alone is not None and isolated(moved[1], alone).kind.explained > _ALONE:
+            explained = 1.0
+        if explained > best_explained:
+            best, best_explained = way, explained
+        if explained > _SURELY:
+            break
+    return _moved(pair, dx, dy, *best) if best_explained > _LEAST_OF_WINDOW else None
+
+
+def _moved(pair: Pair, dx: float, dy: float, taps: int, side: str) -> tuple[Pair, Pair] | None:
+    """Where both are known: the pair as it is, and with one side moved onto the other."""
+    sign = 1 if side == "reference" else -1
+    moved, (rows, columns) = registration.shifted(pair.of(side), sign * dx, sign * dy, taps)
+    if min(moved.shape[:2]) < 2:
+        return None
+    corner = (pair.corner[0] + columns.start, pair.corner[1] + rows.start)
+    before = Pair(pair.candidate[rows, columns], pair.reference[rows, columns], pair.has_opacity, corner)
+    return before, before.with_side(side, moved)
+
+
+def _of_means(before: Pair, left: Pair) -> float:
+    """Share of the squared difference of means over tiles that is gone."""
+    return 1 - _tiled(left.difference) / max(_tiled(before.difference), 1e-300)
+
+
+def _tiled(difference: Pixels) -> float:
+    height, width = difference.shape[:2]
+    side = min(_MEANS_OVER, height, width)
+    rows, columns = height // side, width // side
+    tiles = difference[: rows * side, : columns * side].reshape(rows, side, columns, side, -1)
+    return float(np.square(tiles.mean(axis=(1, 3), dtype=np.float64)).sum())
+
+
+def _may_match(pair: Pair, turned: NDArray) -> bool:
+    """Whether pixels of a grid fit better than without turning: cheap, and mostly they don't."""
+    step = max(1, min(pair.size) // 64)
+    candidate, before, after = (each[::step, ::step] for each in (pair.candidate, pair.reference, turned))
+    return bool(np.square(candidate - after).sum() < 0.7 * np.square(candidate - before).sum())

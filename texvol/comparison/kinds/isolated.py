@@ -1,0 +1,82 @@
+"""Isolated pixels: a few that differ far more than any of their neighbours."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.comparison.kinds.finding import Finding
+from texvol.comparison.kinds.kind import CHANNELS, Kind
+from texvol.comparison.kinds.pair import Pair
+
+_MOST = 16  # more than a few are noise of a few pixels
+_STANDS_OUT = 5.0  # times its neighbours' difference
+_NAMED = 5  # pixels that are named one by one
+_FEWEST_PIXELS = 6  # of a picture, for one of them to be alone
+
+
+@dataclass(frozen=True)
+class Isolated:
+    """Pixels (rows, columns) whose difference stands out among their neighbours'."""
+
+    rows: NDArray
+    columns: NDArray
+
+    def left_out(self, pair: Pair) -> Pair:
+        """The pair in which these pixels are the same."""
+        candidate = pair.candidate.copy()
+        candidate[self.rows, self.columns] = pair.reference[self.rows, self.columns]
+        return pair.with_side("candidate", candidate)
+
+
+def isolated_pixels(pair: Pair) -> Isolated | None:
+    """The few pixels, if there are any, that differ far more than any of their neighbours."""
+    if pair.energy.size < _FEWEST_PIXELS:
+        return None
+    energy = pair.energy
+    # Only what differs by more than most can stand out; few pixels are looked at closer.
+    # (Half of the largest: among six pixels one can't be 25 times their mean.)
+    usual = min(_STANDS_OUT**2 * float(energy.mean(dtype=np.float64)), 0.5 * float(energy.max()))
+    rows, columns = np.nonzero(energy > max(usual, 1e-8))
+    if not 0 < len(rows) <= energy.size // 50 + _MOST:
+        return None
+    around = _largest_around(energy, rows, columns)
+    alone = energy[rows, columns] > _STANDS_OUT**2 * around
+    if not 0 < alone.sum() <= min(_MOST, energy.size // 4):
+        return None
+    return Isolated(rows[alone], columns[alone])
+
+
+def isolated(pair: Pair, pixels: Isolated) -> Finding:
+    """Those pixels as a kind."""
+    left = pixels.left_out(pair)
+    differences = pair.difference[pixels.rows, pixels.columns]
+    order = np.argsort(-np.abs(differences).max(axis=1), kind="stable")
+    found = []
+    for i in order:
+        channel = int(np.abs(differences[i]).argmax())
+        at = (int(pixels.columns[i]) + pair.corner[0], int(pixels.rows[i]) + pair.corner[1])
+        by = [float(each) for each in differences[i, : pair.channels]]
+        found.append({"column": at[0], "row": at[1], "channel": CHANNELS[channel], "by": by[channel], "all": by})
+    named = "; ".join(f"column {p['column']}, row {p['row']}: {p['channel']} {p['by']:+.3g}" for p in found[:_NAMED])
+    count = "one pixel is" if len(found) == 1 else f"{len(found)} single pixels are"
+    words = f"{count} off: {named}{' …' * (len(found) > _NAMED)}"
+    return Finding(
+        Kind("isolated pixels", pair.explained_by(left), words, {"count": len(found), "pixels": found}), left
+    )
+
+
+def _largest_around(energy: NDArray, rows: NDArray, columns: NDArray) -> NDArray:
+    """The largest energy among the eight neighbours of each of the pixels."""
+    height, width = energy.shape
+    largest = np.zeros(len(rows), energy.dtype)
+    for down in (-1, 0, 1):
+        for right in (-1, 0, 1):
+            if down or right:
+                y, x = rows + down, columns + right
+                inside = (y >= 0) & (y < height) & (x >= 0) & (x < width)
+                found = energy[np.where(inside, y, 0), np.where(inside, x, 0)]
+                largest = np.maximum(largest, np.where(inside, found, 0))
+    return largest

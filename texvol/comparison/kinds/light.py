@@ -1,0 +1,128 @@
+"""Light: a common factor or summand, channels that changed places, values that were cut off."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import permutations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.comparison.kinds.encodings import Curve
+from texvol.comparison.kinds.finding import Change
+from texvol.comparison.kinds.fitting import ratio
+from texvol.comparison.kinds.kind import number, other
+from texvol.comparison.kinds.pair import ROUNDING, Pair
+
+_LETTERS = "RGBA"
+
+
+def changes(pair: Pair) -> Iterator[Change]:
+    """What could have happened to the light of a pair's pixels."""
+    yield from _factors(pair.sample)
+    yield from _summands(pair.sample)
+    yield from _permutations(pair.sample)
+    yield from _cuts(pair)
+
+
+def _factors(sample: Pair) -> Iterator[Change]:
+    weights = sample.pixel_weights[..., np.newaxis]
+    parts = {"colour": slice(0, 3)} | ({"all four channels": slice(0, 4)} if sample.has_opacity else {})
+    for part, channels in parts.items():
+        factor = ratio(sample.candidate[..., channels], sample.reference[..., channels], weights)
+        words = (
+            f"the candidate's {part} {'is' if part == 'colour' else 'are'} {number(factor, 4)} times the reference's"
+        )
+        parameters = {"factor": factor, "part": part}
+        yield Change("brightness", "reference", _times(factor, channels), words, parameters, fitted=1)
+    each = [ratio(sample.candidate[..., [i]], sample.reference[..., [i]], weights) for i in range(3)]
+    shown = ", ".join(number(one, 4) for one in each)
+    words = f"the candidate's red, green and blue are ({shown}) times the reference's"
+    yield Change("brightness", "reference", _times(each, slice(0, 3)), words, {"factors": each}, fitted=3)
+
+
+def _summands(sample: Pair) -> Iterator[Change]:
+    weights = sample.pixel_weights[..., np.newaxis]
+    each = (weights * sample.difference[..., :3]).sum(axis=(0, 1)) / weights.sum()
+    for summand, fitted in ((np.full(3, each.mean()), 1), (each, 3)):
+        shown = number(summand[0]) if fitted == 1 else f"({', '.join(number(float(one)) for one in summand)})"
+        words = f"the candidate's colour is the reference's plus {shown} everywhere"
+        yield Change("brightness", "reference", _plus(summand), words, {"summand": summand.tolist()}, fitted=fitted)
+
+
+def _permutations(sample: Pair) -> Iterator[Change]:
+    """The permutation of channels that fits best.
+
+    Σ (c_i - r_π(i))² is sums of products of channels, so that pixels are gone through once.
+    """
+    count = sample.channels
+    candidate, reference = (sample.of(side)[..., :count].reshape(-1, count).astype(np.float64) for side in _SIDES)
+    products = (candidate * sample.pixel_weights[..., np.newaxis].reshape(-1, 1)).T @ reference
+    rows = list(range(count))
+    best = max(permutations(rows), key=lambda order: float(products[rows, order].sum()))
+    if best != tuple(rows):
+        order = [*best, *range(count, 4)]
+        shown = "".join(_LETTERS[i] for i in best)
+        if count == 4 and best[3] == 3:
+            shown = shown[:3]
+        words = f"the candidate's {_LETTERS[: len(shown)]} are the reference's {shown}"
+        yield Change("channels swapped", "reference", lambda pixels: pixels[..., order], words, {"order": shown})
+
+
+def _cuts(pair: Pair) -> Iterator[Change]:
+    """One picture ends at a value, and the other goes on."""
+    for cut in _SIDES:
+        low, high = _ends(pair, cut)
+        uncut = pair.of(other(cut))
+        margin = ROUNDING * pair.scale
+        above, below = float(uncut.max()) > high + margin, float(uncut.min()) < low - margin
+        if not (above or below):
+            continue
+        ends = [f"over {number(high)}"] * above + [f"under {number(low)}"] * below
+        words = f"what is {' and '.join(ends)} is cut off in the {cut}"
+        parameters = {"cut": cut, "low": low if below else None, "high": high if above else None}
+        yield Change("clipped", other(cut), _clip(low, high), words, parameters, is_idempotent=True)
+
+
+def _ends(pair: Pair, side: str) -> tuple[float, float]:
+    """Values at which a picture may have been cut: 0 and 1, or its largest if it is that of many pixels."""
+    pixels = pair.of(side)
+    largest = float(pixels[..., :3].max())
+    low = 0.0 if pixels.min() >= 0 else -np.inf
+    if abs(largest - 1) <= ROUNDING:
+        return low, 1.0
+    # A cut leaves many pixels at one value, and brighter ones in the other picture.
+    at_top = (pixels[..., :3] == largest) & (pair.of(other(side))[..., :3] > largest)
+    many = at_top.any(axis=2).sum() >= max(4, at_top.shape[0] * at_top.shape[1] // 10_000)
+    flat = largest == float(pixels[..., :3].min())
+    return low, largest if many and not flat else np.inf
+
+
+def _times(factor: float | list[float], channels: slice) -> Curve:
+    def apply(pixels: NDArray) -> NDArray:
+        changed = pixels.copy()
+        changed[..., channels] *= np.asarray(factor, pixels.dtype)
+        return changed
+
+    return apply
+
+
+def _plus(summand: NDArray) -> Curve:
+    def apply(pixels: NDArray) -> NDArray:
+        changed = pixels.copy()
+        changed[..., :3] += summand.astype(pixels.dtype)
+        return changed
+
+    return apply
+
+
+def _clip(low: float, high: float) -> Curve:
+    def apply(pixels: NDArray) -> NDArray:
+        changed = np.clip(pixels, low, high)
+        changed[..., 3] = pixels[..., 3] if not np.isfinite(high) else np.clip(pixels[..., 3], 0, 1)
+        return changed
+
+    return apply
+
+
+_SIDES = ("candidate", "reference")

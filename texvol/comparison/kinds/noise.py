@@ -1,0 +1,72 @@
+"""Noise: differences that say nothing of their neighbours'."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from texvol.comparison.kinds.finding import Finding
+from texvol.comparison.kinds.kind import Kind, number
+from texvol.comparison.kinds.pair import Pair, Pixels
+
+MOST_GAUSSIAN = 4.5  # fourth moment, of a Gaussian 3
+_FEWEST = 48  # differing pixels; of fewer no correlation can be told
+# A correlation of n pixels scatters by 1/√n; and a cut at 0 or an opacity that scales it makes a little of it.
+_CORRELATION, _MEAN, _SCATTER, _SURELY = 0.06, 0.1, 4.0, 0.2
+_NEIGHBOURS = ((1, 0), (0, 1), (1, 1), (1, -1), (2, 0), (0, 2))  # (down, right)
+
+
+def noise(pair: Pair) -> Finding | None:
+    """Differences that say nothing of their neighbours', and of mean zero."""
+    if pair.window is not pair and _is_correlated(pair.window):
+        return None
+    difference = pair.difference[..., : pair.channels] / np.float32(pair.largest)
+    differing = pair.energy > 0
+    count = int(differing.sum())
+    if count < _FEWEST or min(pair.size) < 3:
+        return None
+    square = float(np.square(difference, dtype=np.float64).sum())
+    limit = max(_CORRELATION, _SCATTER / np.sqrt(count))
+    alike = [_correlation(difference, *step) / square for step in _NEIGHBOURS]
+    values = difference[differing]
+    mean = np.abs(values.mean(axis=0, dtype=np.float64)).max()
+    rms = float(np.sqrt(np.square(values, dtype=np.float64).mean()))
+    if max(map(abs, alike)) > limit or mean > (_MEAN + _SCATTER / np.sqrt(count)) * rms:
+        return None
+    share = count / pair.energy.size
+    everywhere = float(np.sqrt(square / difference.size)) * pair.largest
+    tails = float(np.power(values, 4, dtype=np.float64).mean()) / rms**4
+    form = _noise_form(tails, share)
+    words = f"noise of rms {number(everywhere)}, {form}, not correlated between neighbours, of mean zero"
+    parameters = {"rms": everywhere, "share": share, "kurtosis": tails}
+    explained = 1 - max(map(abs, alike))
+    return Finding(Kind("noise", explained, words, parameters), pair.with_side("candidate", pair.reference))
+
+
+def _noise_form(tails: float, share: float) -> str:
+    # The fourth moment is 3 for a Gaussian, 1.8 for even odds between two ends.
+    if share < 0.2:
+        return f"in {number(100 * share, 2)} % of the pixels"
+    even = (
+        "like a Gaussian"
+        if 2.3 <= tails <= MOST_GAUSSIAN
+        else "of even odds"
+        if tails < 2.3
+        else "more in some places than in others"
+    )
+    return even + (" everywhere" if share > 0.95 else f" in {number(100 * share, 2)} % of the pixels")
+
+
+def _is_correlated(window: Pair) -> bool:
+    """Whether neighbours are alike far beyond chance."""
+    difference = window.difference / np.float32(window.largest)
+    square = float(np.square(difference, dtype=np.float64).sum())
+    return max(abs(_correlation(difference, *step)) for step in ((1, 0), (0, 1))) > _SURELY * square
+
+
+def _correlation(difference: Pixels, down: int, right: int) -> float:
+    """Sum of products of pixels and those so far down and to the right, or to the left."""
+    if right < 0:
+        difference, right = difference[:, ::-1], -right
+    height, width = difference.shape[:2]
+    one, two = difference[: height - down, : width - right], difference[down:, right:]
+    return float(np.einsum("hwc,hwc->", one, two, dtype=np.float64))

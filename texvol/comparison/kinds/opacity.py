@@ -1,0 +1,143 @@
+"""Opacity: of another slab thickness, in the colour or not, or in front of another background.
+
+scaled opacity      A' = 1 - (1 - A)^k, the straight colour stays: path lengths k times as long
+straight colour     C' = C / A, or C · A
+background          C' = C + (1 - A) b; over an opaque background A' = 1
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.comparison.kinds.encodings import Curve, is_partial, straight
+from texvol.comparison.kinds.finding import Change
+from texvol.comparison.kinds.fitting import least
+from texvol.comparison.kinds.kind import number, other
+from texvol.comparison.kinds.pair import ROUNDING, Pair
+
+_LEAST_RATIO, _LARGEST_RATIO = 1 / 64, 64.0
+_ONE_RATIO = 1e-4  # thicknesses nearer to each other than this are the same
+_TINY, _CLEAR = 1e-30, 1e-3  # opacities
+_SHARE_OF_OPACITY, _PROVEN = 0.02, 0.98  # of the squared difference
+
+
+def changes(sample: Pair) -> Iterator[Change]:
+    """What could have happened to the opacity of a sample's pixels, or by it to their colour."""
+    if not sample.has_opacity:
+        return
+    opacities = {side: sample.of(side)[..., 3] for side in ("candidate", "reference")}
+    if is_partial(opacities["candidate"]) or is_partial(opacities["reference"]):
+        yield from _straight()
+        yield from _scaled(sample)
+    yield from _background(sample)
+    for side, opacity in opacities.items():
+        if opacity.min() >= 1 - ROUNDING and opacities[other(side)].min() < 1 - ROUNDING:
+            yield from _flattened(sample, side)
+
+
+def rescaled(ratio: float, light: NDArray | None = None) -> Curve:
+    """Premultiplied pixels of matter that is `ratio` times as thick, and of the same straight colour.
+
+    `light` is that of a background, which enters as 1 - opacity times itself and is no part of the matter.
+    """
+
+    def apply(pixels: NDArray) -> NDArray:
+        behind = np.zeros(3, pixels.dtype) if light is None else light.astype(pixels.dtype)
+        opacity = np.clip(pixels[..., 3:], 0, 1)
+        with np.errstate(divide="ignore", over="ignore"):
+            # log1p and expm1: the digits of a thin opacity are kept.
+            scaled = -np.expm1(np.asarray(ratio, pixels.dtype) * np.log1p(-opacity))
+            # Below the smallest normal number a ratio of two opacities is none.
+            share = np.divide(scaled, opacity, out=np.full_like(scaled, ratio), where=opacity > _TINY)
+        color = (pixels[..., :3] - (1 - opacity) * behind) * share + (1 - scaled) * behind
+        return np.concatenate([color, scaled], axis=-1)
+
+    return apply
+
+
+def proves(sample: Pair, change: Change) -> bool:
+    """Whether a scaled opacity is seen in the opacity alone: colour goes its own way where matter has several."""
+    weights = sample.pixel_weights
+    changed = change.apply(sample.reference)[..., 3], change.apply(sample.candidate)[..., 3]
+    pairs = (sample.reference[..., 3], sample.candidate[..., 3]), (changed[0], sample.candidate[..., 3]), changed
+    before, after, both = (float((weights * np.square(a - b, dtype=np.float64)).sum()) for a, b in pairs)
+    return before > _SHARE_OF_OPACITY * sample.total and after < (1 - _PROVEN) * min(before, both)
+
+
+def _scaled(sample: Pair) -> Iterator[Change]:
+    weights = sample.pixel_weights
+    wanted = sample.candidate[..., 3].astype(np.float64)
+    depth = np.log1p(-np.clip(sample.reference[..., 3].astype(np.float64), 0, 1 - 1e-12))
+
+    def cost(ratio: float) -> float:
+        return float((weights * np.square(wanted + np.expm1(ratio * depth))).sum())
+
+    ratio = least(cost, _LEAST_RATIO, _LARGEST_RATIO)
+    if abs(np.log(ratio)) < _ONE_RATIO:
+        return
+    words = f"the candidate's opacity is that of matter (or slabs) {number(ratio, 4)} times as thick"
+    clear = sample.reference[sample.reference[..., 3] < _CLEAR]
+    light = clear[:, :3].astype(np.float64).mean(axis=0) if len(clear) else np.zeros(3)
+    for behind in (None, light) if light.max() > ROUNDING * sample.scale else (None,):
+        yield Change("scaled opacity", "reference", rescaled(ratio, behind), words, {"ratio": ratio}, fitted=1)
+
+
+def _straight() -> Iterator[Change]:
+    def times_opacity(pixels: NDArray) -> NDArray:
+        return np.concatenate([pixels[..., :3] * pixels[..., 3:], pixels[..., 3:]], axis=-1)
+
+    def by_opacity(pixels: NDArray) -> NDArray:
+        return np.concatenate([straight(pixels), pixels[..., 3:]], axis=-1)
+
+    for side in ("candidate", "reference"):
+        again = f"or the {other(side)}'s colour was multiplied by opacity once too often"
+        words = f"the {side}'s colour is straight, and the {other(side)}'s premultiplied ({again})"
+        # Times opacity: what is too thin to have a colour stays out. By opacity: and where there is a background, as
+        # straight colour is 0 where there is no opacity.
+        yield Change("straight colour", side, times_opacity, words, {"straight": side})
+        yield Change("straight colour", other(side), by_opacity, words, {"straight": side})
+
+
+def _background(sample: Pair) -> Iterator[Change]:
+    """Other light from behind: it enters as 1 - opacity times itself."""
+    clear = 1 - sample.reference[..., 3].astype(np.float64)
+    weights = clear * sample.pixel_weights
+    if not (weights * clear).sum() > 0:
+        return
+    light = (weights[..., np.newaxis] * sample.difference[..., :3]).sum(axis=(0, 1)) / (weights * clear).sum()
+
+    def apply(pixels: NDArray) -> NDArray:
+        changed = pixels.copy()
+        changed[..., :3] += (1 - pixels[..., 3:]) * light.astype(pixels.dtype)
+        return changed
+
+    words = f"behind the candidate's matter there is more light, by {_triple(light)}"
+    if (light <= 0).all():
+        words = f"behind the candidate's matter there is less light, by {_triple(-light)}"
+    yield Change("background", "reference", apply, words, {"light": light.tolist()}, fitted=3)
+
+
+def _flattened(sample: Pair, opaque: str) -> Iterator[Change]:
+    """One picture lies over an opaque background already."""
+    clear = 1 - sample.of(other(opaque))[..., 3].astype(np.float64)
+    weights = clear * sample.pixel_weights
+    missing = sample.of(opaque)[..., :3].astype(np.float64) - sample.of(other(opaque))[..., :3]
+    light = (weights[..., np.newaxis] * missing).sum(axis=(0, 1)) / (weights * clear).sum()
+    light[np.abs(light) <= ROUNDING * sample.scale] = 0
+
+    def apply(pixels: NDArray) -> NDArray:
+        changed = pixels.copy()
+        changed[..., :3] += (1 - pixels[..., 3:]) * light.astype(pixels.dtype)
+        changed[..., 3] = 1
+        return changed
+
+    words = f"the {opaque} is opaque everywhere, over a background of {_triple(light)}, and the {other(opaque)} is not"
+    parameters = {"light": light.tolist(), "opaque": opaque}
+    yield Change("background", other(opaque), apply, words, parameters, fitted=3, is_idempotent=True)
+
+
+def _triple(light: NDArray) -> str:
+    return f"({', '.join(number(float(each)) for each in light)})"

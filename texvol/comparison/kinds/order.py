@@ -1,0 +1,71 @@
+"""Swapped order: opacity is the same, and colour is as if front and back had changed places.
+
+Of two layers with opacities a, b and straight colours s, t the orders differ by
+
+    (a s + (1 - a) b t) - (b t + (1 - b) a s) = a b (s - t)
+
+while opacity a + b - a b is symmetric. For all ways of parting a pixel of opacity A in two, a b is at most
+(1 - √(1 - A))², about A² / 4 where it is thin; a change of colour would go with A. So thin pixels tell the two apart.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from texvol.comparison.kinds.encodings import is_partial
+from texvol.comparison.kinds.finding import Finding
+from texvol.comparison.kinds.kind import Kind, number
+from texvol.comparison.kinds.pair import Pair
+
+_OPACITY_SHARE = 0.02  # of the squared difference that may be opacity's: that of rounding and thin slabs
+_BINS = 12
+_LEAST_PIXELS = 20  # of a bin
+# Halfway between a change that goes with opacity and one that goes with its square.
+_LEAST_POWER = 1.5
+
+
+def swapped(pair: Pair) -> Finding | None:
+    """Whether front and back may have been swapped."""
+    opacity = pair.reference[..., 3]
+    if not pair.has_opacity or not is_partial(opacity):
+        return None
+    difference = pair.difference
+    of_opacity = float(np.square(difference[..., 3], dtype=np.float64).sum())
+    if of_opacity > _OPACITY_SHARE * pair.total:
+        return None
+    power = _power(pair)
+    if power is None or power < _LEAST_POWER:
+        return None
+    # No orders differ by more than a b times the largest difference of straight colours.
+    most = np.square(1 - np.sqrt(1 - np.clip(opacity, 0, 1)))
+    brightest = max(1.0, pair.scale)
+    beyond = np.abs(difference[..., :3]).max(axis=2) > most * brightest + 0.01 * pair.largest
+    explained = (
+        1 - float(pair.energy[beyond].sum(dtype=np.float64)) * pair.largest**2 / pair.total - of_opacity / pair.total
+    )
+    words = (
+        "opacity is the same, and colour differs only where matter is thick, as if front and back had changed places "
+        f"(the difference grows with opacity to the power {number(power, 2)})"
+    )
+    left = pair.with_side("reference", pair.candidate)
+    return Finding(Kind("swapped order", explained, words, {"power": power}), left, fitted=1)
+
+
+def _power(pair: Pair) -> float | None:
+    """p of rms difference ∝ A^p over the thin pixels; None where there are too few to tell."""
+    depth = pair.reference[..., 3].ravel()
+    thin = (depth > 1e-3) & (depth < 0.5)
+    if thin.sum() < 2 * _LEAST_PIXELS:
+        return None
+    # x = 1 - √(1 - A), about A / 2, whose square bounds the difference however opaque.
+    x = 1 - np.sqrt(1 - depth[thin].astype(np.float64))
+    squares = np.square(pair.difference[..., :3], dtype=np.float64).sum(axis=2).ravel()[thin]
+    edges = np.geomspace(x.min(), x.max() * (1 + 1e-9), _BINS + 1)
+    index = np.digitize(x, edges[1:-1])
+    counts = np.bincount(index, minlength=_BINS)
+    used = (counts >= _LEAST_PIXELS) & (np.bincount(index, squares, _BINS) > 0)
+    if used.sum() < 3 or np.log(edges[-1] / edges[0]) < np.log(2):
+        return None
+    rms = np.sqrt(np.bincount(index, squares, _BINS)[used] / counts[used])
+    at = np.log(np.bincount(index, x, _BINS)[used] / counts[used])
+    return float(np.polyfit(at, np.log(rms), 1)[0])

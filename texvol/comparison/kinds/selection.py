@@ -1,0 +1,258 @@
+"""Which hypotheses explain a difference: those that undo most of it, the simplest first, one after another.
+
+One after another: what a kind leaves is a difference of its own, and is explained in turn, as long as there is more
+than rounding left. A kind has to undo most of what it is there for, or be followed by one that explains the rest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+
+from texvol.comparison.kinds import (
+    edges,
+    end_slabs,
+    gamma,
+    geometry,
+    isolated,
+    levels,
+    light,
+    opacity,
+    order,
+    tone_curve,
+    unexplained,
+)
+from texvol.comparison.kinds.finding import Change, Finding
+from texvol.comparison.kinds.kind import Kind
+from texvol.comparison.kinds.noise import MOST_GAUSSIAN, noise
+from texvol.comparison.kinds.pair import Pair
+
+MOST_KINDS = 3
+# Of the squared difference: what alone is an explanation; what is one if another explains the rest; and what leaves
+# nothing worth looking for a better one.
+_EXPLAINS, _HELPS, _COMPLETE = 0.8, 0.2, 0.98
+# A fitted number is worth a tenth of what is left; and what fits within a fiftieth fits as well.
+_PER_NUMBER, _AS_WELL = 0.1, 1.02
+_NOTHING = 1e-9  # of the squared difference: encodings in float32 leave 1e-12
+# A second change that isn't needed undoes a little as well: it has to undo most of what the first leaves.
+_SECOND = 0.2
+_CURVE = 0.95  # a curve of any form follows a little of everything
+_STARTS = 3  # changes that a second one is tried after
+_ALONE = 0.5
+_FEW_STEPS = 2.0  # more could be anything
+_NEVER_UNDONE = ("noise", "edges only", "swapped order", "banding", "unexplained")
+
+
+@dataclass(frozen=True)
+class Found:
+    """Findings of which each explains what the one before leaves, and others that explain as much as the first."""
+
+    chain: tuple[Finding, ...]
+    alternatives: tuple[Finding, ...] = ()
+    is_proven: bool = False  # whatever its share
+
+    @property
+    def explained(self) -> float:
+        """By all of the chain."""
+        return sum(each.kind.explained for each in self.chain)
+
+    @property
+    def is_rounded(self) -> bool:
+        """Whether it is banding, first of all."""
+        return self.chain[0].kind.name == "banding"
+
+    @property
+    def left(self) -> Pair:
+        """What the last leaves."""
+        return self.chain[-1].left
+
+
+def explain(pair: Pair) -> list[Kind]:
+    """Kinds that together explain the pair's difference, at most three, with those that do as well."""
+    kinds: list[Kind] = []
+    share, left = 1.0, pair
+    while len(kinds) < MOST_KINDS and not left.is_rounding and left.total > _NOTHING * pair.total:
+        found = _next(left, {kind.name for kind in kinds})
+        if found is None:
+            break
+        kinds += [_in_all(each.kind, share) for each in found.chain]
+        kinds += [_or(_in_all(each.kind, share)) for each in found.alternatives]
+        share *= max(0.0, 1 - found.explained)
+        left = found.left
+    return kinds[:MOST_KINDS]
+
+
+def _next(pair: Pair, before: set[str]) -> Found | None:
+    """What explains most of the difference that the kinds `before` left."""
+    alone = isolated.isolated_pixels(pair) if "isolated pixels" not in before else None
+    if alone is not None:
+        finding = isolated.isolated(pair, alone)
+        if finding.kind.explained >= _ALONE:
+            return Found((finding,))
+    ranked = _pixelwise(pair)
+    if ranked and ranked[0].explained >= _COMPLETE:
+        return ranked[0]
+    if "scaled opacity" in before:
+        # What is left is light on its way through matter of several colours, which no change of single pixels is like.
+        return next((each for each in ranked if each.is_rounded and each.explained >= _EXPLAINS), None)
+    proven = next((each for each in ranked if each.is_proven), None)
+    if proven is not None:
+        return proven
+    if "shifted" not in before:
+        ranked += _elsewhere(pair)
+    ranked.sort(key=lambda each: -each.explained)
+    if ranked and (ranked[0].explained >= _EXPLAINS or ranked[0].chain[0].kind.name == "shifted"):
+        return ranked[0]
+    described = _described(pair, before)
+    if described is not None:
+        return described
+    for each in ranked:
+        rest = _rest(each) if each.explained >= _HELPS else None
+        if rest is not None:
+            return rest
+    return Found((unexplained.unexplained(pair),)) if not before else None
+
+
+def _pixelwise(pair: Pair) -> list[Found]:
+    """Changes of each pixel by itself, one or two after another, the best first; few, and measured on all pixels."""
+    sample = pair.sample
+    tried = _tried(sample, levels.changes(sample))
+    if not tried or tried[0][0] > 1 - _COMPLETE:
+        tried = _by_score([*tried, *_tried(sample, _changes(sample))])
+    if not tried:
+        return []
+    score, change = tried[0]
+    if score > 1 - _COMPLETE:
+        two = _two(sample, tried)
+        if two is not None and two[0] < min(_SECOND * score, 1 - _CURVE):
+            return [_measured(pair, two[1])]
+        if score > 1 - _CURVE:
+            curve = _tried(sample, tone_curve.changes(sample))
+            if curve and curve[0][0] < _SECOND * score:
+                return [_measured(pair, (curve[0][1],))]
+    proven = [c for _, c in tried if c.name == "scaled opacity" and opacity.proves(sample, c)]
+    if proven and score > 1 - _COMPLETE:
+        return [replace(_measured(pair, (proven[0],)), is_proven=True)]
+    if score > 1 - _HELPS / 2:
+        return []
+    found = _measured(pair, (change,))
+    alike = {c.name: c for s, c in tried[:0:-1] if c.name != change.name and s <= _AS_WELL * score + _NOTHING}
+    others = alike.values() if found.explained >= _EXPLAINS else ()
+    first = Found(found.chain, tuple(_measured(pair, (c,)).chain[0] for c in others))
+    others_that_help = [c for s, c in tried[1:] if s < 1 - _HELPS and c.name != change.name][:2]
+    weaker = others_that_help if score > 1 - _EXPLAINS else []
+    return [first, *(_measured(pair, (c,)) for c in weaker)]
+
+
+def _two(sample: Pair, tried: list[tuple[float, Change]]) -> tuple[float, tuple[Change, Change]] | None:
+    """(score, changes) of the best two, one after another."""
+    chains = []
+    for score, first in tried[:_STARTS]:
+        if score > 1 - _HELPS / 2:
+            break
+        after = first.undone(sample)
+        for _, second in _tried(after, _changes(after))[:1]:
+            if second.name != first.name:
+                left = 1 - sample.explained_by(second.undone(after))
+                chains.append((left * (1 + _PER_NUMBER * (first.fitted + second.fitted)), (first, second)))
+    return min(chains, key=lambda each: each[0], default=None)
+
+
+def _tried(sample: Pair, changes: Iterable[Change]) -> list[tuple[float, Change]]:
+    """(score, change), the best first, of changes that undo some of a sample's difference.
+
+    The score is the share that is left, and a little more for each number that was fitted.
+    """
+    scored = []
+    for change in changes:
+        explained = change.explained(sample)
+        if explained > 0:
+            scored.append(((1 - explained) * (1 + _PER_NUMBER * change.fitted), change))
+    return _by_score(scored)
+
+
+def _by_score(tried: list[tuple[float, Change]]) -> list[tuple[float, Change]]:
+    return sorted(tried, key=lambda each: each[0])
+
+
+def _changes(sample: Pair) -> Iterator[Change]:
+    yield from gamma.changes(sample)
+    yield from opacity.changes(sample)
+    yield from light.changes(sample)
+
+
+def _measured(pair: Pair, chain: tuple[Change, ...]) -> Found:
+    """The changes undone in all pixels, one after another."""
+    findings, left, before = [], pair, 0.0
+    for change in chain:
+        left = change.undone(left)
+        explained = pair.explained_by(left)
+        kind = Kind(change.name, explained - before, change.words, change.parameters)
+        findings.append(Finding(kind, left, change.fitted))
+        before = explained
+    return Found(tuple(findings))
+
+
+def _elsewhere(pair: Pair) -> list[Found]:
+    found = [Found((each,)) for each in geometry.flips(pair)]
+    if not any(each.explained >= _COMPLETE for each in found):
+        shift = geometry.shift(pair)
+        found += [Found((shift,))] if shift is not None else []
+    best = max(found, key=lambda each: each.explained, default=None)
+    if best is None:
+        return []
+    alike = [f for f in found if f is not best and 1 - f.explained <= _AS_WELL * (1 - best.explained) + _NOTHING]
+    return [Found(best.chain, tuple(f.chain[0] for f in alike))]
+
+
+def _described(pair: Pair, before: set[str]) -> Found | None:
+    """Kinds that are seen by their traits, and can't be undone."""
+    rounded = levels.off_by_steps(pair, _FEW_STEPS)
+    if rounded is not None:
+        return Found((rounded,))
+    random = noise(pair)
+    if random is not None:
+        alone = isolated.isolated_pixels(pair) if "isolated pixels" not in before else None
+        rest = noise(alone.left_out(pair)) if alone is not None else None
+        # Among noise that is even everywhere, a pixel that stands out is no noise.
+        if alone is not None and rest is not None and rest.kind.parameters["kurtosis"] < MOST_GAUSSIAN:
+            return Found((rest, replace(isolated.isolated(pair, alone), left=random.left)))
+        return Found((random,))
+    if "shifted" in before:
+        return None  # what resampling left
+    for describe in (order.swapped, end_slabs.unclipped, edges.blur, edges.edges, levels.off_by_steps):
+        finding = describe(pair)
+        if finding is not None and finding.kind.explained >= _EXPLAINS:
+            return Found((finding,))
+    return None
+
+
+def _rest(found: Found) -> Found | None:
+    """The chain, followed by what explains what it leaves; None where nothing does."""
+    left = found.left
+    if left.is_rounding:
+        return found
+    share = 1 - found.explained
+    random = noise(left)
+    follower = Found((random,)) if random is not None else next(iter(_pixelwise(left)), None)
+    if follower is None or follower.explained < 0.9:
+        return None
+    last = follower.chain[0]
+    kind = replace(last.kind, explained=share * last.kind.explained)
+    return Found((*found.chain, replace(last, kind=kind)))
+
+
+def _in_all(kind: Kind, share: float) -> Kind:
+    """The kind with its share of the whole difference; said where it leaves some."""
+    words = kind.words
+    if kind.name not in _NEVER_UNDONE and kind.explained < _CURVE:
+        words += f"; undone, that takes {100 * _share(kind.explained):.0f} % of the squared difference away"
+    return replace(kind, explained=_share(share * kind.explained), words=words)
+
+
+def _or(kind: Kind) -> Kind:
+    return replace(kind, words=f"or, as likely: {kind.words}")
+
+
+def _share(explained: float) -> float:
+    return min(1.0, max(0.0, explained))

@@ -1,0 +1,44 @@
+"""What is of no known kind: where it is, in which channel, and of which sign."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.comparison.kinds.finding import Finding
+from texvol.comparison.kinds.kind import CHANNELS, Kind, number
+from texvol.comparison.kinds.pair import Pair
+
+_BOX_SHARE = 0.9
+
+
+def unexplained(pair: Pair) -> Finding:
+    """Where the difference is, in which channel, and of which sign."""
+    left, top, right, bottom = _box(pair.energy)
+    of_channels = np.square(pair.difference / max(pair.largest, 1e-30), dtype=np.float64).sum(axis=(0, 1))
+    channel = int(of_channels.argmax())
+    part = float(of_channels[channel] / max(of_channels.sum(), 1e-300))
+    mean = float(pair.difference[..., channel].mean(dtype=np.float64))
+    corner = pair.corner
+    box = (left + corner[0], top + corner[1], right + corner[0], bottom + corner[1])
+    which = f"mostly in {CHANNELS[channel]}" if part > 0.5 else "in several channels"
+    more = ("brighter" if mean > 0 else "darker") if channel < 3 else ("more" if mean > 0 else "less")
+    words = (
+        f"of no known kind: 90 % of it lies in columns {box[0]} to {box[2]}, rows {box[1]} to {box[3]}, {which}; "
+        f"on average the candidate's {CHANNELS[channel]} is {more}, by {number(abs(mean))}"
+    )
+    parameters = {"box": list(box), "channel": CHANNELS[channel], "share_of_channel": part, "mean": mean}
+    return Finding(Kind("unexplained", 0.0, words, parameters), pair)
+
+
+def _box(energy: NDArray) -> tuple[int, int, int, int]:
+    """(left, top, right, bottom), inclusive, of the middle 90 % along each axis."""
+    ends = []
+    for axis in (0, 1):
+        along = energy.sum(axis=axis, dtype=np.float64)
+        share = np.cumsum(along) / max(along.sum(), 1e-300)
+        # The tails are cut on four sides, so that together they hold what is left out.
+        tail = (1 - _BOX_SHARE) / 4
+        ends.append((int(np.searchsorted(share, tail)), int(np.searchsorted(share, 1 - tail))))
+    (left, right), (top, bottom) = ends
+    return left, top, min(right, energy.shape[1] - 1), min(bottom, energy.shape[0] - 1)

@@ -1,0 +1,265 @@
+"""What two pictures differ by, in numbers: absolute differences, and what an eye would see of them.
+
+All are of linear light, colour premultiplied. `ssim` is the structural similarity of the luminance (Wang, Bovik,
+Sheikh, Simoncelli 2004), `flip` the mean of FLIP (Andersson et al. 2020), as OpenImageIO computes it of what a screen
+shows.
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.comparison.pictures import Picture
+
+PARTS = {"all": slice(0, 4), "color": slice(0, 3), "opacity": slice(3, 4)}
+_LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)  # of linear sRGB (IEC 61966-2-1)
+_SIGMA, _REACH = 1.5, 5  # pixels; window and constants of the SSIM are those of its authors
+_SSIM_CONSTANTS = 0.01**2, 0.03**2  # of a range of 1
+# Decoding 8 bits, encoding them and float32 itself: a few roundings of a number of about 1.
+_SLACK = 1e-6
+
+
+@dataclass(frozen=True)
+class Channelwise:
+    """Absolute differences over all pixels of some channels; infinite where a number is NaN or infinite.
+
+    `psnr` is in decibels, of a peak of 1; infinite where the pictures are equal. Percentiles are those of each pixel's
+    largest channel.
+    """
+
+    max_error: float
+    rms_error: float
+    mean_error: float
+    psnr: float
+    percentile_99: float
+    percentile_99_9: float
+
+
+@dataclass(frozen=True)
+class Measures:
+    """Everything that is measured of a pair; numbers without a part's name are those of all channels.
+
+    Attributes
+    ----------
+    parts : dict
+        `Channelwise` of "all" channels, premultiplied "color" and "opacity".
+    beyond_max, beyond_rms : float
+        Largest and rms difference beyond what the number formats round away, which limits are held against.
+    outlier : float
+        Largest difference beyond what the eight neighbours of a pixel hold in the other picture.
+    percent_over : float
+        Share of pixels that differ by more than `limit` beyond rounding.
+    ssim, flip : float
+    beyond_flip : float
+        FLIP of what rounding does not explain; 0 of numbers, which nobody sees as they are.
+    worst_pixel : (column, row)
+    worst_values : pair of (r, g, b, a)
+        The candidate's and the reference's there.
+    non_finite : int
+        Pixels with a NaN or an infinity in either.
+    scale : float
+        What differences are shares of: 1, or the range of numbers that are no colours.
+    """
+
+    parts: dict[str, Channelwise]
+    beyond_max: float
+    beyond_rms: float
+    outlier: float
+    limit: float
+    percent_over: float
+    ssim: float
+    flip: float
+    beyond_flip: float
+    worst_pixel: tuple[int, int]
+    worst_values: tuple[tuple[float, ...], tuple[float, ...]]
+    non_finite: int
+    pixels: int
+    scale: float = 1.0
+
+    @property
+    def max_error(self) -> float:
+        return self.parts["all"].max_error
+
+    @property
+    def rms_error(self) -> float:
+        return self.parts["all"].rms_error
+
+    @property
+    def mean_error(self) -> float:
+        return self.parts["all"].mean_error
+
+    def as_json(self) -> dict[str, Any]:
+        """The numbers by name; those that JSON has no word for are None."""
+        return without_infinities(asdict(self))
+
+
+def without_infinities(value: Any) -> Any:
+    """The value with None for each number that is not finite."""
+    if isinstance(value, dict):
+        return {key: without_infinities(each) for key, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [without_infinities(each) for each in value]
+    return None if isinstance(value, float) and not np.isfinite(value) else value
+
+
+def measure(candidate: Picture, reference: Picture, limit: float, scale: float | None = None) -> Measures:
+    """Measures of two pictures of one size; `limit` is what `percent_over` counts from.
+
+    With a `scale` the pictures hold numbers, and differences are shares of it.
+    """
+    are_numbers, scale = scale is not None, scale or 1.0
+    ours, theirs = candidate.pixels / np.float32(scale), reference.pixels / np.float32(scale)
+    broken = ~(np.isfinite(ours) & np.isfinite(theirs)).all(axis=2)
+    with np.errstate(invalid="ignore"):
+        difference = np.abs(ours.astype(np.float64) - theirs)
+    difference[broken] = np.inf
+    rounding = candidate.rounding / scale, reference.rounding / scale
+    with np.errstate(invalid="ignore"):
+        beyond = np.maximum(difference - rounding[0] - rounding[1] - _SLACK * np.maximum(1, np.abs(theirs)), 0)
+    beyond[broken] = np.inf
+    row, column = divmod(int(difference.max(axis=2).argmax()), difference.shape[1])
+    same = not difference.any()
+    seen = _filled(ours, broken), _filled(theirs, broken)
+    seen_flip = 0.0 if same else flip(*seen)
+    beyond_flip = _beyond_flip(*seen, beyond, seen_flip) if any(map(np.any, rounding)) else seen_flip
+    return Measures(
+        parts={name: _channelwise(difference[..., part]) for name, part in PARTS.items()},
+        beyond_max=float(beyond.max()),
+        beyond_rms=_beyond_rms(difference, *rounding),
+        outlier=float(np.inf if broken.any() else 0.0 if same else _outlier(*seen, beyond)),
+        limit=limit,
+        percent_over=100 * float((beyond.max(axis=2) > limit).mean()),
+        ssim=1.0 if same else structural_similarity(seen[0] @ _WEIGHTS, seen[1] @ _WEIGHTS),
+        flip=seen_flip,
+        beyond_flip=0.0 if are_numbers else beyond_flip,
+        worst_pixel=(column, row),
+        worst_values=tuple(tuple(map(float, each[row, column])) for each in (candidate.pixels, reference.pixels)),  # type: ignore[arg-type]
+        non_finite=int(broken.sum()),
+        pixels=broken.size,
+        scale=scale,
+    )
+
+
+_WEIGHTS = np.append(_LUMINANCE, np.float32(0))
+
+
+def _filled(pixels: NDArray[np.float32], broken: NDArray[np.bool_]) -> NDArray[np.float32]:
+    """The picture with black where a number is none."""
+    return np.where(broken[..., np.newaxis], np.float32(0), pixels) if broken.any() else pixels
+
+
+def _channelwise(difference: NDArray[np.float64]) -> Channelwise:
+    rms = float(np.sqrt(np.square(difference).mean()))
+    largest = difference.max(axis=2).ravel()
+    finite = bool(np.isfinite(largest).all())
+    percentiles = np.quantile(largest, (0.99, 0.999)) if finite else _quantiles_with_infinities(largest)
+    return Channelwise(
+        max_error=float(largest.max()),
+        rms_error=rms,
+        mean_error=float(difference.mean()),
+        psnr=float(-20 * np.log10(rms)) if rms > 0 else np.inf,
+        percentile_99=float(percentiles[0]),
+        percentile_99_9=float(percentiles[1]),
+    )
+
+
+def _quantiles_with_infinities(numbers: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Quantiles 0.99 and 0.999 without interpolation, which would be NaN between infinities."""
+    return np.quantile(numbers, (0.99, 0.999), method="higher")
+
+
+def _beyond_rms(difference: NDArray[np.float64], ours: NDArray, theirs: NDArray) -> float:
+    """The rms difference that rounding does not explain.
+
+    Rounding to steps of 2q adds q²/3 on average to the squared difference, and at most q², if only one picture is
+    rounded. If both are, and differ by δ beforehand, a share δ / 2q of the pixels changes by 2q: 2qδ on average; so
+    what is left is the δ that solves mean d² = δ² + δ mean 2q, q the mean of the two.
+    """
+    if not np.isfinite(difference).all():
+        return np.inf
+    mean_square = float(np.square(difference).mean())
+    one, other = (float(np.square(each).mean()) for each in (ours, theirs))
+    if min(one, other) < 0.01 * max(one, other) or max(one, other) == 0:
+        return float(np.sqrt(max(mean_square - max(one, other), 0.0)))
+    step = float((ours + theirs).mean())
+    return float(np.sqrt(mean_square + step**2 / 4) - step / 2)
+
+
+def _beyond_flip(ours: NDArray[np.float32], theirs: NDArray[np.float32], beyond: NDArray, seen_flip: float) -> float:
+    """FLIP of the reference and a candidate that is only as far from it as rounding does not explain."""
+    beyond = np.where(np.isfinite(beyond), beyond, 0)
+    if not beyond.any():
+        return 0.0
+    return flip((theirs + np.sign(ours - theirs) * beyond).astype(np.float32), theirs) if seen_flip > 0 else 0.0
+
+
+def _outlier(ours: NDArray[np.float32], theirs: NDArray[np.float32], beyond: NDArray[np.float64]) -> float:
+    """How far a pixel is outside of what it and its neighbours are in the other picture, at most; either way round.
+
+    An edge that moves by a part of a pixel stays inside; a wrong pixel on an even ground does not.
+    """
+    (low, high), (other_low, other_high) = _neighbourhood(theirs), _neighbourhood(ours)
+    outside = np.maximum(np.maximum(low - ours, ours - high), np.maximum(other_low - theirs, theirs - other_high))
+    return float(np.minimum(np.maximum(outside, 0), beyond).max())
+
+
+def _neighbourhood(picture: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Least and largest number of each pixel and its eight neighbours."""
+    low = high = picture
+    for axis in (0, 1):
+        padding = [(1, 1) if each == axis else (0, 0) for each in range(3)]
+        least, most = np.pad(low, padding, mode="edge"), np.pad(high, padding, mode="edge")
+        before, at, after = (np.s_[:-2], np.s_[1:-1], np.s_[2:])
+        if axis == 1:
+            before, at, after = (np.s_[:, :-2], np.s_[:, 1:-1], np.s_[:, 2:])  # type: ignore[assignment]
+        low = np.minimum(np.minimum(least[before], least[at]), least[after])
+        high = np.maximum(np.maximum(most[before], most[at]), most[after])
+    return low, high
+
+
+def flip(candidate: NDArray[np.float32], reference: NDArray[np.float32]) -> float:
+    """Mean FLIP, 0 to 1, of what a screen shows of two pictures: premultiplied colour over black, cut at 1."""
+    return float(flip_map(candidate, reference).mean())
+
+
+def flip_map(candidate: NDArray[np.float32], reference: NDArray[np.float32]) -> NDArray[np.float32]:
+    """FLIP of each pixel, (height, width)."""
+    import OpenImageIO as oiio
+
+    def buffer(picture: NDArray[np.float32]) -> oiio.ImageBuf:
+        return oiio.ImageBuf(np.ascontiguousarray(np.clip(picture[..., :3], 0, 1)))
+
+    found = oiio.ImageBufAlgo.FLIP_diff(buffer(reference), buffer(candidate), hdr=0)
+    return np.asarray(found.get_pixels(oiio.FLOAT))[..., 0]
+
+
+def structural_similarity(candidate: NDArray, reference: NDArray) -> float:
+    """Mean SSIM of two pictures (height, width) whose range is 1."""
+    a, b = candidate.astype(np.float64), reference.astype(np.float64)
+    mean_a, mean_b = _smoothed(a), _smoothed(b)
+    variance_a = _smoothed(a * a) - mean_a**2
+    variance_b = _smoothed(b * b) - mean_b**2
+    covariance = _smoothed(a * b) - mean_a * mean_b
+    c1, c2 = _SSIM_CONSTANTS
+    similarity = (2 * mean_a * mean_b + c1) * (2 * covariance + c2)
+    return float((similarity / ((mean_a**2 + mean_b**2 + c1) * (variance_a + variance_b + c2))).mean())
+
+
+def _smoothed(picture: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Gaussian mean around each pixel, mirrored at the borders."""
+    offsets = np.arange(-_REACH, _REACH + 1)
+    weights = np.exp(-0.5 * (offsets / _SIGMA) ** 2)
+    weights /= weights.sum()
+    for axis in (0, 1):
+        padding = [(_REACH, _REACH) if each == axis else (0, 0) for each in (0, 1)]
+        padded = np.moveaxis(np.pad(picture, padding, mode="symmetric"), axis, 0)
+        count = picture.shape[axis]
+        mean = weights[_REACH] * padded[_REACH : _REACH + count]
+        for k in range(_REACH):  # the two that are as far from the middle
+            mean += weights[k] * (padded[k : k + count] + padded[2 * _REACH - k : 2 * _REACH - k + count])
+        picture = np.moveaxis(mean, 0, axis)
+    return picture

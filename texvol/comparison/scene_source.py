@@ -1,0 +1,62 @@
+"""A scene out of whatever stands for one: a picture that texvol drew, a scene file that names its volume, a volume."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from texvol.comparison.pictures import read_picture
+from texvol.errors import InputError
+from texvol.options import SceneOptions
+from texvol.stored_scene import AnyVolume, StoredScene, stored_scene_of
+from texvol.volume import Volume
+
+PICTURES = (".exr", ".png", ".jpg", ".jpeg")  # a TIFF is a volume: as a picture it has no scene
+LONGEST_SIDE = 256  # of a picture drawn again for a test, pixels
+
+
+def scene_of(path: str | os.PathLike[str], *, volume: AnyVolume = None) -> tuple[StoredScene, tuple[int, int] | None]:
+    """The scene that a file stands for, and the size of a small picture of it where the file says how wide it is.
+
+    Parameters
+    ----------
+    path : str or path
+        A picture with a scene in its header; a scene file (.toml) that has a `volume`; or a volume, of which the scene
+        is what `texvol render` makes without further options.
+    volume : Volume or path, optional
+        In place of the one that the picture or the scene file names.
+
+    Raises
+    ------
+    InputError
+        If it is none of these.
+    """
+    name = os.fspath(path)
+    kind = Path(path).suffix.lower()
+    if kind in PICTURES:
+        picture = read_picture(path)
+        folder = Path(path).resolve().parent
+        stored = stored_scene_of(picture.attributes, name=name, folder=folder, volume=volume)
+        height, width = picture.pixels.shape[:2]
+        return stored, small_size((width, height))
+    if kind == ".toml":
+        given = None if volume is None or isinstance(volume, Volume) else os.fspath(volume)
+        scene_options = SceneOptions.of(given, name)
+        found = volume if isinstance(volume, Volume) else scene_options.load()
+        return _stored(scene_options, found, name), small_size(scene_options.size)
+    if volume is not None:
+        raise InputError(f"{name}: is a volume itself: leave the other one out")
+    scene_options = SceneOptions.of(name)
+    return _stored(scene_options, scene_options.load(), name), None
+
+
+def small_size(size: tuple[int, int]) -> tuple[int, int]:
+    """A size of the same shape that is quick to draw."""
+    share = min(1.0, LONGEST_SIDE / max(size))
+    return max(1, round(size[0] * share)), max(1, round(size[1] * share))
+
+
+def _stored(scene_options: SceneOptions, volume: Volume, name: str) -> StoredScene:
+    """A scene that is not drawn yet."""
+    by_matter = scene_options.chose_transfer_function and scene_options.window is None
+    return StoredScene(scene_options.scene(volume), {}, scene_options.window, by_matter, name)

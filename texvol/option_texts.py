@@ -1,0 +1,103 @@
+"""Texts of plain options and what they become; each says with argparse.ArgumentTypeError what it wants."""
+
+from __future__ import annotations
+
+import argparse
+import re
+from collections.abc import Callable
+
+import numpy as np
+
+
+def size(text: str) -> tuple[int, int]:
+    """(width, height) from "WxH"."""
+    match = re.fullmatch(r"\s*(\d{1,9})\s*[xX×,]\s*(\d{1,9})\s*", text)
+    if not match:
+        raise argparse.ArgumentTypeError(f"a size is WxH in pixels, such as 640x480, and not {text!r}")
+    return int(match[1]), int(match[2])
+
+
+def triple(text: str) -> tuple[float, float, float]:
+    """Three finite numbers from "X,Y,Z"."""
+    try:
+        numbers = tuple(float(part) for part in text.split(","))
+    except ValueError:
+        numbers = ()
+    if len(numbers) != 3:
+        raise argparse.ArgumentTypeError(f"three numbers X,Y,Z are wanted, and not {text!r}")
+    return numbers
+
+
+def color(text: str) -> tuple[float, float, float] | None:
+    """Linear RGB from "R,G,B", or None from "transparent"."""
+    if text.strip().lower() in ("transparent", "none"):
+        return None
+    numbers = triple(text)
+    if not all(0 <= number < np.inf for number in numbers):
+        raise argparse.ArgumentTypeError(f"a colour is three numbers from 0 upwards, and not {text!r}")
+    return numbers
+
+
+def dimensions(text: str) -> tuple[int, int, int]:
+    """(nx, ny, nz) from "NX,NY,NZ"."""
+    match = re.fullmatch(r"\s*(\d{1,18})\s*[,x]\s*(\d{1,18})\s*[,x]\s*(\d{1,18})\s*", text)
+    if not match:
+        raise argparse.ArgumentTypeError(f"a shape is NX,NY,NZ, and not {text!r}")
+    return int(match[1]), int(match[2]), int(match[3])
+
+
+def number(text: str) -> float:
+    """A number."""
+    try:
+        return float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"a number is wanted, and not {text!r}") from None
+
+
+def megabytes(text: str) -> float:
+    """Megabytes of texture memory."""
+    wanted = number(text)
+    if not 0 < wanted < 1e12:  # an exabyte: more than any device has, and its bytes are still a number
+        raise argparse.ArgumentTypeError(f"megabytes between 0 and 1e12 are wanted, and not {text!r}")
+    return wanted
+
+
+def transmittance(text: str) -> float:
+    """A transmittance from 0 to under 1."""
+    wanted = number(text)
+    if not 0 <= wanted < 1:
+        raise argparse.ArgumentTypeError(f"a transmittance from 0 to under 1 is wanted, and not {text!r}")
+    return wanted
+
+
+def views(text: str) -> int:
+    """How many views an orbit has."""
+    if not re.fullmatch(r"\s*\+?\d{1,9}\s*", text) or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"a number of views from 1 upwards is wanted, and not {text!r}")
+    return int(text)
+
+
+def frames_per_second(text: str) -> float:
+    """Frames per second of a film."""
+    wanted = number(text)
+    if not 0.1 <= wanted <= 1000:
+        raise argparse.ArgumentTypeError(f"frames per second from 0.1 to 1000 are wanted, and not {text!r}")
+    return wanted
+
+
+def index(text: str) -> int:
+    """A whole number from 0."""
+    if not re.fullmatch(r"\s*\+?\d{1,18}\s*", text):
+        raise argparse.ArgumentTypeError(f"a whole number from 0 is wanted, and not {text!r}")
+    return int(text)
+
+
+def choice(*allowed: str) -> Callable[[str], str]:
+    """What takes one of these words."""
+
+    def choose(text: str) -> str:
+        if text not in allowed:
+            raise argparse.ArgumentTypeError(f"one of {', '.join(allowed)} is wanted, and not {text!r}")
+        return text
+
+    return choose

@@ -1,0 +1,95 @@
+"""pytest's plugin: `check_picture` holds a picture against its reference, or against the oracle.
+
+    def test_cloud(check_picture):
+        check_picture(draw(), "cloud")                   # an array, a file, a texvol.Scene: references/cloud.exr
+        check_picture(scene, "fog", oracle=True)         # no stored picture: the oracle is the reference
+
+Every run of pytest loads this, wherever texvol is installed: so there are only hooks here, and what they need is
+imported once a picture is checked. The ideas are elsewhere:
+
+    names, references, tables      which reference, and which limits, hold for a picture
+    candidates, repeats            what came out now
+    checking                       one check
+    oracle, plain_slabs            the bound of a picture without a reference
+    records, session, report       what is known of all of them, and the report's folder
+    options, exit_status, summary  what pytest is told, and what it tells
+    workers                        processes of pytest-xdist: each checks on its own, and one sums up
+    junit                          attachments
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Iterator
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from texvol.pytest_plugin import options, records
+from texvol.pytest_plugin.records import PictureError
+from texvol.pytest_plugin.summary import Reporter
+
+__all__ = ["PictureError"]
+
+if TYPE_CHECKING:
+    from texvol.pytest_plugin.checking import Check
+    from texvol.pytest_plugin.session import PictureSession
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    options.add_options(parser)
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    options.check(config)
+    if not hasattr(config, "workerinput"):
+        config.pluginmanager.register(Reporter(config), "texvol-reporter")
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_configure_node(node: Any) -> None:
+    """Tell a worker of pytest-xdist where the report is, and where workers say which names they have."""
+    from texvol.pytest_plugin import workers
+
+    node.workerinput["texvol"] = workers.told(node.config)
+
+
+def pytest_unconfigure(config: pytest.Config) -> None:
+    if not hasattr(config, "workerinput"):
+        from texvol.pytest_plugin import workers
+
+        workers.clean(config)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(
+    item: pytest.Item, call: pytest.CallInfo[None]
+) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    report = yield
+    records.attach(report, item, call)
+    return report
+
+
+@pytest.fixture(scope="session")
+def _texvol_session(
+    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
+) -> Iterator[PictureSession]:
+    from texvol.pytest_plugin import workers
+
+    opened = workers.open_session(request.config, tmp_path_factory)
+    yield opened
+    opened.close()
+
+
+@pytest.fixture
+def check_picture(request: pytest.FixtureRequest, _texvol_session: PictureSession) -> Check:
+    """Hold a picture against its reference: check_picture(picture, "name").
+
+    The picture is an array (height, width[, 1-4 channels]), linear premultiplied floats or sRGB integers; a path of an
+    EXR, PNG, TIFF or JPEG; a texvol.Scene, drawn with size=, sampling_rate=, max_error= …; or a function that returns
+    one. oracle=True: the oracle is the reference, of a scene or with scene=. repeat=N tells noise from a systematic
+    difference. driver="…" says what drew an array. References are in references/ beside the test's file, limits in
+    limits.toml there; pytest --texvol-update writes those that are new or fail.
+    """
+    from texvol.pytest_plugin.checking import Check
+
+    return Check(request.node, _texvol_session)

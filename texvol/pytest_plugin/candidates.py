@@ -1,0 +1,176 @@
+"""Whatever a test hands over, as pictures: arrays, files, scenes, and callables that return one of these."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from texvol.comparison.limits import DRIVER_ATTRIBUTE
+from texvol.comparison.pictures import Picture, read_picture
+from texvol.errors import InputError
+from texvol.scene import Scene
+
+if TYPE_CHECKING:
+    from texvol.renderer import Renderer
+
+# What a scene is drawn at unless the test says otherwise: small enough for a repository and for the oracle.
+DEFAULT_SIZE = 128, 128
+
+
+class UnreadableError(InputError):
+    """A picture file that can't be read."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """What came out now.
+
+    Attributes
+    ----------
+    picture : Picture
+        The mean of the repeats.
+    repeats : tuple of Picture
+        Each of them; empty where the picture was made once.
+    scene : Scene or None
+        What it is a picture of, where that is known.
+    settings : mapping
+        How it was drawn: `Renderer.settings`.
+    stats : mapping
+        `Renderer.stats`.
+    renderer : Renderer or None
+        What drew it.
+    """
+
+    picture: Picture
+    repeats: tuple[Picture, ...] = ()
+    scene: Scene | None = None
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    stats: Mapping[str, Any] = field(default_factory=dict)
+    renderer: Renderer | None = None
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """(width, height)"""
+        height, width = self.picture.pixels.shape[:2]
+        return width, height
+
+    @property
+    def is_finite(self) -> bool:
+        return bool(np.isfinite(self.picture.pixels).all())
+
+
+@dataclass
+class Request:
+    """What a test asks for, besides the picture."""
+
+    name: str
+    repeat: int
+    driver: str | None
+    scene: Scene | None
+    renderer: Renderer | None
+    options: dict[str, Any]  # of `Renderer.render`
+    of_any: tuple[str, ...] = ()  # those of them that mean something without a scene, too
+
+
+class Maker:
+    """Makes pictures of what tests hand over; has one renderer for all scenes, made when the first one comes."""
+
+    def __init__(self) -> None:
+        self._renderer: Renderer | None = None
+
+    def renderer(self) -> Renderer:
+        """The renderer for scenes without one of their own."""
+        if self._renderer is None:
+            from texvol.renderer import Renderer
+
+            self._renderer = Renderer()
+        return self._renderer
+
+    def close(self) -> None:
+        """Give the renderer back."""
+        if self._renderer is not None:
+            self._renderer.close()
+            self._renderer = None
+
+    def candidate(self, thing: Any, request: Request) -> Candidate:
+        """The candidate that a test hands over.
+
+        Raises
+        ------
+        UnreadableError
+            If a file can't be read.
+        InputError
+            If `thing` is no picture.
+        """
+        if isinstance(request.repeat, bool) or not isinstance(request.repeat, int) or request.repeat < 1:
+            raise InputError(f"repeat is how often the picture is made, at least once, and not {request.repeat!r}")
+        made = self._made(thing, request)
+        if request.repeat == 1:
+            return made
+        if not callable(thing) and not isinstance(thing, Scene):
+            raise InputError(
+                f"repeat={request.repeat} makes the picture again and again: hand over a scene, or a function without "
+                f"arguments that returns a picture, and not {_what(thing)}"
+            )
+        pictures = [made.picture, *(self._made(thing, request).picture for _ in range(request.repeat - 1))]
+        if len({each.pixels.shape for each in pictures}) > 1:
+            raise InputError(f"picture {request.name!r} comes out in several sizes")
+        return replace(made, picture=_mean(pictures), repeats=tuple(pictures))
+
+    def _made(self, thing: Any, request: Request) -> Candidate:
+        if callable(thing):
+            thing = thing()
+        if isinstance(thing, Scene):
+            return self._drawn(thing, request)
+        if unknown := set(request.options) - set(request.of_any):
+            raise InputError(f"{', '.join(sorted(unknown))}: options are for scenes, and {_what(thing)} came")
+        if isinstance(thing, Picture):
+            picture = thing
+        elif isinstance(thing, str | os.PathLike):
+            try:
+                picture = read_picture(thing)
+            except InputError as error:
+                raise UnreadableError(str(error)) from None
+        elif isinstance(thing, np.ndarray) or hasattr(thing, "__array__"):
+            picture = Picture.of_array(np.asarray(thing), request.name)
+        else:
+            raise InputError(
+                f"a picture is an array, a path, a Scene or a function that returns one, and {_what(thing)} came"
+            )
+        return Candidate(_labelled(picture, request), scene=request.scene)
+
+    def _drawn(self, scene: Scene, request: Request) -> Candidate:
+        from texvol.scene_facts import scene_facts
+
+        if request.scene is not None:
+            raise InputError("scene= says what an array or a file is a picture of, and a scene came: leave it out")
+        renderer = request.renderer or self.renderer()
+        options = {"size": DEFAULT_SIZE} | request.options
+        pixels = renderer.render(scene, **options)
+        attributes = {DRIVER_ATTRIBUTE: renderer.renderer_name}
+        attributes |= scene_facts(scene.volume.name, scene, settings=renderer.settings, checksum=True)
+        picture = _labelled(Picture.of_array(pixels, request.name, attributes), request)
+        return Candidate(picture, (), scene, renderer.settings, {}, renderer)
+
+
+def _labelled(picture: Picture, request: Request) -> Picture:
+    """The picture with the driver that the test names."""
+    if request.driver is None:
+        return picture
+    return replace(picture, attributes={**picture.attributes, DRIVER_ATTRIBUTE: request.driver})
+
+
+def _mean(pictures: list[Picture]) -> Picture:
+    """The mean of their light; what formats round away is averaged with it."""
+    pixels = np.mean([each.pixels for each in pictures], axis=0, dtype=np.float64)
+    if all(np.array_equal(each.pixels, pictures[0].pixels) for each in pictures):
+        return pictures[0]
+    return replace(pictures[0], pixels=np.asarray(pixels, np.float32))
+
+
+def _what(thing: Any) -> str:
+    return type(thing).__name__

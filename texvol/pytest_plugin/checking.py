@@ -1,0 +1,282 @@
+"""One check of one picture, from what the test hands over to a pass or a failure that says why."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from texvol.comparison.limits import ONE_DRIVER, Limits
+from texvol.comparison.outcome import Outcome, examine
+from texvol.comparison.pictures import Picture
+from texvol.errors import InputError, MissingExtraError, TexvolError
+from texvol.pytest_plugin import messages, names, options, oracle, references
+from texvol.pytest_plugin.candidates import Candidate, Request, UnreadableError
+from texvol.pytest_plugin.records import PictureError
+from texvol.pytest_plugin.references import Reference
+from texvol.pytest_plugin.repeats import Repeats, repeats_of
+from texvol.pytest_plugin.tables import Rules, Tables
+
+if TYPE_CHECKING:
+    import pytest
+
+    from texvol.pytest_plugin.session import PictureSession
+    from texvol.scene import Scene
+
+
+class Check:
+    """`check_picture` of one test; `__call__` is what tests call."""
+
+    def __init__(self, item: pytest.Item, session: PictureSession) -> None:
+        self._item, self._session = item, session
+
+    def __call__(
+        self,
+        picture: Any,
+        name: str,
+        *,
+        oracle: bool = False,
+        repeat: int = 1,
+        scene: Scene | None = None,
+        driver: str | None = None,
+        renderer: Any = None,
+        **options: Any,
+    ) -> Outcome:
+        """Hold a picture against its reference, or against the oracle.
+
+        Parameters
+        ----------
+        picture : array, path, Scene, Picture, or callable that returns one of these
+            An array (height, width[, 1 to 4 channels]) of floating point is linear and premultiplied; uint8 and uint16
+            are sRGB, straight. A path is that of an EXR, PNG, TIFF or JPEG. A Scene is drawn.
+        name : str
+            The picture's: the reference is references/NAME.exr beside the test's file.
+        oracle : bool
+            Whether the oracle's picture of the scene is the reference, and no stored one.
+        repeat : int
+            How often a scene or callable makes the picture, to tell noise from a systematic difference.
+        scene : Scene, optional
+            What an array or a file is a picture of, for `oracle`.
+        driver : str, optional
+            What drew an array or a file, where that does not say so itself.
+        renderer : Renderer, optional
+            To draw a scene with; else one that all tests share.
+        **options
+            Of `Renderer.render` for scenes: `size` (128 × 128), `sampling_rate`, `max_error`, …
+
+        Returns
+        -------
+        Outcome
+
+        Raises
+        ------
+        PictureError
+            An AssertionError: it is different, broken or new.
+        InputError
+            If something is wrong with the call, the limits or the reference's folder.
+        """
+        __tracebackhide__ = True
+        where = sys._getframe(1)
+        place = (where.f_code.co_filename, where.f_lineno)
+        try:
+            names.checked(name)
+        except InputError as error:
+            raise InputError(str(error)) from None  # where it was found tells nobody anything
+        request = Request(name, repeat, driver, scene, renderer, options)
+        return _Run(self._item, self._session, request, place).outcome_of(picture, against_oracle=oracle)
+
+
+class _Run:
+    """One check while it runs."""
+
+    def __init__(self, item: pytest.Item, session: PictureSession, request: Request, place: tuple[str, int]) -> None:
+        self._item, self._session, self._request, self._place = item, session, request, place
+        self._name, self._test = request.name, item.nodeid
+        self._folder = names.references_of(item.path, item.config)
+        self._limits_file = names.limits_of(self._folder, item.config)
+        self._reference = Reference(self._folder / f"{self._name}.exr", False)
+
+    def outcome_of(self, thing: Any, *, against_oracle: bool) -> Outcome:
+        """The outcome of the check, told to the session; or what it raises."""
+        __tracebackhide__ = True
+        try:
+            self._session.claims.claim(str(self._folder / self._name), self._test)
+            if against_oracle:
+                return self._held_against_oracle(thing)
+            return self._held_against_stored(thing)
+        except UnreadableError as error:
+            raise self._failed_alone("broken", [f"picture {self._name!r} is broken", str(error)]) from None
+        except (InputError, MissingExtraError) as error:
+            self._session.keep(self._item, self._record("refused", [str(error)]))
+            if callable(thing):
+                raise  # it may be the test's own error
+            raise type(error)(str(error)) from None
+
+    def _held_against_oracle(self, thing: Any) -> Outcome:
+        __tracebackhide__ = True
+        if self._name in Tables.read(self._limits_file).tables:
+            raise InputError(
+                f"{self._limits_file}: [{self._name}] has no meaning: that picture's bound is the oracle's"
+            )
+        accuracy = {key: self._request.options[key] for key in oracle.ACCURACY if key in self._request.options}
+        candidate = self._session.maker.candidate(thing, replace(self._request, of_any=oracle.ACCURACY))
+        outcome = oracle.examined(candidate, accuracy, self._session.maker, self._name)
+        return self._told(candidate, outcome, None, "the oracle")
+
+    def _held_against_stored(self, thing: Any) -> Outcome:
+        __tracebackhide__ = True
+        rules = Tables.read(self._limits_file).rules_for(self._name)
+        self._reference = references.find(self._folder, self._name)
+        candidate = self._session.maker.candidate(thing, self._request)
+        if not self._reference.exists:
+            return self._new(candidate)
+        try:
+            stored = self._reference.read()
+        except InputError as error:
+            return self._unreadable_reference(candidate, str(error))
+        try:
+            limits = self._limits(rules, candidate.picture, stored)
+        except InputError:
+            if not self._may_write(candidate):
+                raise
+            return self._written(candidate, examine(candidate.picture, stored, ONE_DRIVER, name=self._name))
+        repeats = tuple(references.like_stored(each, stored) for each in candidate.repeats)
+        candidate = replace(candidate, picture=references.like_stored(candidate.picture, stored), repeats=repeats)
+        outcome = self._examined(candidate, stored, limits)
+        if not outcome.passed and self._may_write(candidate):
+            return self._written(candidate, outcome)
+        return self._told(candidate, outcome, stored, self._said(self._reference.path))
+
+    def _limits(self, rules: Rules, picture: Picture, stored: Picture) -> Limits:
+        drivers = [references.driver_of(each.attributes) for each in (picture, stored)]
+        try:
+            return rules.limits(*drivers)
+        except InputError as error:
+            raise InputError(f"picture {self._name!r}: {error}") from None
+
+    def _examined(self, candidate: Candidate, stored: Picture, limits: Limits) -> Outcome:
+        """The outcome of the mean of the repeats; different as well where one of them is."""
+        outcome = examine(candidate.picture, stored, limits, name=self._name, explain=False)
+        for number, each in enumerate(candidate.repeats, 1):
+            if outcome.passed and not (one := examine(each, stored, limits, explain=False)).passed:
+                first = f"repeat {number} of {len(candidate.repeats)}, and not the mean of all: {one.violations[0]}"
+                outcome = replace(outcome, status=one.status, violations=(first, *one.violations[1:]))
+        if outcome.passed and outcome.measures is not None:
+            return outcome
+        status, violations = outcome.status, outcome.violations
+        # What kind of difference it is, and who is nearer to the truth, takes longer: for those that fail.
+        explained = examine(candidate.picture, stored, limits, name=self._name, truth=self._truth(candidate, outcome))
+        return replace(explained, status=status, violations=violations)
+
+    def _truth(self, candidate: Candidate, outcome: Outcome) -> Any:
+        """The oracle's picture, where there is one to be had."""
+        if candidate.scene is None or outcome.status != "different" or candidate.picture.whole_numbers:
+            return None
+        try:
+            return oracle.truth_of(candidate.scene, candidate.size)
+        except TexvolError:
+            return None
+
+    def _new(self, candidate: Candidate) -> Outcome:
+        __tracebackhide__ = True
+        alone = self._alone(candidate.picture, "new", ("there is no reference yet",))
+        if not candidate.is_finite:
+            broken = examine(candidate.picture, candidate.picture, ONE_DRIVER, name=self._name)
+            alone = replace(alone, status="broken", violations=broken.violations[:1])
+            lines = [f"picture {self._name!r} is broken, and has no reference", *broken.violations[:1]]
+            raise self._failed(candidate, alone, lines, "")
+        if self._may_write(candidate):
+            return self._written(candidate, alone)
+        lines = [f"picture {self._name!r} is new: there is no reference {self._said(self._reference.path)} yet"]
+        raise self._failed(candidate, alone, lines, "")
+
+    def _unreadable_reference(self, candidate: Candidate, reason: str) -> Outcome:
+        __tracebackhide__ = True
+        alone = self._alone(candidate.picture, "broken", (reason,))
+        if self._may_write(candidate):
+            return self._written(candidate, alone)
+        raise self._failed(candidate, alone, [f"picture {self._name!r} has a broken reference", reason], "")
+
+    def _alone(self, picture: Picture, status: str, violations: tuple[str, ...]) -> Outcome:
+        """An outcome of a picture without a counterpart."""
+        return Outcome(self._name, picture, picture, None, ONE_DRIVER, violations, status)
+
+    def _may_write(self, candidate: Candidate) -> bool:
+        """Whether the reference is to be written: only where it is asked for, once, and what is no picture never."""
+        key = str(self._reference.path.with_suffix(""))
+        return options.updates(self._item.config) and candidate.is_finite and key not in self._session.written
+
+    def _written(self, candidate: Candidate, outcome: Outcome) -> Outcome:
+        """The candidate is the reference from now on."""
+        path = references.write(self._reference, candidate.picture)
+        self._session.written.add(str(self._reference.path.with_suffix("")))
+        words = f"wrote {self._said(path)}"
+        record = self._record("updated", [words], outcome, candidate)
+        self._session.keep(self._item, record, outcome, self._facts(candidate, None, words))
+        return outcome
+
+    def _told(self, candidate: Candidate, outcome: Outcome, stored: Picture | None, reference: str) -> Outcome:
+        """The outcome, kept for the report; or the failure that it is."""
+        __tracebackhide__ = True
+        against = stored or outcome.reference
+        repeats = repeats_of(candidate.repeats, candidate.picture, against)
+        if not outcome.passed:
+            lines = messages.difference(outcome, repeats.words if repeats else "")
+            raise self._failed(candidate, outcome, lines, reference, repeats)
+        record = self._record("same", [], outcome, candidate) | _noise(repeats)
+        self._session.keep(self._item, record, outcome, self._facts(candidate, repeats))
+        return outcome
+
+    def _failed(
+        self, candidate: Candidate, outcome: Outcome, lines: list[str], reference: str, repeats: Repeats | None = None
+    ) -> PictureError:
+        """The failure, told to the session."""
+        record = self._record(outcome.status, lines, outcome, candidate) | _noise(repeats)
+        kept = self._session.keep(self._item, record, outcome, self._facts(candidate, repeats), candidate.picture)
+        lines = [*lines, *messages.places(kept.candidate, reference, kept.page)]
+        if reference != "the oracle" and candidate.is_finite:
+            lines.append(messages.how_to_update(self._test))
+        return PictureError("\n".join(lines), outcome.status)
+
+    def _failed_alone(self, status: str, lines: list[str]) -> PictureError:
+        """The failure where there is no candidate to look at."""
+        self._session.keep(self._item, self._record(status, lines))
+        return PictureError("\n".join(lines), status)
+
+    def _said(self, path: Path) -> str:
+        """A path as short as it can be said from where pytest was started."""
+        return self._session.said(path)
+
+    def _facts(self, candidate: Candidate, repeats: Repeats | None, words: str = "") -> dict[str, str]:
+        facts = references.fingerprint_of(candidate.picture)
+        return facts | ({"repeats": repeats.words} if repeats else {}) | ({"reference": words} if words else {})
+
+    def _record(
+        self, status: str, lines: list[str], outcome: Outcome | None = None, candidate: Candidate | None = None
+    ) -> dict[str, Any]:
+        measures = outcome.measures if outcome else None
+        picture = candidate.picture if candidate else None
+        return {
+            "test": self._test,
+            "name": self._name,
+            "file": self._place[0],
+            "line": self._place[1],
+            "status": status,
+            "message": lines,
+            "max_error": measures.max_error if measures else None,
+            "rms_error": measures.rms_error if measures else None,
+            "kinds": [kind.words for kind in outcome.kinds] if outcome else [],
+            "driver": references.driver_of(picture.attributes) if picture else None,
+            "fingerprint": references.fingerprint_of(picture) if picture else {},
+            "reference": self._said(self._reference.path),
+            "limits": str(self._limits_file),
+            "folder": str(self._folder),
+            "page": None,
+            "candidate": None,
+            **(self._session.self_test(candidate, outcome) if candidate and outcome else {}),
+        }
+
+
+def _noise(repeats: Repeats | None) -> dict[str, Any]:
+    return {"repeats": repeats.as_json()} if repeats else {}

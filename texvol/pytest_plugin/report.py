@@ -1,0 +1,181 @@
+"""The report's folder: index.html of all pictures, pages/ with one for each, report.json, summary.md.
+
+Every page ends with a mark. What an earlier run wrote is known by it and replaced; nothing else is ever removed, and a
+folder that holds other things and no report is refused.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from texvol import __version__, writing
+from texvol.errors import InputError
+from texvol.pytest_plugin.records import Record, counted
+
+if TYPE_CHECKING:
+    from texvol.comparison.outcome import Outcome
+
+FILE = "report.json"
+_PROGRAM = "texvol pictures"
+_MARK = b"<!-- written by pytest --texvol-report -->\n"
+_INDEX, _SUMMARY = "index.html", "summary.md"
+
+
+def prepare(folder: Path) -> None:
+    """Make the folder, or remove the earlier report in it.
+
+    Raises
+    ------
+    InputError
+        If it holds something else, or can't be written to.
+    """
+    try:
+        if folder.exists() and not folder.is_dir():
+            raise InputError(f"{folder}: is a file, and the report is a folder")
+        if folder.is_dir() and any(folder.iterdir()):
+            if not _is_report(folder):
+                raise InputError(f"{folder}: is not empty, and holds no report of texvol: name another folder")
+            index = folder / _INDEX
+            if index.exists() and not _is_ours(index):
+                raise InputError(f"{index}: is none of texvol's: name another folder")
+            _remove(folder)
+        folder.mkdir(parents=True, exist_ok=True)
+        # From now on it is known as one, even if the run is killed.
+        _write(folder / FILE, json.dumps({"program": _PROGRAM, "finished": False}))
+    except OSError as error:
+        raise InputError(f"{folder}: cannot hold a report: {error.strerror}") from None
+
+
+def write_page(path: Path, outcome: Outcome, facts: Mapping[str, str], index: str | None) -> None:
+    """One picture's page."""
+    from texvol.comparison.page import comparison_page
+
+    text = comparison_page(outcome, facts=facts, index=index)
+    writing.write_files({path: text.encode() + b"\n" + _MARK})
+
+
+def entry(record: Record, outcome: Outcome | None, facts: Mapping[str, str], page: str) -> dict[str, Any]:
+    """What index and report.json hold of a check: `entry` and `outcome`."""
+    from texvol.comparison.entries import entry_of, entry_without_reference
+
+    test = record["test"]
+    if outcome is not None and outcome.candidate is not outcome.reference:
+        found = entry_of(outcome, test=test, page=page, facts=facts)
+        if record["status"] == "updated":
+            # It was different or broken, and no longer is.
+            found |= {"status": "same", "violations": [], "notes": [*record["message"], *outcome.violations]}
+        return {"entry": found, "outcome": outcome.as_json()}
+    candidate = outcome.candidate if outcome is not None else None
+    status = record["status"] if record["status"] in ("new", "updated") else "broken"
+    lines = record["message"] or [record["status"]]
+    found = entry_without_reference(
+        record["name"], candidate, lines, status="same" if status == "updated" else status, test=test, facts=facts
+    )
+    return {"entry": found}
+
+
+def finish(folder: Path, records: Sequence[Record], status: int) -> None:
+    """Write what is of the whole run.
+
+    Raises
+    ------
+    InputError
+        If it can't be written.
+    """
+    from texvol.comparison import ci
+    from texvol.comparison.index_page import index_page
+
+    entries = [record["entry"] for record in records if "entry" in record]
+    tables = [record["self_test"] for record in records if record.get("self_test")]
+    page = index_page(entries, title="Pictures", facts=_common_facts(records), self_test=tables[0] if tables else "")
+    shown = [{k: v for k, v in record.items() if k not in ("entry", "self_test")} for record in records]
+    content = {
+        "program": _PROGRAM,
+        "version": __version__,
+        "finished": True,
+        "exit_status": status,
+        "counts": counted(records),
+        "pictures": [_inside(folder, record) for record in shown],
+    }
+    files = {
+        _INDEX: page.encode() + b"\n" + _MARK,
+        FILE: (json.dumps(content, indent=1, allow_nan=False) + "\n").encode(),
+        _SUMMARY: ci.job_summary([result_of(record, folder) for record in records]).encode(),
+    }
+    writing.write_files({folder / name: text for name, text in files.items()})
+
+
+def result_of(record: Record, folder: Path | None = None) -> Any:
+    """What a CI system is told of a record."""
+    from texvol.comparison.ci import Result
+
+    page = record.get("page")
+    return Result(
+        name=record["name"],
+        status=record["status"],
+        words=tuple(record["message"]),
+        kinds=tuple(record["kinds"]),
+        max_error=record["max_error"],
+        rms_error=record["rms_error"],
+        test=record["test"],
+        file=record["file"],
+        line=record["line"],
+        page=_relative(folder, page) if folder and page else page,
+        attachments=tuple(path for path in (record.get("candidate"), page) if path),
+    )
+
+
+def _common_facts(records: Sequence[Record]) -> dict[str, str]:
+    """What the fingerprints of all pictures agree on."""
+    fingerprints = [record["fingerprint"] for record in records if record["fingerprint"]]
+    first = fingerprints[0] if fingerprints else {"texvol": __version__}
+    return {name: fact for name, fact in first.items() if all(each.get(name) == fact for each in fingerprints)}
+
+
+def _inside(folder: Path, record: Record) -> Record:
+    """The record with paths as they are from the report."""
+    paths = {name: _relative(folder, record[name]) for name in ("page", "candidate") if record.get(name)}
+    return record | paths
+
+
+def _relative(folder: Path, path: str) -> str:
+    return Path(path).relative_to(folder).as_posix() if Path(path).is_relative_to(folder) else path
+
+
+def _is_report(folder: Path) -> bool:
+    try:
+        content = json.loads((folder / FILE).read_text("utf-8"))
+    except (OSError, ValueError):
+        return False
+    return isinstance(content, dict) and content.get("program") == _PROGRAM
+
+
+def _remove(folder: Path) -> None:
+    """Remove an earlier run's files, and folders that are empty then."""
+    pages = [path for path in (folder / "pages").rglob("*.html") if not path.is_symlink() and _is_ours(path)]
+    candidates = [path for path in (folder / "pages").rglob("*.exr") if _is_candidate(path)]
+    for path in [*pages, *candidates, *(folder / name for name in (_INDEX, FILE, _SUMMARY))]:
+        path.unlink(missing_ok=True)
+    for path in sorted((folder / "pages").rglob("*"), reverse=True):
+        if path.is_dir() and not path.is_symlink() and not any(path.iterdir()):
+            path.rmdir()
+
+
+def _is_ours(path: Path) -> bool:
+    with path.open("rb") as file:
+        file.seek(0, 2)
+        file.seek(max(file.tell() - len(_MARK), 0))
+        return file.read() == _MARK
+
+
+def _is_candidate(path: Path) -> bool:
+    """Whether it is a candidate of ours: a header of EXR begins with its attributes, the fingerprint among them."""
+    with path.open("rb") as file:
+        return b"texvol:fingerprint" in file.read(1 << 20)
+
+
+def _write(path: Path, text: str) -> None:
+    writing.write_files({path: text.encode()})

@@ -1,0 +1,99 @@
+"""The end of a run: the report's index, the status, and what the terminal and a CI system are told."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from texvol.errors import InputError
+from texvol.pytest_plugin import exit_status, options
+from texvol.pytest_plugin.records import Gathered, counted
+
+if TYPE_CHECKING:
+    from texvol.pytest_plugin.records import Record
+
+_MOST_LINES = 20  # of pictures that were written
+
+
+class Reporter:
+    """Hooks of the process that sums up."""
+
+    def __init__(self, config: pytest.Config) -> None:
+        self._config = config
+        self._gathered = Gathered()
+        self._notes: list[str] = []
+
+    def pytest_sessionstart(self) -> None:
+        """Make the report's folder, or refuse it before anything has run."""
+        folder = options.report_folder(self._config)
+        if folder is None or self._config.option.collectonly:
+            return
+        from texvol.pytest_plugin import report
+
+        try:
+            report.prepare(folder)
+        except InputError as error:
+            raise pytest.UsageError(f"--texvol-report {error}") from None
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        self._gathered.add(report)
+
+    def pytest_collectreport(self, report: pytest.CollectReport) -> None:
+        if report.failed:
+            self._gathered.other_failures += 1
+
+    @pytest.hookimpl(trylast=True)
+    def pytest_sessionfinish(self, session: pytest.Session) -> None:
+        """Write what there is of a report, and choose the status; pytest has written its own files by now."""
+        gathered, config = self._gathered, self._config
+        if options.own_exit_status(config):
+            session.exitstatus = exit_status.status_of(
+                int(session.exitstatus), gathered.picture_failures, gathered.other_failures
+            )
+        folder = options.report_folder(config)
+        try:
+            if folder is not None and not config.option.collectonly and folder.is_dir():
+                from texvol.pytest_plugin import report
+
+                report.finish(folder, gathered.records, int(session.exitstatus))
+            if gathered and getattr(config.option, "xmlpath", None):
+                from texvol.pytest_plugin.junit import add_attachments
+
+                add_attachments(Path(os.path.expandvars(os.path.expanduser(config.option.xmlpath))))
+        except InputError as error:
+            self._notes.append(str(error))
+            session.exitstatus = int(session.exitstatus) or 1
+        if gathered:
+            from texvol.pytest_plugin.stale import stale_tables
+
+            self._notes += stale_tables(session, gathered.records)
+
+    def pytest_terminal_summary(self, terminalreporter: Any) -> None:
+        """What was compared, drawn by what, and where to look."""
+        records, notes = self._gathered.records, self._notes
+        folder = options.report_folder(self._config)
+        if not records and not notes:
+            return
+        terminalreporter.section("pictures")
+        drivers = sorted({record["driver"] for record in records if record.get("driver")})
+        terminalreporter.write_line(f"{counted(records)}; drawn by {', '.join(drivers) or 'what is not said'}")
+        for line in [*_written(records), *notes]:
+            terminalreporter.write_line(line)
+        if folder is not None:
+            terminalreporter.write_line(f"report: {folder / 'index.html'}")
+        from texvol.comparison import ci
+
+        if ci.on_github():
+            from texvol.pytest_plugin.report import result_of
+
+            for line in ci.tell([result_of(record, folder) for record in records]):
+                terminalreporter.write_line(line)
+
+
+def _written(records: list[Record]) -> list[str]:
+    lines = [line for record in records if record["status"] == "updated" for line in record["message"]]
+    more = len(lines) - _MOST_LINES
+    return lines if more <= 0 else [*lines[:_MOST_LINES], f"and {more} more"]

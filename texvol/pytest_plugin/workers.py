@@ -1,0 +1,48 @@
+"""Processes that run tests: what pytest-xdist's workers are told, and what each opens."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from texvol.pytest_plugin import options
+
+if TYPE_CHECKING:
+    from texvol.pytest_plugin.session import PictureSession
+
+_SHARED = pytest.StashKey[str]()
+
+
+def told(config: pytest.Config) -> dict[str, Any]:
+    """What the process that sums up tells a worker."""
+    if _SHARED not in config.stash:
+        # A name alone: the folder is made once a picture is checked.
+        config.stash[_SHARED] = os.path.join(tempfile.gettempdir(), f"texvol-pictures-{os.urandom(12).hex()}")
+    folder = options.report_folder(config)
+    return {"report": str(folder) if folder else None, "shared": config.stash[_SHARED]}
+
+
+def open_session(config: pytest.Config, factory: pytest.TempPathFactory) -> PictureSession:
+    """What the checks of this process share."""
+    from texvol.pytest_plugin.session import PictureSession
+
+    from_controller = getattr(config, "workerinput", {}).get("texvol", {})
+    folder, shared = from_controller.get("report"), from_controller.get("shared")
+    return PictureSession(
+        config,
+        factory.getbasetemp() / "pictures-of-texvol",
+        Path(folder) if folder else options.report_folder(config),
+        Path(shared) if shared else None,
+    )
+
+
+def clean(config: pytest.Config) -> None:
+    """Remove what workers shared."""
+    shared = config.stash.get(_SHARED, None)
+    if shared is not None:
+        shutil.rmtree(shared, ignore_errors=True)

@@ -1,0 +1,33 @@
+"""Caps: where a half space cuts matter open, the eye meets its colour, opaque.
+
+That is the colour of a stretch of the ray that is too short for its matter to change, divided by its opacity.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.scene import Scene
+
+Numbers = NDArray[np.float64]
+_SHORT = 2.0**-26  # of the smallest spacing: half of float64's digits are left for what it holds
+
+
+def thin_ends(scene: Scene, starts: Numbers, steps: Numbers, ends: Numbers, eyes: Numbers) -> Numbers:
+    """The ends of the stretch behind each cut, as `rays_of` has them; none where a ray begins at the box or the eye."""
+    low, high = np.full(3, -0.5), np.array(scene.volume.dimensions) - 0.5
+    with np.errstate(divide="ignore", invalid="ignore"):
+        faces = np.stack([(low - starts) / steps, (high - starts) / steps])
+    enters = np.nan_to_num(faces.min(axis=0), nan=-np.inf).max(axis=-1)
+    first, last = ends[..., 0], ends[..., 1]
+    is_cut_open = first > np.maximum(enters, eyes)
+    short = _SHORT * scene.volume.smallest_spacing
+    return np.stack([first, np.where(is_cut_open, np.minimum(first + short, last), -np.inf)], axis=-1)
+
+
+def put_in_front(caps: Numbers, picture: Numbers) -> None:
+    """Replace what lies behind caps; both hold light and, in the last channel, optical depth."""
+    met = caps[..., 3] > 0
+    picture[met, :3] = caps[met, :3] / -np.expm1(-caps[met, 3:])
+    picture[met, 3] = np.inf

@@ -1,0 +1,143 @@
+"""What a netCDF variable's dimensions mean: which is time, which run through space, and where along them samples lie.
+
+By the CF conventions an axis says what it is by its attribute `axis`, its standard name, its units or its direction
+(`positive`); where it does not, its name has to do, and then the order: the last three dimensions are z, y, x.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import Any, NamedTuple
+
+import numpy as np
+
+_ROLE_OF_STANDARD_NAME = {
+    "time": "T",
+    "longitude": "X",
+    "projection_x_coordinate": "X",
+    "grid_longitude": "X",
+    "latitude": "Y",
+    "projection_y_coordinate": "Y",
+    "grid_latitude": "Y",
+    "height": "Z",
+    "altitude": "Z",
+    "depth": "Z",
+    "air_pressure": "Z",
+    "model_level_number": "Z",
+}
+_ROLE_OF_NAME = {
+    "T": ("time", "t", "ocean_time", "xtime", "valid_time"),
+    "X": ("x", "lon", "longitude", "west_east", "rlon"),
+    "Y": ("y", "lat", "latitude", "south_north", "rlat"),
+    "Z": ("z", "lev", "level", "levels", "plev", "depth", "height", "altitude", "pressure", "bottom_top", "deptht"),
+}
+_PRESSURE = ("pa", "hpa", "mb", "mbar", "millibar", "millibars", "bar", "dbar", "decibar", "kpa", "pascal")
+_UNSTRUCTURED = ("ncells", "ncell", "ncells_2", "nmesh2_face", "nmesh2d_face", "cell", "ncol", "num_nodes", "num_elem")
+
+
+class Dimension(NamedTuple):
+    """A dimension of a variable: its name, samples, what it is ("X", "Y", "Z", "T" or "") and its coordinates."""
+
+    name: str
+    size: int
+    role: str
+    coordinate: Any | None
+
+
+def dimensions_of(variable: Any) -> list[Dimension]:
+    """The dimensions of a netCDF4 variable, slowest first."""
+    found = []
+    for dimension in variable.get_dims():
+        candidate = dimension.group().variables.get(dimension.name)
+        coordinate = candidate if candidate is not None and candidate.dimensions == (dimension.name,) else None
+        if coordinate is not None and not _is_number(coordinate):
+            coordinate = None
+        found.append(Dimension(dimension.name, int(dimension.size), role_of(coordinate, dimension.name), coordinate))
+    return found
+
+
+def role_of(coordinate: Any | None, name: str) -> str:
+    """What an axis is: "X", "Y", "Z", "T", or "" where nothing says."""
+    axis = attribute(coordinate, "axis").upper()
+    if axis in ("X", "Y", "Z", "T"):
+        return axis
+    standard_name = attribute(coordinate, "standard_name").lower()
+    if standard_name in _ROLE_OF_STANDARD_NAME:
+        return _ROLE_OF_STANDARD_NAME[standard_name]
+    if standard_name.startswith(("atmosphere_", "ocean_")) and standard_name.endswith("_coordinate"):
+        return "Z"
+    units = attribute(coordinate, "units").lower()
+    if re.search(r"\bsince\b", units):
+        return "T"
+    if re.fullmatch(r"degrees?_?(e|east)", units):
+        return "X"
+    if re.fullmatch(r"degrees?_?(n|north)", units):
+        return "Y"
+    if units in _PRESSURE or attribute(coordinate, "positive").lower() in ("up", "down"):
+        return "Z"
+    return next((role for role, names in _ROLE_OF_NAME.items() if name.lower() in names), "")
+
+
+def letters_of(dimensions: list[Dimension]) -> str:
+    """Letters for `pick`: T for time, ZYX for the three dimensions of space in the file's order, C for others."""
+    space = space_of(dimensions)
+    letters, names = [], iter("ZYX")
+    for number, dimension in enumerate(dimensions):
+        if number in space:
+            letters.append(next(names))
+        else:
+            letters.append("T" if dimension.role == "T" else "C")
+    return "".join(letters)
+
+
+def space_of(dimensions: list[Dimension]) -> list[int]:
+    """Numbers of the dimensions that run through space: those that say so, or the last three that are not time."""
+    told = [number for number, dimension in enumerate(dimensions) if dimension.role in ("X", "Y", "Z")]
+    if sorted(dimensions[number].role for number in told) == ["X", "Y", "Z"]:
+        return told
+    others = [number for number, dimension in enumerate(dimensions) if dimension.role != "T"]
+    # A dimension of one sample is a choice that has been made, unless there are no others.
+    wide = [number for number in others if dimensions[number].size > 1]
+    return wide[-3:] if len(wide) >= 3 else others[-3:]
+
+
+def order_of(dimensions: list[Dimension]) -> list[int]:
+    """Where among three dimensions of space, in the file's order, z, y and x are."""
+    roles = [dimension.role for dimension in dimensions]
+    return [roles.index(role) for role in "ZYX"] if sorted(roles) == ["X", "Y", "Z"] else [0, 1, 2]
+
+
+def unstructured_kind(dataset: Any, variable: Any | None = None) -> str:
+    """What kind of unstructured grid a file or variable is of, or "" if it is of none."""
+    names = {name.lower() for name in dataset.dimensions}
+    if {"num_nodes", "num_elem"} <= names or "num_nod_per_el1" in names:
+        return "an Exodus mesh"
+    if variable is None:
+        return ""
+    if attribute(variable, "mesh") or any(
+        attribute(each, "cf_role") == "mesh_topology" and name in attribute(variable, "mesh")
+        for name, each in dataset.variables.items()
+    ):
+        return "an unstructured grid (UGRID)"
+    dimensions = {name.lower() for name in variable.dimensions}
+    if attribute(variable, "CDI_grid_type").lower() == "unstructured" or dimensions & set(_UNSTRUCTURED):
+        return "an unstructured grid"
+    return ""
+
+
+def attribute(variable: Any | None, name: str) -> str:
+    """An attribute as text, empty where there is none."""
+    if variable is None or name not in variable.ncattrs():
+        return ""
+    value = variable.getncattr(name)
+    return value.strip() if isinstance(value, str) else ""
+
+
+def unit_of(variable: Any | None) -> str:
+    """The unit of an axis, as people write it."""
+    units = attribute(variable, "units")
+    return {"meter": "m", "meters": "m", "metre": "m", "metres": "m", "kilometer": "km", "1": ""}.get(units, units)
+
+
+def _is_number(variable: Any) -> bool:
+    return isinstance(variable.dtype, np.dtype) and variable.dtype.kind in "iuf"
