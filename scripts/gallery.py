@@ -7,7 +7,7 @@ DATA is the folder of real volumes: what TEXVOL_DATA names, or ../shared/data be
 is not there are left out; the others are of built-in volumes. All are drawn at twice their size and averaged, as light,
 so that edges are smooth. FOLDER also gets the transfer functions and built-in volumes that the page's commands name.
 
-`--references` draws those of the built-in volumes for the README, into tests/references; the tests draw them again.
+`--references` draws those of the built-in volumes for the README, into tests/references/readme; tests draw them again.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from texvol.errors import InputError, TexvolError
 from texvol.transfer.files import from_content
 
 REPOSITORY = Path(__file__).resolve().parents[1]
-REFERENCES = REPOSITORY / "tests" / "references"
+REFERENCES = REPOSITORY / "tests" / "references" / "readme"
 REFERENCE_WIDTH = 400
 SUPERSAMPLING = 2
 _FARTHEST_GREY = 0.04  # linear; the nearest of a picture of depth is white
@@ -174,17 +174,17 @@ def row(each: Drawn) -> tuple[str, str, str, str]:
 
 
 def write_references(renderer: Renderer) -> None:
-    """Draw the pictures of the built-in volumes into tests/references."""
-    REFERENCES.mkdir(exist_ok=True)
+    """Draw the pictures of the built-in volumes for the README."""
+    REFERENCES.mkdir(parents=True, exist_ok=True)
     for entry in filter(lambda each: each.is_built_in, ENTRIES.values()):
         path = REFERENCES / f"{entry.name}.png"
-        image.write(path, reference(renderer, entry))
+        image.write(path, reference(renderer, entry), {"texvol:renderer": renderer.renderer_name})
         print(path.relative_to(REPOSITORY), f"{path.stat().st_size / 1000:.0f} kB")
 
 
-def reference(renderer: Renderer, entry: Entry) -> NDArray[np.float32]:
-    """The picture of a built-in volume at the size of the stored ones."""
-    size = (REFERENCE_WIDTH, REFERENCE_WIDTH * entry.size[1] // entry.size[0])
+def reference(renderer: Renderer, entry: Entry, width: int = REFERENCE_WIDTH) -> NDArray[np.float32]:
+    """The picture of a built-in volume, so many pixels wide."""
+    size = (width, width * entry.size[1] // entry.size[0])
     large = (size[0] * SUPERSAMPLING, size[1] * SUPERSAMPLING)
     scene = scene_of(entry, data_folder(), large)
     assert scene is not None, "built-in volumes need no file"
@@ -228,7 +228,7 @@ def main() -> int:
     parser.add_argument("-o", "--output", type=Path, metavar="FOLDER")
     parser.add_argument("--only", metavar="NAME,NAME")
     parser.add_argument("--quick", action="store_true", help="half the size")
-    parser.add_argument("--references", action="store_true", help="write tests/references instead")
+    parser.add_argument("--references", action="store_true", help="write tests/references/readme instead")
     try:
         make(parser.parse_args())
     except TexvolError as error:

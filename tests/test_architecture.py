@@ -20,7 +20,7 @@ OPENGL_MODULES = {"contexts", "shaders", "compositor", "texture_store", "empty_s
 # A picture from a .npy file needs none of them, and each costs more time to import than the picture to draw.
 HEAVY = {
     *("numba", "scipy", "matplotlib", "nrrd", "nibabel", "SimpleITK", "pydicom", "tifffile", "imagecodecs", "mrcfile"),
-    *("vtkmodules", "vtk", "glfw", "imgui_bundle", "OpenGL", "pandas", "dask", "zarr"),
+    *("netCDF4", "vtkmodules", "vtk", "glfw", "imgui_bundle", "OpenGL", "pandas", "dask", "zarr"),
 }
 
 

@@ -159,12 +159,9 @@ def test_a_corrupt_file_is_read_or_refused(tmp_path: Path, name: str, capfd: pyt
 @pytest.mark.parametrize(
     ("name", "kind"),
     [
-        ("v.nc", "netCDF"),
-        ("v.vtr", "VTR"),
-        ("v.vts", "VTS"),
         ("v.h5", "HDF5"),
         ("v.png", "PNG"),
-        ("v.vtk", "legacy VTK"),
+        ("v.npz", "NPZ"),
     ],
 )
 def test_formats_that_are_not_read_are_refused_by_name(
@@ -172,7 +169,7 @@ def test_formats_that_are_not_read_are_refused_by_name(
 ) -> None:
     (tmp_path / name).write_bytes(b"whatever")
     assert f"is {kind}" in (message := refused(tmp_path / name, capfd))
-    assert "texvol reads NRRD, NIfTI, MetaImage, DICOM, TIFF, MRC, VTI, NPY, raw" in message
+    assert "texvol reads NRRD, NIfTI, MetaImage, DICOM, TIFF, MRC, VTI, VTR, VTS, netCDF, NPY, raw" in message
 
 
 def test_an_unknown_format_is_refused_with_the_list(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:

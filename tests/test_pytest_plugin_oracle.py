@@ -245,10 +245,8 @@ def test_tabled(check_picture):
 
 
 def test_without_numba_the_error_says_what_to_install(project: Project) -> None:
-    project.write(
-        conftest="import sys\nsys.modules['numba'] = None\n",
-        test_it=f"{DEMO}\ndef test_it(check_picture):\n    check_picture(demo_scene(), 'x', size=(8, 8), oracle=True)\n",
-    )
+    test = "def test_it(check_picture):\n    check_picture(demo_scene(), 'x', size=(8, 8), oracle=True)\n"
+    project.write(conftest="import sys\nsys.modules['numba'] = None\n", test_it=DEMO + test)
     result = project.run(apart=True)
     assert result.ret == 1 and "texvol[oracle]" in said(result)
 

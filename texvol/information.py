@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol import resampling
 from texvol.volume import Volume
 
 PERCENTAGES = (0.1, 1, 5, 25, 50, 75, 95, 99, 99.9)
@@ -28,7 +29,7 @@ def facts(volume: Volume) -> dict[str, Any]:
     bound it along the world's. Values count where they are finite; `percentiles` are of `percentile_samples` of them.
     In `memory`, `texture_bytes` are by texel format; `gradient_bytes` are those of the one texture that `post` and
     `integrated` hold value and gradient in where light, contours or the like need it; `slab` and `extinction` keep no
-    gradient.
+    gradient. `resampling` is None where the samples are the file's own, and `notes` are what its reader chose.
     """
     corners = volume.corners_from_centre + volume.centre
     low, high, mean, counts = _summary(volume.values)
@@ -48,6 +49,8 @@ def facts(volume: Volume) -> dict[str, Any]:
         "extent": _numbers(volume.spacing * volume.dimensions),
         "box_min": _numbers(corners.min(axis=0)),
         "box_max": _numbers(corners.max(axis=0)),
+        "resampling": None if volume.resampling is None else dict(volume.resampling),
+        "notes": list(volume.notes),
         "extinction_unit": f"per {volume.unit or 'world unit'}",
         "samples": samples,
         "finite_count": counts["finite"],
@@ -87,6 +90,9 @@ def text(facts: dict[str, Any]) -> str:
         ("memory", f"data {_bytes(memory['data_bytes'])}; texture {textures}"),
         ("", f"texture with gradients {with_gradients}"),
     ]
+    lines = [] if facts["resampling"] is None else resampling.text(facts["resampling"])
+    rows += [("resampled" if number == 0 else "", line) for number, line in enumerate(lines)]
+    rows += [("note", note) for note in facts["notes"]]
     page = [facts["name"], "", *(f"{name:<12}{value}" for name, value in rows)]
     if value_range is not None:
         page += ["", *_percentile_lines(facts), "", *_histogram_lines(facts["histogram"])]

@@ -21,6 +21,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
+from texvol import cut_options as cut
 from texvol import light_options as lit
 from texvol import option_texts as texts
 from texvol import orbit as turning
@@ -79,7 +80,7 @@ class _SceneOption(NamedTuple):
 _GROUPS: tuple[tuple[str, str | None, tuple[_SceneOption, ...]], ...] = (
     (
         "scene",
-        "What is drawn. All options of this and the next three groups may stand in the scene file, as keys; "
+        "What is drawn. All options of this and the next four groups may stand in the scene file, as keys; "
         "an option on the line wins.",
         (
             _SceneOption("tf", str, "PRESET|FILE.json", f"transfer function; presets: {', '.join(transfer.PRESETS)}"),
@@ -143,6 +144,21 @@ _GROUPS: tuple[tuple[str, str | None, tuple[_SceneOption, ...]], ...] = (
             _SceneOption(
                 "depth-cue", lit.depth_cue, "S[,R,G,B]",
                 "mix what is farther with a colour (black), the farthest corner by S, from 0 to 1",
+            ),
+        ),
+    ),
+    (
+        "cutting",
+        "Of the volume only what lies inside of all of these is seen.",
+        (
+            _SceneOption(
+                "clip", cut.clip_plane, "NX,NY,NZ,D",
+                "keep what has NX x + NY y + NZ z >= D, world units; give it again for further planes",
+                cut.clip_plane_table,
+            ),
+            _SceneOption("crop", cut.crop_box, "X0,X1,Y0,Y1,Z0,Z1", "keep what lies in this box, world units"),
+            _SceneOption(
+                "caps", bool, "", "matter that is cut open is opaque there, in its own colour, or not (default)"
             ),
         ),
     ),
@@ -298,6 +314,9 @@ class SceneOptions:
             depth_cue=lit.depth_cue_of(chosen),
             mode=self.mode,  # type: ignore[arg-type]
             isovalue=chosen.get("isovalue"),
+            clip=tuple(chosen.get("clip", ())),
+            crop=chosen.get("crop"),
+            caps=chosen.get("caps", False),
         )
 
     def _transfer_function(self, volume: Volume) -> TransferFunction | None:

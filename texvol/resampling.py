@@ -175,7 +175,7 @@ class Difference:
 
 
 def type_between(dtype: np.dtype) -> np.dtype:
-    """Type of values between samples of `dtype`: float32 holds those of 16 bits and of float32 to the digits they have."""
+    """Type of values between samples of `dtype`: float32 where these have 16 bits or are float32, else float64."""
     return np.dtype(np.float32 if dtype.itemsize <= (4 if dtype.kind == "f" else 2) else np.float64)
 
 

@@ -44,6 +44,10 @@ class Volume:
     source : mapping
         How it can be had again, for pictures that are to say so: the arguments of `texvol.load`, with the `absolute`
         path; or what is `built_in`; empty for an array.
+    resampling : mapping, optional
+        Facts about how samples of another grid became these, and the error of that: see `texvol.resampling`.
+    notes : sequence of str
+        What a reader chose, for people.
 
     Raises
     ------
@@ -62,9 +66,13 @@ class Volume:
         space: str = "",
         name: str = "volume",
         source: Mapping[str, Any] = MappingProxyType({}),
+        resampling: Mapping[str, Any] | None = None,
+        notes: Sequence[str] = (),
     ) -> None:
         self.name = name
         self.source = source
+        self.resampling = resampling
+        self.notes = tuple(notes)
         self.unit = unit
         self.space = space
         self.values = _real_samples(values, name)

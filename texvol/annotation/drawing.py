@@ -49,6 +49,19 @@ def annotated(
     # A page is white more often than not.
     sheet = Sheet(size, letters, WHITE if transparent else scene.background, annotation.color, annotation.font_size)
     view = View(scene.camera_for(size), scene.volume, size)
+    place_all(sheet, view, scene, annotation, window, use_transfer_function)
+    return sheet.over(picture, scene.background)
+
+
+def place_all(
+    sheet: Sheet,
+    view: View,
+    scene: Scene,
+    annotation: Annotation,
+    window: tuple[float, float] | None,
+    use_transfer_function: bool,
+) -> None:
+    """Draw on the sheet what is asked for and has room."""
     if annotation.box:
         draw_box(sheet, view)
     if annotation.title:
@@ -58,13 +71,12 @@ def annotated(
     if annotation.legend:
         content = content_of(scene, annotation.value_name, window, use_transfer_function)
         for text in texts_of(content):
-            letters.check(text, "legend")
+            sheet.letters.check(text, "legend")
         draw_legend(sheet, content, beside_letters=annotation.orientation)
     if annotation.scale_bar:
         draw_scale_bar(sheet, view)
     if annotation.axes:
         draw_axes(sheet, view)
-    return sheet.over(picture, scene.background)
 
 
 def _draw_title(sheet: Sheet, title: str) -> None:

@@ -29,6 +29,8 @@ class Box(NamedTuple):
     width: float
     above: float  # height of capital letters and figures
     below: float  # depth of letters such as p
+    top: float  # how high ink reaches, accents included, or capital letters where it does not
+    bottom: float  # how deep ink reaches
 
 
 class Lettering:
@@ -59,7 +61,9 @@ class Lettering:
     def box(self, text: str, size: float) -> Box:
         """How much room a line of text takes at `size` pixels per em."""
         font = self._font(size)
-        return Box(font.getlength(text), -font.getbbox("H", anchor="ls")[1], font.getbbox("p", anchor="ls")[3])
+        above, below = -font.getbbox("H", anchor="ls")[1], font.getbbox("p", anchor="ls")[3]
+        _, top, right, bottom = font.getbbox(text, anchor="ls")
+        return Box(max(font.getlength(text), right), above, below, max(above, -top), max(bottom, 0))
 
     def coverage(self, text: str, size: float, outline: int = 0) -> tuple[NDArray[np.float64], int, int]:
         """Coverage of a line of text, and where its upper left pixel lies from the left end of the base line.
@@ -100,7 +104,8 @@ class Lettering:
         size = max(size * width / natural, size * least_share)
         if self.box(text, size).width <= width:
             return text, size
-        kept = bisect_right(range(1, len(text)), width, key=lambda n: self.box(text[:n] + ELLIPSIS, size).width)
+        most = min(len(text), int(width))  # letters of a pixel each say nothing
+        kept = bisect_right(range(1, most), width, key=lambda n: self.box(text[:n] + ELLIPSIS, size).width)
         return (text[:kept].rstrip() + ELLIPSIS if kept else ""), size
 
     def _font(self, size: float) -> Any:

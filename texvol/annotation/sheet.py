@@ -60,8 +60,10 @@ class Sheet:
         behind = np.clip(np.asarray(background, np.float64), 0, 1)
         self.color = np.asarray(_contrasting(behind) if color is None else color, np.float64)
         # In the background's colour outlines show only where letters lie over matter.
-        self.outline_color = behind if color is None else np.asarray(_contrasting(self.color))
+        self.outline_color = self.color if color is None else np.asarray(_contrasting(self.color))
         self.taken: list[Rect] = []
+        self.texts: list[str] = []  # what is written,
+        self.written: list[Rect] = []  # and where
         self._marks: dict[str, list[Mark]] = {layer: [] for layer in LAYERS}
 
     def fits(self, rect: Rect, further: list[Rect] | None = None) -> bool:
@@ -84,11 +86,13 @@ class Sheet:
         box = self.letters.box(text, scale * self.em)
         left, base = self._start(box, middle, turned)
         if turned:
-            return Rect(left - box.above, base - box.width, left + box.below, base)
-        return Rect(left, base - box.above, left + box.width, base + box.below)
+            return Rect(left - box.top, base - box.width, left + box.bottom, base)
+        return Rect(left, base - box.top, left + box.width, base + box.bottom)
 
     def text(self, text: str, middle: Point, scale: float = 1.0, *, turned: bool = False) -> None:
         """Draw a line of text there, on whole pixels, which keeps its stems sharp; `turned` to be read upwards."""
+        self.texts.append(text)
+        self.written.append(self.text_rect(text, middle, scale, turned=turned))
         size = scale * self.em
         left, base = self._start(self.letters.box(text, size), middle, turned)
         for layer, color, outline in (

@@ -3,14 +3,14 @@
 A cell's points are p(u) = Σ w_c(u) p_c over its 8 corners, u from 0 to 1 along each grid axis and w_c the trilinear
 weights. As a polynomial, with one bit of m for each axis,
 
-    p(u) = Σ_m a_m u^m,      u^m the product of the u whose bit m has,
+    p(u) = Σ_m b_m (u - 1/2)^m,      with the product of those components whose bit m has,
 
 and u(p) is found by Newton's steps from the cell's middle; where the cell is a parallelepiped the first one ends it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -78,7 +78,8 @@ class Cells:
             largest = np.abs(jacobians).max(axis=0)
             is_flat = ~(largest > _FLAT * edges)
             flat_cells += int(is_flat.sum())
-            folded = ~is_flat & (jacobians.min(axis=0) < -_FOLDED * largest) & (jacobians.max(axis=0) > _FOLDED * largest)
+            most = _FOLDED * largest
+            folded = ~is_flat & (jacobians.min(axis=0) < -most) & (jacobians.max(axis=0) > most)
             if folded.any():
                 where = self._name(block[np.argmax(folded)])
                 raise FileFault(f"its cell {where} is folded: its corners turn both ways, and it holds points twice")
@@ -112,6 +113,7 @@ class Cells:
         trials = 0
         for block in self.blocks():
             corners = self.corners(block, origin) / spacing
+            maps = _Maps(corners)
             low = np.clip(np.ceil(corners.min(axis=0) - _EDGE), 0, counts).astype(np.intp)
             high = np.clip(np.floor(corners.max(axis=0) + _EDGE), -1, np.array(counts) - 1).astype(np.intp)
             sizes = np.maximum(high - low + 1, 0)
@@ -129,71 +131,79 @@ class Cells:
                 within = number - (ends[cell] - sizes[cell].prod(axis=1))
                 x, y = sizes[cell, 0], sizes[cell, 1]
                 point = low[cell] + np.stack([within % x, within // x % y, within // (x * y)], axis=-1)
-                chosen, u = _inverse(corners, cell, point.astype(np.float64))
+                chosen, u = maps.locate(cell, point.astype(np.float64))
                 numbers = point[chosen] @ np.array([1, counts[0], counts[0] * counts[1]])
                 yield numbers, self.index(block[cell[chosen]]) + u
 
 
 def _jacobian(corners: NDArray[np.float64], corner: int) -> NDArray[np.float64]:
-    """Volume that the edges at a corner span, positive where they are right-handed, shape (m,)."""
-    edges = [(corners[corner | 1 << axis] - corners[corner & ~(1 << axis)]) for axis in range(3)]
+    """Volume that the edges at a corner of cells span, positive where they are right-handed, shape (m,)."""
+    edges = [(corners[corner | 1 << axis] - corners[corner & ~(1 << axis)]).T for axis in range(3)]
     return _determinant(*edges)
 
 
 def _determinant(a: NDArray[np.float64], b: NDArray[np.float64], c: NDArray[np.float64]) -> NDArray[np.float64]:
-    return (
-        a[:, 0] * (b[:, 1] * c[:, 2] - b[:, 2] * c[:, 1])
-        + a[:, 1] * (b[:, 2] * c[:, 0] - b[:, 0] * c[:, 2])
-        + a[:, 2] * (b[:, 0] * c[:, 1] - b[:, 1] * c[:, 0])
-    )
+    return a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) + a[2] * (b[0] * c[1] - b[1] * c[0])
 
 
-def _inverse(
-    corners: NDArray[np.float64], cell: NDArray[np.intp], point: NDArray[np.float64]
-) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
-    """Which of the points lie in the cells that they are tried with, and where there.
+class _Maps:
+    """The cells' maps as polynomials from their middles, arrays of shape (…, 3, m)."""
 
-    Lengths are in spacings of the points, so that what they round off is far below a cell's size.
-    """
-    # a_m by differences along one axis after another.
-    terms = corners.copy()
-    for axis in range(3):
-        for m in range(8):
-            if m >> axis & 1:
-                terms[m] -= terms[m & ~(1 << axis)]
-    size = np.abs(corners - corners[0]).max(axis=(0, 2))
-    trial, found = np.arange(len(cell)), np.full((len(cell), 3), 0.5)
-    result = np.full((len(cell), 3), np.nan)
-    for _ in range(_MOST_STEPS):
-        a = [term[cell[trial]] for term in terms]
-        u, v, w = (found[:, axis, np.newaxis] for axis in range(3))
-        # From the first corner: far from the grid's origin the place would round off digits of the way.
-        missed = a[0] - point[trial] + (u * (a[1] + v * (a[3] + w * a[7]) + w * a[5]) + v * (a[2] + w * a[6]) + w * a[4])
-        rows = (
-            a[1] + v * (a[3] + w * a[7]) + w * a[5],
-            a[2] + u * (a[3] + w * a[7]) + w * a[6],
-            a[4] + u * (a[5] + v * a[7]) + v * a[6],
-        )
-        ends = np.abs(missed).max(axis=1) <= _CONVERGED * size[cell[trial]]
-        result[trial[ends]] = found[ends]
-        step = _solved(rows, missed)
-        moved = np.clip(found - step, -_REACH, 1 + _REACH)
-        # Who stays at a border of the reach lies outside; who meets no direction at all lies nowhere.
-        stays = (moved == found).all(axis=1) | ~np.isfinite(step).all(axis=1)
-        going = ~ends & ~stays
-        trial, found = trial[going], moved[going]
-        if not trial.size:
-            break
-    inside = np.flatnonzero(((result >= -_EDGE) & (result <= 1 + _EDGE)).all(axis=1))
-    return inside, np.clip(result[inside], 0.0, 1.0)
+    def __init__(self, corners: NDArray[np.float64]) -> None:
+        # b_m by half sums and differences along one axis after another.
+        terms = np.ascontiguousarray(corners.transpose(0, 2, 1))
+        for axis in range(3):
+            for m in range(8):
+                if m >> axis & 1:
+                    low, high = terms[m & ~(1 << axis)], terms[m]
+                    terms[m], terms[m & ~(1 << axis)] = high - low, (high + low) / 2
+        self.terms = terms
+        self.size = np.abs(terms[1:]).max(axis=(0, 1))
+        columns = tuple(terms[1 << axis] for axis in range(3))
+        # By how much the terms beyond the linear ones move an estimate from the middle: |u| is 1/2 at most in the cell.
+        shares = {3: 0.25, 5: 0.25, 6: 0.25, 7: 0.125}
+        self.beyond = np.sum([share * np.abs(_solved(columns, terms[m])) for m, share in shares.items()], axis=0)
+
+    def locate(
+        self, cell: NDArray[np.intp], point: NDArray[np.float64]
+    ) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
+        """Which of the points, shape (m, 3), lie in the cells that they are tried with, and where there from 0 to 1."""
+        point = point.T
+        terms = self.terms[:, :, cell]
+        columns = (terms[1], terms[2], terms[4])
+        found = _solved(columns, point - terms[0])
+        # What the estimate leaves outside by more than it can be wrong is not tried further; nor what is not finite.
+        near = (np.abs(found) <= 0.5 + self.beyond[:, cell] + _EDGE).all(axis=0)
+        trial = np.flatnonzero(near)
+        cell, point, terms, found = cell[trial], point[:, trial], terms[:, :, trial], found[:, trial]
+        found = np.clip(found, -0.5 - _REACH, 0.5 + _REACH)
+        chosen, places = [], []
+        for _ in range(_MOST_STEPS):
+            u, v, w = found
+            along_u = terms[1] + v * (terms[3] + w * terms[7]) + w * terms[5]
+            # First from the middle: far from the grid's origin the place would round off digits of the way.
+            missed = (point - terms[0]) - (u * along_u + v * (terms[2] + w * terms[6]) + w * terms[4])
+            ends = np.abs(missed).max(axis=0) <= _CONVERGED * self.size[cell]
+            chosen.append(trial[ends])
+            places.append(found[:, ends])
+            along_v = terms[2] + u * (terms[3] + w * terms[7]) + w * terms[6]
+            along_w = terms[4] + u * (terms[5] + v * terms[7]) + v * terms[6]
+            moved = np.clip(found + _solved((along_u, along_v, along_w), missed), -0.5 - _REACH, 0.5 + _REACH)
+            # What stays at a border of the reach lies outside; what meets no direction at all lies nowhere.
+            going = ~ends & np.isfinite(moved).all(axis=0) & (moved != found).any(axis=0)
+            if not going.any():
+                break
+            if not going.all():
+                cell, trial, point, terms = cell[going], trial[going], point[:, going], terms[:, :, going]
+            found = moved[:, going]
+        number, place = np.concatenate(chosen), np.concatenate(places, axis=1).T + 0.5
+        inside = ((place >= -_EDGE) & (place <= 1 + _EDGE)).all(axis=1)
+        return number[inside], np.clip(place[inside], 0.0, 1.0)
 
 
-def _solved(
-    columns: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]], right: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """x of Σ_a columns_a x_a = right, by Cramer's rule; not finite where the columns are flat."""
+def _solved(columns: Sequence[NDArray[np.float64]], right: NDArray[np.float64]) -> NDArray[np.float64]:
+    """x of Σ_a columns_a x_a = right, by Cramer's rule; not finite where the columns are flat. All of shape (3, m)."""
     a, b, c = columns
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        whole = _determinant(a, b, c)
         parts = (_determinant(right, b, c), _determinant(a, right, c), _determinant(a, b, right))
-        return np.stack(parts, axis=-1) / whole[:, np.newaxis]
+        return np.stack(parts) / _determinant(a, b, c)

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import os
+import re
 import stat
 import zlib
 
+from texvol.readers import unstructured
 from texvol.readers.samples import Choice, FileFault
 
 _PACKED = ("", ".gz", ".bz2")
@@ -17,19 +19,20 @@ FORMATS = {
     "TIFF": (".tif", ".tiff"),
     "MRC": tuple(f".{ending}{packed}" for ending in ("mrc", "map", "rec", "ccp4", "mrcs", "ali") for packed in _PACKED),
     "VTI": (".vti",),
+    "VTR": (".vtr",),
+    "VTS": (".vts",),
+    "netCDF": (".nc", ".nc4", ".cdf"),
     "NPY": (".npy",),
     "raw": tuple(f".{ending}{packed}" for ending in ("raw", "bin", "dat") for packed in _PACKED),
 }
-READ = "NRRD, NIfTI, MetaImage, DICOM, TIFF, MRC, VTI, NPY, raw"
+READ = "NRRD, NIfTI, MetaImage, DICOM, TIFF, MRC, VTI, VTR, VTS, netCDF, NPY, raw"
 
 _REFUSED = {
-    ".nc": "netCDF",
-    ".cdf": "netCDF",
     ".zarr": "OME-Zarr",
-    ".vtr": "VTR (a VTK rectilinear grid)",
-    ".vts": "VTS (a VTK structured grid)",
-    ".vtu": "VTU (a VTK unstructured grid)",
     ".vtp": "VTP (VTK polygons)",
+    ".pvti": "PVTI (a VTK grid in parts)",
+    ".pvtr": "PVTR (a VTK grid in parts)",
+    ".pvts": "PVTS (a VTK grid in parts)",
     ".vtk": "legacy VTK",
     ".h5": "HDF5",
     ".hdf5": "HDF5",
@@ -41,6 +44,19 @@ _REFUSED = {
     ".exr": "OpenEXR",
     ".zip": "ZIP",
 }
+
+_SAVE = "save it as VTI, VTR or VTS, in ParaView by File, Save Data"
+_HINTS = dict.fromkeys((".vtk", ".pvti", ".pvtr", ".pvts"), _SAVE)
+_UNREAD_XML = {
+    "UnstructuredGrid": unstructured.KINDS[".vtu"],
+    "PUnstructuredGrid": unstructured.KINDS[".pvtu"],
+    "PolyData": "VTP (VTK polygons)",
+}
+_HDF5 = "HDF5 (netCDF-4 is of this kind too, and named .nc)"
+
+# Formats whose reader knows several variables, and those whose grid may be one that has to be resampled.
+_WITH_VARIABLES = ("netCDF", "VTI", "VTR", "VTS")
+_RESAMPLED = ("netCDF", "VTR", "VTS")
 
 # Where in a file which bytes stand, and what that makes it.
 _MAGIC = (
@@ -60,7 +76,7 @@ _MAGIC = (
     (0, b"\x1f\x8b", "gzip"),
     (0, b"BZh", "bzip2"),
     (0, b"PK\x03\x04", "ZIP"),
-    (0, b"\x89HDF\r\n\x1a\n", "HDF5 (netCDF-4 is of this kind too)"),
+    (0, b"\x89HDF\r\n\x1a\n", _HDF5),
     (0, b"CDF\x01", "netCDF"),
     (0, b"CDF\x02", "netCDF"),
     (0, b"CDF\x05", "netCDF"),
@@ -96,6 +112,11 @@ def format_of(path: str, choice: Choice) -> str:
         raise FileFault(f"is {found}, which states its own shape and type: --shape and --dtype are for raw files")
     if found != "DICOM" and choice.series is not None:
         raise FileFault(f"is {found}: --series chooses among the DICOM series of a folder")
+    if found not in _WITH_VARIABLES and choice.variable is not None:
+        raise FileFault(f"is {found}: --variable chooses among the variables of {', '.join(_WITH_VARIABLES)}")
+    if found not in _RESAMPLED and choice.resolution is not None:
+        names = ", ".join(_RESAMPLED)
+        raise FileFault(f"is {found}, whose samples lie on a regular grid: --resolution is for the grids of {names}")
     return found
 
 
@@ -107,9 +128,8 @@ def _format_of_file(path: str, choice: Choice) -> str:
     with open(path, "rb") as file:
         head = file.read(4096)
     content = content_of(head)
-    for ending, kind in _REFUSED.items():
-        if lower.endswith(ending):
-            raise FileFault(f"is {kind}, which is not read; texvol reads {READ}")
+    if named is None:
+        _check_refused(lower, content)
     if named is None and choice.shape is not None and choice.dtype is not None and content not in FORMATS:
         return "raw"
     if named is None and content in FORMATS:
@@ -120,6 +140,19 @@ def _format_of_file(path: str, choice: Choice) -> str:
     return named
 
 
+def _check_refused(lower: str, content: str) -> None:
+    """Raise FileFault if the file is of a known format that is not read."""
+    for ending, kind in unstructured.KINDS.items():
+        if lower.endswith(ending):
+            raise FileFault(f"is {kind}, which is not read; {unstructured.HINT}")
+    for ending, kind in _REFUSED.items():
+        if lower.endswith(ending):
+            hint = _HINTS.get(ending, f"texvol reads {READ}")
+            raise FileFault(f"is {kind}, which is not read; {hint}")
+    if content in _UNREAD_XML.values():
+        raise FileFault(f"is {content}, which is not read; {unstructured.HINT}")
+
+
 def _check_name(lower: str, named: str, content: str, head: bytes) -> None:
     """Raise FileFault if a file named as `named` has other content."""
     packing = {".gz": "gzip", ".bz2": "bzip2"}.get(os.path.splitext(lower)[1], "")
@@ -128,7 +161,8 @@ def _check_name(lower: str, named: str, content: str, head: bytes) -> None:
             raise FileFault(f"named {packing}-compressed {named}, but its content is {content}")
         content = content_of(_unpacked_head(head)) if packing == "gzip" else named
     # An .img is the samples of a NIfTI pair and has no mark; old DICOM has no preamble, and old MRC no "MAP".
-    unmarked = lower.endswith((".img", ".img.gz")) or (named in ("DICOM", "MRC") and content == _UNKNOWN)
+    is_netcdf = named == "netCDF" and content == _HDF5
+    unmarked = is_netcdf or lower.endswith((".img", ".img.gz")) or (named in ("DICOM", "MRC") and content == _UNKNOWN)
     if content != named and not unmarked:
         inside = f", and its unpacked content is {content}" if packing else f", but its content is {content}"
         raise FileFault(f"named {named}{inside}")
@@ -146,13 +180,20 @@ def content_of(head: bytes) -> str:
     if text.startswith((b"<?xml", b"<VTKFile", b"<!--")):
         start = head.find(b"<VTKFile")
         opening = head[start : head.find(b">", start)] if start >= 0 else b""
-        return "VTI" if b"ImageData" in opening else "VTK XML of another kind" if opening else "XML"
+        return _xml_kind(opening) if opening else "XML"
     key = text.split(b"\n", 1)[0].partition(b"=")[0].strip()
     if key in (b"ObjectType", b"NDims", b"Comment", b"ObjectSubType", b"Name", b"ID"):
         return "MetaImage"
     if head and all(byte >= 32 or byte in b"\t\r\n\f" for byte in head):
         return "text"
     return _UNKNOWN
+
+
+def _xml_kind(opening: bytes) -> str:
+    found = re.search(rb"type\s*=\s*[\"'](\w*)[\"']", opening)
+    kind = found.group(1).decode("ascii", "replace") if found else ""
+    read = {"ImageData": "VTI", "RectilinearGrid": "VTR", "StructuredGrid": "VTS"}
+    return read.get(kind) or _UNREAD_XML.get(kind, "VTK XML of another kind")
 
 
 def _unpacked_head(head: bytes) -> bytes:

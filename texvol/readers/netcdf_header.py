@@ -1,11 +1,13 @@
-"""The header of a classic netCDF file: a list of dimensions, of attributes and of variables, each with its count.
+"""What the netCDF library must not be trusted with: it never comes back from some damaged files.
 
-Held against the file before the netCDF library reads it, which believes counts that a damaged header makes large, and
-what a truncated file does not hold it would take for zeros.
+The header of a classic file is a list of dimensions, of attributes and of variables, each with its count; the library
+believes counts that a damaged header makes large, and takes what a truncated file does not hold for zeros. Both are
+held against the file first. Of netCDF-4, which is HDF5, it is the heaps.
 """
 
 from __future__ import annotations
 
+import mmap
 import os
 import struct
 from math import prod
@@ -15,6 +17,8 @@ from texvol.readers.samples import FileFault
 
 _ITEM_BYTES = {1: 1, 2: 1, 3: 2, 4: 4, 5: 4, 6: 8, 7: 1, 8: 2, 9: 4, 10: 8, 11: 8}  # by the format's number of a type
 _DIMENSIONS, _VARIABLES, _ATTRIBUTES = 10, 11, 12  # marks of the lists
+_HEAP = b"GCOL\x01\0\0\0"  # how a global heap of HDF5 begins, version 1
+_MOST_SEARCHED = 2**30  # bytes
 _MOST_DIMENSIONS = 1024  # of a variable: NC_MAX_VAR_DIMS
 
 
@@ -103,3 +107,34 @@ class _Header:
             self._name()
             size = self._item_bytes() * self._count()
             self._take(size + -size % 4)
+
+
+def check_heaps(path: str) -> None:
+    """Raise FileFault if a heap of an HDF5 file has an object without a size, which the HDF5 library never gets past.
+
+    Only in files of which a look at all bytes takes no time that is felt.
+    """
+    with open(path, "rb") as file:
+        held = os.fstat(file.fileno()).st_size
+        if held > _MOST_SEARCHED:
+            return
+        with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as content:
+            at = content.find(_HEAP)
+            while at >= 0:
+                _check_heap(content, at, held)
+                at = content.find(_HEAP, at + len(_HEAP))
+
+
+def _check_heap(content: mmap.mmap, begin: int, held: int) -> None:
+    """A collection of objects, each with an index, where 0 is the free rest, and its size; III.E of the format."""
+    head = content[begin : begin + 16]
+    size = int.from_bytes(head[8:16], "little")
+    if len(head) < 16 or not 16 < size <= held - begin:
+        return  # no heap, or one that the library refuses
+    at = begin + 16
+    while at + 16 <= begin + size:
+        number, length = int.from_bytes(content[at : at + 2], "little"), content[at + 8 : at + 16]
+        room = int.from_bytes(length, "little")
+        if number == 0 and room == 0:
+            raise FileFault(f"is corrupt: its heap at byte {begin} has free space of no size")
+        at += room if number == 0 else 16 + room + -room % 8

@@ -10,7 +10,6 @@ import bz2
 import os
 import zlib
 from collections.abc import Iterator, Sequence
-from itertools import takewhile
 from math import prod
 from typing import IO, Any
 
@@ -34,16 +33,20 @@ def read_picked(
     Of samples that lie in the file as they are only the picked ones are read. Others are unpacked as a whole, which the
     steps of a series do once.
     """
-    leading = list(takewhile(lambda part: not isinstance(part, slice), index))
+    leading: list[int] = []
+    for each in index:
+        if isinstance(each, slice):
+            break
+        leading.append(each)
     if prod(sizes[: len(leading)]) != 1 and where.get("encoding", "raw") == "raw":
         real_type(dtype)
         if min(sizes) < 1:
             raise FileFault(f"every dimension must be positive, and the header says {by(sizes)}")
         part = list(sizes[len(leading) :])
+        parts = prod(sizes[: len(leading)])
         number = 0
         for chosen, size in zip(leading, sizes, strict=False):
-            number = number * size + int(chosen)
-        parts = prod(sizes[: len(leading)])
+            number = number * size + chosen
         return read_stored(path, dtype, part, **where, part=number, parts=parts)[tuple(index[len(leading) :])]
     whole = once(choice, (path, *where.items()), lambda: read_stored(path, dtype, sizes, **where))
     picked = whole[tuple(index)]

@@ -65,7 +65,8 @@ def _file(path: str, choice: Choice) -> Samples:
         check_size([chosen], dtype.itemsize)
         _check_pages(tif, series, path)
         values = _values(tif, series, axes, sizes, index)
-        return Samples(values, **_calibration(tif))
+        steps = dict(zip(axes, sizes, strict=True)).get("T", 1)
+        return Samples(values, **_calibration(tif), **_times(tif, steps))
 
 
 def _axes(axes: str) -> str:
@@ -128,6 +129,20 @@ def _calibration(tif: Any) -> dict[str, Any]:
     return {"spacing": spacing, "unit": _UNITS.get(unit.lower(), unit)}
 
 
+def _times(tif: Any, steps: int) -> dict[str, Any]:
+    """When the steps were taken, if ImageJ or OME say how far apart they are."""
+    between, unit = 0.0, "s"
+    if tif.ome_metadata:
+        attributes = _ome_attributes(tif.ome_metadata)
+        between, unit = float(attributes.get("TimeIncrement", 0)), attributes.get("TimeIncrementUnit", "s")
+    elif tif.imagej_metadata:
+        between = float(tif.imagej_metadata.get("finterval") or 0)
+        unit = str(tif.imagej_metadata.get("tunit") or "s").replace("sec", "s")
+    if steps < 2 or not 0 < between < np.inf:
+        return {}
+    return {"times": (between * np.arange(steps)).tolist(), "time_unit": unit}
+
+
 def _resolution(tags: Any, name: str) -> float:
     """Distance of pixels, which ImageJ writes as pixels per unit."""
     if name not in tags:
@@ -136,9 +151,14 @@ def _resolution(tags: Any, name: str) -> float:
     return units / pixels if pixels and units else 1.0
 
 
-def _ome_calibration(xml: str) -> dict[str, Any]:
+def _ome_attributes(xml: str) -> dict[str, str]:
+    """What OME says of the pixels."""
     pixels = re.search(r"<(?:\w+:)?Pixels\b([^>]*)>", xml)
-    attributes = dict(re.findall(r'(\w+)\s*=\s*"([^"]*)"', pixels.group(1))) if pixels else {}
+    return dict(re.findall(r'(\w+)\s*=\s*"([^"]*)"', pixels.group(1))) if pixels else {}
+
+
+def _ome_calibration(xml: str) -> dict[str, Any]:
+    attributes = _ome_attributes(xml)
     sizes = [attributes.get(f"PhysicalSize{axis}") for axis in "XYZ"]
     if not any(sizes):
         return {}

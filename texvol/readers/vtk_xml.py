@@ -35,7 +35,9 @@ class Whole(NamedTuple):
     values: NDArray
     notes: tuple[str, ...]
 
-    def array(self, piece: ElementTree.Element, array: ElementTree.Element | None, sizes: list[int], what: str) -> NDArray:
+    def array(
+        self, piece: ElementTree.Element, array: ElementTree.Element | None, sizes: list[int], what: str
+    ) -> NDArray:
         """Another array of a piece, such as its coordinates; its last size counts components."""
         if array is None:
             raise FileFault(f"its piece of extent {piece.get('Extent')} has no {what}")

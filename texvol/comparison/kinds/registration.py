@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 _COARSE = 96  # pixels along the longer side of the coarsest copies
-_FARTHEST = 0.45  # of a side: what is farther leaves less than a third of a picture to compare
+_FARTHEST = 0.45  # of a side: what is farther leaves too little of a picture to compare
+_LEAST_SHARED = 0.2  # of what either picture shows
 _TAPS = 8
 _STEPS = 12  # Gauss-Newton halves the error of a good start at least
 _DONE = 1e-4  # pixels
@@ -118,7 +119,7 @@ def _coarse(candidate: NDArray, reference: NDArray) -> list[tuple[float, float]]
     shifts = [np.fft.fftfreq(side, 1 / side) for side in size]
     near = (np.abs(shifts[0]) <= _FARTHEST * height)[:, np.newaxis] & (np.abs(shifts[1]) <= _FARTHEST * width)
     # A shift that leaves only empty borders to compare proves nothing.
-    near &= (of_c >= 0.5 * (c * c).sum()) & (of_r >= 0.5 * (r * r).sum())
+    near &= (of_c >= _LEAST_SHARED * (c * c).sum()) & (of_r >= _LEAST_SHARED * (r * r).sum())
     near[0, 0] = True
     cost = np.where(near, cost, np.inf)
     found: list[tuple[float, float]] = []
