@@ -179,9 +179,9 @@ def test_what_has_no_room_is_left_out() -> None:
     """First the opacity, then all of it."""
     scene = Scene(crooked(), FOG)
     found = []
-    for width in (400, 75, 20):
+    for width in (400, 60, 20):
         sheet, view = blank(scene, (width, 400))
-        place_all(sheet, view, scene, Annotation(legend=True, font_size=12), None, False)
+        place_all(sheet, view, scene, Annotation(legend=True), None, False)
         found.append(("opacity of" in sheet.texts, "value" in sheet.texts))
     assert found == [(True, True), (False, True), (False, False)]
 

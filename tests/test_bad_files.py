@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from random import Random
 
+import grid_files
 import marked
 import mrcfile
 import nibabel
@@ -16,6 +17,7 @@ import pytest
 import SimpleITK
 import tifffile
 from dicom_files import slice_of
+from grid_files import points_of_axes, rectilinear, structured, written
 from refusal import refused
 from vtkmodules.util.numpy_support import numpy_to_vtk
 from vtkmodules.vtkCommonDataModel import vtkImageData
@@ -61,6 +63,21 @@ def write_vti(path: Path) -> None:
     writer.Write()
 
 
+def write_vtr(path: Path) -> None:
+    written(path, rectilinear([np.arange(size) for size in marked.DIMENSIONS], marked.marked()))
+
+
+def write_vts(path: Path) -> None:
+    points = points_of_axes([np.arange(size) for size in marked.DIMENSIONS])
+    written(path, structured(points, marked.marked()), "appended" if "raw" in path.name else "binary", base64=0)
+
+
+def write_netcdf(path: Path) -> None:
+    axes = [("z", np.arange(3.0), "m"), ("y", np.arange(4.0), "m"), ("x", np.arange(5.0), "m")]
+    form = {".nc": "NETCDF3_CLASSIC", ".nc4": "NETCDF4", ".cdf": "NETCDF3_64BIT_DATA"}[path.suffix]
+    grid_files.write_netcdf(path, marked.marked(), axes, form=form)
+
+
 def write_dicom(path: Path) -> None:
     slice_of(0).save_as(path, enforce_file_format=True)
 
@@ -78,6 +95,12 @@ WRITERS: dict[str, Callable[[Path], None]] = {
     "v.tif": write_tiff,
     "z.tif": write_tiff,
     "v.vti": write_vti,
+    "v.vtr": write_vtr,
+    "v.vts": write_vts,
+    "raw.vts": write_vts,
+    "v.nc": write_netcdf,
+    "v.nc4": write_netcdf,
+    "v.cdf": write_netcdf,
     "v.dcm": write_dicom,
 }
 ALL = pytest.mark.parametrize("name", WRITERS)
@@ -118,11 +141,13 @@ def test_a_truncated_file(tmp_path: Path, name: str, capfd: pytest.CaptureFixtur
 
 
 @ALL
-@pytest.mark.parametrize("other", ["v.npy", "v.nrrd", "v.nii.gz", "v.mha", "v.tif", "v.vti", "v.dcm", "text", "noise"])
+@pytest.mark.parametrize(
+    "other", ["v.npy", "v.nrrd", "v.nii.gz", "v.mha", "v.tif", "v.vti", "v.vtr", "v.nc", "v.dcm", "text", "noise"]
+)
 def test_a_file_of_another_format_than_its_name_says(
     tmp_path: Path, name: str, other: str, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    if Path(name).suffixes == Path(other).suffixes:
+    if WRITERS[name] is WRITERS.get(other):
         return  # the same format
     source = tmp_path / f"other-{other}"
     if other in WRITERS:

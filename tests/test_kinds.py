@@ -199,6 +199,20 @@ def test_what_is_of_no_kind_is_said_to_be_and_where() -> None:
     assert kind.parameters["channel"] == "blue" and kind.parameters["mean"] > 0
 
 
+def test_a_change_that_makes_all_differences_small_explains_none() -> None:
+    width, height = size = (160, 140)
+    y, x = np.mgrid[:height, :width]
+    inside = np.hypot(x - 80, y - 70) < 45
+    color = np.dstack([planted.smooth_field(i, size, 20) for i in (100, 101, 102)])
+    exact = planted.picture_of(color, inside.astype(float))
+    rim = inside & (np.hypot(x - 80, y - 70) > 44)
+    coverage = np.where(rim, np.random.default_rng(3).uniform(0.4, 1, inside.shape), 1)
+    off = (exact * coverage[..., None]).astype(np.float32)
+    # Matter 45 times as thick is opaque, which hides what is off about its opacity.
+    for pair in ((off, exact), (exact, off)):
+        assert kinds_of(*pair)[0].name == "edges only"
+
+
 def test_noise_where_nothing_is_is_no_change_that_makes_numbers_smaller() -> None:
     reference = np.zeros((120, 160, 4), np.float32)
     reference[40:80, 50:110] = planted.cloud()[40:80, 50:110]

@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
+import gallery
 import numpy as np
 import planted
 import pytest
+from gallery_entries import ENTRIES
 from gallery_volumes import built_in
 from real_data import real_volume
 from scenes import BONE, FOG, random_volume, smooth_volume
@@ -76,8 +78,9 @@ def test_end_slabs_that_are_not_clipped(name: str, renderer: Renderer) -> None:
     scene = SCENES[name]()
     with planted.planted(*planted.UNCLIPPED_END_SLABS) as mistaken:
         candidate = drawn(mistaken, scene)
-    for pair, side in (((candidate, drawn(renderer, scene)), "candidate"),):
-        first = kinds_of(*pair)[0]
+    right = drawn(renderer, scene)
+    for one, two, side in ((candidate, right, "candidate"), (right, candidate, "reference")):
+        first = kinds_of(one, two)[0]
         assert first.name == "edges only" and first.parameters["end_slabs"] == side
         assert "not clipped" in first.words
 
@@ -110,3 +113,13 @@ def test_what_no_kind_fits_is_not_called_by_a_name_that_lies(mistake: str, name:
     # A wrong opacity of thin slabs does look like a factor; all of these are no such thing.
     lies = {"gamma", "straight colour", "shifted", "swapped order", "noise", "banding", "channels swapped", "flipped"}
     assert found and not found & lies
+
+
+def test_linear_opacity_of_thin_contours_is_no_wood_grain(renderer: Renderer) -> None:
+    scene = gallery.scene_of(ENTRIES["orbital"], gallery.data_folder(), SIZE)
+    assert scene is not None
+    scene = replace(scene, background=(0.0, 0.0, 0.0))
+    with planted.planted(*planted.LINEAR_OPACITY) as mistaken:
+        candidate = drawn(mistaken, scene)
+    # One-sided and jagged as wood grain is; but it bends where the contours do.
+    assert not any("end_slabs" in kind.parameters for kind in kinds_of(candidate, drawn(renderer, scene)))

@@ -138,7 +138,6 @@ def test_one_volume_in_several_encodings(file: str) -> None:
         ("nucleus/dna_conf_wf.ome.tif", r"choose one with --channel 0\.\.1"),
         ("nucleus/dna_conf_wf_v04.ome.zarr", "OME-Zarr, which is not read yet; texvol reads NRRD"),
         ("nucleus/dna_conf_wf_v05.ome.zarr", "OME-Zarr, which is not read yet; texvol reads NRRD"),
-        ("atmosphere/rectilinear_grid_3D.nc", "netCDF, which is not read; texvol reads NRRD"),
     ],
 )
 def test_what_is_no_volume_is_refused_by_name(file: str, reason: str) -> None:

@@ -17,7 +17,7 @@ def clip_plane(text: str) -> ClipPlane:
     numbers = _numbers(text)
     if len(numbers) != 4:
         raise argparse.ArgumentTypeError(f"four numbers NX,NY,NZ,D are wanted, and not {text!r}")
-    return _made(lambda: ClipPlane(numbers[:3], numbers[3]))  # type: ignore[arg-type]
+    return _made(lambda: ClipPlane(numbers[:3], numbers[3]))
 
 
 def clip_plane_table(table: Mapping[str, Any]) -> ClipPlane:

@@ -60,7 +60,7 @@ class Sheet:
         behind = np.clip(np.asarray(background, np.float64), 0, 1)
         self.color = np.asarray(_contrasting(behind) if color is None else color, np.float64)
         # In the background's colour outlines show only where letters lie over matter.
-        self.outline_color = self.color if color is None else np.asarray(_contrasting(self.color))
+        self.outline_color = behind if color is None else np.asarray(_contrasting(self.color))
         self.taken: list[Rect] = []
         self.texts: list[str] = []  # what is written,
         self.written: list[Rect] = []  # and where

@@ -8,6 +8,7 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -92,7 +93,7 @@ def _limit(text: str) -> float:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run the command; the exit status."""
-    from texvol.comparison import limits
+    from texvol.comparison import ci, limits
 
     base = None if arguments.limits is None else limits.named_limits(arguments.limits)
     given = {name: vars(arguments)[name.replace("-", "_")] for name in _LIMITS}
@@ -108,6 +109,8 @@ def run(arguments: argparse.Namespace) -> int:
     outcome = _outcome(arguments, chosen)
     _write(arguments, outcome)
     say(json.dumps(outcome.as_json(), indent=2, allow_nan=False) if arguments.json else in_words(outcome))
+    for line in ci.told([outcome]):
+        print(line, file=sys.stderr if arguments.json else sys.stdout)
     return _status(outcome, detailed=arguments.detailed_exitcode)
 
 

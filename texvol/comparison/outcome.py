@@ -98,16 +98,27 @@ def examine(
     scale = measures.scale
     broken = _what_is_broken(candidate, reference, measures)
     over = violations(measures, limits)
-    kinds: tuple[Kind, ...] = ()
-    if explain and measures.max_error > 0:
-        both = candidate.has_opacity and reference.has_opacity
-        allowance = (ours.rounding + theirs.rounding) / np.float32(scale)
-        ours_scaled, theirs_scaled = ours.pixels / np.float32(scale), theirs.pixels / np.float32(scale)
-        kinds = kinds_of(ours_scaled, theirs_scaled, has_opacity=both, allowance=allowance)
     status = "broken" if broken else "different" if over else "same"
     notes = _notes(candidate, reference, scale)
-    found = Outcome(name, candidate, reference, measures, limits, broken + over, status, kinds, None, notes)
+    found = Outcome(name, candidate, reference, measures, limits, broken + over, status, notes=notes)
+    found = explained(found) if explain else found
     return found if truth is None else with_truth(found, truth)
+
+
+def explained(outcome: Outcome) -> Outcome:
+    """The outcome with what kinds of difference there are, from the two pictures alone."""
+    measures = outcome.measures
+    if measures is None or not measures.max_error > 0:
+        return outcome
+    ours, theirs = on_one_range(outcome.candidate, outcome.reference)
+    scale = np.float32(measures.scale)
+    kinds = kinds_of(
+        ours.pixels / scale,
+        theirs.pixels / scale,
+        has_opacity=ours.has_opacity and theirs.has_opacity,
+        allowance=(ours.rounding + theirs.rounding) / scale,
+    )
+    return replace(outcome, kinds=kinds)
 
 
 def with_truth(outcome: Outcome, truth: NDArray) -> Outcome:

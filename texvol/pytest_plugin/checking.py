@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from texvol.comparison.limits import ONE_DRIVER, Limits
-from texvol.comparison.outcome import Outcome, examine
+from texvol.comparison.outcome import Outcome, examine, explained, with_truth
 from texvol.comparison.pictures import Picture
 from texvol.errors import InputError, MissingExtraError, TexvolError
 from texvol.pytest_plugin import messages, names, options, oracle, references
@@ -164,10 +164,10 @@ class _Run:
                 outcome = replace(outcome, status=one.status, violations=(first, *one.violations[1:]))
         if outcome.passed and outcome.measures is not None:
             return outcome
-        status, violations = outcome.status, outcome.violations
         # What kind of difference it is, and who is nearer to the truth, takes longer: for those that fail.
-        explained = examine(candidate.picture, stored, limits, name=self._name, truth=self._truth(candidate, outcome))
-        return replace(explained, status=status, violations=violations)
+        outcome = explained(outcome)
+        truth = self._truth(candidate, outcome)
+        return outcome if truth is None else with_truth(outcome, truth)
 
     def _truth(self, candidate: Candidate, outcome: Outcome) -> Any:
         """The oracle's picture, where there is one to be had."""

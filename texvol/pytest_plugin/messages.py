@@ -18,6 +18,7 @@ def difference(outcome: Outcome, repeats: str) -> list[str]:
         lines.append(f"worst pixel: column {column}, row {row}, {_rgba(ours)}, and the reference {_rgba(theirs)}")
     if outcome.three_way is not None:
         lines.append(outcome.three_way.words)
+    lines += outcome.notes
     return [*lines, *([repeats] if repeats else [])]
 
 

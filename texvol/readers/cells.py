@@ -26,7 +26,7 @@ _MOST_STEPS = 30
 _CONVERGED = 1e-12
 _EDGE = 1e-9  # of a cell: by so much a point may lie outside for rounding and be on its face
 _REACH = 0.5  # of a cell: steps end this far outside at most, where no root is wanted and Newton's steps may run off
-_MOST_TRIALS = 100  # for each cell and point; cells of a grid that fills its box overlap with a few others' boxes
+_MOST_TRIALS = 30  # for each cell and point; the box of a cell that lies askew holds points of a few others
 
 
 class Cells:
@@ -65,11 +65,14 @@ class Cells:
         for begin in range(0, self.count, _CHUNK):
             yield np.arange(begin, min(begin + _CHUNK, self.count))
 
-    def check(self, origin: NDArray[np.float64]) -> int:
-        """How many cells are flat; FileFault if all are, if one is folded, or if some are turned the other way."""
+    def check(self, origin: NDArray[np.float64], extent: NDArray[np.float64]) -> int:
+        """How many cells are flat; FileFault if all are, if one is folded, or if some are turned the other way.
+
+        Lengths are shares of the grid's `extent`, since its axes may have different units.
+        """
         flat_cells, turned = 0, {True: -1, False: -1}
         for block in self.blocks():
-            corners = self.corners(block, origin)
+            corners = self.corners(block, origin) / extent
             jacobians = np.stack([_jacobian(corners, corner) for corner in range(8)])
             edges = np.ones(len(block))
             for axis in range(3):

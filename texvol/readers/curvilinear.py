@@ -116,7 +116,7 @@ class _Place:
         if flat_axes:
             raise FileFault(f"is flat: all of its points have one {' and one '.join(flat_axes)}")
         self._cells = Cells(points)
-        self.flat_cells = self._cells.check(self.origin)
+        self.flat_cells = self._cells.check(self.origin, extent)
         if resolution is None:
             self.counts = _counts(points, self._cells, self.origin, extent)
         else:
@@ -129,12 +129,12 @@ class _Place:
         dtype = type_between(values.dtype)
         check_size(self.counts, dtype.itemsize)
         made = np.full(int(np.prod(self.counts)), np.nan, dtype)
-        found: Iterable[tuple[NDArray[np.intp], NDArray[np.float64]]] = self._cells.locate(
-            self.origin, self.spacing, self.counts
-        )
-        if choice.kept is not None:
+        found: Iterable[tuple[NDArray[np.intp], NDArray[np.float64]]]
+        if choice.kept is None:
+            found = self._cells.locate(self.origin, self.spacing, self.counts)
+        else:
             check_size([*self.counts, 4], 8)  # a number and three indices for each point
-            found = once(choice, "located", lambda: list(found))
+            found = once(choice, "located", lambda: list(self._cells.locate(self.origin, self.spacing, self.counts)))
         seen = np.zeros(made.size, np.bool_)
         for numbers, index in found:
             made[numbers], seen[numbers] = sampled_at(values, index), True

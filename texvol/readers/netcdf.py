@@ -72,7 +72,9 @@ def _read(dataset: Any, choice: Choice) -> Samples:
     if auxiliary:
         parts = zip(dimensions, index, strict=True)
         chosen = {dimension.name: part for dimension, part in parts if not isinstance(part, slice)}
-        samples = on_points(values, _points(auxiliary, axes, chosen), choice)
+        # Places that move with time are those of one step.
+        moves = any(set(each.dimensions) & set(chosen) for each in auxiliary.values())
+        samples = on_points(values, _points(auxiliary, axes, chosen), choice._replace(kept=None) if moves else choice)
         coordinates = [auxiliary.get(role, axis.coordinate) for role, axis in zip("ZYX", axes, strict=True)]
     else:
         samples = on_axes(values, [_axis(axis) for axis in axes[::-1]], choice.resolution)
