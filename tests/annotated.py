@@ -19,6 +19,7 @@ DIRECTIONS = {
     "permuted": np.array([[0.0, 0, -1], [1, 0, 0], [0, -1, 0]]),
     "oblique": np.array([[0.9, -0.3, 0.1], [0.35, 0.9, -0.2], [-0.05, 0.25, 0.97]]),
     "sheared": np.array([[-1, 0.5, 0], [0.1, 1, 0.4], [0, -0.3, 1]]),
+    "slanted": np.array([[1, -0.8, 0], [0, 0.6, 0.7], [0, 0, 0.7]]),  # edges far from the normals of their faces
 }
 
 

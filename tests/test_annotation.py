@@ -166,10 +166,12 @@ def distance(point: np.ndarray, ends: np.ndarray) -> float:
     return float(np.linalg.norm(point - ends[0] - share * way))
 
 
-def test_far_edges_lie_behind_the_matter_and_near_ones_before_it() -> None:
+@pytest.mark.parametrize("projection", BOTH)
+@pytest.mark.parametrize("direction", ["straight", "mirrored", "sheared"])
+def test_far_edges_lie_behind_the_matter_and_near_ones_before_it(direction: str, projection: Projection) -> None:
     """Three edges meet at the farthest corner: opaque matter hides them, thin matter lets them through by 1 - a."""
     background = (0.25, 0.0, 0.5)
-    scene = scene_of(background=background)
+    scene = scene_of(direction, projection, background=background)
     assert scene.camera is not None
     empty = np.zeros((SIZE[1], SIZE[0], 4)) + (*background, 0)
     thin, opaque = (np.zeros((SIZE[1], SIZE[0], 4)) for _ in range(2))

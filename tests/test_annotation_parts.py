@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from annotated import DIRECTIONS, EVERYTHING, blank, corners, crooked, ink, outside, projected
@@ -17,7 +19,7 @@ from texvol.annotation.lettering import Lettering
 from texvol.annotation.orientation import border_letters, draw_orientation, letters_towards
 from texvol.annotation.scale_bar import bar_length, bar_text
 from texvol.annotation.sheet import Rect
-from texvol.annotation.view import View
+from texvol.annotation.view import EDGES, View
 from texvol.camera import Camera, Projection
 from texvol.errors import InputError
 from texvol.scene import Scene
@@ -77,6 +79,47 @@ def test_axes_stand_at_the_silhouette_and_their_numbers_outside(direction: str) 
             for x in (label.rect.left, label.rect.right):
                 for y in (label.rect.top, label.rect.bottom):
                     assert ((np.array([x, y]) - start) @ across) * sides.sum() < 0
+
+
+@pytest.mark.parametrize("projection", BOTH)
+def test_of_an_edge_is_seen_what_is_projected_into_the_picture(projection: Projection) -> None:
+    """Against points of each edge, from inside the box, from beside it, and from afar with little of it in view."""
+    volume, size = crooked("sheared"), (320, 200)
+    shares, parts = np.linspace(0, 1, 2001), 0
+    for away in (0.1, 0.9, 1.5):
+        eye = volume.centre + away * volume.radius * np.array([0.5, -0.7, 0.4])
+        framed = Camera.framing(volume, projection, eye=eye, target=volume.centre + (4, 3, -2), fov=60)
+        scene = Scene(volume, camera=replace(framed, height=0.7 * framed.height))
+        assert scene.camera is not None
+        view, ends = View(scene.camera, volume, size), corners(volume)
+        for edge in EDGES:
+            points = ends[edge.start] + shares[:, np.newaxis] * (ends[edge.end] - ends[edge.start])
+            places = projected(points, scene.camera, size)
+            seen = ((places >= 0) & (places <= size)).all(axis=1)
+            seen &= (points - scene.camera.eye) @ scene.camera.forward > 0
+            found = view.visible_part(edge)
+            if not seen.any():
+                assert found is None or found[1] - found[0] < 1 / 2000
+            else:
+                assert found is not None
+                # Known to the step of the points.
+                np.testing.assert_allclose(found, (shares[seen][0], shares[seen][-1]), atol=1.01 / 2000)
+                parts += found[0] > 0 or found[1] < 1
+    assert parts > 5
+
+
+def test_of_an_axis_that_is_seen_in_part_that_part_has_numbers() -> None:
+    """A twentieth of the box in view: numbers as close as there is room for."""
+    volume = crooked()
+    eye = volume.centre + 5 * volume.radius * np.array([0.2, -1, 0.3])
+    target = volume.box_corner + (0, 0, 5)
+    scene = Scene(volume, camera=Camera.orthographic(eye + target - volume.centre, target, (0, 0, 1), height=2.0))
+    sheet, view = blank(scene, SIZE)
+    (axis,) = (each for each in laid_axes(sheet, view) if each.world_axis == 2)
+    values = [tick.value for tick in axis.ticks]
+    # 2 world units in 400 pixels: between 0.2 and 0.5 of 8 ticks at most.
+    assert 0.2 - 1e-9 < min(np.diff(values)) < 0.5 + 1e-9
+    assert len(axis.numbers) >= 3
 
 
 def test_an_axis_is_named_after_what_its_edge_follows_and_the_way_its_numbers_grow() -> None:

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from texvol.transfer import TransferFunction
     from texvol.volume import Volume
 
-__version__ = "0.3.0"
+__version__ = "0.4.0"
 
 _HOMES = {
     "Camera": "camera",

@@ -46,7 +46,7 @@ def framed(camera: Camera, scene: Scene, size: tuple[int, int], annotation: Anno
     z = z - float(np.linalg.norm(np.subtract(camera.target, camera.eye)))
     if camera.projection == "orthographic":
         half = max(np.ptp(x) / (right - left), np.ptp(y) / (top - bottom))
-        shift = [(places.min() + places.max()) / 2 - 0 * half
+        shift = [(places.min() + places.max()) / 2 - (low + high) / 2 * half
                  for places, low, high in ((x, left, right), (y, bottom, top))]  # fmt: skip
         return _moved(replace(camera, height=2 * float(half)), shift, 0.0)
     slope = camera.half_height

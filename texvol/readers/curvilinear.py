@@ -56,7 +56,7 @@ def _checked(points: NDArray, resolution: Sequence[int] | None) -> dict[str, Any
     if not np.isfinite(points).all():
         at = np.argwhere(~np.isfinite(points).all(axis=-1))[0][::-1]
         raise FileFault(f"its point ({by(at).replace(' x ', ', ')}) is not finite: {points[tuple(at[::-1])].tolist()}")
-    if np.abs(points).max(initial=0.0) > 1e90:
+    if float(np.abs(points).max()) > 1e90:
         raise FileFault("its points are too far apart to be reckoned with")
     regular = _regular(points)
     if regular is not None and resolution is None:
