@@ -27,7 +27,7 @@ from gallery_page import page
 from gallery_volumes import built_in
 from numpy.typing import NDArray
 
-from texvol import Renderer, Scene, Volume, display, image, options, writing
+from texvol import Renderer, Scene, Volume, display, image, options, reading_options, writing
 from texvol.errors import InputError, TexvolError
 from texvol.transfer.files import from_content
 
@@ -59,7 +59,7 @@ def data_folder(given: Path | None = None) -> Path:
 def parsed(entry: Entry, path: str, size: Size) -> tuple[argparse.Namespace, options.SceneOptions]:
     """The entry's options as the command line takes them, at `size`."""
     parser = argparse.ArgumentParser(exit_on_error=False)
-    options.add_volume_options(parser)
+    reading_options.add_volume_options(parser)
     options.add_scene_options(parser)
     line = [path, *shlex.split(entry.options), "--size", "x".join(map(str, size))]
     arguments = parser.parse_args(options.with_negative_values(line))
@@ -72,7 +72,8 @@ def scene_of(entry: Entry, data: Path, size: Size) -> Scene | None:
     if not entry.is_built_in and not path.exists():
         return None
     arguments, chosen = parsed(entry, str(path), size)
-    volume: Volume = built_in(entry.volume) if entry.is_built_in else options.load_volume(arguments, chosen.spacing)
+    read = reading_options.load_volume
+    volume: Volume = built_in(entry.volume) if entry.is_built_in else read(arguments, chosen.spacing)
     scene = chosen.scene(volume)
     if entry.transfer_function is None:
         return scene

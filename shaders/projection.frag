@@ -5,7 +5,7 @@
 //                3: the first surface of one value.
 //           DEPTH 1: in place of that surface's colour, its depth.
 //           MISSING 1: there may be NaN, which is nothing, or infinities.
-//           PERSPECTIVE, BRICKS, HALF_SPACES: see ray.glsl. LEAPS 1: what `leaps` shows to be without the surface is leapt over.
+//           PERSPECTIVE, BRICKS, HALF_SPACES, STRETCH: see ray.glsl. LEAPS 1: what `leaps` shows to be without the surface is leapt over.
 //           GRADIENT, LIT, CUE and those of lights: see volume_texture.glsl and seen.glsl.
 //           COUNT 1: red is how many slabs were looked at for the surface.
 

@@ -7,6 +7,7 @@
 // Switches: PERSPECTIVE 1: rays diverge, 0: they are parallel.
 //           BRICKS 1: the slabs whose middle lies in the brick are the ray's.
 //           HALF_SPACES: how many there are outside of which nothing is seen.
+//           STRETCH 1: only what lies between two places of each ray is seen, see surface.frag.
 
 #extension GL_ARB_gpu_shader_fp64 : enable
 
@@ -37,6 +38,10 @@ uniform float tangent_per_pixel;
 #endif
 #if HALF_SPACES
 uniform real4 half_spaces[HALF_SPACES];  // what is kept has dot(xyz, position) + w >= 0, in the box
+#endif
+#if STRETCH
+uniform sampler2D near_places;    // a slab and a share of it in the middle components
+uniform sampler2D far_places;
 #endif
 #if BRICKS
 uniform real3 brick_low;          // the brick's own part of the box; infinite where the box ends
@@ -112,6 +117,15 @@ Ray ray_through(vec2 place, vec2 slab_range) {
     real uncut = inside.x;
     inside = depths_kept(inside, position, way);
     ray.is_cut_open = inside.x > uncut;
+#endif
+#if STRETCH
+    vec2 near = texelFetch(near_places, ivec2(place), 0).yz;
+    vec2 far = texelFetch(far_places, ivec2(place), 0).yz;
+    real from = real(near.x) + real(near.y);
+#if HALF_SPACES
+    if (from > inside.x) ray.is_cut_open = false;
+#endif
+    inside = real2(max(inside.x, from), min(inside.y, real(far.x) + real(far.y)));
 #endif
     ray.first_slab = float(floor(inside.x));
     ray.first_share = float(inside.x - floor(inside.x));

@@ -15,7 +15,7 @@
 //           LIT 1: light falls on matter.
 //           MODULATIONS, GRADED, CONTOURS: see graded.glsl; HEAD_LIGHT and the like: see light.glsl.
 //           CUE 1: what is far is mixed with a colour.
-//           HALF_SPACES: see ray.glsl. CAPS 1: where they cut matter open it is opaque.
+//           HALF_SPACES, STRETCH: see ray.glsl. CAPS 1: where they cut matter open it is opaque.
 //           LEAPS 1: what `leaps` shows to be empty is leapt over.
 //           COUNT 1: red is how many slabs were sampled.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from typing import Any
 
 import numpy as np
@@ -134,6 +135,12 @@ def test_materials_are_named() -> None:
     scene = Scene(RAMP, transfer.loads(text))
     _, texts = drawn(scene)
     assert {"fat", "bone"} <= set(texts)
+    assert scene.transfer_function is not None
+    again = transfer.loads(json.dumps(scene.transfer_function.as_json()))
+    for (_, color), wanted in zip(
+        content_of(Scene(RAMP, again), "", None, False).entries, [(1, 1, 0), (1, 1, 1)], strict=True
+    ):
+        np.testing.assert_array_equal(color, wanted)
     # Between them is nothing, and no colour of it.
     bar = content_of(scene, "", None, False).bar
     assert bar is not None

@@ -63,8 +63,9 @@ def test_a_tick_marks_the_point_of_the_box_that_has_its_coordinate(projection: P
 
 
 @pytest.mark.parametrize("direction", DIRECTIONS)
-def test_axes_stand_at_the_silhouette_and_their_numbers_outside(direction: str) -> None:
-    scene = scene_of(direction)
+@pytest.mark.parametrize("projection", BOTH)
+def test_axes_stand_at_the_silhouette_and_their_numbers_outside(projection: Projection, direction: str) -> None:
+    scene = scene_of(direction, projection)
     assert scene.camera is not None
     places = projected(corners(scene.volume), scene.camera, SIZE)
     sheet, view = blank(scene, SIZE)

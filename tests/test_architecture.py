@@ -16,11 +16,12 @@ import pytest
 REPOSITORY = Path(__file__).parents[1]
 PACKAGE = REPOSITORY / "texvol"
 SOURCES = sorted(PACKAGE.rglob("*.py"))
-OPENGL_MODULES = {"contexts", "shaders", "compositor", "texture_store", "empty_space", "shadows", "window"}
+OPENGL_MODULES = {"contexts", "shaders", "compositor", "texture_store", "empty_space", "shadows", "surfaces", "window"}
 # A picture from a .npy file needs none of them, and each costs more time to import than the picture to draw.
 HEAVY = {
     *("numba", "scipy", "matplotlib", "nrrd", "nibabel", "SimpleITK", "pydicom", "tifffile", "imagecodecs", "mrcfile"),
     *("netCDF4", "vtkmodules", "vtk", "glfw", "imgui_bundle", "OpenGL", "pandas", "dask", "zarr"),
+    *("trimesh", "skimage"),
 }
 
 

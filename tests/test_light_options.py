@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from texvol import InputError, Volume, options, transfer
+from texvol import InputError, Volume, options, reading_options, transfer
 from texvol.__main__ import main
 from texvol.gradient import CENTRAL, Estimator
 from texvol.lighting import DepthCue, Light, Lighting
@@ -31,7 +31,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def chosen(*line: str, file: str | None = None) -> SceneOptions:
     """Scene options of a line and the text of a scene file."""
     parser = argparse.ArgumentParser(exit_on_error=False)
-    options.add_volume_options(parser)
+    reading_options.add_volume_options(parser)
     options.add_scene_options(parser)
     if file is not None:
         Path("scene.toml").write_text(file, encoding="utf-8")

@@ -222,7 +222,7 @@ def test_a_wanted_error_chooses_on_the_first_view_for_all(
 # What is wrong.
 
 WRONG = [
-    (["--orbit", "3", "-o", "a.png"], "a.png: the pictures of an orbit are numbered by one %d in the name"),
+    (["--orbit", "3", "-o", "a.png"], "a.png: several pictures are numbered by one %d in the name"),
     (["--orbit", "3", "-o", "a_%d_%d.png"], "numbered by one %d"),
     (["--orbit", "3", "-o", "a_%s.png"], "numbered by one %d"),
     (["--orbit", "3", "-o", "a_%d%s.png"], "numbered by one %d"),
@@ -232,8 +232,8 @@ WRONG = [
     (["--orbit", "3", "-o", "no/a_%d.png"], "folder no does not exist"),
     (["--orbit", "3", "-o", "a_%d.bmp"], "a picture's name ends with"),
     (["--orbit", "3", "-o", "x" * 249 + "%04d.png"], "File name too long"),
-    (["-o", "a_%04d.png"], "%04d numbers the views of --orbit N"),
-    (["-o", "a.mp4"], "a film shows an orbit: give --orbit N"),
+    (["-o", "a_%04d.png"], "%04d numbers the pictures of --orbit N or --time all"),
+    (["-o", "a.mp4"], "a film has many pictures: give --orbit N or --time all"),
     (["--orbit", "3", "-o", "a_%d.mp4"], "a film is one file"),
     (["--orbit", "3", "-o", "a.mp4", "--size", "33x32"], "size 33x32: a film (H.264, 4:2:0) is even"),
     (["--orbit", "3", "-o", "no/a.mp4"], "folder no does not exist"),

@@ -169,7 +169,8 @@ def test_a_uniform_of_another_shape_is_named(context: Context, folder: Path) -> 
 
 EITHER = (0, 1)
 UNCUT = {"HALF_SPACES": 0}
-MATTER = NO_LIGHT | NOTHING_SPECIAL | UNCUT | {"CAPS": 0}
+WHOLE = UNCUT | {"STRETCH": 0}
+MATTER = NO_LIGHT | NOTHING_SPECIAL | WHOLE | {"CAPS": 0}
 # What each classification asks for beside the switches that any may have; whole slabs are those of parallel rays.
 CHOICES: dict[int, list[dict[str, int]]] = {
     0: [{"WHOLE_SLABS": whole, "PERSPECTIVE": way} for whole, way in ((0, 0), (0, 1), (1, 0))],
@@ -243,7 +244,7 @@ def test_every_cut_compiles(context: Context, planes: int, way: int, bricks: int
     load("slab_stack", context, MATTER | cut | {"CAPS": 1, "CLASSIFICATION": 3, "GRADIENT": 1} | LIGHTS[-1])
     for mode in (1, 2, 3):
         matter = {"MODE": mode, "MISSING": 0, "GRADIENT": int(mode == 3), "DEPTH": 0, "LEAPS": 0}
-        load("projection", context, NO_LIGHT | cut | matter)
+        load("projection", context, NO_LIGHT | WHOLE | cut | matter)
     shadow = NOTHING_SPECIAL | {"POINT": way, "BRICKS": bricks, "HALF_SPACES": planes, "RAMPS": 2}
     shadow.pop("WHOLE_SLABS")
     load_program(context.gl, "shadow", defines=shadow, vertex="corner.vert")
@@ -271,7 +272,7 @@ def test_every_shadow_compiles(context: Context, point: int, bricks: int) -> Non
 @pytest.mark.parametrize("mode", [1, 2, 3])
 @pytest.mark.parametrize("way, bricks, missing", list(itertools.product(EITHER, repeat=3)))
 def test_every_projection_compiles(context: Context, mode: int, way: int, bricks: int, missing: int) -> None:
-    common = NO_LIGHT | UNCUT | {"MODE": mode, "PERSPECTIVE": way, "BRICKS": bricks, "MISSING": missing, "GRADIENT": 0}
+    common = NO_LIGHT | WHOLE | {"MODE": mode, "PERSPECTIVE": way, "BRICKS": bricks, "MISSING": missing, "GRADIENT": 0}
     plain = common | {"DEPTH": 0, "CUE": 0, "LEAPS": 0, "COUNT": 0}
     if mode != 3:
         load("projection", context, plain)
@@ -307,8 +308,8 @@ def test_an_include_compiles_with_nothing_of_its_includer(context: Context, tmp_
         ],
         "light.glsl": [{key: each[key] for key in each if key != "LIT"} for each in every_light],
         "ray.glsl": [
-            {"PERSPECTIVE": way, "BRICKS": bricks, "HALF_SPACES": planes}
-            for way, bricks, planes in itertools.product(EITHER, EITHER, (0, 1, 7))
+            {"PERSPECTIVE": way, "BRICKS": bricks, "HALF_SPACES": planes, "STRETCH": stretch}
+            for way, bricks, planes, stretch in itertools.product(EITHER, EITHER, (0, 1, 7), EITHER)
         ],
         "seen.glsl": [each | {"PERSPECTIVE": way, "CUE": way} for each in [NO_LIGHT, *every_light] for way in EITHER],
         "volume_texture.glsl": [

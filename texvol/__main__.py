@@ -13,25 +13,23 @@ import shlex
 import sys
 import time
 import warnings
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
-from numpy.typing import NDArray
 
-from texvol import __version__, depth_picture, film, image, options, orbit, writing
+from texvol import __version__, depth_picture, film, image, options, reading_options, sequences, writing
 from texvol import option_texts as texts
 from texvol.comparison.command import add_diff
-from texvol.display import NUMBER_MODES
 from texvol.errors import AccuracyWarning, InputError, TexvolError
 from texvol.scene import Scene
-from texvol.scene_facts import BY_TRANSFER_FUNCTION, scene_facts
+from texvol.scene_facts import scene_facts
+from texvol.shown_pictures import Display
 from texvol.terminal import say
 
 if TYPE_CHECKING:
-    from texvol.renderer import Renderer
+    from texvol.readers import TimeSeries
 
 FORMATS = ("auto", "rgba8", "rgba16f", "rgba32f")
 
@@ -75,13 +73,13 @@ def _parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
 
     info = commands.add_parser("info", help="what is in a volume file")
-    options.add_volume_options(info)
+    reading_options.add_volume_options(info)
     info.add_argument("--spacing", type=texts.triple, metavar="X,Y,Z", help="overrides the file's")
     info.add_argument("--json", action="store_true", help="the same for machines")
     info.set_defaults(run=_info)
 
     render = commands.add_parser("render", help="a picture of a volume")
-    options.add_volume_options(render, in_scene_file=True)
+    reading_options.add_volume_options(render, in_scene_file=True)
     options.add_scene_options(render)
     names = f"picture: {', '.join(image.FORMATS)}; with --orbit such as frame_%%04d.png, or film{film.FILM}"
     render.add_argument("-o", "--output", metavar="IMAGE", required=True, help=names)
@@ -91,7 +89,7 @@ def _parser() -> argparse.ArgumentParser:
     render.set_defaults(run=_render)
 
     raycast = commands.add_parser("raycast", help="the same picture by the oracle: exact, slow, float64")
-    options.add_volume_options(raycast, in_scene_file=True)
+    reading_options.add_volume_options(raycast, in_scene_file=True)
     options.add_scene_options(raycast)
     raycast.add_argument("-o", "--output", metavar="IMAGE", required=True, help=f"picture: {', '.join(image.FORMATS)}")
     _add_depth(raycast)
@@ -104,7 +102,7 @@ def _parser() -> argparse.ArgumentParser:
 
 def _add_report_and_demo(commands: Any) -> None:
     report = commands.add_parser("report", help="speed against error of a scene: a page, a table and plots")
-    options.add_volume_options(report, in_scene_file=True)
+    reading_options.add_volume_options(report, in_scene_file=True)
     options.add_scene_options(report)
     report.add_argument("-o", "--output", metavar="DIR", required=True, help="folder for the report, made if missing")
     report.add_argument("--quick", action="store_true", help="few settings, few frames")
@@ -165,7 +163,7 @@ def _add_orbit(parser: argparse.ArgumentParser) -> None:
 def _info(arguments: argparse.Namespace) -> None:
     from texvol import information
 
-    facts = information.facts(options.load_volume(arguments, arguments.spacing))
+    facts = information.facts(reading_options.load_volume(arguments, arguments.spacing))
     say(json.dumps(facts, indent=2, allow_nan=False) if arguments.json else information.text(facts))
 
 
@@ -173,10 +171,15 @@ def _render(arguments: argparse.Namespace) -> None:
     scene_options = options.SceneOptions(arguments)
     _check_rendering(arguments, scene_options)
     start = time.perf_counter()
-    volume = scene_options.load()
+    series = scene_options.series() if scene_options.all_times else None
+    volume = scene_options.load() if series is None else series[0]
     seconds = {"load": time.perf_counter() - start}
-    scene = scene_options.scene(volume, orbit=arguments.orbit is not None)
-    display = _Display(scene_options)
+    several = series is not None or arguments.orbit is not None
+    film.check_output(arguments.output, len(series) if series is not None else arguments.orbit, scene_options.size)
+    adapting_to = None if series is None else sequences.standing_for(series)
+    scene = scene_options.scene(volume, orbit=arguments.orbit is not None, adapting_to=adapting_to)
+    display = Display(scene_options, scene_options.annotation)
+    scene = display.prepared(scene, scene_options.size, chose_view=scene_options.chose_view or bool(arguments.orbit))
     accuracy: dict[str, Any] = {
         name: vars(arguments)[name]
         for name in ("slab_thickness", "sampling_rate", "max_error", "texture_format", "target_format")
@@ -186,11 +189,14 @@ def _render(arguments: argparse.Namespace) -> None:
 
     with Renderer(arguments.backend, texture_memory=arguments.texture_memory) as renderer:
         picture, depth, more = None, None, {}
-        if arguments.orbit is None:
+        if not several:
             picture = renderer.render(scene, scene_options.size, repeat=arguments.repeat, **accuracy)
             depth = renderer.depth() if arguments.depth else None
         else:
-            more = {"orbit": _orbit(arguments, scene_options, renderer, scene, accuracy, display)}
+            what, frames = _frames(scene, arguments.orbit, series, scene_options.volume)
+            how = {"transparent": scene_options.transparent, "fps": arguments.fps}
+            size, output = scene_options.size, arguments.output
+            more = {what: sequences.draw_frames(frames, renderer, size, accuracy, display, output, **how)}
         stats = renderer.stats if arguments.stats else {}
         drawn = {"texvol:renderer": renderer.renderer_name}, renderer.settings
     # With the textures gone there is room for what writes pictures.
@@ -208,9 +214,20 @@ def _render(arguments: argparse.Namespace) -> None:
     writing.write_files(files)
 
 
+def _frames(scene: Scene, views: int | None, series: TimeSeries | None, name: str) -> tuple[str, sequences.Frames]:
+    """What the pictures are, in a word of `--stats`, and their scenes."""
+    if series is not None:
+        return "time", sequences.steps(scene, series)
+    assert views is not None
+    return "orbit", sequences.views(scene, views, name)
+
+
 def _check_rendering(arguments: argparse.Namespace, scene_options: options.SceneOptions) -> None:
     """Raise InputError before anything is loaded where the options don't go together or a file can't be written."""
-    film.check_output(arguments.output, arguments.orbit, scene_options.size)
+    if not scene_options.all_times:
+        film.check_output(arguments.output, arguments.orbit, scene_options.size)
+    elif arguments.orbit is not None or arguments.depth or arguments.repeat > 1:
+        raise InputError("--time all draws every step once: leave --orbit, --depth and --repeat out")
     if arguments.stats:
         writing.check_writable(arguments.stats)
     _check_depth(arguments, scene_options)
@@ -222,103 +239,6 @@ def _check_rendering(arguments: argparse.Namespace, scene_options: options.Scene
         raise InputError(f"--fps is for films, and {arguments.output} is none: its name ends with {film.FILM}")
 
 
-def _orbit(
-    arguments: argparse.Namespace,
-    scene_options: options.SceneOptions,
-    renderer: Renderer,
-    scene: Scene,
-    accuracy: dict[str, Any],
-    display: _Display,
-) -> dict[str, Any]:
-    """Draw and write every view; what `--stats` says of them."""
-    views, size, facts = arguments.orbit, scene_options.size, {"texvol:renderer": renderer.renderer_name}
-    fps = arguments.fps or film.DEFAULT_FPS
-    estimate: dict[str, Any] = {}
-    assert scene.camera is not None
-    start = time.perf_counter()
-    with (
-        film.Writer(arguments.output, size, views, transparent=scene_options.transparent, fps=fps) as writer,
-        _Progress(views) as progress,
-    ):
-        for i in range(views):
-            view = replace(scene, camera=orbit.turned(scene.camera, 360 * i / views))
-            picture = renderer.render(view, size, **accuracy)
-            if i == 0:
-                accuracy, estimate = _kept(renderer, scene, accuracy)
-                after_first = time.perf_counter()
-            shown = display.of(picture, view, arguments.output)
-            writer.add(shown, facts | display.facts(scene_options.volume, view, arguments.output, renderer.settings))
-            progress.show(i + 1)
-        writer.finish()
-    end = time.perf_counter()
-    return {
-        "views": views,
-        "seconds": end - start,
-        "frames_per_second": (views - 1) / (end - after_first) if views > 1 else None,
-    } | estimate
-
-
-def _kept(renderer: Renderer, scene: Scene, accuracy: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
-    """What was chosen for the first view, for the others, and the estimate that it rests on where there is one."""
-    if accuracy["max_error"] is None:
-        return accuracy, {}
-    texels_are_chosen = scene.classification in ("slab", "extinction")  # the others hold values as they are
-    stats = renderer.stats
-    names = ["slab_thickness", "target_format", "early_termination", *["texture_format"] * texels_are_chosen]
-    kept = {"max_error": None} | {name: stats[name] for name in names}
-    return accuracy | kept, {"estimated_error_of_first_view": stats["estimated_error"]}
-
-
-class _Display:
-    """What files of 8 bits show of numbers; where nobody chose a window, the first picture's is that of all."""
-
-    def __init__(self, scene_options: options.SceneOptions) -> None:
-        self._window = scene_options.window
-        self._by_transfer_function = scene_options.chose_transfer_function and self._window is None
-
-    def of(self, picture: NDArray, scene: Scene, path: str) -> NDArray:
-        """The picture for a file of that name."""
-        if scene.mode not in NUMBER_MODES or Path(path).suffix.lower() == ".exr":
-            return picture
-        from texvol import display
-
-        if self._window is None and not self._by_transfer_function:
-            self._window = display.found_window(picture, scene)
-        return display.shown(picture, scene, window=self._window, use_transfer_function=self._by_transfer_function)
-
-    def facts(self, name: str, scene: Scene, path: str, settings: Mapping[str, Any] | None = None) -> dict[str, str]:
-        """What the header of a picture file of that name says of its scene, and of how it is shown."""
-        shown: dict[str, Any] = {}
-        if scene.mode in NUMBER_MODES and self._window is not None:
-            shown = {"window": self._window}
-        elif scene.mode in NUMBER_MODES and self._by_transfer_function:
-            shown = {"colors": BY_TRANSFER_FUNCTION}
-        exact = Path(path).suffix.lower() == ".exr"
-        return scene_facts(name, scene, settings=settings or {}, display=shown, checksum=exact)
-
-
-class _Progress:
-    """A line that counts, on a terminal only, and is gone in the end."""
-
-    def __init__(self, views: int) -> None:
-        self._views, self._width = views, 0
-        self._shown = sys.stderr is not None and sys.stderr.isatty()
-
-    def __enter__(self) -> _Progress:
-        return self
-
-    def show(self, done: int) -> None:
-        """So many are drawn."""
-        if self._shown:
-            text = f"texvol: view {done} of {self._views}"
-            self._width = len(text)
-            print(f"\r{text}", end="", file=sys.stderr, flush=True)
-
-    def __exit__(self, *_: object) -> None:
-        if self._width:
-            print(f"\r{' ' * self._width}\r", end="", file=sys.stderr, flush=True)
-
-
 def _raycast(arguments: argparse.Namespace) -> None:
     scene_options = options.SceneOptions(arguments)
     image.check_writable(arguments.output)
@@ -328,7 +248,8 @@ def _raycast(arguments: argparse.Namespace) -> None:
     from texvol.ray_casting import raycast
     from texvol.ray_casting.projection import isosurface_depth
 
-    display = _Display(scene_options)
+    display = Display(scene_options, scene_options.annotation)
+    scene = display.prepared(scene, scene_options.size, chose_view=scene_options.chose_view)
     picture = display.of(raycast(scene, scene_options.size), scene, arguments.output)
     facts = {"texvol:renderer": "ray casting, float64"} | display.facts(scene_options.volume, scene, arguments.output)
     transparent = scene_options.transparent

@@ -171,13 +171,16 @@ def _rms(numbers: NDArray) -> float:
     return float(np.sqrt(np.square(numbers).mean()))
 
 
-def color_scale(volume: Volume, transfer_function: TransferFunction, lighting: Lighting | None = None) -> float:
+def color_scale(
+    volume: Volume, transfer_function: TransferFunction, lighting: Lighting | None = None, of_surfaces: float = 0.0
+) -> float:
     """Power of two that brings the colours of a picture to at most about 1, for targets of few digits and range.
 
     Associated colours are at most 1 already, but for light. An emission of E per world unit gives at most E times the
-    longest way.
+    longest way. `of_surfaces` is the brightest that surfaces beside the matter may be.
     """
     brightest = 1.0 if lighting is None else max(lighting.brightest, 1.0)
     if transfer_function.emissive:
         brightest = float(transfer_function.colors.max()) * 2 * volume.radius
+    brightest = max(brightest, of_surfaces)
     return float(np.exp2(np.clip(-np.ceil(np.log2(brightest)), -120, 120))) if brightest > 0 else 1.0

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import moderngl
 import numpy as np
@@ -25,11 +25,15 @@ from texvol.errors import InputError
 from texvol.light_uniforms import cue_uniforms, eye_uniforms, light_switches, light_uniforms
 from texvol.lighting import DepthCue, Lighting
 from texvol.projection import Projection
+from texvol.scene import checked_size
 from texvol.shaders import FOLDER, load_program, set_uniforms
 from texvol.slicing import SlabStacks
 from texvol.texture_store import MODERNGL_TYPES, BakedTexture
 from texvol.value_texture import ValueTexture
 from texvol.volume import Volume
+
+if TYPE_CHECKING:
+    from texvol.surfaces import Surfaces
 
 NOTHING_SPECIAL = dict.fromkeys(
     ("RAMPS", "WHOLE_SLABS", "EMISSIVE", "MISSING", "GRADIENT", "MODULATIONS", "GRADED", "CONTOURS"), 0
@@ -62,6 +66,8 @@ class Drawing:
     projection: Projection | None = None  # in place of matter
     arriving: moderngl.Texture3D | None = None  # of each light that casts shadows
     cutting: Cutting = NOT_CUT
+    surfaces: Surfaces | None = None  # that stand in the volume
+    stretch: tuple[moderngl.Texture, moderngl.Texture] | None = None  # places between which matter is seen
 
 
 class Compositor:
@@ -85,6 +91,20 @@ class Compositor:
         info = self._gl.info
         return int(min(info["GL_MAX_TEXTURE_SIZE"], *info["GL_MAX_VIEWPORT_DIMS"]))
 
+    def checked_size(self, size: tuple[int, int]) -> tuple[int, int]:
+        """(width, height) of a picture that the driver has room for, or InputError."""
+        width, height = checked_size(size)
+        largest = self.largest_picture
+        if not (width <= largest and height <= largest):
+            raise InputError(f"size {width}x{height}: a picture has 1 to {largest} pixels along each side here")
+        return width, height
+
+    @property
+    def target(self) -> moderngl.Framebuffer:
+        """What the picture is drawn into."""
+        assert self._target is not None, "a picture has to be begun"
+        return self._target
+
     def begin(self, drawing: Drawing, target_format: str = "rgba32f") -> None:
         """An empty picture."""
         target = self._target_of(drawing.size, target_format)
@@ -102,8 +122,7 @@ class Compositor:
         """Composite a brick's stacks behind what is in the picture; `resources` are its texture and tables."""
         if not stacks.first.size:
             return
-        assert self._target is not None, "a picture has to be begun"
-        self._target.use()
+        self.target.use()
         program = self._program("projection" if drawing.projection else "slab_stack", _switches(drawing, brick))
         units = dict(resources)
         uniforms = _seen_uniforms(drawing) | _ray_uniforms(stacks, drawing) | _light_uniforms(drawing)
@@ -112,6 +131,8 @@ class Compositor:
             uniforms["cells_per_box"] = drawing.cells_per_box
         if drawing.arriving is not None:
             units["arriving"] = drawing.arriving
+        if drawing.stretch is not None:
+            units |= dict(zip(("near_places", "far_places"), drawing.stretch, strict=True))
         if not brick.is_whole:
             uniforms |= brick_uniforms(brick)
         for unit, resource in enumerate(units.values()):
@@ -211,6 +232,7 @@ def _switches(drawing: Drawing, brick: Brick) -> dict[str, int]:
             "COUNT": int(drawing.count),
             "CUE": int(drawing.depth_cue is not None),
             "HALF_SPACES": len(drawing.cutting),
+            "STRETCH": int(drawing.stretch is not None),
         }
     )
 
@@ -229,24 +251,29 @@ def _triangles(stacks: SlabStacks) -> NDArray[np.float32]:
 def _ray_uniforms(stacks: SlabStacks, drawing: Drawing) -> dict[str, Any]:
     """Rays in box coordinates per slab thickness; worked out in float64."""
     volume, camera, size = drawing.volume, drawing.camera, drawing.size
+    uniforms: dict[str, Any] = {"eye_depth": stacks.eye_depth, "picture_middle": (size[0] / 2, size[1] / 2)}
+    uniforms |= way_uniforms(volume, camera, size, stacks.slab_thickness)
+    if drawing.cutting:
+        uniforms["half_spaces"] = half_spaces_in_box(drawing.cutting, volume)
+    if camera.projection == "perspective" and (drawing.projection is None or drawing.projection.measures_ways):
+        uniforms["tangent_per_pixel"] = 2 * camera.half_height / size[1]
+    return uniforms
+
+
+def way_uniforms(volume: Volume, camera: Camera, size: tuple[int, int], slab_thickness: float) -> dict[str, Any]:
+    """Where the rays are in the box at depth 0, and how they go on, for a depth of one slab."""
     rays = camera.pixel_rays(size, volume.centre)
     box_from_world = volume.index_from_world / np.array(volume.dimensions)[:, np.newaxis]
-    per_slab = box_from_world * stacks.slab_thickness
+    per_slab = box_from_world * slab_thickness
     uniforms: dict[str, Any] = {
-        "eye_depth": stacks.eye_depth,
-        "picture_middle": (size[0] / 2, size[1] / 2),
         "point": tuple(0.5 + box_from_world @ rays.point),
         "point_per_column": tuple(box_from_world @ rays.point_per_column),
         "point_per_row": tuple(box_from_world @ rays.point_per_row),
         "velocity": tuple(per_slab @ rays.velocity),
     }
-    if drawing.cutting:
-        uniforms["half_spaces"] = half_spaces_in_box(drawing.cutting, volume)
     if camera.projection == "perspective":
         uniforms["velocity_per_column"] = tuple(per_slab @ rays.velocity_per_column)
         uniforms["velocity_per_row"] = tuple(per_slab @ rays.velocity_per_row)
-        if drawing.projection is None or drawing.projection.measures_ways:
-            uniforms["tangent_per_pixel"] = 2 * camera.half_height / size[1]
     return uniforms
 
 

@@ -61,9 +61,9 @@ def check_output(path: str | os.PathLike[str], views: int | None, size: tuple[in
     numbers = [match for match in found if match != "%"]
     if views is None:
         if is_film(path):
-            raise InputError(f"{path}: a film shows an orbit: give --orbit N, or a picture's name")
+            raise InputError(f"{path}: a film has many pictures: give --orbit N or --time all, or a picture's name")
         if numbers:
-            raise InputError(f"{path}: {numbers[0]} numbers the views of --orbit N, and there is only one picture")
+            raise InputError(f"{path}: {numbers[0]} numbers the pictures of --orbit N or --time all, and there is only one")
         image.check_writable(path)
     elif is_film(path):
         if numbers:
@@ -74,7 +74,7 @@ def check_output(path: str | os.PathLike[str], views: int | None, size: tuple[in
         writing.check_writable(path)
     elif len(numbers) != 1 or len(found) != 1:
         raise InputError(
-            f"{path}: the pictures of an orbit are numbered by one %d in the name, as in frame_%04d.png; "
+            f"{path}: several pictures are numbered by one %d in the name, as in frame_%04d.png; "
             "or it is a film, as in film.mp4"
         )
     else:

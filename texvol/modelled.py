@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from texvol.camera import Camera
+from texvol.geometry import Mesh
 from texvol.scene import Scene
 
 
@@ -16,6 +17,8 @@ def modelled(scene: Scene, camera: Camera) -> list[str]:
         "crop box": scene.crop is not None,
         "caps": scene.cutting.caps,
     }
+    if scene.geometry:
+        names |= _geometry(scene)
     if scene.needs_gradient:
         names[f"{scene.gradient.kind} gradient"] = True
     if scene.mode == "composite":
@@ -34,6 +37,16 @@ def _matter(scene: Scene) -> dict[str, bool]:
         "gradient modulation": matter.modulation is not None,
         "graded materials": bool(matter.graded),
         "contours": bool(matter.contours),
+    }
+
+
+def _geometry(scene: Scene) -> dict[str, bool]:
+    meshes = [shape for shape in scene.geometry if isinstance(shape, Mesh)]
+    return {
+        "geometry": bool(meshes),
+        "lines": len(meshes) < len(scene.geometry),
+        "translucent geometry": any(shape.opacity < 1 for shape in scene.geometry),
+        "head light on geometry": scene.lighting is None and any(mesh.lit for mesh in meshes),
     }
 
 

@@ -8,6 +8,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+ALL = "all"  # time steps
 
 def size(text: str) -> tuple[int, int]:
     """(width, height) from "WxH"."""
@@ -90,6 +91,11 @@ def index(text: str) -> int:
     if not re.fullmatch(r"\s*\+?\d{1,18}\s*", text):
         raise argparse.ArgumentTypeError(f"a whole number from 0 is wanted, and not {text!r}")
     return int(text)
+
+
+def time_step(text: str) -> int | str:
+    """A time step from 0, or all of them."""
+    return ALL if text.strip().lower() == ALL else index(text)
 
 
 def choice(*allowed: str) -> Callable[[str], str]:

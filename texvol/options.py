@@ -18,81 +18,56 @@ from __future__ import annotations
 import argparse
 import os
 import re
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from texvol import cut_options as cut
 from texvol import light_options as lit
 from texvol import option_texts as texts
 from texvol import orbit as turning
+from texvol import reading_options as reading
 from texvol import scene_file, transfer
+from texvol.annotation import PARTS, Annotation
 from texvol.camera import Camera
 from texvol.errors import InputError
 from texvol.gradient import CENTRAL
 from texvol.lighting import Lighting
 from texvol.scene import CLASSIFICATIONS, MODES, Scene
+from texvol.scene_option import SceneOption
 from texvol.transfer import TransferFunction
 from texvol.volume import Volume
+
+if TYPE_CHECKING:
+    from texvol.readers import TimeSeries
 
 DEFAULT_SIZE = (512, 512)
 
 
-class _SceneOption(NamedTuple):
-    """An option of the line and the scene file; one that converts to bool is a switch and has no text."""
-
-    name: str
-    convert: Callable[[str], Any]
-    shown: str
-    help: str
-    table: Callable[[Mapping[str, Any]], Any] | None = None  # of a scene file; such an option may be given repeatedly
-
-    def add_to(self, group: argparse._ArgumentGroup) -> None:
-        """Let the line have it; not given, it leaves nothing in the namespace."""
-        if self.convert is bool:
-            action = argparse.BooleanOptionalAction
-            group.add_argument(f"--{self.name}", action=action, help=self.help, default=argparse.SUPPRESS)
-            return
-        group.add_argument(
-            f"--{self.name}", type=self.convert, metavar=self.shown, help=self.help, default=argparse.SUPPRESS,
-            action="append" if self.table else "store",
-        )  # fmt: skip
-
-    def from_file(self, value: Any) -> Any:
-        """What a scene file's value becomes: the same as what the line's text does."""
-        if self.convert is bool:
-            if not isinstance(value, bool):
-                raise InputError(f"{self.name} is true or false, and not {value!r}")
-            return value
-        if self.table is None:
-            return self._from_one(value)
-        several = isinstance(value, list) and any(isinstance(each, str | dict | list) for each in value)
-        return [self._from_one(each) for each in (value if several else [value])]
-
-    def _from_one(self, value: Any) -> Any:
-        if self.table is not None and isinstance(value, dict):
-            return self.table(value)
-        if isinstance(value, bool | dict):
-            raise InputError(f"{self.name} is text, a number or an array of numbers, and not {value!r}")
-        return self.convert(lit.as_text(value))
+def _parts(text: str) -> tuple[str, ...]:
+    """Names of annotation."""
+    names = tuple(each.strip() for each in text.split(",") if each.strip())
+    for name in names:
+        texts.choice(*PARTS)(name)
+    return names
 
 
 # Title of a group, what it says, and its options.
-_GROUPS: tuple[tuple[str, str | None, tuple[_SceneOption, ...]], ...] = (
+_GROUPS: tuple[tuple[str, str | None, tuple[SceneOption, ...]], ...] = (
     (
         "scene",
-        "What is drawn. All options of this and the next four groups may stand in the scene file, as keys; "
+        "What is drawn. All options of this and the next five groups may stand in the scene file, as keys; "
         "an option on the line wins.",
         (
-            _SceneOption("tf", str, "PRESET|FILE.json", f"transfer function; presets: {', '.join(transfer.PRESETS)}"),
-            _SceneOption("materials", lit.materials, "NAME,NAME", "only these materials of --tf"),
-            _SceneOption(
+            SceneOption("tf", str, "PRESET|FILE.json", f"transfer function; presets: {', '.join(transfer.PRESETS)}"),
+            SceneOption("materials", lit.materials, "NAME,NAME", "only these materials of --tf"),
+            SceneOption(
                 "classification", texts.choice(*CLASSIFICATIONS), "KIND",
                 "slab (default), extinction, post or integrated",
             ),
-            _SceneOption("spacing", texts.triple, "X,Y,Z", "distance of samples, overrides the file's"),
-            _SceneOption("size", texts.size, "WxH", "pixels (512x512)"),
-            _SceneOption("background", texts.color, "R,G,B", "linear light from behind (0,0,0), or: transparent"),
-            _SceneOption(
+            SceneOption("spacing", texts.triple, "X,Y,Z", "distance of samples, overrides the file's"),
+            SceneOption("size", texts.size, "WxH", "pixels (512x512)"),
+            SceneOption("background", texts.color, "R,G,B", "linear light from behind (0,0,0), or: transparent"),
+            SceneOption(
                 "gradient", lit.gradient, "KIND",
                 "central (default), zucker-hummel, or gaussian[:SCALE], which smooths over SCALE samples (1); "
                 "computed only where light, contours or an isosurface need it",
@@ -103,17 +78,17 @@ _GROUPS: tuple[tuple[str, str | None, tuple[_SceneOption, ...]], ...] = (
         "camera",
         None,
         (
-            _SceneOption(
+            SceneOption(
                 "projection", texts.choice("orthographic", "perspective"), "KIND",
                 "orthographic (default) or perspective",
             ),
-            _SceneOption(
+            SceneOption(
                 "eye", texts.triple, "X,Y,Z", "where the camera is, world units (so that the whole box is seen)"
             ),
-            _SceneOption("target", texts.triple, "X,Y,Z", "what it looks at (the middle of the box)"),
-            _SceneOption("up", texts.triple, "X,Y,Z", "what is up in the picture (0,0,1)"),
-            _SceneOption("fov", texts.number, "DEGREES", "angle from bottom to top, perspective (40)"),
-            _SceneOption("height", texts.number, "H", "world units from bottom to top, orthographic (the box)"),
+            SceneOption("target", texts.triple, "X,Y,Z", "what it looks at (the middle of the box)"),
+            SceneOption("up", texts.triple, "X,Y,Z", "what is up in the picture (0,0,1)"),
+            SceneOption("fov", texts.number, "DEGREES", "angle from bottom to top, perspective (40)"),
+            SceneOption("height", texts.number, "H", "world units from bottom to top, orthographic (the box)"),
         ),
     ),
     (
@@ -121,27 +96,27 @@ _GROUPS: tuple[tuple[str, str | None, tuple[_SceneOption, ...]], ...] = (
         "Without --light matter shows its own colour. An isosurface has a head light, and so has matter with any of "
         "--ambient, --diffuse, --specular, --shininess, --two-sided, --fade and --shadows.",
         (
-            _SceneOption(
+            SceneOption(
                 "light", lit.light, "SPEC",
                 "head; directional:X,Y,Z or X,Y,Z, where it comes from; point:X,Y,Z, where it is; each may end with "
                 "a colour :R,G,B or :I. Give it again for further lights. depth: no light, but shading by depth; "
                 "none: no light, whatever the scene file says",
                 lit.light_table,
             ),
-            _SceneOption("ambient", lit.share, "A", f"light from everywhere ({Lighting.ambient:g})"),
-            _SceneOption("diffuse", lit.share, "D", f"share of light that matter scatters ({Lighting.diffuse:g})"),
-            _SceneOption("specular", lit.share, "S", f"share of light in highlights ({Lighting.specular:g})"),
-            _SceneOption("shininess", lit.share, "N", f"the higher, the smaller highlights ({Lighting.shininess:g})"),
-            _SceneOption(
+            SceneOption("ambient", lit.share, "A", f"light from everywhere ({Lighting.ambient:g})"),
+            SceneOption("diffuse", lit.share, "D", f"share of light that matter scatters ({Lighting.diffuse:g})"),
+            SceneOption("specular", lit.share, "S", f"share of light in highlights ({Lighting.specular:g})"),
+            SceneOption("shininess", lit.share, "N", f"the higher, the smaller highlights ({Lighting.shininess:g})"),
+            SceneOption(
                 "two-sided", bool, "", "light the side that faces the eye (default), or only the side of lower values"
             ),
-            _SceneOption(
+            SceneOption(
                 "fade", lit.share, "G",
                 "gradient magnitude, data units per world unit, under which shading fades out "
                 "(a hundredth of the range of values per sample)",
             ),
-            _SceneOption("shadows", bool, "", "matter takes light from what lies behind it, or not (default)"),
-            _SceneOption(
+            SceneOption("shadows", bool, "", "matter takes light from what lies behind it, or not (default)"),
+            SceneOption(
                 "depth-cue", lit.depth_cue, "S[,R,G,B]",
                 "mix what is farther with a colour (black), the farthest corner by S, from 0 to 1",
             ),
@@ -151,28 +126,38 @@ _GROUPS: tuple[tuple[str, str | None, tuple[_SceneOption, ...]], ...] = (
         "cutting",
         "Of the volume only what lies inside of all of these is seen.",
         (
-            _SceneOption(
+            SceneOption(
                 "clip", cut.clip_plane, "NX,NY,NZ,D",
                 "keep what has NX x + NY y + NZ z >= D, world units; give it again for further planes",
                 cut.clip_plane_table,
             ),
-            _SceneOption("crop", cut.crop_box, "X0,X1,Y0,Y1,Z0,Z1", "keep what lies in this box, world units"),
-            _SceneOption(
+            SceneOption("crop", cut.crop_box, "X0,X1,Y0,Y1,Z0,Z1", "keep what lies in this box, world units"),
+            SceneOption(
                 "caps", bool, "", "matter that is cut open is opaque there, in its own colour, or not (default)"
             ),
+        ),
+    ),
+    (
+        "annotation",
+        "Drawn into PNG, JPEG and films, never into the data of an EXR.",
+        (
+            SceneOption("annotate", _parts, "PART,PART", f"what explains the picture: {', '.join(PARTS)}"),
+            SceneOption("title", str, "TEXT", "one line on top"),
+            SceneOption("value-name", str, "TEXT", "what the values are, for the legend, such as HU"),
+            SceneOption("font", str, "FILE", "TrueType font, for letters that DejaVu Sans lacks"),
         ),
     ),
     (
         "projection mode",
         None,
         (
-            _SceneOption(
+            SceneOption(
                 "mode", texts.choice(*MODES), "MODE",
                 "composite (default): emission and absorption; xray, mip, minip, average: the value's integral, "
                 "maximum, minimum or average along each ray; isosurface: the first surface of --isovalue",
             ),
-            _SceneOption("isovalue", lit.finite, "V", "value of the isosurface, data units"),
-            _SceneOption(
+            SceneOption("isovalue", lit.finite, "V", "value of the isosurface, data units"),
+            SceneOption(
                 "window", lit.window, "CENTRE,WIDTH",
                 "values from black to white in 8-bit pictures of xray, mip, minip and average",
             ),
@@ -180,30 +165,6 @@ _GROUPS: tuple[tuple[str, str | None, tuple[_SceneOption, ...]], ...] = (
     ),
 )  # fmt: skip
 _SCENE_OPTIONS = {option.name: option for *_, members in _GROUPS for option in members}
-
-
-_READING = {
-    option.name: option
-    for option in (
-        _SceneOption("shape", texts.dimensions, "NX,NY,NZ", "dimensions of a RAW file"),
-        _SceneOption("dtype", str, "TYPE", "sample type of a RAW file: uint8, >i2 (big-endian), float32 …"),
-        _SceneOption("series", str, "NAME", "which series of a DICOM folder"),
-        _SceneOption("channel", texts.index, "N", "which channel, from 0"),
-        _SceneOption("time", texts.index, "N", "which time step, from 0"),
-    )
-}
-
-
-def add_volume_options(parser: argparse.ArgumentParser, *, in_scene_file: bool = False) -> None:
-    """VOLUME and how to read it, but for the spacing, which is a scene option; a scene file may name it instead."""
-    formats = "NRRD, NIfTI, MetaImage, DICOM folder, TIFF, MRC, VTI, NPY, RAW"
-    if in_scene_file:
-        parser.add_argument("volume", metavar="VOLUME", nargs="?", help=f"{formats}; or the scene file's `volume`")
-    else:
-        parser.add_argument("volume", metavar="VOLUME", help=formats)
-    group = parser.add_argument_group("reading the volume")
-    for option in _READING.values():
-        option.add_to(group)
 
 
 def add_scene_options(parser: argparse.ArgumentParser) -> None:
@@ -214,18 +175,6 @@ def add_scene_options(parser: argparse.ArgumentParser) -> None:
             group.add_argument("--scene", metavar="FILE.toml", help="scene file")
         for option in members:
             option.add_to(group)
-
-
-def load_volume(arguments: argparse.Namespace, spacing: tuple[float, float, float] | None) -> Volume:
-    """The volume that the arguments name; `spacing` overrides the file's."""
-    from texvol.readers import load
-
-    return load(arguments.volume, spacing=spacing, **_told(vars(arguments)))
-
-
-def _told(given: Mapping[str, Any]) -> dict[str, Any]:
-    """What is said of how the volume is read."""
-    return {name: given[name] for name in _READING if given.get(name) is not None}
 
 
 class SceneOptions:
@@ -249,12 +198,12 @@ class SceneOptions:
     def __init__(self, arguments: argparse.Namespace) -> None:
         given = {name.replace("_", "-"): value for name, value in vars(arguments).items()}
         line = {name: given[name] for name in _SCENE_OPTIONS if name in given}
-        file, self._reading = {}, {"volume": given.get("volume")} | _told(given)
+        file, self._reading = {}, {"volume": given.get("volume")} | reading.chosen(given)
         if arguments.scene is not None:
-            content = scene_file.read(arguments.scene, _SCENE_OPTIONS, _READING)
+            content = scene_file.read(arguments.scene, _SCENE_OPTIONS, reading.READING)
             file = lit.with_head_light(content.chosen)
             if self._reading["volume"] is None:
-                self._reading = content.reading | _told(given)
+                self._reading = content.reading | reading.chosen(given)
         chosen = self._chosen = lit.with_head_light(lit.overridden(file, line))
         self.size: tuple[int, int] = chosen.get("size", DEFAULT_SIZE)
         if min(self.size) < 1:
@@ -288,19 +237,52 @@ class SceneOptions:
             raise InputError("VOLUME is required: give it, or name it in the scene file (volume = …)")
         return str(path)
 
+    @property
+    def all_times(self) -> bool:
+        """Whether every time step is to be drawn."""
+        return self._reading.get("time") == texts.ALL
+
+    @property
+    def chose_view(self) -> bool:
+        """Whether it was said where the camera is, or how much it sees."""
+        return "eye" in self._chosen or "height" in self._chosen
+
+    @property
+    def annotation(self) -> Annotation:
+        """What is drawn into pictures that are looked at."""
+        chosen = self._chosen
+        further = {"value_name": chosen.get("value-name", ""), "font": chosen.get("font")}
+        return Annotation.of(chosen.get("annotate", ()), chosen.get("title"), **further)
+
     def load(self) -> Volume:
-        """The volume, read as it was said."""
+        """The volume, read as it was said.
+
+        Raises
+        ------
+        InputError
+            If that is every time step.
+        """
         from texvol.readers import load
 
-        return load(self.volume, spacing=self.spacing, **_told(self._reading))
+        return load(self.volume, spacing=self.spacing, **reading.told(self._reading))
 
-    def scene(self, volume: Volume, *, orbit: bool = False) -> Scene:
-        """The scene that the options make of `volume`; its camera frames one picture, or all of an orbit."""
+    def series(self) -> TimeSeries:
+        """All time steps of the volume, read as it was said."""
+        from texvol.readers import TimeSeries
+
+        told = {name: value for name, value in reading.chosen(self._reading).items() if name != "time"}
+        return TimeSeries(self.volume, spacing=self.spacing, **told)
+
+    def scene(self, volume: Volume, *, orbit: bool = False, adapting_to: Volume | None = None) -> Scene:
+        """The scene that the options make of `volume`; its camera frames one picture, or all of an orbit.
+
+        A transfer function adapts to the values of `adapting_to`, where there is another volume for that.
+        """
         chosen = self._chosen
         framing = turning.framing if orbit else Camera.framing
         return Scene(
             volume,
-            self._transfer_function(volume),
+            self._transfer_function(adapting_to or volume),
             framing(
                 volume,
                 chosen.get("projection", "orthographic"),

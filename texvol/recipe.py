@@ -9,6 +9,7 @@ from texvol import accuracy
 from texvol.camera import Camera
 from texvol.cells import Shown
 from texvol.light_uniforms import casts_shadows
+from texvol.lighting import Lighting
 from texvol.projection import NO_MATTER, Isovalue
 from texvol.scene import Scene
 from texvol.shaded_samples import seen_from
@@ -42,6 +43,14 @@ def shown_of(scene: Scene, transfer_function: TransferFunction) -> tuple[Shown, 
     if scene.isovalue is not None:
         return Isovalue(scene.isovalue), 0
     return transfer_function, scene.gradient.reach if transfer_function.needs_gradient else 0
+
+
+def color_scale_of(scene: Scene, transfer_function: TransferFunction) -> float:
+    """What colours are multiplied with while a picture is drawn, surfaces' colours included."""
+    brightest = 0.0
+    if scene.geometry:
+        brightest = max((scene.lighting or Lighting()).brightest, 1.0)
+    return accuracy.color_scale(scene.volume, transfer_function, scene.lighting, brightest)
 
 
 def texels_of(

@@ -75,9 +75,11 @@ def draw(
     volume, camera = drawing.volume, drawing.camera
     per_stack = drawing.baked.slabs_per_stack
     parts = {brick: part for brick in textures.bricks if (part := visible_part(brick)) is not None}
-    for brick in bricks.visibility_order(parts, volume, camera):
-        stacks = slicing.slab_stacks(volume, camera, drawing.slab_thickness, drawing.size, per_stack, parts[brick])
-        compositor.draw(drawing, brick, stacks, textures.resources(brick))
+    # Surfaces cut the rays into stretches, and stand between one and the next.
+    for stretch in drawing.surfaces.stretches(drawing, compositor) if drawing.surfaces else (drawing,):
+        for brick in bricks.visibility_order(parts, volume, camera):
+            stacks = slicing.slab_stacks(volume, camera, drawing.slab_thickness, drawing.size, per_stack, parts[brick])
+            compositor.draw(stretch, brick, stacks, textures.resources(brick))
     compositor.finish()
     return len(parts)
 

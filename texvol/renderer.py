@@ -19,12 +19,13 @@ from texvol.contexts import open_context
 from texvol.display import NUMBER_MODES
 from texvol.empty_space import EmptySpace
 from texvol.errors import AccuracyWarning, InputError
+from texvol.geometry.drawn import DrawnGeometry
 from texvol.light_uniforms import casts_shadows
 from texvol.modelled import modelled
 from texvol.projection import depth_of, projection_of
-from texvol.recipe import Settings, shown_of, stored_scene, texels_of
+from texvol.recipe import Settings, color_scale_of, shown_of, stored_scene, texels_of
 from texvol.render import VisiblePart, bake, draw, over_background
-from texvol.scene import Scene, checked_size
+from texvol.scene import Scene
 from texvol.shadows import Shadows
 from texvol.texture_memory import default_budget
 from texvol.texture_store import BakedTexture, TextureStore, same
@@ -65,6 +66,7 @@ class Renderer:
             self._budget = int(texture_memory * 1e6) if texture_memory else default_budget(self._context)
             self._textures = TextureStore(self._context, self._budget)
             self._shadows = Shadows(self._context, self._budget)
+            self._geometry = DrawnGeometry(self._context)
             self._bricks_drawn = 0
         self._proposed: tuple[Any, TransferFunction] | None = None
         self._baked: tuple[tuple[Any, ...], BakedTexture] | None = None
@@ -116,7 +118,7 @@ class Renderer:
         InputError
             If an argument is out of range, or the volume or the picture too large for the driver.
         """
-        size = self._checked_size(size)
+        size = self._compositor.checked_size(size)
         if texture_format not in ("auto", *slab_texture.TEXEL_FORMATS):
             raise InputError(f"texture format is auto, rgba8, rgba16f or rgba32f, and not {texture_format!r}")
         wanted = accuracy.checked(scene.volume, slab_thickness, sampling_rate, max_error)
@@ -135,7 +137,7 @@ class Renderer:
     def depth(self) -> NDArray[np.float64]:
         """Depth of the last picture's isosurface, shape (height, width): along the view from the plane of the eye.
 
-        In world units; infinite where a ray meets no surface.
+        In world units; infinite where a ray meets no surface. Geometry that stands in front of it does not count.
 
         Raises
         ------
@@ -191,6 +193,7 @@ class Renderer:
             self._textures.release()
             self._empty_space.release()
             self._shadows.release()
+            self._geometry.release()
             self._compositor.release()
         self._context.release()
 
@@ -239,7 +242,7 @@ class Renderer:
             scene.camera_for(size),
             settings.slab_thickness,
             size,
-            1.0 if projection else accuracy.color_scale(scene.volume, self._transfer_function(scene), scene.lighting),
+            1.0 if projection else color_scale_of(scene, self._transfer_function(scene)),
             settings.early_termination / max(scene.lighting.brightest if scene.lighting else 1.0, 1.0),
             leaps,
             self._empty_space.cells_per_box if leaps else (1.0, 1.0, 1.0),
@@ -248,6 +251,7 @@ class Renderer:
             projection=projection,
             arriving=self._shadows.texture if casts_shadows(lighting) else None,
             cutting=scene.cutting,
+            surfaces=None if depth else self._geometry.prepare(scene, size, settings.slab_thickness),
         )
 
     def _visible_part(self, scene: Scene, settings: Settings) -> VisiblePart:
@@ -362,13 +366,6 @@ class Renderer:
         if self._proposed is None or self._proposed[0] is not scene.volume:
             self._proposed = (scene.volume, proposed_for(scene.volume))
         return self._proposed[1]
-
-    def _checked_size(self, size: Size) -> Size:
-        width, height = checked_size(size)
-        largest = self._compositor.largest_picture
-        if not (width <= largest and height <= largest):
-            raise InputError(f"size {width}x{height}: a picture has 1 to {largest} pixels along each side here")
-        return width, height
 
     @contextmanager
     def _textures_set_aside(self, scene: Scene, instead: TextureStore | None) -> Iterator[None]:

@@ -11,6 +11,8 @@ import numpy as np
 from texvol.camera import Camera
 from texvol.cutting import ClipPlane, Cutting, Range, checked_crop
 from texvol.errors import InputError
+from texvol.geometry import Lines, Mesh
+from texvol.geometry.shapes import checked_geometry
 from texvol.gradient import CENTRAL, Estimator
 from texvol.lighting import DepthCue, Lighting
 from texvol.transfer import TransferFunction
@@ -54,6 +56,8 @@ class Scene:
         Only what lies in this box is seen; world units.
     caps : bool
         Whether matter that clip planes and crop box cut open is opaque where they do, in the colour that it has there.
+    geometry : sequence of Mesh and Lines
+        Surfaces and lines that stand in the volume, or beside it; in mode composite and isosurface.
     """
 
     volume: Volume
@@ -69,6 +73,7 @@ class Scene:
     clip: tuple[ClipPlane, ...] = ()
     crop: tuple[Range, Range, Range] | None = None
     caps: bool = False
+    geometry: tuple[Mesh | Lines, ...] = ()
 
     def __post_init__(self) -> None:
         if not isinstance(self.volume, Volume):
@@ -84,6 +89,7 @@ class Scene:
         self._check_isovalue()
         self._check_matter()
         self._check_cutting()
+        self._check_geometry()
 
     @property
     def cutting(self) -> Cutting:
@@ -113,6 +119,14 @@ class Scene:
             object.__setattr__(self, "crop", checked_crop(self.crop))
         if self.caps and self.mode != "composite":
             raise InputError(f"scene: caps are of matter, in mode composite, and the mode is {self.mode}")
+
+    def _check_geometry(self) -> None:
+        object.__setattr__(self, "geometry", checked_geometry(self.geometry))
+        if self.geometry and self.mode not in ("composite", "isosurface"):
+            raise InputError(
+                f"scene: geometry stands among matter, in mode composite, or beside an isosurface, and the mode is "
+                f"{self.mode}, whose pictures hold numbers"
+            )
 
     def _check_matter(self) -> None:
         matter = self.transfer_function

@@ -23,6 +23,7 @@ from texvol.slab_texture import TEXEL_FORMATS
 _NUMBER = (int, float)
 # How a volume is read again, and of which type that is.
 SOURCE: dict[str, Any] = {"path": str, "absolute": str, "shape": list, "dtype": str, "series": str, "spacing": list}
+SOURCE |= {"variable": str, "resolution": list}
 SOURCE |= {"channel": int, "time": int, "built_in": str, "samples": int}
 _SETTINGS: dict[str, Any] = {
     each.name: {"float": _NUMBER, "str": str, "bool": bool}[str(each.type)] for each in fields(Settings)
@@ -48,7 +49,7 @@ def settings(content: Any) -> dict[str, Any]:
 def source(content: Any) -> dict[str, Any]:
     """Where a volume comes from, and arguments of `texvol.load`."""
     found = _of_types(content, SOURCE)
-    for key, kind in (("shape", (int,)), ("spacing", _NUMBER)):
+    for key, kind in (("shape", (int,)), ("resolution", (int,)), ("spacing", _NUMBER)):
         if key in found and not (len(found[key]) == 3 and all(type(each) in kind for each in found[key])):
             raise InputError(f"{key} is three numbers, and not {quoted(found[key])}")
     return found

@@ -62,8 +62,9 @@ def content_of(scene: Scene, value_name: str, window: Window | None, use_transfe
             from texvol.transfer import proposed_for
 
             transfer = proposed_for(scene.volume)
-        entries: tuple[tuple[str, Numbers | None], ...] = tuple((each, None) for each in transfer.materials)
-        return Content(name, _matter(transfer, scene.volume), entries)
+        looks: tuple[Numbers | None, ...] = tuple(np.array(color) for color in transfer.material_colors)
+        looks = looks or (None,) * len(transfer.materials)
+        return Content(name, _matter(transfer, scene.volume), tuple(zip(transfer.materials, looks, strict=True)))
     if value_name.strip():
         caption = value_name.strip() + (f" × {scene.volume.unit or 'length'}" if scene.mode == "xray" else "")
     else:

@@ -18,6 +18,7 @@ Point = tuple[float, float]  # pixels from the upper left corner of the picture 
 Size = tuple[int, int]  # (width, height)
 # Half of a pixel's shadow on a direction (a, b) is (a + b) / 2, at most √½: beyond that lies nothing of it.
 _BEYOND = 0.75
+_LEVEL = 1e-12  # pixels from end to end that are none
 _LEAST = 1e-6  # of a direction's parts, so that they divide; the coverage is off by no more
 
 
@@ -138,7 +139,7 @@ def _within(
     first, last = 0.0, 1.0
     for axis, count in enumerate(size):
         low, high = -margin - start[axis], count + margin - start[axis]
-        if way[axis] == 0:
+        if abs(way[axis]) < _LEVEL:
             if low > 0 or high < 0:
                 return None
             continue

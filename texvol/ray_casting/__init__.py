@@ -16,7 +16,7 @@ of a cubic that trilinear filtering makes lies outside the range of the samples,
 
 Light, depth cues and matter that depends on the gradient make no polynomials: `lit_scene`, `lit_walk` and `collocation`
 integrate those in stretches that are halved until they agree; `shadows` finds what is left of the lights. The other
-modes are in `projection`.
+modes are in `projection`. Geometry cuts rays into stretches, see `surfaces`.
 
 Read on in `walk` (from cell to cell), `cells` (through one), `matter` (what a piece does to the light) and
 `bernstein` (the polynomials). None of it is shared with the renderer, but for the scene and the camera's rays.
@@ -32,7 +32,7 @@ from numpy.typing import NDArray
 
 from texvol.camera import Camera
 from texvol.ray_casting.bernstein import EPSILON
-from texvol.ray_casting.caps import put_in_front, thin_ends
+from texvol.ray_casting.caps import caps_within, put_in_front, thin_ends
 from texvol.ray_casting.matter import matter_of
 from texvol.ray_casting.walk import trace_rays
 from texvol.scene import Scene, checked_size
@@ -72,19 +72,45 @@ def raycast(scene: Scene, size: tuple[int, int] = (512, 512)) -> NDArray[np.floa
     eyes, directions = camera.rays(size)
     picture = np.zeros((height, width, 4))
 
+    trace_between = _between_surfaces(scene, camera, size)
+
     def trace_rows(rows: slice) -> None:
         starts, steps, s_of_eyes, ends = rays_of(scene, eyes[rows], directions[rows])
-        trace(starts, steps, ends, s_of_eyes, directions[rows], picture[rows])
-        if scene.cutting.caps:
-            caps = np.zeros_like(picture[rows])
-            trace(starts, steps, thin_ends(scene, starts, steps, ends, s_of_eyes), s_of_eyes, directions[rows], caps)
-            put_in_front(caps, picture[rows])
+        thin = thin_ends(scene, starts, steps, ends, s_of_eyes) if scene.cutting.caps else None
+
+        def trace_stretch(stretch: Numbers, part: Numbers) -> None:
+            trace(starts, steps, stretch, s_of_eyes, directions[rows], part)
+            if thin is not None:
+                caps = np.zeros_like(part)
+                trace(starts, steps, caps_within(thin, stretch), s_of_eyes, directions[rows], caps)
+                put_in_front(caps, part)
+
+        trace_between(rows, ends, trace_stretch, picture[rows])
 
     over_rows(trace_rows, height)
     optical_depth = picture[..., 3].copy()
     picture[..., :3] += np.exp(-optical_depth)[..., np.newaxis] * np.array(scene.background)
     picture[..., 3] = -np.expm1(-optical_depth)  # 1 - exp(-1e-17) would be 0
     return picture
+
+
+def _between_surfaces(
+    scene: Scene, camera: Camera, size: tuple[int, int]
+) -> Callable[[slice, Numbers, Callable[[Numbers, Numbers], None], Numbers], None]:
+    """What has stretches of rows traced: the whole way where there are no surfaces, or from one to the next."""
+    if not scene.geometry:
+        return lambda rows, ends, trace_stretch, picture: trace_stretch(ends, picture)
+    from texvol.ray_casting import surfaces
+
+    layers = surfaces.surface_layers(scene, camera, size)
+
+    def trace_between(
+        rows: slice, ends: Numbers, trace_stretch: Callable[[Numbers, Numbers], None], picture: Numbers
+    ) -> None:
+        of_rows = [surfaces.Layer(layer.s[rows], layer.color[rows]) for layer in layers]
+        surfaces.trace_between(of_rows, ends, trace_stretch, picture)
+
+    return trace_between
 
 
 def over_rows(trace_rows: Callable[[slice], None], height: int) -> None:

@@ -26,6 +26,13 @@ def thin_ends(scene: Scene, starts: Numbers, steps: Numbers, ends: Numbers, eyes
     return np.stack([first, np.where(is_cut_open, np.minimum(first + short, last), -np.inf)], axis=-1)
 
 
+def caps_within(thin: Numbers, stretch: Numbers) -> Numbers:
+    """Those of `thin_ends` that begin in a stretch of the ray, between its ends."""
+    first, last = thin[..., 0], thin[..., 1]
+    begins = (first >= stretch[..., 0]) & (first < stretch[..., 1])
+    return np.stack([first, np.where(begins, last, -np.inf)], axis=-1)
+
+
 def put_in_front(caps: Numbers, picture: Numbers) -> None:
     """Replace what lies behind caps; both hold light and, in the last channel, optical depth."""
     met = caps[..., 3] > 0

@@ -58,7 +58,13 @@ def project(scene: Scene, size: tuple[int, int] = (512, 512)) -> NDArray[np.floa
     rays, numbers = _traced(scene, camera, size)
     number, way = numbers[..., 0], numbers[..., 1]
     if scene.mode == "isosurface":
-        return _surface_picture(scene, camera, rays, number, way >= 0)
+        picture = _surface_picture(scene, camera, rays, number, way >= 0)
+        if scene.geometry:
+            from texvol.ray_casting.surfaces import put_before, surface_layers
+
+            until = np.where(way >= 0, number, np.inf)
+            put_before(surface_layers(scene, camera, size), until, picture)
+        return picture
     if scene.mode == "average":
         number = np.divide(number, way, out=np.zeros_like(number), where=way > 0)
     picture = np.zeros((*way.shape, 4))

@@ -43,7 +43,8 @@ What the numbers stand for:
               unit of length that do not depend on the extinction,
               or "premultiplied": likewise, but of matter that reflects light; a point of opacity 1 has its `color`
 
-"material_names" are the names of materials that have become points, as `TransferFunction.as_json` writes them.
+"material_names" and "material_colors" are the names and colours of materials that have become points, as
+`TransferFunction.as_json` writes them.
 """
 
 from __future__ import annotations
@@ -67,7 +68,7 @@ from texvol.volume import Volume
 _MOST_BYTES = 64 << 20  # some million points; more is no transfer function
 _CHOICES = CHOICES | {"emission": ("associated", "emissive", "premultiplied")}
 _PARTS = ("points", "materials", "contours", "boundaries", "graded")
-_KEYS = {*_PARTS, *_CHOICES, "show", "gradient", "material_names"}
+_KEYS = {*_PARTS, *_CHOICES, "show", "gradient", "material_names", "material_colors"}
 
 
 def load(
@@ -147,7 +148,7 @@ def _from_content(content: Any, name: str, volume: Volume | None, asked: Sequenc
     if plain or points is None:
         values, colors, extinctions = mixture(plain, points)
         points = TransferFunction(values, colors, extinctions, name=name, premultiplied=bool(plain))
-    names = [each.name for each in materials if each in shown or each.name in referred]
+    named = [each for each in materials if each in shown or each.name in referred]
     return TransferFunction(
         points.values,
         points.colors,
@@ -158,7 +159,8 @@ def _from_content(content: Any, name: str, volume: Volume | None, asked: Sequenc
         parsing.modulation(content, units),
         tuple(graded),
         tuple(contours),
-        tuple(names or _names(content, "material_names")),
+        tuple([each.name for each in named] or _names(content, "material_names")),
+        tuple([each.color for each in named] or parsing.colors(content, "material_colors")),
     )
 
 

@@ -66,6 +66,8 @@ class TransferFunction:
         Further matter, which depends on the gradient.
     materials : sequence of str
         Names of the materials that it is made of, where it was made of some.
+    material_colors : sequence of (r, g, b)
+        Their straight colours, in [0, 1]; none, or as many as there are names.
 
     Raises
     ------
@@ -83,11 +85,12 @@ class TransferFunction:
     graded: tuple[Graded, ...] = ()
     contours: tuple[Contour, ...] = ()
     materials: tuple[str, ...] = ()
+    material_colors: tuple[tuple[float, float, float], ...] = ()
 
     def __post_init__(self) -> None:
         for field in ("values", "colors", "extinctions"):
             object.__setattr__(self, field, np.array(getattr(self, field), dtype=np.float64))
-        for field in ("graded", "contours", "materials"):
+        for field in ("graded", "contours", "materials", "material_colors"):
             object.__setattr__(self, field, tuple(getattr(self, field)))
         count = self.values.shape[0] if self.values.ndim == 1 else 0
         if count == 0:
@@ -98,6 +101,10 @@ class TransferFunction:
                 f"and have {self.colors.shape} and {self.extinctions.shape}"
             )
         self._check_numbers()
+        if self.material_colors and len(self.material_colors) != len(self.materials):
+            raise InputError(
+                f"{self.name}: {len(self.materials)} names of materials have {len(self.material_colors)} colours"
+            )
         if self.modulation is not None:
             object.__setattr__(self, "modulation", _modulation(self.modulation, self.name))
 

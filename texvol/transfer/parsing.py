@@ -208,6 +208,19 @@ def modulation(content: dict[str, Any], units: Units) -> NDArray[np.float64] | N
     return np.array(rows) * [units.per_gradient, 1.0]
 
 
+def colors(content: dict[str, Any], key: str) -> list[tuple[float, float, float]]:
+    """The list of straight colours under a key; none where there is no such key."""
+    things = content.get(key, [])
+    if not isinstance(things, list):
+        raise InputError(f"{key} is a list of colours, and not {things!r}")
+    found = []
+    for place, each in enumerate(things):
+        red, green, blue = _numbers(each, 3, f"{key}: entry {place}", "three numbers")
+        _check_straight((red, green, blue), f"{key}: entry {place}")
+        found.append((red, green, blue))
+    return found
+
+
 def _numbers(things: Any, count: int, what: str, wanted: str) -> list[float]:
     if not isinstance(things, list) or len(things) != count:
         raise InputError(f"{what} is {wanted}, and not {things!r}")

@@ -45,6 +45,8 @@ def content_of(function: TransferFunction) -> dict[str, Any]:
         ]
     if function.materials:
         content["material_names"] = list(function.materials)
+    if function.material_colors:
+        content["material_colors"] = [list(color) for color in function.material_colors]
     return content
 
 

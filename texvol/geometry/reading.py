@@ -1,0 +1,161 @@
+"""Mesh files to Meshes: PLY, STL and OBJ through trimesh, VTP through our own reader of VTK's XML.
+
+Faces of more than three corners become fans of triangles, several objects of a file one mesh. Normals at the vertices
+make it smooth; those of STL belong to triangles, which are flat anyway. Colours and textures are not read.
+"""
+
+from __future__ import annotations
+
+import os
+import stat
+import warnings
+from collections.abc import Mapping
+from typing import Any, BinaryIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.errors import InputError, TexvolError, missing_extra
+from texvol.geometry.shapes import MESH_COLOR, Mesh
+from texvol.readers import _silent_libraries
+from texvol.readers.samples import FileFault, check_size
+from texvol.terminal import one_line
+
+FORMATS = {".ply": "PLY", ".stl": "STL", ".obj": "OBJ", ".vtp": "VTP"}
+READ = "PLY, STL, OBJ, VTP"
+# What text takes in memory while it becomes numbers: a Python string and its place in a list for each few characters.
+_BYTES_PER_BYTE = 16
+_STL_HEADER, _STL_TRIANGLE = 84, 50  # bytes
+
+Parts = dict[str, NDArray]  # vertices, faces of at least three corners, and normals if there are any
+
+
+def load_mesh(
+    path: str | os.PathLike[str],
+    *,
+    color: tuple[float, float, float] | None = None,
+    opacity: float = 1.0,
+    lit: bool = True,
+) -> Mesh:
+    """The mesh that a PLY, STL, OBJ or VTP file holds, in its own coordinates, named after it.
+
+    Raises
+    ------
+    InputError
+        If the file can't be read as what its name says; one line that names the file and the fault.
+    MissingExtraError
+        If trimesh is not installed.
+    """
+    name = os.fspath(path)
+    kind = FORMATS.get(os.path.splitext(name)[1].lower())
+    if kind is None:
+        raise InputError(f"{name}: is no mesh that texvol reads, by its name; it reads {READ}")
+    try:
+        parts = _read(kind, name)
+        look: dict[str, Any] = {"color": MESH_COLOR if color is None else color, "opacity": opacity, "lit": lit}
+        return Mesh(parts["vertices"], parts["faces"], normals=parts.get("normals"), name=name, **look)
+    except FileFault as fault:
+        raise InputError(f"{name}: {one_line(fault)}") from None
+    except TexvolError:
+        raise
+    except OSError as error:
+        raise InputError(f"{name}: cannot be read: {one_line(error.strerror or error)}") from error
+    except MemoryError as error:
+        raise InputError(f"{name}: reading it asks for more memory than there is") from error
+    except ImportError as error:
+        raise missing_extra(error.name or str(error), "geometry", f"{name}: reading {kind}") from error
+    except Exception as error:  # whatever a library raises on a file that it can't make sense of
+        raise InputError(f"{name}: cannot be read as {kind}: {one_line(str(error) or type(error).__name__)}") from error
+
+
+def _read(kind: str, path: str) -> Parts:
+    about = os.stat(path)
+    if not stat.S_ISREG(about.st_mode):
+        raise FileFault("is a folder" if stat.S_ISDIR(about.st_mode) else "is not a regular file")
+    if not about.st_size:
+        raise FileFault("is empty")
+    check_size([about.st_size], _BYTES_PER_BYTE)
+    if kind == "VTP":
+        from texvol.geometry import vtp
+
+        return vtp.read(path)
+    with open(path, "rb") as file, _silent_libraries():
+        # Where a number is misspelled numpy once only warned, and left out the rest.
+        warnings.filterwarnings("error", message="string or file could not be read")
+        return {"PLY": _ply, "STL": _stl, "OBJ": _obj}[kind](file)
+
+
+def _ply(file: BinaryIO) -> Parts:
+    from trimesh.exchange.ply import load_ply
+
+    if file.read(3) != b"ply":
+        raise FileFault("is named as PLY, and is none")
+    file.seek(0)
+    loaded = load_ply(file, fix_texture=False, skip_materials=True)
+    elements = loaded["metadata"]["_ply_raw"]
+    for name in ("vertex", "face"):
+        said, held = elements.get(name, {}).get("length", 0), _rows(elements.get(name, {}).get("data"))
+        if held < said:
+            raise FileFault(f"is truncated: its header says {said} of element {name}, and {held} are there")
+    return _parts(loaded)
+
+
+def _rows(data: Any) -> int:
+    if data is None:
+        return 0
+    return min(map(len, data.values()), default=0) if isinstance(data, dict) else len(data)
+
+
+def _stl(file: BinaryIO) -> Parts:
+    from trimesh.exchange.stl import load_stl
+
+    start = file.read(_STL_HEADER)
+    size = os.fstat(file.fileno()).st_size
+    triangles = int.from_bytes(start[_STL_HEADER - 4 :], "little")
+    if len(start) < _STL_HEADER or size != _STL_HEADER + _STL_TRIANGLE * triangles:
+        # Not of the binary kind, so it has to be text.
+        file.seek(0)
+        lines = [line.strip().lower() for line in file]
+        begun, ended = (sum(line.startswith(word) for line in lines) for word in (b"solid", b"endsolid"))
+        if not begun:
+            held = max(size - _STL_HEADER, 0) // _STL_TRIANGLE
+            raise FileFault(f"is truncated or no STL: its header says {triangles} triangles, and there may be {held}")
+        if begun != ended:
+            raise FileFault("is truncated: it has a solid without an end")
+    file.seek(0)
+    return _parts(load_stl(file))
+
+
+def _obj(file: BinaryIO) -> Parts:
+    from trimesh.exchange.obj import load_obj
+
+    if b"\0" in file.read(1024):
+        raise FileFault("is named as OBJ, and is no text")
+    file.seek(0)
+    return _parts(load_obj(file, skip_materials=True, group_material=False, maintain_order=True))
+
+
+def _parts(loaded: Mapping[str, Any]) -> Parts:
+    """One mesh of what trimesh has loaded, which may be several."""
+    meshes = list(loaded["geometry"].values()) if "geometry" in loaded else [loaded]
+    meshes = [mesh for mesh in meshes if mesh.get("faces") is not None and len(mesh["faces"])]
+    if not meshes:
+        raise FileFault("holds no triangles")
+    firsts = np.cumsum([0, *(len(mesh["vertices"]) for mesh in meshes)])
+    for mesh in meshes:
+        faces = np.asarray(mesh["faces"])
+        if faces.min() < 0 or faces.max() >= len(mesh["vertices"]):
+            raise FileFault(f"has a face with corner {faces.max()}, and there are {len(mesh['vertices'])} vertices")
+    triangles = [fans(np.asarray(mesh["faces"])) + first for mesh, first in zip(meshes, firsts, strict=False)]
+    parts = {"vertices": np.concatenate([mesh["vertices"] for mesh in meshes]), "faces": np.concatenate(triangles)}
+    if all(mesh.get("vertex_normals") is not None for mesh in meshes):
+        parts["normals"] = np.concatenate([mesh["vertex_normals"] for mesh in meshes])
+    return parts
+
+
+def fans(faces: NDArray) -> NDArray[np.int64]:
+    """Triangles (…, 3) of faces (n, corners) of at least three corners each."""
+    if faces.ndim != 2 or faces.shape[1] < 3:
+        raise FileFault("has faces of fewer than three corners")
+    corners = [faces[:, [0, i, i + 1]] for i in range(1, faces.shape[1] - 1)]
+    return np.stack(corners, axis=1).reshape(-1, 3).astype(np.int64)

@@ -1,0 +1,130 @@
+"""VTP: VTK's polygons, XML around the same arrays as VTI's; read and written here, since no light library does either.
+
+Polygons and strips of triangles are read, of all pieces. Lines and single points are no surface and are left out.
+"""
+
+from __future__ import annotations
+
+import base64
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from texvol.geometry.shapes import Mesh
+from texvol.readers.samples import FileFault
+from texvol.readers.vti import _document, _type
+from texvol.readers.vti_arrays import Appended, read_array
+
+_MOST = 2**40  # of points or polygons of a piece
+
+
+def read(path: str) -> dict[str, NDArray]:
+    """Vertices, faces and, if all pieces have them, normals."""
+    root, appended = _document(path)
+    data = root.find("PolyData")
+    if root.tag != "VTKFile" or root.get("type") != "PolyData" or data is None:
+        raise FileFault(f"is VTK XML of type {root.get('type')}, and PolyData is read")
+    pieces = [_Piece(piece, root, appended) for piece in data.findall("Piece")]
+    parts: list[dict[str, NDArray]] = []
+    first = 0
+    for piece in pieces:
+        faces = piece.faces()
+        if len(faces):
+            part = {"vertices": piece.points(), "faces": faces + first}
+            normals = piece.normals()
+            parts.append(part if normals is None else part | {"normals": normals})
+            first += len(part["vertices"])
+    if not parts:
+        raise FileFault("holds no polygons")
+    names = set.intersection(*(set(part) for part in parts))
+    return {name: np.concatenate([part[name] for part in parts]) for name in names}
+
+
+class _Piece:
+    def __init__(self, piece: ElementTree.Element, root: ElementTree.Element, appended: Appended | None) -> None:
+        self._piece, self._root, self._appended = piece, root, appended
+        self._points = self._count("NumberOfPoints")
+
+    def points(self) -> NDArray:
+        array = self._piece.find("Points/DataArray")
+        if array is None:
+            raise FileFault("has a piece without points")
+        return self._numbers(array, [self._points, 3])
+
+    def normals(self) -> NDArray | None:
+        """Of the points; None where there are none."""
+        data = self._piece.find("PointData")
+        named = {array.get("Name"): array for array in (data.findall("DataArray") if data is not None else ())}
+        array = named.get(data.get("Normals") if data is not None else None)
+        return None if array is None else self._numbers(array, [self._points, 3])
+
+    def faces(self) -> NDArray[np.int64]:
+        """Triangles of polygons, as fans, and of strips."""
+        triangles = [np.empty((0, 3), np.int64)]
+        for name, is_strip in (("Polys", False), ("Strips", True)):
+            count = self._count(f"NumberOf{name}")
+            if count:
+                triangles.append(self._triangles(name, count, is_strip))
+        faces = np.concatenate(triangles)
+        if faces.size and not (faces.min() >= 0 and faces.max() < self._points):
+            raise FileFault(f"has a polygon with corner {faces.max()}, and there are {self._points} points")
+        return faces
+
+    def _triangles(self, name: str, count: int, is_strip: bool) -> NDArray[np.int64]:
+        arrays = {array.get("Name"): array for array in self._piece.findall(f"{name}/DataArray")}
+        if not {"connectivity", "offsets"} <= set(arrays):
+            raise FileFault(f"its {name} lack connectivity or offsets")
+        ends = self._numbers(arrays["offsets"], [count]).astype(np.int64)
+        sizes = np.diff(ends, prepend=0)
+        if not (sizes >= 0).all() or ends[-1] > _MOST:
+            raise FileFault(f"the offsets of its {name} don't grow")
+        corners = self._numbers(arrays["connectivity"], [int(ends[-1])]).astype(np.int64)
+        # Triangle t of a polygon of k corners, of k - 2.
+        of_each = np.maximum(sizes - 2, 0)
+        start = np.repeat(ends - sizes, of_each)
+        step = np.arange(len(start)) - np.repeat(np.cumsum(of_each) - of_each, of_each)
+        if is_strip:
+            odd = step % 2  # every other triangle of a strip goes the other way round
+            places = start + step + odd, start + step + 1 - odd, start + step + 2
+        else:
+            places = start, start + step + 1, start + step + 2
+        return np.stack([corners[place] for place in places], axis=1)
+
+    def _count(self, name: str) -> int:
+        count = int(self._piece.get(name, 0))
+        if not 0 <= count <= _MOST:
+            raise FileFault(f"its {name} is {count}")
+        return count
+
+    def _numbers(self, array: ElementTree.Element, sizes: list[int]) -> NDArray:
+        dtype, components = _type(array, self._root)
+        if len(sizes) > 1 and components != sizes[1]:
+            raise FileFault(f"its array {array.get('Name')!r} has {components} components, and 3 are wanted")
+        return read_array(array, self._root, self._appended, dtype, sizes)
+
+
+def encoded(mesh: Mesh) -> bytes:
+    """The bytes of a file that holds a mesh, in float64."""
+    file = ElementTree.Element(
+        "VTKFile", type="PolyData", version="1.0", byte_order="LittleEndian", header_type="UInt64"
+    )
+    counts = {"NumberOfPoints": str(len(mesh.vertices)), "NumberOfPolys": str(len(mesh.triangles))}
+    piece = ElementTree.SubElement(ElementTree.SubElement(file, "PolyData"), "Piece", counts)
+    _put(ElementTree.SubElement(piece, "Points"), "Points", mesh.vertices, "f8")
+    if mesh.normals is not None:
+        _put(ElementTree.SubElement(piece, "PointData", Normals="Normals"), "Normals", mesh.normals, "f8")
+    polygons = ElementTree.SubElement(piece, "Polys")
+    _put(polygons, "connectivity", mesh.triangles.reshape(-1), "i8")
+    _put(polygons, "offsets", np.arange(3, 3 * len(mesh.triangles) + 1, 3), "i8")
+    return ElementTree.tostring(file, encoding="utf-8", xml_declaration=True)
+
+
+def _put(parent: ElementTree.Element, name: str, numbers: ArrayLike, code: str) -> None:
+    array = np.ascontiguousarray(numbers, "<" + code)
+    about: dict[str, Any] = {"type": {"f8": "Float64", "i8": "Int64"}[code], "Name": name, "format": "binary"}
+    if array.ndim > 1:
+        about["NumberOfComponents"] = str(array.shape[1])
+    data = ElementTree.SubElement(parent, "DataArray", about)
+    data.text = base64.b64encode(np.uint64(array.nbytes).tobytes() + array.tobytes()).decode("ascii")

@@ -1,0 +1,144 @@
+"""Which rays meet which triangles and lines, one by one; see `surfaces`. Compiled when a scene has geometry."""
+
+from __future__ import annotations
+
+from math import sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.ray_casting.compiling import compiled, compiled_and_kept, sources
+
+_TIE = 2.0**-12  # pixels, see `hits_of_lines`
+
+
+@compiled
+def _edge(point, way, a, b):
+    """The volume way · (a - point) × (b - point), and whether it counts as positive."""
+    ax, ay, az = a[0] - point[0], a[1] - point[1], a[2] - point[2]
+    bx, by, bz = b[0] - point[0], b[1] - point[1], b[2] - point[2]
+    volume = way[0] * (ay * bz - az * by) + way[1] * (az * bx - ax * bz) + way[2] * (ax * by - ay * bx)
+    goes_up = (a[0], a[1], a[2]) < (b[0], b[1], b[2])
+    return volume, volume > 0.0 or (volume == 0.0 and goes_up)
+
+
+@compiled
+def _weights(corners, point, way):
+    """Weights of the corners where a line meets a triangle, not all positive where it doesn't."""
+    at_a, a_side = _edge(point, way, corners[1], corners[2])
+    at_b, b_side = _edge(point, way, corners[2], corners[0])
+    at_c, c_side = _edge(point, way, corners[0], corners[1])
+    total = at_a + at_b + at_c
+    if a_side != b_side or b_side != c_side or total == 0.0:
+        return -1.0, -1.0, -1.0
+    return at_a / total, at_b / total, at_c / total
+
+
+@compiled
+def _along(corner, way):
+    return corner[0] * way[0] + corner[1] * way[1] + corner[2] * way[2]
+
+
+@compiled
+def _distance_along(place, table, radius):
+    """Depth of a line where it is nearest to a place in the picture, negative where that is too far away."""
+    a, b = table[0], table[1]
+    way_x, way_y = b[0] - a[0], b[1] - a[1]
+    # One way along the longer axis, up the picture; rows go down.
+    if (way_x < 0.0) if abs(way_x) >= abs(way_y) else (way_y > 0.0):
+        a, b = table[1], table[0]
+        way_x, way_y = -way_x, -way_y
+    x, y = place[0] - a[0], place[1] - a[1]
+    square = way_x * way_x + way_y * way_y
+    share = min(max((x * way_x + y * way_y) / square, 0.0), 1.0) if square > 0.0 else 0.0
+    weight_a, weight_b = (1.0 - share) * a[2], share * b[2]
+    depth = (weight_a * a[3] + weight_b * b[3]) / (weight_a + weight_b)
+    if 0.0 < share < 1.0:
+        across = (way_y * x - way_x * y) / sqrt(square)
+        return depth if -radius - _TIE <= across < radius - _TIE else -1.0
+    off_x, off_y = x - share * way_x, y - share * way_y
+    return depth if off_x * off_x + off_y * off_y <= radius * radius else -1.0
+
+
+def _finders(sources):
+    @compiled_and_kept
+    def find_triangles(corners, boxes, nearest, directions, keeps, pixels, places, weights, triangles):
+        """How many places there are where rays meet triangles; they themselves, where `keeps`."""
+        sources  # noqa: B018 - see walk
+        count, width = 0, nearest.shape[1]
+        for triangle in range(corners.shape[0]):
+            for row in range(boxes[triangle, 1], boxes[triangle, 3] + 1):
+                for column in range(boxes[triangle, 0], boxes[triangle, 2] + 1):
+                    way = directions[row, column]
+                    a, b, c = _weights(corners[triangle], nearest[row, column], way)
+                    if a < 0.0 or b < 0.0 or c < 0.0:
+                        continue
+                    if keeps:
+                        x = corners[triangle]
+                        pixels[count], triangles[count] = row * width + column, triangle
+                        places[count] = a * _along(x[0], way) + b * _along(x[1], way) + c * _along(x[2], way)
+                        weights[count, 0], weights[count, 1], weights[count, 2] = a, b, c
+                    count += 1
+        return count
+
+    @compiled_and_kept
+    def find_lines(table, boxes, radius, width, keeps, pixels, depths, segments):
+        """The same for lines, in the picture, with depths along the view."""
+        sources  # noqa: B018 - see walk
+        count = 0
+        for segment in range(table.shape[0]):
+            for row in range(boxes[segment, 1], boxes[segment, 3] + 1):
+                for column in range(boxes[segment, 0], boxes[segment, 2] + 1):
+                    depth = _distance_along((float(column), float(row)), table[segment], radius)
+                    if depth < 0.0:
+                        continue
+                    if keeps:
+                        pixels[count], depths[count], segments[count] = row * width + column, depth, segment
+                    count += 1
+        return count
+
+    return find_triangles, find_lines
+
+
+find_triangles, find_lines = _finders(sources())
+
+
+def hits_of_triangles(corners: NDArray, boxes: NDArray, nearest: NDArray, directions: NDArray) -> tuple[NDArray, ...]:
+    """Pixel, s, weights of the corners and number of the triangle, of each place where a ray's line meets one.
+
+    Parameters
+    ----------
+    corners : array of shape (m, 3, 3)
+    boxes : array of shape (m, 4)
+        First column and row, and last, in which a triangle may be met.
+    nearest, directions : arrays of shape (height, width, 3)
+        Rays are nearest + s directions, perpendicular to each other.
+    """
+
+    def found(count: int, keeps: bool) -> tuple[int, tuple[NDArray, ...]]:
+        pixels, triangles = np.empty(count, np.int64), np.empty(count, np.int64)
+        places, weights = np.empty(count), np.empty((count, 3))
+        rays = np.ascontiguousarray(nearest), np.ascontiguousarray(directions)
+        of_all = np.ascontiguousarray(corners), boxes, *rays, keeps
+        return find_triangles(*of_all, pixels, places, weights, triangles), (pixels, places, weights, triangles)
+
+    return found(found(0, False)[0], True)[1]
+
+
+def hits_of_lines(table: NDArray, boxes: NDArray, radius: float, size: tuple[int, int]) -> tuple[NDArray, ...]:
+    """Pixel, depth and number of the line, of each that is met.
+
+    A pixel's middle lies in the band of a line if it is less than `radius` to one side of it, or at most that to the
+    other, both moved by 2^-12 pixels: else rounding would decide between rows that lie exactly on both rims.
+
+    Parameters
+    ----------
+    table : array of shape (m, 2, 4)
+        Column, row, weight and depth of the ends, by which depth in between is interpolated.
+    """
+
+    def found(count: int, keeps: bool) -> tuple[int, tuple[NDArray, ...]]:
+        arrays = np.empty(count, np.int64), np.empty(count), np.empty(count, np.int64)
+        return find_lines(np.ascontiguousarray(table), boxes, float(radius), size[0], keeps, *arrays), arrays
+
+    return found(found(0, False)[0], True)[1]

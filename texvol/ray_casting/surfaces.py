@@ -1,0 +1,262 @@
+"""Surfaces and lines on the oracle's rays: where each ray meets which, in what colour, and the matter between them.
+
+A ray x = p + s w, p perpendicular to w, meets a triangle abc where the volumes w · (b - p) × (c - p) and so on, one for
+each edge, have one sign; they are the weights of the corners, and s is the mean of the corners' x · w with these. What
+neighbours have in common is the same but for the sign, and 0 counts as positive for an edge that goes up in the order
+of its corners' coordinates: so a ray through an edge meets one of two. A line is met where the middle of the pixel is
+near enough to it in the picture. All in float64, and shared with nothing that draws.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.camera import Camera
+from texvol.geometry import Lines, Mesh
+from texvol.geometry.appearance import surface_lighting
+from texvol.ray_casting.projection_shading import answer
+from texvol.ray_casting.surface_hits import hits_of_lines, hits_of_triangles
+from texvol.scene import Scene
+
+Numbers = NDArray[np.float64]
+# Of a place on a ray, in shares of its distance and the box's radius: nearer to each other, surfaces are at one place,
+# and the scene's first comes first. Rounding leaves 2^-50, or at a grazing ray some more.
+_SAME = 2.0**-36
+_BEFORE_THE_EYE = 1e-9  # where lines are cut off, in shares of their depths: on the plane of the eye they have no place
+
+
+class Layer(NamedTuple):
+    """The next surface on each ray."""
+
+    s: Numbers  # as in `rays_of`, (height, width); infinite where there is none
+    color: Numbers  # straight, and opacity, (height, width, 4)
+
+
+class _Hits(NamedTuple):
+    pixel: NDArray[np.int64]
+    s: Numbers
+    weights: Numbers  # of the corners, (n, 3)
+    primitive: NDArray[np.int64]  # of all, in the order of the scene
+    shape: NDArray[np.int64]
+
+    def at(self, index: NDArray) -> _Hits:
+        return _Hits(*(each[index] for each in self))
+
+
+def surface_layers(scene: Scene, camera: Camera, size: tuple[int, int]) -> list[Layer]:
+    """What all rays of a picture meet in front of the eye, front to back, up to what is opaque."""
+    eyes, directions = camera.rays(size)
+    from_centre = eyes - scene.volume.centre
+    eye = (from_centre * directions).sum(axis=-1)
+    nearest = from_centre - eye[..., np.newaxis] * directions
+    parts, count = [], 0
+    for number, shape in enumerate(scene.geometry):
+        if isinstance(shape, Mesh):
+            found = _on_mesh(shape, scene, camera, size, nearest, directions)
+        else:
+            found = _on_lines(shape, scene, camera, size, eye, directions)
+        pixel, s, weights, primitive = found
+        parts.append(_Hits(pixel, s, weights, primitive + count, np.full(len(pixel), number)))
+        count += len(shape.triangles if isinstance(shape, Mesh) else shape.segments)
+    hits = _Hits(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True)))
+    hits = _in_order(_seen(hits, scene, nearest, directions, eye), scene)
+    colors = _colors(hits, scene, camera, nearest, directions, eye)
+    return _in_layers(hits, colors, size)
+
+
+def trace_between(
+    layers: list[Layer], ends: Numbers, trace_stretch: Callable[[Numbers, Numbers], None], picture: Numbers
+) -> None:
+    """Light and, in the last channel, optical depth of rays through matter and surfaces, into `picture`.
+
+    Parameters
+    ----------
+    ends : array of shape (rows, columns, 2)
+        As `rays_of` has them.
+    trace_stretch : callable
+        Adds what lies between ends to a picture of zeros.
+    """
+    here = np.full(ends.shape[:2], -np.inf)
+    for layer in [*layers, None]:
+        there = np.full_like(here, np.inf) if layer is None else layer.s
+        stretch = np.zeros_like(picture)
+        trace_stretch(np.stack([np.maximum(ends[..., 0], here), np.minimum(ends[..., 1], there)], axis=-1), stretch)
+        _put_behind(stretch[..., :3], stretch[..., 3], picture)
+        if layer is not None:
+            alpha = layer.color[..., 3]
+            with np.errstate(divide="ignore"):
+                _put_behind(layer.color[..., :3] * alpha[..., np.newaxis], -np.log1p(-alpha), picture)
+        here = there
+
+
+def put_before(layers: list[Layer], until: Numbers, picture: Numbers) -> None:
+    """Composite the surfaces at s under `until` over a picture of colours and opacities."""
+    light, left = np.zeros((*until.shape, 3)), np.ones((*until.shape, 1))
+    for layer in layers:
+        alpha = np.where(layer.s < until, layer.color[..., 3], 0.0)[..., np.newaxis]
+        light += left * alpha * layer.color[..., :3]
+        left *= 1 - alpha
+    picture[..., :3] = light + left * picture[..., :3]
+    picture[..., 3:] = 1 - left * (1 - picture[..., 3:])
+
+
+def _put_behind(light: Numbers, depth: Numbers, picture: Numbers) -> None:
+    picture[..., :3] += np.exp(-picture[..., 3:]) * light
+    picture[..., 3] += depth
+
+
+def _on_mesh(
+    mesh: Mesh, scene: Scene, camera: Camera, size: tuple[int, int], nearest: Numbers, directions: Numbers
+) -> tuple[NDArray, ...]:
+    """Pixels, s, weights and numbers of all places where lines of sight, before or behind the eye, meet triangles."""
+    vertices = mesh.vertices - scene.volume.centre
+    places, depths = _places(vertices, scene, camera, size)
+    corners = places[mesh.triangles]
+    boxes = np.concatenate([corners.min(axis=1), corners.max(axis=1)], axis=1)
+    if camera.projection == "perspective":
+        through_eye = ~(depths[mesh.triangles] > 0).all(axis=1)
+        boxes[through_eye] = 0, 0, size[0] - 1, size[1] - 1
+    return hits_of_triangles(vertices[mesh.triangles], _whole(boxes, 1.0, size), nearest, directions)
+
+
+def _on_lines(
+    lines: Lines, scene: Scene, camera: Camera, size: tuple[int, int], eye: Numbers, directions: Numbers
+) -> tuple[NDArray, ...]:
+    """The same for lines."""
+    points = lines.points - scene.volume.centre
+    ends = camera.in_eye_space(points, scene.volume.centre)[lines.segments]  # (m, 2, 3): right, up, depth
+    kept = np.arange(len(ends))
+    if camera.projection == "perspective":
+        least = _BEFORE_THE_EYE * np.abs(ends[..., 2]).max(axis=1)
+        kept = np.flatnonzero((ends[..., 2] > least[:, np.newaxis]).any(axis=1))
+        ends = np.stack([_cut_off(ends[kept], least[kept]), _cut_off(ends[kept, ::-1], least[kept])], axis=1)
+    scale = size[1] / 2 / camera.half_height
+    weights = 1 / ends[..., 2:] if camera.projection == "perspective" else np.ones((len(ends), 2, 1))
+    # Columns to the right and rows down, from the middle of the first pixel.
+    places = ends[..., :2] * weights * (scale, -scale) + (np.array(size) - 1) / 2
+    boxes = np.concatenate([places.min(axis=1), places.max(axis=1)], axis=1)
+    table = np.concatenate([places, weights, ends[..., 2:]], axis=-1)
+    pixel, depth, segment = hits_of_lines(table, _whole(boxes, lines.width / 2 + 1, size), lines.width / 2, size)
+    along = (directions.reshape(-1, 3) @ camera.forward)[pixel]
+    s = eye.reshape(-1)[pixel] + depth / along
+    return pixel, s, np.zeros((len(pixel), 3)), kept[segment]
+
+
+def _cut_off(ends: Numbers, least: Numbers) -> Numbers:
+    """The first of two ends (n, 2, 3), moved to the depth `least` where it is at less."""
+    a, b = ends[:, 0], ends[:, 1]
+    rise = b[:, 2] - a[:, 2]
+    is_cut = a[:, 2] < least
+    share = np.divide(least - a[:, 2], rise, out=np.zeros_like(rise), where=is_cut)
+    return a + share[:, np.newaxis] * (b - a)
+
+
+def _places(points: Numbers, scene: Scene, camera: Camera, size: tuple[int, int]) -> tuple[Numbers, Numbers]:
+    """Columns and rows in the picture, and depths, of points relative to the centre of the volume."""
+    in_eye_space = camera.in_eye_space(points, scene.volume.centre)
+    depths = in_eye_space[:, 2]
+    scale = size[1] / 2 / camera.half_height
+    with np.errstate(divide="ignore", invalid="ignore"):
+        across = in_eye_space[:, :2] * scale / (depths[:, np.newaxis] if camera.projection == "perspective" else 1.0)
+    return across * (1, -1) + (np.array(size) - 1) / 2, depths
+
+
+def _whole(boxes: Numbers, margin: float, size: tuple[int, int]) -> NDArray[np.int64]:
+    """First and last column and row, (n, 4) as (column, row, column, row), that a box of places may touch."""
+    most = np.array([*size, *size]) - 1
+    boxes = np.nan_to_num(boxes, nan=0.0, posinf=1e9, neginf=-1e9)
+    low = np.floor(boxes[:, :2] - margin).clip(0, most[:2] + 1)
+    high = np.ceil(boxes[:, 2:] + margin).clip(-1, most[2:])
+    return np.concatenate([low, high], axis=1).astype(np.int64)
+
+
+def _seen(hits: _Hits, scene: Scene, nearest: Numbers, directions: Numbers, eye: Numbers) -> _Hits:
+    """Those in front of the eye that nothing cuts away."""
+    is_seen = hits.s >= eye.reshape(-1)[hits.pixel]
+    if scene.cutting:
+        is_cut = np.array([shape.cut for shape in scene.geometry])[hits.shape]
+        first, last = scene.cutting.interval(scene.volume, nearest, directions)
+        inside = (first.reshape(-1)[hits.pixel] <= hits.s) & (hits.s <= last.reshape(-1)[hits.pixel])
+        is_seen &= inside | ~is_cut
+    return hits.at(is_seen)
+
+
+def _in_order(hits: _Hits, scene: Scene) -> _Hits:
+    """Pixel by pixel, front to back; of each Lines the nearest, and none behind the first that is opaque."""
+    hits = hits.at(np.lexsort((hits.s, hits.pixel)))
+    apart = np.diff(hits.s, prepend=-np.inf) > _SAME * (np.abs(hits.s) + scene.volume.radius)
+    is_next = apart | (np.diff(hits.pixel, prepend=-1) > 0)
+    hits = hits.at(np.lexsort((hits.primitive, np.cumsum(is_next))))
+    is_line = np.array([isinstance(shape, Lines) for shape in scene.geometry])[hits.shape]
+    pairs = np.where(is_line, hits.pixel * len(scene.geometry) + hits.shape, -1 - np.arange(len(hits.pixel)))
+    hits = hits.at(np.sort(np.unique(pairs, return_index=True)[1]))
+    is_opaque = np.array([shape.opacity == 1 for shape in scene.geometry])[hits.shape].astype(np.int64)
+    passed = np.cumsum(is_opaque) - is_opaque
+    return hits.at(passed == passed[_first_of_pixel(hits)])
+
+
+def _first_of_pixel(hits: _Hits) -> NDArray[np.int64]:
+    """For each hit the index of the first in its pixel."""
+    starts = np.flatnonzero(np.diff(hits.pixel, prepend=-1))
+    return np.repeat(starts, np.diff(starts, append=len(hits.pixel)))
+
+
+def _colors(hits: _Hits, scene: Scene, camera: Camera, nearest: Numbers, directions: Numbers, eye: Numbers) -> Numbers:
+    """Straight colour, in the light and at the depth where it is, and opacity; shape (n, 4)."""
+    looks = np.array([(*shape.color, shape.opacity) for shape in scene.geometry])
+    colors = looks[hits.shape]
+    to_eye = -directions.reshape(-1, 3)[hits.pixel]
+    lighting = surface_lighting(scene)
+    if lighting is not None:
+        is_lit = np.array([isinstance(shape, Mesh) and shape.lit for shape in scene.geometry])[hits.shape]
+        places = nearest.reshape(-1, 3)[hits.pixel] - hits.s[:, np.newaxis] * to_eye
+        slopes = -_normals(hits, scene)
+        diffuse, specular = answer(lighting, scene.volume, slopes[is_lit], places[is_lit], to_eye[is_lit])
+        colors[is_lit, :3] = colors[is_lit, :3] * diffuse + specular
+    cue = scene.depth_cue
+    if cue is not None:
+        near, far = cue.range_for(scene.volume, camera)
+        depth = (hits.s - eye.reshape(-1)[hits.pixel]) * -(to_eye @ camera.forward)
+        share = cue.strength * np.clip((depth - near) / (far - near), 0, 1)[:, np.newaxis]
+        colors[:, :3] = colors[:, :3] * (1 - share) + share * np.array(cue.color)
+    return colors
+
+
+def _normals(hits: _Hits, scene: Scene) -> Numbers:
+    """Normals of length 1 between the corners of smooth meshes, of the triangles of others; 0 on lines."""
+    normals = np.zeros((len(hits.pixel), 3))
+    first = 0
+    for number, shape in enumerate(scene.geometry):
+        here = np.flatnonzero(hits.shape == number)
+        if isinstance(shape, Mesh) and shape.lit:
+            triangles = shape.triangles[hits.primitive[here] - first]
+            if shape.normals is None:
+                a, b, c = (shape.vertices[triangles[:, corner]] for corner in range(3))
+                normals[here] = np.cross(_unit(b - a), _unit(c - a))
+            else:
+                normals[here] = (hits.weights[here][..., np.newaxis] * _unit(shape.normals[triangles])).sum(axis=1)
+        first += len(shape.triangles if isinstance(shape, Mesh) else shape.segments)
+    return normals
+
+
+def _unit(vectors: Numbers) -> Numbers:
+    largest = np.abs(vectors).max(axis=-1, keepdims=True)
+    wide = np.divide(vectors, largest, out=np.zeros_like(vectors), where=largest > 0)
+    length = np.linalg.norm(wide, axis=-1, keepdims=True)
+    return np.divide(wide, length, out=np.zeros_like(wide), where=length > 0)
+
+
+def _in_layers(hits: _Hits, colors: Numbers, size: tuple[int, int]) -> list[Layer]:
+    width, height = size
+    rank = np.arange(len(hits.pixel)) - _first_of_pixel(hits)
+    layers = []
+    for number in range(rank.max(initial=-1) + 1):
+        here = rank == number
+        layer = Layer(np.full(height * width, np.inf), np.zeros((height * width, 4)))
+        layer.s[hits.pixel[here]], layer.color[hits.pixel[here]] = hits.s[here], colors[here]
+        layers.append(Layer(layer.s.reshape(height, width), layer.color.reshape(height, width, 4)))
+    return layers

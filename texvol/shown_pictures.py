@@ -1,0 +1,82 @@
+"""What a picture file shows of a drawn picture: numbers as grey or colours, annotation, and its scene in the header."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from numpy.typing import NDArray
+
+from texvol.annotation import Annotation, annotate, check, with_room
+from texvol.display import NUMBER_MODES
+from texvol.scene import Scene
+from texvol.scene_facts import BY_TRANSFER_FUNCTION, scene_facts
+
+if TYPE_CHECKING:
+    from texvol.camera import Camera
+    from texvol.options import SceneOptions
+
+
+class Display:
+    """What files of 8 bits show; where nobody chose a window of numbers, the first picture's is that of all.
+
+    Annotation is put into them, and never into the data of an EXR.
+    """
+
+    def __init__(self, scene_options: SceneOptions, annotation: Annotation | None = None) -> None:
+        self._window = scene_options.window
+        self._by_transfer_function = scene_options.chose_transfer_function and self._window is None
+        self._transparent = scene_options.transparent
+        self._annotation = annotation or Annotation()
+
+    def prepared(self, scene: Scene, size: tuple[int, int], *, chose_view: bool) -> Scene:
+        """The scene, framed so that annotation has room beside the box, unless somebody chose the view.
+
+        Raises
+        ------
+        InputError, MissingExtraError
+            If what is asked for can't be written into a picture of the scene.
+        """
+        check(self._annotation, scene)
+        if chose_view or not self._annotation:
+            return scene
+        camera: Camera = with_room(scene.camera_for(size), scene, size, self._annotation)
+        return replace(scene, camera=camera)
+
+    def of(self, picture: NDArray, scene: Scene, path: str) -> NDArray:
+        """The picture for a file of that name."""
+        if Path(path).suffix.lower() == ".exr":
+            return picture
+        if scene.mode in NUMBER_MODES:
+            picture = self._numbers(picture, scene)
+        if not self._annotation:
+            return picture
+        size = picture.shape[1], picture.shape[0]
+        return annotate(
+            picture,
+            scene,
+            size,
+            self._annotation,
+            transparent=self._transparent,
+            window=self._window,
+            use_transfer_function=self._by_transfer_function,
+        )
+
+    def _numbers(self, picture: NDArray, scene: Scene) -> NDArray:
+        from texvol import display
+
+        if self._window is None and not self._by_transfer_function:
+            self._window = display.found_window(picture, scene)
+        return display.shown(picture, scene, window=self._window, use_transfer_function=self._by_transfer_function)
+
+    def facts(self, name: str, scene: Scene, path: str, settings: Mapping[str, Any] | None = None) -> dict[str, str]:
+        """What the header of a picture file of that name says of its scene, and of how it is shown."""
+        shown: dict[str, Any] = {}
+        if scene.mode in NUMBER_MODES and self._window is not None:
+            shown = {"window": self._window}
+        elif scene.mode in NUMBER_MODES and self._by_transfer_function:
+            shown = {"colors": BY_TRANSFER_FUNCTION}
+        exact = Path(path).suffix.lower() == ".exr"
+        return scene_facts(name, scene, settings=settings or {}, display=shown, checksum=exact)
