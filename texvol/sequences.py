@@ -55,19 +55,20 @@ def steps(scene: Scene, series: TimeSeries) -> Frames:
 def standing_for(series: TimeSeries) -> Volume:
     """A volume with values of all steps in the first one's box: for what adapts to values and to the box.
 
-    Its samples are taken in turn from steps that are spread evenly; the first and the last are the least and the
-    largest finite value of all.
+    Its samples are taken in turn from steps that are spread evenly, along diagonals, so that no step has a region of
+    its own; the first and the last are the least and the largest finite value of all.
     """
     first = series[0]
     if len(series) == 1:
         return first
-    mixed = first.values.copy().reshape(-1)
+    values = first.values.copy()
     chosen = np.unique(np.linspace(0, len(series) - 1, _STEPS).round().astype(int))
+    z, y, x = np.ogrid[tuple(slice(count) for count in values.shape)]
     for turn, step in enumerate(chosen):
-        mixed[turn :: chosen.size] = series[int(step)].values.reshape(-1)[turn :: chosen.size]
+        of_this_step = (x + y + z) % chosen.size == turn
+        np.copyto(values, series[int(step)].values, where=of_this_step)
     if series.finite_range is not None:
-        mixed[0], mixed[-1] = series.finite_range
-    values = mixed.reshape(first.values.shape)
+        values.flat[0], values.flat[-1] = series.finite_range
     return Volume(values, first.spacing, first.origin, first.direction, unit=first.unit, name=first.name)
 
 
