@@ -100,6 +100,18 @@ def test_whole_numbers_are_srgb_unless_the_header_says_linear(tmp_path: Path) ->
     assert read_picture(unsaid).pixels[0, 0, 0] == pytest.approx(image.linear_from_srgb(np.array(128 / 255)), abs=1e-6)
 
 
+@pytest.mark.parametrize("power", [1.4, 1.8, 2.2, 3.0])
+def test_a_gamma_in_the_header_is_decoded(tmp_path: Path, power: float) -> None:
+    levels = np.arange(240, dtype=np.uint8).reshape(4, 20, 3)
+    space = f"g{power * 10:.0f}_rec709_scene"
+    path = write(tmp_path / "a.png", levels, oiio.UINT8, oiio__Gamma=power, oiio__ColorSpace=space)
+    found = read_picture(path)
+    # What says 2.2 means sRGB, as browsers take it.
+    light = image.linear_from_srgb(levels / 255) if power == 2.2 else (levels / 255) ** power
+    np.testing.assert_allclose(found.pixels[..., :3], light, atol=2e-5)
+    assert ("sRGB" if power == 2.2 else f"gamma {power:g}") in found.words
+
+
 def test_sixteen_bits_of_a_tiff_are_finer(tmp_path: Path, picture: NDArray) -> None:
     levels = np.rint(image.srgb_from_linear(picture[..., :3]) * 65535).astype(np.uint16)
     tifffile.imwrite(tmp_path / "a.tif", levels, photometric="rgb")

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from test_comparison_pictures import write
 from test_measures import smooth
 
 from texvol import image
@@ -141,8 +142,8 @@ def test_another_size_is_no_crash(here: Path, capsys: pytest.CaptureFixture[str]
     status, words = diff(capsys, a, b, "--html", "a.html")
     assert status == 1 and "30 × 20" in words and "20 × 30" in words
     assert Path("a.html").exists()
-    status, words = diff(capsys, a, b, "--output", "d.png")
-    assert status == 2 and "sizes" in words and not Path("d.png").exists()
+    status, facts = as_json(capsys, a, b, "--output", "d.png")
+    assert status == 1 and "sizes" in facts["notes"][-1] and not Path("d.png").exists()
 
 
 def test_pictures_of_two_drivers_have_looser_limits(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -206,6 +207,13 @@ def test_a_detailed_status_tells_new_and_broken_apart(here: Path, capsys: pytest
         (["a.exr", "a.exr", "--self-test", "a.exr"], "takes no pictures"),
         (["--self-test", "a.exr"], "a.exr"),
         (["--self-test", "gone.exr"], "gone.exr"),
+        (["a.exr", "a.exr", "--html", "a.exr"], "what is compared"),
+        (["a.exr", "a.exr", "--output", "./a.exr"], "what is compared"),
+        (["--self-test", "a.exr", "--html", "a.exr"], "what is compared"),
+        (["a.exr", "a.exr", "--html", "x.png", "--output", "x.png"], "two files"),
+        (["a.exr", "a.exr", "--html", "/dev/null"], "no file"),
+        (["a.exr", "/dev/zero"], "no file"),
+        (["\udcff.exr", "a.exr"], "UTF-8"),
     ],
 )
 def test_wrong_usage_is_one_line_and_leaves_no_file(
@@ -215,3 +223,28 @@ def test_wrong_usage_is_one_line_and_leaves_no_file(
     status, said = diff(capsys, *line)
     assert status == 2 and words in said
     assert os.listdir(here) == ["a.exr"]
+
+
+def test_a_pipe_is_refused_and_not_waited_for(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    os.mkfifo("pipe.exr")
+    status, said = diff(capsys, "pipe.exr", "pipe.exr")
+    assert status == 2 and "no file" in said
+
+
+def test_a_hostile_header_is_no_crash(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    a = store("a.exr", smooth(seed=1), texvol__scene="[" * 100_000)
+    status, facts = as_json(capsys, a, store("b.exr", smooth(seed=2)))
+    assert status == 1 and any("not JSON" in note for note in facts["notes"])
+
+
+def test_numbers_of_pictures_without_opacity_are_those_of_their_colours(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    random = np.random.default_rng(0)
+    a, b = random.random((2, 30, 40, 3), np.float32)
+    for name, pixels in (("a.exr", a), ("b.exr", b)):
+        write(Path(name), pixels)
+    parts = as_json(capsys, "a.exr", "b.exr")[1]["measures"]["parts"]
+    assert set(parts) == {"all", "color"}
+    assert parts["all"]["rms_error"] == pytest.approx(np.sqrt(np.square(a - b).mean()), rel=1e-6)
+    assert parts["all"]["mean_error"] == pytest.approx(np.abs(a - b).mean(), rel=1e-6)

@@ -65,11 +65,18 @@ def test_quads_in_fog(renderer: Renderer, classification: Classification, projec
 @PROJECTIONS
 def test_dense_fog_ends_at_a_surface_to_the_digit(renderer: Renderer, projection: str) -> None:
     """Optical depth 400 across the box: float32's places, 6e-8 of the box, would be some 2e-5 of the picture."""
-    wall = quad(VOLUME.centre - 0.4 * VOLUME.radius, (9, 0, 0), (0, 7, 9), (0.1, 0.5, 0.9), 1.0)
-    extinction = 200 / VOLUME.radius
-    camera = view(VOLUME, projection)
-    scene = Scene(VOLUME, constant(extinction, COLOR), camera, classification="post", geometry=(wall.mesh(),))
-    exact = quads_in_fog(VOLUME, camera, SIZE, [wall], COLOR, extinction)
+    extinction, camera = 200 / VOLUME.radius, view(VOLUME, projection)
+    # Parallel to the face that the eye sees most of, behind fog of depth 0.5 and 1, and more at an angle.
+    front = VOLUME.centre - np.array([0, VOLUME.box_edges[1, 1] / 2, 0])
+    glass, wall = (
+        quad(front + (0, depth / extinction, 0), (3, 0, 0), (0, 0, 3), (0.1, 0.5, 0.9), opacity)
+        for depth, opacity in ((0.5, 0.5), (1.0, 1.0))
+    )
+    geometry = (glass.mesh(), wall.mesh())
+    scene = Scene(VOLUME, constant(extinction, COLOR), camera, classification="post", geometry=geometry)
+    exact = quads_in_fog(VOLUME, camera, SIZE, [glass, wall], COLOR, extinction)
+    bare = raycast(replace(scene, geometry=()), SIZE)
+    assert (np.abs(bare - exact).max(axis=-1) > 0.1).mean() > 0.05, "both are seen"
     assert np.abs(renderer.render(scene, SIZE) - exact).max() < 2e-5
     assert np.abs(raycast(scene, SIZE) - exact).max() < 1e-10
 
@@ -290,6 +297,21 @@ def test_light_on_surfaces_is_that_of_the_oracle(renderer: Renderer, name: str, 
     assert np.abs(picture - truth).max() < (2e-3 if name == "shadows" else 2e-5)
     unlit = raycast(replace(scene, geometry=tuple(replace(each, lit=False) for each in geometry)), SIZE)
     assert np.abs(unlit - truth).max() > 0.05
+
+
+def test_either_side_of_a_surface_is_lit(renderer: Renderer) -> None:
+    """A light on the eye's side lights what the eye sees; one behind it does not, whichever way the triangles go."""
+    volume = Volume(np.zeros((8, 8, 8)))
+    camera = Camera.orthographic((3.5, 3.5, -20), (3.5, 3.5, 0), (0, 1, 0), height=8)
+    wall = quad((3.5, 3.5, 0.0), (9, 0, 0), (0, 9, 0), (1, 0.5, 0), 1.0).mesh(lit=True)
+    turned = replace(wall, triangles=wall.triangles[:, ::-1])
+    for lamp, brightness in ((-1.0, 1.0), (1.0, 0.3)):
+        lighting = Lighting((Light("directional", (0, 0, lamp)),), specular=0.0, two_sided=False)
+        for mesh in (wall, turned, replace(wall, normals=np.tile((0, 0, 1.0), (4, 1)))):
+            scene = Scene(volume, constant(0.0), camera, lighting=lighting, geometry=(mesh,))
+            expected = np.broadcast_to((brightness, brightness / 2, 0, 1), (4, 4, 4))
+            for picture in (renderer.render(scene, (4, 4)), raycast(scene, (4, 4))):
+                np.testing.assert_allclose(picture, expected, atol=1e-6)
 
 
 def test_a_depth_cue_is_that_of_the_place(renderer: Renderer) -> None:

@@ -254,6 +254,12 @@ def test_what_a_file_lacks_is_said(tmp_path: Path, capfd: pytest.CaptureFixture[
     assert "says 2 of element face, and 1 are there" in refused(path, capfd)
     path.write_text(f"{header}end_header\n" + "0 0 0\n" * 3)
     assert "holds no triangles" in refused(path, capfd)
+    path = tmp_path / "m.stl"
+    facet = "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n"
+    path.write_text(f"solid a\n{facet}endsolid a\nsolid b\n{facet}")
+    assert "a solid without an end" in refused(path, capfd)
+    path.write_text(f"solid a\n{facet}endsolid a\nsolid b\n{facet}endsolid b\n")
+    assert len(load_mesh(path).triangles) == 2
     path = tmp_path / "m.vtp"
     path.write_text('<VTKFile type="ImageData"/>')
     assert "is VTK XML of type ImageData, and PolyData is read" in refused(path, capfd)

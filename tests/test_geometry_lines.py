@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 import pytest
@@ -69,11 +70,12 @@ def test_a_line_between_two_rows_of_pixels_covers_one(renderer: Renderer, flippe
 
 
 @pytest.mark.parametrize("projection", ["orthographic", "perspective"])
-def test_a_line_in_fog_is_where_the_ray_comes_nearest_to_it(renderer: Renderer, projection: str) -> None:
+@pytest.mark.parametrize("ends", [((-0.5, -0.4, -0.2), (0.4, 0.5, 0.3)), ((0.1, -0.9, 0.2), (-0.6, 0.5, 0.1))])
+def test_a_line_in_fog_is_where_the_ray_comes_nearest_to_it(renderer: Renderer, projection: str, ends: Any) -> None:
     """A ray through a pixel meets it where, in the picture, it is nearest: found by trying places along the line."""
     c, r = BOX.centre, BOX.radius
     camera = Camera.framing(BOX, projection, eye=c + r * np.array([1.5, -2.0, 1.2]))  # type: ignore[arg-type]
-    ends = c + r * np.array([(-0.5, -0.4, -0.2), (0.4, 0.5, 0.3)])
+    ends = c + r * np.array(ends)
     size, width = (72, 64), 3.0
     lines = Lines(ends, [(0, 1)], (0.1, 0.9, 0.4), 0.7, width)
     scene = Scene(BOX, constant(0.2), camera, geometry=(lines,))

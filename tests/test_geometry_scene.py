@@ -17,7 +17,7 @@ from scenes import BONE, constant, random_volume, smooth_volume
 from shapes import Quad, box_ends, fog_between, hits_of, quad
 from test_shader_files import LIGHTS
 
-from texvol import Camera, ClipPlane, InputError, Light, Lighting, Renderer, Scene, raycast
+from texvol import Camera, ClipPlane, InputError, Light, Lighting, Renderer, Scene, TransferFunction, Volume, raycast
 from texvol.compositor import NO_LIGHT
 from texvol.contexts import Context
 from texvol.geometry import Lines
@@ -79,6 +79,22 @@ def test_what_cuts_matter_cuts_geometry_unless_it_is_not_to(renderer: Renderer, 
         bare = raycast(replace(scene, geometry=()), SIZE)
         is_seen = (np.abs(bare - exact).max(axis=-1) > 0.05).mean()
         assert is_seen > 0.02 or (caps and is_cut), "caps hide what is cut as they are"
+
+
+def test_no_cap_lies_behind_a_surface(renderer: Renderer) -> None:
+    """The planes cut through emptiness; where a ray leaves a pane of glass behind, matter begins that is not cut."""
+    values = np.zeros((14, 10, 12))
+    values[:, 6:] = 1
+    volume = Volume(values, VOLUME.spacing)
+    transfer = TransferFunction(np.array([0.5, 0.5]), np.array([COLOR] * 2), np.array([0.0, 0.3]))
+    pane = quad(volume.centre + (0, 3.0, 0), (9, 0, 0), (0, 0.5, 9), opacity=0.4)
+    scene = Scene(volume, transfer, CAMERA, geometry=(pane.mesh(),), clip=(ClipPlane((0, 1, 0), 3.0),), caps=True)
+    for classification in ("post", "integrated"):
+        scene = replace(scene, classification=classification)
+        truth = raycast(scene, SIZE)
+        np.testing.assert_array_equal(truth, raycast(replace(scene, caps=False), SIZE))
+        # Slabs are off by the part of one in which matter begins.
+        assert np.abs(renderer.render(scene, SIZE, sampling_rate=16) - truth).max() < 0.3 * 0.7 / 16 * 2
 
 
 def test_lines_are_cut_where_they_are(renderer: Renderer) -> None:

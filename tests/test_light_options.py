@@ -355,13 +355,15 @@ def test_help_lists_every_option_once_in_its_group(command: str, capsys: pytest.
         main([command, "--help"])
     assert caught.value.code == 0
     lines = capsys.readouterr().out.splitlines()
-    titles = ("scene:", "camera:", "light:", "projection mode:")
+    titles = ("scene:", "camera:", "light:", "cutting:", "annotation:", "projection mode:")
     at = {title: lines.index(title) for title in titles}
     assert sorted(titles, key=at.__getitem__) == list(titles)
     groups = {
         "scene:": "scene tf materials classification spacing size background gradient",
         "camera:": "projection eye target up fov height",
         "light:": "light ambient diffuse specular shininess two-sided fade shadows depth-cue",
+        "cutting:": "clip crop caps",
+        "annotation:": "annotate title value-name font",
         "projection mode:": "mode isovalue window",
     }
     for title, names in groups.items():

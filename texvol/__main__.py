@@ -30,6 +30,7 @@ from texvol.terminal import say
 
 if TYPE_CHECKING:
     from texvol.readers import TimeSeries
+    from texvol.volume import Volume
 
 FORMATS = ("auto", "rgba8", "rgba16f", "rgba32f")
 
@@ -174,12 +175,8 @@ def _render(arguments: argparse.Namespace) -> None:
     series = scene_options.series() if scene_options.all_times else None
     volume = scene_options.load() if series is None else series[0]
     seconds = {"load": time.perf_counter() - start}
-    several = series is not None or arguments.orbit is not None
-    film.check_output(arguments.output, len(series) if series is not None else arguments.orbit, scene_options.size)
-    adapting_to = None if series is None else sequences.standing_for(series)
-    scene = scene_options.scene(volume, orbit=arguments.orbit is not None, adapting_to=adapting_to)
     display = Display(scene_options, scene_options.annotation)
-    scene = display.prepared(scene, scene_options.size, chose_view=scene_options.chose_view or bool(arguments.orbit))
+    scene = _scene(arguments, scene_options, volume, series, display)
     accuracy: dict[str, Any] = {
         name: vars(arguments)[name]
         for name in ("slab_thickness", "sampling_rate", "max_error", "texture_format", "target_format")
@@ -189,7 +186,7 @@ def _render(arguments: argparse.Namespace) -> None:
 
     with Renderer(arguments.backend, texture_memory=arguments.texture_memory) as renderer:
         picture, depth, more = None, None, {}
-        if not several:
+        if series is None and arguments.orbit is None:
             picture = renderer.render(scene, scene_options.size, repeat=arguments.repeat, **accuracy)
             depth = renderer.depth() if arguments.depth else None
         else:
@@ -212,6 +209,23 @@ def _render(arguments: argparse.Namespace) -> None:
         stats = stats | {"seconds": seconds | {"upload": 0.0} | stats["seconds"]} | more
         files[arguments.stats] = (json.dumps(stats, indent=2, allow_nan=False) + "\n").encode()
     writing.write_files(files)
+
+
+def _scene(
+    arguments: argparse.Namespace,
+    scene_options: options.SceneOptions,
+    volume: Volume,
+    series: TimeSeries | None,
+    display: Display,
+) -> Scene:
+    """The scene to be drawn: of a picture, or the first of an orbit or a series."""
+    size, orbit = scene_options.size, arguments.orbit is not None
+    adapting_to = None
+    if series is not None:
+        film.check_output(arguments.output, len(series), size)
+        adapting_to = sequences.standing_for(series)
+    scene = scene_options.scene(volume, orbit=orbit, adapting_to=adapting_to)
+    return display.prepared(scene, size, chose_view=scene_options.chose_view or orbit)
 
 
 def _frames(scene: Scene, views: int | None, series: TimeSeries | None, name: str) -> tuple[str, sequences.Frames]:

@@ -63,7 +63,8 @@ def check_output(path: str | os.PathLike[str], views: int | None, size: tuple[in
         if is_film(path):
             raise InputError(f"{path}: a film has many pictures: give --orbit N or --time all, or a picture's name")
         if numbers:
-            raise InputError(f"{path}: {numbers[0]} numbers the pictures of --orbit N or --time all, and there is only one")
+            several = "--orbit N or --time all"
+            raise InputError(f"{path}: {numbers[0]} numbers the pictures of {several}, and there is only one")
         image.check_writable(path)
     elif is_film(path):
         if numbers:

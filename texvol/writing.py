@@ -22,7 +22,8 @@ def check_writable(path: str | os.PathLike[str]) -> None:
             raise InputError(f"{path}: is a folder, and a file is to be written")
         if not folder.is_dir():
             raise InputError(f"{path}: its folder {folder} does not exist")
-        path.exists()  # a name that is too long says so here
+        if path.exists() and not path.is_file():  # a name that is too long says so here
+            raise InputError(f"{path}: is no file but a device or the like, and a file is to be written")
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {error.strerror}") from None
     if not os.access(folder, os.W_OK):

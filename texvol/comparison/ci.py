@@ -159,7 +159,7 @@ def _annotation(result: Result, environment: Mapping[str, str]) -> str:
     place = {"file": _in_workspace(result.file, environment), "line": result.line if result.file else None}
     place["title"] = f"picture {result.name} is {result.status}"
     told = ",".join(f"{key}={_escaped(str(value), of_property=True)}" for key, value in place.items() if value)
-    return f"::error {told}::{_escaped(chr(10).join((*result.words, *result.kinds)) or result.status)}"
+    return f"::error {told}::{_escaped(chr(10).join(dict.fromkeys((*result.words, *result.kinds))) or result.status)}"
 
 
 def _in_workspace(file: str | None, environment: Mapping[str, str]) -> str | None:

@@ -9,6 +9,7 @@ import argparse
 import json
 import os
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -98,8 +99,7 @@ def run(arguments: argparse.Namespace) -> int:
     base = None if arguments.limits is None else limits.named_limits(arguments.limits)
     given = {name: vars(arguments)[name.replace("-", "_")] for name in _LIMITS}
     chosen = limits.given_limits({name: value for name, value in given.items() if value is not None}, base)
-    for path in filter(None, (arguments.html, arguments.output)):
-        writing.check_writable(path)
+    _check_outputs(arguments)
     if arguments.self_test is not None:
         return _self_test(arguments, chosen)
     if arguments.candidate is None or arguments.reference is None:
@@ -107,11 +107,30 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.detailed_exitcode and os.path.isfile(arguments.candidate) and not os.path.lexists(arguments.reference):
         return _new(arguments)
     outcome = _outcome(arguments, chosen)
+    if arguments.output and outcome.measures is None:
+        none = f"{arguments.output} was not written: pictures of different sizes have no difference"
+        outcome = replace(outcome, notes=(*outcome.notes, none))
     _write(arguments, outcome)
     say(json.dumps(outcome.as_json(), indent=2, allow_nan=False) if arguments.json else in_words(outcome))
     for line in ci.told([outcome]):
         print(line, file=sys.stderr if arguments.json else sys.stdout)
     return _status(outcome, detailed=arguments.detailed_exitcode)
+
+
+def _check_outputs(arguments: argparse.Namespace) -> None:
+    """Raise InputError where an output can't be written, or would take the place of what is read."""
+    from texvol import image
+
+    sources = ("candidate", "reference", "self_test", "volume", "limits")
+    read = [vars(arguments)[name] for name in sources if vars(arguments)[name] is not None]
+    for path in filter(None, (arguments.html, arguments.output)):
+        writing.check_writable(path)
+        if any(os.path.exists(path) and os.path.exists(each) and os.path.samefile(path, each) for each in read):
+            raise InputError(f"{path}: is what is compared, and would be lost: give the output another name")
+    if arguments.output:
+        image.check_writable(arguments.output)
+        if arguments.html and os.path.realpath(arguments.output) == os.path.realpath(arguments.html):
+            raise InputError(f"{arguments.output}: --html and --output are two files")
 
 
 def _outcome(arguments: argparse.Namespace, chosen: Limits | None) -> Outcome:
@@ -159,7 +178,7 @@ def _write(arguments: argparse.Namespace, outcome: Outcome) -> None:
         from texvol.comparison.page import comparison_page
 
         files[arguments.html] = comparison_page(outcome, flip=True).encode()
-    if arguments.output:
+    if arguments.output and outcome.measures is not None:
         files[arguments.output] = _difference_picture(arguments.output, outcome, arguments.gain)
     writing.write_files(files)
 
@@ -170,9 +189,6 @@ def _difference_picture(path: str, outcome: Outcome, gain: float | None) -> byte
 
     from texvol import image
 
-    image.check_writable(path)
-    if outcome.measures is None:
-        raise InputError(f"{path}: pictures of different sizes have no difference")
     difference = np.abs(outcome.candidate.pixels - outcome.reference.pixels) * np.float32(1 if gain is None else gain)
     return image.encoded(path, difference, {"texvol:gain": f"{1 if gain is None else gain:g}"})
 
@@ -193,7 +209,7 @@ def in_words(outcome: Outcome) -> str:
     lines = [f"{outcome.status}: {outcome.candidate.name}, held against {outcome.reference.name}"]
     lines += [f"  {each}" for each in outcome.violations]
     lines += [f"  {each.words}{_share(each.explained)}" for each in outcome.kinds]
-    lines += [f"  {outcome.three_way.words}"] if outcome.three_way else []
+    lines += [f"  {outcome.three_way.words}"] if outcome.three_way and not outcome.is_equal else []
     lines += [f"  {each}" for each in outcome.notes]
     if outcome.measures is not None:
         lines += ["", *_table(outcome)]

@@ -96,7 +96,7 @@ def _scene_changes(outcome: Outcome) -> list[str]:
     for picture in (outcome.candidate, outcome.reference):
         try:
             found = json.loads(picture.attributes.get(SCENE_ATTRIBUTE, ""))
-        except ValueError:
+        except (ValueError, RecursionError):
             return []
         if not isinstance(found, dict):
             return []

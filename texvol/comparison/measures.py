@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from texvol.comparison.pictures import Picture
 
-PARTS = {"all": slice(0, 4), "color": slice(0, 3), "opacity": slice(3, 4)}
+PARTS = {"color": slice(0, 3), "opacity": slice(3, 4)}
 _LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)  # of linear sRGB (IEC 61966-2-1)
 _SIGMA, _REACH = 1.5, 5  # pixels; window and constants of the SSIM are those of its authors
 _SSIM_CONSTANTS = 0.01**2, 0.03**2  # of a range of 1
@@ -46,7 +46,7 @@ class Measures:
     Attributes
     ----------
     parts : dict
-        `Channelwise` of "all" channels, premultiplied "color" and "opacity".
+        `Channelwise` of "all" channels, premultiplied "color" and, where both have one, "opacity".
     beyond_max, beyond_rms : float
         Largest and rms difference beyond what the number formats round away, which limits are held against.
     outlier : float
@@ -117,6 +117,7 @@ def measure(candidate: Picture, reference: Picture, limit: float, scale: float |
     with np.errstate(invalid="ignore"):
         difference = np.abs(ours.astype(np.float64) - theirs)
     difference[broken] = np.inf
+    channels = 4 if candidate.has_opacity and reference.has_opacity else 3
     rounding = candidate.rounding / scale, reference.rounding / scale
     with np.errstate(invalid="ignore"):
         beyond = np.maximum(difference - rounding[0] - rounding[1] - _SLACK * np.maximum(1, np.abs(theirs)), 0)
@@ -127,9 +128,9 @@ def measure(candidate: Picture, reference: Picture, limit: float, scale: float |
     seen_flip = 0.0 if same else flip(*seen)
     beyond_flip = _beyond_flip(*seen, beyond, seen_flip) if any(map(np.any, rounding)) else seen_flip
     return Measures(
-        parts={name: _channelwise(difference[..., part]) for name, part in PARTS.items()},
+        parts=_parts(difference, channels),
         beyond_max=float(beyond.max()),
-        beyond_rms=_beyond_rms(difference, *rounding),
+        beyond_rms=_beyond_rms(difference[..., :channels], rounding[0][..., :channels], rounding[1][..., :channels]),
         outlier=float(np.inf if broken.any() else 0.0 if same else _outlier(*seen, beyond)),
         limit=limit,
         percent_over=100 * float((beyond.max(axis=2) > limit).mean()),
@@ -145,6 +146,14 @@ def measure(candidate: Picture, reference: Picture, limit: float, scale: float |
 
 
 _WEIGHTS = np.append(_LUMINANCE, np.float32(0))
+
+
+def _parts(difference: NDArray[np.float64], channels: int) -> dict[str, Channelwise]:
+    """All channels, colour and, where there is one, opacity."""
+    color = _channelwise(difference[..., PARTS["color"]])
+    if channels == 3:
+        return {"all": color, "color": color}
+    return {"all": _channelwise(difference), "color": color, "opacity": _channelwise(difference[..., PARTS["opacity"]])}
 
 
 def _filled(pixels: NDArray[np.float32], broken: NDArray[np.bool_]) -> NDArray[np.float32]:

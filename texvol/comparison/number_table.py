@@ -63,10 +63,15 @@ def _limit_row(name: str, value: float, limit: float) -> str:
 def _part_rows(measures: Measures) -> str:
     return "".join(
         f'<tr><th scope="row">{name}</th>'
-        + "".join(f"<td>{number(getattr(measures.parts[part], key))}</td>" for part in ("all", "color", "opacity"))
+        + "".join(f"<td>{_of_part(measures, part, key)}</td>" for part in ("all", "color", "opacity"))
         + "</tr>"
         for name, key in _ROWS
     )
+
+
+def _of_part(measures: Measures, part: str, key: str) -> str:
+    """A number, or a dash where there is no opacity."""
+    return number(getattr(measures.parts[part], key)) if part in measures.parts else "–"
 
 
 def worst_pixel_words(measures: Measures) -> str:

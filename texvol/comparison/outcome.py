@@ -47,6 +47,11 @@ class Outcome:
     notes: tuple[str, ...] = ()
 
     @property
+    def is_equal(self) -> bool:
+        """Whether no pixel differs at all."""
+        return self.measures is not None and self.measures.max_error == 0
+
+    @property
     def passed(self) -> bool:
         return self.status == "same"
 
@@ -116,7 +121,7 @@ def explained(outcome: Outcome) -> Outcome:
         ours.pixels / scale,
         theirs.pixels / scale,
         has_opacity=ours.has_opacity and theirs.has_opacity,
-        allowance=(ours.rounding + theirs.rounding) / scale,
+        roundings=(ours.rounding / scale, theirs.rounding / scale),
     )
     return replace(outcome, kinds=kinds)
 
@@ -145,7 +150,7 @@ def _holds_numbers(picture: Picture) -> bool:
         return False
     try:
         facts = json.loads(picture.attributes[SCENE_ATTRIBUTE])
-    except ValueError:
+    except (ValueError, RecursionError):
         return False
     return isinstance(facts, dict) and facts.get("mode") in _NUMBER_MODES
 

@@ -98,6 +98,7 @@ class _Kind:
     is_srgb: bool = False
     is_straight: bool = False
     bits: int = 0
+    gamma: float = 0.0  # linear light is the stored number to this power, where the header says so
 
     def __post_init__(self) -> None:
         self.bits = self.bits or {"uint8": 8, "uint16": 16, "uint32": 32}.get(self.number, 0)
@@ -111,7 +112,17 @@ class _Kind:
         names = {1: "grey", 2: "grey and opacity", 3: "RGB", 4: "RGBA"}[channels]
         floating = {"float16": "half", "float32": "float"}.get(self.number, "double")
         number = f"{self.bits} bits" if self.bits else floating
-        return f"{self.container}, {number}, {'sRGB' if self.is_srgb else 'linear'}, {names}"
+        encoding = f"gamma {self.gamma:.3g}" if self.gamma else "sRGB" if self.is_srgb else "linear"
+        return f"{self.container}, {number}, {encoding}, {names}"
+
+    def light(self, encoded: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Linear light of what is stored, mirrored below 0, where powers have no value."""
+        if not (self.is_srgb or self.gamma):
+            return encoded
+        with np.errstate(invalid="ignore"):
+            size = np.abs(encoded)
+            light = size**self.gamma if self.gamma else linear_from_srgb(size)
+            return np.asarray(np.sign(encoded) * light, np.float32)
 
 
 def read_picture(path: str | os.PathLike[str]) -> Picture:
@@ -123,6 +134,10 @@ def read_picture(path: str | os.PathLike[str]) -> Picture:
         If it can't be read, is cut short, or holds something else than one flat picture of at most four channels.
     """
     name = os.fspath(path)
+    try:
+        name.encode("utf-8")
+    except UnicodeEncodeError:
+        raise InputError(f"{name!r}: is no name in UTF-8, which OpenImageIO wants") from None
     _check_file(Path(path))
     with held_back_stderr() as printed:
         try:
@@ -167,6 +182,8 @@ def _check_file(path: Path) -> None:
     try:
         if path.is_dir():
             raise InputError(f"{path}: is a folder, and a picture is wanted: EXR, PNG, TIFF or JPEG")
+        if path.exists() and not path.is_file():  # reading a pipe, or a device, may never end
+            raise InputError(f"{path}: is no file, and a picture is wanted: EXR, PNG, TIFF or JPEG")
         with path.open("rb") as file:
             start = file.read(8)
             file.seek(max(path.stat().st_size - 4096, 0))
@@ -205,7 +222,7 @@ def _kind_of(spec: Any, format_name: str, name: str) -> _Kind:
         found = ", ".join(spec.channelnames)
         raise InputError(f"{name}: has channels {found}; RGB, RGBA, grey, and grey with opacity are compared")
     kind = _Kind(container, number, spec.alpha_channel >= 0, bits=_bits(spec, number))
-    kind.is_srgb = _is_srgb(spec, whole_numbers=kind.bits > 0)
+    kind.is_srgb, kind.gamma = _encoding(spec, whole_numbers=kind.bits > 0)
     kind.is_straight = bool(spec.get_int_attribute("oiio:UnassociatedAlpha"))
     return kind
 
@@ -216,15 +233,19 @@ def _bits(spec: Any, number: str) -> int:
     return min(spec.get_int_attribute("oiio:BitsPerSample") or full, full)
 
 
-def _is_srgb(spec: Any, *, whole_numbers: bool) -> bool:
-    """What the header says of the encoding, or what files of that kind mean by saying nothing."""
-    gamma = spec.get_float_attribute("oiio:Gamma")
-    if gamma:
-        return bool(abs(gamma - 1) > 0.05)
+def _encoding(spec: Any, *, whole_numbers: bool) -> tuple[bool, float]:
+    """Whether it is sRGB, or else to which power: by the header, or what files of that kind mean by saying nothing.
+
+    A power of 2.2 is what PNG files say that mean sRGB.
+    """
+    gamma = float(spec.get_float_attribute("oiio:Gamma"))
+    if gamma > 0:
+        named = min((1.0, 2.2), key=lambda each: abs(each - gamma))
+        return (named == 2.2, 0.0) if abs(gamma - named) < 0.05 else (False, gamma)
     space = spec.get_string_attribute("oiio:ColorSpace").lower()
     if space.startswith(_LINEAR):
-        return False
-    return whole_numbers or space.startswith(_SRGB)
+        return False, 0.0
+    return whole_numbers or space.startswith(_SRGB), 0.0
 
 
 def _in_its_window(pixels: NDArray, spec: Any) -> NDArray:
@@ -247,18 +268,18 @@ def _decoded(pixels: NDArray, kind: _Kind, name: str, attributes: Mapping[str, s
     opacity = pixels[..., -1:].astype(np.float32) if kind.has_opacity else np.ones((*pixels.shape[:2], 1), np.float32)
     color_rounding: NDArray = np.zeros((1, 1, 1), np.float32)
     opacity_rounding: NDArray = np.zeros((1, 1, 1), np.float32)
-    if kind.is_srgb and kind.has_opacity and not kind.is_straight:
+    is_encoded = kind.is_srgb or kind.gamma > 0
+    if is_encoded and kind.has_opacity and not kind.is_straight:
         color = np.divide(color, opacity, out=np.zeros_like(color), where=opacity > 0)
     half_step = 0.5 / kind.steps if kind.steps else 0.0
     if kind.steps:
         opacity_rounding = np.float32(half_step) * np.ones_like(opacity) if kind.has_opacity else opacity_rounding
-        color_rounding = _half_step_of_light(color, half_step) if kind.is_srgb else np.full_like(color, half_step)
+        color_rounding = _half_step_of_light(color, half_step, kind)
     elif kind.number == "float16":
         color_rounding = _half_spacing(color)
         opacity_rounding = _half_spacing(opacity) if kind.has_opacity else opacity_rounding
-    if kind.is_srgb:
-        color = _linear(color)
-    if kind.has_opacity and (kind.is_straight or kind.is_srgb):
+    color = kind.light(color)
+    if kind.has_opacity and (kind.is_straight or is_encoded):
         color_rounding = color_rounding * opacity + color * opacity_rounding
         color = color * opacity
     shape = (*pixels.shape[:2], 3)
@@ -277,21 +298,15 @@ def _decoded(pixels: NDArray, kind: _Kind, name: str, attributes: Mapping[str, s
     )
 
 
-def _linear(encoded: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Linear light of sRGB, mirrored below 0, where the powers have no value."""
-    with np.errstate(invalid="ignore"):
-        return np.asarray(np.sign(encoded) * linear_from_srgb(np.abs(encoded)), np.float32)
-
-
 def _half_spacing(numbers: NDArray[np.float32]) -> NDArray[np.float32]:
     """Half the distance of neighbours among 16-bit floats."""
     with np.errstate(invalid="ignore", over="ignore"):
         return np.nan_to_num(np.spacing(np.abs(numbers).astype(np.float16)).astype(np.float32) / 2)
 
 
-def _half_step_of_light(encoded: NDArray[np.float32], half_step: float) -> NDArray[np.float32]:
-    """The larger of the ways that half a step up or down in sRGB is in linear light."""
-    middle = linear_from_srgb(encoded)
-    up = linear_from_srgb(encoded + half_step) - middle
-    down = middle - linear_from_srgb(np.maximum(encoded - half_step, 0))
+def _half_step_of_light(encoded: NDArray[np.float32], half_step: float, kind: _Kind) -> NDArray[np.float32]:
+    """The larger of the ways that half a step of what is stored, up or down, is in linear light."""
+    middle = kind.light(encoded)
+    up = kind.light(encoded + np.float32(half_step)) - middle
+    down = middle - kind.light(np.maximum(encoded - np.float32(half_step), 0))
     return np.asarray(np.maximum(up, down), np.float32)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from texvol.errors import InputError, TexvolError, missing_extra
 from texvol.geometry.shapes import MESH_COLOR, Mesh
-from texvol.readers import _silent_libraries
+from texvol.readers.loading import _silent_libraries
 from texvol.readers.samples import FileFault, check_size
 from texvol.terminal import one_line
 

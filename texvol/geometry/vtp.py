@@ -1,4 +1,4 @@
-"""VTP: VTK's polygons, XML around the same arrays as VTI's; read and written here, since no light library does either.
+"""VTP: VTK's polygons, XML around the same arrays as volumes'; read and written here, as no light library does it.
 
 Polygons and strips of triangles are read, of all pieces. Lines and single points are no surface and are left out.
 """
@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from texvol.geometry.shapes import Mesh
-from texvol.readers.samples import FileFault
-from texvol.readers.vti import _document, _type
+from texvol.readers.samples import FileFault, check_size
 from texvol.readers.vti_arrays import Appended, read_array
+from texvol.readers.vtk_xml import _document, _type
 
 _MOST = 2**40  # of points or polygons of a piece
 
@@ -100,6 +100,7 @@ class _Piece:
 
     def _numbers(self, array: ElementTree.Element, sizes: list[int]) -> NDArray:
         dtype, components = _type(array, self._root)
+        check_size(sizes, dtype.itemsize)
         if len(sizes) > 1 and components != sizes[1]:
             raise FileFault(f"its array {array.get('Name')!r} has {components} components, and 3 are wanted")
         return read_array(array, self._root, self._appended, dtype, sizes)

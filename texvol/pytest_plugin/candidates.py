@@ -12,6 +12,7 @@ import numpy as np
 from texvol.comparison.limits import DRIVER_ATTRIBUTE
 from texvol.comparison.pictures import Picture, read_picture
 from texvol.errors import InputError
+from texvol.pytest_plugin import repeats
 from texvol.scene import Scene
 
 if TYPE_CHECKING:
@@ -135,7 +136,7 @@ class Maker:
                 picture = read_picture(thing)
             except InputError as error:
                 raise UnreadableError(str(error)) from None
-        elif isinstance(thing, np.ndarray) or hasattr(thing, "__array__"):
+        elif isinstance(thing, np.ndarray) or hasattr(thing, "__array__") or hasattr(thing, "__array_interface__"):
             picture = Picture.of_array(np.asarray(thing), request.name)
         else:
             raise InputError(
@@ -169,7 +170,8 @@ def _mean(pictures: list[Picture]) -> Picture:
     pixels = np.mean([each.pixels for each in pictures], axis=0, dtype=np.float64)
     if all(np.array_equal(each.pixels, pictures[0].pixels) for each in pictures):
         return pictures[0]
-    return replace(pictures[0], pixels=np.asarray(pixels, np.float32))
+    mean = replace(pictures[0], pixels=np.asarray(pixels, np.float32))
+    return replace(mean, attributes={**mean.attributes, **repeats.header_of(pictures, mean)})
 
 
 def _what(thing: Any) -> str:

@@ -185,6 +185,8 @@ def _parts_apart(outcome: Outcome, bound: Bound, scale: float) -> Outcome:
         return outcome
     over = []
     for part, limit in (("color", bound.color / scale), ("opacity", bound.opacity / scale)):
+        if part not in outcome.measures.parts:
+            continue
         beyond = outcome.measures.parts[part].max_error - float(outcome.candidate.rounding.max())
         if not beyond <= limit + np.finfo(np.float32).eps:
             over.append(f"{part} is {beyond:.3g} from the oracle's, and the bound is {limit:.3g} ({bound.words})")

@@ -16,10 +16,11 @@ from texvol import fingerprint, image, writing
 from texvol.comparison.limits import DRIVER_ATTRIBUTE
 from texvol.comparison.pictures import Picture, read_picture
 from texvol.errors import InputError
+from texvol.pytest_plugin import repeats
 
 SUFFIXES = (".exr", ".png", ".tif", ".tiff", ".jpg", ".jpeg")
 FINGERPRINT_ATTRIBUTE = "texvol:fingerprint"
-_KEPT = ("Software", "texvol:scene", DRIVER_ATTRIBUTE)
+_KEPT = ("Software", "texvol:scene", DRIVER_ATTRIBUTE, repeats.ATTRIBUTE)
 
 
 @dataclass(frozen=True)

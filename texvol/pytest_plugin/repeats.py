@@ -4,11 +4,14 @@ Of N pictures p_i with mean m, held against a reference r:
 
     noise        σ² = Σ |p_i - m|² / (N - 1), what one picture has
     of the mean  σ / √N, what is left of it in m
-    systematic   √(|m - r|² - σ² / N), what of the mean's difference no noise explains
+    systematic   √(|m - r|² - σ² / N - σᵣ² / Nᵣ), what of the mean's difference no noise explains
+
+A reference that is itself a mean of Nᵣ pictures with noise σᵣ says so in its header.
 """
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -16,6 +19,8 @@ from typing import Any
 import numpy as np
 
 from texvol.comparison.pictures import Picture
+
+ATTRIBUTE = "texvol:repeats"
 
 
 @dataclass(frozen=True)
@@ -26,6 +31,7 @@ class Repeats:
     noise_rms: float
     noise_max: float
     difference_rms: float  # of the mean from the reference
+    expected_rms: float  # what the noise of the two makes of that
     systematic_rms: float
 
     @property
@@ -35,7 +41,7 @@ class Repeats:
             return f"all {self.count} repeats are the same: whatever difference there is, is systematic"
         noise = f"the {self.count} repeats differ by rms {self.noise_rms:.2g} (at most {self.noise_max:.2g}): noise"
         # The squared noise of the mean is itself known only roughly; twice its size no noise explains.
-        if self.difference_rms**2 > 2 * self.noise_rms**2 / self.count:
+        if self.difference_rms**2 > 2 * self.expected_rms**2:
             return (
                 f"{noise}; their mean is off by {self.difference_rms:.2g}, {self.systematic_rms:.2g} of it systematic"
             )
@@ -51,12 +57,35 @@ def repeats_of(pictures: Sequence[Picture], mean: Picture, reference: Picture) -
         return None
     middle = mean.pixels.astype(np.float64)
     off = [np.abs(each.pixels - middle) for each in pictures]
-    noise = float(np.sqrt(np.sum([np.square(each).mean() for each in off]) / (len(pictures) - 1)))
+    noise = noise_of(pictures, mean)
     square = float(np.square(middle - reference.pixels).mean())
+    expected = noise**2 / len(pictures) + _noise_of_mean(reference) ** 2
     return Repeats(
         len(pictures),
         noise,
         float(max(each.max() for each in off)),
         float(np.sqrt(square)),
-        float(np.sqrt(max(square - noise**2 / len(pictures), 0.0))),
+        float(np.sqrt(expected)),
+        float(np.sqrt(max(square - expected, 0.0))),
     )
+
+
+def noise_of(pictures: Sequence[Picture], mean: Picture) -> float:
+    """σ, the rms noise of one picture, from at least two."""
+    middle = mean.pixels.astype(np.float64)
+    squares = [np.square(each.pixels - middle).mean() for each in pictures]
+    return float(np.sqrt(np.sum(squares) / (len(pictures) - 1)))
+
+
+def header_of(pictures: Sequence[Picture], mean: Picture) -> dict[str, str]:
+    """What the header of a mean says of the pictures that it was made of."""
+    return {ATTRIBUTE: json.dumps({"count": len(pictures), "noise": noise_of(pictures, mean)})}
+
+
+def _noise_of_mean(reference: Picture) -> float:
+    """What is left of the noise in a reference that is a mean; 0 where it does not say so."""
+    try:
+        found = json.loads(reference.attributes.get(ATTRIBUTE, ""))
+        return float(found["noise"]) / float(found["count"]) ** 0.5
+    except (ValueError, TypeError, KeyError, ZeroDivisionError, RecursionError):
+        return 0.0

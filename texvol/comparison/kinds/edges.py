@@ -47,9 +47,7 @@ def blur(pair: Pair) -> Finding | None:
             return None
     if min(pair.size) < 8:
         return None
-    candidate, reference = pair.candidate[1:-1, 1:-1], pair.reference[1:-1, 1:-1]
-    corner = (pair.corner[0] + 1, pair.corner[1] + 1)
-    before = Pair(candidate, reference, pair.has_opacity, corner)
+    before = pair.part(slice(1, pair.size[1] - 1), slice(1, pair.size[0] - 1))
     best: Finding | None = None
     for blurred, sharp in (("candidate", "reference"), ("reference", "candidate")):
         detail = _laplacian(pair.of(sharp))

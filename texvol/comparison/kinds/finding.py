@@ -6,6 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+
 from texvol.comparison.kinds.kind import Kind, other
 from texvol.comparison.kinds.pair import Pair, Pixels
 
@@ -42,16 +44,28 @@ class Change:
         changes nothing the second time, such as a rounding.
         """
         undone = self.undone(pair)
+        if self.is_idempotent:
+            return pair.all_explained_by(undone)
         share = pair.explained_by(undone)
-        if self.is_idempotent or share <= 0:
+        if share <= 0:
             return share
-        left = undone.total
-        both = undone.with_side(other(self.applied_to), self.apply(pair.of(other(self.applied_to)))).total
+        left = undone.beyond_floor
+        both = self._on(undone, other(self.applied_to)).beyond_floor
         return min(share, 1 - left / both) if both > 0 else 0.0
 
     def undone(self, pair: Pair) -> Pair:
         """The pair whose other picture has the change as well."""
-        return pair.with_side(self.applied_to, self.apply(pair.of(self.applied_to)))
+        return self._on(pair, self.applied_to)
+
+    def _on(self, pair: Pair, side: str) -> Pair:
+        changed, rounding = self.apply(pair.of(side)), pair.rounding_of(side)
+        if rounding is None or not rounding.any():
+            return pair.with_side(side, changed)
+        if self.is_idempotent:
+            return pair.with_side(side, changed)
+        # Half a step becomes what the change makes of it.
+        moved = self.apply(pair.of(side) + rounding) - changed
+        return pair.with_side(side, changed, np.abs(np.where(np.isfinite(moved), moved, 0)).astype(np.float32))
 
 
 @dataclass(frozen=True)

@@ -43,7 +43,8 @@ def flips(pair: Pair) -> Iterator[Finding]:
         turned = turn(pair.reference)
         if not _may_match(pair, turned):
             continue
-        left = pair.with_side("reference", np.ascontiguousarray(turned))
+        rounding = pair.rounding_of("reference")
+        left = pair.with_side("reference", np.ascontiguousarray(turned), None if rounding is None else turn(rounding))
         explained = pair.explained_by(left)
         if explained > 0:
             yield Finding(Kind("flipped", explained, f"the candidate is {words}", {"how": name}), left)
@@ -109,8 +110,7 @@ def _moved(pair: Pair, dx: float, dy: float, taps: int, side: str) -> tuple[Pair
     moved, (rows, columns) = registration.shifted(pair.of(side), sign * dx, sign * dy, taps)
     if min(moved.shape[:2]) < 2:
         return None
-    corner = (pair.corner[0] + columns.start, pair.corner[1] + rows.start)
-    before = Pair(pair.candidate[rows, columns], pair.reference[rows, columns], pair.has_opacity, corner)
+    before = pair.part(rows, columns)
     return before, before.with_side(side, moved)
 
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from texvol.comparison.kinds.encodings import is_partial, srgb_decoded, srgb_encoded, straight
 from texvol.comparison.kinds.finding import Change, Finding
-from texvol.comparison.kinds.kind import Kind, other
+from texvol.comparison.kinds.kind import Kind, number, other
 from texvol.comparison.kinds.pair import Pair
 
 # Steps that number formats have: 2^bits - 1, and 2^bits of fixed point.
@@ -210,3 +210,19 @@ def off_by_steps(pair: Pair, at_most: float = 15.0) -> Finding | None:
             said = {**parameters(lattice, side), "most_steps": most}
             return Finding(Kind("banding", 1.0, words, said), pair.with_side("candidate", pair.reference), 1)
     return None
+
+
+def within_formats(pair: Pair) -> Kind:
+    """A difference that the number formats explain, named after the coarser of them."""
+    found: list[tuple[int, str, Lattice]] = []
+    for side in ("candidate", "reference"):
+        lattice = lattice_of(pair.of(side), pair.has_opacity)
+        if lattice is not None:
+            found.append((2**11 if lattice.is_half else lattice.steps or lattice.opacity_steps, side, lattice))
+    if not found:
+        words = f"rounding: within what the number formats explain, {number(pair.largest)} at most"
+        return Kind("rounding", 1.0, words, {"largest": pair.largest})
+    steps, side, lattice = min(found, key=lambda each: each[:2])
+    bits = "half floats" if lattice.is_half else f"{int(np.ceil(np.log2(steps + 0.5)))} bits"
+    said = {**parameters(lattice, side), "largest": pair.largest}
+    return Kind("banding", 1.0, f"within the rounding of {bits}", said)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -10,9 +12,18 @@ from texvol.comparison.kinds.kind import Kind, number
 from texvol.comparison.kinds.pair import ROUNDING, Pair
 from texvol.errors import InputError
 
+# Sums of squared roundings scatter; and of two pictures that differ by a twentieth of a step only a twentieth of the
+# pixels does.
+_OF_FLOOR, _OF_STEP = 1.05, 0.05
+
 
 def kinds_of(
-    candidate: NDArray, reference: NDArray, *, has_opacity: bool = True, allowance: NDArray | float = 0.0
+    candidate: NDArray,
+    reference: NDArray,
+    *,
+    has_opacity: bool = True,
+    allowance: NDArray | float = 0.0,
+    roundings: tuple[NDArray, NDArray] | None = None,
 ) -> tuple[Kind, ...]:
     """What kinds of difference there are, best explanation first, three at most; empty where the pictures are the same.
 
@@ -26,7 +37,11 @@ def kinds_of(
     has_opacity : bool
         Whether both have an opacity; without, the fourth channel is not looked at.
     allowance : array that goes with the pictures, or a number
-        Difference that the number formats explain. One that is nowhere more is banding, or rounding.
+        Difference that the number formats explain. One that is nowhere more is banding, or rounding, unless it goes
+        with what is shown, as a shift's does.
+    roundings : pair of arrays that go with the pictures, optional
+        Half a step of the candidate's and the reference's number format: the two parts of `allowance`, which need not
+        be given then.
 
     Raises
     ------
@@ -45,9 +60,41 @@ def kinds_of(
     if pair.is_rounding:
         words = f"rounding: differences of {number(pair.largest)} at most, as sums in float32 leave"
         return (*found, Kind("rounding", 1.0, words, {"largest": pair.largest}))
-    if bool((np.abs(pair.difference) <= np.asarray(allowance) * (1 + ROUNDING)).all()):
-        return (*found, _within_formats(pair))
+    pair = _rounded(pair, allowance, roundings)
+    if pair.is_within_allowance:
+        return (*found, *(_systematic(pair) or [levels.within_formats(pair)]))[: selection.MOST_KINDS]
     return (*found, *selection.explain(pair))[: selection.MOST_KINDS]
+
+
+def _rounded(pair: Pair, allowance: NDArray | float, roundings: tuple[NDArray, NDArray] | None) -> Pair:
+    """The pair that knows by how much its numbers were rounded."""
+    one, two = roundings if roundings is not None else (np.asarray(allowance), np.zeros(()))
+    if not (np.any(one) or np.any(two)):
+        return pair
+    shape = pair.candidate.shape
+    one, two = (np.nan_to_num(np.broadcast_to(np.asarray(each, np.float32), shape), posinf=0.0) for each in (one, two))
+    return replace(pair, roundings=(one, two))
+
+
+def _systematic(pair: Pair) -> list[Kind]:
+    """What explains a difference that rounding alone could make, but hardly did."""
+    if pair.total <= _OF_FLOOR * pair.floor or _mean_difference(pair) < _OF_STEP:
+        return []
+    lattices = [change for change in levels.changes(pair) if pair.all_explained_by(change.undone(pair)) > 1 - _OF_STEP]
+    return [] if lattices else selection.explain_systematic(pair)
+
+
+def _mean_difference(pair: Pair) -> float:
+    """The difference δ before rounding, in steps of 2q; of a picture that was rounded and one that was not infinite.
+
+    Of two that were rounded a share δ / 2q differs by a step: mean d² = 2qδ.
+    """
+    assert pair.roundings is not None
+    if not all(each.any() for each in pair.roundings):
+        return np.inf
+    step = np.square(pair.allowance, dtype=np.float64)
+    counted = pair.allowance > 0
+    return float(np.square(pair.difference[counted], dtype=np.float64).sum() / step[counted].sum())
 
 
 def _finite_pair(candidate: NDArray, reference: NDArray, has_opacity: bool) -> tuple[Pair, Kind | None]:
@@ -78,19 +125,3 @@ def _not_finite(broken: NDArray, counts: dict[str, int], candidate: NDArray, ref
     words = f"not finite ({what}): {' and '.join(parts)}; the first is at column {column}, row {row}"
     parameters = {"pixels": int(broken.sum()), **counts, "first": [column, row], "nan": nan, "infinity": infinite}
     return Kind("not finite", 1.0, words, parameters)
-
-
-def _within_formats(pair: Pair) -> Kind:
-    """A difference that the number formats explain, named after the coarser of them."""
-    found: list[tuple[int, str, levels.Lattice]] = []
-    for side in ("candidate", "reference"):
-        lattice = levels.lattice_of(pair.of(side), pair.has_opacity)
-        if lattice is not None:
-            found.append((2**11 if lattice.is_half else lattice.steps or lattice.opacity_steps, side, lattice))
-    if not found:
-        words = f"rounding: within what the number formats explain, {number(pair.largest)} at most"
-        return Kind("rounding", 1.0, words, {"largest": pair.largest})
-    steps, side, lattice = min(found, key=lambda each: each[:2])
-    bits = "half floats" if lattice.is_half else f"{int(np.ceil(np.log2(steps + 0.5)))} bits"
-    said = {**levels.parameters(lattice, side), "largest": pair.largest}
-    return Kind("banding", 1.0, f"within the rounding of {bits}", said)

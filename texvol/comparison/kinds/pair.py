@@ -23,6 +23,10 @@ _WINDOW = 256
 # Both pictures went through sums in float32: a rounding is 2^-24 of the value, and a dozen of them 1e-6; of hundreds of
 # slabs some pixels get ten times as much.
 ROUNDING, _WORST_ROUNDING = 1e-6, 1e-5
+# Sums of squared roundings scatter by a few hundredths where steps are not small against what is shown; interpolation
+# by eight pixels sums weights of up to 1.9 at the worst.
+_OF_FLOOR, _OF_ALLOWANCE = 1.25, 2.0
+_LEAST_BEYOND = 0.02  # of the squared difference: less can't be told from rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,6 +41,8 @@ class Pair:
         Where the first pixel lies in the pictures that came.
     weights : array of shape (height, width), optional
         How many pixels of the pictures each one stands for.
+    roundings : pair of arrays of shape (height, width, 4), optional
+        Half a step of either picture's number format at each number.
     """
 
     candidate: Pixels
@@ -44,6 +50,7 @@ class Pair:
     has_opacity: bool = True
     corner: tuple[int, int] = (0, 0)
     weights: NDArray | None = None
+    roundings: tuple[Pixels, Pixels] | None = None
 
     @cached_property
     def difference(self) -> Pixels:
@@ -76,6 +83,50 @@ class Pair:
         """The largest absolute value of either picture."""
         return float(max(abs(each) for picture in (self.candidate, self.reference) for each in _extremes(picture)))
 
+    @cached_property
+    def allowance(self) -> Pixels | None:
+        """What rounding both pictures makes of no difference at most; None where neither was rounded."""
+        return None if self.roundings is None else self.roundings[0] + self.roundings[1]
+
+    @cached_property
+    def floor(self) -> float:
+        """The squared difference that rounding makes: q² / 3 of each step of 2q, where it makes any."""
+        if self.roundings is None:
+            return 0.0
+        squares = sum(np.square(each, dtype=np.float64) for each in self.roundings)
+        return float((np.where(self.difference != 0, squares, 0).sum(axis=2) * self.pixel_weights).sum() / 3)
+
+    @property
+    def beyond_floor(self) -> float:
+        """The squared difference that rounding does not explain, by its sum."""
+        return max(self.total - self.floor, 0.0)
+
+    @property
+    def is_within_allowance(self) -> bool:
+        """Whether no number differs by more than rounding can."""
+        if self.allowance is None:
+            return False
+        return bool((np.abs(self.difference) <= self.allowance * (1 + ROUNDING) + ROUNDING * self.scale).all())
+
+    @property
+    def is_format(self) -> bool:
+        """Whether what is left is as much as rounding leaves, and nowhere much more.
+
+        What was interpolated or scaled has roundings of its neighbours in it, with weights of either sign.
+        """
+        if self.allowance is None or self.total > _OF_FLOOR * self.floor:
+            return False
+        return bool((np.abs(self.difference) <= _OF_ALLOWANCE * self.allowance + ROUNDING * self.scale).all())
+
+    @cached_property
+    def beyond(self) -> Pair:
+        """The pair whose difference is what is beyond the rounding of each number."""
+        if self.allowance is None:
+            return self
+        difference = self.difference
+        beyond = np.copysign(np.maximum(np.abs(difference) - self.allowance, 0), difference)
+        return replace(self, candidate=self.reference + beyond, roundings=None)
+
     @property
     def is_rounding(self) -> bool:
         """Whether sums in float32 explain the difference."""
@@ -102,14 +153,39 @@ class Pair:
         """The "candidate" or the "reference"."""
         return self.candidate if side == "candidate" else self.reference
 
-    def with_side(self, side: str, pixels: Pixels) -> Pair:
-        """A pair in which one of the two is another."""
+    def with_side(self, side: str, pixels: Pixels, rounding: Pixels | None = None) -> Pair:
+        """A pair in which one of the two is another; `rounding` is that one's, if it is another too."""
+        roundings = self.roundings
+        if roundings is not None and rounding is not None:
+            roundings = (rounding, roundings[1]) if side == "candidate" else (roundings[0], rounding)
         if side == "candidate":
-            return replace(self, candidate=pixels)
-        return replace(self, reference=pixels)
+            return replace(self, candidate=pixels, roundings=roundings)
+        return replace(self, reference=pixels, roundings=roundings)
+
+    def rounding_of(self, side: str) -> Pixels | None:
+        """Half a step at each number of one of the two."""
+        return None if self.roundings is None else self.roundings[side == "reference"]
+
+    def part(self, rows: slice, columns: slice) -> Pair:
+        """A rectangle of it."""
+        corner = (self.corner[0] + columns.start, self.corner[1] + rows.start)
+        roundings = self.roundings and (self.roundings[0][rows, columns], self.roundings[1][rows, columns])
+        pixels = self.candidate[rows, columns], self.reference[rows, columns]
+        return Pair(*pixels, self.has_opacity, corner, roundings=roundings)
 
     def explained_by(self, undone: Pair) -> float:
-        """Share of the squared difference that is gone in `undone`; negative where there is more."""
+        """Share of the squared difference that is gone in `undone`; negative where there is more.
+
+        Of what is beyond that of rounding, which nothing undoes, as long as there is something beyond it.
+        """
+        before, after = self.beyond_floor, undone.beyond_floor
+        if before < _LEAST_BEYOND * self.total:
+            return self.all_explained_by(undone)
+        share = 1 - after / before if before > 0 else 0.0
+        return share if np.isfinite(share) else -np.inf
+
+    def all_explained_by(self, undone: Pair) -> float:
+        """The same, of all of the squared difference."""
         share = 1 - undone.total / self.total if self.total > 0 else 0.0
         return share if np.isfinite(share) else -np.inf
 
@@ -132,8 +208,10 @@ class Pair:
             chosen.append(taken)
             weights.append(np.full(len(taken), len(found) / max(len(taken), 1)))
         index = np.concatenate(chosen)
-        row = [picture.reshape(-1, 4)[index][np.newaxis] for picture in (self.candidate, self.reference)]
-        return Pair(row[0], row[1], self.has_opacity, weights=np.concatenate(weights)[np.newaxis])
+        arrays = (self.candidate, self.reference, *(self.roundings or ()))
+        row = [each.reshape(-1, 4)[index][np.newaxis] for each in arrays]
+        roundings = (row[2], row[3]) if self.roundings is not None else None
+        return Pair(*row[:2], self.has_opacity, weights=np.concatenate(weights)[np.newaxis], roundings=roundings)
 
     @cached_property
     def window(self) -> Pair:
@@ -145,9 +223,7 @@ class Pair:
         top, left = (
             _most(self.energy.sum(axis=axis, dtype=np.float64), side) for axis, side in ((1, rows), (0, columns))
         )
-        part = slice(top, top + rows), slice(left, left + columns)
-        corner = (self.corner[0] + left, self.corner[1] + top)
-        return Pair(self.candidate[part], self.reference[part], self.has_opacity, corner)
+        return self.part(slice(top, top + rows), slice(left, left + columns))
 
 
 def _most(along: NDArray, length: int) -> int:

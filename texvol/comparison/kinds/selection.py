@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from texvol.comparison.kinds import (
     edges,
     end_slabs,
@@ -40,6 +42,9 @@ _CURVE = 0.95  # a curve of any form follows a little of everything
 _STARTS = 3  # changes that a second one is tried after
 _ALONE = 0.5
 _FEW_STEPS = 2.0  # more could be anything
+# A difference of rounding is 1 of the part that a hypothesis has in it, within what rounding adds; a chance of ten times
+# its scatter is none.
+_ONE_TO_ONE, _SIGNIFICANT = 0.5, 10.0
 _NEVER_UNDONE = ("noise", "edges only", "swapped order", "banding", "unexplained")
 
 
@@ -72,6 +77,8 @@ def explain(pair: Pair) -> list[Kind]:
     kinds: list[Kind] = []
     share, left = 1.0, pair
     while len(kinds) < MOST_KINDS and not left.is_rounding and left.total > _NOTHING * pair.total:
+        if kinds and (left.is_within_allowance or left.is_format):
+            break
         found = _next(left, {kind.name for kind in kinds})
         if found is None:
             break
@@ -82,12 +89,38 @@ def explain(pair: Pair) -> list[Kind]:
     return kinds[:MOST_KINDS]
 
 
+def explain_systematic(pair: Pair) -> list[Kind]:
+    """Kinds that explain a difference of the size of rounding: those that go with it as rounding does not."""
+    ranked = [each for each in (*_pixelwise(pair), *_elsewhere(pair)) if not each.is_rounded]
+    ranked = [each for each in ranked if each.explained >= _EXPLAINS and _goes_with(pair, each.left)]
+    if not ranked:
+        return []
+    best = max(ranked, key=lambda each: each.explained)
+    kinds = [_in_all(each.kind, 1.0) for each in best.chain]
+    return [*kinds, *(_or(_in_all(each.kind, 1.0)) for each in best.alternatives)][:MOST_KINDS]
+
+
+def _goes_with(pair: Pair, left: Pair) -> bool:
+    """Whether the difference goes with what is undone, one to one, and not by chance."""
+    before = pair
+    if left.size != pair.size:  # what a shift left out at the borders
+        across, down = left.corner[0] - pair.corner[0], left.corner[1] - pair.corner[1]
+        before = pair.part(slice(down, down + left.size[1]), slice(across, across + left.size[0]))
+    difference = before.difference.astype(np.float64)
+    undone = difference - left.difference
+    products, squares = float(np.vdot(difference, undone)), float(np.vdot(undone, undone))
+    if not squares > 0:
+        return False
+    scatter = float(np.square(difference).sum()) / (left.size[0] * left.size[1])
+    return abs(products / squares - 1) < _ONE_TO_ONE and products > _SIGNIFICANT * np.sqrt(squares * scatter)
+
+
 def _next(pair: Pair, before: set[str]) -> Found | None:
     """What explains most of the difference that the kinds `before` left."""
-    alone = isolated.isolated_pixels(pair) if "isolated pixels" not in before else None
+    alone = isolated.isolated_pixels(pair.beyond) if "isolated pixels" not in before else None
     if alone is not None:
         finding = isolated.isolated(pair, alone)
-        if finding.kind.explained >= _ALONE:
+        if pair.beyond.all_explained_by(alone.left_out(pair.beyond)) >= _ALONE:
             return Found((finding,))
     ranked = _pixelwise(pair)
     if ranked and ranked[0].explained >= _COMPLETE:
