@@ -33,6 +33,10 @@ if TYPE_CHECKING:
     from texvol.volume import Volume
 
 FORMATS = ("auto", "rgba8", "rgba16f", "rgba32f")
+_ACCURACY = (
+    *("slab_thickness", "sampling_rate", "max_error"),
+    *("texture_format", "target_format", "early_termination", "skip_empty"),
+)
 
 
 class _Parser(argparse.ArgumentParser):
@@ -177,10 +181,7 @@ def _render(arguments: argparse.Namespace) -> None:
     seconds = {"load": time.perf_counter() - start}
     display = Display(scene_options, scene_options.annotation)
     scene = _scene(arguments, scene_options, volume, series, display)
-    accuracy: dict[str, Any] = {
-        name: vars(arguments)[name]
-        for name in ("slab_thickness", "sampling_rate", "max_error", "texture_format", "target_format")
-    } | {"early_termination": arguments.early_termination, "skip_empty": arguments.skip_empty}
+    accuracy = {name: vars(arguments)[name] for name in _ACCURACY}
 
     from texvol.renderer import Renderer
 
@@ -199,10 +200,9 @@ def _render(arguments: argparse.Namespace) -> None:
     # With the textures gone there is room for what writes pictures.
     files = {}
     if picture is not None:
-        transparent = scene_options.transparent
         shown = display.of(picture, scene, arguments.output)
         facts = drawn[0] | display.facts(scene_options.volume, scene, arguments.output, drawn[1])
-        files[arguments.output] = image.encoded(arguments.output, shown, facts, transparent=transparent)
+        files[arguments.output] = image.encoded(arguments.output, shown, facts, transparent=scene_options.transparent)
     if depth is not None:
         files[arguments.depth] = depth_picture.encoded(arguments.depth, depth)
     if arguments.stats:
