@@ -40,7 +40,7 @@ uniform float tangent_per_pixel;
 uniform real4 half_spaces[HALF_SPACES];  // what is kept has dot(xyz, position) + w >= 0, in the box
 #endif
 #if STRETCH
-uniform sampler2D near_places;    // a slab and a share of it in the middle components
+uniform sampler2D near_places;    // a depth, and what float32 leaves of it, in the middle components
 uniform sampler2D far_places;
 #endif
 #if BRICKS

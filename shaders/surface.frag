@@ -1,10 +1,10 @@
 #version 330
 // Where a pixel's ray meets a triangle or a line, and what it sees there; the formulas are in geometry/on_screen.py.
 //
-// A *place* is the number of a primitive, its depth as a slab and a share of it, and as bits the lines that are done with.
-// In a pixel places follow each other by depth in float32, and at one depth by number. The same program first finds the
-// depth of the nearest place behind one and in front of another, and then shows what is there: so that both times it
-// finds the same depth to the last bit.
+// A *place* is the number of a primitive, its depth in float32 and what that leaves of it, and as bits the lines that are
+// done with. In a pixel places follow each other by depth in float32, and at one depth by number. The same program first
+// finds the depth of the nearest place behind one and in front of another, and then shows what is there: so that it
+// finds the same depth to the last bit both times.
 //
 // Switches: LINES 1: there are lines. HALF_SPACES: see ray.glsl.
 //           LIT, CUE, PERSPECTIVE and those of lights: see seen.glsl; without light shapes show their colours.
@@ -107,13 +107,11 @@ bool meets_line(real2 pixel, out real depth) {
 
 // Where a primitive comes at a depth, beside a place.
 bool comes_after(float depth, vec4 other) {
-    float there = other.y + other.z;
-    return depth > there || (depth == there && number > other.x);
+    return depth > other.y || (depth == other.y && number > other.x);
 }
 
 bool comes_before(float depth, vec4 other) {
-    float there = other.y + other.z;
-    return depth < there || (depth == there && number < other.x);
+    return depth < other.y || (depth == other.y && number < other.x);
 }
 
 #if HALF_SPACES || POINT_LIGHTS
@@ -166,20 +164,19 @@ void main() {
     met = meets_triangle(real2(pixel), depth, weights);
     if (!met || depth < eye_depth || (kind.y > 0.0 && !is_kept(real2(pixel), depth))) discard;
 
-    float slab = float(floor(depth));
-    float share = float(depth - floor(depth));
+    float rounded = float(depth);
     vec4 after = texelFetch(behind, ivec2(gl_FragCoord.xy), 0);
-    if (!comes_after(slab + share, after)) discard;
-    if (!comes_before(slab + share, texelFetch(in_front_of, ivec2(gl_FragCoord.xy), 0))) discard;
+    if (!comes_after(rounded, after)) discard;
+    if (!comes_before(rounded, texelFetch(in_front_of, ivec2(gl_FragCoord.xy), 0))) discard;
     uint done = uint(after.w);
     uint bit = uint(kind.w);
     if ((done & bit) != 0u) discard;
     if (finds_depth) {
-        color = vec4(slab + share);
+        color = vec4(rounded);
         place = vec4(0.0);
         return;
     }
-    if (slab + share != texelFetch(nearest, ivec2(gl_FragCoord.xy), 0).r) discard;
+    if (rounded != texelFetch(nearest, ivec2(gl_FragCoord.xy), 0).r) discard;
     color = color_at(weights, pixel, depth);
-    place = vec4(number, slab, share, float(done | bit));
+    place = vec4(number, rounded, float(depth - real(rounded)), float(done | bit));
 }

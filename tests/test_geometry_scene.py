@@ -22,7 +22,7 @@ from texvol.compositor import NO_LIGHT
 from texvol.contexts import Context
 from texvol.geometry import Lines
 from texvol.modelled import modelled
-from texvol.shaders import load_program
+from texvol.shaders import FOLDER, load_program
 
 SIZE = (72, 64)
 COLOR = (0.9, 0.6, 0.3)
@@ -283,6 +283,22 @@ def test_every_stretch_compiles(context: Context, name: str) -> None:
             matter = [NOTHING_SPECIAL | {"CLASSIFICATION": kind, "CAPS": int(planes > 0)} for kind in range(4)]
         for each in matter:
             load_program(context.gl, name, defines=NO_LIGHT | common | each, vertex="slab_stack.vert")
+
+
+def test_drivers_without_double_precision_draw_it_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Places are then known to float32 alone: a few 2^-23 of the box, in which the optical depth is 8 at most."""
+    for file in FOLDER.iterdir():
+        (tmp_path / file.name).write_text(file.read_text().replace("#ifdef GL_ARB_gpu_shader_fp64", "#if 0"))
+    for module in ("texvol.surfaces", "texvol.compositor"):
+
+        def load(gl: Any, name: str, **more: Any) -> Any:
+            return load_program(gl, name, **(more | {"folder": tmp_path}))
+
+        monkeypatch.setattr(f"{module}.load_program", load)
+    lines = Lines(VOLUME.corners_from_centre + VOLUME.centre, [range(8)], opacity=0.5, width=3)
+    scene = Scene(VOLUME, constant(0.4, COLOR), CAMERA, geometry=(*(each.mesh(lit=True) for each in walls()), lines))
+    with Renderer() as opened:
+        assert np.abs(opened.render(scene, SIZE) - raycast(scene, SIZE)).max() < 5 * 8 * 2.0**-23
 
 
 def test_the_other_back_end_draws_the_same(backend: str) -> None:

@@ -355,7 +355,7 @@ def test_help_lists_every_option_once_in_its_group(command: str, capsys: pytest.
         main([command, "--help"])
     assert caught.value.code == 0
     lines = capsys.readouterr().out.splitlines()
-    titles = ("scene:", "camera:", "light:", "cutting:", "annotation:", "projection mode:")
+    titles = ("scene:", "camera:", "light:", "cutting:", "geometry:", "annotation:", "projection mode:")
     at = {title: lines.index(title) for title in titles}
     assert sorted(titles, key=at.__getitem__) == list(titles)
     groups = {
@@ -363,6 +363,7 @@ def test_help_lists_every_option_once_in_its_group(command: str, capsys: pytest.
         "camera:": "projection eye target up fov height",
         "light:": "light ambient diffuse specular shininess two-sided fade shadows depth-cue",
         "cutting:": "clip crop caps",
+        "geometry:": "mesh",
         "annotation:": "annotate title value-name font",
         "projection mode:": "mode isovalue window",
     }

@@ -1,4 +1,4 @@
-"""The command line: `texvol info|render|raycast|diff|report|demo`.
+"""The command line: `texvol info|render|raycast|diff|report|surface|demo`.
 
 Exit status: 0 done; 1 pictures differ, or with --strict a wanted error was not reached; 2 bad input or usage, with one
 line on stderr.
@@ -113,6 +113,13 @@ def _add_report_and_demo(commands: Any) -> None:
     report.add_argument("--quick", action="store_true", help="few settings, few frames")
     report.add_argument("--backend", choices=("auto", "egl", "osmesa"), default="auto", help="OpenGL without a screen")
     report.set_defaults(run=_report)
+
+    surface = commands.add_parser("surface", help="the isosurface of a volume as a mesh")
+    reading_options.add_volume_options(surface)
+    surface.add_argument("--spacing", type=texts.triple, metavar="X,Y,Z", help="overrides the file's")
+    surface.add_argument("--value", type=texts.number, metavar="V", required=True, help="data units")
+    surface.add_argument("-o", "--output", metavar="FILE", required=True, help="mesh: .ply, .stl, .obj or .vtp")
+    surface.set_defaults(run=_surface)
 
     demo = commands.add_parser("demo", help="a picture of a built-in volume, no file needed")
     demo.add_argument("-o", "--output", metavar="IMAGE", default="texvol-demo.png", help="texvol-demo.png")
@@ -301,6 +308,17 @@ def _report(arguments: argparse.Namespace) -> None:
         command=shlex.join(["texvol", *arguments.line]),
     )
     say(str(page.resolve()))
+
+
+def _surface(arguments: argparse.Namespace) -> None:
+    from texvol import geometry
+    from texvol.geometry import saving
+
+    saving.check_writable(arguments.output)
+    volume = reading_options.load_volume(arguments, arguments.spacing)
+    mesh = geometry.surface_of(volume, arguments.value)
+    geometry.save_mesh(mesh, arguments.output)
+    say(f"{Path(arguments.output).resolve()}: {len(mesh.triangles)} triangles, {len(mesh.vertices)} vertices")
 
 
 def _demo(arguments: argparse.Namespace) -> None:

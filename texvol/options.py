@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING
 
 from texvol import cut_options as cut
 from texvol import light_options as lit
+from texvol import mesh_options as geometry
 from texvol import option_texts as texts
 from texvol import orbit as turning
 from texvol import reading_options as reading
@@ -55,7 +56,7 @@ def _parts(text: str) -> tuple[str, ...]:
 _GROUPS: tuple[tuple[str, str | None, tuple[SceneOption, ...]], ...] = (
     (
         "scene",
-        "What is drawn. All options of this and the next five groups may stand in the scene file, as keys; "
+        "What is drawn. All options of this and the next six groups may stand in the scene file, as keys; "
         "an option on the line wins.",
         (
             SceneOption("tf", str, "PRESET|FILE.json", f"transfer function; presets: {', '.join(transfer.PRESETS)}"),
@@ -134,6 +135,18 @@ _GROUPS: tuple[tuple[str, str | None, tuple[SceneOption, ...]], ...] = (
             SceneOption("crop", cut.crop_box, "X0,X1,Y0,Y1,Z0,Z1", "keep what lies in this box, world units"),
             SceneOption(
                 "caps", bool, "", "matter that is cut open is opaque there, in its own colour, or not (default)"
+            ),
+        ),
+    ),
+    (
+        "geometry",
+        None,
+        (
+            SceneOption(
+                "mesh", geometry.mesh, "FILE[:R,G,B][:A]",
+                "surface in the volume, PLY, STL, OBJ or VTP, world units; with a colour (linear) and an opacity of "
+                "its own; give it again for further ones",
+                geometry.mesh_table,
             ),
         ),
     ),
@@ -299,6 +312,7 @@ class SceneOptions:
             clip=tuple(chosen.get("clip", ())),
             crop=chosen.get("crop"),
             caps=chosen.get("caps", False),
+            geometry=geometry.meshes(chosen.get("mesh", ())),
         )
 
     def _transfer_function(self, volume: Volume) -> TransferFunction | None:

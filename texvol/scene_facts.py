@@ -7,7 +7,7 @@ many digits as it takes to read the same one.
     volume, source                          its name, and how it is read again: see `Volume`
     dimensions, spacing, origin, direction, type, checksum
     classification, background, mode, isovalue, gradient, lighting, depth_cue, camera, transfer_function
-    clip, crop, caps
+    clip, crop, caps, geometry
     settings                                how it was drawn: arguments of `Renderer.render`; none from the oracle
     window, colors                          what 8 bits show of numbers: (centre, width), or "transfer function"
 
@@ -105,6 +105,10 @@ def _shown(scene: Scene) -> dict[str, Any]:
     }
     if transfer_function is not None:
         facts["transfer_function"] = transfer_function.as_json()
+    if scene.geometry:
+        from texvol.stored_geometry import geometry_facts
+
+        facts["geometry"] = geometry_facts(scene.geometry)
     return facts | _cutting(scene)
 
 

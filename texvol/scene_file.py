@@ -60,6 +60,8 @@ def read(path: str | os.PathLike[str], scene: Mapping[str, Option], reading: Map
     if isinstance(found.chosen.get("tf"), str) and found.chosen["tf"] not in transfer.PRESETS:
         # Beside the scene file, wherever the command is called.
         found.chosen["tf"] = str(path.parent / found.chosen["tf"])
+    if "mesh" in found.chosen:
+        found.chosen["mesh"] = [each.beside(path.parent) for each in found.chosen["mesh"]]
     return found
 
 

@@ -21,10 +21,12 @@ from texvol.camera import Camera
 from texvol.cutting import checked_crop
 from texvol.display import NUMBER_MODES, checked_window, shown
 from texvol.errors import InputError, TexvolError
+from texvol.geometry import Mesh
 from texvol.gradient import Estimator
 from texvol.lighting import DepthCue
 from texvol.scene import Scene
 from texvol.scene_facts import ATTRIBUTE, BY_TRANSFER_FUNCTION, FORMAT, checksum_of
+from texvol.stored_geometry import geometry_from_facts
 from texvol.transfer.files import from_content
 from texvol.volume import Volume
 
@@ -33,7 +35,8 @@ _MOST_CHARACTERS = 64 << 20  # as many as of a transfer function, which is the l
 _ALWAYS = ("volume", "dimensions", "spacing", "classification", "background")
 _KEYS = dict.fromkeys(
     (*_ALWAYS, "format", "source", "origin", "direction", "type", "checksum", "mode", "isovalue", "gradient")
-    + ("lighting", "depth_cue", "camera", "transfer_function", "clip", "crop", "caps", "settings", "window", "colors")
+    + ("lighting", "depth_cue", "camera", "transfer_function", "clip", "crop", "caps", "geometry")
+    + ("settings", "window", "colors")
 )
 _MOST_DEMO_SAMPLES = 512  # along each axis, 0.5 GB: a header must not be able to ask for more
 _SAME_PLACE = 1e-9  # of the spacing: what another version of a library may make of the same file
@@ -123,6 +126,10 @@ def scene_from_facts(
         If the text is not such a header, or its volume is not found or has changed.
     """
     facts = _Facts(text, name)
+
+    def meshes(content: Any) -> tuple[Mesh, ...]:
+        return geometry_from_facts(content, lambda fact: _places(fact, folder))
+
     # What does not need the volume first: it may take long to read.
     settings = facts.part("settings", parts.settings) or {}
     window = facts.part("window", lambda each: checked_window(parts.numbers(each, 2)))
@@ -138,6 +145,7 @@ def scene_from_facts(
         "clip": facts.part("clip", parts.clip_planes) or (),
         "crop": facts.part("crop", checked_crop),
         "caps": facts.part("caps", parts.switch) or False,
+        "geometry": facts.part("geometry", meshes) or (),
     } | {key: facts.content[key] for key in ("classification", "mode") if key in facts.content}
     found = _found_volume(facts, volume, folder)
     scene = facts.checked(lambda: Scene(found, **described))
