@@ -15,11 +15,11 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.errors import InputError, TexvolError, missing_extra
+from texvol.errors import InputError
 from texvol.geometry.shapes import MESH_COLOR, Mesh
-from texvol.readers.loading import _silent_libraries
+from texvol.readers.faults import named_faults
+from texvol.readers.loading import silent_libraries
 from texvol.readers.samples import FileFault, check_size
-from texvol.terminal import one_line
 
 FORMATS = {".ply": "PLY", ".stl": "STL", ".obj": "OBJ", ".vtp": "VTP"}
 READ = "PLY, STL, OBJ, VTP"
@@ -50,22 +50,10 @@ def load_mesh(
     kind = FORMATS.get(os.path.splitext(name)[1].lower())
     if kind is None:
         raise InputError(f"{name}: is no mesh that texvol reads, by its name; it reads {READ}")
-    try:
+    with named_faults(name, kind, "geometry"):
         parts = _read(kind, name)
         look: dict[str, Any] = {"color": MESH_COLOR if color is None else color, "opacity": opacity, "lit": lit}
         return Mesh(parts["vertices"], parts["faces"], normals=parts.get("normals"), name=name, **look)
-    except FileFault as fault:
-        raise InputError(f"{name}: {one_line(fault)}") from None
-    except TexvolError:
-        raise
-    except OSError as error:
-        raise InputError(f"{name}: cannot be read: {one_line(error.strerror or error)}") from error
-    except MemoryError as error:
-        raise InputError(f"{name}: reading it asks for more memory than there is") from error
-    except ImportError as error:
-        raise missing_extra(error.name or str(error), "geometry", f"{name}: reading {kind}") from error
-    except Exception as error:  # whatever a library raises on a file that it can't make sense of
-        raise InputError(f"{name}: cannot be read as {kind}: {one_line(str(error) or type(error).__name__)}") from error
 
 
 def _read(kind: str, path: str) -> Parts:
@@ -79,7 +67,7 @@ def _read(kind: str, path: str) -> Parts:
         from texvol.geometry import vtp
 
         return vtp.read(path)
-    with open(path, "rb") as file, _silent_libraries():
+    with open(path, "rb") as file, silent_libraries():
         # Where a number is misspelled numpy once only warned, and left out the rest.
         warnings.filterwarnings("error", message="string or file could not be read")
         return {"PLY": _ply, "STL": _stl, "OBJ": _obj}[kind](file)

@@ -8,10 +8,9 @@ from contextlib import contextmanager, nullcontext
 from importlib import import_module
 from typing import Any
 
-from texvol.errors import InputError, TexvolError, missing_extra
 from texvol.readers.detection import format_of
-from texvol.readers.samples import Choice, FileFault, Samples, TimeSteps
-from texvol.terminal import one_line
+from texvol.readers.faults import named_faults
+from texvol.readers.samples import Choice, Samples
 from texvol.volume import Volume
 
 # Of `texvol.readers.load`, which a volume's source keeps.
@@ -30,24 +29,10 @@ def read(name: str, choice: Choice) -> Samples:
     TimeSteps
         If the steps are to be counted, and the format may have several.
     """
-    kind = "a volume"
-    try:
+    with named_faults(name, "a volume", "formats"):
         kind = format_of(name, choice)
+    with named_faults(name, kind, "formats"):
         return _read(kind, name, choice)
-    except FileFault as fault:
-        # Readers of folders name the slice; of a single file that would be said twice.
-        reason = one_line(fault).removeprefix(f"{os.path.basename(name)}: ")
-        raise InputError(f"{name}: {reason}") from None
-    except (TexvolError, TimeSteps):
-        raise
-    except OSError as error:
-        raise InputError(f"{name}: cannot be read: {one_line(error.strerror or error)}") from error
-    except MemoryError as error:
-        raise InputError(f"{name}: reading it asks for more memory than there is") from error
-    except ImportError as error:
-        raise missing_extra(error.name or str(error), "formats", f"{name}: reading {kind}") from error
-    except Exception as error:  # whatever a library raises on a file that it can't make sense of
-        raise InputError(f"{name}: cannot be read as {kind}: {one_line(str(error) or type(error).__name__)}") from error
 
 
 def volume_of(name: str, samples: Samples, choice: Choice, spacing: Sequence[float] | None) -> Volume:
@@ -76,14 +61,14 @@ def _source(path: str, choice: Choice, spacing: Sequence[float] | None) -> dict[
 
 def _read(kind: str, path: str, choice: Choice) -> Samples:
     """Samples of a file of that kind; a reader, and the library that it stands on, is imported when it is needed."""
-    with nullcontext() if kind in _WITHOUT_LIBRARY else _silent_libraries():
+    with nullcontext() if kind in _WITHOUT_LIBRARY else silent_libraries():
         module = import_module(f"texvol.readers.{kind.lower()}")
         samples: Samples = module.read(path, choice)
     return samples
 
 
 @contextmanager
-def _silent_libraries() -> Iterator[None]:
+def silent_libraries() -> Iterator[None]:
     """Keep the libraries' warnings and log lines off stderr: what matters of them is in the error or not an error."""
     import logging
     import warnings
