@@ -71,11 +71,8 @@ def is_near(found: Any, planted_number: Any, tolerance: float) -> bool:
     return bool(np.allclose(found, planted_number, rtol=tolerance, atol=tolerance * 0.1))
 
 
-@pytest.mark.parametrize("picture", PICTURES)
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("case, picture", [(c, p) for c in CASES for p in PICTURES if (c, p) not in WITHOUT])
 def test_a_planted_difference_is_named_and_measured(case: str, picture: str) -> None:
-    if (case, picture) in WITHOUT:
-        return
     name, plant, numbers = CASES[case]
     reference = PICTURES[picture]()
     first = kinds_of(plant(reference), reference)[0]
@@ -87,21 +84,17 @@ def test_a_planted_difference_is_named_and_measured(case: str, picture: str) -> 
     assert name != "banding" or (first.explained > 0.999 and "off by" not in first.words)
 
 
-@pytest.mark.parametrize("picture", PICTURES)
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("case, picture", [(c, p) for c in CASES for p in PICTURES if (c, p) not in WITHOUT])
 def test_it_is_named_the_same_when_the_two_change_places(case: str, picture: str) -> None:
-    if (case, picture) in WITHOUT:
-        return
     name, plant, _ = CASES[case]
     reference = PICTURES[picture]()
     assert kinds_of(reference, plant(reference))[0].name == name
 
 
-@pytest.mark.parametrize("picture", PICTURES)
+# Hard disks of few opacities have too few thin pixels to tell a square from a line.
+@pytest.mark.parametrize("picture", ["cloud", "detail"])
 def test_front_and_back_swapped_are_named(picture: str) -> None:
-    kinds = kinds_of(*planted.swapped(PICTURES[picture]()))
-    # Hard disks of few opacities have too few thin pixels to tell a square from a line.
-    assert kinds[0].name == "swapped order" or picture == "disks"
+    assert kinds_of(*planted.swapped(PICTURES[picture]()))[0].name == "swapped order"
 
 
 @pytest.mark.parametrize("picture", ["cloud", "detail"])

@@ -96,3 +96,25 @@ def test_two_pictures_of_other_content_are_not_shifted() -> None:
     for seed in range(5):
         kinds = kinds_of(planted.cloud(seed=50 + seed), planted.cloud(seed=70 + seed))
         assert kinds[0].name != "shifted"
+
+
+def test_what_repeats_itself_is_not_shifted_by_a_period() -> None:
+    y, x = np.mgrid[:128, :128]
+    reference = np.repeat((0.5 + 0.25 * np.sin(x / 9) * np.cos(y / 7))[..., None], 4, 2)
+    reference[..., 3] = 1
+    candidate = reference.copy()
+    candidate[40:44, 50:54, :3] *= 0.5
+    # Shifted by a period of 18 π the block lies outside of what both show.
+    assert "shifted" not in {kind.name for kind in kinds_of(candidate, reference)}
+
+
+@pytest.mark.parametrize("how", [np.float32, np.float16])
+@pytest.mark.parametrize("shift", [(0.1, 0.0), (0.0, -0.3), (2.0, 0.25)])
+def test_of_what_repeats_itself_the_smallest_shift_is_found(shift: tuple[float, float], how: type) -> None:
+    y, x = np.mgrid[:120, :160]
+
+    def waves(dx: float, dy: float) -> np.ndarray:
+        light = 0.5 + 0.4 * np.sin((x - dx) / 9) * np.cos((y - dy) / 7)
+        return np.dstack([light, light, light, np.ones_like(light)]).astype(how).astype(np.float32)
+
+    assert shift_of(kinds_of(waves(*shift), waves(0, 0))) == pytest.approx(shift, abs=HUNDREDTH)

@@ -9,9 +9,10 @@ from texvol.comparison.kinds.finding import Finding
 from texvol.comparison.kinds.kind import Kind, number
 from texvol.comparison.kinds.pair import GREY, Pair, Pixels
 
-# Nine tenths of the difference, on the steepest third of where anything is shown, and a quarter of the picture.
-_SHARE, _OF_SHOWN, _AREA = 0.9, 1 / 3, 0.25
+# Nine tenths of the difference, on the steepest half of where anything is shown, and a quarter of the picture.
+_SHARE, _OF_SHOWN, _AREA = 0.9, 1 / 2, 0.25
 _SHOWN = 0.005  # of the steepest: less is a background
+_SPREAD = 0.01  # of the pixels on edges
 _BINS = 256
 _LEAST_IN_WINDOW = 0.5  # of the difference in the part that differs most
 
@@ -20,7 +21,10 @@ def edges(pair: Pair) -> Finding | None:
     """Differences on edges of what is shown, and nowhere else."""
     if min(pair.size) < 8:
         return None
-    contrast = np.maximum(_contrast(pair.candidate), _contrast(pair.reference))
+    # Of the smaller contrast: what is wrong in one picture makes an edge there, and not in the other.
+    contrast = np.minimum(_contrast(pair.candidate), _contrast(pair.reference))
+    if not contrast.max() > 0:
+        return None
     steps = np.minimum(contrast * np.float32(_BINS / max(float(contrast.max()), 1e-30)), _BINS - 1).astype(np.int32)
     counts = np.bincount(steps.ravel(), minlength=_BINS)[::-1]
     energies = np.bincount(steps.ravel(), pair.energy.ravel(), _BINS)[::-1]
@@ -28,7 +32,11 @@ def edges(pair: Pair) -> Finding | None:
     reached = int(np.searchsorted(np.cumsum(energies), _SHARE * energies.sum()))
     area = float(counts[: reached + 1].sum() / contrast.size)
     share = float(energies[: reached + 1].sum() / energies.sum())
-    shown = float((contrast > _SHOWN * contrast.max()).mean())
+    # A spot that lies on an edge is no difference of edges: the number of pixels that the squares are as if spread on.
+    spread = float(energies.sum()) ** 2 / max(float(np.square(pair.energy, dtype=np.float64).sum()), 1e-300)
+    if spread < _SPREAD * counts[: reached + 1].sum():
+        return None
+    shown = _shown(pair.reference @ GREY, contrast)
     if area > min(_AREA, _OF_SHOWN * shown):
         return None
     words = (
@@ -37,6 +45,16 @@ def edges(pair: Pair) -> Finding | None:
     )
     parameters = {"share": share, "area": area}
     return Finding(Kind("edges only", share, words, parameters), pair.with_side("candidate", pair.reference))
+
+
+def _shown(grey: Pixels, contrast: Pixels) -> float:
+    """Share of the pixels that show something: neither even nor of the background's grey."""
+    low, high = float(grey.min()), float(grey.max())
+    steps = ((grey - low) * np.float32((_BINS - 1) / max(high - low, 1e-30))).astype(np.int32)
+    counts = np.bincount(steps.ravel(), minlength=_BINS)
+    usual = int(counts.argmax())
+    is_background = steps == usual if counts[usual] > _AREA * steps.size else np.zeros(steps.shape, bool)
+    return float((~is_background | (contrast > _SHOWN * contrast.max())).mean())
 
 
 def blur(pair: Pair) -> Finding | None:

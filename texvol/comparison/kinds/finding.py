@@ -11,6 +11,11 @@ import numpy as np
 from texvol.comparison.kinds.kind import Kind, other
 from texvol.comparison.kinds.pair import Pair, Pixels
 
+# A difference is 1 of the part that a hypothesis has in it, within what rounding and noise add; ten times the scatter
+# of that is no chance.
+_ONE_TO_ONE, _SIGNIFICANT = 0.5, 10.0
+_TIE = 1e-3  # of what is left at all
+
 
 @dataclass(frozen=True)
 class Change:
@@ -49,9 +54,13 @@ class Change:
         share = pair.explained_by(undone)
         if share <= 0:
             return share
-        left = undone.beyond_floor
+        if pair.roundings is None:
+            both = self._on(undone, other(self.applied_to)).total
+            return min(share, 1 - undone.total / both) if both > 0 else 0.0
+        # Of several that leave no more than rounding the one is best that leaves least.
+        share -= _TIE * undone.total / pair.total
         both = self._on(undone, other(self.applied_to)).beyond_floor
-        return min(share, 1 - left / both) if both > 0 else 0.0
+        return min(share, 1 - undone.beyond_floor / both) if both > 0 else 0.0
 
     def undone(self, pair: Pair) -> Pair:
         """The pair whose other picture has the change as well."""
@@ -75,3 +84,18 @@ class Finding:
     kind: Kind
     left: Pair
     fitted: int = 0
+
+
+def goes_with(pair: Pair, left: Pair) -> bool:
+    """Whether the difference goes with what is undone, one to one, and not by chance."""
+    before = pair
+    if left.size != pair.size:  # what a shift left out at the borders
+        across, down = left.corner[0] - pair.corner[0], left.corner[1] - pair.corner[1]
+        before = pair.part(slice(down, down + left.size[1]), slice(across, across + left.size[0]))
+    difference = before.difference.astype(np.float64)
+    undone = difference - left.difference
+    products, squares = float(np.vdot(difference, undone)), float(np.vdot(undone, undone))
+    if not squares > 0:
+        return False
+    scatter = float(np.square(difference).sum()) / (left.size[0] * left.size[1])
+    return abs(products / squares - 1) < _ONE_TO_ONE and products > _SIGNIFICANT * np.sqrt(squares * scatter)

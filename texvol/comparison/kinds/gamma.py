@@ -19,6 +19,7 @@ from texvol.comparison.kinds.encodings import (
     on_all,
     on_premultiplied,
     on_straight,
+    srgb_decoded,
     srgb_encoded,
     straight,
     to_the_power,
@@ -30,6 +31,7 @@ from texvol.comparison.kinds.pair import Pair
 
 _LEAST_POWER = 1 / 7  # encoded twice with gamma 2.6, the largest in use
 _AROUND = 1.5  # of the first guess of a power
+_ROUND_GAMMA = 2.2  # what sRGB is taken for
 _ONE_POWER = 0.01  # powers nearer to 1 than this are no gamma
 
 
@@ -43,6 +45,8 @@ def changes(sample: Pair) -> Iterator[Change]:
     for how, applier in applied.items():
         for side in ("candidate", "reference"):
             yield from _srgb(sample, side, how, applier)
+        if how != "all channels":
+            yield from _srgb_for_power(sample, how, applier)
         yield from _power(sample, how, applier)
 
 
@@ -58,6 +62,18 @@ def _srgb(sample: Pair, encoded: str, how: str, applier: Any) -> Iterator[Change
             words = f"the {encoded} is encoded as sRGB{' twice' * (times == 2)}, {_ON[how]}, and the {linear} is linear"
             words += ", and what is over 1 is cut" * cut
             yield Change("gamma", linear, applier(curve), words, parameters)
+
+
+def _srgb_for_power(sample: Pair, how: str, applier: Any) -> Iterator[Change]:
+    """One picture was encoded with gamma 2.2, and is decoded as sRGB."""
+    for side in ("candidate", "reference"):
+
+        def curve(values: Any) -> Any:
+            return srgb_decoded(to_the_power(1 / _ROUND_GAMMA)(values))
+
+        words = f"the {side} is encoded with gamma {_ROUND_GAMMA}, {_ON[how]}, where the {other(side)} is sRGB"
+        parameters = {"function": "power for sRGB", "gamma": _ROUND_GAMMA, "encoded": side, "on": how}
+        yield Change("gamma", other(side), applier(curve), words, parameters)
 
 
 def _power(sample: Pair, how: str, applier: Any) -> Iterator[Change]:

@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.comparison.kinds import registration
-from texvol.comparison.kinds.finding import Finding
+from texvol.comparison.kinds.finding import Finding, goes_with
 from texvol.comparison.kinds.isolated import isolated, isolated_pixels
 from texvol.comparison.kinds.kind import Kind
+from texvol.comparison.kinds.noise import noise
 from texvol.comparison.kinds.pair import GREY, Pair, Pixels
 
 _LEAST_SHIFT = 0.002  # pixels; less can't be told from other small differences
@@ -21,6 +22,8 @@ _LEAST_OF_MEANS, _LEAST_OF_ALL = 0.8, 0.1
 _MOST = 0.8
 # A shift by a good part of the picture hides what differs most: what is left to compare has to be the same.
 _FAR, _MOST_FAR = 0.1, 0.95
+_IN_HUNDREDTHS = 0.02  # pixels; of less thousandths are said
+_LEAST_SEEN = 0.5  # of the difference that an overlap would have if it were even
 _ALONE, _SURELY, _LEAST_OF_WINDOW = 0.5, 0.9999, 0.02
 
 _FLIPS: dict[str, tuple[str, Callable[[NDArray], NDArray]]] = {
@@ -64,20 +67,42 @@ def shift(pair: Pair) -> Finding | None:
     if seen is None:
         return None
     before, left = seen
+    is_far = max(abs(dx) / pair.size[0], abs(dy) / pair.size[1]) > _FAR
+    # A shift that only leaves out what differs explains nothing; what black at a border leaves out is little.
+    if is_far and _seen_of_difference(pair, before, dx, dy) < _LEAST_SEEN * before.energy.size / pair.energy.size:
+        return None
     explained, of_means = before.explained_by(left), _of_means(before, left)
     jumps = max(abs(dx), abs(dy)) <= 1 and explained >= _LEAST_OF_ALL and of_means >= _LEAST_OF_MEANS
-    is_far = max(abs(dx) / pair.size[0], abs(dy) / pair.size[1]) > _FAR
-    if not (explained >= (_MOST_FAR if is_far else _MOST) or jumps):
+    if not (explained >= (_MOST_FAR if is_far else _MOST) or jumps) and (is_far or not _leaves_noise(before, left)):
         return None
     parameters = {"dx": dx, "dy": dy, "explained_of_means": of_means}
     return Finding(Kind("shifted", explained, _words(dx, dy), parameters), left, fitted=2)
 
 
+def _leaves_noise(before: Pair, left: Pair) -> bool:
+    """Whether a difference that says something of its neighbours' goes with the shift, and what is left does not."""
+    return goes_with(before, left) and noise(before) is None and noise(left) is not None
+
+
+def _seen_of_difference(pair: Pair, before: Pair, dx: float, dy: float) -> float:
+    """The least share of the squared difference in the pixels of either picture that were compared."""
+    left, top = before.corner[0] - pair.corner[0], before.corner[1] - pair.corner[1]
+    width, height = before.size
+    shares = []
+    for sign in (0, 1, -1):  # in place, and where the moved picture's pixels came from: inside, one way or the other
+        x, y = left + sign * round(dx), top + sign * round(dy)
+        if x >= 0 and x + width <= pair.size[0] and y >= 0 and y + height <= pair.size[1]:
+            energy = pair.energy[y : y + height, x : x + width].sum(dtype=np.float64)
+            shares.append(float(energy / pair.energy.sum(dtype=np.float64)))
+    return min(shares)
+
+
 def _words(dx: float, dy: float) -> str:
     horizontally = "right" if dx > 0 else "left"
     vertically = "down" if dy > 0 else "up"
-    said = [word for word, by in ((horizontally, dx), (vertically, dy)) if abs(by) >= 0.005]
-    pixels = f"({round(dx, 2) + 0.0:+.2f}, {round(dy, 2) + 0.0:+.2f})"  # + 0: no -0
+    digits = 2 if max(abs(dx), abs(dy)) >= _IN_HUNDREDTHS else 3
+    pixels = f"({round(dx, digits) + 0.0:+.{digits}f}, {round(dy, digits) + 0.0:+.{digits}f})"  # + 0: no -0
+    said = [word for word, by in ((horizontally, dx), (vertically, dy)) if round(abs(by), digits) > 0]
     return f"the candidate is shifted by {pixels} pixels, {' and '.join(said) or 'hardly'} (x to the right, y down)"
 
 

@@ -14,6 +14,7 @@ from texvol.comparison.kinds.pair import Pair
 _MOST = 16  # more than a few are noise of a few pixels
 _STANDS_OUT = 5.0  # times its neighbours' difference
 _NAMED = 5  # pixels that are named one by one
+_SURELY = 3.0  # times what rounding explains; of thousands of pixels a few are just over it
 _FEWEST_PIXELS = 6  # of a picture, for one of them to be alone
 
 
@@ -63,9 +64,20 @@ def isolated(pair: Pair, pixels: Isolated) -> Finding:
     named = "; ".join(f"column {p['column']}, row {p['row']}: {p['channel']} {p['by']:+.3g}" for p in found[:_NAMED])
     count = "one pixel is" if len(found) == 1 else f"{len(found)} single pixels are"
     words = f"{count} off: {named}{' …' * (len(found) > _NAMED)}"
-    return Finding(
-        Kind("isolated pixels", pair.explained_by(left), words, {"count": len(found), "pixels": found}), left
-    )
+    explained = _explained(pair, pixels)
+    return Finding(Kind("isolated pixels", explained, words, {"count": len(found), "pixels": found}), left)
+
+
+def _explained(pair: Pair, pixels: Isolated) -> float:
+    """Share of what is beyond rounding; of all that rounding does not explain, if they are hardly beyond it."""
+    beyond = pair.beyond.all_explained_by(pixels.left_out(pair.beyond))
+    if pair.allowance is None:
+        return beyond
+    differences = np.abs(pair.difference[pixels.rows, pixels.columns])
+    times = (differences / np.maximum(pair.allowance[pixels.rows, pixels.columns], 1e-9)).max(axis=1)
+    if times.min() >= _SURELY:
+        return beyond
+    return min(beyond, float(np.square(differences, dtype=np.float64).sum()) / max(pair.signal, 1e-300))
 
 
 def _largest_around(energy: NDArray, rows: NDArray, columns: NDArray) -> NDArray:

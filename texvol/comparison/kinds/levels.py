@@ -28,6 +28,7 @@ _LEAST_OPACITY = 0.1  # straight colour of less has lost digits
 _MOST_DISTINCT = 300  # values of a picture of 8 bits, and not of one of more
 # Some dozen slabs, each rounded to half a step, are off by a few.
 _MOST_OFF, _FEWEST_STEPS = 3.0, 31
+_AS_COARSE = 0.1  # of the other picture's rounding: less made no difference
 _MOST_OF_HALF = 1023  # steps; more of them near 1 are those of half floats
 
 
@@ -54,7 +55,7 @@ class Lattice:
         known = f" ({bits:.0f} bits)" if bits and bits == int(bits) else ""
         encoding = " of the sRGB encoding" if self.is_srgb else ", linear"
         colour = f"{self.steps} steps{known}{encoding}{', straight' * self.is_straight}" if self.steps else ""
-        opacity = f"opacity to {self.opacity_steps} steps" if self.opacity_steps not in (0, self.steps) else ""
+        opacity = f"{self.opacity_steps} steps of opacity" if self.opacity_steps not in (0, self.steps) else ""
         return " and ".join(filter(None, (colour, opacity)))
 
     def in_steps(self, pixels: NDArray) -> NDArray:
@@ -197,7 +198,7 @@ def _from_gaps(distinct: NDArray) -> list[int]:
     return [steps] if steps >= 1 else []
 
 
-def off_by_steps(pair: Pair, at_most: float = 15.0) -> Finding | None:
+def off_by_steps(pair: Pair, at_most: float) -> Finding | None:
     """A quantised picture that is a few steps off, as a sum is whose parts were rounded one by one."""
     for side in ("candidate", "reference"):
         lattice = lattice_of(pair.of(side), pair.has_opacity)
@@ -206,7 +207,8 @@ def off_by_steps(pair: Pair, at_most: float = 15.0) -> Finding | None:
         steps = lattice.distance(pair)
         most = float(steps.max())
         if float(np.sqrt(np.square(steps).mean())) <= _MOST_OFF and most <= at_most:
-            words = f"the {side} is quantised to {lattice.words}, and off by {most:.2g} steps at most"
+            steps_off = "a step" if f"{most:.2g}" == "1" else f"{most:.2g} steps"
+            words = f"the {side} is quantised to {lattice.words}, and off by {steps_off} at most"
             said = {**parameters(lattice, side), "most_steps": most}
             return Finding(Kind("banding", 1.0, words, said), pair.with_side("candidate", pair.reference), 1)
     return None
@@ -222,6 +224,9 @@ def within_formats(pair: Pair) -> Kind:
     if not found:
         words = f"rounding: within what the number formats explain, {number(pair.largest)} at most"
         return Kind("rounding", 1.0, words, {"largest": pair.largest})
+    if pair.roundings is not None:  # what was rounded, and not what held few values before
+        means = {side: float(np.mean(pair.roundings[side == "reference"])) for side in ("candidate", "reference")}
+        found = [each for each in found if means[each[1]] >= _AS_COARSE * max(means.values())] or found
     steps, side, lattice = min(found, key=lambda each: each[:2])
     bits = "half floats" if lattice.is_half else f"{int(np.ceil(np.log2(steps + 0.5)))} bits"
     said = {**parameters(lattice, side), "largest": pair.largest}

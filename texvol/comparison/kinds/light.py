@@ -14,6 +14,7 @@ from texvol.comparison.kinds.fitting import ratio
 from texvol.comparison.kinds.kind import number, other
 from texvol.comparison.kinds.pair import ROUNDING, Pair
 
+_LEAST_FACTOR, _SCATTER = 0.002, 6.0  # from 1, and times the scatter of a factor that noise leaves
 _LETTERS = "RGBA"
 
 
@@ -27,18 +28,66 @@ def changes(pair: Pair) -> Iterator[Change]:
 
 def _factors(sample: Pair) -> Iterator[Change]:
     weights = sample.pixel_weights[..., np.newaxis]
-    parts = {"colour": slice(0, 3)} | ({"all four channels": slice(0, 4)} if sample.has_opacity else {})
+    parts = {"colour": slice(0, 3)}
+    if sample.has_opacity:
+        parts |= {"opacity": slice(3, 4), "all four channels": slice(0, 4)}
     for part, channels in parts.items():
         factor = ratio(sample.candidate[..., channels], sample.reference[..., channels], weights)
-        words = (
-            f"the candidate's {part} {'is' if part == 'colour' else 'are'} {number(factor, 4)} times the reference's"
-        )
+        verb = "are" if part == "all four channels" else "is"
+        words = f"the candidate's {part} {verb} {number(factor, 4)} times the reference's"
+        name = "scaled opacity" if part == "opacity" else "brightness"
+        if part == "opacity":
+            words += ", and colour is the same"
         parameters = {"factor": factor, "part": part}
-        yield Change("brightness", "reference", _times(factor, channels), words, parameters, fitted=1)
+        yield Change(name, "reference", _times(factor, channels), words, parameters, fitted=1)
+    if sample.has_opacity:
+        yield from _opacity_with_color(sample)
     each = [ratio(sample.candidate[..., [i]], sample.reference[..., [i]], weights) for i in range(3)]
     shown = ", ".join(number(one, 4) for one in each)
     words = f"the candidate's red, green and blue are ({shown}) times the reference's"
     yield Change("brightness", "reference", _times(each, slice(0, 3)), words, {"factors": each}, fitted=3)
+
+
+def dimmed(pair: Pair) -> Change | None:
+    """A factor of colour under noise, in whichever of the two; None where noise may have made it.
+
+    Noise in the reference makes <c, r> / <r, r> smaller, noise in the candidate <c, c> / <c, r> larger: the factor that
+    both agree on is the nearer to 1 of them.
+    """
+    candidate, reference = (pair.of(side)[..., :3].ravel() for side in _SIDES)
+    scale = np.float32(1 / max(pair.scale, 1e-30))
+    candidate, reference = candidate * scale, reference * scale
+    of_c, of_r = float(np.vdot(candidate, candidate)), float(np.vdot(reference, reference))
+    products = float(np.vdot(candidate, reference))
+    if not (products > 0 and of_r > 0):
+        return None
+    factor = min(products / of_r, of_c / products, key=lambda each: abs(each - 1))
+    scatter = np.sqrt(max(of_c + of_r - 2 * products, 0) / of_r / candidate.size)
+    agree = (products / of_r - 1) * (of_c / products - 1) > 0
+    if not agree or abs(factor - 1) < max(_LEAST_FACTOR, _SCATTER * scatter):
+        return None
+    words = f"the candidate's colour is {number(factor, 4)} times the reference's"
+    said = {"factor": factor, "part": "colour"}
+    return Change("brightness", "reference", _times(factor, slice(0, 3)), words, said, fitted=1)
+
+
+def _opacity_with_color(sample: Pair) -> Iterator[Change]:
+    """Opacity times a factor, cut at 1, under the same straight colour."""
+    opacity = sample.candidate[..., 3:], sample.reference[..., 3:]
+    thin = sample.pixel_weights[..., np.newaxis] * (np.maximum(*opacity) < 1 - ROUNDING)
+    factor = ratio(*opacity, thin)
+    # Undone, the smaller opacity becomes the larger one, which may have been cut.
+    side, by = ("reference", factor) if factor >= 1 else ("candidate", 1 / max(factor, 1e-6))
+
+    def apply(pixels: NDArray) -> NDArray:
+        more = np.minimum(pixels[..., 3:] * np.asarray(by, pixels.dtype), np.maximum(pixels[..., 3:], 1))
+        share = np.divide(more, pixels[..., 3:], out=np.ones_like(more), where=pixels[..., 3:] > 0)
+        return pixels * share
+
+    words = f"the candidate's opacity is {number(factor, 4)} times the reference's, under the same straight colour"
+    if abs(factor - 1) > ROUNDING and float(sample.of(side)[..., 3].max()) * by > 1 >= float(np.max(opacity)):
+        words += ", cut at 1"
+        yield Change("scaled opacity", side, apply, words, {"factor": factor, "part": "opacity, straight"}, fitted=1)
 
 
 def _summands(sample: Pair) -> Iterator[Change]:

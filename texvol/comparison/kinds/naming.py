@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.comparison.kinds import levels, selection
+from texvol.comparison.kinds import levels, posterised, selection
 from texvol.comparison.kinds.kind import Kind, number
-from texvol.comparison.kinds.pair import ROUNDING, Pair
+from texvol.comparison.kinds.pair import Pair
 from texvol.errors import InputError
 
 # Sums of squared roundings scatter; and of two pictures that differ by a twentieth of a step only a twentieth of the
@@ -80,6 +80,9 @@ def _systematic(pair: Pair) -> list[Kind]:
     """What explains a difference that rounding alone could make, but hardly did."""
     if pair.total <= _OF_FLOOR * pair.floor or _mean_difference(pair) < _OF_STEP:
         return []
+    few = posterised.posterised(pair)
+    if few is not None:
+        return [few.kind]
     lattices = [change for change in levels.changes(pair) if pair.all_explained_by(change.undone(pair)) > 1 - _OF_STEP]
     return [] if lattices else selection.explain_systematic(pair)
 
@@ -92,8 +95,9 @@ def _mean_difference(pair: Pair) -> float:
     assert pair.roundings is not None
     if not all(each.any() for each in pair.roundings):
         return np.inf
-    step = np.square(pair.allowance, dtype=np.float64)
-    counted = pair.allowance > 0
+    allowance = pair.roundings[0] + pair.roundings[1]
+    step = np.square(allowance, dtype=np.float64)
+    counted = allowance > 0
     return float(np.square(pair.difference[counted], dtype=np.float64).sum() / step[counted].sum())
 
 

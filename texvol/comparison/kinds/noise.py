@@ -9,6 +9,7 @@ from texvol.comparison.kinds.kind import Kind, number
 from texvol.comparison.kinds.pair import Pair, Pixels
 
 MOST_GAUSSIAN = 4.5  # fourth moment, of a Gaussian 3
+_FEW = 0.02  # of the pixels
 _FEWEST = 48  # differing pixels; of fewer no correlation can be told
 # A correlation of n pixels scatters by 1/√n; and a cut at 0 or an opacity that scales it makes a little of it.
 _CORRELATION, _MEAN, _SCATTER, _SURELY = 0.06, 0.1, 4.0, 0.2
@@ -30,13 +31,16 @@ def noise(pair: Pair) -> Finding | None:
     values = difference[differing]
     mean = np.abs(values.mean(axis=0, dtype=np.float64)).max()
     rms = float(np.sqrt(np.square(values, dtype=np.float64).mean()))
-    if max(map(abs, alike)) > limit or mean > (_MEAN + _SCATTER / np.sqrt(count)) * rms:
-        return None
     share = count / pair.energy.size
+    # A few single pixels may all be white, or black; many that are brighter are no noise.
+    has_mean = mean > (_MEAN + _SCATTER / np.sqrt(count)) * rms
+    if max(map(abs, alike)) > limit or (has_mean and share > _FEW):
+        return None
     everywhere = float(np.sqrt(square / difference.size)) * pair.largest
     tails = float(np.power(values, 4, dtype=np.float64).mean()) / rms**4
     form = _noise_form(tails, share)
-    words = f"noise of rms {number(everywhere)}, {form}, not correlated between neighbours, of mean zero"
+    words = f"noise of rms {number(everywhere)}, {form}, not correlated between neighbours"
+    words += ", brighter or darker on the whole" if has_mean else ", of mean zero"
     parameters = {"rms": everywhere, "share": share, "kurtosis": tails}
     explained = 1 - max(map(abs, alike))
     return Finding(Kind("noise", explained, words, parameters), pair.with_side("candidate", pair.reference))
@@ -53,7 +57,8 @@ def _noise_form(tails: float, share: float) -> str:
         if tails < 2.3
         else "more in some places than in others"
     )
-    return even + (" everywhere" if share > 0.95 else f" in {number(100 * share, 2)} % of the pixels")
+    is_even = tails <= MOST_GAUSSIAN
+    return even + (" everywhere" * is_even if share > 0.95 else f" in {number(100 * share, 2)} % of the pixels")
 
 
 def _is_correlated(window: Pair) -> bool:

@@ -11,6 +11,7 @@ while opacity a + b - a b is symmetric. For all ways of parting a pixel of opaci
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from texvol.comparison.kinds.encodings import is_partial
 from texvol.comparison.kinds.finding import Finding
@@ -22,6 +23,8 @@ _BINS = 12
 _LEAST_PIXELS = 20  # of a bin
 # Halfway between a change that goes with opacity and one that goes with its square.
 _LEAST_POWER = 1.5
+_STEPS = 8.0  # half steps of opacity
+_OF_ROUNDING = 2.0  # times what rounding makes, of a bin's squares, for the rest to be known
 
 
 def swapped(pair: Pair) -> Finding | None:
@@ -39,7 +42,8 @@ def swapped(pair: Pair) -> Finding | None:
     # No orders differ by more than a b times the largest difference of straight colours.
     most = np.square(1 - np.sqrt(1 - np.clip(opacity, 0, 1)))
     brightest = max(1.0, pair.scale)
-    beyond = np.abs(difference[..., :3]).max(axis=2) > most * brightest + 0.01 * pair.largest
+    rounded = 0 if pair.allowance is None else pair.allowance[..., :3].max(axis=2)
+    beyond = np.abs(difference[..., :3]).max(axis=2) > most * brightest + 0.01 * pair.largest + rounded
     explained = (
         1 - float(pair.energy[beyond].sum(dtype=np.float64)) * pair.largest**2 / pair.total - of_opacity / pair.total
     )
@@ -54,18 +58,29 @@ def swapped(pair: Pair) -> Finding | None:
 def _power(pair: Pair) -> float | None:
     """p of rms difference ∝ A^p over the thin pixels; None where there are too few to tell."""
     depth = pair.reference[..., 3].ravel()
-    thin = (depth > 1e-3) & (depth < 0.5)
+    # What rounding made of 0 has no colour any more, and of a few steps not much.
+    least = 0.0 if pair.roundings is None else _STEPS * max(float(each[..., 3].max()) for each in pair.roundings)
+    thin = (depth > max(least, 1e-3)) & (depth < 0.5)
     if thin.sum() < 2 * _LEAST_PIXELS:
         return None
     # x = 1 - √(1 - A), about A / 2, whose square bounds the difference however opaque.
     x = 1 - np.sqrt(1 - depth[thin].astype(np.float64))
     squares = np.square(pair.difference[..., :3], dtype=np.float64).sum(axis=2).ravel()[thin]
+    rounding = _rounding(pair).ravel()[thin]
     edges = np.geomspace(x.min(), x.max() * (1 + 1e-9), _BINS + 1)
     index = np.digitize(x, edges[1:-1])
     counts = np.bincount(index, minlength=_BINS)
-    used = (counts >= _LEAST_PIXELS) & (np.bincount(index, squares, _BINS) > 0)
+    sums, floors = np.bincount(index, squares, _BINS), np.bincount(index, rounding, _BINS)
+    used = (counts >= _LEAST_PIXELS) & (sums > _OF_ROUNDING * floors)
     if used.sum() < 3 or np.log(edges[-1] / edges[0]) < np.log(2):
         return None
-    rms = np.sqrt(np.bincount(index, squares, _BINS)[used] / counts[used])
+    rms = np.sqrt((sums - floors)[used] / counts[used])
     at = np.log(np.bincount(index, x, _BINS)[used] / counts[used])
     return float(np.polyfit(at, np.log(rms), 1)[0])
+
+
+def _rounding(pair: Pair) -> NDArray:
+    """The squared difference of colour that rounding makes of each pixel, on average."""
+    if pair.roundings is None:
+        return np.zeros(pair.energy.shape)
+    return np.asarray(sum(np.square(each[..., :3], dtype=np.float64).sum(axis=2) for each in pair.roundings) / 3)

@@ -26,6 +26,7 @@ ROUNDING, _WORST_ROUNDING = 1e-6, 1e-5
 # Sums of squared roundings scatter by a few hundredths where steps are not small against what is shown; interpolation
 # by eight pixels sums weights of up to 1.9 at the worst.
 _OF_FLOOR, _OF_ALLOWANCE = 1.25, 2.0
+_SURELY_BEYOND = 1.1  # of the allowance: products of roundings are a little more
 _LEAST_BEYOND = 0.02  # of the squared difference: less can't be told from rounding
 
 
@@ -124,7 +125,7 @@ class Pair:
         if self.allowance is None:
             return self
         difference = self.difference
-        beyond = np.copysign(np.maximum(np.abs(difference) - self.allowance, 0), difference)
+        beyond = np.copysign(np.maximum(np.abs(difference) - _SURELY_BEYOND * self.allowance, 0), difference)
         return replace(self, candidate=self.reference + beyond, roundings=None)
 
     @property
@@ -179,10 +180,40 @@ class Pair:
         Of what is beyond that of rounding, which nothing undoes, as long as there is something beyond it.
         """
         before, after = self.beyond_floor, undone.beyond_floor
-        if before < _LEAST_BEYOND * self.total:
+        if self.roundings is None or before < _LEAST_BEYOND * self.total:
             return self.all_explained_by(undone)
-        share = 1 - after / before if before > 0 else 0.0
+        share = min(1 - after / before, self._along(undone) / max(self.signal, 1e-300))
         return share if np.isfinite(share) else -np.inf
+
+    @cached_property
+    def signal(self) -> float:
+        """The squared difference that there was before rounding, as far as its sum tells; at most `total`.
+
+        Where one picture was rounded its errors are added. Where both were, and differed by δ, δ / 2q of the pixels
+        differ by a step of 2q: mean d² = δ² + 2qδ.
+        """
+        if self.roundings is None:
+            return self.total
+        if not all(each.any() for each in self.roundings):
+            return self.beyond_floor
+        weights = np.broadcast_to(self.pixel_weights[..., np.newaxis], self.difference.shape)
+        squares = weights * np.square(self.difference, dtype=np.float64)
+        allowance = self.roundings[0] + self.roundings[1]
+        far = np.abs(self.difference) > _SURELY_BEYOND * allowance
+        count = max(float(weights[~far].sum()), 1.0)
+        step = float((allowance * weights)[~far].sum() / count)
+        near = count * (np.sqrt(float(squares[~far].sum()) / count + step**2 / 4) - step / 2) ** 2
+        return near + float(squares[far].sum())
+
+    def _along(self, undone: Pair) -> float:
+        """The squared difference that lies along what was undone: what is small undoes little, whatever it leaves."""
+        if undone.difference.shape != self.difference.shape:
+            return np.inf
+        difference = self.difference.astype(np.float64)
+        change = difference - undone.difference
+        weights = self.pixel_weights[..., np.newaxis]
+        squares = float((weights * change * change).sum())
+        return float((weights * difference * change).sum()) ** 2 / squares if squares > 0 else 0.0
 
     def all_explained_by(self, undone: Pair) -> float:
         """The same, of all of the squared difference."""
@@ -211,7 +242,7 @@ class Pair:
         arrays = (self.candidate, self.reference, *(self.roundings or ()))
         row = [each.reshape(-1, 4)[index][np.newaxis] for each in arrays]
         roundings = (row[2], row[3]) if self.roundings is not None else None
-        return Pair(*row[:2], self.has_opacity, weights=np.concatenate(weights)[np.newaxis], roundings=roundings)
+        return Pair(row[0], row[1], self.has_opacity, weights=np.concatenate(weights)[np.newaxis], roundings=roundings)
 
     @cached_property
     def window(self) -> Pair:

@@ -19,6 +19,9 @@ _LEAST_SHARED = 0.2  # of what either picture shows
 _TAPS = 8
 _STEPS = 12  # Gauss-Newton halves the error of a good start at least
 _DONE = 1e-4  # pixels
+# Mean squares that are as good: within half of the least, which is what noise makes of it in overlaps of different
+# sizes, or where both are a hundredth of what no shift leaves.
+_AS_GOOD, _NEGLIGIBLE = 1.5, 0.01
 _LOOKED_AT, _STARTS = 40, 4  # whole shifts, and those that are refined
 # Pixels along a side up to which it is refined. A copy of half the size finds smooth content to a thousandth as well.
 _LARGEST_FINE = 1024
@@ -32,8 +35,12 @@ def estimate(candidate: NDArray, reference: NDArray) -> tuple[float, float]:
         candidate, reference = _softened(candidate), _softened(reference)
     levels = _pyramid(candidate, reference)
     # Where what is shown repeats itself several shifts look alike until they are refined.
-    starts = [_refined(*levels[-1], *start) for start in _coarse(*levels[-1])]
-    _, dx, dy = min(starts)
+    coarsest = levels[-1]
+    starts = [_refined(*coarsest, *start) for start in {(0.0, 0.0): 0, **dict.fromkeys(_coarse(*coarsest))}]
+    # Of a pattern that repeats itself the periods fit as well: the smallest shift it is.
+    unmoved = float(np.square(coarsest[0] - coarsest[1]).mean())
+    fits = _AS_GOOD * min(starts)[0] + _NEGLIGIBLE * unmoved
+    _, dx, dy = min((each for each in starts if each[0] <= fits), key=lambda each: max(abs(each[1]), abs(each[2])))
     for one, two in reversed(levels[:-1]):
         dx, dy = 2 * dx, 2 * dy
         if max(one.shape) <= _LARGEST_FINE:

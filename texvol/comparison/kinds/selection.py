@@ -9,8 +9,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from texvol.comparison.kinds import (
     edges,
     end_slabs,
@@ -21,10 +19,11 @@ from texvol.comparison.kinds import (
     light,
     opacity,
     order,
+    posterised,
     tone_curve,
     unexplained,
 )
-from texvol.comparison.kinds.finding import Change, Finding
+from texvol.comparison.kinds.finding import Change, Finding, goes_with
 from texvol.comparison.kinds.kind import Kind
 from texvol.comparison.kinds.noise import MOST_GAUSSIAN, noise
 from texvol.comparison.kinds.pair import Pair
@@ -41,10 +40,8 @@ _SECOND = 0.2
 _CURVE = 0.95  # a curve of any form follows a little of everything
 _STARTS = 3  # changes that a second one is tried after
 _ALONE = 0.5
+_SPARSE = 0.2  # of the pixels; fewer that differ may be those of outlines
 _FEW_STEPS = 2.0  # more could be anything
-# A difference of rounding is 1 of the part that a hypothesis has in it, within what rounding adds; a chance of ten times
-# its scatter is none.
-_ONE_TO_ONE, _SIGNIFICANT = 0.5, 10.0
 _NEVER_UNDONE = ("noise", "edges only", "swapped order", "banding", "unexplained")
 
 
@@ -84,6 +81,8 @@ def explain(pair: Pair) -> list[Kind]:
             break
         kinds += [_in_all(each.kind, share) for each in found.chain]
         kinds += [_or(_in_all(each.kind, share)) for each in found.alternatives]
+        if kinds[-1].name == "unexplained":
+            break
         share *= max(0.0, 1 - found.explained)
         left = found.left
     return kinds[:MOST_KINDS]
@@ -92,7 +91,7 @@ def explain(pair: Pair) -> list[Kind]:
 def explain_systematic(pair: Pair) -> list[Kind]:
     """Kinds that explain a difference of the size of rounding: those that go with it as rounding does not."""
     ranked = [each for each in (*_pixelwise(pair), *_elsewhere(pair)) if not each.is_rounded]
-    ranked = [each for each in ranked if each.explained >= _EXPLAINS and _goes_with(pair, each.left)]
+    ranked = [each for each in ranked if each.explained >= _EXPLAINS and goes_with(pair, each.left)]
     if not ranked:
         return []
     best = max(ranked, key=lambda each: each.explained)
@@ -100,28 +99,16 @@ def explain_systematic(pair: Pair) -> list[Kind]:
     return [*kinds, *(_or(_in_all(each.kind, 1.0)) for each in best.alternatives)][:MOST_KINDS]
 
 
-def _goes_with(pair: Pair, left: Pair) -> bool:
-    """Whether the difference goes with what is undone, one to one, and not by chance."""
-    before = pair
-    if left.size != pair.size:  # what a shift left out at the borders
-        across, down = left.corner[0] - pair.corner[0], left.corner[1] - pair.corner[1]
-        before = pair.part(slice(down, down + left.size[1]), slice(across, across + left.size[0]))
-    difference = before.difference.astype(np.float64)
-    undone = difference - left.difference
-    products, squares = float(np.vdot(difference, undone)), float(np.vdot(undone, undone))
-    if not squares > 0:
-        return False
-    scatter = float(np.square(difference).sum()) / (left.size[0] * left.size[1])
-    return abs(products / squares - 1) < _ONE_TO_ONE and products > _SIGNIFICANT * np.sqrt(squares * scatter)
-
-
 def _next(pair: Pair, before: set[str]) -> Found | None:
     """What explains most of the difference that the kinds `before` left."""
     alone = isolated.isolated_pixels(pair.beyond) if "isolated pixels" not in before else None
     if alone is not None:
         finding = isolated.isolated(pair, alone)
-        if pair.beyond.all_explained_by(alone.left_out(pair.beyond)) >= _ALONE:
+        if finding.kind.explained >= _ALONE:
             return Found((finding,))
+    few = posterised.posterised(pair) if "banding" not in before else None
+    if few is not None:
+        return Found((few,))
     ranked = _pixelwise(pair)
     if ranked and ranked[0].explained >= _COMPLETE:
         return ranked[0]
@@ -244,6 +231,14 @@ def _described(pair: Pair, before: set[str]) -> Found | None:
     if rounded is not None:
         return Found((rounded,))
     random = noise(pair)
+    if random is not None and random.kind.parameters["share"] < _SPARSE:
+        outlines = edges.edges(pair)
+        if outlines is not None and outlines.kind.explained >= _EXPLAINS:
+            return Found((outlines,))
+    if random is not None or "brightness" not in before:
+        dimmed = _dimmed_before_noise(pair, random)
+        if dimmed is not None:
+            return dimmed
     if random is not None:
         alone = isolated.isolated_pixels(pair) if "isolated pixels" not in before else None
         rest = noise(alone.left_out(pair)) if alone is not None else None
@@ -253,11 +248,28 @@ def _described(pair: Pair, before: set[str]) -> Found | None:
         return Found((random,))
     if "shifted" in before:
         return None  # what resampling left
-    for describe in (order.swapped, end_slabs.unclipped, edges.blur, edges.edges, levels.off_by_steps):
+    for describe in (order.swapped, end_slabs.unclipped, edges.blur, edges.edges):
         finding = describe(pair)
         if finding is not None and finding.kind.explained >= _EXPLAINS:
             return Found((finding,))
     return None
+
+
+def _dimmed_before_noise(pair: Pair, random: Finding | None) -> Found | None:
+    """Noise that hides most of a brightness, both of them: the factor goes with what is shown, noise does not."""
+    change = light.dimmed(pair)
+    if change is None:
+        return None
+    found = _measured(pair, (change,)).chain[0]
+    if not goes_with(pair, found.left):
+        return None
+    rest = noise(found.left)
+    if rest is None or rest.kind.parameters["share"] < _SPARSE:
+        return None
+    share = found.kind.explained
+    after = replace(rest, kind=replace(rest.kind, explained=(1 - share) * rest.kind.explained))
+    chain = (found, after) if share > 0.5 else (replace(after, left=found.left), replace(found, left=after.left))
+    return Found(chain)
 
 
 def _rest(found: Found) -> Found | None:
