@@ -112,6 +112,8 @@ def measure(candidate: Picture, reference: Picture, limit: float, scale: float |
     With a `scale` the pictures hold numbers, and differences are shares of it.
     """
     are_numbers, scale = scale is not None, scale or 1.0
+    if np.array_equal(candidate.pixels, reference.pixels) and np.isfinite(candidate.pixels).all():
+        return _no_difference(candidate, reference, limit, scale)
     ours, theirs = candidate.pixels / np.float32(scale), reference.pixels / np.float32(scale)
     broken = ~(np.isfinite(ours) & np.isfinite(theirs)).all(axis=2)
     with np.errstate(invalid="ignore"):
@@ -123,22 +125,21 @@ def measure(candidate: Picture, reference: Picture, limit: float, scale: float |
         beyond = np.maximum(difference - rounding[0] - rounding[1] - _SLACK * np.maximum(1, np.abs(theirs)), 0)
     beyond[broken] = np.inf
     row, column = divmod(int(difference.max(axis=2).argmax()), difference.shape[1])
-    same = not difference.any()
     seen = _filled(ours, broken), _filled(theirs, broken)
-    seen_flip = 0.0 if same else flip(*seen)
+    seen_flip = flip(*seen)
     beyond_flip = _beyond_flip(*seen, beyond, seen_flip) if any(map(np.any, rounding)) else seen_flip
     return Measures(
         parts=_parts(difference, channels),
         beyond_max=float(beyond.max()),
         beyond_rms=_beyond_rms(difference[..., :channels], rounding[0][..., :channels], rounding[1][..., :channels]),
-        outlier=float(np.inf if broken.any() else 0.0 if same else _outlier(*seen, beyond)),
+        outlier=float(np.inf if broken.any() else _outlier(*seen, beyond)),
         limit=limit,
         percent_over=100 * float((beyond.max(axis=2) > limit).mean()),
-        ssim=1.0 if same else structural_similarity(seen[0] @ _WEIGHTS, seen[1] @ _WEIGHTS),
+        ssim=structural_similarity(seen[0] @ _WEIGHTS, seen[1] @ _WEIGHTS),
         flip=seen_flip,
         beyond_flip=0.0 if are_numbers else beyond_flip,
         worst_pixel=(column, row),
-        worst_values=tuple(tuple(map(float, each[row, column])) for each in (candidate.pixels, reference.pixels)),  # type: ignore[arg-type]
+        worst_values=(_values(candidate, row, column), _values(reference, row, column)),
         non_finite=int(broken.sum()),
         pixels=broken.size,
         scale=scale,
@@ -146,6 +147,33 @@ def measure(candidate: Picture, reference: Picture, limit: float, scale: float |
 
 
 _WEIGHTS = np.append(_LUMINANCE, np.float32(0))
+
+
+def _no_difference(candidate: Picture, reference: Picture, limit: float, scale: float) -> Measures:
+    """What is measured of equal pictures, without the work."""
+    names = ("all", "color", *(["opacity"] if candidate.has_opacity and reference.has_opacity else []))
+    nothing = Channelwise(0.0, 0.0, 0.0, np.inf, 0.0, 0.0)
+    height, width = candidate.pixels.shape[:2]
+    return Measures(
+        parts=dict.fromkeys(names, nothing),
+        beyond_max=0.0,
+        beyond_rms=0.0,
+        outlier=0.0,
+        limit=limit,
+        percent_over=0.0,
+        ssim=1.0,
+        flip=0.0,
+        beyond_flip=0.0,
+        worst_pixel=(0, 0),
+        worst_values=(_values(candidate, 0, 0), _values(reference, 0, 0)),
+        non_finite=0,
+        pixels=height * width,
+        scale=scale,
+    )
+
+
+def _values(picture: Picture, row: int, column: int) -> tuple[float, ...]:
+    return tuple(map(float, picture.pixels[row, column]))
 
 
 def _parts(difference: NDArray[np.float64], channels: int) -> dict[str, Channelwise]:
