@@ -102,6 +102,16 @@ def test_other_commands_want_one_step(folder: Path, capsys: pytest.CaptureFixtur
     assert "--time N" in capsys.readouterr().err
 
 
+def test_a_view_that_misses_the_volume_gives_an_empty_picture_and_a_warning(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run("--time", "0", "--eye", "500,0,0", "--target", "900,0,0", "-o", "a.exr") == 0
+    assert "outside of the view" in capsys.readouterr().err
+    assert not image.read("a.exr").any()
+    assert run("--time", "0", "--crop", "90,99,0,9,0,9", "-o", "a.exr") == 0
+    assert not capsys.readouterr().err, "it is in view, and cut away"
+
+
 def test_annotation_is_in_pictures_and_not_in_data(folder: Path) -> None:
     plain, more = ("--time", "1", "--eye", "60,-80,40"), ("--annotate", "box,scale-bar", "--title", "a blob")
     for name in ("a.exr", "a.png"):

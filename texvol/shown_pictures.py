@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -13,10 +14,16 @@ from texvol.annotation import Annotation, annotate, check, with_room
 from texvol.display import NUMBER_MODES
 from texvol.scene import Scene
 from texvol.scene_facts import BY_TRANSFER_FUNCTION, scene_facts
+from texvol.slicing import slabs_crossed
 
 if TYPE_CHECKING:
     from texvol.camera import Camera
     from texvol.options import SceneOptions
+
+
+def is_out_of_view(scene: Scene, size: tuple[int, int]) -> bool:
+    """Whether no pixel's ray meets the volume's box in front of the eye."""
+    return slabs_crossed(scene.volume, scene.camera_for(size), scene.volume.radius, size) == 0
 
 
 class Display:
@@ -46,7 +53,9 @@ class Display:
         return replace(scene, camera=camera)
 
     def of(self, picture: NDArray, scene: Scene, path: str) -> NDArray:
-        """The picture for a file of that name."""
+        """The picture for a file of that name; with a warning where the view misses the volume."""
+        if not picture[..., 3].any() and is_out_of_view(scene, (picture.shape[1], picture.shape[0])):
+            warnings.warn("the volume is outside of the view, and the picture is empty", stacklevel=2)
         if Path(path).suffix.lower() == ".exr":
             return picture
         if scene.mode in NUMBER_MODES:
