@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import operator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Literal, get_args
 
 import numpy as np
 
+from texvol.added_volume import AddedVolume, common_box
 from texvol.camera import Camera
 from texvol.cutting import ClipPlane, Cutting, Range, checked_crop
 from texvol.errors import InputError
@@ -15,6 +17,7 @@ from texvol.geometry import Lines, Mesh
 from texvol.geometry.shapes import checked_geometry
 from texvol.gradient import CENTRAL, Estimator
 from texvol.lighting import DepthCue, Lighting
+from texvol.mask import Mask
 from texvol.transfer import TransferFunction
 from texvol.volume import Volume
 
@@ -58,6 +61,10 @@ class Scene:
         Whether matter that clip planes and crop box cut open is opaque where they do, in the colour that it has there.
     geometry : sequence of Mesh and Lines
         Surfaces and lines that stand in the volume, or beside it; in mode composite and isosurface.
+    mask : Mask, optional
+        What of the volume is hidden, or faded.
+    added : sequence of AddedVolume
+        Further volumes; in mode composite.
     """
 
     volume: Volume
@@ -74,6 +81,8 @@ class Scene:
     crop: tuple[Range, Range, Range] | None = None
     caps: bool = False
     geometry: tuple[Mesh | Lines, ...] = ()
+    mask: Mask | None = None
+    added: tuple[AddedVolume, ...] = ()
 
     def __post_init__(self) -> None:
         if not isinstance(self.volume, Volume):
@@ -90,6 +99,36 @@ class Scene:
         self._check_matter()
         self._check_cutting()
         self._check_geometry()
+        self._check_volumes()
+
+    @property
+    def volumes(self) -> tuple[Volume, ...]:
+        """The volume, and those that are added."""
+        return (self.volume, *(each.volume for each in self.added))
+
+    @cached_property
+    def box(self) -> Volume:
+        """Of several volumes a box around all, of one itself: see `common_box`."""
+        return common_box(self.volumes)
+
+    @property
+    def smallest_spacing(self) -> float:
+        """Of all volumes, in world units; the measure of the sampling rate."""
+        return min(volume.smallest_spacing for volume in self.volumes)
+
+    def each_alone(self, camera: Camera) -> tuple[Scene, ...]:
+        """For each volume the scene without the others and without geometry, seen and cued as it is in this one."""
+        cue = self.depth_cue
+        if cue is not None and self.added:
+            near, far = cue.range_for(self.box, camera)
+            cue = replace(cue, near=near, far=far)
+        first = replace(self, camera=camera, added=(), geometry=(), depth_cue=cue)
+        return (first, *(self._with(each, first) for each in self.added))
+
+    @staticmethod
+    def _with(added: AddedVolume, scene: Scene) -> Scene:
+        matter = added.transfer_function
+        return replace(scene, volume=added.volume, transfer_function=matter, mask=added.mask)
 
     @property
     def cutting(self) -> Cutting:
@@ -120,6 +159,25 @@ class Scene:
         if self.caps and self.mode != "composite":
             raise InputError(f"scene: caps are of matter, in mode composite, and the mode is {self.mode}")
 
+    def _check_volumes(self) -> None:
+        object.__setattr__(self, "added", tuple(self.added))
+        if self.mask is not None:
+            if not isinstance(self.mask, Mask):
+                raise InputError(f"scene: a Mask is wanted, and {type(self.mask).__name__} came")
+            self.mask.check_fits(self.volume)
+        for each in self.added:
+            if not isinstance(each, AddedVolume):
+                raise InputError(f"scene: added holds AddedVolumes, and {type(each).__name__} came")
+        if self.added and self.mode != "composite":
+            raise InputError(f"scene: matter of several volumes adds up in mode composite, and the mode is {self.mode}")
+        if self.mode != "composite" and any(volume.colors is not None or volume.labels for volume in self.volumes):
+            raise InputError(f"scene: colours and labels are of matter, in mode composite, and the mode is {self.mode}")
+        if self.added and self.lighting is not None and self.lighting.shadows:
+            raise InputError("scene: shadows are those of a single volume, and the scene has several")
+        without = replace(self, added=(), geometry=()) if self.added else self
+        for each in self.added:
+            self._with(each, without)  # is checked like any scene
+
     def _check_geometry(self) -> None:
         object.__setattr__(self, "geometry", checked_geometry(self.geometry))
         if self.geometry and self.mode not in ("composite", "isosurface"):
@@ -144,7 +202,7 @@ class Scene:
 
     def camera_for(self, size: tuple[int, int]) -> Camera:
         """The scene's camera, or the one that frames the box in a picture of (width, height) pixels."""
-        return self.camera or Camera.framing(self.volume, aspect=size[0] / size[1])
+        return self.camera or Camera.framing(self.box, aspect=size[0] / size[1])
 
 
 def checked_size(size: tuple[int, int]) -> tuple[int, int]:

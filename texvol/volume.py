@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Mapping, Sequence
+from copy import copy
 from functools import cached_property
 from types import MappingProxyType
 from typing import Any
@@ -20,6 +21,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from texvol.errors import InputError
+
+LARGEST_LABEL = 1 << 24
+_OF_THE_BOX = ("box_corner", "box_edges", "centre", "corners_from_centre", "radius")
 
 
 class Volume:
@@ -48,11 +52,17 @@ class Volume:
         Facts about how samples of another grid became these, and the error of that: see `texvol.resampling`.
     notes : sequence of str
         What a reader chose, for people.
+    labels : bool
+        Whether values are names of what is there, whole numbers: between samples the value is the nearest one's.
+    colors : array of shape (nz, ny, nx, 3), optional
+        Straight colour of each sample, linear RGB from 0 to 1; the values are then how much of it there is. Matter has
+        its colour times that of the transfer function, and is interpolated after it is classified, always.
 
     Raises
     ------
     InputError
-        If there are not three axes, no samples, a type that is not real, or no volume to speak of.
+        If there are not three axes, no samples, a type that is not real, or no volume to speak of; if labels are not
+        whole, or colours not one for each sample.
     """
 
     def __init__(
@@ -68,6 +78,8 @@ class Volume:
         source: Mapping[str, Any] = MappingProxyType({}),
         resampling: Mapping[str, Any] | None = None,
         notes: Sequence[str] = (),
+        labels: bool = False,
+        colors: ArrayLike | None = None,
     ) -> None:
         self.name = name
         self.source = source
@@ -84,6 +96,37 @@ class Volume:
             raise InputError(f"{name}: spacing must lie between 1e-90 and 1e90, and is {_text(self.spacing)}")
         self.origin = _triple(origin, "origin", name)
         self.direction = _regular_matrix(np.eye(3) if direction is None else direction, name)
+        self.labels = labels
+        self.colors = None if colors is None else _sample_colors(colors, self.values, name)
+        if labels:
+            _check_labels(self.values, self.colors, name)
+
+    def moved(self, matrix: ArrayLike) -> Volume:
+        """The same samples elsewhere: `matrix`, of shape (4, 4), takes where they lie in the world to where they go.
+
+        Raises
+        ------
+        InputError
+            If that is no matrix of finite numbers with the last row 0, 0, 0, 1, or leaves no volume.
+        """
+        wanted = "a transform is a finite 4 x 4 matrix whose last row is 0, 0, 0, 1"
+        try:
+            numbers = np.array(matrix, dtype=np.float64)
+        except (TypeError, ValueError):
+            numbers = np.empty(0)
+        if numbers.shape != (4, 4) or not np.isfinite(numbers).all() or (numbers[3] != (0, 0, 0, 1)).any():
+            raise InputError(f"{self.name}: {wanted}, and it is {np.array2string(numbers, separator=', ')}")
+        axes = numbers[:3, :3] @ self.world_from_index
+        spacing = np.linalg.norm(axes, axis=0)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            direction = np.where(spacing > 0, axes / spacing, 0.0)
+        _regular_matrix(direction, f"{self.name}, transformed")
+        other = copy(self)
+        for derived in ("world_from_index", "index_from_world", *_OF_THE_BOX):
+            other.__dict__.pop(derived, None)
+        other.spacing, other.direction = spacing, direction
+        other.origin = numbers[:3, :3] @ self.origin + numbers[:3, 3]
+        return other
 
     @property
     def dimensions(self) -> tuple[int, int, int]:
@@ -159,6 +202,27 @@ class Volume:
         nx, ny, nz = self.dimensions
         return (
             f"Volume({self.name!r}, {nx} x {ny} x {nz} {self.values.dtype}, spacing {_text(self.spacing)} {self.unit})"
+        )
+
+
+def _sample_colors(colors: ArrayLike, values: NDArray, name: str) -> NDArray[np.float32]:
+    straight = np.ascontiguousarray(colors, np.float32)
+    if straight.shape != (*values.shape, 3):
+        raise InputError(f"{name}: colours are of shape {(*values.shape, 3)}, and are of {straight.shape}")
+    if not (straight.min() >= 0 and straight.max() <= 1):  # NaN is neither
+        raise InputError(f"{name}: colours lie in [0, 1], and go from {straight.min():g} to {straight.max():g}")
+    return straight
+
+
+def _check_labels(values: NDArray, colors: NDArray | None, name: str) -> None:
+    if colors is not None:
+        raise InputError(f"{name}: samples have labels or colours, and not both")
+    if values.dtype.kind == "f" and not (np.isfinite(values).all() and (values == np.rint(values)).all()):
+        raise InputError(f"{name}: labels are whole numbers, and some values are not")
+    if max(abs(int(values.min())), abs(int(values.max()))) > LARGEST_LABEL:
+        raise InputError(
+            f"{name}: labels lie within {LARGEST_LABEL}, which single precision tells apart, and go from "
+            f"{values.min()} to {values.max()}"
         )
 
 

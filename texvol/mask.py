@@ -1,0 +1,100 @@
+"""A Mask says how much of the matter at each sample is there: 0 hides it, 1 leaves it as it is.
+
+Emission and extinction are multiplied with the weight: of the samples, before they are interpolated, where the scene is
+classified before (`slab`, `extinction`), or else with the weight that is interpolated in the same way as the value.
+Where values themselves are seen (xray, mip and so on, isosurface) nothing can fade, and samples of weight 0 are missing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from texvol.errors import InputError
+from texvol.volume import Volume
+
+
+@dataclass(frozen=True, eq=False)
+class Mask:
+    """Weights of a volume's samples.
+
+    Parameters
+    ----------
+    weights : array of shape (nz, ny, nx)
+        Booleans, or numbers from 0 to 1.
+    name : str
+        What messages call it, usually its file.
+
+    Raises
+    ------
+    InputError
+        If they are no such numbers.
+    """
+
+    weights: ArrayLike
+    name: str = "mask"
+
+    def __post_init__(self) -> None:
+        weights = np.asarray(self.weights)
+        if weights.ndim != 3 or weights.dtype.kind not in "buif":
+            raise InputError(f"{self.name}: a mask has numbers along 3 axes (z, y, x), and is {_shape(weights)}")
+        if weights.dtype != np.bool_:
+            weights = weights.astype(np.float32)
+            if not (weights.size and weights.min() >= 0 and weights.max() <= 1):  # NaN is neither
+                raise InputError(
+                    f"{self.name}: weights lie in [0, 1], and {_range(weights)}; a mask of other numbers needs the two "
+                    "between which it fades in"
+                )
+        object.__setattr__(self, "weights", np.ascontiguousarray(weights))
+
+    @classmethod
+    def of(cls, volume: Volume, fade: Sequence[float] | None = None) -> Mask:
+        """A mask out of a volume's values: by `fade` (low, high) weights rise from 0 at low to 1 at high.
+
+        They fall where low is more than high. Without it integers hide where they are 0, as segmentations do, and
+        others are weights. Missing values hide.
+        """
+        values = volume.values
+        if fade is None:
+            weights = values != 0 if values.dtype.kind in "iu" else np.nan_to_num(values, nan=0.0)
+            return cls(weights, volume.name)
+        low, high = (float(end) for end in fade)
+        if not (np.isfinite(low) and np.isfinite(high) and low != high):
+            raise InputError(
+                f"{volume.name}: a mask fades between two finite numbers, and they are {low:g} and {high:g}"
+            )
+        shares = np.clip((values.astype(np.float64) - low) / (high - low), 0, 1)
+        return cls(np.nan_to_num(shares, nan=0.0), volume.name)
+
+    @property
+    def array(self) -> NDArray[np.bool_] | NDArray[np.float32]:
+        """The weights: booleans, or single precision."""
+        assert isinstance(self.weights, np.ndarray)
+        return self.weights
+
+    @cached_property
+    def hidden(self) -> NDArray[np.bool_]:
+        """Where the weight is 0."""
+        return self.array == 0
+
+    def check_fits(self, volume: Volume) -> None:
+        """Raise InputError unless it has a weight for each sample of the volume."""
+        if self.array.shape != volume.values.shape:
+            mine, wanted = (" x ".join(map(str, each.shape[::-1])) for each in (self.array, volume.values))
+            raise InputError(
+                f"{self.name}: a mask is of its volume's size, and has {mine} samples where {volume.name} has {wanted}"
+            )
+
+
+def _shape(weights: NDArray) -> str:
+    return f"{weights.dtype} of shape {weights.shape}"
+
+
+def _range(weights: NDArray[np.float32]) -> str:
+    if not weights.size:
+        return "there are none"
+    return f"they go from {weights.min():g} to {weights.max():g}"
