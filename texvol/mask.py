@@ -2,7 +2,7 @@
 
 Emission and extinction are multiplied with the weight: of the samples, before they are interpolated, where the scene is
 classified before (`slab`, `extinction`), or else with the weight that is interpolated in the same way as the value.
-Where values themselves are seen (xray, mip and so on, isosurface) nothing can fade, and samples of weight 0 are missing.
+Where values themselves are seen (xray, mip and so on, isosurface) nothing can fade: samples of weight 0 are missing.
 """
 
 from __future__ import annotations
