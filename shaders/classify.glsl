@@ -28,14 +28,6 @@ vec4 color_of_glowing(vec4 matter, float path_length) {
     return vec4(matter.rgb * (path_length * mean_transmittance(depth, opacity)), opacity);
 }
 
-vec4 color_of_matter(vec4 matter, float path_length) {
-#if EMISSIVE
-    return color_of_glowing(matter, path_length);
-#else
-    return color_of_straight(matter, path_length);
-#endif
-}
-
 #if RAMPS
 
 uniform vec4 ramp_base;           // colour and extinction before the first ramp

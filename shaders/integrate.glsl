@@ -52,6 +52,8 @@ vec3 emissive_color(vec3 front, vec3 behind, float extinction_in_front, float ex
     return color * (path_length / parts);
 }
 
+float way_depth;                  // optical depth of all stretches since it was last set to 0
+
 // Colour and opacity of a stretch within one segment, from value `front` to value `behind`.
 vec4 stretch_color(Segment segment, float front, float behind, float path_length) {
     float share_front = share_of(segment, front);
@@ -62,6 +64,7 @@ vec4 stretch_color(Segment segment, float front, float behind, float path_length
     vec3 color_behind = color_at(segment, share_behind);
     float depth = 0.5 * (tau_front + tau_behind) * path_length;
     float opacity = opacity_from_depth(depth);
+    way_depth += depth;
 #if EMISSIVE
     return vec4(emissive_color(color_front, color_behind, tau_front, tau_behind, path_length), opacity);
 #else
@@ -84,7 +87,10 @@ vec4 color_between_values(float front, float behind, float path_length) {
         float next = index == last ? behind : (step > 0 ? segment.end : segment.start);
         float share = behind == front ? 1.0 : clamp((next - value) / (behind - front), 0.0, 1.0);
         if (share > 0.0) {
-            if (is_opaque(segment, max(value, next))) return over(color, opaque_color(color_at(segment, share_of(segment, value))));
+            if (is_opaque(segment, max(value, next))) {
+                way_depth += OPAQUE;
+                return over(color, opaque_color(color_at(segment, share_of(segment, value))));
+            }
             color = over(color, stretch_color(segment, value, next, path_length * share));
         }
         if (index == last) return color;

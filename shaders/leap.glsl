@@ -25,26 +25,55 @@ CellWalk cell_walk(vec3 start, vec3 step) {
     return walk;
 }
 
+// Cell by cell: whether there is matter from `depth` on, which becomes where that may change, in the cell that it does.
+bool is_full_until(CellWalk walk, inout vec3 cell, inout float depth) {
+    vec3 last = vec3(textureSize(leaps, 0) - 1);
+    uint entry = texelFetch(leaps, ivec3(clamp(walk.sign * cell + walk.first, vec3(0.0), last)), 0).r;
+    vec3 beyond = cell + float(entry >> 1u);
+    vec3 depths = beyond * walk.depth_per_cell + walk.depth_at_zero;
+    float leaving = max(min(depths.x, min(depths.y, depths.z)), depth);
+    // Along the axis that it leaves by the next cell is known; along the others no rounding takes it back.
+    vec3 next = max(floor(walk.start + leaving * walk.way), cell);
+    cell = mix(next, beyond, lessThanEqual(depths, vec3(leaving)));
+    depth = leaving;
+    return (entry & 1u) == 1u;
+}
+
+const float NOWHERE = 1e9;
+
+// The first slab from `slab` on in which matter may be met, and the first after it in which there is none.
+vec2 full_run(CellWalk walk, float slab, float end) {
+    float depth = slab;
+    vec3 cell = floor(walk.start + depth * walk.way);
+    vec2 run = vec2(NOWHERE);
+    float from = depth;
+    bool is_full = false;
+    while (depth < end && !is_full) {
+        from = depth;
+        is_full = is_full_until(walk, cell, depth);
+    }
+    if (!is_full) return run;
+    bool goes_on = true;
+    float until = depth;
+    while (until < end && goes_on) {
+        depth = until;
+        goes_on = is_full_until(walk, cell, depth);
+        if (goes_on) until = depth;
+    }
+    return vec2(max(floor(from), slab), min(ceil(until), end));
+}
+
 // Where matter may be met next: the first slab of a run and the one after its last, of up to three runs from `slab` on,
 // NOWHERE where there are fewer. A slab belongs to the cell in which it is sampled, at the share `sample_at` of it, or if
 // that is 0 to all that it touches. The slab from which on nothing is known yet is returned.
-const float NOWHERE = 1e9;
-
 float leap(CellWalk walk, float slab, float end, float sample_at, out vec2 run, out vec2 second, out vec2 third) {
-    vec3 last = vec3(textureSize(leaps, 0) - 1);
     float depth = slab + sample_at;
     vec3 cell = floor(walk.start + depth * walk.way);
     float full_from = NOWHERE;
     run = second = third = vec2(NOWHERE);
     while (depth < end && third.x == NOWHERE) {
-        uint entry = texelFetch(leaps, ivec3(clamp(walk.sign * cell + walk.first, vec3(0.0), last)), 0).r;
-        bool is_full = (entry & 1u) == 1u;
-        vec3 beyond = cell + float(entry >> 1u);
-        vec3 depths = beyond * walk.depth_per_cell + walk.depth_at_zero;
-        float leaving = max(min(depths.x, min(depths.y, depths.z)), depth);
-        // Along the axis that it leaves by the next cell is known; along the others no rounding takes it back.
-        vec3 next = max(floor(walk.start + leaving * walk.way), cell);
-        cell = mix(next, beyond, lessThanEqual(depths, vec3(leaving)));
+        float leaving = depth;
+        bool is_full = is_full_until(walk, cell, leaving);
         if (is_full) full_from = min(full_from, depth);
         // A run ends where emptiness begins, or at the end of all.
         float until = is_full ? leaving : depth;

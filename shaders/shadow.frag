@@ -6,7 +6,7 @@
 //
 // Switches: POINT 1: the light is at a place, 0: it comes from a direction.
 //           HALF_SPACES: how many there are outside of which there is no matter.
-//           BRICKS, GRADIENT: see volume_texture.glsl. RAMPS, MISSING, EMISSIVE: see classify.glsl.
+//           BRICKS, GRADIENT, WEIGHTS: see volume_texture.glsl. RAMPS, MISSING, EMISSIVE: see classify.glsl.
 //           MODULATIONS, GRADED, CONTOURS: see graded.glsl.
 
 #include "volume_texture.glsl"
@@ -22,7 +22,7 @@ uniform mat3 place_from_box;
 uniform float part_length;        // at most, in those units
 uniform float length_per_unit;    // of the transfer function's unit of length
 #if HALF_SPACES
-uniform vec4 half_spaces[HALF_SPACES];  // as in ray.glsl
+uniform vec4 half_spaces[HALF_SPACES];  // as in depths.glsl
 #endif
 #if BRICKS
 uniform vec3 brick_low;
@@ -32,13 +32,16 @@ uniform vec3 brick_high;
 out vec4 optical_depth;
 
 // Extinction times length of a part of the way.
-float depth_of_part(vec4 texel, float path_length) {
+float depth_of_part(vec4 texel, float path_length, vec3 position) {
     vec4 matter = matter_of_value(value_of(texel));
 #if MODULATIONS
     matter *= modulation_of(magnitude_of(gradient_of(texel)));
 #endif
 #if GRADED || CONTOURS
     if (texel.a == texel.a) matter += graded_matter(texel.a, magnitude_of(gradient_of(texel)));
+#endif
+#if WEIGHTS
+    matter.a *= weight_at(position);
 #endif
     return matter.a * path_length;
 }
@@ -87,7 +90,7 @@ void main() {
     float depth = 0.0;
     for (float part = 0.0; part < parts; part += 1.0) {
         vec3 position = start + (near + (part + 0.5) * one) * way;
-        float share = depth_of_part(texel_at(position), one * length_per_unit);
+        float share = depth_of_part(texel_at(position), one * length_per_unit, position);
         if (is_own(position)) depth += share;
     }
     optical_depth = vec4(depth, 0.0, 0.0, 0.0);

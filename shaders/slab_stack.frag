@@ -2,43 +2,20 @@
 // One pixel's ray through one brick: each slab contributes over the ray's own way through slab ∩ box, and the slabs are
 // composited in registers, front to back.
 //
-// Depths and positions are those of ray.glsl.
+// Depths and positions are those of depths.glsl.
 //
-// Switches: CLASSIFICATION 0: texels hold slab-integrated colour and opacity, 1: emission and extinction, 2: the value,
-//                          classified in the middle of each slab, 3: the value, integrated from plane to middle to plane.
-//           PERSPECTIVE 1: rays diverge, 0: they are parallel.
-//           MISSING, EMISSIVE: see classify.glsl.
-//           RAMPS n: the transfer function is a sum of n ramps; 0: it is looked up, or classified already.
+// Switches: CLASSIFICATION, and those of matter.glsl.
 //           WHOLE_SLABS 1: the texels of CLASSIFICATION 0 stand for the ray's way through a slab as they are.
 //           BRICKS 1: the texture is a part of the volume, and the slabs whose middle lies in it are drawn.
-//           GRADIENT: see volume_texture.glsl; 0: texels of CLASSIFICATION 2 and 3 are the value alone.
-//           LIT 1: light falls on matter.
-//           MODULATIONS, GRADED, CONTOURS: see graded.glsl; HEAD_LIGHT and the like: see light.glsl.
-//           CUE 1: what is far is mixed with a colour.
-//           HALF_SPACES, STRETCH: see ray.glsl. CAPS 1: where they cut matter open it is opaque.
+//           PERSPECTIVE, HALF_SPACES, STRETCH: see ray.glsl. CAPS 1: where half spaces cut matter open it is opaque.
 //           LEAPS 1: what `leaps` shows to be empty is leapt over.
 //           COUNT 1: red is how many slabs were sampled.
 
 #include "ray.glsl"
-#include "optics.glsl"
-#include "volume_texture.glsl"
-#include "seen.glsl"
+#include "matter.glsl"
 
 uniform float color_scale;        // brings the brightest emission near 1, for targets of few digits
 uniform float least_transmittance;  // a ray that lets no more through is done; 0: none ever is
-#if CLASSIFICATION <= 1
-uniform vec4 texel_scale;         // texels are stored relative to this
-#endif
-uniform float slab_length;        // slab thickness, in the unit of length of the texels or of the transfer function
-#if CLASSIFICATION >= 2
-#include "classify.glsl"
-#endif
-#if CLASSIFICATION == 3
-#include "integrate.glsl"
-#endif
-#if MODULATIONS || GRADED || CONTOURS
-#include "graded.glsl"
-#endif
 #if LEAPS
 #include "leap.glsl"
 #endif
@@ -52,10 +29,6 @@ const float SAMPLE_AT = 0.0;
 const float SAMPLE_AT = 0.5;
 #endif
 const float MOST_AT_ONCE = 64.0;  // slabs composited before they are put behind the others: sums of few keep digits
-
-#if LIT
-vec3 to_eye;                      // along the ray, of length 1
-#endif
 
 #if CLASSIFICATION == 0
 // Premultiplied colour and opacity of the matter in `texel`, over `length` times what it stands for.
@@ -71,32 +44,11 @@ vec4 slab_color(vec4 texel, float length) {
     float opacity = opacity_from_depth(depth);
     return vec4(texel.rgb * (length * mean_transmittance(depth, opacity)), opacity);
 }
-#elif CLASSIFICATION == 2 && !GRADIENT
-vec4 slab_color(vec4 texel, float length) {
-    return color_of_matter(matter_of_value(texel.r), length);
-}
-#endif
-
-#if GRADIENT
-// Whether r, g, b of matter is its emission, and not its colour.
-const bool GLOWS = EMISSIVE != 0 || GRADED != 0 || CONTOURS != 0;
-#endif
-
-#if CLASSIFICATION == 2 && GRADIENT
+#elif CLASSIFICATION == 2
 vec4 slab_color(vec4 texel, float length, vec3 position) {
-    vec3 gradient = gradient_of(texel);
-    vec4 matter = matter_of_value(texel.a);
-#if MODULATIONS
-    float factor = modulation_of(magnitude_of(gradient));
-    matter *= vec4(EMISSIVE != 0 ? vec3(factor) : vec3(1.0), factor);
-#endif
-#if GRADED || CONTOURS
-    if (EMISSIVE == 0) matter.rgb *= matter.a;
-    matter += texel.a == texel.a ? graded_matter(texel.a, magnitude_of(gradient)) : vec4(0.0);
-#endif
-#if LIT
-    Shade shade = shade_at(gradient, to_eye, position);
-    matter.rgb = matter.rgb * shade.diffuse + (GLOWS ? matter.a : 1.0) * shade.specular;
+    vec4 matter = matter_of(texel, position);
+#if WEIGHTS
+    length *= weight_at(position);
 #endif
     return GLOWS ? color_of_glowing(matter, length) : color_of_straight(matter, length);
 }
@@ -105,7 +57,7 @@ vec4 slab_color(vec4 texel, float length, vec3 position) {
 #if CLASSIFICATION != 3
 // Colour and opacity of matter like that in the middle, where `texel` is, over `length`.
 vec4 color_at_middle(vec4 texel, float length, vec3 position, float depth) {
-#if GRADIENT
+#if CLASSIFICATION == 2
     return cued(slab_color(texel, length, position), depth);
 #else
     return cued(slab_color(texel, length), depth);
@@ -123,21 +75,6 @@ vec4 whole_slab_color(vec4 texel, float length, float is_there, vec3 position, f
 #endif
 
 #if CLASSIFICATION == 3
-// Colour and opacity of half a slab; what depends on the gradient is that of its middle.
-vec4 color_between(vec4 front, vec4 behind, float length, vec3 position, float depth) {
-#if MODULATIONS
-    float factor = modulation_of(magnitude_of(0.5 * (gradient_of(front) + gradient_of(behind))));
-    if (factor == 0.0) return vec4(0.0);  // opaque matter is so at any length
-    length *= factor;
-#endif
-    vec4 color = color_between_values(value_of(front), value_of(behind), length);
-#if LIT
-    Shade shade = shade_at(0.5 * (gradient_of(front) + gradient_of(behind)), to_eye, position);
-    color.rgb = color.rgb * shade.diffuse + color.a * shade.specular;
-#endif
-    return cued(color, depth);
-}
-
 // Two lines through three values: a quarter of one line's error where the value bends inside a slab. `step` goes from
 // front to behind, and by `deep` in depth; the middle is at `position` and `depth`.
 vec4 color_through(vec4 front, vec4 middle, vec4 behind, float length, vec3 position, vec3 step, float depth, float deep) {
@@ -181,13 +118,7 @@ void main() {
     vec3 step = ray.step;
     float slab = ray.slab;
     float end = ray.end;
-#if LIT
-    to_eye = to_eye_from(gl_FragCoord.xy - picture_middle);
-#endif
-
-#if CLASSIFICATION >= 2 && RAMPS
-    load_ramps();
-#endif
+    look_along(gl_FragCoord.xy - picture_middle);
     float samples = 0.0;
     // The slabs that the box cuts short: the first, and the last where that is another.
     vec4 last_color = vec4(0.0);

@@ -6,24 +6,10 @@
 // finds the depth of the nearest place behind one and in front of another, and then shows what is there: so that it
 // finds the same depth to the last bit both times.
 //
-// Switches: LINES 1: there are lines. HALF_SPACES: see ray.glsl.
+// Switches: LINES 1: there are lines. HALF_SPACES: see depths.glsl.
 //           LIT, CUE, PERSPECTIVE and those of lights: see seen.glsl; without light shapes show their colours.
 
-#extension GL_ARB_gpu_shader_fp64 : enable
-
-// See ray.glsl.
-#ifdef GL_ARB_gpu_shader_fp64
-#define real double
-#define real2 dvec2
-#define real3 dvec3
-#define real4 dvec4
-#else
-#define real float
-#define real2 vec2
-#define real3 vec3
-#define real4 vec4
-#endif
-
+#include "precision.glsl"
 #include "seen.glsl"
 
 uniform bool finds_depth;         // or shows what is at the nearest depth

@@ -1,23 +1,39 @@
 // What is at a place of the box: a texel, and the gradient where texels hold it.
 //
 // Switches: BRICKS 1: the texture is a part of the volume. GRADIENT 1: texels are the gradient and the value, 2: the
-//           gradient in 16 bits, of which the middle is 0.
+//           gradient in 16 bits, of which the middle is 0. WEIGHTS 1: matter has a weight, from 0 to 1.
 
 uniform sampler3D texels;
+#if WEIGHTS
+uniform sampler3D weights;        // as the texels lie
+#endif
 #if BRICKS
-// A place in the texture: the driver's own product with the number of samples, less whole samples, times a power of two.
+// For a place in the texture: the driver's own product with the number of samples, less whole samples, times a power of two.
 // So it is exactly where it would be in the texture of the whole.
 uniform vec3 samples_per_box;
 uniform vec3 first_sample;
 uniform vec3 textures_per_sample;
 #endif
 
-vec4 texel_at(vec3 position) {
+// Where in the textures a place of the box is.
+vec3 in_texture(vec3 position) {
 #if BRICKS
-    position = (position * samples_per_box - first_sample) * textures_per_sample;
+    return (position * samples_per_box - first_sample) * textures_per_sample;
+#else
+    return position;
 #endif
+}
+
+vec4 texel_at(vec3 position) {
+    position = in_texture(position);
     return textureLod(texels, position, 0.0);
 }
+
+#if WEIGHTS
+float weight_at(vec3 position) {
+    return textureLod(weights, in_texture(position), 0.0).r;
+}
+#endif
 
 #if GRADIENT
 // Components from -1 to 1 are the whole numbers from 0 to 2 NO_GRADIENT of 65535.

@@ -44,7 +44,7 @@ UNCLIPPED_END_SLABS: tuple[Replacement, ...] = (
 )
 # The uniform has to stay in use, or setting it is an error.
 MISSING_COSINE: tuple[Replacement, ...] = (
-    ("ray.glsl", "sqrt(1.0 + dot(tangent, tangent))", "sqrt(1.0 + 1e-20 * dot(tangent, tangent))"),
+    ("obliquity.glsl", "sqrt(1.0 + dot(tangent, tangent))", "sqrt(1.0 + 1e-20 * dot(tangent, tangent))"),
 )
 BACKS_ALPHA_IN_REGISTERS: tuple[Replacement, ...] = (
     ("optics.glsl", "return front + (1.0 - front.a) * back;", "return front + (1.0 - back.a) * back;"),

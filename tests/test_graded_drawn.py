@@ -353,14 +353,14 @@ def test_a_factor_of_nothing_takes_opaque_matter_away(
 
 # Planted mistakes.
 
-FRAG, GRADED = "slab_stack.frag", "graded.glsl"
+MATTER, GRADED = "matter.glsl", "graded.glsl"
 MISTAKES: dict[str, tuple[planted.Replacement, str]] = {
     "modulation of colours only": (
-        (FRAG, "vec4(EMISSIVE != 0 ? vec3(factor) : vec3(1.0), factor)", "vec4(vec3(factor), 1.0)"),
+        (MATTER, "vec4(EMISSIVE != 0 ? vec3(factor) : vec3(1.0), factor)", "vec4(vec3(factor), 1.0)"),
         "modulated",
     ),
     "modulation of extinction only": (
-        (FRAG, "vec4(EMISSIVE != 0 ? vec3(factor) : vec3(1.0), factor)", "vec4(vec3(1.0), factor)"),
+        (MATTER, "vec4(EMISSIVE != 0 ? vec3(factor) : vec3(1.0), factor)", "vec4(vec3(1.0), factor)"),
         "modulated premultiplied",
     ),
     "graded whatever the gradient": (
@@ -368,7 +368,7 @@ MISTAKES: dict[str, tuple[planted.Replacement, str]] = {
         "graded",
     ),
     "graded beyond its ends": ((GRADED, "value >= place.x && value < place.y", "place.x < place.y"), "graded"),
-    "colour of points not weighted": ((FRAG, "if (EMISSIVE == 0) matter.rgb *= matter.a;", ""), "graded"),
+    "colour of points not weighted": ((MATTER, "if (EMISSIVE == 0) matter.rgb *= matter.a;", ""), "graded"),
     "a contour of the same width everywhere": (
         (GRADED, "/ max(magnitude, 1e-30);", "/ (0.1 + 1e-6 * magnitude);"),
         "contour",

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from texvol import value_texture
 from texvol.errors import InputError
 from texvol.lighting import Lighting
-from texvol.scene import Classification
+from texvol.scene import Classification, Scene
 from texvol.slab_texture import TEXEL_FORMATS, TEXEL_TYPES, Classifier, texel_classifier
 from texvol.transfer import TransferFunction
 from texvol.volume import Volume
@@ -25,7 +25,7 @@ _STENCILS = 4096  # voxels looked at, each with its six neighbours
 
 
 def checked(
-    volume: Volume, slab_thickness: float | None, sampling_rate: float | None, max_error: float | None
+    scene: Scene, slab_thickness: float | None, sampling_rate: float | None, max_error: float | None
 ) -> float:
     """Slab thickness in world units; `sampling_rate` is slabs per smallest spacing; NaN where the error is to choose.
 
@@ -43,8 +43,8 @@ def checked(
             raise InputError(f"{name} must be positive and finite, and is {number:g}")
     if max_error is not None:
         return float("nan")
-    thickness = slab_thickness or volume.smallest_spacing / (sampling_rate or DEFAULT_SAMPLING_RATE)
-    return min(thickness, 2 * volume.radius)  # the box is no thicker
+    thickness = slab_thickness or scene.smallest_spacing / (sampling_rate or DEFAULT_SAMPLING_RATE)
+    return min(thickness, 2 * scene.box.radius)  # the box is no thicker
 
 
 def checked_termination(early_termination: float | None, max_error: float | None) -> float:

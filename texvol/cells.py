@@ -14,6 +14,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from texvol.mask import Mask
 from texvol.volume import Volume
 
 CELL = 4  # samples: smaller ones follow the matter closer and cost more leaps, with no gain in time
@@ -56,18 +57,19 @@ class Cells:
         x, y, z = (count / each for count, each in zip(volume.dimensions, size, strict=True))
         return cls(lowest, highest, size, (x, y, z))
 
-    def visible(self, shown: Shown, steepest: ArrayLike = np.inf) -> NDArray[np.bool_]:
-        """Which cells may show anything, shape (cz, cy, cx), on gradients up to `steepest`."""
-        return shown.shows_between(self.lowest, self.highest, steepest)
+    def visible(self, shown: Shown, steepest: ArrayLike = np.inf, mask: Mask | None = None) -> NDArray[np.bool_]:
+        """Which cells may show anything, shape (cz, cy, cx), on gradients up to `steepest`, of what a mask leaves."""
+        visible = shown.shows_between(self.lowest, self.highest, steepest)
+        return visible if mask is None else visible & (_reduced(mask.array, self.size, np.fmax) > 0)
 
     def steepest(self, volume: Volume, reach: int) -> NDArray[np.float64]:
         """The most that a gradient's magnitude may be in each cell, data units per world unit, shape (cz, cy, cx).
 
         `reach` is how many samples to each side a gradient depends on. A derivative is a mean of differences of
-        neighbours, so that it is no larger than the range of the values within its reach. Where samples are missing
-        nothing is said.
+        neighbours, so that it is no larger than the range of the values within its reach. Where samples are missing,
+        or values are labels, nothing is said.
         """
-        if volume.has_missing:
+        if volume.has_missing or volume.labels:
             return np.full(self.lowest.shape, np.inf)
         lowest, highest = self.lowest.astype(np.float64), self.highest.astype(np.float64)
         for _ in range(-(-reach // min(self.size))):

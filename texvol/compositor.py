@@ -36,11 +36,14 @@ if TYPE_CHECKING:
     from texvol.surfaces import Surfaces
 
 NOTHING_SPECIAL = dict.fromkeys(
-    ("RAMPS", "WHOLE_SLABS", "EMISSIVE", "MISSING", "GRADIENT", "MODULATIONS", "GRADED", "CONTOURS"), 0
+    ("RAMPS", "WHOLE_SLABS", "EMISSIVE", "MISSING", "GRADIENT", "WEIGHTS", "MODULATIONS", "GRADED", "CONTOURS"), 0
 )
 NO_LIGHT = dict.fromkeys(
     ("LIT", "HEAD_LIGHT", "DIRECTIONAL_LIGHTS", "POINT_LIGHTS", "SPECULAR", "TWO_SIDED", "SHADOWS"), 0
 )
+
+
+Stretch = tuple[moderngl.Texture, moderngl.Texture]
 
 
 @dataclass(frozen=True)
@@ -67,7 +70,13 @@ class Drawing:
     arriving: moderngl.Texture3D | None = None  # of each light that casts shadows
     cutting: Cutting = NOT_CUT
     surfaces: Surfaces | None = None  # that stand in the volume
-    stretch: tuple[moderngl.Texture, moderngl.Texture] | None = None  # places between which matter is seen
+    stretch: Stretch | None = None  # places between which matter is seen
+    origin: NDArray[np.float64] | None = None  # world point at depth 0, where it is not the middle of the box
+
+    @property
+    def about(self) -> NDArray[np.float64]:
+        """The world point at depth 0."""
+        return self.volume.centre if self.origin is None else self.origin
 
 
 class Compositor:
@@ -100,6 +109,11 @@ class Compositor:
         return width, height
 
     @property
+    def most_textures(self) -> int:
+        """How many textures a drawing may have."""
+        return int(self._gl.info["GL_MAX_TEXTURE_IMAGE_UNITS"])
+
+    @property
     def target(self) -> moderngl.Framebuffer:
         """What the picture is drawn into."""
         assert self._target is not None, "a picture has to be begun"
@@ -122,10 +136,9 @@ class Compositor:
         """Composite a brick's stacks behind what is in the picture; `resources` are its texture and tables."""
         if not stacks.first.size:
             return
-        self.target.use()
-        program = self._program("projection" if drawing.projection else "slab_stack", _switches(drawing, brick))
         units = dict(resources)
-        uniforms = _seen_uniforms(drawing) | _ray_uniforms(stacks, drawing) | _light_uniforms(drawing)
+        uniforms = seen_uniforms(drawing) | picture_uniforms(drawing, stacks) | light_uniforms_of(drawing)
+        uniforms |= way_uniforms(drawing.volume, drawing.camera, drawing.size, stacks.slab_thickness, drawing.about)
         if drawing.leaps is not None:
             units["leaps"] = drawing.leaps
             uniforms["cells_per_box"] = drawing.cells_per_box
@@ -135,11 +148,26 @@ class Compositor:
             units |= dict(zip(("near_places", "far_places"), drawing.stretch, strict=True))
         if not brick.is_whole:
             uniforms |= brick_uniforms(brick)
+        blending = "add" if drawing.count else drawing.projection.blending if drawing.projection else "under"
+        name = "projection" if drawing.projection else "slab_stack"
+        self.draw_polygons(name, _switches(drawing, brick), stacks, units, uniforms, blending)
+
+    def draw_polygons(
+        self,
+        name: str,
+        switches: dict[str, int],
+        stacks: SlabStacks,
+        units: Mapping[str, moderngl.Texture | moderngl.Texture3D],
+        uniforms: Mapping[str, Any],
+        blending: str,
+    ) -> None:
+        """Draw the polygons of slab stacks by the program of that name; `units` are textures by their samplers."""
+        self.target.use()
+        program = self._program(name, switches)
         for unit, resource in enumerate(units.values()):
             resource.use(unit)
-        set_uniforms(program, {name: unit for unit, name in enumerate(units)} | uniforms)
-        blending = drawing.projection.blending if drawing.projection else "under"
-        self._blend(program, stacks, "add" if drawing.count else blending)
+        set_uniforms(program, {name: unit for unit, name in enumerate(units)} | dict(uniforms))
+        self._blend(program, stacks, blending)
 
     def _blend(self, program: moderngl.Program, stacks: SlabStacks, blending: str) -> None:
         """Draw the polygons, each behind what is there; or add them to it, or keep the larger numbers."""
@@ -248,25 +276,29 @@ def _triangles(stacks: SlabStacks) -> NDArray[np.float32]:
     return vertices
 
 
-def _ray_uniforms(stacks: SlabStacks, drawing: Drawing) -> dict[str, Any]:
-    """Rays in box coordinates per slab thickness; worked out in float64."""
-    volume, camera, size = drawing.volume, drawing.camera, drawing.size
+def picture_uniforms(drawing: Drawing, stacks: SlabStacks) -> dict[str, Any]:
+    """What of its rays a whole picture has in common."""
+    camera, size = drawing.camera, drawing.size
     uniforms: dict[str, Any] = {"eye_depth": stacks.eye_depth, "picture_middle": (size[0] / 2, size[1] / 2)}
-    uniforms |= way_uniforms(volume, camera, size, stacks.slab_thickness)
     if drawing.cutting:
-        uniforms["half_spaces"] = half_spaces_in_box(drawing.cutting, volume)
+        uniforms["half_spaces"] = half_spaces_in_box(drawing.cutting, drawing.volume)
     if camera.projection == "perspective" and (drawing.projection is None or drawing.projection.measures_ways):
         uniforms["tangent_per_pixel"] = 2 * camera.half_height / size[1]
     return uniforms
 
 
-def way_uniforms(volume: Volume, camera: Camera, size: tuple[int, int], slab_thickness: float) -> dict[str, Any]:
-    """Where the rays are in the box at depth 0, and how they go on, for a depth of one slab."""
-    rays = camera.pixel_rays(size, volume.centre)
+def way_uniforms(
+    volume: Volume, camera: Camera, size: tuple[int, int], slab_thickness: float, about: NDArray[np.float64]
+) -> dict[str, Any]:
+    """Where the rays are in the box at depth 0, and how they go on, for a depth of one slab; worked out in float64.
+
+    Depth 0 is that of the world point `about`.
+    """
+    rays = camera.pixel_rays(size, about)
     box_from_world = volume.index_from_world / np.array(volume.dimensions)[:, np.newaxis]
     per_slab = box_from_world * slab_thickness
     uniforms: dict[str, Any] = {
-        "point": tuple(0.5 + box_from_world @ rays.point),
+        "point": tuple(0.5 + box_from_world @ (rays.point + (about - volume.centre))),
         "point_per_column": tuple(box_from_world @ rays.point_per_column),
         "point_per_row": tuple(box_from_world @ rays.point_per_row),
         "velocity": tuple(per_slab @ rays.velocity),
@@ -277,7 +309,7 @@ def way_uniforms(volume: Volume, camera: Camera, size: tuple[int, int], slab_thi
     return uniforms
 
 
-def _seen_uniforms(drawing: Drawing) -> dict[str, Any]:
+def seen_uniforms(drawing: Drawing) -> dict[str, Any]:
     """What is seen on the way: matter, or the values themselves."""
     if drawing.projection is not None:
         assert isinstance(drawing.baked, ValueTexture), "values are projected"
@@ -286,7 +318,7 @@ def _seen_uniforms(drawing: Drawing) -> dict[str, Any]:
     return scales | drawing.baked.uniforms(drawing.slab_thickness)
 
 
-def _light_uniforms(drawing: Drawing) -> dict[str, Any]:
+def light_uniforms_of(drawing: Drawing) -> dict[str, Any]:
     """What lights and a depth cue need; nothing where there are none."""
     uniforms: dict[str, Any] = {}
     if drawing.lighting is not None:
@@ -294,7 +326,8 @@ def _light_uniforms(drawing: Drawing) -> dict[str, Any]:
         uniforms |= light_uniforms(drawing.lighting, drawing.volume, drawing.baked.largest_gradient)
         uniforms |= eye_uniforms(drawing.lighting, drawing.camera, drawing.size)
     if drawing.depth_cue is not None:
-        uniforms |= cue_uniforms(drawing.depth_cue, drawing.volume, drawing.camera, drawing.slab_thickness)
+        cue, camera, thickness = drawing.depth_cue, drawing.camera, drawing.slab_thickness
+        uniforms |= cue_uniforms(cue, drawing.volume, camera, thickness, drawing.about)
     return uniforms
 
 

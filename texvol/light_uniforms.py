@@ -92,10 +92,12 @@ def eye_uniforms(lighting: Lighting, camera: Camera, size: tuple[int, int]) -> d
     return uniforms
 
 
-def cue_uniforms(cue: DepthCue, volume: Volume, camera: Camera, slab_thickness: float) -> dict[str, Any]:
-    """A depth cue, with depth in slab thicknesses from the middle of the box."""
+def cue_uniforms(
+    cue: DepthCue, volume: Volume, camera: Camera, slab_thickness: float, about: NDArray[np.float64]
+) -> dict[str, Any]:
+    """A depth cue, with depth in slab thicknesses from the world point `about`."""
     near, far = cue.range_for(volume, camera)
-    middle = float(camera.forward @ (volume.centre - camera.eye))
+    middle = float(camera.forward @ (about - camera.eye))
     return {
         "cue": _array([(*cue.color, cue.strength)])[0],
         "cue_range": _array([((middle - near) / (far - near), slab_thickness / (far - near))])[0],

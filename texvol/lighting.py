@@ -136,7 +136,7 @@ class Lighting:
         """`fade`, or what it is for a volume where nothing is said; data units per world unit, positive."""
         if self.fade is not None:
             return max(self.fade, 1e-300)
-        low, high = volume.finite_range or (0.0, 0.0)
+        low, high = (0.0, 1.0) if volume.labels else volume.finite_range or (0.0, 0.0)
         return max(_FADE * (high / volume.smallest_spacing - low / volume.smallest_spacing), 1e-300)
 
     @property

@@ -94,6 +94,7 @@ class Projection:
             "DEPTH": int(self.depth),
             "MISSING": int(baked.volume.has_missing or _has_infinities(baked.volume)),
             "GRADIENT": baked.gradient_switch,
+            "WEIGHTS": 0,  # what a mask hides is missing
         }
 
     def uniforms(self, baked: ValueTexture) -> dict[str, Any]:

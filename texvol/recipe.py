@@ -32,8 +32,16 @@ class Settings:
 
 
 def stored_scene(scene: Scene) -> Scene:
-    """The scene whose texels are wanted: of any mode but composite these are the values, whatever their matter."""
+    """The scene whose texels are wanted: of any mode but composite these are the values, whatever their matter.
+
+    Labels are looked up where they are sampled, which is the same before as after, and takes least room. Samples that
+    have a colour of their own are classified first.
+    """
     if scene.mode == "composite":
+        if scene.volume.labels:
+            return replace(scene, classification="post")
+        if scene.volume.colors is not None and scene.classification in ("post", "integrated"):
+            return replace(scene, classification="extinction")
         return scene
     return replace(scene, transfer_function=NO_MATTER, classification="post", depth_cue=None)
 
@@ -61,7 +69,7 @@ def texels_of(
     if scene.classification in ("slab", "extinction"):
         # Shadows are cast through parts of the slabs' thickness.
         baked_for = thickness if scene.classification == "slab" or casts_shadows(scene.lighting) else 0.0
-        matter = (scene.volume, transfer_function, scene.classification, baked_for, texture_format)
+        matter = (scene.volume, scene.mask, transfer_function, scene.classification, baked_for, texture_format)
         return (*matter, *gradient, seen_from(scene, camera)) if gradient else matter
     kept = ("r16", "rgba32f") if gradient else ("r16",)
-    return (scene.volume, texture_format if texture_format in kept else accuracy.EXACT_VALUES, *gradient)
+    return (scene.volume, scene.mask, texture_format if texture_format in kept else accuracy.EXACT_VALUES, *gradient)

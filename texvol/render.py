@@ -4,7 +4,7 @@
     volume + camera + slab thickness            ─► slab stacks: view-aligned polygons, front to back
     texture + slab stacks + camera              ─► picture:     drawn, composited, read back
 
-for a volume that is too large for one texture brick by brick, in visibility order
+for a volume that is too large for one texture brick by brick, in visibility order; for several volumes all at once
 
 after Wilson, Van Gelder, Wilhelms (1994): classify once, integrate over a slab, draw textured polygons, composite.
 `Renderer` (renderer.py) goes through these steps, and keeps between pictures what they have in common.
@@ -12,18 +12,20 @@ after Wilson, Van Gelder, Wilhelms (1994): classify once, integrate over a slab,
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from texvol import bricks, slab_texture, slicing, value_texture
+from texvol.added_volume import common_box
 from texvol.camera import Camera
-from texvol.compositor import Compositor, Drawing
+from texvol.compositor import Compositor, Drawing, Stretch
 from texvol.scene import Scene
-from texvol.shaded_samples import Arriving, matter_of_samples
+from texvol.shaded_samples import Arriving, matter_of_samples, needs_samples
 from texvol.texture_store import BakedTexture, TextureStore
 from texvol.transfer import TransferFunction
 
@@ -55,33 +57,57 @@ def bake(
     volume, classification = scene.volume, scene.classification
     if classification in ("post", "integrated"):
         estimator = scene.gradient if scene.needs_gradient else None
-        return value_texture.bake_values(volume, transfer_function, classification, texel_format, estimator)
+        return value_texture.bake_values(volume, transfer_function, classification, texel_format, estimator, scene.mask)
     recipe = volume, transfer_function, classification, slab_thickness, texel_format
-    if not scene.needs_gradient:
-        return slab_texture.bake(*recipe)
+    if not needs_samples(scene, transfer_function):
+        return slab_texture.bake(*recipe, hidden=scene.mask.hidden if scene.mask else None)
     samples = partial(matter_of_samples, scene, transfer_function, camera, arriving)
     return slab_texture.bake(*recipe, samples, scene.lighting)
 
 
-def draw(
-    compositor: Compositor,
-    textures: TextureStore,
-    drawing: Drawing,
-    target_format: str,
-    visible_part: VisiblePart,
-) -> int:
+class Part(NamedTuple):
+    """One volume of a picture: how it is drawn, its textures, and what of a brick may show anything."""
+
+    drawing: Drawing
+    textures: TextureStore
+    visible_part: VisiblePart
+
+    def counting(self) -> Part:
+        """The same, but what is drawn is how many slabs are sampled."""
+        return self._replace(drawing=replace(self.drawing, count=True))
+
+
+def draw(compositor: Compositor, parts: Sequence[Part], target_format: str) -> int:
     """Cut what of the bricks shows anything into slabs across the view, draw and composite them; their number."""
+    drawing, textures, visible_part = parts[0]
     compositor.begin(drawing, target_format)
     volume, camera = drawing.volume, drawing.camera
     per_stack = drawing.baked.slabs_per_stack
-    parts = {brick: part for brick in textures.bricks if (part := visible_part(brick)) is not None}
+    shown = {brick: part for brick in textures.bricks if (part := visible_part(brick)) is not None}
     # Surfaces cut the rays into stretches, and stand between one and the next.
     for stretch in drawing.surfaces.stretches(drawing, compositor) if drawing.surfaces else (drawing,):
-        for brick in bricks.visibility_order(parts, volume, camera):
-            stacks = slicing.slab_stacks(volume, camera, drawing.slab_thickness, drawing.size, per_stack, parts[brick])
+        if len(parts) > 1:
+            draw_together(compositor, parts, stretch.stretch)
+            continue
+        for brick in bricks.visibility_order(shown, volume, camera):
+            stacks = slicing.slab_stacks(volume, camera, drawing.slab_thickness, drawing.size, per_stack, shown[brick])
             compositor.draw(stretch, brick, stacks, textures.resources(brick))
     compositor.finish()
-    return len(parts)
+    return len(shown) if len(parts) == 1 else len(parts)
+
+
+def draw_together(compositor: Compositor, parts: Sequence[Part], stretch: Stretch | None) -> None:
+    """Draw several volumes in the slabs that all of them have in common; each is a single brick."""
+    from texvol.several import draw_several
+
+    drawings = [replace(part.drawing, stretch=stretch) for part in parts]
+    first = drawings[0]
+    # Loops are limited: a piece of a slab for each end of each box, at most.
+    per_stack = max(min(drawing.baked.slabs_per_stack for drawing in drawings) // (2 * len(parts)), 1)
+    box = common_box([drawing.volume for drawing in drawings])
+    stacks = slicing.slab_stacks(box, first.camera, first.slab_thickness, first.size, per_stack, about=first.about)
+    resources = [part.textures.resources(part.textures.bricks[0]) for part in parts]
+    draw_several(compositor, drawings, stacks, resources)
 
 
 def over_background(picture: NDArray[np.float32], background: tuple[float, float, float]) -> NDArray[np.float32]:

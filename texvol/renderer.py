@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 import warnings
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import asdict, replace
 from statistics import median
 from typing import Any
@@ -13,29 +13,25 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol import accuracy, bricks, error_control, slab_texture, slicing
+from texvol import accuracy, error_control, slab_texture, slicing
 from texvol.compositor import Compositor, Drawing
 from texvol.contexts import open_context
 from texvol.display import NUMBER_MODES
-from texvol.empty_space import EmptySpace
 from texvol.errors import AccuracyWarning, InputError
 from texvol.geometry.drawn import DrawnGeometry
 from texvol.light_uniforms import casts_shadows
+from texvol.matter_on_device import MatterOnDevice, check_room
 from texvol.modelled import modelled
 from texvol.projection import depth_of, projection_of
-from texvol.recipe import Settings, color_scale_of, shown_of, stored_scene, texels_of
-from texvol.render import VisiblePart, bake, draw, over_background
+from texvol.recipe import Settings, color_scale_of, stored_scene
+from texvol.render import Part, draw, over_background
 from texvol.scene import Scene
 from texvol.shadows import Shadows
 from texvol.texture_memory import default_budget
-from texvol.texture_store import BakedTexture, TextureStore, same
-from texvol.transfer import TransferFunction, proposed_for
-from texvol.value_texture import ValueTexture, exact_format
+from texvol.value_texture import ValueTexture
 
 Size = tuple[int, int]
-# A picture that an estimate is drawn from needs no textures that stay: it makes do with bricks of an eighth of the
-# volume, within these bytes.
-_REFERENCE_BUDGET = 8 << 20, 64 << 20
+_REFERENCE_BYTES = 64 << 20  # of textures for a picture that an estimate is drawn from, at most
 
 
 class Renderer:
@@ -62,15 +58,11 @@ class Renderer:
         self._context = open_context(backend)
         with self._context:
             self._compositor = Compositor(self._context)
-            self._empty_space = EmptySpace(self._context.gl)
             self._budget = int(texture_memory * 1e6) if texture_memory else default_budget(self._context)
-            self._textures = TextureStore(self._context, self._budget)
+            self._matter = [MatterOnDevice(self._context, self._budget)]
             self._shadows = Shadows(self._context, self._budget)
             self._geometry = DrawnGeometry(self._context)
             self._bricks_drawn = 0
-        self._proposed: tuple[Any, TransferFunction] | None = None
-        self._baked: tuple[tuple[Any, ...], BakedTexture] | None = None
-        self._chosen: tuple[tuple[Any, ...], str] | None = None
         self._seconds: dict[str, float] = {}
         self._last: tuple[Scene, Size, Settings] | None = None
         self._stats: dict[str, Any] = {}
@@ -121,7 +113,7 @@ class Renderer:
         size = self._compositor.checked_size(size)
         if texture_format not in ("auto", *slab_texture.TEXEL_FORMATS):
             raise InputError(f"texture format is auto, rgba8, rgba16f or rgba32f, and not {texture_format!r}")
-        wanted = accuracy.checked(scene.volume, slab_thickness, sampling_rate, max_error)
+        wanted = accuracy.checked(scene, slab_thickness, sampling_rate, max_error)
         termination = accuracy.checked_termination(early_termination, max_error)
         settings = Settings(wanted, texture_format, accuracy.checked_target(target_format), termination, skip_empty)
         self._seconds, self._stats, self._estimate = {}, {}, None
@@ -190,8 +182,8 @@ class Renderer:
         if self._context.released:
             return
         with self._context:
-            self._textures.release()
-            self._empty_space.release()
+            for matter in self._matter:
+                matter.release()
             self._shadows.release()
             self._geometry.release()
             self._compositor.release()
@@ -203,77 +195,71 @@ class Renderer:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _prepare(self, scene: Scene, size: Size, settings: Settings) -> BakedTexture:
-        """Have what the scene's textures are made of, and the textures themselves if there are no bricks."""
-        scene = stored_scene(scene)
-        transfer_function = self._transfer_function(scene)
-        volume, classification, thickness = scene.volume, scene.classification, settings.slab_thickness
-        with self._timed("bake"):
-            if settings.skips(scene):
-                self._empty_space.prepare(volume, *shown_of(scene, transfer_function))
-            camera, texture_format = scene.camera_for(size), settings.texture_format
-            if texture_format == "auto":
-                texture_format = self._cheapest_format(scene, transfer_function, thickness)
-            arriving = self._shadows.prepare(scene, transfer_function, thickness)
-            texels = texels_of(scene, transfer_function, camera, thickness, texture_format)
-            recipe = (*texels, transfer_function, classification)
-            if self._baked is None or not same(self._baked[0], recipe):
-                self._baked = (recipe, bake(scene, transfer_function, camera, thickness, texture_format, arriving))
-        baked = self._baked[1]
-        self._textures.prepare(baked, volume, texels, bricks.margin(volume, camera, size, thickness))
-        return baked
-
-    def _cheapest_format(self, scene: Scene, transfer_function: TransferFunction, thickness: float) -> str:
-        asked = (scene.volume, transfer_function, scene.classification, thickness)
-        if self._chosen is None or not same(self._chosen[0], asked):
-            self._chosen = asked, accuracy.cheapest_texel_format(*asked)
-        return self._chosen[1]
-
-    def _drawing(self, scene: Scene, size: Size, settings: Settings, depth: bool = False) -> Drawing:
-        """The scene as the compositor wants it, its texture on the device."""
-        baked = self._prepare(scene, size, settings)
-        leaps = self._empty_space.leaps if settings.skips(scene) else None
-        projection = projection_of(scene, depth=depth)
-        lit_when_drawn = scene.classification in ("post", "integrated") and not projection
-        lighting = scene.lighting if lit_when_drawn else None
-        return Drawing(
-            baked,
-            scene.volume,
-            scene.camera_for(size),
-            settings.slab_thickness,
-            size,
-            1.0 if projection else color_scale_of(scene, self._transfer_function(scene)),
-            settings.early_termination / max(scene.lighting.brightest if scene.lighting else 1.0, 1.0),
-            leaps,
-            self._empty_space.cells_per_box if leaps else (1.0, 1.0, 1.0),
-            lighting=projection.lighting if projection else lighting,
-            depth_cue=scene.depth_cue if not projection or projection.lighting else None,
-            projection=projection,
-            arriving=self._shadows.texture if casts_shadows(lighting) else None,
-            cutting=scene.cutting,
-            surfaces=None if depth else self._geometry.prepare(scene, size, settings.slab_thickness),
+    def _parts(self, scene: Scene, size: Size, settings: Settings, depth: bool = False) -> list[Part]:
+        """The scene's volumes as they are drawn, each with its textures."""
+        scenes = scene.each_alone(scene.camera_for(size))
+        self._have_matter(len(scenes))
+        scale = min(
+            color_scale_of(each, matter.transfer_function(each))
+            for each, matter in zip(scenes, self._matter, strict=True)
         )
+        surfaces = None if depth else self._geometry.prepare(scene, size, settings.slab_thickness)
+        parts = []
+        for alone, matter in zip(scenes, self._matter, strict=True):
+            stored = stored_scene(alone)
+            with self._timed("bake"):
+                baked = matter.prepare(stored, size, settings, self._shadows)
+            leaps = matter.empty_space.leaps if settings.skips(alone) else None
+            projection = projection_of(alone, depth=depth)
+            lit_when_drawn = isinstance(baked, ValueTexture) and not projection
+            lighting = scene.lighting if lit_when_drawn else None
+            drawing = Drawing(
+                baked,
+                alone.volume,
+                alone.camera_for(size),
+                settings.slab_thickness,
+                size,
+                1.0 if projection else scale,
+                settings.early_termination / max(scene.lighting.brightest if scene.lighting else 1.0, 1.0),
+                leaps,
+                matter.empty_space.cells_per_box if leaps else (1.0, 1.0, 1.0),
+                lighting=projection.lighting if projection else lighting,
+                depth_cue=alone.depth_cue if not projection or projection.lighting else None,
+                projection=projection,
+                arriving=self._shadows.texture if casts_shadows(lighting) else None,
+                cutting=scene.cutting,
+                surfaces=surfaces,
+                origin=scene.volume.centre,
+            )
+            parts.append(Part(drawing, matter.textures, matter.visible_part(alone, settings)))
+        return parts
 
-    def _visible_part(self, scene: Scene, settings: Settings) -> VisiblePart:
-        return self._empty_space.visible_part if settings.skips(scene) else lambda brick: brick.stored_box
+    def _have_matter(self, count: int) -> None:
+        """As many as a scene has volumes."""
+        while len(self._matter) > count:
+            self._matter.pop().release()
+        while len(self._matter) < count:
+            self._matter.append(MatterOnDevice(self._context, self._budget))
 
     def _draw(
         self, scene: Scene, size: Size, settings: Settings, repeat: int = 1, depth: bool = False
     ) -> NDArray[np.float32]:
         """The picture, without background; or where its surface is."""
-        textures, visible_part = self._textures, self._visible_part(scene, settings)
         with self._baking():
-            drawing = self._drawing(scene, size, settings, depth)
-            if len(textures.bricks) == 1 and visible_part(textures.bricks[0]) is not None:
-                textures.resources(textures.bricks[0])
+            parts = self._parts(scene, size, settings, depth)
+            check_room(parts, self._budget)
+            for _, textures, visible_part in parts:
+                if len(textures.bricks) == 1 and visible_part(textures.bricks[0]) is not None:
+                    textures.resources(textures.bricks[0])
         times = []
         for _ in range(max(repeat, 1)):
-            start, spent = time.perf_counter(), sum(textures.seconds.values())
+            start, spent = time.perf_counter(), self._texture_seconds()
             with self._baking():
-                self._bricks_drawn = draw(self._compositor, textures, drawing, settings.target_format, visible_part)
-            times.append(time.perf_counter() - start - (sum(textures.seconds.values()) - spent))
+                self._bricks_drawn = draw(self._compositor, parts, settings.target_format)
+            times.append(time.perf_counter() - start - (self._texture_seconds() - spent))
         # The first draw compiles the programs: warm draws are the others.
         self._seconds["draw"] = median(times[1:] or times)
+        drawing = parts[0].drawing
         with self._timed("read"):
             drawn = self._compositor.picture(drawing.color_scale)
             if drawing.projection is None:
@@ -285,7 +271,7 @@ class Renderer:
         choice = error_control.thickness_for_error(
             lambda thickness: self._draw(scene, size, replace(settings, slab_thickness=thickness)),
             lambda thickness: self._reference(scene, size, replace(settings, slab_thickness=thickness)),
-            scene.volume.smallest_spacing,
+            scene.smallest_spacing,
             max_error,
         )
         self._estimate = choice.estimated_error
@@ -305,22 +291,22 @@ class Renderer:
 
     def _facts(self, scene: Scene, size: Size, settings: Settings) -> dict[str, Any]:
         seconds, drawn = dict(self._seconds), self._bricks_drawn
-        cells, visible_cells = self._empty_space.counts if settings.skips(scene) else (0, 0)
-        baked = self._baked
-        assert baked is not None
+        counts = [matter.empty_space.counts for matter in self._matter] if settings.skips(scene) else [(0, 0)]
+        textures = [matter.textures for matter in self._matter]
+        cells, visible_cells = map(sum, zip(*counts, strict=True))
         camera = scene.camera_for(size)
         facts = {
             "renderer": self._context.renderer,
             "backend": self._context.backend,
             "size": list(size),
             "slab_thickness": settings.slab_thickness,
-            "slabs": slicing.slab_stacks(scene.volume, camera, settings.slab_thickness, size).slab_count,
+            "slabs": slicing.slab_stacks(scene.box, camera, settings.slab_thickness, size).slab_count,
             "classification": scene.classification,
-            "texture_format": baked[1].texel_format,
+            "texture_format": ", ".join(matter.baked[1].texel_format for matter in self._matter if matter.baked),
             "target_format": settings.target_format,
-            "bricks_total": len(self._textures.bricks),
+            "bricks_total": sum(len(each.bricks) for each in textures),
             "bricks_drawn": drawn,
-            "texture_bytes": self._textures.bytes,
+            "texture_bytes": sum(each.bytes for each in textures),
             "cells_total": cells,
             "cells_drawn": visible_cells,
             "early_termination": settings.early_termination,
@@ -339,10 +325,15 @@ class Renderer:
             every = slicing.slabs_crossed(scene.volume, scene.camera_for(size), settings.slab_thickness, size)
             return every, every
         with self._context:
-            drawing = replace(self._drawing(scene, size, settings), count=True)
-            draw(self._compositor, self._textures, drawing, "rgba32f", self._visible_part(scene, settings))
-            drawn = int(self._compositor.picture()[..., 0].sum(dtype=np.float64))
-        return drawn, slicing.slabs_crossed(scene.volume, drawing.camera, settings.slab_thickness, size)
+            drawn = self._counted(scene, size, settings)
+            if scene.added:
+                return drawn, self._counted(scene, size, replace(settings, skip_empty=False, early_termination=0.0))
+        return drawn, slicing.slabs_crossed(scene.volume, scene.camera_for(size), settings.slab_thickness, size)
+
+    def _counted(self, scene: Scene, size: Size, settings: Settings) -> int:
+        parts = self._parts(scene, size, settings)
+        draw(self._compositor, [part.counting() for part in parts], "rgba32f")
+        return int(self._compositor.picture()[..., 0].sum(dtype=np.float64))
 
     def _estimated_error(self, scene: Scene, size: Size, settings: Settings) -> float | None:
         """What the choice of thickness found, or what halving it changes in a picture of a sixteenth of the pixels."""
@@ -351,43 +342,26 @@ class Renderer:
         small = (max(size[0] // 4, 1), max(size[1] // 4, 1))
         with self._context:
             picture = self._draw(scene, small, settings)
-            # Values as they are serve for every thickness; other texels are for the reference alone.
-            baked = self._baked
-            values = stored_scene(scene).classification in ("post", "integrated")
-            exact = values and baked is not None and baked[1].texel_format == exact_format(scene.volume)
-            with self._textures_set_aside(scene, self._textures if exact else None):
+            with ExitStack() as aside:
+                for matter in self._matter:
+                    aside.enter_context(matter.set_aside(None if scene.added else _REFERENCE_BYTES))
                 reference = self._reference(scene, small, replace(settings, slab_thickness=settings.slab_thickness / 2))
         self._estimate = error_control.estimate(picture, reference, 1, error_control.rounding_of(scene))
         return self._estimate
 
-    def _transfer_function(self, scene: Scene) -> TransferFunction:
-        if scene.transfer_function is not None:
-            return scene.transfer_function
-        if self._proposed is None or self._proposed[0] is not scene.volume:
-            self._proposed = (scene.volume, proposed_for(scene.volume))
-        return self._proposed[1]
-
-    @contextmanager
-    def _textures_set_aside(self, scene: Scene, instead: TextureStore | None) -> Iterator[None]:
-        """Whatever is drawn inside, from textures of its own or those, the last picture's are there for the next."""
-        kept = self._textures, self._baked, self._bricks_drawn
-        budget = int(np.clip(scene.volume.values.size * 2, *_REFERENCE_BUDGET))
-        self._textures = instead or TextureStore(self._context, min(self._budget, budget))
-        try:
-            yield
-        finally:
-            if not instead:
-                self._textures.release()
-            self._textures, self._baked, self._bricks_drawn = kept
-
     @contextmanager
     def _baking(self) -> Iterator[None]:
         """Add what the textures take inside to the seconds of this picture."""
-        before = dict(self._textures.seconds)
+        before = {id(matter.textures): dict(matter.textures.seconds) for matter in self._matter}
         yield
-        for what, seconds in self._textures.seconds.items():
-            if seconds > before[what]:
-                self._seconds[what] = self._seconds.get(what, 0.0) + seconds - before[what]
+        for matter in self._matter:
+            earlier = before.get(id(matter.textures), {})
+            for what, seconds in matter.textures.seconds.items():
+                if seconds > earlier.get(what, 0.0):
+                    self._seconds[what] = self._seconds.get(what, 0.0) + seconds - earlier.get(what, 0.0)
+
+    def _texture_seconds(self) -> float:
+        return sum(sum(matter.textures.seconds.values()) for matter in self._matter)
 
     @contextmanager
     def _timed(self, what: str) -> Iterator[None]:

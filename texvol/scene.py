@@ -117,12 +117,16 @@ class Scene:
         return min(volume.smallest_spacing for volume in self.volumes)
 
     def each_alone(self, camera: Camera) -> tuple[Scene, ...]:
-        """For each volume the scene without the others and without geometry, seen and cued as it is in this one."""
+        """For each volume the scene without the others and without geometry, seen and cued as it is in this one.
+
+        Opacities of slabs don't add up, and extinctions do: those are of `slab` what `extinction` has.
+        """
         cue = self.depth_cue
         if cue is not None and self.added:
             near, far = cue.range_for(self.box, camera)
             cue = replace(cue, near=near, far=far)
-        first = replace(self, camera=camera, added=(), geometry=(), depth_cue=cue)
+        kind = "extinction" if self.classification == "slab" else self.classification
+        first = replace(self, camera=camera, added=(), geometry=(), depth_cue=cue, classification=kind)
         return (first, *(self._with(each, first) for each in self.added))
 
     @staticmethod

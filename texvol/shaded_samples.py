@@ -41,13 +41,18 @@ def matter_of_samples(
     volume = scene.volume
     values = volume.values[box]
     is_shown = visible(volume, transfer_function, values)
+    if scene.mask is not None:
+        is_shown &= ~scene.mask.hidden[box]
     shows = np.flatnonzero(is_shown)
     if not shows.size:
         return shows, Classified(np.zeros((0, 3)), np.zeros(0))
+    if not (scene.lighting or transfer_function.needs_gradient):
+        return shows, _there(scene, transfer_function.classify(values.reshape(-1)[shows]), box, shows)
     slopes, index = _slopes_at(scene, box, is_shown)
     normals, magnitudes = _directions(slopes, volume.smallest_spacing)
     shown = values.reshape(-1)[shows]
     matter = transfer_function.classify(shown, magnitudes if transfer_function.needs_gradient else None)
+    matter = _there(scene, matter, box, shows)
     lighting = scene.lighting
     if lighting is None:
         return shows, matter
@@ -59,6 +64,25 @@ def matter_of_samples(
     if highlight is not None:
         glow += np.where(np.isinf(matter.extinction), 1.0, matter.extinction)[:, np.newaxis] * highlight
     return shows, Classified(glow, matter.extinction)
+
+
+def needs_samples(scene: Scene, transfer_function: TransferFunction) -> bool:
+    """Whether what is at a sample depends on more than its value."""
+    fades = scene.mask is not None and scene.mask.array.dtype != np.bool_
+    return bool(scene.lighting or transfer_function.needs_gradient or scene.volume.colors is not None or fades)
+
+
+def _there(scene: Scene, matter: Classified, box: Box, shows: NDArray[np.intp]) -> Classified:
+    """Matter of the shown samples of a box in their own colours, and as much of it as the mask leaves."""
+    emission, extinction = matter
+    if scene.volume.colors is not None:
+        emission = emission * scene.volume.colors[box].reshape(-1, 3)[shows]
+    if scene.mask is not None and scene.mask.array.dtype != np.bool_:
+        weights = scene.mask.array[box].reshape(-1)[shows]
+        opaque = np.isinf(extinction)  # is so however little of it there is, and shows its colour
+        emission = emission * np.where(opaque, 1.0, weights)[:, np.newaxis]
+        extinction = extinction * np.where(opaque, 1.0, weights)
+    return Classified(emission, extinction)
 
 
 def _slopes_at(scene: Scene, box: Box, is_shown: NDArray[np.bool_]) -> tuple[Numbers, NDArray[np.intp]]:

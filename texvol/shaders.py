@@ -2,12 +2,18 @@
 
 A file may `#include "other.glsl"`, once each however often it is asked for. Switches are defined right after its
 `#version` line.
+
+Lines from `#each SWITCH` to `#end` stand as often as the switch says, each time with its number, from 0 on, in place of
+`@` and at the end of every name that the lines or what they include declare, of names that end in a number, and of
+switches that come with one: so what is written for one can be had several times.
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
+from functools import partial
+from itertools import takewhile
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -19,6 +25,11 @@ _PACKAGE = Path(__file__).resolve().parent
 FOLDER = next((path for path in (_PACKAGE / "shaders", _PACKAGE.parent / "shaders") if path.is_dir()), _PACKAGE)
 
 _INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"\s*$')
+_EACH = re.compile(r"^#each (\w+)$")
+_END = "#end"
+# A declaration begins its line: nothing inside of a function or a struct does.
+_DECLARED = re.compile(r"^(?:(?:uniform|const|flat|in|out) )*\w+ (\w+) *(?:[\[;=({]|$)|^#define (\w+)", re.MULTILINE)
+_NAME = re.compile(r"\b[A-Za-z_]\w*")
 _COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.DOTALL)
 _CONDITION = re.compile(r"^\s*#\s*(?:if|elif|ifdef|ifndef)\b(.*)$", re.MULTILINE)
 _DEFINITION = re.compile(r"^\s*#\s*define\s+(\w+)", re.MULTILINE)
@@ -88,7 +99,7 @@ def set_uniforms(program: moderngl.Program, values: Mapping[str, Any]) -> None:
 
 def _source(folder: Path, file: str, defines: Mapping[str, int], files: list[str]) -> str:
     """Text of one stage: includes in their places, switches after the #version line."""
-    lines = list(_lines(folder, file, files, set()))
+    lines = list(_Lines(folder, files, defines).of(file, set()))
     version = next((i for i, line in enumerate(lines) if line.lstrip().startswith("#version")), None)
     if version is None:
         raise ShaderError(f"{file} has no #version line")
@@ -97,27 +108,62 @@ def _source(folder: Path, file: str, defines: Mapping[str, int], files: list[str
     return "\n".join(lines) + "\n"
 
 
-def _lines(folder: Path, file: str, files: list[str], seen: set[str]) -> Iterator[str]:
-    """Yield the lines of a file and of what it includes, with a #line wherever the file changes."""
-    try:
-        text = (folder / file).read_text(encoding="utf-8")
-    except OSError as error:
-        raise ShaderError(f"shader file {folder / file} cannot be read: {error.strerror}") from None
-    seen.add(file)
-    if file not in files:
-        files.append(file)
-    if len(seen) > 1:  # only comments may stand before the #version of the first
-        yield _line(files, file, 1)
-    for number, line in enumerate(text.splitlines(), start=1):
-        include = _INCLUDE.match(line)
-        if not include:
-            yield line
-            continue
-        if include[1] not in seen:
-            if not (folder / include[1]).is_file():
-                raise ShaderError(f"{file}:{number}: {include[1]} is not in {folder}")
-            yield from _lines(folder, include[1], files, seen)
-        yield _line(files, file, number + 1)
+class _Lines:
+    """The lines of files and of what they include; `files` becomes all of them."""
+
+    def __init__(self, folder: Path, files: list[str], defines: Mapping[str, int]) -> None:
+        self._folder, self._files, self._defines = folder, files, defines
+        self._numbered = {name.removesuffix("_0") for name in defines if name.endswith("_0")}
+
+    def of(self, file: str, seen: set[str]) -> Iterator[str]:
+        """Yield the lines, with a #line wherever the file changes; `seen` becomes what is included."""
+        try:
+            text = (self._folder / file).read_text(encoding="utf-8")
+        except OSError as error:
+            raise ShaderError(f"shader file {self._folder / file} cannot be read: {error.strerror}") from None
+        seen.add(file)
+        if file not in self._files:
+            self._files.append(file)
+        if len(seen) > 1:  # only comments may stand before the #version of the first
+            yield _line(self._files, file, 1)
+        yield from self._expanded(file, list(enumerate(text.splitlines(), start=1)), seen)
+
+    def _expanded(self, file: str, lines: list[tuple[int, str]], seen: set[str]) -> Iterator[str]:
+        rest = iter(lines)
+        for number, line in rest:
+            include, each = _INCLUDE.match(line), _EACH.match(line)
+            if not include and not each:
+                yield line
+                continue
+            if include and include[1] not in seen:
+                if not (self._folder / include[1]).is_file():
+                    raise ShaderError(f"{file}:{number}: {include[1]} is not in {self._folder}")
+                yield from self.of(include[1], seen)
+            elif each:
+                yield f"#if {each[1]}\n#endif"  # so that who looks for switches finds it
+                block = list(takewhile(lambda numbered: numbered[1] != _END, rest))
+                yield from self._repeated(file, block, self._count(each[1], file, number), seen)
+                number += len(block) + 1
+            yield _line(self._files, file, number + 1)
+
+    def _repeated(self, file: str, block: list[tuple[int, str]], count: int, seen: set[str]) -> Iterator[str]:
+        """A block, once for each number; what it includes is included each time."""
+        first = block[0][0] if block else 1
+        for which in range(count):
+            lines = list(self._expanded(file, block, set(seen)))
+            self._numbered.update(name for pair in _DECLARED.findall("\n".join(lines)) for name in pair if name)
+            yield _line(self._files, file, first)
+            for line in lines:
+                yield _NAME.sub(partial(self._name, which), line).replace("@", str(which))
+
+    def _name(self, which: int, match: re.Match[str]) -> str:
+        name = match[0]
+        return f"{name}_{which}" if name in self._numbered or re.search(r"_\d+$", name) else name
+
+    def _count(self, switch: str, file: str, number: int) -> int:
+        if switch not in self._defines:
+            raise ShaderError(f"{file}:{number}: {switch} needs a value")
+        return self._defines[switch]
 
 
 def _line(files: list[str], file: str, number: int) -> str:

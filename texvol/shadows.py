@@ -51,10 +51,11 @@ class Shadows:
             return None
         part = max(thickness, 2 * volume.radius / _MOST_PARTS)
         estimator = scene.gradient if transfer_function.needs_gradient else None
-        asked = (volume, transfer_function, part, repr(lighting.casting), repr(estimator), repr(scene.cutting))
+        matter = volume, scene.mask, transfer_function
+        asked = (*matter, part, repr(lighting.casting), repr(estimator), repr(scene.cutting))
         if self._cast_for is None or not same(self._cast_for, asked):
             self._cast_for = None
-            baked = bake_values(volume, transfer_function, "post", "exact", estimator)
+            baked = bake_values(volume, transfer_function, "post", "exact", estimator, scene.mask)
             textures = TextureStore(self._context, self._budget)
             try:
                 textures.prepare(baked, volume, asked, (1, 1, 1))

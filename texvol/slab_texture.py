@@ -66,11 +66,15 @@ class SlabTexture:
     emissive: bool
     classifier: Classifier
     samples: Samples | None = None  # where values alone don't tell
+    hidden: NDArray[np.bool_] | None = None  # (nz, ny, nx)
 
     def texels(self, box: Box = (slice(None),) * 3) -> NDArray:
         """Texels of a box of samples, shape (nz, ny, nx, 4), of `TEXEL_TYPES[texel_format]`."""
         if self.samples is None:
-            return _classified(self.volume.values[box], self._encode, self._table, TEXEL_TYPES[self.texel_format])
+            texels = _classified(self.volume.values[box], self._encode, self._table, TEXEL_TYPES[self.texel_format])
+            if self.hidden is not None:
+                texels[self.hidden[box]] = 0
+            return texels
         z, y, x = (range(*part.indices(count)) for part, count in zip(box, self.volume.values.shape, strict=True))
         texels = np.zeros((len(z), len(y), len(x), 4), TEXEL_TYPES[self.texel_format])
         in_threads(partial(self._fill, self.samples, texels, (z, y, x)), _parts(*texels.shape[:3]))
@@ -93,6 +97,11 @@ class SlabTexture:
     def components(self) -> int:
         """Numbers in a texel."""
         return 4
+
+    @property
+    def weight_format(self) -> None:
+        """Nothing beside the texels: what a mask leaves is in them."""
+        return None
 
     @property
     def slabs_per_stack(self) -> int:
@@ -144,12 +153,13 @@ def bake(
     texel_format: str = "rgba32f",
     samples: Samples | None = None,
     lighting: Lighting | None = None,
+    hidden: NDArray[np.bool_] | None = None,
 ) -> SlabTexture:
     """The 3D texture of a volume; `slab_thickness` is in world units. Its texels are made when they are asked for.
 
     The slab that texels of `slab` stand for is a thinner one in dense matter, of optical depth 2 at most: of opacities
     nearer to 1 float32 would have no digits left to tell how much of a slab that the box cuts short is to be seen.
-    Where values alone don't tell what is at a sample, `samples` does, in that light.
+    Where values alone don't tell what is at a sample, `samples` does, in that light; what is `hidden` is not there.
     """
     length_unit = volume.smallest_spacing
     if classification == "slab":
@@ -172,7 +182,7 @@ def bake(
             largest[:3] = diffuse * largest[:3] + highlight * largest[3]
     scale = _texel_scale(largest, TEXEL_TYPES[texel_format])
     emissive = transfer_function.emissive
-    return SlabTexture(volume, scale, classification, length_unit, texel_format, emissive, classifier, samples)
+    return SlabTexture(volume, scale, classification, length_unit, texel_format, emissive, classifier, samples, hidden)
 
 
 def texel_classifier(

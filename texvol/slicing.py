@@ -64,14 +64,16 @@ def slab_stacks(
     size: tuple[int, int],
     per_stack: int = SLABS_PER_STACK,
     part: NDArray[np.float64] = WHOLE_BOX,
+    about: NDArray[np.float64] | None = None,
 ) -> SlabStacks:
     """Polygons for a part of the volume's box in front of the eye; none if it lies behind it.
 
     `slab_thickness` is in world units, `size` is (width, height) in pixels. `part` has the low and the high corner of
-    the part, in shares of the box, shape (2, 3).
+    the part, in shares of the box, shape (2, 3). Slab 0 begins at the depth of the world point `about`, the middle of
+    the box unless told.
     """
     corners = camera.in_eye_space(_corners_from_centre(volume, part), volume.centre)
-    middle = float(camera.pixel_rays(size, volume.centre).reference_depth)
+    middle = float(camera.pixel_rays(size, volume.centre if about is None else about).reference_depth)
     with np.errstate(over="ignore"):
         depths = (corners[:, 2] - middle) / slab_thickness
         eye_depth = float(-np.float64(middle) / slab_thickness)

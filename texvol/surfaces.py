@@ -272,9 +272,9 @@ def _uniforms(drawing: Drawing, lighting: Lighting | None, shapes: int) -> dict[
     if drawing.cutting:
         uniforms["half_spaces"] = half_spaces_in_box(drawing.cutting, volume)
     if drawing.cutting or "positions" in uniforms:
-        uniforms |= way_uniforms(volume, camera, size, drawing.slab_thickness)
+        uniforms |= way_uniforms(volume, camera, size, drawing.slab_thickness, drawing.about)
     if drawing.depth_cue is not None:
-        uniforms |= cue_uniforms(drawing.depth_cue, volume, camera, drawing.slab_thickness)
+        uniforms |= cue_uniforms(drawing.depth_cue, volume, camera, drawing.slab_thickness, drawing.about)
     return uniforms
 
 

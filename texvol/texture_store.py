@@ -13,6 +13,7 @@ from typing import Any
 
 import moderngl
 import numpy as np
+from numpy.typing import NDArray
 
 from texvol.bricks import Brick, Triple, cut, texture_size, whole
 from texvol.contexts import Context
@@ -41,8 +42,14 @@ BakedTexture = SlabTexture | ValueTexture
 @dataclass
 class _Held:
     texture: moderngl.Texture3D
-    texels: tuple[Any, ...] | None  # what its texels are made of
+    weights: moderngl.Texture3D | None  # of a mask, beside texels that are values
+    texels: tuple[Any, ...] | None = None  # what its texels are made of
     used: int = 0
+
+    @property
+    def textures(self) -> dict[str, moderngl.Texture3D]:
+        """By the names of their samplers."""
+        return {"texels": self.texture} | ({"weights": self.weights} if self.weights else {})
 
 
 class TextureStore:
@@ -78,8 +85,8 @@ class TextureStore:
         InputError
             If the budget has no room for any brick.
         """
-        layout = (volume.dimensions, baked.texel_format, baked.components)
-        bricks = self._cut(volume, _BYTES[baked.texel_format], margin)
+        layout = (volume.dimensions, baked.texel_format, baked.components, baked.weight_format, volume.labels)
+        bricks = self._cut(volume, _bytes_of(baked), margin)
         if layout != self._layout or bricks != self.bricks:
             self.release()
         self._layout, self.bricks, self._baked, self._texels = layout, bricks, baked, texels
@@ -96,24 +103,31 @@ class TextureStore:
         """The brick's texture and the tables by the names of their samplers; uploaded if they are not there."""
         held = self._held.get(brick.position)
         if held is None:
-            held = self._held[brick.position] = _Held(self._texture_for(brick), None)
+            held = self._held[brick.position] = self._held_for(brick)
         self._clock += 1
         held.used = self._clock
         if held.texels is None or not same(held.texels, self._texels):
             held.texels = None
-            self._write(held.texture, brick)
+            self._write(held, brick)
             held.texels = self._texels
-        return {"texels": held.texture} | self._tables
+        return {**held.textures, **self._tables}
 
     @property
     def bytes(self) -> int:
         """What the textures take."""
         return sum(self._size(held.texture) for held in self._held.values())
 
+    @property
+    def bytes_of_all(self) -> int:
+        """What the textures of all bricks would take together."""
+        assert self._baked is not None, "nothing has been prepared"
+        return sum(int(np.prod(brick.texture_size, dtype=np.int64)) for brick in self.bricks) * _bytes_of(self._baked)
+
     def release(self) -> None:
         """Give all textures back."""
         for held in self._held.values():
-            held.texture.release()
+            for texture in held.textures.values():
+                texture.release()
         self._held.clear()
         self._release_tables()
         self.bricks, self._layout = [], None
@@ -131,52 +145,77 @@ class TextureStore:
         size = texture_size(volume.dimensions, margin, bytes_per_sample, most, self._longest)
         return cut(volume.dimensions, size, margin)
 
-    def _texture_for(self, brick: Brick) -> moderngl.Texture3D:
-        """A texture for a brick: a new one while there is room, or else that of another brick."""
+    def _held_for(self, brick: Brick) -> _Held:
+        """Textures for a brick: new ones while there is room, or else those of another brick."""
         baked = self._baked
         assert baked is not None, "nothing has been prepared"
-        needed = int(np.prod(brick.texture_size, dtype=np.int64)) * _BYTES[baked.texel_format]
+        needed = int(np.prod(brick.texture_size, dtype=np.int64)) * _bytes_of(baked)
         if self._held and self.bytes + needed > self.budget:
             # All are wanted once a picture, so that the last one used is the one not wanted for longest.
-            return self._held.pop(max(self._held, key=lambda position: self._held[position].used)).texture
-        dtype = MODERNGL_TYPES[baked.texel_format]
+            held = self._held.pop(max(self._held, key=lambda position: self._held[position].used))
+            return _Held(held.texture, held.weights)
+        nearest = baked.volume.labels
+        texture = self._texture(brick.texture_size, baked.texel_format, baked.components, nearest)
+        if baked.weight_format is None:
+            return _Held(texture, None)
         try:
-            texture = self._gl.texture3d(brick.texture_size, baked.components, alignment=1, dtype=dtype)
+            return _Held(texture, self._texture(brick.texture_size, baked.weight_format, 1, nearest))
+        except InputError:
+            texture.release()
+            raise
+
+    def _texture(self, size: Triple, texel_format: str, components: int, nearest: bool) -> moderngl.Texture3D:
+        try:
+            texture = self._gl.texture3d(size, components, alignment=1, dtype=MODERNGL_TYPES[texel_format])
             failed = self._gl.error == "GL_OUT_OF_MEMORY"
         except moderngl.Error:
             failed = True
         if failed:
-            nx, ny, nz = brick.texture_size
-            raise InputError(f"this driver has no room for {nx} x {ny} x {nz} texels, {needed / 1e6:.0f} MB")
+            nx, ny, nz = size
+            megabytes = nx * ny * nz * _BYTES[texel_format] / 1e6
+            raise InputError(f"this driver has no room for {nx} x {ny} x {nz} texels, {megabytes:.0f} MB")
         texture.repeat_x = texture.repeat_y = texture.repeat_z = False
-        texture.filter = moderngl.LINEAR, moderngl.LINEAR
+        texture.filter = (moderngl.NEAREST, moderngl.NEAREST) if nearest else (moderngl.LINEAR, moderngl.LINEAR)
         return texture
 
-    def _write(self, texture: moderngl.Texture3D, brick: Brick) -> None:
+    def _write(self, held: _Held, brick: Brick) -> None:
         """Bake and upload slice after slice."""
         baked = self._baked
         assert baked is not None
         (x0, y0, z0), (x1, y1, z1) = brick.stored_first, brick.stored_last
-        depth = max(1, _SLICE_BYTES // ((x1 - x0) * (y1 - y0) * _BYTES[baked.texel_format]))
-        # Beyond the volume its last samples go on, as beyond the edge of a texture that ends with it.
-        room = [int(more) for more in brick.has_room_beyond]
+        depth = max(1, _SLICE_BYTES // ((x1 - x0) * (y1 - y0) * _bytes_of(baked)))
         self.uploads += 1
         for z in range(z0, z1, depth):
             begin = time.perf_counter()
             end = min(z + depth, z1)
-            texels = baked.texels((slice(z, end), slice(y0, y1), slice(x0, x1)))
-            if any(room):
-                beyond = (room[2] if end == z1 else 0, room[1], room[0], 0)
-                texels = np.pad(texels, [(0, more) for more in beyond], mode="edge")
+            box = (slice(z, end), slice(y0, y1), slice(x0, x1))
+            written = [(held.texture, baked.texels(box))]
+            if held.weights is not None:
+                assert isinstance(baked, ValueTexture)
+                written.append((held.weights, baked.weights(box)))
             baked_at = time.perf_counter()
-            nz, ny, nx, _ = texels.shape
-            texture.write(np.ascontiguousarray(texels), viewport=(0, 0, z - z0, nx, ny, nz), alignment=1)
+            for texture, texels in written:
+                texels = _with_room(texels, brick, end == z1)
+                nz, ny, nx, _ = texels.shape
+                texture.write(np.ascontiguousarray(texels), viewport=(0, 0, z - z0, nx, ny, nz), alignment=1)
             self.seconds["bake"] += baked_at - begin
             self.seconds["upload"] += time.perf_counter() - baked_at
 
     def _size(self, texture: moderngl.Texture3D) -> int:
-        assert self._layout is not None
-        return int(np.prod(texture.size, dtype=np.int64)) * _BYTES[self._layout[1]]
+        assert self._baked is not None
+        return int(np.prod(texture.size, dtype=np.int64)) * _bytes_of(self._baked)
+
+
+def _bytes_of(baked: BakedTexture) -> int:
+    """Of one sample, in all textures."""
+    return _BYTES[baked.texel_format] + (_BYTES[baked.weight_format] if baked.weight_format else 0)
+
+
+def _with_room(texels: NDArray, brick: Brick, is_last: bool) -> NDArray:
+    """Beyond the volume its last samples go on, as beyond the edge of a texture that ends with it."""
+    x, y, z = (int(more) for more in brick.has_room_beyond)
+    beyond = (z if is_last else 0, y, x, 0)
+    return np.pad(texels, [(0, more) for more in beyond], mode="edge") if any(beyond) else texels
 
 
 def same(one: Sequence[Any], other: Sequence[Any]) -> bool:

@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 
 from texvol.graded_uniforms import graded_switches, graded_uniforms
 from texvol.gradient import Estimator, gradients, largest_component
+from texvol.mask import Mask
 from texvol.ramps import ramp_uniforms
 from texvol.scene import Classification
 from texvol.slab_texture import Box
@@ -65,6 +66,7 @@ class ValueTexture:
     length_unit: float
     estimator: Estimator | None = None
     largest_component: float = 0.0  # of a gradient, data units per smallest spacing
+    mask: Mask | None = None
 
     def texels(self, box: Box = (slice(None),) * 3) -> NDArray:
         """Texels of a box of samples, shape (nz, ny, nx, 1), or 4: gradient and value."""
@@ -81,6 +83,20 @@ class ValueTexture:
             texels[..., :3] = shares
         texels[..., 3] = values
         return texels
+
+    def weights(self, box: Box = (slice(None),) * 3) -> NDArray:
+        """What a mask leaves of a box of samples, shape (nz, ny, nx, 1), in `weight_format`."""
+        assert self.mask is not None
+        weights = self.mask.array[box][..., np.newaxis]
+        return weights.astype(np.uint16) * np.uint16(65535) if weights.dtype == np.bool_ else weights
+
+    @property
+    def weight_format(self) -> str | None:
+        """The texel format of `weights`; None where there is no mask."""
+        if self.mask is None:
+            return None
+        # Mesa interpolates 8-bit texels with 8-bit weights.
+        return "r16" if self.mask.array.dtype == np.bool_ else "r32f"
 
     @property
     def components(self) -> int:
@@ -109,6 +125,7 @@ class ValueTexture:
             "MISSING": int(post and self.volume.has_missing),
             "RAMPS": ramps,
             "GRADIENT": self.gradient_switch,
+            "WEIGHTS": int(self.mask is not None),
         } | graded_switches(self.transfer_function)
 
     def uniforms(self, slab_thickness: float) -> dict[str, Any]:
@@ -223,10 +240,12 @@ def bake_values(
     classification: Classification,
     texel_format: str = "exact",
     estimator: Estimator | None = None,
+    mask: Mask | None = None,
 ) -> ValueTexture:
     """The volume's values as a texture, as they are or, in "r16" and "rgba16", rounded to 65536 steps of their range.
 
-    Nothing of it but the tables depends on the transfer function. With an estimator its gradients are beside them.
+    Nothing of it but the tables depends on the transfer function. With an estimator its gradients are beside them; a
+    mask has a texture of its own.
     """
     kind, offset, scale = _storage(volume)
     if texel_format in ("r16", "rgba16") and kind != "r16" and (span := span_in_16_bits(volume)):
@@ -237,7 +256,7 @@ def bake_values(
         kind = "rgba16" if kind == "r16" and texel_format != "rgba32f" else "rgba32f"
         largest = known_largest_component(volume, estimator) or 1.0
     unit = volume.smallest_spacing
-    return ValueTexture(volume, kind, offset, scale, transfer_function, classification, unit, estimator, largest)
+    return ValueTexture(volume, kind, offset, scale, transfer_function, classification, unit, estimator, largest, mask)
 
 
 def known_largest_component(volume: Volume, estimator: Estimator) -> float:

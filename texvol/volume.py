@@ -126,6 +126,8 @@ class Volume:
             other.__dict__.pop(derived, None)
         other.spacing, other.direction = spacing, direction
         other.origin = numbers[:3, :3] @ self.origin + numbers[:3, 3]
+        if self.source:
+            other.source = {**self.source, "transform": (numbers @ self.source.get("transform", np.eye(4))).tolist()}
         return other
 
     @property

@@ -187,7 +187,7 @@ def _missing_cosine(bench: Bench) -> Pixels:
     parallel = bench.scene.camera_for(bench.size).projection == "orthographic"
     bench.needs(not parallel, "rays are parallel")
     # The uniform has to stay in use, or setting it is an error.
-    cosine = ("ray.glsl", "sqrt(1.0 + dot(tangent, tangent))", "sqrt(1.0 + 1e-20 * dot(tangent, tangent))")
+    cosine = ("obliquity.glsl", "sqrt(1.0 + dot(tangent, tangent))", "sqrt(1.0 + 1e-20 * dot(tangent, tangent))")
     return bench.draw(Planted((cosine,)))
 
 

@@ -7,7 +7,7 @@ all the same. What is replaced has to stand there exactly once, so that no mista
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -15,7 +15,6 @@ from typing import Any
 
 import numpy as np
 
-from texvol.bricks import Brick
 from texvol.compositor import Compositor, Drawing
 from texvol.contexts import Context
 from texvol.renderer import Renderer
@@ -117,15 +116,11 @@ class PlantedCompositor(Compositor):
             width, height = drawing.size
             self._target.scissor = (0, height - self._rows[1], width, self._rows[1] - self._rows[0])
 
-    def draw(
-        self,
-        drawing: Drawing,
-        brick: Brick,
-        stacks: SlabStacks,
-        resources: Mapping[str, Any],
-    ) -> None:
+    def draw_polygons(self, name: str, switches: dict[str, int], stacks: SlabStacks, *more: Any) -> None:
         """The same without what is left out."""
-        super().draw(drawing, brick, stacks if self._dropped is None else without(stacks, self._dropped), resources)
+        left = stacks if self._dropped is None else without(stacks, self._dropped)
+        if left.first.size:
+            super().draw_polygons(name, switches, left, *more)
 
 
 def without(stacks: SlabStacks, dropped: Slabs) -> SlabStacks:

@@ -105,7 +105,8 @@ class _Field:
     """What every chunk of a volume's gradients has in common."""
 
     def __init__(self, volume: Volume, estimator: Estimator) -> None:
-        self._values = volume.values
+        # Numbers of labels have no slope: what has a surface is all that is something.
+        self._values = (volume.values != 0).view(np.uint8) if volume.labels else volume.values
         self._estimator = estimator
         self.reach = estimator.reach
         self.dtype = _work_type(volume)
@@ -157,7 +158,7 @@ def _sum(terms: list[tuple[float, NDArray]], out: NDArray) -> None:
 
 def _work_type(volume: Volume) -> np.dtype:
     """float32 where it holds every value of the volume, float64 elsewhere."""
-    dtype = volume.values.dtype
+    dtype = np.dtype(np.uint8) if volume.labels else volume.values.dtype
     if dtype.kind in "iu" and dtype.itemsize > 2:
         low, high = volume.value_range or (0.0, 0.0)
         return np.dtype(np.float32 if max(-low, high) <= 2**24 else np.float64)

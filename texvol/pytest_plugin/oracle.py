@@ -155,7 +155,7 @@ def _settings(candidate: Candidate, scene: Scene, options: Mapping[str, Any]) ->
 
     if candidate.settings.get("slab_thickness"):
         return dict(candidate.settings)
-    thickness = accuracy.checked(scene.volume, options.get("slab_thickness"), options.get("sampling_rate"), None)
+    thickness = accuracy.checked(scene, options.get("slab_thickness"), options.get("sampling_rate"), None)
     return {"slab_thickness": thickness, "texture_format": "rgba32f"}
 
 

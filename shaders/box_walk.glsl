@@ -1,0 +1,122 @@
+// One of several volumes on a pixel's ray: where the ray is in its box, and what a piece of the ray meets there.
+//
+// Depths are those of depths.glsl, the same for all volumes: their slabs have one phase.
+//
+// Switches: CLASSIFICATION: see matter.glsl; 0 does not occur, since opacities don't add up.
+//           LEAPS 1: what `leaps` shows to be empty is leapt over.
+
+#include "depths.glsl"
+#include "matter.glsl"
+#include "way.glsl"
+#if LEAPS
+#include "leap.glsl"
+#else
+const float NOWHERE = 1e9;
+#endif
+
+// Each depth is a slab and a share of it, so that the share keeps float32's digits at any depth.
+struct BoxWalk {
+    vec3 start;                   // where the ray is at depth 0, in the box
+    vec3 step;                    // its way through a slab
+    float whole_length;           // of a slab on the ray, in the unit of `slab_length`
+    float first_slab;             // where it enters what is seen of the box
+    float first_share;
+    float last_slab;              // where it leaves that; before the first slab where it misses it
+    float last_share;
+    bool is_cut_open;             // whether a half space, and neither box nor eye, is where it begins
+};
+
+// The ray of a pixel, counted from the middle of the picture, of which the depths `seen` are seen; `is_cut` says whether
+// a half space is where these begin.
+BoxWalk box_walk(vec2 pixel, float obliquity, real2 seen, bool is_cut) {
+    real3 position = position_of(pixel);
+    real3 way = way_of(pixel);
+    real2 inside = depths_between(real3(0.0), real3(1.0), position, way);
+    BoxWalk walk;
+    walk.is_cut_open = is_cut && seen.x > inside.x;
+    inside = real2(max(inside.x, seen.x), min(inside.y, seen.y));
+    walk.start = vec3(position);
+    walk.step = vec3(way);
+    walk.whole_length = obliquity * slab_length;
+    walk.first_slab = float(floor(inside.x));
+    walk.first_share = float(inside.x - floor(inside.x));
+    walk.last_slab = float(ceil(inside.y)) - 1.0;
+    walk.last_share = float(inside.y - (ceil(inside.y) - 1.0));
+    if (inside.x >= inside.y) walk.last_slab = walk.first_slab - 1.0;
+    return walk;
+}
+
+// Whether the ray is inside from the share of a slab on.
+bool is_inside(BoxWalk walk, float slab, float share) {
+    bool has_entered = slab > walk.first_slab || (slab == walk.first_slab && share >= walk.first_share);
+    return has_entered && (slab < walk.last_slab || (slab == walk.last_slab && share < walk.last_share));
+}
+
+// The next share of a slab behind `share` at which the ray enters or leaves; 1 at the most.
+float next_end(BoxWalk walk, float slab, float share) {
+    float until = 1.0;
+    if (slab == walk.first_slab && walk.first_share > share) until = walk.first_share;
+    if (slab == walk.last_slab && walk.last_share > share) until = min(until, walk.last_share);
+    return until;
+}
+
+#if CLASSIFICATION == 1
+vec4 glow_there(vec4 texel, vec3 position, float length) {
+    return texel * texel_scale * length;
+}
+#elif CLASSIFICATION == 2
+vec4 glow_there(vec4 texel, vec3 position, float length) {
+    vec4 matter = matter_of(texel, position);
+    if (!GLOWS) matter.rgb *= matter.a;
+#if WEIGHTS
+    length *= weight_at(position);
+#endif
+    return matter * length;
+}
+#else
+vec4 glow_between(vec4 front, vec4 behind, float length, vec3 position, float depth) {
+    way_depth = 0.0;
+    vec4 color = color_between(front, behind, length, position, depth);
+    // As if nothing of it were absorbed on the piece itself.
+    float seen = way_depth > 0.0 ? color.a / way_depth : 1.0;
+    return vec4(color.rgb / max(seen, 1e-30), way_depth);
+}
+#endif
+
+// What matter emits on the piece of a slab from share to share, as if it absorbed nothing, and how deep it is: where
+// volumes overlap, these add up.
+vec4 glow_of_piece(BoxWalk walk, float slab, float from, float to) {
+    float length = (to - from) * walk.whole_length;
+    float middle = slab + 0.5 * (from + to);
+    vec3 position = walk.start + middle * walk.step;
+#if CLASSIFICATION == 3
+    vec4 front = texel_at(walk.start + (slab + from) * walk.step);
+    vec4 behind = texel_at(walk.start + (slab + to) * walk.step);
+    return glow_between(front, behind, length, position, middle);
+#else
+    return cued(glow_there(texel_at(position), position, length), middle);
+#endif
+}
+
+// The same for the matter at one place, over the length of a slab.
+vec4 glow_at(BoxWalk walk, float slab, float share) {
+    vec3 position = walk.start + (slab + share) * walk.step;
+    vec4 texel = texel_at(position);
+#if CLASSIFICATION == 3
+    return glow_between(texel, texel, walk.whole_length, position, slab + share);
+#else
+    return cued(glow_there(texel, position, walk.whole_length), slab + share);
+#endif
+}
+
+// The slabs from `slab` on in which something may show, up to the next empty one: the first and the one after the last.
+vec2 next_run(BoxWalk walk, float slab) {
+    float end = walk.last_slab + 1.0;
+    slab = max(slab, walk.first_slab);
+    if (slab >= end) return vec2(NOWHERE);
+#if LEAPS
+    return full_run(cell_walk(walk.start, walk.step), slab, end);
+#else
+    return vec2(slab, end);
+#endif
+}

@@ -1,0 +1,27 @@
+// Where the ray through a pixel runs in a box; worked out in float64, and affine in the pixel.
+//
+// Switches: PERSPECTIVE 1: rays diverge, 0: they are parallel.
+
+#include "depths.glsl"
+
+uniform real3 point;              // where the ray of the middle pixel meets depth 0, in the box
+uniform real3 point_per_column;
+uniform real3 point_per_row;
+uniform real3 velocity;           // way of that ray per unit of depth
+#if PERSPECTIVE
+uniform real3 velocity_per_column;
+uniform real3 velocity_per_row;
+#endif
+
+// `pixel` counts from the middle of the picture.
+real3 position_of(vec2 pixel) {
+    return point + real(pixel.x) * point_per_column + real(pixel.y) * point_per_row;
+}
+
+real3 way_of(vec2 pixel) {
+#if PERSPECTIVE
+    return velocity + real(pixel.x) * velocity_per_column + real(pixel.y) * velocity_per_row;
+#else
+    return velocity;
+#endif
+}

@@ -1,0 +1,122 @@
+"""What of one volume is on the device, kept between pictures: its textures, and where it is empty."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+
+from texvol import accuracy, bricks
+from texvol.contexts import Context
+from texvol.empty_space import EmptySpace
+from texvol.errors import InputError
+from texvol.recipe import Settings, shown_of, texels_of
+from texvol.render import Part, VisiblePart, bake
+from texvol.scene import Scene
+from texvol.shadows import Shadows
+from texvol.texture_store import BakedTexture, TextureStore, same
+from texvol.transfer import TransferFunction, proposed_for
+from texvol.value_texture import ValueTexture, exact_format
+
+Recipe = tuple[Any, ...]
+
+
+class MatterOnDevice:
+    """The textures of a scene's only volume, or of one of several; every method needs the context to be current.
+
+    Parameters
+    ----------
+    budget : int
+        Bytes that the textures may take.
+    """
+
+    def __init__(self, context: Context, budget: int) -> None:
+        self._context, self._budget = context, budget
+        self.empty_space = EmptySpace(context.gl)
+        self.textures = TextureStore(context, budget)
+        self.baked: tuple[Recipe, BakedTexture] | None = None
+        self._proposed: tuple[Any, TransferFunction] | None = None
+        self._chosen: tuple[Recipe, str] | None = None
+
+    def prepare(self, scene: Scene, size: tuple[int, int], settings: Settings, shadows: Shadows) -> BakedTexture:
+        """Have what the textures of a scene of one volume are made of, and know where it is empty.
+
+        The scene is `stored_scene` of the one that is drawn.
+        """
+        transfer_function = self.transfer_function(scene)
+        thickness, texture_format = settings.slab_thickness, settings.texture_format
+        if settings.skips(scene):
+            self.empty_space.prepare(scene.volume, *shown_of(scene, transfer_function), scene.mask)
+        camera = scene.camera_for(size)
+        if texture_format == "auto":
+            texture_format = self._cheapest_format(scene, transfer_function, thickness)
+        arriving = shadows.prepare(scene, transfer_function, thickness)
+        texels = texels_of(scene, transfer_function, camera, thickness, texture_format)
+        recipe = (*texels, transfer_function, scene.classification)
+        if self.baked is None or not same(self.baked[0], recipe):
+            self.baked = (recipe, bake(scene, transfer_function, camera, thickness, texture_format, arriving))
+        baked = self.baked[1]
+        margin = bricks.margin(scene.volume, camera, size, thickness)
+        self.textures.prepare(baked, scene.volume, texels, margin)
+        return baked
+
+    def transfer_function(self, scene: Scene) -> TransferFunction:
+        """The scene's, or the one that is proposed for its volume."""
+        if scene.transfer_function is not None:
+            return scene.transfer_function
+        if self._proposed is None or self._proposed[0] is not scene.volume:
+            self._proposed = (scene.volume, proposed_for(scene.volume))
+        return self._proposed[1]
+
+    def visible_part(self, scene: Scene, settings: Settings) -> VisiblePart:
+        """What says which part of a brick may show anything."""
+        return self.empty_space.visible_part if settings.skips(scene) else lambda brick: brick.stored_box
+
+    @contextmanager
+    def set_aside(self, most_bytes: int | None) -> Iterator[None]:
+        """Whatever is drawn inside, the last picture's textures are there for the next.
+
+        Values as they are serve for every thickness; other texels are drawn inside from textures that don't stay, and
+        make do with bricks of an eighth of the volume, within `most_bytes` where that is said.
+        """
+        if self.baked is None or self._has_exact_values(self.baked[1]):
+            yield
+            return
+        kept, budget = (self.textures, self.baked), self._budget
+        if most_bytes is not None:
+            budget = min(budget, int(np.clip(2 * self.baked[1].volume.values.size, most_bytes // 8, most_bytes)))
+        self.textures = TextureStore(self._context, budget)
+        try:
+            yield
+        finally:
+            self.textures.release()
+            self.textures, self.baked = kept
+
+    @staticmethod
+    def _has_exact_values(baked: BakedTexture) -> bool:
+        return isinstance(baked, ValueTexture) and baked.texel_format == exact_format(baked.volume)
+
+    def release(self) -> None:
+        """Give everything back."""
+        self.textures.release()
+        self.empty_space.release()
+
+    def _cheapest_format(self, scene: Scene, transfer_function: TransferFunction, thickness: float) -> str:
+        asked = (scene.volume, transfer_function, scene.classification, thickness)
+        if self._chosen is None or not same(self._chosen[0], asked):
+            self._chosen = asked, accuracy.cheapest_texel_format(*asked)
+        return self._chosen[1]
+
+
+def check_room(parts: Sequence[Part], budget: int) -> None:
+    """Raise InputError if several volumes don't fit on the device at once, each as a single brick."""
+    if len(parts) == 1:
+        return
+    total = sum(part.textures.bytes_of_all for part in parts)
+    if total > budget or any(len(part.textures.bricks) > 1 for part in parts):
+        raise InputError(
+            f"{len(parts)} volumes are drawn at once and take {total / 1e6:.0f} MB of textures; "
+            f"there is room for {budget / 1e6:.0f} MB: allow more by --texture-memory, or take smaller volumes"
+        )

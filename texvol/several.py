@@ -1,0 +1,88 @@
+"""Several volumes in one drawing: the rays go through all at once, and what they meet adds up, see several.frag.
+
+Imported, compiled and allocated when a scene has more than one volume.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import moderngl
+
+from texvol.compositor import (
+    NO_LIGHT,
+    NOTHING_SPECIAL,
+    Compositor,
+    Drawing,
+    light_uniforms_of,
+    picture_uniforms,
+    seen_uniforms,
+    way_uniforms,
+)
+from texvol.errors import InputError
+from texvol.light_uniforms import light_switches
+from texvol.slicing import SlabStacks
+
+Resources = Mapping[str, moderngl.Texture | moderngl.Texture3D]
+# Of the whole picture; the others are each volume's own.
+_OF_ALL = ("color_scale", "least_transmittance")
+
+
+def draw_several(
+    compositor: Compositor, drawings: Sequence[Drawing], stacks: SlabStacks, resources: Sequence[Resources]
+) -> None:
+    """Composite all volumes behind what is in the picture; `resources` are each one's texture and tables.
+
+    Raises
+    ------
+    InputError
+        If the driver has no room for so many.
+    """
+    if not stacks.first.size:
+        return
+    first = drawings[0]
+    units: dict[str, moderngl.Texture | moderngl.Texture3D] = {}
+    uniforms: dict[str, Any] = picture_uniforms(first, stacks)
+    for number, (drawing, its) in enumerate(zip(drawings, resources, strict=True)):
+        textures = dict(its)
+        own = way_uniforms(drawing.volume, drawing.camera, drawing.size, drawing.slab_thickness, drawing.about)
+        own |= seen_uniforms(drawing) | light_uniforms_of(drawing)
+        if drawing.leaps is not None:
+            textures["leaps"] = drawing.leaps
+            own["cells_per_box"] = drawing.cells_per_box
+        units |= {f"{name}_{number}": texture for name, texture in textures.items()}
+        uniforms |= {f"{name}_{number}": value for name, value in own.items() if name not in _OF_ALL}
+    uniforms |= {name: value for name, value in seen_uniforms(first).items() if name in _OF_ALL}
+    if first.stretch is not None:
+        units |= dict(zip(("near_places", "far_places"), first.stretch, strict=True))
+    if len(units) > compositor.most_textures:
+        raise InputError(
+            f"{len(drawings)} volumes take {len(units)} textures at once, and this driver has room for "
+            f"{compositor.most_textures}"
+        )
+    compositor.draw_polygons(
+        "several", switches_of(drawings), stacks, units, uniforms, "add" if first.count else "under"
+    )
+
+
+def switches_of(drawings: Sequence[Drawing]) -> dict[str, int]:
+    """Switches of several.frag."""
+    first = drawings[0]
+    switches = {
+        "VOLUMES": len(drawings),
+        "PERSPECTIVE": int(first.camera.projection == "perspective"),
+        "HALF_SPACES": len(first.cutting),
+        "STRETCH": int(first.stretch is not None),
+        "CAPS": int(first.cutting.caps),
+        "CUE": int(first.depth_cue is not None),
+        "COUNT": int(first.count),
+        "HALVES": 0,
+    }
+    for number, drawing in enumerate(drawings):
+        own = NO_LIGHT | NOTHING_SPECIAL | drawing.baked.switches(drawing.slab_thickness, False)
+        own |= light_switches(drawing.lighting) | {"BRICKS": 0, "LEAPS": int(drawing.leaps is not None)}
+        own.pop("WHOLE_SLABS")
+        switches["HALVES"] |= int(own["CLASSIFICATION"] == 3)
+        switches |= {f"{name}_{number}": value for name, value in own.items()}
+    return switches
