@@ -4,6 +4,7 @@
 //
 // Switches: CLASSIFICATION: see matter.glsl; 0 does not occur, since opacities don't add up.
 //           LEAPS 1: what `leaps` shows to be empty is leapt over.
+//           FACES 1: every sample fills a box of its own, and pieces end where the ray leaves one.
 
 #include "depths.glsl"
 #include "matter.glsl"
@@ -12,6 +13,11 @@
 #include "leap.glsl"
 #else
 const float NOWHERE = 1e9;
+#endif
+
+#if FACES
+uniform vec3 samples_per_edge;    // of the box
+const float LEAST_PIECE = 1e-5;   // of a slab: less than float32 knows of where a face is met
 #endif
 
 // Each depth is a slab and a share of it, so that the share keeps float32's digits at any depth.
@@ -52,11 +58,30 @@ bool is_inside(BoxWalk walk, float slab, float share) {
     return has_entered && (slab < walk.last_slab || (slab == walk.last_slab && share < walk.last_share));
 }
 
+// The first slab from this one on that the ray enters or leaves in the middle, or with which it begins to be inside.
+float next_ragged(BoxWalk walk, float slab) {
+#if FACES
+    if (slab >= walk.first_slab && slab <= walk.last_slab) return slab;
+#endif
+    float entered = walk.first_slab + (walk.first_share > 0.0 || walk.first_slab > slab ? 0.0 : 1e9);
+    float left = walk.last_slab + (walk.last_share < 1.0 ? 0.0 : 1.0);
+    return min(entered >= slab ? entered : 1e9, left >= slab ? left : 1e9);
+}
+
 // The next share of a slab behind `share` at which the ray enters or leaves; 1 at the most.
 float next_end(BoxWalk walk, float slab, float share) {
     float until = 1.0;
     if (slab == walk.first_slab && walk.first_share > share) until = walk.first_share;
     if (slab == walk.last_slab && walk.last_share > share) until = min(until, walk.last_share);
+#if FACES
+    vec3 way = walk.step * samples_per_edge;
+    vec3 place = (walk.start + slab * walk.step) * samples_per_edge;
+    vec3 from = place + (share + LEAST_PIECE) * way;
+    vec3 faces = mix(ceil(from) - 1.0, floor(from) + 1.0, greaterThan(way, vec3(0.0)));
+    vec3 shares = (faces - place) / mix(way, vec3(1e-30), lessThan(abs(way), vec3(1e-30)));
+    shares = mix(shares, vec3(1.0), lessThan(abs(way), vec3(1e-30)));
+    until = min(until, max(min(shares.x, min(shares.y, shares.z)), share + LEAST_PIECE));
+#endif
     return until;
 }
 
@@ -83,16 +108,26 @@ vec4 glow_between(vec4 front, vec4 behind, float length, vec3 position, float de
 }
 #endif
 
+// What is at a share of a slab, where that is asked for once for the piece behind it as well as for the one in front.
+vec4 texel_between(BoxWalk walk, float slab, float share) {
+#if CLASSIFICATION == 3
+    return texel_at(walk.start + (slab + share) * walk.step);
+#else
+    return vec4(0.0);
+#endif
+}
+
 // What matter emits on the piece of a slab from share to share, as if it absorbed nothing, and how deep it is: where
-// volumes overlap, these add up.
-vec4 glow_of_piece(BoxWalk walk, float slab, float from, float to) {
+// volumes overlap, these add up. `front` is `texel_between` at the first, and becomes that at the second.
+vec4 glow_of_piece(BoxWalk walk, float slab, float from, float to, inout vec4 front) {
     float length = (to - from) * walk.whole_length;
     float middle = slab + 0.5 * (from + to);
     vec3 position = walk.start + middle * walk.step;
 #if CLASSIFICATION == 3
-    vec4 front = texel_at(walk.start + (slab + from) * walk.step);
-    vec4 behind = texel_at(walk.start + (slab + to) * walk.step);
-    return glow_between(front, behind, length, position, middle);
+    vec4 behind = texel_between(walk, slab, to);
+    vec4 glow = glow_between(front, behind, length, position, middle);
+    front = behind;
+    return glow;
 #else
     return cued(glow_there(texel_at(position), position, length), middle);
 #endif

@@ -26,6 +26,12 @@ out vec4 stack_color;             // premultiplied
 const float BEYOND = 1e9;         // slabs
 const float MOST_AT_ONCE = 64.0;  // slabs composited before they are put behind the others: sums of few keep digits
 
+// Premultiplied colour and opacity of a piece of the ray.
+vec4 color_of(vec4 glow) {
+    float opacity = opacity_from_depth(glow.a);
+    return vec4(glow.rgb * mean_transmittance(glow.a, opacity), opacity);
+}
+
 void main() {
     vec2 pixel = gl_FragCoord.xy - picture_middle;
     float obliquity = obliquity_of(pixel);
@@ -60,17 +66,28 @@ void main() {
     vec2 run_@ = next_run(walk_@, slab);
 #end
     float samples = 0.0;
-    vec4 run_color = vec4(0.0);
-    float at_once = 0.0;
     while (slab < end) {
-        // Where something of any of them may show.
+        // Where something of any of them may show; how long nothing changes but what they are.
         float soonest = BEYOND;
+        float calm_until = min(end, slab + MOST_AT_ONCE);
 #each VOLUMES
         if (slab >= run_@.y) run_@ = next_run(walk_@, slab);
         soonest = min(soonest, max(run_@.x, slab));
 #end
-        slab = soonest;
-        float share = slab < end ? 0.0 : 1.0;
+        if (soonest > slab) {
+            slab = soonest;
+            calm_until = slab;
+        }
+#each VOLUMES
+        calm_until = min(calm_until, min(next_ragged(walk_@, slab), slab < run_@.x ? run_@.x : run_@.y));
+#end
+        float enough = 2.0;
+        if (least_transmittance > 0.0) enough = max(1.0 - least_transmittance / (1.0 - stack_color.a), 1e-7);
+        vec4 run_color = vec4(0.0);
+        // A slab that a ray enters or leaves somewhere: piece by piece.
+        bool is_ragged = calm_until == slab && soonest <= slab;
+        float share = is_ragged && slab < end ? 0.0 : 1.0;
+        if (is_ragged) samples += 1.0;
         while (share < 1.0) {
             float until = 1.0;
 #if HALVES
@@ -81,22 +98,38 @@ void main() {
             until = min(until, next_end(walk_@, slab, share));
 #end
 #each VOLUMES
-            if (slab >= run_@.x && is_inside(walk_@, slab, share)) glow += glow_of_piece(walk_@, slab, share, until);
+            if (slab >= run_@.x && is_inside(walk_@, slab, share)) {
+                vec4 front = texel_between(walk_@, slab, share);
+                glow += glow_of_piece(walk_@, slab, share, until, front);
+            }
 #end
-            float opacity = opacity_from_depth(glow.a);
-            run_color = over(run_color, vec4(glow.rgb * mean_transmittance(glow.a, opacity), opacity));
+            run_color = over(run_color, color_of(glow));
             share = until;
         }
-        slab += 1.0;
-        samples += slab <= end ? 1.0 : 0.0;
-        at_once += 1.0;
-        bool is_done = (1.0 - stack_color.a) * (1.0 - run_color.a) <= least_transmittance && least_transmittance > 0.0;
-        if (at_once >= MOST_AT_ONCE || is_done || slab >= end) {
-            stack_color = over(stack_color, run_color);
-            run_color = vec4(0.0);
-            at_once = 0.0;
+        if (is_ragged) slab += 1.0;
+        // Whole slabs.
+#each VOLUMES
+        bool shows_@ = slab >= run_@.x && is_inside(walk_@, slab, 0.0);
+        vec4 front_@ = texel_between(walk_@, slab, 0.0);
+#end
+        while (slab < calm_until && run_color.a < enough) {
+#if HALVES
+            vec4 front_half = vec4(0.0);
+#each VOLUMES
+            if (shows_@) front_half += glow_of_piece(walk_@, slab, 0.0, 0.5, front_@);
+#end
+            run_color = over(run_color, color_of(front_half));
+#endif
+            vec4 glow = vec4(0.0);
+#each VOLUMES
+            if (shows_@) glow += glow_of_piece(walk_@, slab, HALVES != 0 ? 0.5 : 0.0, 1.0, front_@);
+#end
+            run_color = over(run_color, color_of(glow));
+            slab += 1.0;
+            samples += 1.0;
         }
-        if (is_done) break;
+        stack_color = over(stack_color, run_color);
+        if (least_transmittance > 0.0 && 1.0 - stack_color.a <= least_transmittance) break;
     }
     stack_color.rgb *= color_scale;
 #if COUNT

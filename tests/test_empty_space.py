@@ -189,8 +189,8 @@ def test_another_transfer_function_shows_what_was_empty(renderer: Renderer) -> N
 
 MISTAKES = {
     "one cell too far": ("leaps", lambda cells, visible: 2 * ((Cells.leaps(cells, visible) >> 1) + 1) + visible),
-    "cells beside themselves": ("visible", lambda cells, matter, _: np.roll(Cells.visible(cells, matter), 1, axis=2)),
-    "ranges without neighbours": ("visible", lambda cells, matter, _: cells.lowest > 0),
+    "cells beside themselves": ("visible", lambda cells, matter, *_: np.roll(Cells.visible(cells, matter), 1, axis=2)),
+    "ranges without neighbours": ("visible", lambda cells, matter, *_: cells.lowest > 0),
 }
 
 

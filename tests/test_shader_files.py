@@ -67,64 +67,6 @@ def test_a_switch_is_defined_with_its_value(context: Context, folder: Path) -> N
     assert one_pixel(context, load_program(context.gl, "plain", defines={"LEVEL": 3}, folder=folder)) == 3.0
 
 
-EACH = """#version 330
-#each TIMES
-#include "own.glsl"
-#end
-uniform float brightness;
-out vec4 color;
-void main() {
-    float red = brightness;
-#each TIMES
-    float more_@ = share * @.0 + LEVEL;
-    red += own(more_@) + shared.x;
-#end
-    color = vec4(red);
-}
-"""
-OWN = """#if LEVEL > 1
-struct Pair { float share; };
-#endif
-uniform float share;
-uniform vec2 shared_0;
-const vec2 shared = vec2(0.25);
-float own(float x) { return x + share; }
-"""
-
-
-def test_lines_for_each_stand_as_often_as_the_switch_says(context: Context, folder: Path) -> None:
-    (folder / "plain.frag").write_text(EACH)
-    (folder / "own.glsl").write_text(OWN)
-    program = load_program(
-        context.gl, "plain", defines={"TIMES": 3, "LEVEL_0": 1, "LEVEL_1": 2, "LEVEL_2": 3}, folder=folder
-    )
-    shares = {"share_0": 0.5, "share_1": 0.25, "share_2": 0.125}
-    set_uniforms(program, {"brightness": 0.0} | shares)
-    expected = sum(share * number + (number + 1) + share + 0.25 for number, share in enumerate(shares.values()))
-    assert one_pixel(context, program) == expected
-    [zero] = [load_program(context.gl, "plain", defines={"TIMES": 0}, folder=folder)]
-    set_uniforms(zero, {"brightness": 0.75})
-    assert one_pixel(context, zero) == 0.75
-
-
-def test_a_compile_error_in_lines_for_each_names_file_and_line(context: Context, folder: Path) -> None:
-    defines = {"TIMES": 2, "LEVEL_0": 1, "LEVEL_1": 2}
-    (folder / "own.glsl").write_text(OWN)
-    for text, place in (
-        (EACH.replace("share * @.0", "wrong"), "plain.frag:10: "),
-        (EACH + "wrong;\n", "plain.frag:15: "),
-    ):
-        (folder / "plain.frag").write_text(text)
-        with pytest.raises(ShaderError, match=rf"(?m)^{re.escape(place)}"):
-            load_program(context.gl, "plain", defines=defines, folder=folder)
-    (folder / "plain.frag").write_text(EACH)
-    (folder / "own.glsl").write_text(OWN + "\nwrong;\n")
-    with pytest.raises(ShaderError, match=r"(?m)^own\.glsl:9: "):
-        load_program(context.gl, "plain", defines=defines, folder=folder)
-    with pytest.raises(ShaderError, match=r"^plain\.frag:2: TIMES needs a value$"):
-        load_program(context.gl, "plain", folder=folder)
-
-
 def test_an_unknown_switch_is_an_error(context: Context, folder: Path) -> None:
     (folder / "plain.frag").write_text(FRAGMENT + "// SHINY is mentioned in a comment only\n")
     with pytest.raises(ShaderError, match=r"^plain\.vert and plain\.frag have no switch SHINY$"):
@@ -354,31 +296,6 @@ def test_every_projection_compiles(context: Context, mode: int, way: int, bricks
     load("projection", context, plain | {"GRADIENT": 1, "DEPTH": 1, "LEAPS": 1})
 
 
-# What each of several volumes may be.
-KINDS: list[dict[str, int]] = [
-    {"CLASSIFICATION": 1},
-    {"CLASSIFICATION": 1, "LEAPS": 1},
-    {"CLASSIFICATION": 2, "RAMPS": 3, "WEIGHTS": 1},
-    {"CLASSIFICATION": 2, "EMISSIVE": 2, "MISSING": 1, "LEAPS": 1},
-    {"CLASSIFICATION": 2, "GRADIENT": 2, "GRADED": 2, "CONTOURS": 1, "MODULATIONS": 1} | LIGHTS[-1],
-    {"CLASSIFICATION": 3, "WEIGHTS": 1, "EMISSIVE": 1},
-    {"CLASSIFICATION": 3, "GRADIENT": 1, "LEAPS": 1} | LIGHTS[4],
-]
-
-
-@pytest.mark.parametrize("first, second", list(itertools.product(range(len(KINDS)), repeat=2)))
-def test_all_kinds_of_volumes_compile_together(context: Context, first: int, second: int) -> None:
-    volumes = KINDS[first], KINDS[second], KINDS[0]
-    number = first + second
-    defines = {"VOLUMES": 2 + number % 2, "PERSPECTIVE": number // 2 % 2, "CUE": number % 3 // 2, "CAPS": number % 2}
-    defines |= {"HALF_SPACES": 2 * (number % 2), "STRETCH": number % 3 // 2, "HALVES": 1, "COUNT": int(number == 1)}
-    own = NO_LIGHT | NOTHING_SPECIAL | {"BRICKS": 0, "LEAPS": 0}
-    own.pop("WHOLE_SLABS")
-    for volume, kind in enumerate(volumes[: defines["VOLUMES"]]):
-        defines |= {f"{name}_{volume}": value for name, value in (own | kind).items()}
-    load("several", context, defines)
-
-
 def load(name: str, context: Context, defines: dict[str, int]) -> None:
     """Compile a program that has the vertices of slab stacks."""
     load_program(context.gl, name, defines=defines, vertex="slab_stack.vert")
@@ -417,7 +334,7 @@ def test_an_include_compiles_with_nothing_of_its_includer(context: Context, tmp_
         "way.glsl": [{"PERSPECTIVE": way, "HALF_SPACES": 0, "STRETCH": 0} for way in EITHER],
         "matter.glsl": OF_A_VOLUME,
         "box_walk.glsl": [
-            each | {"HALF_SPACES": planes, "STRETCH": planes, "LEAPS": planes}
+            each | {"HALF_SPACES": planes, "STRETCH": planes, "LEAPS": planes, "FACES": planes}
             for each in OF_A_VOLUME
             for planes in EITHER
             if each["CLASSIFICATION"]

@@ -43,6 +43,7 @@ NO_LIGHT = dict.fromkeys(
 )
 
 
+AnyTexture = moderngl.Texture | moderngl.Texture3D
 Stretch = tuple[moderngl.Texture, moderngl.Texture]
 
 
@@ -131,7 +132,7 @@ class Compositor:
         drawing: Drawing,
         brick: Brick,
         stacks: SlabStacks,
-        resources: Mapping[str, moderngl.Texture | moderngl.Texture3D],
+        resources: Mapping[str, AnyTexture],
     ) -> None:
         """Composite a brick's stacks behind what is in the picture; `resources` are its texture and tables."""
         if not stacks.first.size:
@@ -157,7 +158,7 @@ class Compositor:
         name: str,
         switches: dict[str, int],
         stacks: SlabStacks,
-        units: Mapping[str, moderngl.Texture | moderngl.Texture3D],
+        units: Mapping[str, AnyTexture],
         uniforms: Mapping[str, Any],
         blending: str,
     ) -> None:

@@ -96,7 +96,9 @@ class MatterOnDevice:
 
     @staticmethod
     def _has_exact_values(baked: BakedTexture) -> bool:
-        return isinstance(baked, ValueTexture) and baked.texel_format == exact_format(baked.volume)
+        if not isinstance(baked, ValueTexture):
+            return False
+        return baked.volume.labels or baked.texel_format == exact_format(baked.volume)
 
     def release(self) -> None:
         """Give everything back."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -53,12 +54,15 @@ def shown_of(scene: Scene, transfer_function: TransferFunction) -> tuple[Shown, 
     return transfer_function, scene.gradient.reach if transfer_function.needs_gradient else 0
 
 
-def color_scale_of(scene: Scene, transfer_function: TransferFunction) -> float:
-    """What colours are multiplied with while a picture is drawn, surfaces' colours included."""
-    brightest = 0.0
-    if scene.geometry:
-        brightest = max((scene.lighting or Lighting()).brightest, 1.0)
-    return accuracy.color_scale(scene.volume, transfer_function, scene.lighting, brightest)
+def color_scale_of(matter: Sequence[tuple[Scene, TransferFunction]]) -> float:
+    """What colours are multiplied with while a picture is drawn, of each volume's matter and of surfaces."""
+    scales = []
+    for scene, transfer_function in matter:
+        brightest = max((scene.lighting or Lighting()).brightest, 1.0) if scene.geometry else 0.0
+        scales.append(accuracy.color_scale(scene.volume, transfer_function, scene.lighting, brightest))
+    # What glows adds up, beyond the brightest of all.
+    glowing = sum(transfer_function.emissive for _, transfer_function in matter)
+    return min(scales) / 2 ** max(glowing - 1, 0)
 
 
 def texels_of(

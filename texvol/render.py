@@ -85,8 +85,10 @@ def draw(compositor: Compositor, parts: Sequence[Part], target_format: str) -> i
     per_stack = drawing.baked.slabs_per_stack
     shown = {brick: part for brick in textures.bricks if (part := visible_part(brick)) is not None}
     # Surfaces cut the rays into stretches, and stand between one and the next.
+    # Labels change from sample to sample: their rays are cut where they do, which is done where rays are cut anyway.
+    together = len(parts) > 1 or (volume.labels and len(textures.bricks) == 1)
     for stretch in drawing.surfaces.stretches(drawing, compositor) if drawing.surfaces else (drawing,):
-        if len(parts) > 1:
+        if together:
             draw_together(compositor, parts, stretch.stretch)
             continue
         for brick in bricks.visibility_order(shown, volume, camera):

@@ -199,9 +199,8 @@ class Renderer:
         """The scene's volumes as they are drawn, each with its textures."""
         scenes = scene.each_alone(scene.camera_for(size))
         self._have_matter(len(scenes))
-        scale = min(
-            color_scale_of(each, matter.transfer_function(each))
-            for each, matter in zip(scenes, self._matter, strict=True)
+        scale = color_scale_of(
+            [(each, matter.transfer_function(each)) for each, matter in zip(scenes, self._matter, strict=True)]
         )
         surfaces = None if depth else self._geometry.prepare(scene, size, settings.slab_thickness)
         parts = []

@@ -117,16 +117,18 @@ class Scene:
         return min(volume.smallest_spacing for volume in self.volumes)
 
     def each_alone(self, camera: Camera) -> tuple[Scene, ...]:
-        """For each volume the scene without the others and without geometry, seen and cued as it is in this one.
+        """For each volume the scene without the others, seen and cued as it is in this one; of a single one itself.
 
-        Opacities of slabs don't add up, and extinctions do: those are of `slab` what `extinction` has.
+        Opacities of slabs don't add up, and extinctions do: what `slab` is for one volume is `extinction` for several.
         """
+        if not self.added:
+            return (self,)
         cue = self.depth_cue
-        if cue is not None and self.added:
+        if cue is not None:
             near, far = cue.range_for(self.box, camera)
             cue = replace(cue, near=near, far=far)
         kind = "extinction" if self.classification == "slab" else self.classification
-        first = replace(self, camera=camera, added=(), geometry=(), depth_cue=cue, classification=kind)
+        first = replace(self, camera=camera, added=(), depth_cue=cue, classification=kind)
         return (first, *(self._with(each, first) for each in self.added))
 
     @staticmethod

@@ -8,11 +8,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import moderngl
-
 from texvol.compositor import (
     NO_LIGHT,
     NOTHING_SPECIAL,
+    AnyTexture,
     Compositor,
     Drawing,
     light_uniforms_of,
@@ -24,7 +23,7 @@ from texvol.errors import InputError
 from texvol.light_uniforms import light_switches
 from texvol.slicing import SlabStacks
 
-Resources = Mapping[str, moderngl.Texture | moderngl.Texture3D]
+Resources = Mapping[str, AnyTexture]
 # Of the whole picture; the others are each volume's own.
 _OF_ALL = ("color_scale", "least_transmittance")
 
@@ -42,12 +41,14 @@ def draw_several(
     if not stacks.first.size:
         return
     first = drawings[0]
-    units: dict[str, moderngl.Texture | moderngl.Texture3D] = {}
+    units: dict[str, AnyTexture] = {}
     uniforms: dict[str, Any] = picture_uniforms(first, stacks)
     for number, (drawing, its) in enumerate(zip(drawings, resources, strict=True)):
         textures = dict(its)
         own = way_uniforms(drawing.volume, drawing.camera, drawing.size, drawing.slab_thickness, drawing.about)
         own |= seen_uniforms(drawing) | light_uniforms_of(drawing)
+        if drawing.volume.labels:
+            own["samples_per_edge"] = tuple(map(float, drawing.volume.dimensions))
         if drawing.leaps is not None:
             textures["leaps"] = drawing.leaps
             own["cells_per_box"] = drawing.cells_per_box
@@ -82,6 +83,7 @@ def switches_of(drawings: Sequence[Drawing]) -> dict[str, int]:
     for number, drawing in enumerate(drawings):
         own = NO_LIGHT | NOTHING_SPECIAL | drawing.baked.switches(drawing.slab_thickness, False)
         own |= light_switches(drawing.lighting) | {"BRICKS": 0, "LEAPS": int(drawing.leaps is not None)}
+        own["FACES"] = int(drawing.volume.labels)
         own.pop("WHOLE_SLABS")
         switches["HALVES"] |= int(own["CLASSIFICATION"] == 3)
         switches |= {f"{name}_{number}": value for name, value in own.items()}

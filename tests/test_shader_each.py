@@ -1,0 +1,104 @@
+"""Lines of shader files that stand several times, and the programs for several volumes that they make."""
+
+from __future__ import annotations
+
+import itertools
+import re
+from pathlib import Path
+
+import pytest
+from test_shader_files import LIGHTS, VERTEX, load, one_pixel
+
+from texvol.compositor import NO_LIGHT, NOTHING_SPECIAL
+from texvol.contexts import Context
+from texvol.shaders import ShaderError, load_program, set_uniforms
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A folder for the shader files of one program, `plain`."""
+    (tmp_path / "plain.vert").write_text(VERTEX)
+    return tmp_path
+
+
+EACH = """#version 330
+#each TIMES
+#include "own.glsl"
+#end
+uniform float brightness;
+out vec4 color;
+void main() {
+    float red = brightness;
+#each TIMES
+    float more_@ = share * @.0 + LEVEL;
+    red += own(more_@) + shared.x;
+#end
+    color = vec4(red);
+}
+"""
+OWN = """#if LEVEL > 1
+struct Pair { float share; };
+#endif
+uniform float share;
+uniform vec2 shared_0;
+const vec2 shared = vec2(0.25);
+float own(float x) { return x + share; }
+"""
+
+
+def test_lines_for_each_stand_as_often_as_the_switch_says(context: Context, folder: Path) -> None:
+    (folder / "plain.frag").write_text(EACH)
+    (folder / "own.glsl").write_text(OWN)
+    program = load_program(
+        context.gl, "plain", defines={"TIMES": 3, "LEVEL_0": 1, "LEVEL_1": 2, "LEVEL_2": 3}, folder=folder
+    )
+    shares = {"share_0": 0.5, "share_1": 0.25, "share_2": 0.125}
+    set_uniforms(program, {"brightness": 0.0} | shares)
+    expected = sum(share * number + (number + 1) + share + 0.25 for number, share in enumerate(shares.values()))
+    assert one_pixel(context, program) == expected
+    [zero] = [load_program(context.gl, "plain", defines={"TIMES": 0}, folder=folder)]
+    set_uniforms(zero, {"brightness": 0.75})
+    assert one_pixel(context, zero) == 0.75
+
+
+def test_a_compile_error_in_lines_for_each_names_file_and_line(context: Context, folder: Path) -> None:
+    defines = {"TIMES": 2, "LEVEL_0": 1, "LEVEL_1": 2}
+    (folder / "own.glsl").write_text(OWN)
+    for text, place in (
+        (EACH.replace("share * @.0", "wrong"), "plain.frag:10: "),
+        (EACH + "wrong;\n", "plain.frag:15: "),
+    ):
+        (folder / "plain.frag").write_text(text)
+        with pytest.raises(ShaderError, match=rf"(?m)^{re.escape(place)}"):
+            load_program(context.gl, "plain", defines=defines, folder=folder)
+    (folder / "plain.frag").write_text(EACH)
+    (folder / "own.glsl").write_text(OWN + "\nwrong;\n")
+    with pytest.raises(ShaderError, match=r"(?m)^own\.glsl:9: "):
+        load_program(context.gl, "plain", defines=defines, folder=folder)
+    with pytest.raises(ShaderError, match=r"^plain\.frag:2: TIMES needs a value$"):
+        load_program(context.gl, "plain", folder=folder)
+
+
+# What each of several volumes may be.
+KINDS: list[dict[str, int]] = [
+    {"CLASSIFICATION": 1},
+    {"CLASSIFICATION": 1, "LEAPS": 1},
+    {"CLASSIFICATION": 2, "RAMPS": 3, "WEIGHTS": 1},
+    {"CLASSIFICATION": 2, "EMISSIVE": 2, "MISSING": 1, "LEAPS": 1},
+    {"CLASSIFICATION": 2, "GRADIENT": 2, "GRADED": 2, "CONTOURS": 1, "MODULATIONS": 1} | LIGHTS[-1],
+    {"CLASSIFICATION": 3, "WEIGHTS": 1, "EMISSIVE": 1},
+    {"CLASSIFICATION": 3, "GRADIENT": 1, "LEAPS": 1} | LIGHTS[4],
+]
+
+
+@pytest.mark.parametrize("first, second", list(itertools.product(range(len(KINDS)), repeat=2)))
+def test_all_kinds_of_volumes_compile_together(context: Context, first: int, second: int) -> None:
+    volumes = KINDS[first], KINDS[second], KINDS[0]
+    number = first + second
+    defines = {"VOLUMES": 2 + number % 2, "PERSPECTIVE": number // 2 % 2, "CUE": number % 3 // 2, "CAPS": number % 2}
+    defines |= {"HALF_SPACES": 2 * (number % 2), "STRETCH": number % 3 // 2, "HALVES": 1, "COUNT": int(number == 1)}
+    own = NO_LIGHT | NOTHING_SPECIAL | {"BRICKS": 0, "LEAPS": 0, "FACES": number % 2}
+    own.pop("WHOLE_SLABS")
+    for volume, kind in enumerate(volumes[: defines["VOLUMES"]]):
+        defines |= {f"{name}_{volume}": value for name, value in (own | kind).items()}
+    load("several", context, defines)
