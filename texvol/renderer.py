@@ -19,6 +19,7 @@ from texvol.contexts import open_context
 from texvol.display import NUMBER_MODES
 from texvol.errors import AccuracyWarning, InputError
 from texvol.geometry.drawn import DrawnGeometry
+from texvol.hidden_samples import without_hidden
 from texvol.light_uniforms import casts_shadows
 from texvol.matter_on_device import MatterOnDevice, check_room
 from texvol.modelled import modelled
@@ -111,6 +112,8 @@ class Renderer:
             If an argument is out of range, or the volume or the picture too large for the driver.
         """
         size = self._compositor.checked_size(size)
+        if scene.mask is not None:
+            scene = without_hidden(scene)
         if texture_format not in ("auto", *slab_texture.TEXEL_FORMATS):
             raise InputError(f"texture format is auto, rgba8, rgba16f or rgba32f, and not {texture_format!r}")
         wanted = accuracy.checked(scene, slab_thickness, sampling_rate, max_error)
