@@ -171,13 +171,13 @@ def test_time_steps_at_the_same_places(tmp_path: Path) -> None:
         load(tmp_path, time=2)
 
 
-def test_colours_need_a_channel(tmp_path: Path) -> None:
+def test_colours_that_are_not_wanted_as_such_need_a_channel(tmp_path: Path) -> None:
     colours = np.stack([marked.marked("u1") * 0, marked.marked("u1"), marked.marked("u1") * 0], axis=3)
     fields = {"SamplesPerPixel": 3, "PhotometricInterpretation": "RGB", "PlanarConfiguration": 0}
     written_series(tmp_path, values=colours, **fields)
     marked.check(load(tmp_path, channel=1), "u1", position=POSITION, atol=1e-6)
     with pytest.raises(InputError, match=r"--channel 0\.\.2"):
-        load(tmp_path)
+        load(tmp_path, color=False)
 
 
 def change(number: int, **fields: object) -> Callable[[Path], None]:

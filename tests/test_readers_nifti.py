@@ -99,13 +99,13 @@ def test_time_steps_and_components(tmp_path: Path) -> None:
     marked.check(load(tmp_path / "one.nii"), atol=ATOL)
 
 
-def test_colours_need_a_channel(tmp_path: Path) -> None:
+def test_colours_that_are_not_wanted_as_such_need_a_channel(tmp_path: Path) -> None:
     colours = np.zeros(marked.DIMENSIONS, dtype=[("R", "u1"), ("G", "u1"), ("B", "u1")])
     colours["G"] = marked.marked("u1").T
     nibabel.save(nibabel.Nifti1Image(colours, AFFINE), tmp_path / "v.nii")
     marked.check(load(tmp_path / "v.nii", channel=1), "u1", atol=ATOL)
     with pytest.raises(InputError, match=r"--channel 0\.\.2"):
-        load(tmp_path / "v.nii")
+        load(tmp_path / "v.nii", color=False)
 
 
 def patched(path: Path, at: int, data: bytes) -> Path:

@@ -110,12 +110,12 @@ def test_one_of_several_files_of_a_set_is_refused(tmp_path: Path) -> None:
         load(path)
 
 
-def test_colours_need_a_channel(tmp_path: Path) -> None:
+def test_colours_that_are_not_wanted_as_such_need_a_channel(tmp_path: Path) -> None:
     colours = np.stack([marked.marked("u1") * 0, marked.marked("u1"), marked.marked("u1") * 0], axis=3)
     path = written(tmp_path / "v.tif", colours, photometric="rgb")
     marked.check(load(path, channel=1), "u1", position=marked.MARK)
     with pytest.raises(InputError, match=r"--channel 0\.\.2"):
-        load(path)
+        load(path, color=False)
 
 
 def slices(folder: Path) -> Path:

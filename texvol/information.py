@@ -14,11 +14,13 @@ from texvol.volume import Volume
 
 PERCENTAGES = (0.1, 1, 5, 25, 50, 75, 95, 99, 99.9)
 BINS = 64
+MOST_LABELS = 48  # that are listed
 MOST_SORTED = 2**24  # samples that percentiles are taken from; of more than that, evenly spread ones
 
 _CHUNK = 2**20  # samples looked at at a time, so that intermediates stay small beside the volume
 _TEXEL_BYTES = {"rgba8": 4, "rgba16f": 8, "rgba32f": 16}
 _ROWS = 16
+_LABELS_A_ROW = 6
 _BAR = 44
 
 
@@ -30,6 +32,9 @@ def facts(volume: Volume) -> dict[str, Any]:
     In `memory`, `texture_bytes` are by texel format; `gradient_bytes` are those of the one texture that `post` and
     `integrated` hold value and gradient in where light, contours or the like need it; `slab` and `extinction` keep no
     gradient. `resampling` is None where the samples are the file's own, and `notes` are what its reader chose.
+
+    `labels` is None where values are measured; else their `count`, and of the first ones label and number of samples.
+    `color` says whether each sample has a colour of its own, of which the value is how much there is.
     """
     corners = volume.corners_from_centre + volume.centre
     low, high, mean, counts = _summary(volume.values)
@@ -51,6 +56,8 @@ def facts(volume: Volume) -> dict[str, Any]:
         "box_max": _numbers(corners.max(axis=0)),
         "resampling": None if volume.resampling is None else dict(volume.resampling),
         "notes": list(volume.notes),
+        "labels": _labels(volume),
+        "color": volume.colors is not None,
         "extinction_unit": f"per {volume.unit or 'world unit'}",
         "samples": samples,
         "finite_count": counts["finite"],
@@ -62,7 +69,7 @@ def facts(volume: Volume) -> dict[str, Any]:
         "percentile_samples": used,
         "histogram": {"edges": edges, "counts": bins},
         "memory": {
-            "data_bytes": volume.values.nbytes,
+            "data_bytes": volume.values.nbytes + (0 if volume.colors is None else volume.colors.nbytes),
             "texture_bytes": {name: samples * size for name, size in _TEXEL_BYTES.items()},
             "gradient_bytes": samples * _gradient_texel_bytes(volume.values.dtype),
         },
@@ -73,7 +80,7 @@ def text(facts: dict[str, Any]) -> str:
     """A page about the volume, from what `facts` returned."""
     unit = facts["unit"]
     unit_name = unit or "world units (the file names none)"
-    value_range, memory = facts["value_range"], facts["memory"]
+    memory = facts["memory"]
     textures = ", ".join(f"{name} {_bytes(size)}" for name, size in memory["texture_bytes"].items())
     with_gradients = f"{_bytes(memory['gradient_bytes'])} (light, contours in post and integrated)"
     rows = [
@@ -85,7 +92,8 @@ def text(facts: dict[str, Any]) -> str:
         ("origin", _row(facts["origin"])),
         ("direction", "; ".join(_row(row) for row in facts["direction"])),
         ("extinction", facts["extinction_unit"]),
-        ("values", f"{_row(value_range, ' to ')}, mean {_digits(facts['mean'])}" if value_range else "none is finite"),
+        *(_label_rows(facts) if facts["labels"] else [_value_row(facts)]),
+        *([("colour", "each sample has its own; values are how much of it there is")] if facts["color"] else []),
         ("not finite", f"{facts['nan_count']} NaN, {facts['inf_count']} infinite"),
         ("memory", f"data {_bytes(memory['data_bytes'])}; texture {textures}"),
         ("", f"texture with gradients {with_gradients}"),
@@ -94,9 +102,36 @@ def text(facts: dict[str, Any]) -> str:
     rows += [("resampled" if number == 0 else "", line) for number, line in enumerate(lines)]
     rows += [("note", note) for note in facts["notes"]]
     page = [facts["name"], "", *(f"{name:<12}{value}" for name, value in rows)]
-    if value_range is not None:
+    if facts["value_range"] is not None and not facts["labels"]:
         page += ["", *_percentile_lines(facts), "", *_histogram_lines(facts["histogram"])]
     return "\n".join(page)
+
+
+def _labels(volume: Volume) -> dict[str, Any] | None:
+    if not volume.labels:
+        return None
+    from texvol.label_counts import label_counts
+
+    found = label_counts(volume)
+    first = zip(found.labels[:MOST_LABELS].tolist(), found.counts[:MOST_LABELS].tolist(), strict=True)
+    return {"count": len(found.labels), "first": [{"label": label, "samples": count} for label, count in first]}
+
+
+def _value_row(facts: dict[str, Any]) -> tuple[str, str]:
+    extent = facts["value_range"]
+    return "values", f"{_row(extent, ' to ')}, mean {_digits(facts['mean'])}" if extent else "none is finite"
+
+
+def _label_rows(facts: dict[str, Any]) -> list[tuple[str, str]]:
+    """The number of labels, and a line for each few of the first ones."""
+    labels = facts["labels"]
+    named = [f"{each['label']}: {each['samples']}" for each in labels["first"]]
+    lines = [", ".join(named[at : at + _LABELS_A_ROW]) for at in range(0, len(named), _LABELS_A_ROW)]
+    more = labels["count"] - len(named)
+    extent = _row(facts["value_range"], " to ")
+    count = f"{labels['count']}, from {extent}, with numbers of samples"
+    count += f"; {more} more are not listed" if more else ""
+    return [("labels", count), *(("", line) for line in lines)]
 
 
 def _gradient_texel_bytes(dtype: np.dtype[Any]) -> int:

@@ -20,13 +20,19 @@ READING = {
         SceneOption("channel", texts.index, "N", "which channel, from 0"),
         SceneOption("variable", str, "NAME", "which variable of a netCDF file, or array of a VTK one"),
         SceneOption(
-            "time", texts.time_step, "N|all",
+            "time",
+            texts.time_step,
+            "N|all",
             "which time step, from 0; with all of them `render` makes numbered pictures, or a film",
         ),
         SceneOption(
-            "resolution", texts.dimensions, "NX,NY,NZ",
+            "resolution",
+            texts.dimensions,
+            "NX,NY,NZ",
             "samples of the regular grid that a rectilinear or curvilinear one becomes",
         ),
+        SceneOption("labels", bool, "", "its values are labels: never mixed, each shown in a colour of its own"),
+        SceneOption("color", bool, "", "its 3 or 4 components are colour; unless told, where the file calls them so"),
     )
 }
 

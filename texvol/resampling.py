@@ -99,6 +99,18 @@ def _normalised(total: NDArray[np.float64], present: NDArray[np.float64]) -> NDA
     return np.where(present >= _LEAST_WEIGHT, total / np.maximum(present, _LEAST_WEIGHT), np.nan)
 
 
+def nearest(index: NDArray[np.float64]) -> NDArray[np.intp]:
+    """The samples whose labels points have: those that they lie nearest to, half-way the upper ones."""
+    return np.floor(index + 0.5).astype(np.intp)
+
+
+def labels_at(values: NDArray, index: NDArray[np.float64]) -> NDArray:
+    """The labels of points anywhere; `index` of shape (m, 3) is clamped to the outermost samples."""
+    x, y, z = (np.clip(nearest(index[:, axis]), 0, values.shape[2 - axis] - 1) for axis in range(3))
+    found: NDArray = values[z, y, x]
+    return found
+
+
 def sampled_at(values: NDArray, index: NDArray[np.float64]) -> NDArray[np.float64]:
     """The field at points anywhere.
 
@@ -191,16 +203,20 @@ def text(facts: dict[str, Any]) -> list[str]:
     """Lines for people about what a volume's `resampling` says."""
     source, made = (" x ".join(map(str, facts[key])) for key in ("samples", "dimensions"))
     lines = [f"from a {facts['grid']} grid of {source} samples to a regular one of {made} ({facts['chosen_by']})"]
-    if facts["max_error"] is None:
+    if "changed" in facts:
+        changed, compared = facts["changed"], facts["compared"]
+        lines.append(f"{changed} of {compared} samples of the source lie where another label is nearest")
+    elif facts["max_error"] is None:
         lines.append("error not known: no sample of the source lies where the new field has a value")
     else:
         lines.append(
             f"error at the source's samples: max {_amount(facts, 'max_error')}, rms {_amount(facts, 'rms_error')}"
         )
+    nothing = "0" if "changed" in facts else "NaN"
     for key, what in (
         ("lost", "samples of the source lie where the new field is missing"),
         ("filled", "missing samples of the source lie where the new field has a value"),
-        ("outside", "of the new samples lie outside of the source's grid and are NaN"),
+        ("outside", f"of the new samples lie outside of the source's grid and are {nothing}"),
         ("flat_cells", "cells of the source have no volume and hold nothing"),
     ):
         if facts.get(key):

@@ -29,6 +29,8 @@ def load(
     time: int | None = None,
     variable: str | None = None,
     resolution: Sequence[int] | None = None,
+    labels: bool = False,
+    color: bool | None = None,
 ) -> Volume:
     """The volume that a file, or a folder of slices, holds.
 
@@ -52,6 +54,11 @@ def load(
     resolution : (nx, ny, nz)
         Samples of the regular grid that a rectilinear or curvilinear one becomes; else as many as its finest spacing
         needs, up to 4 times its own along an axis and up to 512, or its own if these are more.
+    labels : bool
+        Whether its values are labels, names of what is there: see `Volume`.
+    color : bool, optional
+        Whether 3 or 4 components are colours, and a fourth opacity: see `Volume`. Unless told, they are where the file
+        calls them so and no channel is chosen. Whole numbers are taken as sRGB, floats as linear.
 
     Returns
     -------
@@ -74,5 +81,7 @@ def load(
         time=time,
         variable=variable,
         resolution=None if resolution is None else tuple(resolution),
+        labels=bool(labels),
+        color=color,
     )
     return volume_of(name, read(name, choice), choice, spacing)

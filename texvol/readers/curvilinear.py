@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from texvol.readers.cells import Cells
 from texvol.readers.rectilinear import check_resolution, chosen_by, rounding_of, tolerance
 from texvol.readers.samples import Choice, FileFault, Samples, by, check_size, grid_from_columns, once
-from texvol.resampling import Difference, resolution_for, sampled_at, type_between
+from texvol.resampling import Difference, labels_at, resolution_for, sampled_at, type_between
 
 _CHUNK = 2**18  # samples at a time whose places are looked up in the new grid
 
@@ -39,16 +39,26 @@ def on_points(values: NDArray, points: NDArray, choice: Choice) -> Samples:
         return Samples(values, **regular)
     place = once(choice, "place", lambda: _Place(points, choice.resolution))
     made = place.resampled(values, choice)
-    difference = Difference()
+    lost = _lost(values, points, made, place, choice.labels)
+    sizes = list(values.shape[::-1])
+    facts: dict[str, Any] = {"grid": "curvilinear", "samples": sizes, "dimensions": place.counts}
+    facts |= {"chosen_by": chosen_by(choice.resolution)} | lost
+    facts |= {"outside": place.outside, "flat_cells": place.flat_cells}
+    return Samples(made, place.spacing.tolist(), place.origin.tolist(), resampling=facts)
+
+
+def _lost(values: NDArray, points: NDArray, made: NDArray, place: _Place, labels: bool) -> dict[str, Any]:
+    """How far the regular grid's values are from the source's, or how many labels are others."""
+    difference, changed = Difference(), 0
     flat_values, flat_points = values.reshape(-1), points.reshape(-1, 3)
     for begin in range(0, flat_values.size, _CHUNK):
         part = slice(begin, begin + _CHUNK)
-        difference.add(flat_values[part], sampled_at(made, (flat_points[part] - place.origin) / place.spacing))
-    sizes = list(values.shape[::-1])
-    facts: dict[str, Any] = {"grid": "curvilinear", "samples": sizes, "dimensions": place.counts}
-    facts |= {"chosen_by": chosen_by(choice.resolution)} | difference.facts()
-    facts |= {"outside": place.outside, "flat_cells": place.flat_cells}
-    return Samples(made, place.spacing.tolist(), place.origin.tolist(), resampling=facts)
+        index = (flat_points[part] - place.origin) / place.spacing
+        if labels:
+            changed += int((labels_at(made, index) != flat_values[part]).sum())
+        else:
+            difference.add(flat_values[part], sampled_at(made, index))
+    return {"changed": changed, "compared": flat_values.size} if labels else difference.facts()
 
 
 def _checked(points: NDArray, resolution: Sequence[int] | None) -> dict[str, Any] | None:
@@ -126,9 +136,11 @@ class _Place:
 
     def resampled(self, values: NDArray, choice: Choice) -> NDArray:
         """The field's samples on the regular grid."""
-        dtype = type_between(values.dtype)
+        dtype = values.dtype if choice.labels else type_between(values.dtype)
         check_size(self.counts, dtype.itemsize)
-        made = np.full(int(np.prod(self.counts)), np.nan, dtype)
+        # What lies in no cell has no label, or no value.
+        made = np.full(int(np.prod(self.counts)), 0 if choice.labels else np.nan, dtype)
+        sample = labels_at if choice.labels else sampled_at
         found: Iterable[tuple[NDArray[np.intp], NDArray[np.float64]]]
         if choice.kept is None:
             found = self._cells.locate(self.origin, self.spacing, self.counts)
@@ -137,7 +149,7 @@ class _Place:
             found = once(choice, "located", lambda: list(self._cells.locate(self.origin, self.spacing, self.counts)))
         seen = np.zeros(made.size, np.bool_)
         for numbers, index in found:
-            made[numbers], seen[numbers] = sampled_at(values, index), True
+            made[numbers], seen[numbers] = sample(values, index), True
         self.outside = int(made.size - seen.sum())
         return made.reshape(self.counts[::-1])
 

@@ -57,6 +57,7 @@ _HDF5 = "HDF5 (netCDF-4 is of this kind too, and named .nc)"
 # Formats whose reader knows several variables, and those whose grid may be one that has to be resampled.
 _WITH_VARIABLES = ("netCDF", "VTI", "VTR", "VTS")
 _RESAMPLED = ("netCDF", "VTR", "VTS")
+_WITH_COLORS = ("NRRD", "NIfTI", "MetaImage", "DICOM", "TIFF", "VTI", "NPY")
 
 # Where in a file which bytes stand, and what that makes it.
 _MAGIC = (
@@ -117,6 +118,8 @@ def format_of(path: str, choice: Choice) -> str:
     if found not in _RESAMPLED and choice.resolution is not None:
         names = ", ".join(_RESAMPLED)
         raise FileFault(f"is {found}, whose samples lie on a regular grid: --resolution is for the grids of {names}")
+    if found not in _WITH_COLORS and choice.color:
+        raise FileFault(f"is {found}: --color is for the components of {', '.join(_WITH_COLORS)}")
     return found
 
 

@@ -7,13 +7,14 @@ first slice's position to the last one's, so that a tilted gantry's shear is kep
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol.readers.colors import colored, is_colored, with_color
 from texvol.readers.dicom_slices import Slice, slices_of
 from texvol.readers.samples import (
     Choice,
@@ -54,13 +55,19 @@ def read(path: str, choice: Choice) -> Samples:
     _check_alike(slices)
     ordered = _in_order(slices, choice)
     first = ordered[0]
+    place = _grid(ordered) | {"unit": "mm", "space": "left-posterior-superior"}
     if first.samples_per_pixel != 1:
-        axes, sizes = "ZYXC", [len(ordered), first.rows, first.columns, first.samples_per_pixel]
-        component = pick(axes, sizes, choice)[3]
-    else:
-        pick("ZYX", [len(ordered), first.rows, first.columns], choice._replace(time=None))
-        component = slice(None)
-    return Samples(_values(ordered, component), **_grid(ordered), unit="mm", space="left-posterior-superior")
+        sizes = [len(ordered), first.rows, first.columns, first.samples_per_pixel]
+        said = f"photometric interpretation {first.photometric}" if first.is_color else ""
+        axes = with_color("ZYXC", sizes, 3, choice, said)
+        # The step is one of several slices at a place, and no axis.
+        index = pick(axes, sizes, choice._replace(time=None))
+        if is_colored(axes):
+            return Samples(**colored(_stored(ordered), axes, index, said, bits=first.bits), **place)
+        return Samples(_values(ordered, index[3]), **place)
+    with_color("ZYX", [], None, choice, "")
+    pick("ZYX", [len(ordered), first.rows, first.columns], choice._replace(time=None))
+    return Samples(_values(ordered, slice(None)), **place)
 
 
 def _slices(path: str, choice: Choice) -> list[Slice]:
@@ -234,10 +241,26 @@ def _values(ordered: Sequence[Slice], component: Any) -> NDArray:
         target = rescaled_type(first.dtype, 0.5, 0.0, max(one.bits for one in ordered))  # not exact: a float
     check_size([len(ordered), first.rows, first.columns], target.itemsize)
     values = np.empty((len(ordered), first.rows, first.columns), target)
-    held, frames = "", np.empty(0)
-    for one, slot in zip(ordered, values, strict=True):
-        if one.path != held:
-            held, frames = one.path, one.frames()
-        pixels = frames[one.frame]
+    for one, pixels, slot in zip(ordered, _pixels(ordered), values, strict=True):
         rescale_into(slot, pixels[..., component] if first.samples_per_pixel != 1 else pixels, one.slope, one.intercept)
     return values
+
+
+def _stored(ordered: Sequence[Slice]) -> NDArray:
+    """Samples of all slices as they are stored, which colours are not rescaled from."""
+    first = ordered[0]
+    sizes = (len(ordered), first.rows, first.columns, first.samples_per_pixel)
+    check_size(sizes, first.dtype.itemsize)
+    values = np.empty(sizes, first.dtype)
+    for pixels, slot in zip(_pixels(ordered), values, strict=True):
+        slot[...] = pixels
+    return values
+
+
+def _pixels(ordered: Sequence[Slice]) -> Iterator[NDArray]:
+    """Stored pixels of each slice, read one file at a time."""
+    held, frames = "", np.empty(0)
+    for one in ordered:
+        if one.path != held:
+            held, frames = one.path, one.frames()
+        yield frames[one.frame]

@@ -27,6 +27,8 @@ _GROUPS = {
     "TemporalPositionIndex": "FrameContentSequence",
 }
 
+# Photometric interpretations that are red, green and blue, or become so when pydicom or a decoder unpacks them.
+_COLORS = ("RGB", "YBR_FULL", "YBR_FULL_422", "YBR_ICT", "YBR_RCT")
 
 # What tells slices at one place apart, first things first.
 _ORDER = ("TemporalPositionIndex", "TemporalPositionIdentifier", "EchoTime", "AcquisitionNumber", "InstanceNumber")
@@ -40,6 +42,7 @@ class Slice(NamedTuple):
     rows: int
     columns: int
     samples_per_pixel: int
+    photometric: str
     dtype: np.dtype
     bits: int
     high_bit: int
@@ -55,6 +58,11 @@ class Slice(NamedTuple):
     def name(self) -> str:
         """What a message calls the slice."""
         return f"{os.path.basename(self.path)} frame {self.frame}" if self.frame else os.path.basename(self.path)
+
+    @property
+    def is_color(self) -> bool:
+        """Whether its pixels are red, green and blue, which those of luminance and chrominance become when read."""
+        return self.photometric in _COLORS
 
     def frames(self) -> NDArray:
         """Stored values of all frames of the slice's file, (frames, rows, columns[, samples]), unused bits cleared."""
@@ -103,6 +111,7 @@ def _slice(path: str, header: Any, frame: int) -> Slice:
         rows=rows,
         columns=columns,
         samples_per_pixel=samples,
+        photometric=str(header.get("PhotometricInterpretation", "")),
         dtype=dtype,
         bits=bits,
         high_bit=high_bit,

@@ -10,11 +10,11 @@ from typing import Any
 
 from texvol.readers.detection import format_of
 from texvol.readers.faults import named_faults
-from texvol.readers.samples import Choice, Samples
+from texvol.readers.samples import Choice, FileFault, Samples
 from texvol.volume import Volume
 
 # Of `texvol.readers.load`, which a volume's source keeps.
-ARGUMENTS = ("shape", "dtype", "series", "channel", "time", "variable", "resolution", "spacing")
+ARGUMENTS = ("shape", "dtype", "series", "channel", "time", "variable", "resolution", "spacing", "labels", "color")
 
 _WITHOUT_LIBRARY = ("NPY", "raw")  # that could print anything
 
@@ -30,9 +30,18 @@ def read(name: str, choice: Choice) -> Samples:
         If the steps are to be counted, and the format may have several.
     """
     with named_faults(name, "a volume", "formats"):
+        _check(choice)
         kind = format_of(name, choice)
     with named_faults(name, kind, "formats"):
         return _read(kind, name, choice)
+
+
+def _check(choice: Choice) -> None:
+    """Raise FileFault if what the user says of the samples can't be true together."""
+    if choice.color and choice.labels:
+        raise FileFault("its samples are labels or colours, and not both: --labels or --color")
+    if choice.color and choice.channel is not None:
+        raise FileFault("one channel has no colour: --channel or --color")
 
 
 def volume_of(name: str, samples: Samples, choice: Choice, spacing: Sequence[float] | None) -> Volume:
@@ -48,12 +57,15 @@ def volume_of(name: str, samples: Samples, choice: Choice, spacing: Sequence[flo
         source=_source(name, choice, spacing),
         resampling=samples.resampling,
         notes=samples.notes,
+        labels=choice.labels,
+        colors=samples.colors,
     )
 
 
 def _source(path: str, choice: Choice, spacing: Sequence[float] | None) -> dict[str, Any]:
     """How the volume is read again."""
     told = {key: getattr(choice, key) for key in ARGUMENTS if key != "spacing"}
+    told["labels"] = choice.labels or None
     told["spacing"] = None if spacing is None else [float(number) for number in spacing]
     place = {"path": path, "absolute": os.path.abspath(path)}
     return place | {name: told[name] for name in ARGUMENTS if told[name] is not None}

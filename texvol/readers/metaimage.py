@@ -12,10 +12,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol.readers.colors import colored, component_axis, is_colored, with_color
 from texvol.readers.samples import Choice, FileFault, Samples, by, check_size, grid_from_columns, once, pick
 from texvol.readers.stored import data_file, read_picked, read_stored
 
 _LONGEST_HEADER = 2**20
+
+# The format has no word for colour; ITK writes it so, and vectors as numbers of other types.
+_COLOR_OF_BYTES = "channels of bytes"
 
 _TYPES = {
     "MET_CHAR": "i1",
@@ -44,9 +48,12 @@ def read(path: str, choice: Choice) -> Samples:
     axes = ("?" * (count - 3) + "ZYX")[-count:]
     if channels != 1:
         sizes, axes = [channels, *sizes], axes + "C"
+    said = _COLOR_OF_BYTES if _dtype(fields) == np.uint8 else ""
+    axes = with_color(axes, sizes[::-1], component_axis(axes, sizes[::-1], "C"), choice, said)
     index = pick(axes, sizes[::-1], choice)
     values = _samples(path, fields, sizes[::-1], index, choice, offset, listed)
-    return Samples(values, **_grid(fields, count))
+    grid = _grid(fields, count)
+    return Samples(**grid, **colored(values, axes, index, said)) if is_colored(axes) else Samples(values, **grid)
 
 
 def _header(path: str) -> tuple[Mapping[str, str], int, list[str]]:

@@ -11,12 +11,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol.readers.colors import colored, component_axis, is_colored, with_color
 from texvol.readers.samples import Choice, FileFault, Samples, grid_from_columns, pick, real_type, rescaled
 from texvol.readers.stored import read_picked, unpacked
 
 _UNITS = {0: "mm", 1: "m", 2: "mm", 3: "µm"}  # 0 is "unknown", which every program that reads NIfTI takes for mm
 _TIME_UNITS = {8: "s", 16: "ms", 24: "µs"}
-_RGB = {128: 3, 2304: 4}  # data types of the header that are bytes of colour: samples in each
+# Data types of the header that are bytes of colour, and intents that say so of a vector: names, components.
+_RGB = {128: ("RGB24", 3), 2304: ("RGBA32", 4)}
+_INTENTS = {2003: "RGB vector", 2004: "RGBA vector"}
+_LABEL_INTENT = 1002
 
 
 def read(path: str, choice: Choice) -> Samples:
@@ -29,16 +33,24 @@ def read(path: str, choice: Choice) -> Samples:
         raise FileFault(f"its samples begin at byte {offset}, inside its header")
     dtype = header.get_data_dtype()
     axes = _axes(len(sizes))
-    components = _RGB.get(int(header["datatype"]))
+    intent = int(header["intent_code"])
+    named, components = _RGB.get(int(header["datatype"]), (_INTENTS.get(intent, ""), 0))
     if components:
         dtype, sizes, axes = np.dtype(np.uint8), [components, *sizes], axes + "C"
+    axes = with_color(axes, sizes[::-1], component_axis(axes, sizes[::-1], "C"), choice, named)
     index = pick(axes, sizes[::-1], choice)
     real_type(dtype)
     encoding = "deflate" if data_path.lower().endswith(".gz") else "raw"
     begin = {"skip" if encoding == "deflate" else "offset": offset}
     values = read_picked(data_path, dtype, sizes[::-1], index, choice, encoding=encoding, what="it", **begin)
     steps = dict(zip(axes, sizes[::-1], strict=True)).get("T", 1)
-    return Samples(_scaled(header, values), **_grid(header), **_times(header, steps))
+    grid = _grid(header) | _times(header, steps)
+    if is_colored(axes):
+        # Bytes of colour are not scaled (the format's definition).
+        return Samples(**grid, **colored(values if components else _scaled(header, values), axes, index, named))
+    is_unsaid = intent == _LABEL_INTENT and not choice.labels
+    notes = ("its header says that values are labels: see --labels",) if is_unsaid else ()
+    return Samples(_scaled(header, values), **grid, notes=notes)
 
 
 def _pair(path: str) -> tuple[str, str]:

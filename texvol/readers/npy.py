@@ -6,6 +6,7 @@ import os
 
 import numpy as np
 
+from texvol.readers.colors import colored, is_colored, with_color
 from texvol.readers.samples import Choice, FileFault, Samples, check_size, native, pick, real_type, unnamed_axes
 
 
@@ -22,7 +23,11 @@ def read(path: str, choice: Choice) -> Samples:
         if dtype.hasobject:
             raise FileFault("holds Python objects, which are never unpickled; a volume holds real numbers")
         real_type(dtype)
-        index = pick(unnamed_axes(len(sizes)), sizes, choice)
+        axes = unnamed_axes(len(sizes))
+        if choice.color:
+            last = len(sizes) - 1 if len(sizes) > 3 else None
+            axes = with_color(unnamed_axes(len(sizes) - 1) + "C", sizes, last, choice, "")
+        index = _picked(axes, sizes, choice)
         needed = check_size(sizes, dtype.itemsize) if len(sizes) == 3 else _any_size(sizes, dtype.itemsize)
         held = os.fstat(file.fileno()).st_size - file.tell()
         if held != needed:
@@ -32,7 +37,18 @@ def read(path: str, choice: Choice) -> Samples:
             return Samples(values.reshape(sizes[::-1]).T if is_fortran else values.reshape(sizes))
         # Mapped, so that of many time steps only the chosen one takes memory.
         whole = np.memmap(file, dtype, "r", file.tell(), sizes, "F" if is_fortran else "C")
-        return Samples(np.array(whole[index], order="C"))
+        picked = np.array(whole[index], order="C")
+        return Samples(**colored(picked, axes, index, "")) if is_colored(axes) else Samples(picked)
+
+
+def _picked(axes: str, sizes: tuple[int, ...], choice: Choice) -> tuple[int | slice, ...]:
+    try:
+        return pick(axes, sizes, choice)
+    except FileFault as fault:
+        may_be_color = len(sizes) == 4 and sizes[3] in (3, 4) and choice.channel is None and choice.time is None
+        if may_be_color and choice.color is None:
+            raise FileFault(f"{fault}; if its last axis is colour, say --color") from None
+        raise
 
 
 def _any_size(sizes: tuple[int, ...], item_bytes: int) -> int:

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol.readers.colors import colored, component_axis, is_colored, with_color
 from texvol.readers.samples import Choice, FileFault, Samples, by, check_size, grid_from_columns, once, pick, real_type
 from texvol.readers.stored import data_file, read_picked
 
@@ -46,6 +47,9 @@ _SPACES = {
 # Kinds that the format's definition gives to axes of space and time; every other kind runs over components.
 _SPATIAL_KINDS = ("domain", "space")
 
+# Kinds of components that are red, green, blue and opacity; the format has others for HSV and XYZ.
+_COLOR_KINDS = ("rgb-color", "rgba-color", "3-color", "4-color")
+
 
 def read(path: str, choice: Choice) -> Samples:
     """Samples of an `.nrrd`, or of an `.nhdr` and its data."""
@@ -55,10 +59,13 @@ def read(path: str, choice: Choice) -> Samples:
         raise FileFault(f"its header has {len(sizes)} sizes ({by(sizes)}) and says dimension {header['dimension']}")
     check_size(sizes, 1)
     axes = _axes(header, sizes)
+    at, said = _color_axis(header, axes, sizes[::-1])
+    axes = with_color(axes, sizes[::-1], at, choice, said)
     index = pick(axes, sizes[::-1], choice)
     values = _samples(path, header, sizes[::-1], index, choice, offset, listed)
     spatial = [axis for axis, letter in enumerate(axes[::-1]) if letter in "XYZ"]
-    return Samples(values, **_grid(header, spatial), **_times(header, axes[::-1], sizes))
+    grid = _grid(header, spatial) | _times(header, axes[::-1], sizes)
+    return Samples(**grid, **colored(values, axes, index, said)) if is_colored(axes) else Samples(values, **grid)
 
 
 def _header(path: str) -> tuple[Mapping[str, Any], int, list[str]]:
@@ -110,6 +117,18 @@ def _axes(header: Mapping[str, Any], sizes: Sequence[int]) -> str:
         for axis, is_spatial in enumerate(spatial)
     ]
     return "".join(letters)[::-1]
+
+
+def _color_axis(header: Mapping[str, Any], axes: str, sizes: Sequence[int]) -> tuple[int | None, str]:
+    """Where the components of colour lie, and by what the header calls them so; `axes` are the letters for `pick`."""
+    kinds = [str(kind) for kind in header.get("kinds", [])]
+    is_bytes = str(header["type"]).lower() in _TYPES["u1"].split(", ")
+    for at, kind in enumerate(kinds[::-1] if len(kinds) == len(axes) else []):
+        # Vectors of displacements and the like have other types.
+        is_color = kind.lower() in _COLOR_KINDS or (kind.lower() == "vector" and is_bytes)
+        if axes[at] == "?" and is_color:
+            return at, f"kind {kind}" + (" of bytes" if kind.lower() == "vector" else "")
+    return component_axis(axes, sizes, "?"), ""
 
 
 def _samples(

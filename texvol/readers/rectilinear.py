@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.readers.samples import FileFault, Samples, by, check_size
-from texvol.resampling import Difference, resolution_for, slices_at, type_between
+from texvol.resampling import Difference, nearest, resolution_for, slices_at, type_between
 
 # Shares of a spacing by which coordinates may miss an even grid and still be one: rounding of the type that they are
 # stored in, but no more than the second (a hundredth moves nothing that is seen); numbers of six digits, as text has.
@@ -82,7 +82,9 @@ def axis_of(stored: NDArray, name: str, width: float | None = None) -> Axis:
     return Axis(coordinates, name, rounding_of(stored), width)
 
 
-def on_axes(values: NDArray, axes: Sequence[Axis], resolution: Sequence[int] | None) -> Samples:
+def on_axes(
+    values: NDArray, axes: Sequence[Axis], resolution: Sequence[int] | None, *, labels: bool = False
+) -> Samples:
     """Samples on a regular grid of a field on a rectilinear one.
 
     Parameters
@@ -91,24 +93,45 @@ def on_axes(values: NDArray, axes: Sequence[Axis], resolution: Sequence[int] | N
     axes : three Axis, x, y, z
     resolution : (mx, my, mz), optional
         Samples along each axis of the regular grid; unless it is given, an even grid stays as it is.
+    labels : bool
+        Whether values are names, which are not mixed: the nearest sample's is taken.
     """
     sizes = [len(axis.coordinates) for axis in axes]
     if resolution is None and all(axis.is_even for axis in axes):
         return Samples(values, **_grid(axes, sizes))
     wanted = _resolution(axes, resolution)
-    dtype = type_between(values.dtype)
-    check_size(wanted, dtype.itemsize)
-    made = np.empty(wanted[::-1], dtype)
     to_source = [_index_in_source(axis, count) for axis, count in zip(axes, wanted, strict=True)]
+    to_made = [_index_in_made(axis, count) for axis, count in zip(axes, wanted, strict=True)]
+    made, lost = _named(values, to_source, to_made) if labels else _between(values, to_source, to_made)
+    facts: dict[str, Any] = {"grid": "rectilinear", "samples": sizes, "dimensions": wanted}
+    facts["chosen_by"] = chosen_by(resolution)
+    return Samples(made, **_grid(axes, wanted), resampling=facts | lost)
+
+
+def _between(
+    values: NDArray, to_source: Sequence[NDArray[np.float64]], to_made: Sequence[NDArray[np.float64]]
+) -> tuple[NDArray, dict[str, Any]]:
+    """Values on the regular grid, and how far they are from the source's."""
+    sizes, dtype = [len(each) for each in to_source], type_between(values.dtype)
+    check_size(sizes, dtype.itemsize)
+    made = np.empty(sizes[::-1], dtype)
     for slot, plane in zip(made, slices_at(values, to_source), strict=True):
         slot[...] = plane
     difference = Difference()
-    to_made = [_index_in_made(axis, count) for axis, count in zip(axes, wanted, strict=True)]
     for source, plane in zip(values, slices_at(made, to_made), strict=True):
         difference.add(source, plane)
-    facts: dict[str, Any] = {"grid": "rectilinear", "samples": sizes, "dimensions": wanted}
-    facts["chosen_by"] = chosen_by(resolution)
-    return Samples(made, **_grid(axes, wanted), resampling=facts | difference.facts())
+    return made, difference.facts()
+
+
+def _named(
+    values: NDArray, to_source: Sequence[NDArray[np.float64]], to_made: Sequence[NDArray[np.float64]]
+) -> tuple[NDArray, dict[str, Any]]:
+    """Labels on the regular grid, and how many of the source's samples have another one there."""
+    check_size([len(each) for each in to_source], values.dtype.itemsize)
+    there, back = ([nearest(each) for each in index[::-1]] for index in (to_source, to_made))
+    made = values[np.ix_(*there)]
+    changed = sum(int((made[k][np.ix_(*back[1:])] != source).sum()) for k, source in zip(back[0], values, strict=True))
+    return made, {"changed": changed, "compared": values.size}
 
 
 def chosen_by(resolution: Sequence[int] | None) -> str:

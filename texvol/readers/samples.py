@@ -39,6 +39,8 @@ class Choice(NamedTuple):
     time: int | None = None
     variable: str | None = None
     resolution: tuple[int, ...] | None = None
+    labels: bool = False
+    color: bool | None = None
     counting: bool = False
     kept: dict[Any, Any] | None = None
 
@@ -46,7 +48,8 @@ class Choice(NamedTuple):
 class Samples(NamedTuple):
     """What a reader returns: values of shape (nz, ny, nx), not checked, and the grid as `Volume` describes it.
 
-    `resampling` and `notes` are those of `Volume`; `times` are those of all steps, in `time_unit`, where the file says.
+    `resampling`, `notes` and `colors` are those of `Volume`; `times` are those of all steps, in `time_unit`, where the
+    file says.
     """
 
     values: NDArray
@@ -59,6 +62,7 @@ class Samples(NamedTuple):
     notes: tuple[str, ...] = ()
     times: Sequence[float] | None = None
     time_unit: str = ""
+    colors: NDArray | None = None
 
 
 def once(choice: Choice, key: Any, make: Callable[[], T]) -> T:
@@ -113,13 +117,13 @@ def real_type(dtype: np.dtype) -> np.dtype:
 
 
 def pick(axes: str, sizes: Sequence[int], choice: Choice) -> tuple[int | slice, ...]:
-    """Index that leaves the three axes of space.
+    """Index that leaves the three axes of space, and that of colour where there is one.
 
     Parameters
     ----------
     axes : str
-        A letter for each axis: "Z", "Y", "X", "C" for channel, "T" for time, "?" for one that the file does not name,
-        along which either option picks.
+        A letter for each axis: "Z", "Y", "X", "C" for channel, "T" for time, "K" for colour, "?" for one that the file
+        does not name, along which either option picks.
     sizes : sequence of int
         Samples along each.
 
@@ -136,7 +140,7 @@ def pick(axes: str, sizes: Sequence[int], choice: Choice) -> tuple[int | slice, 
     wanted = {"C": choice.channel, "T": choice.time}
     index: list[int | slice] = []
     for axis, size in zip(axes, sizes, strict=True):
-        if axis in "ZYX":
+        if axis in "ZYXK":
             index.append(slice(None))
             continue
         names = [name for name in ("CT" if axis == "?" else axis) if wanted.get(name) is not None]
@@ -178,7 +182,7 @@ def out_of_range(axis: str, chosen: int | None, size: int) -> FileFault:
 
 _OPTIONS = {"C": "--channel", "T": "--time"}
 _COUNTED = {"C": "channel", "T": "time step"}
-_NAMES = {"C": "channel", "T": "time", "?": "unnamed", "Z": "z", "Y": "y", "X": "x"}
+_NAMES = {"C": "channel", "T": "time", "?": "unnamed", "Z": "z", "Y": "y", "X": "x", "K": "colour"}
 
 
 def _listed(axes: str, sizes: Sequence[int]) -> str:

@@ -9,11 +9,12 @@ import os
 import re
 from collections.abc import Sequence
 from math import prod
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol.readers.colors import colored, component_axis, is_colored, with_color
 from texvol.readers.samples import Choice, FileFault, Samples, by, check_size, pick, real_type
 from texvol.readers.tiff_pages import check_pages
 
@@ -35,6 +36,9 @@ _UNITS = {
     "pixels": "",
     "inch": "in",
 }
+
+# Values of the tags PhotometricInterpretation, Compression and ExtraSamples (TIFF 6.0).
+_RGB, _YCBCR, _JPEG, _ASSOCIATED = 2, 6, 7, 1
 
 # tifffile's letters for axes, in those of `pick`: I, Q and R are sequences of pages without a name.
 _LETTERS = {"S": "C", "I": "Z", "Q": "?", "R": "?", "M": "?", "A": "?", "P": "?"}
@@ -60,13 +64,19 @@ def _file(path: str, choice: Choice) -> Samples:
                 raise FileFault(f"its {program} description does not fit its pages")
         sizes, axes = [int(size) for size in series.shape], _axes(series.axes)
         dtype = real_type(np.dtype(series.dtype))
+        said = _color_name(series.keyframe)
+        at = component_axis(series.axes, sizes, "S") if "S" in series.axes else component_axis(axes, sizes)
+        axes = with_color(axes, sizes, at, choice, said)
         index = pick(axes, sizes, choice)
         chosen = prod(size for size, part in zip(sizes, index, strict=True) if isinstance(part, slice))
         check_size([chosen], dtype.itemsize)
         _check_pages(tif, series, path)
         values = _values(tif, series, axes, sizes, index)
         steps = dict(zip(axes, sizes, strict=True)).get("T", 1)
-        return Samples(values, **_calibration(tif), **_times(tif, steps))
+        more = _calibration(tif) | _times(tif, steps)
+        if is_colored(axes):
+            return Samples(**more, **colored(values, axes, index, said, associated=_is_associated(series.keyframe)))
+        return Samples(values, **more)
 
 
 def _axes(axes: str) -> str:
@@ -77,6 +87,18 @@ def _axes(axes: str) -> str:
             if letters.count(page_axis) == 1:
                 return letters.replace(page_axis, "Z")
     return letters
+
+
+def _color_name(page: Any) -> str:
+    """By what a page calls its samples red, green and blue, or nothing."""
+    # JPEG's luminance and chrominance become colours when they are unpacked.
+    is_color = int(page.photometric) == _RGB or (int(page.photometric), int(page.compression)) == (_YCBCR, _JPEG)
+    return "photometric interpretation RGB" if is_color else ""
+
+
+def _is_associated(page: Any) -> bool:
+    """Whether a page says that its opacity has been multiplied into its colours."""
+    return _ASSOCIATED in [int(kind) for kind in page.extrasamples]
 
 
 def _refuse_several_files(tif: Any) -> None:
@@ -172,40 +194,69 @@ def _ome_calibration(xml: str) -> dict[str, Any]:
 
 def _folder(path: str, choice: Choice) -> Samples:
     """One slice a file; all of one size and type."""
-    import tifffile
-
     names = sorted((name for name in os.listdir(path) if name.lower().endswith((".tif", ".tiff"))), key=_natural)
     names = [name for name in names if not name.startswith(".")]
     if len(names) == 1:
         return _file(os.path.join(path, names[0]), choice)
     pick("ZYX", [1, 1, 1], choice)
     values = np.empty(0)
+    first: _Slice | None = None
     for number, name in enumerate(names):
-        file = os.path.join(path, name)
         try:
-            check_pages(file)
-            with tifffile.TiffFile(file, _multifile=False) as tif:
-                page = tif.pages[0]
-                if len(tif.pages) > 1 or len(page.shape) != 2:
-                    raise FileFault(f"has shape {by(tif.series[0].shape)}; a slice is one page of one channel")
-                if number == 0:
-                    check_size([len(names), *page.shape], real_type(np.dtype(page.dtype)).itemsize)
-                    values = np.empty((len(names), *page.shape), page.dtype)
-                if page.shape != values.shape[1:]:
-                    sizes = f"{by(values.shape[:0:-1])} and {by(page.shape[::-1])}"
-                    raise FileFault(f"its slices are of mixed sizes: {names[0]} and it have {sizes}")
-                if page.dtype != values.dtype:
-                    types = f"{values.dtype} and {page.dtype}"
-                    raise FileFault(f"its slices are of mixed types: {names[0]} and it have {types}")
-                _check_pages(tif, tif.series[0], file)
-                values[number] = page.asarray(maxworkers=1)
+            found = _slice_of(os.path.join(path, name), choice)
+            if first is None:
+                first = found
+                check_size([len(names), *found.pixels.shape], real_type(found.pixels.dtype).itemsize)
+                values = np.empty((len(names), *found.pixels.shape), found.pixels.dtype)
+            _check_alike(names[0], first, found)
+            values[number] = found.pixels
         except FileFault as fault:
             raise FileFault(f"{name}: {fault}") from None
         except MemoryError:
             raise
         except Exception as error:
             raise FileFault(f"{name}: cannot be read as TIFF: {error}") from error
+    assert first is not None
+    if is_colored(first.axes):
+        index = [slice(None)] * 4
+        return Samples(**colored(values, first.axes, index, first.said, associated=first.associated))
     return Samples(values)
+
+
+class _Slice(NamedTuple):
+    """A folder's slice: pixels, axes of a stack of them, by what it calls them colour, if opacity is multiplied in."""
+
+    pixels: NDArray
+    axes: str
+    said: str
+    associated: bool
+
+
+def _slice_of(file: str, choice: Choice) -> _Slice:
+    import tifffile
+
+    check_pages(file)
+    with tifffile.TiffFile(file, _multifile=False) as tif:
+        page = tif.pages[0]
+        said, axes, sizes = _color_name(page), "Z" + page.axes.replace("S", "C"), [1, *page.shape]
+        axes = with_color(axes, sizes, component_axis(axes, sizes), choice, said)
+        if len(tif.pages) > 1 or (len(page.shape) != 2 and not is_colored(axes)):
+            raise FileFault(f"has shape {by(tif.series[0].shape)}; a slice is one page, of one channel or of colour")
+        check_size(page.shape, real_type(np.dtype(page.dtype)).itemsize)
+        _check_pages(tif, tif.series[0], file)
+        return _Slice(np.asarray(page.asarray(maxworkers=1)), axes, said, _is_associated(page))
+
+
+def _check_alike(name: str, first: _Slice, one: _Slice) -> None:
+    """Raise FileFault unless a slice is as the first, `name`, is."""
+    if one[1:] != first[1:]:
+        raise FileFault(f"its slices are of mixed kinds: {name} and it are not both of one channel, or of colours")
+    if one.pixels.shape != first.pixels.shape:
+        sizes = f"{by(first.pixels.shape[::-1])} and {by(one.pixels.shape[::-1])}"
+        raise FileFault(f"its slices are of mixed sizes: {name} and it have {sizes}")
+    if one.pixels.dtype != first.pixels.dtype:
+        types = f"{first.pixels.dtype} and {one.pixels.dtype}"
+        raise FileFault(f"its slices are of mixed types: {name} and it have {types}")
 
 
 def _natural(name: str) -> list[tuple[int, int, str]]:

@@ -136,7 +136,7 @@ def _choice(options: dict[str, Any]) -> Choice:
             told[key] = tuple(told[key])
     if "series" in told:
         told["series"] = str(told["series"])
-    known = {"shape", "dtype", "series", "channel", "time", "variable", "resolution"}
+    known = {"shape", "dtype", "series", "channel", "time", "variable", "resolution", "labels", "color"}
     if unknown := set(told) - known:
         raise TypeError(f"unexpected options: {', '.join(sorted(unknown))}")
     return Choice(**told)

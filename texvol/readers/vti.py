@@ -15,7 +15,8 @@ from texvol.readers.vtk_xml import read_whole
 def read(path: str, choice: Choice) -> Samples:
     """Samples at the points of an image, or at its cells if only these have values."""
     whole = read_whole(path, "ImageData", choice)
-    return Samples(whole.values, **_grid(whole.grid, whole.extent, whole.at_points), notes=whole.notes)
+    grid = _grid(whole.grid, whole.extent, whole.at_points)
+    return Samples(whole.values, **grid, notes=whole.notes, colors=whole.colors)
 
 
 def _grid(image: ElementTree.Element, extent: list[int], at_points: bool) -> dict[str, Any]:

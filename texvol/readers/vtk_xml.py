@@ -14,11 +14,13 @@ from xml.etree import ElementTree
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol.readers.colors import colored, is_colored, with_color
 from texvol.readers.samples import Choice, FileFault, by, check_size, pick
 from texvol.readers.vti_arrays import Appended, read_array
 
 _TYPES = {"Int8": "i1", "Int16": "i2", "Int32": "i4", "Int64": "i8", "Float32": "f4", "Float64": "f8"}
 _TYPES |= {"UInt8": "u1", "UInt16": "u2", "UInt32": "u4", "UInt64": "u8"}
+_COLOR_NAMES = ("rgb", "rgba", "color", "colors", "colour", "colours")
 _HINT = "; --variable NAME chooses"
 _LONGEST_HEADER = 2**20  # bytes in which appended data begin, unless other arrays stand inline before them
 
@@ -34,6 +36,7 @@ class Whole(NamedTuple):
     at_points: bool
     values: NDArray
     notes: tuple[str, ...]
+    colors: NDArray | None = None
 
     def array(
         self, piece: ElementTree.Element, array: ElementTree.Element | None, sizes: list[int], what: str
@@ -64,12 +67,18 @@ def read_whole(path: str, kind: str, choice: Choice) -> Whole:
     dtype, components = _type(arrays[0], root)
     sizes = [*sizes_of(extent, at_points), components]
     check_size(sizes, dtype.itemsize)
-    index = pick("ZYXC", sizes, choice)
+    said = _color_name(arrays[0], data[0]) if kind == "ImageData" else ""
+    axes = with_color("ZYXC", sizes, 3, choice, said)
+    index = pick(axes, sizes, choice)
     values = _assembled(root, appended, extent, pieces, arrays, dtype, sizes, at_points)
     names = [array.get("Name", "") for array in data[0].findall("DataArray")] if data[0] is not None else []
     others = [name for name in names if name != arrays[0].get("Name", "")]
     notes = (f"array {arrays[0].get('Name')}; others: {', '.join(others)}",) if others else ()
-    return Whole(root, grid, appended, extent, pieces, at_points, values[index], notes)
+    whole = Whole(root, grid, appended, extent, pieces, at_points, values[index], notes)
+    if is_colored(axes):
+        found = colored(whole.values, axes, index, said)
+        return whole._replace(**found | {"notes": (*notes, *found["notes"])})
+    return whole
 
 
 def _document(path: str) -> tuple[ElementTree.Element, Appended | None]:
@@ -116,6 +125,16 @@ def _array(data: ElementTree.Element | None, wanted: str | None) -> ElementTree.
     if len(arrays) == 1:
         return arrays[0]
     raise FileFault(f"has no array marked as Scalars; it has {', '.join(named) or 'none'}{_HINT if named else ''}")
+
+
+def _color_name(array: ElementTree.Element, data: ElementTree.Element | None) -> str:
+    """By what the file calls an array colour, or nothing: VTK shows arrays of bytes as colours, others as numbers."""
+    name = array.get("Name", "")
+    if data is not None and name and name in (data.get("Vectors"), data.get("Normals")):
+        return ""
+    if name.lower() in _COLOR_NAMES:
+        return f"array {name}"
+    return "components of bytes" if array.get("type") == "UInt8" else ""
 
 
 def _type(array: ElementTree.Element, root: ElementTree.Element) -> tuple[np.dtype, int]:

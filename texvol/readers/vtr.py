@@ -14,7 +14,7 @@ def read(path: str, choice: Choice) -> Samples:
     """Samples at the points of a grid, or at the middles of its cells if only these have values."""
     whole = read_whole(path, "RectilinearGrid", choice)
     axes = [_axis(_coordinates(whole, axis), "xyz"[axis], whole.at_points) for axis in range(3)]
-    return on_axes(whole.values, axes, choice.resolution)._replace(notes=whole.notes)
+    return on_axes(whole.values, axes, choice.resolution, labels=choice.labels)._replace(notes=whole.notes)
 
 
 def _coordinates(whole: Whole, axis: int) -> NDArray:

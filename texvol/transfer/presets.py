@@ -104,6 +104,9 @@ _PROPOSAL: list[Point] = [
     (1.00, (1.00, 0.95, 0.82), 50),
 ]
 
+# Of samples that have a colour of their own: white leaves it as it is; as dense as the above.
+_AS_IT_IS: list[Point] = [(0.0, (1.0, 1.0, 1.0), 0), (1.0, (1.0, 1.0, 1.0), 50)]
+
 _OF_THE_HISTOGRAM = ("histogram", "contours", "boundaries")
 
 PRESETS: tuple[str, ...] = (*_CT, *_SHARES, *_RAMPS, *CT_MATERIALS, *MATERIALS, *_OF_THE_HISTOGRAM)
@@ -121,7 +124,9 @@ def preset(name: str, volume: Volume, materials: Sequence[str] | None = None) ->
     ------
     InputError
         If there is no such preset; the message lists them. If it has no such materials; the message lists those.
+        If the volume is of labels, which no preset is for.
     """
+    _check_measured(name, volume)
     content = _content_of(name, volume)
     if content is not None:
         return from_content(content, name, volume, materials)
@@ -134,6 +139,14 @@ def preset(name: str, volume: Volume, materials: Sequence[str] | None = None) ->
             return _from_points(hounsfield, volume, "data", name)
         return _from_points(shares, volume, "matter", name)
     return _from_points(_SHARES[name] if name in _SHARES else _ramp(name), volume, "matter", name)
+
+
+def _check_measured(name: str, volume: Volume) -> None:
+    if volume.labels and name in PRESETS:
+        raise InputError(
+            f"{volume.name}: its values are labels, and the preset {name} is for measured ones; "
+            "without a transfer function each label has a colour"
+        )
 
 
 def _content_of(name: str, volume: Volume) -> dict[str, Any] | None:
@@ -156,7 +169,17 @@ def _content_of(name: str, volume: Volume) -> dict[str, Any] | None:
 
 
 def proposed_for(volume: Volume) -> TransferFunction:
-    """A transfer function that shows something sensible of an unknown volume: its matter, denser where brighter."""
+    """A transfer function that shows something sensible of an unknown volume.
+
+    Labels in a colour each, see `label_function`; samples that have a colour as they are, denser where there is more;
+    of others their matter, denser where brighter.
+    """
+    if volume.labels:
+        from texvol.transfer.labels import label_function
+
+        return label_function(volume)
+    if volume.colors is not None:
+        return _from_points(_AS_IT_IS, volume, "data", "proposed")
     return _from_points(_PROPOSAL, volume, "matter", "proposed")
 
 

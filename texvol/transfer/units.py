@@ -41,6 +41,8 @@ class Units:
         values = np.asarray(values, np.float64)
         if self.values == "data":
             return values
+        if self.volume is not None and self.volume.labels:
+            raise InputError(f'values in "{self.values}" are of what was measured, and {self.volume.name} has labels')
         if self.values == "percentile":
             if not ((values >= 0) & (values <= 100)).all():
                 raise InputError("percentiles lie in [0, 100]")
