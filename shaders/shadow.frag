@@ -2,9 +2,11 @@
 // Optical depth between a node of the box and a light, so much of it as lies in one brick; a pixel for each node.
 //
 // Nodes lie in the middles of a grid of cells: pixel (i, j + k ny) is node (i, j, k). The way is cut into parts of one
-// length, and each belongs to the brick in which its middle is.
+// length, and each belongs to the brick in which its middle is. Of several volumes each is a box for itself, and what
+// lies in it between a node of any of them and a light adds up.
 //
 // Switches: POINT 1: the light is at a place, 0: it comes from a direction.
+//           ELSEWHERE 1: the nodes are those of another box.
 //           HALF_SPACES: how many there are outside of which there is no matter.
 //           BRICKS, GRADIENT, WEIGHTS: see volume_texture.glsl. RAMPS, MISSING, EMISSIVE: see classify.glsl.
 //           MODULATIONS, GRADED, CONTOURS: see graded.glsl.
@@ -16,6 +18,10 @@
 #endif
 
 uniform ivec3 nodes;
+#if ELSEWHERE
+uniform mat3 box_from_other;      // between the shares of both boxes
+uniform vec3 other_corner;
+#endif
 uniform vec3 to_light;            // where the light is, or the direction to it at length 1; from the middle of the box
 uniform mat3 box_from_place;      // of places and directions from the middle of the box, in units of its radius
 uniform mat3 place_from_box;
@@ -57,6 +63,9 @@ bool is_own(vec3 position) {
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     vec3 start = (vec3(pixel.x, pixel.y % nodes.y, pixel.y / nodes.y) + 0.5) / vec3(nodes);
+#if ELSEWHERE
+    start = box_from_other * start + other_corner;
+#endif
     float farthest = 1e30;
     vec3 direction = to_light;
 #if POINT
@@ -70,6 +79,10 @@ void main() {
     vec3 faces = ahead / max(abs(way), vec3(1e-30));
     float whole = min(farthest, min(faces.x, min(faces.y, faces.z)));
     float near = 0.0;
+#if ELSEWHERE
+    vec3 entries = (ahead - 1.0) / max(abs(way), vec3(1e-30));
+    near = max(near, max(entries.x, max(entries.y, entries.z)));
+#endif
 #if HALF_SPACES
     for (int i = 0; i < HALF_SPACES; ++i) {
         float height = dot(half_spaces[i].xyz, start) + half_spaces[i].w;
@@ -79,8 +92,8 @@ void main() {
         else if (rise <= -1e-30) whole = min(whole, meets);
         else if (height < 0.0) whole = 0.0;
     }
-    whole = max(whole - near, 0.0);
 #endif
+    whole = max(whole - near, 0.0);
     float parts = max(ceil(whole / part_length), 1.0);
     float one = whole / parts;
 

@@ -112,6 +112,7 @@ WAYS: dict[str, dict[str, Any]] = {
     "caps": {"clip": (ClipPlane((1.0, -2.0, 0.5), -20.0),), "caps": True},
     "cue": {"depth_cue": DepthCue(0.8, (0.1, 0.2, 0.3))},
     "lit": {"lighting": LIT},
+    "shadows": {"lighting": replace(LIT, shadows=True)},
 }
 
 
@@ -266,7 +267,6 @@ def test_what_does_not_fit_is_refused_by_name() -> None:
     [
         ({"mode": "mip"}, "several volumes adds up in mode composite"),
         ({"mode": "isosurface", "isovalue": 0.5}, "several volumes adds up in mode composite"),
-        ({"lighting": Lighting((Light("directional", (0, 0, 1)),), shadows=True)}, "shadows are those of a single"),
         ({"added": (3,)}, "added holds AddedVolumes, and int came"),
     ],
 )

@@ -258,7 +258,7 @@ def test_every_cut_compiles(context: Context, planes: int, way: int, bricks: int
     for mode in (1, 2, 3):
         matter = {"MODE": mode, "MISSING": 0, "GRADIENT": int(mode == 3), "DEPTH": 0, "LEAPS": 0, "WEIGHTS": 0}
         load("projection", context, NO_LIGHT | WHOLE | cut | matter)
-    shadow = NOTHING_SPECIAL | {"POINT": way, "BRICKS": bricks, "HALF_SPACES": planes, "RAMPS": 2}
+    shadow = NOTHING_SPECIAL | {"POINT": way, "BRICKS": bricks, "HALF_SPACES": planes, "RAMPS": 2, "ELSEWHERE": way}
     shadow.pop("WHOLE_SLABS")
     load_program(context.gl, "shadow", defines=shadow, vertex="corner.vert")
 
@@ -272,7 +272,7 @@ def test_a_depth_cue_on_classified_texels_compiles(context: Context, classificat
 
 @pytest.mark.parametrize("point, bricks", list(itertools.product(EITHER, repeat=2)))
 def test_every_shadow_compiles(context: Context, point: int, bricks: int) -> None:
-    common = NOTHING_SPECIAL | UNCUT | {"POINT": point, "BRICKS": bricks}
+    common = NOTHING_SPECIAL | UNCUT | {"POINT": point, "BRICKS": bricks, "ELSEWHERE": bricks}
     common.pop("WHOLE_SLABS")
     for ramps, emissive, missing in ((2, 0, 0), (0, 0, 1), (3, 2, 1)):
         matter = {"RAMPS": ramps, "EMISSIVE": emissive, "MISSING": missing}

@@ -9,6 +9,7 @@ from unittest.mock import patch
 import numpy as np
 import pytest
 from scenes import random_volume
+from several import turned
 
 from texvol import Camera, InputError, Renderer, Scene, TransferFunction, Volume, raycast
 from texvol.lighting import Light, Lighting, shadow_distance, shadow_nodes, unit
@@ -44,9 +45,9 @@ def scene_of(volume: Volume, matter: TransferFunction, *lights: Light, **more: o
 def cast(renderer: Renderer, scene: Scene, matter: TransferFunction, thickness: float) -> np.ndarray:
     """What arrives at the nodes, (z, y, x, lights), as the device finds it."""
     with renderer._context:
-        arriving = renderer._shadows.prepare(scene, matter, thickness)
+        arriving = renderer._shadows.prepare([(scene, matter)], thickness)
     assert arriving is not None
-    return arriving
+    return arriving[0]
 
 
 def node_places(volume: Volume) -> np.ndarray:
@@ -189,6 +190,43 @@ def test_more_lights_than_a_texel_holds_are_refused(counts: tuple[int, int]) -> 
     with pytest.raises(InputError, match="at most 4 lights cast shadows, and 5 are to"):
         Lighting((SUN,) * counts[0] + (OUTSIDE,) * counts[1], shadows=True)
     Lighting((SUN,) * counts[0] + (OUTSIDE,) * counts[1])
+
+
+@pytest.mark.parametrize("light", [SUN, OUTSIDE, INSIDE], ids=["directional", "point outside", "point inside"])
+def test_shadows_fall_from_one_volume_on_another(renderer: Renderer, light: Light) -> None:
+    """What lies in both boxes between a node and the light adds up, whether the node is in them or not."""
+    other = Volume(np.ones((5, 4, 3), np.uint8), (3.0, 1.0, 2.0)).moved(turned(33))
+    other = other.moved(turned(0, shift=BOX.centre - other.centre + (1.0, 0.5, 2.0)))
+    matter = (FOG, replace(FOG, extinctions=np.array([3 * EXTINCTION])))
+    scenes = [(scene_of(volume, each, light), each) for volume, each in zip((BOX, other), matter, strict=True)]
+    with renderer._context:
+        found = renderer._shadows.prepare(scenes, 0.25)
+    assert found is not None
+    for volume, arriving in zip((BOX, other), found, strict=True):
+        places = node_places(volume)
+        depth = sum(
+            each.extinctions[0] * _way_inside(light, places, box)
+            for box, each in zip((BOX, other), matter, strict=True)
+        )
+        np.testing.assert_allclose(arriving[..., 0], np.exp(-depth), rtol=0, atol=2e-6)
+    assert found[0].std() > 0.05 and not np.allclose(
+        found[0][..., 0], np.exp(-EXTINCTION * way_to(light, BOX)), atol=0.05
+    )
+
+
+def _way_inside(light: Light, places: np.ndarray, volume: Volume) -> np.ndarray:
+    """World units in a box between places anywhere and the light."""
+    assert light.vector is not None
+    if light.kind == "directional":
+        direction, farthest = np.broadcast_to(unit(light.vector), places.shape), np.full(places.shape[:3], np.inf)
+    else:
+        farthest = np.linalg.norm(np.array(light.vector) - places, axis=-1)
+        direction = (np.array(light.vector) - places) / farthest[..., np.newaxis]
+    to_box = np.linalg.inv(volume.box_edges)
+    shares, per_unit = (places - volume.box_corner) @ to_box.T, direction @ to_box.T
+    a, b = -shares / per_unit, (1 - shares) / per_unit
+    near, far = np.maximum(np.minimum(a, b).max(axis=-1), 0), np.minimum(np.maximum(a, b).min(axis=-1), farthest)
+    return np.maximum(far - near, 0)
 
 
 def test_an_isosurface_is_refused_shadows() -> None:

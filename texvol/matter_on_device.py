@@ -15,7 +15,7 @@ from texvol.errors import InputError
 from texvol.recipe import Settings, shown_of, texels_of
 from texvol.render import Part, VisiblePart, bake
 from texvol.scene import Scene
-from texvol.shadows import Shadows
+from texvol.shaded_samples import Arriving
 from texvol.texture_store import BakedTexture, TextureStore, same
 from texvol.transfer import TransferFunction, proposed_for
 from texvol.value_texture import ValueTexture, exact_format
@@ -40,10 +40,12 @@ class MatterOnDevice:
         self._proposed: tuple[Any, TransferFunction] | None = None
         self._chosen: tuple[Recipe, str] | None = None
 
-    def prepare(self, scene: Scene, size: tuple[int, int], settings: Settings, shadows: Shadows) -> BakedTexture:
+    def prepare(
+        self, scene: Scene, size: tuple[int, int], settings: Settings, arriving: Arriving | None
+    ) -> BakedTexture:
         """Have what the textures of a scene of one volume are made of, and know where it is empty.
 
-        The scene is `stored_scene` of the one that is drawn.
+        The scene is `stored_scene` of the one that is drawn; `arriving` is what shadows leave of the lights.
         """
         transfer_function = self.transfer_function(scene)
         thickness, texture_format = settings.slab_thickness, settings.texture_format
@@ -52,7 +54,6 @@ class MatterOnDevice:
         camera = scene.camera_for(size)
         if texture_format == "auto":
             texture_format = self._cheapest_format(scene, transfer_function, thickness)
-        arriving = shadows.prepare(scene, transfer_function, thickness)
         texels = texels_of(scene, transfer_function, camera, thickness, texture_format)
         recipe = (*texels, transfer_function, scene.classification)
         if self.baked is None or not same(self.baked[0], recipe):

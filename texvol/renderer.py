@@ -20,7 +20,6 @@ from texvol.display import NUMBER_MODES
 from texvol.errors import AccuracyWarning, InputError
 from texvol.geometry.drawn import DrawnGeometry
 from texvol.hidden_samples import without_hidden
-from texvol.light_uniforms import casts_shadows
 from texvol.matter_on_device import MatterOnDevice, check_room
 from texvol.modelled import modelled
 from texvol.projection import depth_of, projection_of
@@ -202,15 +201,16 @@ class Renderer:
         """The scene's volumes as they are drawn, each with its textures."""
         scenes = scene.each_alone(scene.camera_for(size))
         self._have_matter(len(scenes))
-        scale = color_scale_of(
-            [(each, matter.transfer_function(each)) for each, matter in zip(scenes, self._matter, strict=True)]
-        )
+        matters = [(each, matter.transfer_function(each)) for each, matter in zip(scenes, self._matter, strict=True)]
+        scale = color_scale_of(matters)
+        with self._timed("bake"):
+            arriving = self._shadows.prepare(matters, settings.slab_thickness)
         surfaces = None if depth else self._geometry.prepare(scene, size, settings.slab_thickness)
         parts = []
-        for alone, matter in zip(scenes, self._matter, strict=True):
+        for number, (alone, matter) in enumerate(zip(scenes, self._matter, strict=True)):
             stored = stored_scene(alone)
             with self._timed("bake"):
-                baked = matter.prepare(stored, size, settings, self._shadows)
+                baked = matter.prepare(stored, size, settings, arriving[number] if arriving else None)
             leaps = matter.empty_space.leaps if settings.skips(alone) else None
             projection = projection_of(alone, depth=depth)
             lit_when_drawn = isinstance(baked, ValueTexture) and not projection
@@ -228,7 +228,7 @@ class Renderer:
                 lighting=projection.lighting if projection else lighting,
                 depth_cue=alone.depth_cue if not projection or projection.lighting else None,
                 projection=projection,
-                arriving=self._shadows.texture if casts_shadows(lighting) else None,
+                arriving=self._shadows.textures[number] if arriving and lit_when_drawn else None,
                 cutting=scene.cutting,
                 surfaces=surfaces,
                 origin=scene.volume.centre,

@@ -178,8 +178,6 @@ class Scene:
             raise InputError(f"scene: matter of several volumes adds up in mode composite, and the mode is {self.mode}")
         if self.mode != "composite" and any(volume.colors is not None or volume.labels for volume in self.volumes):
             raise InputError(f"scene: colours and labels are of matter, in mode composite, and the mode is {self.mode}")
-        if self.added and self.lighting is not None and self.lighting.shadows:
-            raise InputError("scene: shadows are those of a single volume, and the scene has several")
         without = replace(self, added=(), geometry=()) if self.added else self
         for each in self.added:
             self._with(each, without)  # is checked like any scene

@@ -49,6 +49,8 @@ def draw_several(
         own |= seen_uniforms(drawing) | light_uniforms_of(drawing)
         if drawing.volume.labels:
             own["samples_per_edge"] = tuple(map(float, drawing.volume.dimensions))
+        if drawing.arriving is not None:
+            textures["arriving"] = drawing.arriving
         if drawing.leaps is not None:
             textures["leaps"] = drawing.leaps
             own["cells_per_box"] = drawing.cells_per_box
