@@ -13,7 +13,7 @@ from scenes import BONE, FOG
 from texvol import display, transfer
 from texvol.annotation import Annotation, annotate
 from texvol.annotation.drawing import place_all
-from texvol.annotation.legend import draw_legend
+from texvol.annotation.legend import draw_legends
 from texvol.annotation.legend_content import Content, content_of
 from texvol.errors import InputError
 from texvol.image import linear_from_srgb
@@ -36,7 +36,7 @@ def content(**scene: Any) -> Content:
 def drawn(scene: Scene) -> tuple[np.ndarray, dict[str, Any]]:
     """The legend over black with white ink, and where its numbers are written."""
     sheet, _ = blank(scene, SIZE)
-    draw_legend(sheet, content_of(scene, "", None, False))
+    draw_legends(sheet, [content_of(scene, "", None, False)])
     return sheet.over(np.zeros((SIZE[1], SIZE[0], 4)), (0, 0, 0)), dict(zip(sheet.texts, sheet.written, strict=True))
 
 
@@ -111,7 +111,7 @@ def test_volumes_of_one_value_or_none_have_a_legend(values: np.ndarray) -> None:
     for mode in ("composite", "mip"):
         scene = Scene(Volume(values), mode=mode)  # type: ignore[arg-type]
         sheet, _ = blank(scene, SIZE)
-        draw_legend(sheet, content_of(scene, "", None, False))
+        draw_legends(sheet, [content_of(scene, "", None, False)])
         assert sheet.texts
 
 

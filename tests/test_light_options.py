@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from texvol import InputError, Volume, options, reading_options, transfer
+from texvol import InputError, Volume, options, reading_options, scene_groups, transfer
 from texvol.__main__ import main
 from texvol.gradient import CENTRAL, Estimator
 from texvol.lighting import DepthCue, Light, Lighting
@@ -355,11 +355,25 @@ def test_help_lists_every_option_once_in_its_group(command: str, capsys: pytest.
         main([command, "--help"])
     assert caught.value.code == 0
     lines = capsys.readouterr().out.splitlines()
-    titles = ("scene:", "camera:", "light:", "cutting:", "geometry:", "annotation:", "projection mode:")
+    titles = (
+        "scene:",
+        "further volumes:",
+        "camera:",
+        "light:",
+        "cutting:",
+        "geometry:",
+        "annotation:",
+        "projection mode:",
+    )
     at = {title: lines.index(title) for title in titles}
     assert sorted(titles, key=at.__getitem__) == list(titles)
+    further = " ".join(
+        f"add-{name}"
+        for name in ["tf", "materials", "label-look", "spacing", "transform", "mask"] + list(reading_options.READING)
+    )
     groups = {
-        "scene:": "scene tf materials classification spacing size background gradient",
+        "scene:": "scene tf materials label-look classification spacing transform mask size background gradient",
+        "further volumes:": f"add {further}",
         "camera:": "projection eye target up fov height",
         "light:": "light ambient diffuse specular shininess two-sided fade shadows depth-cue",
         "cutting:": "clip crop caps",
@@ -373,5 +387,6 @@ def test_help_lists_every_option_once_in_its_group(command: str, capsys: pytest.
         after_its_description = "\n".join(lines[first:last]).strip("\n").split("\n\n")[-1].splitlines()
         listed = [line.split()[0].rstrip(",") for line in after_its_description if line.startswith("  --")]
         assert listed == [f"--{name}" for name in names.split()]
-    assert set(" ".join(groups.values()).split()) == {"scene", *options._SCENE_OPTIONS}
+    in_scene_files = set(" ".join(groups.values()).split()) - set(further.split())
+    assert in_scene_files == {"scene", *scene_groups.SCENE_OPTIONS}
     assert any("--no-two-sided" in line for line in lines)

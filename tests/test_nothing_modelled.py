@@ -18,13 +18,16 @@ from lit_scenes import FOG, KINDS, LIGHTS, SUN, framed, smooth
 import texvol
 from texvol import gradient
 from texvol.__main__ import main
+from texvol.added_volume import AddedVolume
 from texvol.display import NUMBER_MODES
 from texvol.lighting import DepthCue, Light, Lighting
+from texvol.mask import Mask
 from texvol.modelled import modelled
 from texvol.renderer import Renderer
 from texvol.scene import Classification, Scene
 from texvol.transfer import TransferFunction
 from texvol.transfer.graded import Contour, Graded
+from texvol.volume import Volume
 
 SIZE = (12, 12)
 kinds = pytest.mark.parametrize("kind", KINDS)
@@ -200,6 +203,17 @@ MODELLED: dict[str, tuple[Scene, list[str]]] = {
     "isosurface": (
         plain(mode="isosurface", isovalue=0.5, lighting=Lighting(specular=0)),
         ["isosurface", "central gradient", "head light"],
+    ),
+    "mask": (plain(mask=Mask(VOLUME.values > 0)), ["mask"]),
+    "labels": (Scene(Volume(np.ones((2, 2, 2)), labels=True), FOG, CAMERA), ["labels"]),
+    "colours": (Scene(Volume(np.ones((2, 2, 2)), colors=np.ones((2, 2, 2, 3))), FOG, CAMERA), ["colours"]),
+    "several volumes": (
+        plain(added=(AddedVolume(Volume(np.ones((2, 2, 2)), labels=True)), AddedVolume(VOLUME, GAS))),
+        ["several volumes", "labels", "emissive"],
+    ),
+    "what only an added volume has": (
+        plain("post", added=(AddedVolume(VOLUME, CONTOURED, Mask(VOLUME.values > 0)),)),
+        ["several volumes", "mask", "contours", "central gradient"],
     ),
 }
 

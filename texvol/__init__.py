@@ -11,14 +11,17 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from texvol.added_volume import AddedVolume
+    from texvol.annotation import Annotation
     from texvol.camera import Camera
     from texvol.comparison import Difference, compare
     from texvol.cutting import ClipPlane
     from texvol.errors import ContextError, InputError, MissingExtraError, TexvolError
     from texvol.gradient import Estimator
     from texvol.lighting import DepthCue, Light, Lighting
+    from texvol.mask import Mask
     from texvol.ray_casting import raycast
-    from texvol.readers import load
+    from texvol.readers import TimeSeries, load
     from texvol.render import render
     from texvol.renderer import Renderer
     from texvol.scene import Scene
@@ -28,6 +31,8 @@ if TYPE_CHECKING:
 __version__ = "0.4.0"
 
 _HOMES = {
+    "AddedVolume": "added_volume",
+    "Annotation": "annotation",
     "Camera": "camera",
     "ClipPlane": "cutting",
     "ContextError": "errors",
@@ -37,10 +42,12 @@ _HOMES = {
     "InputError": "errors",
     "Light": "lighting",
     "Lighting": "lighting",
+    "Mask": "mask",
     "MissingExtraError": "errors",
     "Renderer": "renderer",
     "Scene": "scene",
     "TexvolError": "errors",
+    "TimeSeries": "readers",
     "TransferFunction": "transfer",
     "Volume": "volume",
     "compare": "comparison",
@@ -50,6 +57,8 @@ _HOMES = {
 }
 
 __all__ = [
+    "AddedVolume",
+    "Annotation",
     "Camera",
     "ClipPlane",
     "ContextError",
@@ -59,10 +68,12 @@ __all__ = [
     "InputError",
     "Light",
     "Lighting",
+    "Mask",
     "MissingExtraError",
     "Renderer",
     "Scene",
     "TexvolError",
+    "TimeSeries",
     "TransferFunction",
     "Volume",
     "compare",

@@ -184,7 +184,7 @@ def _render(arguments: argparse.Namespace) -> None:
     _check_rendering(arguments, scene_options)
     start = time.perf_counter()
     series = scene_options.series() if scene_options.all_times else None
-    volume = scene_options.load() if series is None else series[0]
+    volume = scene_options.load() if series is None else scene_options.placed(series[0])
     seconds = {"load": time.perf_counter() - start}
     display = Display(scene_options, scene_options.annotation)
     scene = _scene(arguments, scene_options, volume, series, display)
@@ -198,7 +198,7 @@ def _render(arguments: argparse.Namespace) -> None:
             picture = renderer.render(scene, scene_options.size, repeat=arguments.repeat, **accuracy)
             depth = renderer.depth() if arguments.depth else None
         else:
-            what, frames = _frames(scene, arguments.orbit, series, scene_options.volume)
+            what, frames = _frames(scene, arguments.orbit, series, scene_options)
             how = {"transparent": scene_options.transparent, "fps": arguments.fps}
             size, output = scene_options.size, arguments.output
             more = {what: sequences.draw_frames(frames, renderer, size, accuracy, display, output, **how)}
@@ -230,17 +230,19 @@ def _scene(
     adapting_to = None
     if series is not None:
         film.check_output(arguments.output, len(series), size)
-        adapting_to = sequences.standing_for(series)
+        adapting_to = scene_options.placed(sequences.standing_for(series))
     scene = scene_options.scene(volume, orbit=orbit, adapting_to=adapting_to)
     return display.prepared(scene, size, chose_view=scene_options.chose_view or orbit)
 
 
-def _frames(scene: Scene, views: int | None, series: TimeSeries | None, name: str) -> tuple[str, sequences.Frames]:
+def _frames(
+    scene: Scene, views: int | None, series: TimeSeries | None, scene_options: options.SceneOptions
+) -> tuple[str, sequences.Frames]:
     """What the pictures are, in a word of `--stats`, and their scenes."""
     if series is not None:
-        return "time", sequences.steps(scene, series)
+        return "time", sequences.steps(scene, series, scene_options.placed)
     assert views is not None
-    return "orbit", sequences.views(scene, views, name)
+    return "orbit", sequences.views(scene, views, scene_options.volume)
 
 
 def _check_rendering(arguments: argparse.Namespace, scene_options: options.SceneOptions) -> None:

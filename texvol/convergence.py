@@ -177,7 +177,7 @@ def sweep(
             continue
         predicted = predicted_seconds(setting, done)
         reason = limits.reason_to_skip(predicted)
-        thickness = scene.volume.smallest_spacing / setting.sampling_rate
+        thickness = scene.smallest_spacing / setting.sampling_rate
         picture = None
         measurement = Measurement(setting, thickness, skipped=reason)
         if not reason:
@@ -293,7 +293,7 @@ def _measure(
     renderer: Renderer, scene: Scene, size: Size, setting: Setting, frames: int
 ) -> tuple[Measurement, NDArray]:
     """Time and facts of one setting, and its picture."""
-    thickness = scene.volume.smallest_spacing / setting.sampling_rate
+    thickness = scene.smallest_spacing / setting.sampling_rate
     picture = renderer.render(
         replace(scene, classification=setting.classification),  # type: ignore[arg-type]
         size,

@@ -33,7 +33,11 @@ _TABLE_KEYS: dict[str, tuple[str, ...]] = {
 }
 # An isosurface without light is not black: all of its own colour, and nothing that depends on the gradient.
 _OWN_COLOR = Lighting((), ambient=1.0, diffuse=0.0, specular=0.0)
-_FOR_MODES = {"isovalue": ("isosurface",), "window": NUMBER_MODES, "caps": ("composite",)}
+_FOR_MODES = {
+    "isovalue": ("isosurface",),
+    "window": NUMBER_MODES,
+    **dict.fromkeys(("caps", "add", "label-look"), ("composite",)),
+}
 
 T = TypeVar("T")
 

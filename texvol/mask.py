@@ -7,9 +7,10 @@ Where values themselves are seen (xray, mip and so on, isosurface) nothing can f
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -28,6 +29,9 @@ class Mask:
         Booleans, or numbers from 0 to 1.
     name : str
         What messages call it, usually its file.
+    source : mapping
+        How it can be had again: that of the volume whose values it is made of, with `fade` where there is one; empty
+        for an array.
 
     Raises
     ------
@@ -37,6 +41,7 @@ class Mask:
 
     weights: ArrayLike
     name: str = "mask"
+    source: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         weights = np.asarray(self.weights)
@@ -61,14 +66,15 @@ class Mask:
         values = volume.values
         if fade is None:
             weights = values != 0 if values.dtype.kind in "iu" else np.nan_to_num(values, nan=0.0)
-            return cls(weights, volume.name)
+            return cls(weights, volume.name, volume.source)
         low, high = (float(end) for end in fade)
         if not (np.isfinite(low) and np.isfinite(high) and low != high):
             raise InputError(
                 f"{volume.name}: a mask fades between two finite numbers, and they are {low:g} and {high:g}"
             )
         shares = np.clip((values.astype(np.float64) - low) / (high - low), 0, 1)
-        return cls(np.nan_to_num(shares, nan=0.0), volume.name)
+        source = {**volume.source, "fade": [low, high]} if volume.source else {}
+        return cls(np.nan_to_num(shares, nan=0.0), volume.name, source)
 
     @property
     def array(self) -> NDArray[np.bool_] | NDArray[np.float32]:

@@ -16,13 +16,19 @@ def modelled(scene: Scene, camera: Camera) -> list[str]:
         "clip planes": bool(scene.clip),
         "crop box": scene.crop is not None,
         "caps": scene.cutting.caps,
+        "mask": scene.mask is not None or any(each.mask is not None for each in scene.added),
+        "several volumes": bool(scene.added),
+        "labels": any(volume.labels for volume in scene.volumes),
+        "colours": any(volume.colors is not None for volume in scene.volumes),
     }
     if scene.geometry:
         names |= _geometry(scene)
-    if scene.needs_gradient:
+    each_alone = scene.each_alone(camera)
+    if any(each.needs_gradient for each in each_alone):
         names[f"{scene.gradient.kind} gradient"] = True
     if scene.mode == "composite":
-        names |= _matter(scene)
+        for each in each_alone:
+            names |= {name: True for name, is_modelled in _matter(each).items() if is_modelled}
     if scene.mode in ("composite", "isosurface"):
         names |= _light(scene)
     return [name for name, is_modelled in names.items() if is_modelled]

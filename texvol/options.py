@@ -11,30 +11,32 @@ It may name its volume, and say how that is read, by the options' names again; a
     size = "800x600"
     light = ["head:0.5", {kind = "directional", direction = [-1, -1, 2], color = [1, 0.9, 0.8]}]
     two-sided = false
+    [[add]]
+    file = "pet.nrrd"
+    transform = "pet_to_head.txt"
 """
 
 from __future__ import annotations
 
 import argparse
-import os
 import re
 from collections.abc import Sequence
+from functools import cached_property
 from typing import TYPE_CHECKING
 
-from texvol import cut_options as cut
 from texvol import light_options as lit
 from texvol import mesh_options as geometry
 from texvol import option_texts as texts
 from texvol import orbit as turning
 from texvol import reading_options as reading
-from texvol import scene_file, transfer
-from texvol.annotation import PARTS, Annotation
+from texvol import scene_file, transfer, volume_options
+from texvol.added_volume import common_box
+from texvol.annotation import Annotation
 from texvol.camera import Camera
 from texvol.errors import InputError
 from texvol.gradient import CENTRAL
-from texvol.lighting import Lighting
-from texvol.scene import CLASSIFICATIONS, MODES, Scene
-from texvol.scene_option import SceneOption
+from texvol.scene import Scene
+from texvol.scene_groups import GROUPS, SCENE_OPTIONS
 from texvol.transfer import TransferFunction
 from texvol.volume import Volume
 
@@ -44,145 +46,9 @@ if TYPE_CHECKING:
 DEFAULT_SIZE = (512, 512)
 
 
-def _parts(text: str) -> tuple[str, ...]:
-    """Names of annotation."""
-    names = tuple(each.strip() for each in text.split(",") if each.strip())
-    for name in names:
-        texts.choice(*PARTS)(name)
-    return names
-
-
-# Title of a group, what it says, and its options.
-_GROUPS: tuple[tuple[str, str | None, tuple[SceneOption, ...]], ...] = (
-    (
-        "scene",
-        "What is drawn. All options of this and the next six groups may stand in the scene file, as keys; "
-        "an option on the line wins.",
-        (
-            SceneOption("tf", str, "PRESET|FILE.json", f"transfer function; presets: {', '.join(transfer.PRESETS)}"),
-            SceneOption("materials", lit.materials, "NAME,NAME", "only these materials of --tf"),
-            SceneOption(
-                "classification", texts.choice(*CLASSIFICATIONS), "KIND",
-                "slab (default), extinction, post or integrated",
-            ),
-            SceneOption("spacing", texts.triple, "X,Y,Z", "distance of samples, overrides the file's"),
-            SceneOption("size", texts.size, "WxH", "pixels (512x512)"),
-            SceneOption("background", texts.color, "R,G,B", "linear light from behind (0,0,0), or: transparent"),
-            SceneOption(
-                "gradient", lit.gradient, "KIND",
-                "central (default), zucker-hummel, or gaussian[:SCALE], which smooths over SCALE samples (1); "
-                "computed only where light, contours or an isosurface need it",
-            ),
-        ),
-    ),
-    (
-        "camera",
-        None,
-        (
-            SceneOption(
-                "projection", texts.choice("orthographic", "perspective"), "KIND",
-                "orthographic (default) or perspective",
-            ),
-            SceneOption(
-                "eye", texts.triple, "X,Y,Z", "where the camera is, world units (so that the whole box is seen)"
-            ),
-            SceneOption("target", texts.triple, "X,Y,Z", "what it looks at (the middle of the box)"),
-            SceneOption("up", texts.triple, "X,Y,Z", "what is up in the picture (0,0,1)"),
-            SceneOption("fov", texts.number, "DEGREES", "angle from bottom to top, perspective (40)"),
-            SceneOption("height", texts.number, "H", "world units from bottom to top, orthographic (the box)"),
-        ),
-    ),
-    (
-        "light",
-        "Without --light matter shows its own colour. An isosurface has a head light, and so has matter with any of "
-        "--ambient, --diffuse, --specular, --shininess, --two-sided, --fade and --shadows.",
-        (
-            SceneOption(
-                "light", lit.light, "SPEC",
-                "head; directional:X,Y,Z or X,Y,Z, where it comes from; point:X,Y,Z, where it is; each may end with "
-                "a colour :R,G,B or :I. Give it again for further lights. depth: no light, but shading by depth; "
-                "none: no light, whatever the scene file says",
-                lit.light_table,
-            ),
-            SceneOption("ambient", lit.share, "A", f"light from everywhere ({Lighting.ambient:g})"),
-            SceneOption("diffuse", lit.share, "D", f"share of light that matter scatters ({Lighting.diffuse:g})"),
-            SceneOption("specular", lit.share, "S", f"share of light in highlights ({Lighting.specular:g})"),
-            SceneOption("shininess", lit.share, "N", f"the higher, the smaller highlights ({Lighting.shininess:g})"),
-            SceneOption(
-                "two-sided", bool, "", "light the side that faces the eye (default), or only the side of lower values"
-            ),
-            SceneOption(
-                "fade", lit.share, "G",
-                "gradient magnitude, data units per world unit, under which shading fades out "
-                "(a hundredth of the range of values per sample)",
-            ),
-            SceneOption("shadows", bool, "", "matter takes light from what lies behind it, or not (default)"),
-            SceneOption(
-                "depth-cue", lit.depth_cue, "S[,R,G,B]",
-                "mix what is farther with a colour (black), the farthest corner by S, from 0 to 1",
-            ),
-        ),
-    ),
-    (
-        "cutting",
-        "Of the volume only what lies inside of all of these is seen.",
-        (
-            SceneOption(
-                "clip", cut.clip_plane, "NX,NY,NZ,D",
-                "keep what has NX x + NY y + NZ z >= D, world units; give it again for further planes",
-                cut.clip_plane_table,
-            ),
-            SceneOption("crop", cut.crop_box, "X0,X1,Y0,Y1,Z0,Z1", "keep what lies in this box, world units"),
-            SceneOption(
-                "caps", bool, "", "matter that is cut open is opaque there, in its own colour, or not (default)"
-            ),
-        ),
-    ),
-    (
-        "geometry",
-        None,
-        (
-            SceneOption(
-                "mesh", geometry.mesh, "FILE[:R,G,B][:A]",
-                "surface in the volume, PLY, STL, OBJ or VTP, world units; with a colour (linear) and an opacity of "
-                "its own; give it again for further ones",
-                geometry.mesh_table,
-            ),
-        ),
-    ),
-    (
-        "annotation",
-        "Drawn into PNG, JPEG and films, never into the data of an EXR.",
-        (
-            SceneOption("annotate", _parts, "PART,PART", f"what explains the picture: {', '.join(PARTS)}"),
-            SceneOption("title", str, "TEXT", "one line on top"),
-            SceneOption("value-name", str, "TEXT", "what the values are, for the legend, such as HU"),
-            SceneOption("font", str, "FILE", "TrueType font, for letters that DejaVu Sans lacks"),
-        ),
-    ),
-    (
-        "projection mode",
-        None,
-        (
-            SceneOption(
-                "mode", texts.choice(*MODES), "MODE",
-                "composite (default): emission and absorption; xray, mip, minip, average: the value's integral, "
-                "maximum, minimum or average along each ray; isosurface: the first surface of --isovalue",
-            ),
-            SceneOption("isovalue", lit.finite, "V", "value of the isosurface, data units"),
-            SceneOption(
-                "window", lit.window, "CENTRE,WIDTH",
-                "values from black to white in 8-bit pictures of xray, mip, minip and average",
-            ),
-        ),
-    ),
-)  # fmt: skip
-_SCENE_OPTIONS = {option.name: option for *_, members in _GROUPS for option in members}
-
-
 def add_scene_options(parser: argparse.ArgumentParser) -> None:
     """What is to be drawn; every option may stand in a scene file as well."""
-    for title, about, members in _GROUPS:
+    for title, about, members in GROUPS:
         group = parser.add_argument_group(title, about)
         if title == "scene":
             group.add_argument("--scene", metavar="FILE.toml", help="scene file")
@@ -210,14 +76,15 @@ class SceneOptions:
 
     def __init__(self, arguments: argparse.Namespace) -> None:
         given = {name.replace("_", "-"): value for name, value in vars(arguments).items()}
-        line = {name: given[name] for name in _SCENE_OPTIONS if name in given}
+        line = {name: given[name] for name in SCENE_OPTIONS if name in given}
         file, self._reading = {}, {"volume": given.get("volume")} | reading.chosen(given)
         if arguments.scene is not None:
-            content = scene_file.read(arguments.scene, _SCENE_OPTIONS, reading.READING)
+            content = scene_file.read(arguments.scene, SCENE_OPTIONS, reading.READING)
             file = lit.with_head_light(content.chosen)
             if self._reading["volume"] is None:
                 self._reading = content.reading | reading.chosen(given)
-        chosen = self._chosen = lit.with_head_light(lit.overridden(file, line))
+        file = volume_options.without_other_look(lit.overridden(file, line), line)
+        chosen = self._chosen = lit.with_head_light(file | line)
         self.size: tuple[int, int] = chosen.get("size", DEFAULT_SIZE)
         if min(self.size) < 1:
             raise InputError(f"size {self.size[0]}x{self.size[1]}: a picture has at least one pixel along each side")
@@ -225,9 +92,9 @@ class SceneOptions:
         self.transparent = "background" in chosen and chosen["background"] is None
         self.window: tuple[float, float] | None = chosen.get("window")
         self.chose_transfer_function = "tf" in chosen
-        if "materials" in chosen and not self.chose_transfer_function:
-            raise InputError("--materials chooses from those of a transfer function: give --tf as well")
         lit.check_mode(chosen)
+        for each in (chosen, *(added.chosen for added in chosen.get("add", ()))):
+            volume_options.check_look(each)
         self.mode: str = chosen.get("mode", "composite")
         self._lighting = lit.lighting(chosen)
 
@@ -277,10 +144,21 @@ class SceneOptions:
         """
         from texvol.readers import load
 
-        return load(self.volume, spacing=self.spacing, **reading.told(self._reading))
+        volume = load(self.volume, spacing=self.spacing, **reading.told(self._reading))
+        _ = self._further  # is read now, which is the time for that
+        return self.placed(volume)
+
+    def placed(self, volume: Volume) -> Volume:
+        """A volume as it was read, where the options put it."""
+        return volume_options.placed(volume, self._chosen)
+
+    @cached_property
+    def _further(self) -> tuple[Volume, ...]:
+        """Further volumes, as their files have them."""
+        return tuple(each.load() for each in self._chosen.get("add", ()))
 
     def series(self) -> TimeSeries:
-        """All time steps of the volume, read as it was said."""
+        """All time steps of the volume, read as it was said, and not yet `placed`."""
         from texvol.readers import TimeSeries
 
         told = {name: value for name, value in reading.chosen(self._reading).items() if name != "time"}
@@ -292,12 +170,14 @@ class SceneOptions:
         A transfer function adapts to the values of `adapting_to`, where there is another volume for that.
         """
         chosen = self._chosen
+        choices = chosen.get("add", ())
+        added = tuple(choice.added_to(volume, each) for choice, each in zip(choices, self._further, strict=True))
         framing = turning.framing if orbit else Camera.framing
         return Scene(
             volume,
             self._transfer_function(adapting_to or volume),
             framing(
-                volume,
+                common_box((volume, *(each.volume for each in added))),
                 chosen.get("projection", "orthographic"),
                 **{key: chosen.get(key) for key in ("eye", "target", "up", "fov", "height")},
                 aspect=self.size[0] / self.size[1],
@@ -313,22 +193,14 @@ class SceneOptions:
             crop=chosen.get("crop"),
             caps=chosen.get("caps", False),
             geometry=geometry.meshes(chosen.get("mesh", ())),
+            mask=volume_options.masked(chosen, volume),
+            added=added,
         )
 
     def _transfer_function(self, volume: Volume) -> TransferFunction | None:
-        if self.chose_transfer_function:
-            return transfer_function(self._chosen["tf"], volume, self._chosen.get("materials"))
+        matter = volume_options.matter_of(self._chosen, volume)
         # The other modes classify nothing.
-        return transfer.proposed_for(volume) if self.mode == "composite" else None
-
-
-def transfer_function(name: str, volume: Volume, materials: tuple[str, ...] | None = None) -> TransferFunction:
-    """The preset or file `name`, a file if it looks like one; of its materials only these, where they are given."""
-    if name in transfer.PRESETS:
-        return transfer.preset(name, volume, materials)
-    if name.lower().endswith(".json") or os.sep in name or os.path.exists(name):
-        return transfer.load(name, volume, materials)
-    raise InputError(f"--tf {name}: neither a .json file nor a preset; presets: {', '.join(transfer.PRESETS)}")
+        return transfer.proposed_for(volume) if matter is None and self.mode == "composite" else matter
 
 
 def with_negative_values(line: Sequence[str]) -> list[str]:

@@ -5,13 +5,15 @@ many digits as it takes to read the same one.
 
     format                                  2; pictures of texvol 0.3 have none
     volume, source                          its name, and how it is read again: see `Volume`
-    dimensions, spacing, origin, direction, type, checksum
+    dimensions, spacing, origin, direction, type, kind, checksum
+    mask                                    its name, source and checksum
+    added                                   further volumes, each an object with these and a transfer_function
     classification, background, mode, isovalue, gradient, lighting, depth_cue, camera, transfer_function
     clip, crop, caps, geometry
     settings                                how it was drawn: arguments of `Renderer.render`; none from the oracle
     window, colors                          what 8 bits show of numbers: (centre, width), or "transfer function"
 
-What has no meaning for a scene is left out.
+Places are those after a volume was moved; its source says how. What has no meaning for a scene is left out.
 """
 
 from __future__ import annotations
@@ -28,13 +30,17 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from texvol import __version__
+from texvol.added_volume import AddedVolume
+from texvol.mask import Mask
 from texvol.scene import Scene
+from texvol.transfer import TransferFunction
 from texvol.volume import Volume
 
 ATTRIBUTE = "texvol:scene"
 FORMAT = 2
 BY_TRANSFER_FUNCTION = "transfer function"
-_CHECKSUMS: WeakKeyDictionary[Volume, str] = WeakKeyDictionary()
+LABELS, COLORS = "labels", "colors"  # kinds of samples, where they are not values
+_CHECKSUMS: WeakKeyDictionary[Volume | Mask, str] = WeakKeyDictionary()
 
 
 def scene_facts(
@@ -58,9 +64,39 @@ def scene_facts(
     checksum : bool
         Whether to say which values the volume has, which takes as long as reading through them.
     """
-    volume = scene.volume
+    facts: dict[str, Any] = {"format": FORMAT, **_volume(name, scene.volume, scene.mask, checksum)}
+    if scene.added:
+        facts["added"] = [_added(each, checksum) for each in scene.added]
+    facts |= _shown(scene)
+    if settings:
+        facts["settings"] = dict(settings)
+    facts |= display
+    return {"Software": f"texvol {__version__}", ATTRIBUTE: json.dumps(facts, default=_plain)}
+
+
+def checksum_of(held: Volume | Mask) -> str:
+    """What the values add up to (CRC-32 of their little-endian bytes); worked out once for as long as there are some.
+
+    Of a volume with colours those count as well.
+    """
+    if held not in _CHECKSUMS:
+        arrays = [held.array] if isinstance(held, Mask) else [held.values, held.colors]
+        found = 0
+        for array in (each for each in arrays if each is not None):
+            values = array if sys.byteorder == "little" else array.byteswap()
+            found = zlib.crc32(values.data.cast("B"), found)
+        _CHECKSUMS[held] = f"crc32 {found:08x}"
+    return _CHECKSUMS[held]
+
+
+def kind_of(volume: Volume) -> str:
+    """What its samples are."""
+    return COLORS if volume.colors is not None else LABELS if volume.labels else ""
+
+
+def _volume(name: str, volume: Volume, mask: Mask | None, checksum: bool) -> dict[str, Any]:
+    """Which volume it is, and where; and its mask."""
     facts: dict[str, Any] = {
-        "format": FORMAT,
         "volume": name,
         "source": dict(volume.source),
         "dimensions": volume.dimensions,
@@ -69,21 +105,29 @@ def scene_facts(
         "direction": volume.direction,
         "type": volume.values.dtype.name,
     }
+    if kind_of(volume):
+        facts["kind"] = kind_of(volume)
     if checksum:
         facts["checksum"] = checksum_of(volume)
-    facts |= _shown(scene)
-    if settings:
-        facts["settings"] = dict(settings)
-    facts |= display
-    return {"Software": f"texvol {__version__}", ATTRIBUTE: json.dumps(facts, default=_plain)}
+    if mask is not None:
+        facts["mask"] = {"name": mask.name, "source": dict(mask.source)}
+        facts["mask"] |= {"checksum": checksum_of(mask)} if checksum else {}
+    return facts
 
 
-def checksum_of(volume: Volume) -> str:
-    """What the values add up to (CRC-32 of their little-endian bytes); worked out once for as long as there is one."""
-    if volume not in _CHECKSUMS:
-        values = volume.values if sys.byteorder == "little" else volume.values.byteswap()
-        _CHECKSUMS[volume] = f"crc32 {zlib.crc32(values.data.cast('B')):08x}"
-    return _CHECKSUMS[volume]
+def _added(added: AddedVolume, checksum: bool) -> dict[str, Any]:
+    """A further volume, and its matter."""
+    facts = _volume(added.volume.name, added.volume, added.mask, checksum)
+    return facts | {"transfer_function": _matter(added.transfer_function, added.volume).as_json()}
+
+
+def _matter(transfer_function: TransferFunction | None, volume: Volume) -> TransferFunction:
+    """The transfer function, or the proposed one, as renderer and oracle do; another texvol may propose another."""
+    if transfer_function is None:
+        from texvol.transfer import proposed_for
+
+        return proposed_for(volume)
+    return transfer_function
 
 
 def _shown(scene: Scene) -> dict[str, Any]:
@@ -92,11 +136,9 @@ def _shown(scene: Scene) -> dict[str, Any]:
     if scene.mode != "composite":
         facts |= {"mode": scene.mode} | ({"isovalue": scene.isovalue} if scene.isovalue is not None else {})
     transfer_function = scene.transfer_function
-    if transfer_function is None and scene.mode == "composite":
-        from texvol.transfer import proposed_for
-
-        transfer_function = proposed_for(scene.volume)  # as renderer and oracle do; another texvol may propose another
-    if scene.needs_gradient or (scene.mode == "composite" and transfer_function and transfer_function.needs_gradient):
+    if scene.mode == "composite":
+        transfer_function = _matter(transfer_function, scene.volume)
+    if scene.needs_gradient or _matter_needs_gradient(scene):
         facts["gradient"] = asdict(scene.gradient)
     facts |= {
         name: asdict(part)
@@ -110,6 +152,14 @@ def _shown(scene: Scene) -> dict[str, Any]:
 
         facts["geometry"] = geometry_facts(scene.geometry)
     return facts | _cutting(scene)
+
+
+def _matter_needs_gradient(scene: Scene) -> bool:
+    """Whether some matter of the scene depends on the gradient, also of what is proposed for it."""
+    if scene.mode != "composite":
+        return False
+    parts = [(scene.transfer_function, scene.volume), *((each.transfer_function, each.volume) for each in scene.added)]
+    return any(_matter(*part).needs_gradient for part in parts)
 
 
 def _cutting(scene: Scene) -> dict[str, Any]:

@@ -8,8 +8,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
-from texvol import transfer
 from texvol.errors import InputError
+from texvol.volume_options import beside
 
 
 class Option(Protocol):
@@ -57,12 +57,7 @@ def read(path: str | os.PathLike[str], scene: Mapping[str, Option], reading: Map
             raise InputError(f"{path}: there is no scene option {key!r}; there are {known}")
     if found.reading and "volume" not in found.reading:
         raise InputError(f"{path}: {', '.join(found.reading)} is for a volume, and the file names none")
-    if isinstance(found.chosen.get("tf"), str) and found.chosen["tf"] not in transfer.PRESETS:
-        # Beside the scene file, wherever the command is called.
-        found.chosen["tf"] = str(path.parent / found.chosen["tf"])
-    if "mesh" in found.chosen:
-        found.chosen["mesh"] = [each.beside(path.parent) for each in found.chosen["mesh"]]
-    return found
+    return found._replace(chosen=beside(found.chosen, path.parent))
 
 
 def _volume(value: Any, path: Path) -> str:

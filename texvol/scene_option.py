@@ -18,6 +18,7 @@ class SceneOption(NamedTuple):
     shown: str
     help: str
     table: Callable[[Mapping[str, Any]], Any] | None = None  # of a scene file; such an option may be given repeatedly
+    from_value: Callable[[Any], Any] | None = None  # of a scene file, where that is more than a text or numbers
 
     def add_to(self, group: argparse._ArgumentGroup) -> None:
         """Let the line have it; not given, it leaves nothing in the namespace."""
@@ -36,6 +37,8 @@ class SceneOption(NamedTuple):
             if not isinstance(value, bool):
                 raise InputError(f"{self.name} is true or false, and not {value!r}")
             return value
+        if self.from_value is not None:
+            return self.from_value(value)
         if self.table is None:
             return self._from_one(value)
         several = isinstance(value, list) and any(isinstance(each, str | dict | list) for each in value)

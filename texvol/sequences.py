@@ -8,13 +8,15 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from texvol import film, orbit
+from texvol.label_counts import label_counts
 from texvol.readers import TimeSeries
 from texvol.scene import Scene
 from texvol.volume import Volume
@@ -47,20 +49,24 @@ def views(scene: Scene, count: int, name: str) -> Frames:
     return Frames(turned, count, "view", name)
 
 
-def steps(scene: Scene, series: TimeSeries) -> Frames:
-    """The steps of a series, each in the place of the scene's volume."""
-    return Frames((replace(scene, volume=volume) for volume in series), len(series), "time step", series.name)
+def steps(scene: Scene, series: TimeSeries, placed: Callable[[Volume], Volume] = lambda volume: volume) -> Frames:
+    """The steps of a series, `placed` in the world, each in the place of the scene's volume."""
+    scenes = (replace(scene, volume=placed(volume)) for volume in series)
+    return Frames(scenes, len(series), "time step", series.name)
 
 
 def standing_for(series: TimeSeries) -> Volume:
     """A volume with values of all steps in the first one's box: for what adapts to values and to the box.
 
     Its samples are taken in turn from steps that are spread evenly, along diagonals, so that no step has a region of
-    its own; the first and the last are the least and the largest finite value of all.
+    its own; the first and the last are the least and the largest finite value of all. Labels are all that any step has.
     """
     first = series[0]
     if len(series) == 1:
         return first
+    if first.labels:
+        labels = np.unique(np.concatenate([label_counts(volume).labels for volume in series]))
+        return _like(first, np.resize(labels, first.values.shape))
     values = first.values.copy()
     chosen = np.unique(np.linspace(0, len(series) - 1, _STEPS).round().astype(int))
     z, y, x = np.ogrid[tuple(slice(count) for count in values.shape)]
@@ -69,7 +75,21 @@ def standing_for(series: TimeSeries) -> Volume:
         np.copyto(values, series[int(step)].values, where=of_this_step)
     if series.finite_range is not None:
         values.flat[0], values.flat[-1] = series.finite_range
-    return Volume(values, first.spacing, first.origin, first.direction, unit=first.unit, name=first.name)
+    return _like(first, values)
+
+
+def _like(first: Volume, values: NDArray) -> Volume:
+    """The values in the first one's box."""
+    return Volume(
+        values,
+        tuple(first.spacing),
+        tuple(first.origin),
+        first.direction,
+        unit=first.unit,
+        name=first.name,
+        labels=first.labels,
+        colors=first.colors,
+    )
 
 
 def draw_frames(

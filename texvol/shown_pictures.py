@@ -22,8 +22,9 @@ if TYPE_CHECKING:
 
 
 def is_out_of_view(scene: Scene, size: tuple[int, int]) -> bool:
-    """Whether no pixel's ray meets the volume's box in front of the eye."""
-    return slabs_crossed(scene.volume, scene.camera_for(size), scene.volume.radius, size) == 0
+    """Whether no pixel's ray meets a volume's box in front of the eye."""
+    camera = scene.camera_for(size)
+    return not any(slabs_crossed(volume, camera, volume.radius, size) for volume in scene.volumes)
 
 
 class Display:
@@ -55,7 +56,8 @@ class Display:
     def of(self, picture: NDArray, scene: Scene, path: str) -> NDArray:
         """The picture for a file of that name; with a warning where the view misses the volume."""
         if not picture[..., 3].any() and is_out_of_view(scene, (picture.shape[1], picture.shape[0])):
-            warnings.warn("the volume is outside of the view, and the picture is empty", stacklevel=2)
+            what = "all volumes are" if scene.added else "the volume is"
+            warnings.warn(f"{what} outside of the view, and the picture is empty", stacklevel=2)
         if Path(path).suffix.lower() == ".exr":
             return picture
         if scene.mode in NUMBER_MODES:

@@ -24,7 +24,8 @@ _NUMBER = (int, float)
 # How a volume is read again, and of which type that is.
 SOURCE: dict[str, Any] = {"path": str, "absolute": str, "shape": list, "dtype": str, "series": str, "spacing": list}
 SOURCE |= {"variable": str, "resolution": list}
-SOURCE |= {"channel": int, "time": int, "built_in": str, "samples": int}
+SOURCE |= {"channel": int, "time": int, "labels": bool, "color": bool}
+SOURCE |= {"built_in": str, "samples": int, "transform": list}
 _SETTINGS: dict[str, Any] = {
     each.name: {"float": _NUMBER, "str": str, "bool": bool}[str(each.type)] for each in fields(Settings)
 }
@@ -52,7 +53,18 @@ def source(content: Any) -> dict[str, Any]:
     for key, kind in (("shape", (int,)), ("resolution", (int,)), ("spacing", _NUMBER)):
         if key in found and not (len(found[key]) == 3 and all(type(each) in kind for each in found[key])):
             raise InputError(f"{key} is three numbers, and not {quoted(found[key])}")
+    if "transform" in found:
+        found["transform"] = array(found["transform"], (4, 4))
     return found
+
+
+def mask_source(content: Any) -> tuple[dict[str, Any], tuple[float, float] | None]:
+    """Where a mask comes from, and between which values it fades in."""
+    if not isinstance(content, dict):
+        raise InputError(f"an object is wanted, and not {quoted(content)}")
+    fade = numbers(content["fade"], 2) if "fade" in content else None
+    found = source({key: value for key, value in content.items() if key != "fade"})
+    return found, None if fade is None else (fade[0], fade[1])
 
 
 def lighting(content: Any) -> Lighting:

@@ -47,7 +47,7 @@ class Volume:
         What messages call the volume, usually its file.
     source : mapping
         How it can be had again, for pictures that are to say so: the arguments of `texvol.load`, with the `absolute`
-        path; or what is `built_in`; empty for an array.
+        path; or what is `built_in`; and the `transform` that has moved it. Empty for an array.
     resampling : mapping, optional
         Facts about how samples of another grid became these, and the error of that: see `texvol.resampling`.
     notes : sequence of str

@@ -111,6 +111,10 @@ def _check(theirs: NDArray, ours: NDArray, mapper: str) -> None:
 
 def _check_drawable(scene: Scene, matter: TransferFunction) -> None:
     """Raise VtkError where VTK would draw another picture."""
+    if scene.added or scene.mask is not None:
+        raise VtkError("several volumes and masks are other pictures in VTK")
+    if scene.volume.labels or scene.volume.colors is not None:
+        raise VtkError("VTK mixes labels, and knows no samples with colours of their own")
     if matter.emissive:
         raise VtkError("VTK knows no emission apart from extinction")
     if scene.lighting is not None or scene.depth_cue is not None:

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from texvol.annotation import rounding
 from texvol.annotation.marks import Point
-from texvol.annotation.orientation import OPPOSITE, letters_of_space
 from texvol.annotation.sheet import Rect, Sheet
 from texvol.annotation.view import EDGES, Edge, View
+from texvol.spaces import OPPOSITE, letters_of_space
 from texvol.volume import Volume
 
 _SCALE = 0.9

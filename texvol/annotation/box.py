@@ -1,4 +1,4 @@
-"""The outline of the volume's box: edges before the matter cover it, edges behind are seen through it."""
+"""The outline of a volume's box: edges before the matter cover it, edges behind are seen through it."""
 
 from __future__ import annotations
 

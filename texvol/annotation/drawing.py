@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from copy import copy
+
 from numpy.typing import NDArray
 
 from texvol.annotation.axes import axis_name, draw_axes
 from texvol.annotation.box import draw_box
-from texvol.annotation.legend import draw_legend
-from texvol.annotation.legend_content import content_of, texts_of
+from texvol.annotation.legend import draw_legends
+from texvol.annotation.legend_content import texts_of
+from texvol.annotation.legends import contents_of
 from texvol.annotation.lettering import Lettering, one_line
 from texvol.annotation.orientation import check_space, draw_orientation
 from texvol.annotation.request import Annotation
@@ -15,6 +18,7 @@ from texvol.annotation.scale_bar import draw_scale_bar
 from texvol.annotation.sheet import WHITE, Sheet
 from texvol.annotation.view import View
 from texvol.scene import Scene
+from texvol.volume import Volume
 
 _TITLE, _SMALLEST_TITLE = 1.25, 0.7  # ems; and how small it may become, of that, before it is cut
 _TITLE_FROM_BORDER = 0.6  # ems
@@ -48,9 +52,19 @@ def annotated(
     size = picture.shape[1], picture.shape[0]
     # A page is white more often than not.
     sheet = Sheet(size, letters, WHITE if transparent else scene.background, annotation.color, annotation.font_size)
-    view = View(scene.camera_for(size), scene.volume, size)
+    view = View(scene.camera_for(size), framed(scene), size)
     place_all(sheet, view, scene, annotation, window, use_transfer_function)
     return sheet.over(picture, scene.background)
+
+
+def framed(scene: Scene) -> Volume:
+    """The box at whose edges axes stand: that of all volumes, along the axes and in the unit of the first one."""
+    box, first = scene.box, scene.volume
+    if box is first:
+        return first
+    named = copy(box)
+    named.unit, named.space = first.unit, first.space
+    return named
 
 
 def place_all(
@@ -63,16 +77,17 @@ def place_all(
 ) -> None:
     """Draw on the sheet what is asked for and has room."""
     if annotation.box:
-        draw_box(sheet, view)
+        for volume in scene.volumes:
+            draw_box(sheet, View(view.camera, volume, view.size))
     if annotation.title:
         _draw_title(sheet, one_line(annotation.title))
     if annotation.orientation:
         draw_orientation(sheet, view)
     if annotation.legend:
-        content = content_of(scene, annotation.value_name, window, use_transfer_function)
-        for text in texts_of(content):
+        contents = contents_of(scene, annotation.value_name, window, use_transfer_function, sheet.letters)
+        for text in (text for content in contents for text in texts_of(content)):
             sheet.letters.check(text, "legend")
-        draw_legend(sheet, content, beside_letters=annotation.orientation)
+        draw_legends(sheet, contents, beside_letters=annotation.orientation)
     if annotation.scale_bar:
         draw_scale_bar(sheet, view)
     if annotation.axes:

@@ -1,12 +1,13 @@
-"""The legend: from left to right the opacity of each value, its colour, and numbers; captions, and names below.
+"""Legends: from left to right the opacity of each value, its colour, and numbers; captions, and names below.
 
 Opacity grows from the bar to the left, in the matter's own colours, from 0 to 1.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import pairwise, product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +25,8 @@ _HIGHEST_PLACE, _LOWEST_PLACE = 0.25, 0.75  # where the middle may move to, of w
 _CLOSEST = 2.2  # ems between numbers
 _FINER = 8  # looks per row of pixels: colours and steps are averaged over it
 _MOST_NAMES, _LONGEST_NAME = 12, 12.0  # the latter in ems
+_MOST_LABELS, _LEAST_LABELS = 48, 6  # of names that have no bar above them
+_BETWEEN = 1.0  # ems from one legend to the next
 
 
 @dataclass(frozen=True)
@@ -42,41 +45,76 @@ class _Shape:
         return self.above + self.height + self.below
 
 
-def draw_legend(sheet: Sheet, content: Content, *, beside_letters: bool = False) -> None:
-    """Draw as much of the legend as there is room for at the right: without opacity rather than not at all."""
-    content = _cut(sheet, content)
+def draw_legends(sheet: Sheet, contents: Sequence[Content], *, beside_letters: bool = False) -> None:
+    """Draw as much of the legends as there is room for at the right, one below the other.
+
+    Without opacity rather than not at all; fewer names rather than a legend less; the first ones rather than none.
+    """
     right = sheet.size[0] - (_BESIDE_LETTERS if beside_letters else _FROM_BORDER) * sheet.em
-    for with_opacity in (True, False):
-        for with_names in (True, False):
-            shape = _shape(sheet, content, with_opacity, with_names)
-            left = int(right) - shape.width
-            for share in (0.5, _HIGHEST_PLACE, _LOWEST_PLACE):
-                top = round(share * (sheet.size[1] - shape.total))
-                rect = Rect(left, top, left + shape.width, top + shape.total)
-                if sheet.fits(rect):
-                    sheet.take(rect)
-                    _draw(sheet, content, shape, left, top, with_names)
-                    return
+    for count in range(len(contents), 0, -1):
+        for most, with_opacity, with_names in product(_numbers_of_labels(contents), (True, False), (True, False)):
+            chosen = [_cut(sheet, content, most) for content in contents[:count]]
+            shapes = _shapes(sheet, chosen, with_opacity, with_names)
+            rect = _place(sheet, shapes, int(right))
+            if rect is not None:
+                sheet.take(rect)
+                top = int(rect.top)
+                for content, shape in zip(chosen, shapes, strict=True):
+                    _draw(sheet, content, shape, int(rect.left), top, with_names)
+                    top += shape.total + _between(sheet)
+                return
 
 
-def legend_width(sheet: Sheet, content: Content) -> int:
-    """Pixels from side to side."""
-    return _shape(sheet, _cut(sheet, content), True, True).width
+def legends_width(sheet: Sheet, contents: Sequence[Content]) -> int:
+    """Pixels from side to side of the widest, with all of its names or without most of them."""
+    numbers = _numbers_of_labels(contents)
+    cut = [_cut(sheet, content, most) for content in contents for most in (numbers[0], numbers[-1])]
+    return max((shape.width for shape in _shapes(sheet, cut, True, True)), default=0)
 
 
-def _cut(sheet: Sheet, content: Content) -> Content:
-    """The content with texts cut that are too long, and of many names the first."""
+def _numbers_of_labels(contents: Sequence[Content]) -> range:
+    """How many labels may be named, from the most on."""
+    longest = max((len(content.entries) for content in contents if content.bar is None), default=0)
+    return range(max(min(longest, _MOST_LABELS), _LEAST_LABELS), _LEAST_LABELS - 1, -1)
+
+
+def _place(sheet: Sheet, shapes: Sequence[_Shape], right: int) -> Rect | None:
+    """Where legends of those shapes have room, from the middle on; None: nowhere."""
+    width = max(shape.width for shape in shapes)
+    height = sum(shape.total for shape in shapes) + _between(sheet) * (len(shapes) - 1)
+    for share in (0.5, _HIGHEST_PLACE, _LOWEST_PLACE):
+        top = round(share * (sheet.size[1] - height))
+        rect = Rect(right - width, top, right, top + height)
+        if sheet.fits(rect):
+            return rect
+    return None
+
+
+def _between(sheet: Sheet) -> int:
+    """Pixels from one legend to the next."""
+    return round(_BETWEEN * sheet.em)
+
+
+def _cut(sheet: Sheet, content: Content, most_labels: int) -> Content:
+    """The content with texts cut that are too long, and of many names the first; names alone are all there is."""
 
     def cut(text: str) -> str:
         return sheet.letters.fitted(one_line(text), _SCALE * sheet.em, _LONGEST_NAME * sheet.em, 1.0)[0]
 
-    names = [(cut(name), color) for name, color in content.entries]
-    if len(names) > _MOST_NAMES:
-        names = [*names[: _MOST_NAMES - 1], (f"and {len(names) - _MOST_NAMES + 1} more", None)]
-    return replace(content, caption=cut(content.caption), entries=tuple(names))
+    most = most_labels if content.bar is None else _MOST_NAMES
+    names = list(content.entries)
+    if len(names) > most:
+        names = [*names[: most - 1], (f"and {len(names) - most + 1} more", None)]
+    return replace(content, caption=cut(content.caption), entries=tuple((cut(name), color) for name, color in names))
 
 
-def _shape(sheet: Sheet, content: Content, with_opacity: bool, with_names: bool) -> _Shape:
+def _shapes(sheet: Sheet, contents: Sequence[Content], with_opacity: bool, with_names: bool) -> list[_Shape]:
+    """The shapes of legends that share the picture's height."""
+    bars = sum(content.bar is not None for content in contents)
+    return [_shape(sheet, content, with_opacity, with_names, bars) for content in contents]
+
+
+def _shape(sheet: Sheet, content: Content, with_opacity: bool, with_names: bool, bars: int) -> _Shape:
     em, bar = sheet.em, content.bar
     line = round(_LINE * em)
     names = content.entries if with_names or bar is None else ()
@@ -85,7 +123,7 @@ def _shape(sheet: Sheet, content: Content, with_opacity: bool, with_names: bool)
     plot = round(_PLOT * em) if with_opacity and bar is not None and bar.opacities is not None else 0
     height = below = 0
     if bar is not None:
-        height = max(round(_HEIGHT * sheet.size[1]), round(_LOWEST * em))
+        height = max(round(_HEIGHT / bars * sheet.size[1]), round(_LOWEST * em))
         numbers = max(sheet.text_size(text, _SCALE)[0] for _, text in _numbers(sheet, bar, height)[0])
         widths.append(plot + round(_BAR * em) + (_TICK + _GAP) * em + numbers)
         if plot:

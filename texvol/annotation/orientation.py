@@ -15,24 +15,12 @@ from numpy.typing import NDArray
 from texvol.annotation.sheet import Sheet
 from texvol.annotation.view import View
 from texvol.errors import InputError
+from texvol.spaces import OPPOSITE, letters_of_space
 from texvol.volume import Volume
 
-OPPOSITE = {"R": "L", "L": "R", "A": "P", "P": "A", "S": "I", "I": "S"}
-_LETTERS = {"right": "R", "left": "L", "anterior": "A", "posterior": "P", "superior": "S", "inferior": "I"}
 _SCALE = 1.2  # letters stand alone, and are a little larger
 _FROM_BORDER = 1.0  # ems from the border to their middle
 _SAME = 1e-6  # parts of a direction that differ by less are in the world's order
-
-
-def letters_of_space(space: str) -> tuple[str, str, str] | None:
-    """What the world axes point to, such as ("R", "A", "S"); None where the volume's `space` does not say."""
-    found = tuple(_LETTERS.get(word, "") for word in space.lower().split("-"))[:3]
-    if len(found) != 3 or {frozenset((letter, OPPOSITE.get(letter, ""))) for letter in found} != _PAIRS:
-        return None
-    return found[0], found[1], found[2]
-
-
-_PAIRS = {frozenset(pair) for pair in ("RL", "AP", "SI")}
 
 
 def check_space(volume: Volume) -> tuple[str, str, str]:

@@ -28,15 +28,17 @@ class Annotation:
     Parameters
     ----------
     box : bool
-        Outline of the volume's box. Edges behind the matter are seen through it.
+        Outline of each volume's box. Edges behind the matter are seen through it.
     axes : bool
         Names, ticks and numbers along three edges of the box at its silhouette. A number is the world coordinate, along
-        the axis named, of the very point that its tick marks; also where the box is oblique or sheared.
+        the axis named, of the very point that its tick marks; also where the box is oblique or sheared. Of several
+        volumes it is the box that holds them all, along the axes of the first.
     orientation : bool
         Letters at the middles of the borders: which way of the body they lie, such as R or RA. For volumes whose file
         says so.
     legend : bool
-        Colours and opacity by value; the window of modes that show numbers; the isovalue; materials by name.
+        Colours and opacity by value; the window of modes that show numbers; the isovalue; materials by name; labels
+        and their colours. For each of several volumes, as far as there is room; none where samples have colours.
     scale_bar : bool
         A round length; in perspective it holds at the depth of the camera's target, and says so.
     title : str, optional
@@ -46,7 +48,7 @@ class Annotation:
     font_size : float, optional
         Pixels per em; unless given, in proportion to the picture's height.
     value_name : str
-        What the values are, for the legend: "HU", or "CT number (HU)".
+        What the values are, for the legend: "HU", or "CT number (HU)"; of several volumes those of the first.
     font : path, optional
         A TrueType or OpenType file, for letters that DejaVu Sans lacks.
 

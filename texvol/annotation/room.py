@@ -21,8 +21,8 @@ from dataclasses import replace
 import numpy as np
 
 from texvol.annotation.drawing import check_drawable
-from texvol.annotation.legend import legend_width
-from texvol.annotation.legend_content import content_of
+from texvol.annotation.legend import legends_width
+from texvol.annotation.legends import contents_of
 from texvol.annotation.request import Annotation
 from texvol.annotation.sheet import Sheet
 from texvol.camera import FRAMING_MARGIN, Camera
@@ -40,7 +40,9 @@ _LEAST_LEFT = 0.4  # of the picture along each side that the box keeps: rather t
 def framed(camera: Camera, scene: Scene, size: tuple[int, int], annotation: Annotation) -> Camera:
     """See `annotation.with_room`."""
     (left, right), (bottom, top) = _free(scene, size, annotation)
-    corners = camera.in_eye_space(scene.volume.corners_from_centre, scene.volume.centre)
+    corners = np.concatenate([
+        camera.in_eye_space(volume.corners_from_centre, volume.centre) for volume in scene.volumes
+    ])  # fmt: skip
     x, y, z = corners.T
     # Only the way along the view is chosen; distances are those beyond the target.
     z = z - float(np.linalg.norm(np.subtract(camera.target, camera.eye)))
@@ -77,7 +79,8 @@ def _free(scene: Scene, size: tuple[int, int], annotation: Annotation) -> tuple[
     asked = np.array([part for wanted, part in parts if wanted]).reshape(-1, 4)
     left, right, top, bottom = (sheet.em * asked.sum(axis=0)).tolist()
     if annotation.legend and scene.mode not in ("xray", "average"):
-        right += legend_width(sheet, content_of(scene, annotation.value_name, None, False)) + _LEGEND_AIR * sheet.em
+        contents = contents_of(scene, annotation.value_name, None, False, sheet.letters)
+        right += legends_width(sheet, contents) + _LEGEND_AIR * sheet.em * bool(contents)
     elif annotation.legend:
         right += 2 * _LETTERS[0] * sheet.em + _LEGEND_AIR * sheet.em  # what it says is known only from the picture
     width, height = size

@@ -73,6 +73,11 @@ class Bench:
         """What the scene is made of, also where it does not say."""
         return self.scene.transfer_function or proposed_for(self.scene.volume)
 
+    @property
+    def draws_pieces(self) -> bool:
+        """Whether rays are walked piece by piece, through several volumes or from label to label."""
+        return bool(self.scene.added) or self.scene.volume.labels
+
     @cached_property
     def slab(self) -> Slabs:
         """A slab that shows: of any slabs the half is kept whose absence changes the picture more."""
@@ -173,11 +178,12 @@ def _other_axis(bench: Bench) -> Pixels:
 
 
 def _unclipped_end_slabs(bench: Bench) -> Pixels:
+    file, name = ("box_walk.glsl", "walk") if bench.draws_pieces else ("ray.glsl", "ray")
     return bench.draw(
         Planted(
             (
-                ("ray.glsl", "ray.first_share = float(inside.x - floor(inside.x));", "ray.first_share = 0.0;"),
-                ("ray.glsl", "ray.last_share = float(inside.y - (ceil(inside.y) - 1.0));", "ray.last_share = 1.0;"),
+                (file, f"{name}.first_share = float(inside.x - floor(inside.x));", f"{name}.first_share = 0.0;"),
+                (file, f"{name}.last_share = float(inside.y - (ceil(inside.y) - 1.0));", f"{name}.last_share = 1.0;"),
             )
         )
     )
@@ -193,7 +199,7 @@ def _missing_cosine(bench: Bench) -> Pixels:
 
 def _linear_opacity(bench: Bench) -> Pixels:
     bench.needs_matter()
-    if bench.scene.classification != "slab":
+    if bench.scene.classification != "slab" or bench.draws_pieces:
         return bench.draw(
             Planted((("optics.glsl", "return x < 0.5 ? series : 1.0 - exp(-x);", "return min(x, 1.0);"),))
         )
@@ -203,7 +209,11 @@ def _linear_opacity(bench: Bench) -> Pixels:
 
 def _double_thickness(bench: Bench) -> Pixels:
     bench.needs_matter()
-    return bench.draw(scene=replace(bench.scene, transfer_function=times(bench.matter, 2.0)))
+    added = tuple(
+        replace(each, transfer_function=times(each.transfer_function or proposed_for(each.volume), 2.0))
+        for each in bench.scene.added
+    )
+    return bench.draw(scene=replace(bench.scene, transfer_function=times(bench.matter, 2.0), added=added))
 
 
 def _eight_bit_target(bench: Bench) -> Pixels:

@@ -87,7 +87,9 @@ class PlantedRenderer(Renderer):
         if self._last is None:
             return 0, 0
         scene, size, settings = self._last
-        stacks = slab_stacks(scene.volume, scene.camera_for(size), settings.slab_thickness, size)
+        stacks = slab_stacks(
+            scene.box, scene.camera_for(size), settings.slab_thickness, size, about=scene.volume.centre
+        )
         return (int(stacks.first[0]), int(stacks.last[-1])) if stacks.first.size else (0, 0)
 
 

@@ -9,19 +9,25 @@ and of first order, and so is the estimate. So the same slabs are composited her
 
 Its distance from the oracle's picture is the error that slabs of that thickness have. It is also drawn with weights of
 8 bits between the samples, which is how graphics cards interpolate: what that changes counts as error, too.
+
+Of several volumes a slab is also cut where the ray enters or leaves one, and what they have in a piece, q l and τ l,
+adds up. Each sample of labels is a box of its own, which a slab has no middle for: they are not drawn here.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import partial
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol.camera import Camera
 from texvol.scene import Scene
 from texvol.threads import in_threads
 from texvol.transfer import TransferFunction, proposed_for
+from texvol.volume import Volume
 
 Numbers = NDArray[np.float64]
 _RAYS_AT_ONCE = 1 << 14
@@ -32,7 +38,7 @@ _DEEPEST_SLAB = 2.0  # optical depth of the slab that texels of `slab` stand for
 
 @dataclass(frozen=True)
 class _Rays:
-    """Rays in index space: start and way per world unit (n, 3), from where to where and from plane to plane (n,)."""
+    """Rays in a volume's index space: start and way per world unit (n, 3), where they enter and leave, planes (n,)."""
 
     start: Numbers
     way: Numbers
@@ -47,9 +53,29 @@ class _Rays:
 
 def can_draw(scene: Scene) -> bool:
     """Whether the opacity of a scene is known here."""
-    matter = scene.transfer_function or proposed_for(scene.volume)
-    finite = bool(np.isfinite(matter.extinctions).all() and np.isfinite(scene.volume.values).all())
-    return scene.mode == "composite" and not matter.needs_gradient and finite
+    if scene.mode != "composite" or scene.clip or scene.crop or scene.geometry:
+        return False
+    return all(map(_is_plain, _alone(scene, scene.camera_for((1, 1)))))
+
+
+def _alone(scene: Scene, camera: Camera) -> tuple[Scene, ...]:
+    """A scene for each volume."""
+    return scene.each_alone(camera) if scene.added else (scene,)
+
+
+def _is_plain(scene: Scene) -> bool:
+    """Whether matter of a single volume is finite, smooth between samples, and depends on the value alone."""
+    if scene.volume.labels:
+        return False
+    matter = _matter(scene)
+    return (
+        bool(np.isfinite(matter.extinctions).all() and np.isfinite(scene.volume.values).all())
+        and not matter.needs_gradient
+    )
+
+
+def _matter(scene: Scene) -> TransferFunction:
+    return scene.transfer_function or proposed_for(scene.volume)
 
 
 def knows_color(scene: Scene) -> bool:
@@ -61,21 +87,27 @@ def pictures_of_slabs(
     scene: Scene, size: tuple[int, int], slab_thickness: float, texel_format: str = "exact"
 ) -> tuple[Numbers, Numbers]:
     """The scene's picture (height, width, 4), background included; and the same with weights of 8 bits."""
-    scene_rays = _rays_of(scene, size, slab_thickness)
-    field = _field_of(scene, slab_thickness, texel_format)
+    camera = scene.camera_for(size)
+    volumes = [
+        (
+            _rays_of(each.volume, camera, scene.volume.centre, size, slab_thickness),
+            _field_of(each, slab_thickness, texel_format),
+        )
+        for each in _alone(scene, camera)
+    ]
     count = size[0] * size[1]
     parts = [slice(start, start + _RAYS_AT_ONCE) for start in range(0, count, _RAYS_AT_ONCE)]
     drawn = []
     for steps in (0, _WEIGHT_STEPS):
-        pieces = in_threads(lambda part, steps=steps: _composited(scene_rays.part(part), field, steps), parts)  # type: ignore[misc]
+        pieces = in_threads(lambda part, steps=steps: _composited(volumes, part, steps), parts)  # type: ignore[misc]
         picture = np.concatenate(pieces).reshape(size[1], size[0], 4)
         picture[..., :3] += (1 - picture[..., 3:]) * np.asarray(scene.background)
         drawn.append(picture)
     return drawn[0], drawn[1]
 
 
-def _rays_of(scene: Scene, size: tuple[int, int], slab_thickness: float) -> _Rays:
-    volume, camera = scene.volume, scene.camera_for(size)
+def _rays_of(volume: Volume, camera: Camera, middle: Numbers, size: tuple[int, int], slab_thickness: float) -> _Rays:
+    """The rays of a picture in one of its volumes; slabs are counted from `middle`."""
     origins, directions = (each.reshape(-1, 3) for each in camera.rays(size))
     from_centre = origins - volume.centre
     way = directions @ volume.index_from_world.T
@@ -89,47 +121,50 @@ def _rays_of(scene: Scene, size: tuple[int, int], slab_thickness: float) -> _Ray
         way,
         np.maximum(np.fmin(a, b).max(axis=1), 0),
         np.fmax(a, b).min(axis=1),
-        -(from_centre @ np.asarray(camera.forward)) / cosine,
+        -((origins - middle) @ np.asarray(camera.forward)) / cosine,
         slab_thickness / cosine,
     )
 
 
 class _Field:
-    """Matter at a place: emission and extinction, or what texels of a slab give for a length."""
+    """Matter at a place of one volume: emission and extinction, or what texels of a slab say of them."""
 
     def __init__(
-        self, grid: NDArray, matter: TransferFunction | None, length_unit: float = 0.0, halves: bool = False
+        self,
+        grid: NDArray,
+        matter: TransferFunction | None,
+        length_unit: float = 0.0,
+        *,
+        halves: bool = False,
     ) -> None:
         self._grid = grid  # (nz, ny, nx, channels)
-        self._matter = matter  # classifies what is interpolated; None: it is matter already
+        self._matter = matter  # classifies what is interpolated, and a weight follows it; None: it is matter already
         self._length_unit = length_unit  # of texels that hold colour and opacity; 0: they hold emission and extinction
         self.halves = halves
 
-    def color(self, rays: _Rays, front: Numbers, back: Numbers, steps: int) -> Numbers:
-        """Premultiplied colour and opacity (n, 4) of slabs from `front` to `back` along the rays."""
-        length = back - front
+    def parts(self, count: int, rays: _Rays, front: Numbers, back: Numbers, steps: int) -> Numbers:
+        """Emission and extinction times length (count, n, 4) of so many parts of slabs from `front` to `back`."""
+        length = (back - front)[:, np.newaxis] / count
         if not self.halves:
-            return self._of_texels(self._at(rays, (front + back) / 2, steps), length)
-        ends = [self._at(rays, front + share * length, steps) for share in (0.0, 0.5, 1.0)]
-        color = np.zeros((len(length), 4))
-        for one, other in ((ends[0], ends[1]), (ends[1], ends[2])):
-            for part in range(_PARTS):
-                between = one + (part + 0.5) / _PARTS * (other - one)
-                color += (1 - color[:, 3:]) * self._of_texels(between, length / (2 * _PARTS))
-        return color
+            whole = self._matter_of(self._at(rays, (front + back) / 2, steps))
+            return np.broadcast_to(whole * length, (count, *whole.shape))
+        ends = [self._at(rays, front + share * (back - front), steps) for share in (0.0, 0.5, 1.0)]
+        return np.stack([
+            self._matter_of(one + (part + 0.5) / (count // 2) * (other - one)) * length
+            for one, other in pairwise(ends)
+            for part in range(count // 2)
+        ])  # fmt: skip
 
-    def _of_texels(self, texels: Numbers, length: Numbers) -> Numbers:
-        if self._length_unit:
-            depth = -np.log1p(-np.minimum(texels[:, 3], 1 - 2.0**-53)) * length / self._length_unit
-            opacity = -np.expm1(-depth)
-            thin = length / self._length_unit
-            share = np.divide(opacity, texels[:, 3], out=thin, where=texels[:, 3] > 0)
-            return np.column_stack([texels[:, :3] * share[:, np.newaxis], opacity])
+    def _matter_of(self, texels: Numbers) -> Numbers:
+        """Emission and extinction (n, 4)."""
         if self._matter is not None:
             emission, extinction = self._matter.classify(texels[:, 0])
-        else:
-            emission, extinction = texels[:, :3], texels[:, 3]
-        return _slab_color(emission, extinction, length)
+            return np.column_stack([emission, extinction]) * texels[:, 1:]
+        if not self._length_unit:
+            return texels
+        depth = -np.log1p(-np.minimum(texels[:, 3], 1 - 2.0**-53))
+        emission = texels[:, :3] / _mean_transmittance(depth)[:, np.newaxis]
+        return np.column_stack([emission, depth]) / self._length_unit
 
     def _at(self, rays: _Rays, distance: Numbers, steps: int) -> Numbers:
         """What is stored, interpolated trilinearly (n, channels); beyond the outermost samples they hold on."""
@@ -150,25 +185,30 @@ class _Field:
 
 
 def _field_of(scene: Scene, slab_thickness: float, texel_format: str) -> _Field:
-    matter, values = scene.transfer_function or proposed_for(scene.volume), scene.volume.values
-    if scene.classification in ("post", "integrated"):
-        grid = values[..., np.newaxis].astype(np.float64)
+    volume, matter = scene.volume, _matter(scene)
+    mask = np.ones(volume.values.shape) if scene.mask is None else scene.mask.array.astype(np.float64)
+    if scene.classification in ("post", "integrated") and volume.colors is None:
+        grid = np.stack([volume.values.astype(np.float64), mask], axis=3)
         return _Field(grid, matter, halves=scene.classification == "integrated")
-    emission, extinction = matter.classify(values)
+    emission, extinction = matter.classify(volume.values)
+    if volume.colors is not None:
+        emission = emission * volume.colors
     length_unit = 0.0
-    texels = np.concatenate([emission, extinction[..., np.newaxis]], axis=3)
+    texels = np.concatenate([emission, extinction[..., np.newaxis]], axis=3) * mask[..., np.newaxis]
     if scene.classification == "slab":
         length_unit = min(slab_thickness, _DEEPEST_SLAB / max(float(extinction.max()), 1e-300))
-        flat = texels.reshape(-1, 4)
-        texels = _slab_color(flat[:, :3], flat[:, 3], np.full(len(flat), length_unit)).reshape(texels.shape)
+        texels = _slab_color(texels.reshape(-1, 4) * length_unit).reshape(texels.shape)
     return _Field(_rounded(texels, texel_format), None, length_unit)
 
 
-def _slab_color(emission: Numbers, extinction: Numbers, length: Numbers) -> Numbers:
-    depth = extinction * length
-    opacity = -np.expm1(-depth)
-    mean_transmittance = np.divide(opacity, depth, out=np.ones_like(depth), where=depth > 0)
-    return np.column_stack([emission * (length * mean_transmittance)[:, np.newaxis], opacity])
+def _slab_color(amounts: Numbers) -> Numbers:
+    """Premultiplied colour and opacity of slabs with that emission and extinction times length (n, 4)."""
+    depth = amounts[:, 3]
+    return np.column_stack([amounts[:, :3] * _mean_transmittance(depth)[:, np.newaxis], -np.expm1(-depth)])
+
+
+def _mean_transmittance(depth: Numbers) -> Numbers:
+    return np.divide(-np.expm1(-depth), depth, out=np.ones_like(depth), where=depth > 0)
 
 
 def _rounded(texels: Numbers, texel_format: str) -> Numbers:
@@ -179,23 +219,44 @@ def _rounded(texels: Numbers, texel_format: str) -> Numbers:
     return (texels / scale).astype(np.float16) * scale if texel_format == "rgba16f" else texels
 
 
-def _composited(rays: _Rays, field: _Field, steps: int) -> Numbers:
-    """Premultiplied colour and opacity (n, 4) of rays, slab by slab, front to back."""
-    color = np.zeros((len(rays.enters), 4))
-    hit = rays.enters < rays.leaves
-    if not hit.any():
-        return color
-    first = np.floor((rays.enters - rays.first_plane) / rays.per_slab)[hit].min()
-    last = np.ceil((rays.leaves - rays.first_plane) / rays.per_slab)[hit].max()
-    whole = partial(np.maximum, rays.enters), partial(np.minimum, rays.leaves)
-    for slab in range(int(first), int(last)):
-        front = whole[0](rays.first_plane + slab * rays.per_slab)
-        back = whole[1](rays.first_plane + (slab + 1) * rays.per_slab)
-        inside = np.flatnonzero(hit & (front < back))
-        if inside.size:
-            behind = field.color(_taken(rays, inside), front[inside], back[inside], steps)
-            color[inside] += (1 - color[inside, 3:]) * behind
+def _composited(volumes: Sequence[tuple[_Rays, _Field]], part: slice, steps: int) -> Numbers:
+    """Premultiplied colour and opacity (n, 4) of some of the rays, slab by slab, front to back."""
+    all_rays = [rays.part(part) for rays, _ in volumes]
+    color = np.zeros((len(all_rays[0].enters), 4))
+    count = 2 * _PARTS if any(field.halves for _, field in volumes) else 1
+    for slab in _slabs_of(all_rays):
+        for front, back in _pieces(all_rays, slab):
+            amounts = np.zeros((count, *color.shape))
+            for rays, (_, field) in zip(all_rays, volumes, strict=True):
+                inside = np.flatnonzero((front < back) & (rays.enters <= front) & (back <= rays.leaves))
+                if inside.size:
+                    amounts[:, inside] += field.parts(count, _taken(rays, inside), front[inside], back[inside], steps)
+            for each in amounts if amounts.any() else ():
+                color += (1 - color[:, 3:]) * _slab_color(each)
     return color
+
+
+def _pieces(all_rays: Sequence[_Rays], slab: int) -> Iterator[tuple[Numbers, Numbers]]:
+    """From where to where the pieces of a slab go: rays enter and leave volumes between them."""
+    first = all_rays[0]
+    start = first.first_plane + slab * first.per_slab
+    end = first.first_plane + (slab + 1) * first.per_slab
+    between = [
+        np.where(rays.enters < rays.leaves, np.clip(place, start, end), start)
+        for rays in all_rays
+        for place in (rays.enters, rays.leaves)
+    ]
+    return pairwise(np.sort([start, *between, end], axis=0))
+
+
+def _slabs_of(all_rays: Sequence[_Rays]) -> range:
+    """The slabs that some ray crosses in some volume."""
+    first, last = [], []
+    for rays in all_rays:
+        hit = rays.enters < rays.leaves
+        first += np.floor((rays.enters - rays.first_plane) / rays.per_slab)[hit].tolist()
+        last += np.ceil((rays.leaves - rays.first_plane) / rays.per_slab)[hit].tolist()
+    return range(int(min(first)), int(max(last))) if first else range(0)
 
 
 def _taken(rays: _Rays, chosen: NDArray[np.intp]) -> _Rays:

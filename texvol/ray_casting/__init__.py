@@ -33,6 +33,7 @@ from numpy.typing import NDArray
 from texvol.camera import Camera
 from texvol.ray_casting.bernstein import EPSILON
 from texvol.ray_casting.caps import caps_within, put_in_front, thin_ends
+from texvol.ray_casting.common_places import middle_of
 from texvol.ray_casting.matter import matter_of
 from texvol.ray_casting.walk import trace_rays
 from texvol.scene import Scene, checked_size
@@ -63,7 +64,7 @@ def raycast(scene: Scene, size: tuple[int, int] = (512, 512)) -> NDArray[np.floa
         If the size is not at least one pixel each way.
     """
     width, height = size = checked_size(size)
-    if scene.mode != "composite":
+    if scene.mode != "composite":  # see `projection` for what masks do there
         from texvol.ray_casting.projection import project
 
         return project(scene, size)
@@ -126,6 +127,8 @@ def over_rows(trace_rows: Callable[[slice], None], height: int) -> None:
 def _tracer_for(scene: Scene, camera: Camera) -> Callable[[Numbers, Numbers, Numbers, Numbers, Numbers, Numbers], None]:
     """What traces rows: starts, steps, ends and eyes as `rays_of` has them, directions, the picture."""
     volume = scene.volume
+    if scene.added or scene.mask is not None or volume.labels or volume.colors is not None:
+        return _tracer_for_several(scene, camera)
     transfer = scene.transfer_function or _proposed_for(volume)
     rounding = _position_rounding(volume, camera.eye)
     if scene.lighting is not None or scene.depth_cue is not None or transfer.needs_gradient:
@@ -144,6 +147,19 @@ def _tracer_for(scene: Scene, camera: Camera) -> Callable[[Numbers, Numbers, Num
     return trace
 
 
+def _tracer_for_several(
+    scene: Scene, camera: Camera
+) -> Callable[[Numbers, Numbers, Numbers, Numbers, Numbers, Numbers], None]:
+    from texvol.ray_casting.several_walk import rows_tracer
+
+    scenes = scene.each_alone(camera)
+    transfers = [each.transfer_function or _proposed_for(each.volume) for each in scenes]
+    # Rays are found from the first volume's centre, wherever the others are.
+    farthest = np.abs(camera.eye) + np.abs(scene.volume.centre)
+    rounding = np.stack([_position_rounding(volume, farthest) for volume in scene.volumes])
+    return rows_tracer(scenes, transfers, camera, rounding)
+
+
 def _proposed_for(volume: Volume) -> TransferFunction:
     from texvol.transfer import proposed_for
 
@@ -153,20 +169,20 @@ def _proposed_for(volume: Volume) -> TransferFunction:
 def rays_of(scene: Scene, eyes: Numbers, directions: Numbers) -> tuple[Numbers, Numbers, Numbers, Numbers]:
     """Rays as `start` + s `step` (index space), s in world units; the s of the eye; the ends (…, 2) of what is seen.
 
-    s is 0 where the ray passes nearest to the centre of the box: neither a far eye nor a far origin costs digits.
+    s is 0 where the ray passes nearest to the centre of the box: neither a far eye nor a far origin costs digits. Of
+    several volumes that is the box of the first.
     """
     volume = scene.volume
     from_centre = eyes - volume.centre
     eye = (from_centre * directions).sum(axis=-1)
     nearest = from_centre - eye[..., np.newaxis] * directions
-    middle = (np.array(volume.dimensions) - 1) / 2
     to_index = volume.index_from_world.T
     first, last = scene.cutting.interval(volume, nearest, directions)
     ends = np.stack([np.maximum(first, eye), last], axis=-1)
-    return nearest @ to_index + middle, directions @ to_index, eye, ends
+    return nearest @ to_index + middle_of(volume), directions @ to_index, eye, ends
 
 
-def _position_rounding(volume: Volume, eye: tuple[float, float, float]) -> NDArray[np.float64]:
+def _position_rounding(volume: Volume, eye: tuple[float, float, float] | Numbers) -> Numbers:
     """How far rounding may have moved a ray, in index space along each axis: a few ulps of the largest coordinate.
 
     Matters only where the picture jumps: a ray that runs this near beside a face counts as lying in it.

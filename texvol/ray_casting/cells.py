@@ -67,21 +67,33 @@ def _opaque_color(channels, entry, leave, rounding):
 
     A corner of infinite extinction makes its cell opaque wherever it has weight, and outshines all others.
     """
-    x, y, z = _point_between(entry, leave, JUST_INSIDE)
     middle = _point_between(entry, leave, 0.5)
+    color, weight = _color_of_opaque(channels, _point_between(entry, leave, JUST_INSIDE), middle, rounding)
+    if weight > 0:
+        return color, weight
+    # A way of a few ulps has nothing just inside.
+    color, weight = _color_of_opaque(channels, middle, middle, rounding)
+    if not weight > 0:
+        for corner in range(8):
+            if isinf(channels[3, corner]):
+                channels[:, corner] = 0.0
+    return color, weight
+
+
+@compiled
+def _color_of_opaque(channels, place, middle, rounding):
+    """Colour at a place of those opaque corners that count along a piece through `middle`, and their weight there."""
+    x, y, z = place
     red, green, blue, total = 0.0, 0.0, 0.0, 0.0
     for corner in range(8):
-        if isinf(channels[3, corner]):
-            if _has_weight(corner, middle, rounding):
-                weight = x if corner & 1 else 1 - x
-                weight *= y if corner & 2 else 1 - y
-                weight *= z if corner & 4 else 1 - z
-                red += weight * channels[0, corner]
-                green += weight * channels[1, corner]
-                blue += weight * channels[2, corner]
-                total += weight
-            else:
-                channels[:, corner] = 0.0
+        if isinf(channels[3, corner]) and _has_weight(corner, middle, rounding):
+            weight = x if corner & 1 else 1 - x
+            weight *= y if corner & 2 else 1 - y
+            weight *= z if corner & 4 else 1 - z
+            red += weight * channels[0, corner]
+            green += weight * channels[1, corner]
+            blue += weight * channels[2, corner]
+            total += weight
     if total > 0:
         red, green, blue = red / total, green / total, blue / total
     return (red, green, blue), total

@@ -11,7 +11,7 @@ from math import exp, sqrt
 import numpy as np
 
 from texvol.ray_casting.bernstein import value_at
-from texvol.ray_casting.compiling import inlined, woven_in
+from texvol.ray_casting.compiling import compiled, inlined, woven_in
 from texvol.ray_casting.lit_ray import MOST_LEVELS, NODE_COUNT, place_at
 from texvol.ray_casting.matter import OPAQUE_DEPTH
 from texvol.ray_casting.shading import FACING, cue_at, cued, dot, lit, matter_at
@@ -31,21 +31,24 @@ WIDEST_TURN = 4.0
 
 
 @woven_in
-def add_stretch(scene, ray, bench, start, end, here, length, depth, light):
+def add_stretch(collocate, scene, ray, bench, start, end, here, length, depth, light):
     """Optical depth behind the part from `start` to `end` of a cell of which `bench` holds the fields.
 
     `here` is where the ray enters the cell and `length` its way through that; the light is added to `light`.
+    `collocate` is the function of that name, or one of its kind.
     """
-    stack = bench.stack
+    stack, first, second = bench.stack, bench.halves[0], bench.halves[1]
     top, whole = 0, end - start
-    _collocate(scene, ray, bench, start, whole, here, length, stack[0, 2:])
-    stack[0, 0], stack[0, 1] = start, 0
-    first, second = bench.halves[0], bench.halves[1]
+    stack[0, 0], stack[0, 1] = start, -1  # of the whole nothing is known yet
     while top >= 0 and depth < OPAQUE_DEPTH:
         start, level = stack[top, 0], int(stack[top, 1])
         half = whole * 0.5 ** (level + 1)
-        turn = _collocate(scene, ray, bench, start, half, here, length, first)
-        turn = max(turn, _collocate(scene, ray, bench, start + half, half, here, length, second))
+        turn = 0.0
+        for k in range(2 if level >= 0 else 1):  # one call: it is put in here, with all that it calls
+            turn = max(turn, collocate(scene, ray, bench, start + k * half, half, here, length, bench.halves[k]))
+        if level < 0:
+            stack[0, 1], stack[0, 2:] = 0, first
+            continue
         seen, through = exp(-depth), exp(-first[0])
         reached = first[0] + second[0]
         off, brightest = abs(reached - stack[top, 2]), 1.0
@@ -68,22 +71,38 @@ def add_stretch(scene, ray, bench, start, end, here, length, depth, light):
 
 
 @inlined
-def _collocate(scene, ray, bench, start, width, here, length, result):
+def collocate(scene, ray, bench, start, width, here, length, result):
     """Depth and light (3) of a stretch into `result`; how far the normal turns from node to node, see WIDEST_TURN."""
+    bench.glows[:] = 0.0
+    turn = add_glows(scene, ray, bench, start, width, here, length)
+    integrate(bench.glows, width * length, result)
+    return turn
+
+
+@woven_in
+def add_glows(scene, ray, bench, start, width, here, length):
+    """Emission and extinction, as the eye sees them, are added to those at the nodes; how far the normal turns."""
     glows = bench.glows
     turn, before = 0.0, (0.0, 0.0, 0.0)
     for node in range(NODE_COUNT):
         t = start + width * NODES[node]
         s = here + t * length
         glow, gradient, m = glow_at(scene, ray, bench, t, s)
-        glows[node, 0], glows[node, 1], glows[node, 2], glows[node, 3] = glow
+        weight = value_at(bench.weight, t) if scene.masked else 1.0
+        for channel in range(4):
+            glows[node, channel] += weight * glow[channel]
         if scene.lit and m > 0.0:
             normal = gradient[0] / m, gradient[1] / m, gradient[2] / m
             if before != (0.0, 0.0, 0.0):
                 turn = max(turn, 1 - dot(normal, before))
             before = normal
+    return 2 * scene.lights.shininess * turn if scene.lights.specular > 0.0 else 0.0
+
+
+@compiled
+def integrate(glows, way, result):
+    """Depth and light (3) of a stretch `way` long, of which the glows are those at the nodes, into `result`."""
     result[:] = 0.0
-    way = width * length
     for node in range(NODE_COUNT):
         result[0] += way * WEIGHTS[node] * glows[node, 3]
         depth = 0.0
@@ -92,7 +111,6 @@ def _collocate(scene, ray, bench, start, width, here, length, result):
         seen = way * WEIGHTS[node] * exp(-way * depth)
         for channel in range(3):
             result[1 + channel] += seen * glows[node, channel]
-    return 2 * scene.lights.shininess * turn if scene.lights.specular > 0.0 else 0.0
 
 
 @woven_in

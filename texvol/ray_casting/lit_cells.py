@@ -7,11 +7,11 @@ that of the place, linear along the ray.
 
 from __future__ import annotations
 
-from math import exp, inf, isfinite, isinf, isnan, sqrt
+from math import exp, inf, isfinite, isinf, isnan, nan, sqrt
 
 from texvol.ray_casting.bernstein import EPSILON, mix, quartic_at, restricted, trilinear, value_at
 from texvol.ray_casting.cells import JUST_INSIDE, _opaque_color, _point_between, _value_beside_gaps
-from texvol.ray_casting.collocation import add_stretch, fields_at, shown
+from texvol.ray_casting.collocation import add_stretch, collocate, fields_at, shown
 from texvol.ray_casting.compiling import compiled, woven_in
 from texvol.ray_casting.lit_cuts import find_cuts
 from texvol.ray_casting.matter import GAUSS_POINTS, GAUSS_WEIGHTS, OPAQUE_DEPTH, add_opaque, add_piece, segment_of
@@ -33,12 +33,9 @@ from texvol.ray_casting.shading import (
 @woven_in
 def load_cell(values, gradients, scene, cell, bench):
     """Whether there may be something to be seen in a cell; its samples, edge values repeated, in `bench`."""
-    nz, ny, nx = values.shape
     low, high, steepest = inf, -inf, 0.0
     for corner in range(8):
-        i = min(max(cell[0] + (corner & 1), 0), nx - 1)
-        j = min(max(cell[1] + (corner >> 1 & 1), 0), ny - 1)
-        k = min(max(cell[2] + (corner >> 2), 0), nz - 1)
+        k, j, i = sample_of(values.shape, cell, corner)
         value = values[k, j, i]
         bench.corners[corner] = value
         low, high = min(low, value), max(high, value)  # NaN is neither
@@ -51,6 +48,15 @@ def load_cell(values, gradients, scene, cell, bench):
                 square += slope * slope
             steepest = max(steepest, square)
     return low <= high and _may_show(scene, low, high, sqrt(steepest))
+
+
+@woven_in
+def sample_of(shape, cell, corner):
+    """Index (k, j, i) of the sample at a corner of a cell; outside the box of the one that is repeated there."""
+    i = min(max(cell[0] + (corner & 1), 0), shape[2] - 1)
+    j = min(max(cell[1] + (corner >> 1 & 1), 0), shape[1] - 1)
+    k = min(max(cell[2] + (corner >> 2), 0), shape[0] - 1)
+    return k, j, i
 
 
 @woven_in
@@ -79,21 +85,9 @@ def _may_show(scene, low, high, steepest):
 @woven_in
 def cross_postclassified(scene, ray, bench, entry, leave, here, length, rounding, depth, light):
     """Optical depth behind a cell whose value and gradient are interpolated, then classified and lit."""
-    corners, field = bench.corners, bench.field
-    beside = 0.0
-    if not isfinite(corners.sum()):
-        beside = _value_beside_gaps(corners, _point_between(entry, leave, 0.5), rounding)
-        if isnan(beside):
-            return depth
-        if beside != 0.0:
-            corners[:] = beside
-    low, high = corners.min(), corners.max()
-    # Values no farther apart than this could be one value, but for rounding.
-    margin = max(rounding[0], rounding[1], rounding[2]) * (high - low) + 4 * EPSILON * max(abs(low), abs(high))
-    field[0, 0], field[0, 1], field[0, 2], field[0, 3] = trilinear(corners, entry, leave)
-    for axis in range(3):
-        slopes = trilinear(bench.slopes[axis], entry, leave)
-        field[1 + axis, 0], field[1 + axis, 1], field[1 + axis, 2], field[1 + axis, 3] = slopes
+    margin = lay_fields(bench, entry, leave, rounding)
+    if isnan(margin):
+        return depth
     start = 0.0
     for cut in range(find_cuts(scene, ray, bench, here, length)):
         end = bench.cuts[cut]
@@ -104,20 +98,51 @@ def cross_postclassified(scene, ray, bench, entry, leave, here, length, rounding
 
 
 @woven_in
+def lay_fields(bench, entry, leave, rounding):
+    """How far values may be apart that could be one, NaN where there is none; value and gradient into `bench.field`."""
+    corners, field = bench.corners, bench.field
+    beside = 0.0
+    if not isfinite(corners.sum()):
+        beside = _value_beside_gaps(corners, _point_between(entry, leave, 0.5), rounding)
+        if isnan(beside):
+            return nan
+        if beside != 0.0:
+            corners[:] = beside
+    low, high = corners.min(), corners.max()
+    margin = max(rounding[0], rounding[1], rounding[2]) * (high - low) + 4 * EPSILON * max(abs(low), abs(high))
+    field[0, 0], field[0, 1], field[0, 2], field[0, 3] = trilinear(corners, entry, leave)
+    for axis in range(3):
+        slopes = trilinear(bench.slopes[axis], entry, leave)
+        field[1 + axis, 0], field[1 + axis, 1], field[1 + axis, 2], field[1 + axis, 3] = slopes
+    return margin
+
+
+@woven_in
 def _add_part(scene, ray, bench, start, end, margin, here, length, depth, light):
     """Optical depth behind the part from `start` to `end`, in which the same lines of the transfer function hold."""
-    value, gradient, m = fields_at(bench, (start + end) / 2)
-    if not choose(scene, value, m, margin, bench.chosen):
+    if not choose_between(scene, ray, bench, start, end, margin):
         return depth
-    side = facing(scene.lights, gradient, m, ray.toward_eye)
-    bench.chosen[FACING] = side
     if bench.chosen[OPAQUE]:
-        # Just inside, so that light and the eye are on the side where they are throughout.
-        t = mix(start, end, JUST_INSIDE)
-        value, gradient, m = fields_at(bench, t)
-        color = opaque_color(scene, bench.chosen, value)
-        return add_opaque(shown(scene, ray, color, 1.0, gradient, m, side, here + t * length), depth, light)
-    return add_stretch(scene, ray, bench, start, end, here, length, depth, light)
+        return add_opaque(opaque_at(scene, ray, bench, start, end, here, length), depth, light)
+    return add_stretch(collocate, scene, ray, bench, start, end, here, length, depth, light)
+
+
+@woven_in
+def choose_between(scene, ray, bench, start, end, margin):
+    """Whether there is matter in a part of a cell, and in `bench.chosen` which."""
+    value, gradient, m = fields_at(bench, (start + end) / 2)
+    bench.chosen[FACING] = facing(scene.lights, gradient, m, ray.toward_eye)
+    return choose(scene, value, m, margin, bench.chosen)
+
+
+@woven_in
+def opaque_at(scene, ray, bench, start, end, here, length):
+    """Straight colour, as the eye sees it, of a part that is opaque."""
+    # Just inside, so that light and the eye are on the side where they are throughout.
+    t = mix(start, end, JUST_INSIDE)
+    value, gradient, m = fields_at(bench, t)
+    color = opaque_color(scene, bench.chosen, value)
+    return shown(scene, ray, color, 1.0, gradient, m, bench.chosen[FACING], here + t * length)
 
 
 @woven_in
@@ -125,7 +150,7 @@ def cross_preclassified(scene, ray, bench, cell, entry, leave, here, length, rou
     """Optical depth behind a cell whose corners are classified and lit, then interpolated."""
     channels, opaque, seen = bench.channels, False, False
     for corner in range(8):
-        red, green, blue, extinction = _corner(scene, bench, cell, corner)
+        red, green, blue, extinction = matter_of_corner(scene, bench, cell, corner, (1.0, 1.0, 1.0), 1.0)
         channels[0, corner], channels[1, corner], channels[2, corner] = red, green, blue
         channels[3, corner] = extinction
         opaque = opaque or isinf(extinction)
@@ -144,26 +169,36 @@ def cross_preclassified(scene, ray, bench, cell, entry, leave, here, length, rou
         trilinear(channels[2], entry, leave),
     )
     extinction = trilinear(channels[3], entry, leave)
-    if not scene.cued:
-        return add_piece(color, extinction, False, length, depth, light)
-    return _add_cued(scene.cue, ray, color, extinction, here, length, depth, light)
+    return add_cubics(scene.cued, scene.cue, ray, color, extinction, here, length, depth, light)
 
 
 @woven_in
-def _corner(scene, bench, cell, corner):
-    """Emission, lit, and extinction of a corner of a cell; straight colour if opaque."""
+def add_cubics(cued, cue, ray, color, extinction, here, length, depth, light):
+    """Optical depth behind a piece of cubic emission and extinction, under a cue, if there is one."""
+    if not cued:
+        return add_piece(color, extinction, False, length, depth, light)
+    return _add_cued(cue, ray, color, extinction, here, length, depth, light)
+
+
+@woven_in
+def matter_of_corner(scene, bench, cell, corner, tint, weight):
+    """Emission, lit, and extinction of a corner of a cell; straight colour if opaque.
+
+    `tint` is the sample's own colour, `weight` the mask's: opaque matter stays so however little of it there is.
+    """
     value = bench.corners[corner]
-    if isnan(value):
+    if isnan(value) or weight == 0.0:
         return 0.0, 0.0, 0.0, 0.0
     gradient = bench.slopes[0, corner], bench.slopes[1, corner], bench.slopes[2, corner]
     m = sqrt(dot(gradient, gradient))
     if not choose(scene, value, m, 0.0, bench.chosen):
         return 0.0, 0.0, 0.0, 0.0
     if bench.chosen[OPAQUE]:
-        color, extinction, weight = opaque_color(scene, bench.chosen, value), inf, 1.0
+        color, extinction, shines, weight = opaque_color(scene, bench.chosen, value), inf, 1.0, 1.0
     else:
         red, green, blue, extinction = matter_at(scene, bench.chosen, value, m)
-        color, weight = (red, green, blue), extinction
+        color, shines = (red, green, blue), extinction
+    color = color[0] * tint[0], color[1] * tint[1], color[2] * tint[2]
     if scene.lit:
         place = _place_of_sample(scene, cell, corner)
         toward_eye = scene.eye.backward
@@ -171,22 +206,22 @@ def _corner(scene, bench, cell, corner):
             eye = scene.eye.place
             toward_eye = unit((eye[0] - place[0], eye[1] - place[1], eye[2] - place[2]))
         side = facing(scene.lights, gradient, m, toward_eye)
-        color = lit(scene.lights, color, weight, gradient, m, side, toward_eye, place)
-    return color[0], color[1], color[2], extinction
+        color = lit(scene.lights, color, shines, gradient, m, side, toward_eye, place)
+    return weight * color[0], weight * color[1], weight * color[2], weight * extinction
 
 
 @woven_in
 def _place_of_sample(scene, cell, corner):
-    """World, relative to the centre of the volume; outside the box that of the sample that is repeated there."""
+    """World; outside the box that of the sample that is repeated there."""
     nearest = 2 * scene.middle  # the last sample of each axis
     x = min(max(cell[0] + (corner & 1), 0.0), nearest[0]) - scene.middle[0]
     y = min(max(cell[1] + (corner >> 1 & 1), 0.0), nearest[1]) - scene.middle[1]
     z = min(max(cell[2] + (corner >> 2), 0.0), nearest[2]) - scene.middle[2]
-    axes = scene.world_from_index
+    axes, centre = scene.world_from_index, scene.centre
     return (
-        axes[0, 0] * x + axes[0, 1] * y + axes[0, 2] * z,
-        axes[1, 0] * x + axes[1, 1] * y + axes[1, 2] * z,
-        axes[2, 0] * x + axes[2, 1] * y + axes[2, 2] * z,
+        axes[0, 0] * x + axes[0, 1] * y + axes[0, 2] * z + centre[0],
+        axes[1, 0] * x + axes[1, 1] * y + axes[1, 2] * z + centre[1],
+        axes[2, 0] * x + axes[2, 1] * y + axes[2, 2] * z + centre[2],
     )
 
 

@@ -52,7 +52,7 @@ def find_cuts(scene, ray, bench, here, length):
                 count += 1
     cuts[count] = 1.0
     count += 1
-    _sort(cuts, count)
+    sort_cuts(cuts, count)
     return count
 
 
@@ -147,7 +147,7 @@ def _cut_across(at_entry, at_leave, largest, bench, count):
 
 
 @woven_in
-def _sort(cuts, count):
+def sort_cuts(cuts, count):
     """By insertion: there are few."""
     for k in range(1, count):
         cut, place = cuts[k], k

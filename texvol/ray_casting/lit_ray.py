@@ -18,7 +18,7 @@ STRETCH = 4  # depth and light of a stretch
 
 
 class Ray(NamedTuple):
-    """A ray at distance s from where it is nearest to the centre of the volume."""
+    """A ray at distance s from where it is nearest to the centre of the scene's first volume."""
 
     nearest: Triple  # world, relative to the centre
     direction: Triple
@@ -34,6 +34,7 @@ class Bench(NamedTuple):
     slopes: Numbers  # gradients there, (3, 8)
     channels: Numbers  # emission and extinction there, (4, 8)
     field: Numbers  # value and gradient along the ray, four cubics, (4, 4)
+    weight: Numbers  # of the mask along the ray, where there is one, a cubic, (4)
     square: Numbers  # |g|² along the ray, (7)
     polynomial: Numbers  # any other, (7)
     root_stack: Numbers
@@ -51,6 +52,7 @@ def bench_for(most_cuts: int, most_chosen: int) -> Bench:
         slopes=np.zeros((3, 8)),
         channels=np.zeros((4, 8)),
         field=np.zeros((4, 4)),
+        weight=np.ones(4),
         square=np.zeros(HIGHEST_DEGREE + 1),
         polynomial=np.zeros(HIGHEST_DEGREE + 1),
         root_stack=np.zeros((STACK_ROWS, ROW)),
@@ -64,7 +66,7 @@ def bench_for(most_cuts: int, most_chosen: int) -> Bench:
 
 @woven_in
 def place_at(ray, s):
-    """World, relative to the centre of the volume."""
+    """World, relative to the centre of the scene's first volume."""
     return (
         ray.nearest[0] + s * ray.direction[0],
         ray.nearest[1] + s * ray.direction[1],

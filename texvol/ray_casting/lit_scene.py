@@ -2,7 +2,7 @@
 
 Gradients are counted in *kernel units*: data units per smallest spacing, times a power of two that takes the range of
 the values to about 1, so that their squares are numbers. Every threshold that they are held against is converted once,
-here. Places are world units relative to the centre of the volume.
+here. Places are world units relative to the centre of the scene's first volume.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from texvol.camera import Camera
 from texvol.gradient import gradients
 from texvol.lighting import DepthCue, Lighting, shadow_distance, unit
+from texvol.ray_casting.common_places import centre_from, middle_of
 from texvol.ray_casting.matter import Matter, matter_of
 from texvol.ray_casting.shadows import arriving_at_nodes
 from texvol.scene import Scene
@@ -56,7 +57,7 @@ class Cue(NamedTuple):
 
 
 class Eye(NamedTuple):
-    """Where the eye is, relative to the centre of the volume, and the direction back to it in the middle."""
+    """Where the eye is, and the direction back to it in the middle."""
 
     perspective: bool
     place: Triple
@@ -91,6 +92,8 @@ class LitScene(NamedTuple):
     thresholds: Numbers  # squares of the gradient magnitudes, kernel units, where something has a kink
     world_from_index: Numbers
     middle: Numbers  # index of the centre of the volume
+    centre: Numbers  # where that is
+    masked: bool  # whether a mask weighs what there is between samples
 
 
 def gradients_of(scene: Scene) -> NDArray[np.floating]:
@@ -98,12 +101,13 @@ def gradients_of(scene: Scene) -> NDArray[np.floating]:
     return gradients(scene.volume, scene.gradient) if scene.needs_gradient else _NO_GRADIENTS
 
 
-def lit_scene(scene: Scene, transfer: TransferFunction, camera: Camera) -> LitScene:
-    """`scene` as compiled code takes it."""
+def lit_scene(scene: Scene, transfer: TransferFunction, camera: Camera, first: Volume | None = None) -> LitScene:
+    """`scene` as compiled code takes it; `first` is the volume whose centre places are relative to, if another."""
     volume = scene.volume
+    reference = (first or volume).centre
     factor = _gradient_factor(volume)
     from_world = volume.smallest_spacing * factor  # kernel units from data units per world unit
-    lights = _lights(scene.lighting, volume, from_world, arriving_at_nodes(scene, transfer))
+    lights = _lights(scene.lighting, volume, reference, from_world, arriving_at_nodes(scene, transfer))
     modulation = np.array(np.zeros((0, 2)) if transfer.modulation is None else transfer.modulation, np.float64)
     modulation[:, 0] *= from_world
     graded = _graded(transfer, from_world)
@@ -124,14 +128,16 @@ def lit_scene(scene: Scene, transfer: TransferFunction, camera: Camera) -> LitSc
         cue=_cue(scene.depth_cue, volume, camera),
         eye=Eye(
             camera.projection == "perspective",
-            _triple(np.subtract(camera.eye, volume.centre)),
+            _triple(np.subtract(camera.eye, reference)),
             _triple(-camera.forward),
         ),
         uses_gradient=scene.needs_gradient,
         gradient_factor=factor,
         thresholds=np.unique(thresholds) ** 2,
         world_from_index=np.ascontiguousarray(volume.world_from_index),
-        middle=(np.array(volume.dimensions) - 1) / 2,
+        middle=middle_of(volume),
+        centre=centre_from(first or volume, volume),
+        masked=False,
     )
 
 
@@ -141,7 +147,9 @@ def _gradient_factor(volume: Volume) -> float:
     return 2.0 ** -frexp(half_range)[1] if half_range > 0 else 1.0
 
 
-def _lights(lighting: Lighting | None, volume: Volume, from_world: float, arriving: Numbers) -> Lights:
+def _lights(
+    lighting: Lighting | None, volume: Volume, reference: Numbers, from_world: float, arriving: Numbers
+) -> Lights:
     to_box = np.ascontiguousarray(volume.index_from_world / np.array(volume.dimensions)[:, np.newaxis])
     if lighting is None:
         return Lights(np.zeros((0, 8)), 0.0, 0.0, 0.0, 0.0, False, 1.0, arriving, to_box, 0.0)
@@ -150,7 +158,7 @@ def _lights(lighting: Lighting | None, volume: Volume, from_world: float, arrivi
         row[0], row[4:7] = _KINDS[light.kind], light.color
         row[7] = lighting.casting.index(light) if lighting.shadows and light.kind != "head" else -1
         if light.vector is not None:
-            row[1:4] = unit(light.vector) if light.kind == "directional" else light.vector - volume.centre
+            row[1:4] = unit(light.vector) if light.kind == "directional" else light.vector - reference
     return Lights(
         rows,
         float(lighting.ambient),

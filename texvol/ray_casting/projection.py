@@ -5,7 +5,7 @@
 
 The value v is trilinear, so a cubic in s between two faces of cells: its integral has a closed form, it is highest at
 an end or where it turns, and between two turns it meets a value once. NaN is no value and no way. A cell in which an
-infinite sample has weight is infinite throughout, as for the post-classified oracle.
+infinite sample has weight is infinite throughout, as for the post-classified oracle. What a mask hides is NaN.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from texvol.camera import Camera
 from texvol.display import isosurface_color
 from texvol.errors import InputError
+from texvol.hidden_samples import without_hidden
 from texvol.lighting import Lighting
 from texvol.ray_casting.projection_shading import answer, gradients_at
 from texvol.ray_casting.projection_walk import HIGHEST, INTEGRAL, SURFACE, project_rays
@@ -54,6 +55,7 @@ def project(scene: Scene, size: tuple[int, int] = (512, 512)) -> NDArray[np.floa
         If the mode is composite, or the size is not at least one pixel each way.
     """
     size = checked_size(size)
+    scene = without_hidden(scene)
     camera = scene.camera_for(size)
     rays, numbers = _traced(scene, camera, size)
     number, way = numbers[..., 0], numbers[..., 1]
@@ -86,6 +88,7 @@ def isosurface_depth(scene: Scene, size: tuple[int, int] = (512, 512)) -> NDArra
     if scene.mode != "isosurface":
         raise InputError(f"a depth is that of an isosurface, and the mode is {scene.mode}")
     size = checked_size(size)
+    scene = without_hidden(scene)
     camera = scene.camera_for(size)
     rays, numbers = _traced(scene, camera, size)
     return np.where(numbers[..., 1] >= 0, _depth(scene, camera, rays, numbers[..., 0]), np.inf)

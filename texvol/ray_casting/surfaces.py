@@ -219,7 +219,7 @@ def _colors(hits: _Hits, scene: Scene, camera: Camera, nearest: Numbers, directi
         colors[is_lit, :3] = colors[is_lit, :3] * diffuse + specular
     cue = scene.depth_cue
     if cue is not None:
-        near, far = cue.range_for(scene.volume, camera)
+        near, far = cue.range_for(scene.box, camera)
         depth = (hits.s - eye.reshape(-1)[hits.pixel]) * -(to_eye @ camera.forward)
         share = cue.strength * np.clip((depth - near) / (far - near), 0, 1)[:, np.newaxis]
         colors[:, :3] = colors[:, :3] * (1 - share) + share * np.array(cue.color)

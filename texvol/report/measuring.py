@@ -132,11 +132,14 @@ def _ask(findings: Findings, renderer: Renderer, progress: Progress, also: tuple
 
 
 def _in_full(scene: Scene, size: Size) -> Scene:
-    """The scene with its transfer function and its camera spelled out, so that all draw the same."""
+    """The scene with its transfer functions and its camera spelled out, so that all draw the same."""
     return replace(
         scene,
         transfer_function=scene.transfer_function or proposed_for(scene.volume),
         camera=scene.camera_for(size),
+        added=tuple(
+            replace(each, transfer_function=each.transfer_function or proposed_for(each.volume)) for each in scene.added
+        ),
     )
 
 

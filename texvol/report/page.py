@@ -16,6 +16,7 @@ from texvol.report.measurement_table import table_section
 from texvol.report.measuring import Findings
 from texvol.report.orders import order_section
 from texvol.report.pictures import data_url, png
+from texvol.scene import Scene
 
 Plots = Mapping[str, Mapping[str, bytes]]  # metric → theme → PNG file
 
@@ -34,7 +35,7 @@ def html(findings: Findings, plots: Plots) -> str:
     ]
     scene = findings.scene
     return template.substitute(
-        title=escape(f"Speed against error: {Path(scene.volume.name).name}"),
+        title=escape(f"Speed against error: {', '.join(Path(volume.name).name for volume in scene.volumes)}"),
         version=__version__,
         date=f"{findings.started:%d %B %Y, %H:%M}",
         picture=data_url(png(findings.picture)),
@@ -55,21 +56,15 @@ def _answer(findings: Findings) -> str:
 
 def _facts(findings: Findings) -> list[tuple[str, str]]:
     volume, camera = findings.scene.volume, findings.scene.camera
-    transfer_function = findings.scene.transfer_function
-    assert camera is not None and transfer_function is not None
+    assert camera is not None
     unit = volume.unit or "world units"
-    low, high = volume.finite_range or (float("nan"),) * 2
     view = (
         f"{camera.fov:g}° from bottom to top"
         if camera.projection == "perspective"
         else f"{camera.height:.5g} {unit} high"
     )
     facts = [
-        ("file", volume.name),
-        ("volume", f"{' × '.join(map(str, volume.dimensions))} samples of {volume.values.dtype}"),
-        ("spacing", f"{' × '.join(f'{each:.5g}' for each in volume.spacing)} {unit}"),
-        ("values", f"{low:.6g} to {high:.6g}"),
-        ("transfer function", f"{transfer_function.name}, {len(transfer_function.values)} points"),
+        *(fact for each in findings.scene.each_alone(camera) for fact in _volume_facts(each)),
         ("camera", f"{camera.projection}, {view}, eye {_triple(camera.eye)}, target {_triple(camera.target)}"),
         ("picture", f"{_size(findings)} pixels"),
     ]
@@ -78,6 +73,22 @@ def _facts(findings: Findings) -> list[tuple[str, str]]:
         error = f"maximum {words.max_of(model)}, rms {words.rms_of(model)}"
         facts.append(("model error of slab and extinction", error))
     return facts
+
+
+def _volume_facts(scene: Scene) -> list[tuple[str, str]]:
+    """One of the scene's volumes."""
+    volume, transfer_function = scene.volume, scene.transfer_function
+    assert transfer_function is not None
+    low, high = volume.finite_range or (float("nan"),) * 2
+    kind = "labels" if volume.labels else "values" if volume.colors is None else "amounts of colour"
+    facts = [
+        ("file", volume.name),
+        ("volume", f"{' × '.join(map(str, volume.dimensions))} samples of {volume.values.dtype}"),
+        ("spacing", f"{' × '.join(f'{each:.5g}' for each in volume.spacing)} {volume.unit or 'world units'}"),
+        (kind, f"{low:.6g} to {high:.6g}"),
+        ("transfer function", f"{transfer_function.name}, {len(transfer_function.values)} points"),
+    ]
+    return facts + ([("mask", scene.mask.name)] if scene.mask is not None else [])
 
 
 def _notes(findings: Findings) -> str:
@@ -110,7 +121,7 @@ def _asked_section(findings: Findings) -> str:
         return ""
     rows = "".join(
         f'<tr><td class="first">{escape(each.classification)}</td><td>{each.wanted:g}</td>'
-        f"<td>{each.slab_thickness / findings.scene.volume.smallest_spacing:.3g}</td>"
+        f"<td>{each.slab_thickness / findings.scene.smallest_spacing:.3g}</td>"
         f"<td>{words.error(each.estimated_error)}</td><td>{words.error(each.true_error)}</td>"
         f"<td>{'–' if each.true_error is None else 'yes' if each.true_error <= each.wanted else 'no'}</td>"
         f"<td>{words.seconds(each.seconds)}</td></tr>"
@@ -145,7 +156,7 @@ discretisation error alone, which thinner slabs remove. Farther left is faster, 
 
 
 def _method_section(findings: Findings) -> str:
-    truths, volume = findings.truths, findings.scene.volume
+    truths, scene = findings.truths, findings.scene
     oracle = "" if truths.reason else f" Both integrals together took {words.seconds(truths.seconds)}."
     facts = "".join(f"<dt>{escape(name)}</dt><dd>{escape(fact)}</dd>" for name, fact in findings.fingerprint.items())
     command = f"<p>Made by <code>{escape(findings.command)}</code>.</p>" if findings.command else ""
@@ -158,8 +169,9 @@ taken from the exact integral along each ray, in float64: of the interpolated cl
 and <code>extinction</code>, of the classified interpolated samples for <code>post</code> and <code>integrated</code>
 (discretisation error), and of the latter for all (total error). The distance of the two integrals is the model
 error.{oracle}</p>
-<p>A slab is {volume.smallest_spacing:.5g} {escape(volume.unit or "world units")} thick at rate 1. VTK's mappers draw
-in a process of their own, with that as sample distance; theirs is the time of a render and its read-back in 8 bits.</p>
+<p>A slab is {scene.smallest_spacing:.5g} {escape(scene.volume.unit or "world units")} thick at rate 1. VTK's mappers
+draw in a process of their own, with that as sample distance; theirs is the time of a render and its read-back in 8
+bits.</p>
 {command}<dl>{facts}</dl>"""
 
 

@@ -11,6 +11,7 @@ from texvol.comparison import Difference
 from texvol.convergence import PRECLASSIFIED, Measurement, Setting, pareto_front, total_max, total_rms
 from texvol.report.measuring import Findings
 from texvol.report.words import LIMITS, recommendation, rms_of, seconds
+from texvol.volume import Volume
 
 COLUMNS = (
     *("renderer", "classification", "sampling_rate", "slab_thickness", "slabs", "texture_format", "target_format"),
@@ -43,13 +44,13 @@ def fronts(findings: Findings) -> tuple[set[Setting], set[Setting]]:
 
 def markdown_text(findings: Findings) -> str:
     """The settings with automatic formats, and which to use for which error, as two Markdown tables."""
-    volume, model = findings.scene.volume, findings.truths.model_error
+    model = findings.truths.model_error
     plain = [each for each in findings.measurements if not each.setting.formats]
     rates = sorted({each.setting.sampling_rate for each in plain})
     names = list(dict.fromkeys(each.setting.name for each in plain))
     cells = {(each.setting.name, each.setting.sampling_rate): _cell(each) for each in plain}
     lines = [
-        f"{Path(volume.name).name}, {'×'.join(map(str, volume.dimensions))} {volume.values.dtype}, "
+        f"{', '.join(map(_samples, findings.scene.volumes))}, "
         f"{'×'.join(map(str, findings.size))} pixels; {findings.fingerprint['GL_RENDERER']}, "
         f"{findings.fingerprint['processor']}. Time of a warm frame, rms discretisation error, and rms total error "
         f"where that is another; the model error of `slab` and `extinction` is {rms_of(model)}.",
@@ -64,6 +65,10 @@ def markdown_text(findings: Findings) -> str:
         chosen = (recommendation(findings.ours, error_of, limit) for error_of in (total_max, total_rms))
         lines.append(f"| {limit:g} | " + " | ".join(chosen) + " |")
     return "\n".join(lines) + "\n"
+
+
+def _samples(volume: Volume) -> str:
+    return f"{Path(volume.name).name}, {'×'.join(map(str, volume.dimensions))} {volume.values.dtype}"
 
 
 def _cell(each: Measurement) -> str:
