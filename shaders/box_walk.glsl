@@ -27,7 +27,7 @@ struct BoxWalk {
     float whole_length;           // of a slab on the ray, in the unit of `slab_length`
     float first_slab;             // where it enters what is seen of the box
     float first_share;
-    float last_slab;              // where it leaves that; before the first slab where it misses it
+    float last_slab;              // where it leaves that; far before it enters where it misses it
     float last_share;
     bool is_cut_open;             // whether a half space, and neither box nor eye, is where it begins
 };
@@ -48,7 +48,10 @@ BoxWalk box_walk(vec2 pixel, float obliquity, real2 seen, bool is_cut) {
     walk.first_share = float(inside.x - floor(inside.x));
     walk.last_slab = float(ceil(inside.y)) - 1.0;
     walk.last_share = float(inside.y - (ceil(inside.y) - 1.0));
-    if (inside.x >= inside.y) walk.last_slab = walk.first_slab - 1.0;
+    if (inside.x >= inside.y) {
+        walk.first_slab = 1e9;
+        walk.last_slab = -1e9;
+    }
     return walk;
 }
 

@@ -210,7 +210,7 @@ def test_shadows_fall_from_one_volume_on_another(renderer: Renderer, light: Ligh
         )
         np.testing.assert_allclose(arriving[..., 0], np.exp(-depth), rtol=0, atol=2e-6)
     alone = [np.exp(-EXTINCTION * way_to(light, BOX)), np.exp(-3 * EXTINCTION * way_to(light, other))]
-    assert max(np.abs(arriving[..., 0] - each).max() for arriving, each in zip(found, alone, strict=True)) > 0.1
+    assert max(np.abs(arriving[..., 0] - each).max() for arriving, each in zip(found, alone, strict=True)) > 0.02
 
 
 def _way_inside(light: Light, places: np.ndarray, volume: Volume) -> np.ndarray:
