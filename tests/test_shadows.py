@@ -208,8 +208,9 @@ def test_shadows_fall_from_one_volume_on_another(renderer: Renderer, light: Ligh
             each.extinctions[0] * _way_inside(light, places, box)
             for box, each in zip((BOX, other), matter, strict=True)
         )
-        # Places are float32, of lights some 50 away: 3e-6, times an extinction of 0.3, with sums of 200 parts.
-        np.testing.assert_allclose(arriving[..., 0], np.exp(-depth), rtol=0, atol=5e-6)
+        # Places are float32, of lights some 50 away: 3e-6, times an extinction of 0.3, and ten times that where a way
+        # just grazes an edge of a box.
+        np.testing.assert_allclose(arriving[..., 0], np.exp(-depth), rtol=0, atol=2e-5)
     alone = [np.exp(-EXTINCTION * way_to(light, BOX)), np.exp(-3 * EXTINCTION * way_to(light, other))]
     assert max(np.abs(arriving[..., 0] - each).max() for arriving, each in zip(found, alone, strict=True)) > 0.02
 
