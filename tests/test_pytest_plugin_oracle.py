@@ -16,6 +16,7 @@ from scenes import BONE, FOG, inside, random_volume, smooth_volume
 from texvol import Lighting, Scene, image, raycast
 from texvol.comparison.outcome import Outcome
 from texvol.comparison.pictures import Picture
+from texvol.cutting import ClipPlane
 from texvol.error_control import SAFETY
 from texvol.errors import InputError
 from texvol.pytest_plugin import oracle, plain_slabs
@@ -119,8 +120,10 @@ def test_the_renderer_s_own_estimate_would_have_let_linear_opacity_pass(maker: M
         Scene(VOLUME, mode="xray"),
         Scene(VOLUME, mode="average"),
         Scene(VOLUME, mode="isosurface", isovalue=0.6),
+        Scene(VOLUME, BONE, clip=(ClipPlane((1, 0.3, 0), 3.0),)),
+        Scene(VOLUME, BONE, classification="post", crop=((1, 5), (-np.inf, np.inf), (2, 7))),
     ],
-    ids=lambda scene: f"{scene.mode} {scene.classification}",
+    ids=lambda scene: f"{scene.mode} {scene.classification} {'cut' if scene.clip or scene.crop else ''}",
 )
 def test_what_plain_slabs_do_not_model_is_bounded_by_finer_ones(scene: Scene, maker: Maker) -> None:
     assert examined(scene, maker).status == "same"
