@@ -103,7 +103,8 @@ def test_what_follows_add_is_of_the_last() -> None:
         "--tf", "grey", "--add", "w.npy", "--add-tf", "fog", "--add", "v.npy", "--add", "w.npy", "--add-tf", "solid"
     ).added
     names = [each.transfer_function and each.transfer_function.name for each in (first, second, third)]
-    assert names == ["fog", None, "solid"]
+    assert names == ["fog", "proposed", "solid"]
+    assert second.transfer_function.colors[-2].argmax() == 2  # bluish, beside the reddish one of the first
     assert scene("--add", "w.npy", "--add-tf", "fog", "--add-tf", "grey").added[0].transfer_function.name == "grey"
 
 

@@ -171,7 +171,10 @@ class SceneOptions:
         """
         chosen = self._chosen
         choices = chosen.get("add", ())
-        added = tuple(choice.added_to(volume, each) for choice, each in zip(choices, self._further, strict=True))
+        added = tuple(
+            choice.added_to(volume, each, number)
+            for number, (choice, each) in enumerate(zip(choices, self._further, strict=True))
+        )
         framing = turning.framing if orbit else Camera.framing
         return Scene(
             volume,

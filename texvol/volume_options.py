@@ -103,8 +103,10 @@ class AddedChoice:
         told = {name: self.chosen[name] for name in READING if name in self.chosen}
         return load(self.file, spacing=self.chosen.get("spacing"), **told)
 
-    def added_to(self, first: Volume, loaded: Volume) -> AddedVolume:
+    def added_to(self, first: Volume, loaded: Volume, number: int) -> AddedVolume:
         """What was loaded with its transfer function and its mask, in the world of a scene's first volume.
+
+        Without a transfer function each volume gets a hue of its own, by its number among those that are added.
 
         Raises
         ------
@@ -113,7 +115,8 @@ class AddedChoice:
         """
         mask = masked(self.chosen, loaded)
         volume = placed(turned(loaded, first.space), self.chosen)
-        return AddedVolume(volume, matter_of(self.chosen, volume), mask)
+        matter = matter_of(self.chosen, volume)
+        return AddedVolume(volume, transfer.proposed_beside(volume, number) if matter is None else matter, mask)
 
 
 def added(text: str) -> AddedChoice:

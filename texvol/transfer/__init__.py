@@ -5,7 +5,7 @@ from __future__ import annotations
 from texvol.transfer.files import load, loads
 from texvol.transfer.function import Classified, TransferFunction
 from texvol.transfer.labels import LabelLook, label_function, parse_labels
-from texvol.transfer.presets import PRESETS, preset, proposed_for
+from texvol.transfer.presets import PRESETS, preset, proposed_beside, proposed_for
 
 __all__ = [
     "PRESETS",
@@ -17,5 +17,6 @@ __all__ = [
     "loads",
     "parse_labels",
     "preset",
+    "proposed_beside",
     "proposed_for",
 ]

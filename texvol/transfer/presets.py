@@ -8,6 +8,7 @@ values are shares of the range that holds the matter: from where the background 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -107,6 +108,9 @@ _PROPOSAL: list[Point] = [
 # Of samples that have a colour of their own: white leaves it as it is; as dense as the above.
 _AS_IT_IS: list[Point] = [(0.0, (1.0, 1.0, 1.0), 0), (1.0, (1.0, 1.0, 1.0), 50)]
 
+# Of volumes beside the first, which is reddish: far from it and from each other.
+_HUES = ((0.1, 0.65, 1.0), (0.2, 1.0, 0.25), (1.0, 0.2, 0.9), (1.0, 0.9, 0.1))
+
 _OF_THE_HISTOGRAM = ("histogram", "contours", "boundaries")
 
 PRESETS: tuple[str, ...] = (*_CT, *_SHARES, *_RAMPS, *CT_MATERIALS, *MATERIALS, *_OF_THE_HISTOGRAM)
@@ -181,6 +185,19 @@ def proposed_for(volume: Volume) -> TransferFunction:
     if volume.colors is not None:
         return _from_points(_AS_IT_IS, volume, "data", "proposed")
     return _from_points(_PROPOSAL, volume, "matter", "proposed")
+
+
+def proposed_beside(volume: Volume, number: int) -> TransferFunction:
+    """The same for one of several volumes, in a hue by its number, so that people see which is which."""
+    proposed = proposed_for(volume)
+    if volume.labels or volume.colors is not None:
+        return proposed
+    # As much lighter as the proposal is: its hue becomes another, its brightest point all but white.
+    brightness = proposed.colors.max(axis=1, keepdims=True)
+    whiteness = (proposed.colors.min(axis=1, keepdims=True) / brightness) ** 2
+    hue = np.array(_HUES[number % len(_HUES)])
+    colors = brightness * (hue * (1 - whiteness) + whiteness)
+    return replace(proposed, colors=colors)
 
 
 def _is_hounsfield(volume: Volume) -> bool:
