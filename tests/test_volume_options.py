@@ -104,7 +104,7 @@ def test_what_follows_add_is_of_the_last() -> None:
     ).added
     names = [each.transfer_function and each.transfer_function.name for each in (first, second, third)]
     assert names == ["fog", "proposed", "solid"]
-    assert second.transfer_function.colors[-2].argmax() == 2  # bluish, beside the reddish one of the first
+    assert second.transfer_function.colors[-2].argmax() == 1  # greenish: each a hue of its own
     assert scene("--add", "w.npy", "--add-tf", "fog", "--add-tf", "grey").added[0].transfer_function.name == "grey"
 
 
