@@ -131,6 +131,17 @@ _REAL = (
         size=(400, 480),
     ),
     Entry(
+        "frog",
+        "Labels, none mixed with its neighbour, in the colours of Glasbey's list and with opacities of their own; the "
+        "skeleton is thin. A segmented frog, 30 labels.",
+        "frog/frog_tissues.vti",
+        "--labels --label-look *=0.5,13=0.06 --gradient gaussian:1.5 --light 0.5,-0.6,1.5 --light head:0.3 "
+        "--ambient 0.2 --specular 0.2 --up 0,1,0 "
+        f"--eye 88,-215,700 --target 250,250,95 --height 392 {_PAPER}",
+        size=(480, 400),
+        sampling_rate=1.0,
+    ),
+    Entry(
         "fly",
         "A smoothing estimator of the gradient on noisy data: micro CT of a fly, from above.",
         "fly/fly_150x256x256.tif",
