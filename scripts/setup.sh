@@ -119,3 +119,15 @@ if [ "$extra" = test ] && ! browses >/dev/null && [ ! -e .venv/no-chromium ]; th
         say "no Chromium here, and none could be installed; what needs a browser is skipped"
     fi
 fi
+
+# 5. A display without a screen, and a hand that can be told what to do, for the tests of the window; likewise.
+
+# GLFW opens libGL by name, and nothing else here needs it.
+has_window() { command -v Xvfb && command -v xdotool && [ -n "$("$python" -c "$find_gl")" ]; }
+find_gl="import ctypes.util; print(ctypes.util.find_library('GL') or '')"
+if [ "$extra" = test ] && ! has_window >/dev/null && [ ! -e .venv/no-xvfb ]; then
+    if ! may_install || ! (install_packages xvfb xdotool libgl1 libgl1-mesa-dri) 2>/dev/null || ! has_window >/dev/null; then
+        : >.venv/no-xvfb
+        say "no Xvfb or xdotool here, and they could not be installed; what needs a display is skipped"
+    fi
+fi

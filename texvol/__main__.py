@@ -1,4 +1,4 @@
-"""The command line: `texvol info|render|raycast|diff|report|surface|demo`.
+"""The command line: `texvol info|render|raycast|view|diff|report|surface|demo`.
 
 Exit status: 0 done; 1 pictures differ, or with --strict a wanted error was not reached; 2 bad input or usage, with one
 line on stderr.
@@ -27,6 +27,7 @@ from texvol.scene import Scene
 from texvol.scene_facts import scene_facts
 from texvol.shown_pictures import Display
 from texvol.terminal import say
+from texvol.window.command import add_view
 
 if TYPE_CHECKING:
     from texvol.readers import TimeSeries
@@ -101,6 +102,7 @@ def _parser() -> argparse.ArgumentParser:
     raycast.set_defaults(run=_raycast)
 
     add_diff(commands)
+    add_view(commands)
     _add_report_and_demo(commands)
     return parser
 

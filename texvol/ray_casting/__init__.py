@@ -14,6 +14,7 @@ The optical depth of a piece is then a quartic, in closed form; its emission is 
 polynomials are in Bernstein form over their piece (parameter t from 0 to 1), as tuples of coefficients: no coefficient
 of a cubic that trilinear filtering makes lies outside the range of the samples, so tiny depths lose no digits.
 
+Several volumes add up, q = Σ q_v and τ = Σ τ_v; for them, and for masks, labels and colours, there is `several_walk`.
 Light, depth cues and matter that depends on the gradient make no polynomials: `lit_scene`, `lit_walk` and `collocation`
 integrate those in stretches that are halved until they agree; `shadows` finds what is left of the lights. The other
 modes are in `projection`. Geometry cuts rays into stretches, see `surfaces`.
@@ -157,7 +158,7 @@ def _tracer_for_several(
     # Rays are found from the first volume's centre, wherever the others are.
     farthest = np.abs(camera.eye) + np.abs(scene.volume.centre)
     rounding = np.stack([_position_rounding(volume, farthest) for volume in scene.volumes])
-    return rows_tracer(scenes, transfers, camera, rounding)
+    return rows_tracer(scene, scenes, transfers, camera, rounding)
 
 
 def _proposed_for(volume: Volume) -> TransferFunction:

@@ -43,7 +43,7 @@ class Lights(NamedTuple):
     two_sided: bool
     fade: float  # kernel units
     arriving: Numbers  # what is left of those that cast shadows, at the nodes of the box: shape (lights, z, y, x)
-    box_from_world: Numbers
+    box_from_world: Numbers  # to shares of the edges, (3, 4)
     shadow_distance: float
 
 
@@ -101,13 +101,13 @@ def gradients_of(scene: Scene) -> NDArray[np.floating]:
     return gradients(scene.volume, scene.gradient) if scene.needs_gradient else _NO_GRADIENTS
 
 
-def lit_scene(scene: Scene, transfer: TransferFunction, camera: Camera, first: Volume | None = None) -> LitScene:
-    """`scene` as compiled code takes it; `first` is the volume whose centre places are relative to, if another."""
-    volume = scene.volume
-    reference = (first or volume).centre
+def lit_scene(scene: Scene, transfer: TransferFunction, camera: Camera, whole: Scene | None = None) -> LitScene:
+    """`scene`, of one volume, as compiled code takes it; `whole` is that of all volumes, where there are several."""
+    volume, first = scene.volume, (whole or scene).volume
+    arriving = arriving_at_nodes(whole or scene, whole.transfer_function if whole else transfer, volume)
     factor = _gradient_factor(volume)
     from_world = volume.smallest_spacing * factor  # kernel units from data units per world unit
-    lights = _lights(scene.lighting, volume, reference, from_world, arriving_at_nodes(scene, transfer))
+    lights = _lights(scene.lighting, volume, first, from_world, arriving)
     modulation = np.array(np.zeros((0, 2)) if transfer.modulation is None else transfer.modulation, np.float64)
     modulation[:, 0] *= from_world
     graded = _graded(transfer, from_world)
@@ -128,7 +128,7 @@ def lit_scene(scene: Scene, transfer: TransferFunction, camera: Camera, first: V
         cue=_cue(scene.depth_cue, volume, camera),
         eye=Eye(
             camera.projection == "perspective",
-            _triple(np.subtract(camera.eye, reference)),
+            _triple(np.subtract(camera.eye, first.centre)),
             _triple(-camera.forward),
         ),
         uses_gradient=scene.needs_gradient,
@@ -136,7 +136,7 @@ def lit_scene(scene: Scene, transfer: TransferFunction, camera: Camera, first: V
         thresholds=np.unique(thresholds) ** 2,
         world_from_index=np.ascontiguousarray(volume.world_from_index),
         middle=middle_of(volume),
-        centre=centre_from(first or volume, volume),
+        centre=centre_from(first, volume),
         masked=False,
     )
 
@@ -147,10 +147,9 @@ def _gradient_factor(volume: Volume) -> float:
     return 2.0 ** -frexp(half_range)[1] if half_range > 0 else 1.0
 
 
-def _lights(
-    lighting: Lighting | None, volume: Volume, reference: Numbers, from_world: float, arriving: Numbers
-) -> Lights:
-    to_box = np.ascontiguousarray(volume.index_from_world / np.array(volume.dimensions)[:, np.newaxis])
+def _lights(lighting: Lighting | None, volume: Volume, first: Volume, from_world: float, arriving: Numbers) -> Lights:
+    axes = volume.index_from_world / np.array(volume.dimensions)[:, np.newaxis]
+    to_box = np.column_stack([axes, 0.5 - axes @ centre_from(first, volume)])
     if lighting is None:
         return Lights(np.zeros((0, 8)), 0.0, 0.0, 0.0, 0.0, False, 1.0, arriving, to_box, 0.0)
     rows = np.zeros((len(lighting.lights), 8))
@@ -158,7 +157,7 @@ def _lights(
         row[0], row[4:7] = _KINDS[light.kind], light.color
         row[7] = lighting.casting.index(light) if lighting.shadows and light.kind != "head" else -1
         if light.vector is not None:
-            row[1:4] = unit(light.vector) if light.kind == "directional" else light.vector - reference
+            row[1:4] = unit(light.vector) if light.kind == "directional" else light.vector - first.centre
     return Lights(
         rows,
         float(lighting.ambient),

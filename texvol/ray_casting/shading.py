@@ -205,7 +205,7 @@ def left_at(lights, number, place):
 @woven_in
 def _between_nodes(row, place, count):
     """The nodes on either side of a place along one axis, and the share of the way; the outermost hold beyond them."""
-    share = 0.5 + row[0] * place[0] + row[1] * place[1] + row[2] * place[2]
+    share = row[3] + row[0] * place[0] + row[1] * place[1] + row[2] * place[2]
     index = min(max(share * count - 0.5, 0.0), count - 1.0)
     low = min(int(index), max(count - 2, 0))
     return low, min(low + 1, count - 1), index - low

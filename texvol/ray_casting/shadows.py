@@ -8,6 +8,7 @@ behind the light; or, where that is too deep to be told apart, the same from the
 from __future__ import annotations
 
 from collections.abc import Callable
+from copy import copy
 from dataclasses import replace
 
 import numpy as np
@@ -23,18 +24,36 @@ Numbers = NDArray[np.float64]
 Depths = Callable[[Numbers, Numbers], Numbers]  # of rays: world origins and unit directions, (rows, columns, 3)
 
 
-def arriving_at_nodes(scene: Scene, transfer: TransferFunction) -> Numbers:
-    """Share of each casting light, shape (lights, z, y, x), see `texvol.lighting`; nothing where none casts."""
-    volume, lighting = scene.volume, scene.lighting
+def arriving_at_nodes(scene: Scene, transfer: TransferFunction | None, volume: Volume | None = None) -> Numbers:
+    """Share of each casting light, shape (lights, z, y, x), see `texvol.lighting`; nothing where none casts.
+
+    `transfer` is that of the first of the scene's volumes. The nodes are those of one of them, the first unless told;
+    all of them cast shadows on it.
+    """
+    volume, lighting = volume or scene.volume, scene.lighting
     if lighting is None or not lighting.shadows or not lighting.casting:
         return np.ones((0, 1, 1, 1))
     x, y, z = (((np.arange(count) + 0.5) / count) - 0.5 for count in shadow_nodes(volume))
     shares = np.stack(np.meshgrid(x, y, z, indexing="ij"), axis=-1).transpose(2, 1, 0, 3)
     places = (shares @ volume.box_edges.T + volume.centre).reshape(-1, len(x), 3)
-    unlit = replace(scene, lighting=None, depth_cue=None, classification="post", transfer_function=transfer)
-    depths = _depths_of(unlit)
+    depths = _depths_of(_casting(scene, transfer))
     arriving = [np.exp(-_depth_to(light, volume, places, depths)) for light in lighting.casting]
     return np.stack(arriving).reshape(len(arriving), len(z), len(y), len(x))
+
+
+def _casting(scene: Scene, transfer: TransferFunction | None) -> Scene:
+    """All that casts shadows: by value, whatever its colours."""
+    added = tuple(replace(each, volume=_without_colors(each.volume)) for each in scene.added)
+    first = replace(scene, volume=_without_colors(scene.volume), transfer_function=transfer, added=added, geometry=())
+    return replace(first, lighting=None, depth_cue=None, classification="post")
+
+
+def _without_colors(volume: Volume) -> Volume:
+    if volume.colors is None:
+        return volume
+    other = copy(volume)
+    other.colors = None
+    return other
 
 
 def _depth_to(light: Light, volume: Volume, places: Numbers, depths: Depths) -> Numbers:

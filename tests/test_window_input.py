@@ -1,0 +1,188 @@
+"""Events, scripts of them, and what they do to the view."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from texvol.camera import Camera
+from texvol.errors import InputError
+from texvol.volume import Volume
+from texvol.window.events import Event, Queue
+from texvol.window.navigation import View
+from texvol.window.script import Action, Player, Recorder, Step, read
+from texvol.window.steering import BINDINGS, Room, Steering
+
+VOLUME = Volume(np.zeros((8, 8, 8), np.uint8))
+ROOM = Room(0, 0, 800, 600)
+EVENTS = [
+    Event("move", 12.5, 30.0),
+    Event("button", name="left", down=True, modifiers=("shift",)),
+    Event("scroll", 0.0, -1.5),
+    Event("key", name="f1", down=True),
+    Event("text", name="ä"),
+    Event("drop", names=("a b.nrrd", "c.toml")),
+    Event("resize", 640, 480),
+    Event("close"),
+]
+
+
+def view() -> View:
+    return View.of(Camera.framing(VOLUME, "perspective"))
+
+
+def test_what_is_recorded_is_played_back(tmp_path: Path) -> None:
+    path = tmp_path / "script.jsonl"
+    recorder = Recorder(path)
+    for number, event in enumerate(EVENTS):
+        recorder.add([event], 5.0 + 0.25 * number)
+    recorder.close()
+    steps = read(path)
+    assert [step.what for step in steps] == EVENTS
+    assert [step.t for step in steps] == [0.25 * number for number in range(len(EVENTS))]
+
+
+def test_of_moves_in_a_row_the_last_counts() -> None:
+    queue = Queue()
+    queue.extend([Event("move", 1, 1), Event("move", 2, 2), Event("button", name="left"), Event("move", 3, 3)])
+    assert queue.take() == [Event("move", 2, 2), Event("button", name="left"), Event("move", 3, 3)]
+    assert queue.take() == []
+
+
+@pytest.mark.parametrize(
+    "line, reason",
+    [
+        ("no", "2: Expecting"),
+        ("[1]", "2: a step is a JSON object"),
+        ('{"kind": "shout"}', "2: an event is one of move"),
+        ('{"kind": "move", "x": "here"}', "2: no event is"),
+        ('{"kind": "move", "x": 1e9}', "2: no event is"),
+        ('{"kind": "drop", "names": "a"}', "2: no event is"),
+        ('{"do": "dance"}', '2: "do" is one of rest'),
+        ('{"do": "rest", "loudly": 1}', '2: "do" is one of rest'),
+        ('{"t": -1, "do": "rest"}', "2: t is a time"),
+        ('{"t": "now", "do": "rest"}', "2: t is a time"),
+    ],
+)
+def test_what_is_no_script_is_refused_by_its_line(tmp_path: Path, line: str, reason: str) -> None:
+    path = tmp_path / "s.jsonl"
+    path.write_text("# first\n{}\n".replace("{}", line))
+    with pytest.raises(InputError) as error:
+        read(path)
+    assert str(error.value).startswith(f"{path}:{reason}")
+
+
+def test_a_script_that_is_not_there_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="cannot be read"):
+        read(tmp_path / "none")
+
+
+def test_the_clock_stands_still_until_the_picture_is_at_rest() -> None:
+    press, move = Event("button", name="left", down=True), Event("move", 1, 1)
+    player = Player([Step(0.0, move), Step(0.1, Action("rest")), Step(0.2, press)])
+    assert player.due(100.0, at_rest=False) == [move]
+    assert player.due(100.15, at_rest=False) == []
+    assert player.waits
+    assert player.due(130.0, at_rest=False) == []
+    assert player.due(130.01, at_rest=True) == [Action("rest")]
+    assert player.due(130.02, at_rest=True) == []
+    assert player.due(130.12, at_rest=False) == [press]
+    assert player.over
+
+
+def test_an_action_sees_what_came_before_it() -> None:
+    move, shot = Event("move", 1, 1), Action("screenshot", file="a.png")
+    player = Player([Step(0.0, move), Step(0.0, shot), Step(0.0, move)])
+    assert [player.due(0.0, at_rest=False) for _ in range(3)] == [[move], [shot], [move]]
+
+
+def handled(events: list[Event], **how: Any) -> Any:
+    return Steering().handle(events, view(), VOLUME, ROOM, 0.0, **how)
+
+
+def drag(button: str, *, modifiers: tuple[str, ...] = (), start: tuple[float, float] = (400, 300)) -> list[Event]:
+    return [
+        Event("move", *start),
+        Event("button", name=button, down=True, modifiers=modifiers),
+        Event("move", start[0] + 40, start[1] - 20),
+        Event("button", name=button, down=False),
+        Event("move", 5, 5),
+    ]
+
+
+@pytest.mark.parametrize(
+    "button, modifiers, keeps",
+    [
+        ("left", (), "distance"),
+        ("middle", (), "forward"),
+        ("left", ("shift",), "forward"),
+        ("right", (), "forward"),
+        ("left", ("ctrl",), "eye"),
+    ],
+)
+def test_each_button_moves_in_its_own_way(button: str, modifiers: tuple[str, ...], keeps: str) -> None:
+    before, after = view(), handled(drag(button, modifiers=modifiers, start=(500, 300))).view
+    assert after.camera != before.camera
+    if keeps == "distance":
+        eyes = [np.linalg.norm(np.subtract(each.camera.eye, before.pivot)) for each in (before, after)]
+        assert eyes[0] == pytest.approx(eyes[1])
+        assert not np.allclose(after.camera.forward, before.camera.forward)
+    elif keeps == "forward":
+        assert np.allclose(after.camera.forward, before.camera.forward)
+        assert after.camera.eye != before.camera.eye
+    else:
+        assert after.camera.eye == before.camera.eye and after.camera.up != before.camera.up
+
+
+def test_a_drag_over_a_panel_is_the_panels() -> None:
+    assert handled(drag("left"), mouse=False).view == view()
+    assert handled(drag("left", start=(900, 300))).view == view()
+
+
+def test_a_drag_goes_on_outside_of_the_picture_and_ends_with_the_button() -> None:
+    steering, events = Steering(), drag("left")
+    pressed = steering.handle(events[:2], view(), VOLUME, ROOM, 0.0).view
+    assert steering.dragging
+    outside = steering.handle([Event("move", 1200, 300)], pressed, VOLUME, ROOM, 0.1, mouse=False).view
+    assert outside.camera != pressed.camera
+    released = steering.handle(events[3:], outside, VOLUME, ROOM, 0.2, mouse=False).view
+    assert released == outside and not steering.dragging
+
+
+def test_a_window_that_lost_the_focus_drags_no_more() -> None:
+    steering = Steering()
+    steering.handle(drag("left")[:2], view(), VOLUME, ROOM, 0.0)
+    outcome = steering.handle([Event("focus", down=False), Event("move", 300, 300)], view(), VOLUME, ROOM, 0.1)
+    assert outcome.view == view() and not steering.dragging
+
+
+def test_two_clicks_are_a_double_one_where_they_are_near_and_soon() -> None:
+    def clicked(second: float, x: float) -> Any:
+        steering = Steering()
+        for time, place in ((0.0, 400.0), (second, x)):
+            events = [Event("move", place, 300), Event("button", name="left", down=True), Event("button", name="left")]
+            outcome = steering.handle(events, view(), VOLUME, ROOM, time)
+        return outcome.clicked
+
+    assert clicked(0.2, 402) == (402, 300)
+    assert clicked(0.6, 402) is None
+    assert clicked(0.2, 430) is None
+
+
+def test_every_key_of_the_page_does_something() -> None:
+    for binding in BINDINGS:
+        for chord in binding.chords:
+            *modifiers, name = chord.split("+")
+            outcome = handled([Event("key", name=name, down=True, modifiers=tuple(modifiers))])
+            assert bool(outcome.commands) != (outcome.view != view()), chord
+            silent = handled([Event("key", name=name, down=True, modifiers=tuple(modifiers))], keyboard=False)
+            assert not silent.commands and silent.view == view()
+
+
+def test_keys_and_json_have_one_name_for_each_event() -> None:
+    for event in EVENTS:
+        assert Event.from_json(json.loads(json.dumps(event.as_json()))) == event

@@ -1,0 +1,227 @@
+"""Painting processes: they draw what a Renderer draws, get what is large once, and leave off for what is newer."""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+from multiprocessing.connection import Pipe
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from texvol import image
+from texvol.added_volume import AddedVolume
+from texvol.camera import Camera
+from texvol.renderer import Renderer
+from texvol.scene import Scene
+from texvol.transfer import TransferFunction
+from texvol.volume import Volume
+from texvol.window.jobs import Answer
+from texvol.window.painter import Painter
+from texvol.window.parcels import Receiver, Sender, Shared
+
+SIZE = (64, 48)
+z, y, x = np.mgrid[tuple(slice(-1, 1, 40j) for _ in range(3))]
+VOLUME = Volume(np.exp(-3 * (x**2 + y**2 + z**2)).astype(np.float32), name="ball")
+FOG = TransferFunction([0.2, 1.0], [(0.9, 0.4, 0.1), (0.2, 0.5, 0.9)], [0.0, 0.3])
+SCENE = Scene(VOLUME, FOG, Camera.framing(VOLUME, aspect=4 / 3), background=(0.0, 0.1, 0.2))
+PATIENCE = 60  # seconds
+
+
+@pytest.fixture
+def pipe() -> Iterator[tuple[Sender, Receiver, Shared]]:
+    one, other = Pipe()
+    shared = Shared()
+    yield Sender(one, shared), Receiver(other), shared
+    shared.close()
+    one.close()
+    other.close()
+
+
+def test_what_stays_the_same_is_the_same_object_over_there(pipe: tuple[Sender, Receiver, Shared]) -> None:
+    sender, receiver, _ = pipe
+    found = []
+    for brightness in (0.0, 0.5):
+        sender.send(replace(SCENE, background=(brightness, 0.0, 0.0)))
+        found.append(receiver.receive())
+    first, second = found
+    assert first.volume is second.volume and first.transfer_function is second.transfer_function
+    assert first.volume is not VOLUME and np.array_equal(first.volume.values, VOLUME.values)
+    assert (first.background[0], second.background[0]) == (0.0, 0.5)
+    assert first.volume.name == "ball" and (first.volume.spacing == VOLUME.spacing).all()
+
+
+def test_what_is_no_longer_needed_is_forgotten_and_comes_again(pipe: tuple[Sender, Receiver, Shared]) -> None:
+    sender, receiver, _ = pipe
+    other = TransferFunction([0.5], [(1, 1, 1)], [1.0])
+    scenes = []
+    for matter in (FOG, other, FOG):
+        sender.send(replace(SCENE, transfer_function=matter))
+        scenes.append(receiver.receive())
+        assert np.array_equal(scenes[-1].transfer_function.values, matter.values)
+    assert scenes[0].transfer_function is not scenes[2].transfer_function
+    assert scenes[0].volume is scenes[2].volume
+    assert len(receiver._known) == 3  # the volume, its array, one transfer function
+
+
+def test_volumes_within_volumes_keep_their_arrays(pipe: tuple[Sender, Receiver, Shared]) -> None:
+    sender, receiver, shared = pipe
+    second = Volume(VOLUME.values[::-1].copy())
+    scene = replace(SCENE, added=(AddedVolume(second, FOG),))
+    for _ in range(3):
+        sender.send(scene)
+        shared.keep_only(sender.arrays)
+        there = receiver.receive()
+        assert np.array_equal(there.added[0].volume.values, second.values)
+    assert {id(VOLUME.values), id(second.values)} <= sender.arrays
+
+
+class Studio:
+    """A painter, and a way to wait for it."""
+
+    def __init__(self) -> None:
+        self.shared, self._woken = Shared(), threading.Event()
+        self.painter = Painter(self.shared, self._woken.set)
+
+    def answers(self, **job: Any) -> list[Answer]:
+        """All that come of a job, the final one last."""
+        self.painter.ask(**job)
+        return self.rest()
+
+    def rest(self) -> list[Answer]:
+        found: list[Answer] = []
+        end = time.monotonic() + PATIENCE
+        while self.painter.busy and time.monotonic() < end:
+            self._woken.wait(0.05)
+            self._woken.clear()
+            found += self.painter.answers()
+        assert found and found[-1].final
+        return found
+
+
+@pytest.fixture(scope="module")
+def studio() -> Iterator[Studio]:
+    made = Studio()
+    yield made
+    made.painter.close()
+    made.shared.close()
+
+
+def test_a_painter_draws_what_render_writes(studio: Studio) -> None:
+    (answer,) = studio.answers(kind="move", scene=SCENE, size=SIZE, accuracy={"sampling_rate": 0.7})
+    with Renderer() as renderer:
+        picture = renderer.render(SCENE, SIZE, sampling_rate=0.7)
+        assert answer.facts["settings"] == renderer.settings
+    assert answer.pixels is not None and np.array_equal(answer.pixels, image.eight_bits(picture))
+
+
+@pytest.mark.parametrize("kind", ["slab", "extinction", "post", "integrated"])
+def test_at_rest_the_error_is_what_was_wanted(studio: Studio, kind: Any) -> None:
+    scene, wanted = replace(SCENE, classification=kind), 1 / 255
+    answers = studio.answers(kind="rest", scene=scene, size=SIZE, accuracy={"max_error": wanted})
+    facts = answers[-1].facts
+    assert [answer.kind for answer in answers] == ["picture"] * 3 and facts["reached"]
+    assert facts["estimated_error"] <= wanted
+    quick = answers[1].facts
+    assert quick["reached"] and quick["estimated_error"] <= wanted
+    with Renderer() as renderer:
+        picture = renderer.render(scene, SIZE, max_error=wanted)
+        assert renderer.settings == facts["settings"]
+        early = renderer.render(scene, SIZE, **quick["settings"])
+        finest = renderer.render(scene, SIZE, sampling_rate=32, early_termination=0)
+    assert np.array_equal(answers[-1].pixels, image.eight_bits(picture))
+    assert np.abs(picture - finest).max() <= wanted
+    assert np.abs(early - finest).max() <= wanted
+
+
+def test_a_picture_in_pieces_is_the_picture(monkeypatch: pytest.MonkeyPatch) -> None:
+    from texvol.window import painting
+
+    pieces = 0
+
+    def check() -> None:
+        nonlocal pieces
+        pieces += 1
+
+    monkeypatch.setattr(painting, "_FIRST_ROWS", 5)
+    monkeypatch.setattr(painting, "_FEWEST_ROWS", 5)
+    monkeypatch.setattr(painting, "_PIECE", 0.0)  # no piece ever grows
+    renderer = painting.PiecewiseRenderer()
+    try:
+        whole = renderer.render(SCENE, SIZE, sampling_rate=3)
+        renderer.interruptible(check)
+        parts = renderer.render(SCENE, SIZE, sampling_rate=3)
+    finally:
+        renderer.close()
+    assert pieces == np.ceil(SIZE[1] / 5)
+    assert np.array_equal(whole, parts)
+
+
+def test_what_is_superseded_is_left_off(studio: Studio) -> None:
+    # Minutes of work, if it were done.
+    long = {"kind": "rest", "scene": replace(SCENE, classification="integrated"), "size": (1200, 900)}
+    studio.painter.ask(**long, accuracy={"max_error": 1e-9})
+    time.sleep(1.0)
+    start = time.monotonic()
+    answers = studio.answers(kind="move", scene=SCENE, size=SIZE, accuracy={"sampling_rate": 1})
+    assert answers[-1].kind == "picture" and answers[-1].pixels is not None and answers[-1].pixels.shape[:2] == (48, 64)
+    # A piece takes some 15 ms; the rest is for a busy machine. Undisturbed it would be minutes.
+    assert time.monotonic() - start < 10
+
+
+def test_what_goes_wrong_is_said_and_the_painter_paints_on(studio: Studio) -> None:
+    (answer,) = studio.answers(kind="move", scene=SCENE, size=(1 << 20, 8))
+    assert answer.kind == "failed" and "size 1048576x8" in answer.text
+    assert studio.answers(kind="move", scene=SCENE, size=SIZE)[-1].kind == "picture"
+
+
+def test_a_painter_that_was_killed_is_another_one_next_time(studio: Studio) -> None:
+    process = studio.painter._process
+    process.send_signal(signal.SIGKILL)
+    process.wait(10)
+    assert studio.answers(kind="move", scene=SCENE, size=SIZE)[-1].kind == "picture"
+    # And one that is killed in the middle of its work says so.
+    studio.painter.ask(kind="rest", scene=SCENE, size=(1200, 900), accuracy={"max_error": 1e-9})
+    studio.painter._process.kill()
+    (answer,) = studio.rest()
+    assert answer.kind == "failed" and "ended unexpectedly" in answer.text
+    assert studio.answers(kind="move", scene=SCENE, size=SIZE)[-1].kind == "picture"
+
+
+def test_files_are_those_of_render(studio: Studio, tmp_path: Path) -> None:
+    path = str(tmp_path / "a.exr")
+    answers = studio.answers(kind="file", scene=SCENE, size=SIZE, accuracy={"sampling_rate": 2}, path=path, name="ball")
+    assert answers[-1].kind == "done"
+    with Renderer() as renderer:
+        assert np.array_equal(image.read(path), renderer.render(SCENE, SIZE, sampling_rate=2))
+    (failed,) = studio.answers(kind="file", scene=SCENE, size=SIZE, path=str(tmp_path / "no/where.png"), name="ball")
+    assert failed.kind == "failed" and "where.png" in failed.text
+
+
+def test_a_film_is_an_orbit(studio: Studio, tmp_path: Path) -> None:
+    path = str(tmp_path / "f%02d.png")
+    answers = studio.answers(
+        kind="film", scene=SCENE, size=SIZE, accuracy={"sampling_rate": 1}, path=path, views=3, name="b"
+    )
+    assert answers[-1].kind == "done"
+    assert [answer.facts["done"] for answer in answers[:-1]] == pytest.approx([0, 1 / 3, 2 / 3])
+    assert sorted(each.name for each in tmp_path.iterdir()) == ["f00.png", "f01.png", "f02.png"]
+
+
+def test_closing_leaves_no_process_and_no_descriptor() -> None:
+    before = len(os.listdir("/proc/self/fd"))
+    for _ in range(3):
+        studio = Studio()
+        studio.answers(kind="move", scene=SCENE, size=SIZE)
+        process = studio.painter._process
+        studio.painter.close()
+        studio.shared.close()
+        assert process.returncode is not None
+        del studio  # which maps the number of the newest job
+    assert len(os.listdir("/proc/self/fd")) <= before

@@ -1,0 +1,333 @@
+"""The window's loop: events in, one frame out; nothing in it takes longer than a frame."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from texvol import image, writing
+from texvol.errors import InputError
+from texvol.window import panels
+from texvol.window.desk import Desk
+from texvol.window.director import Director, Wanted
+from texvol.window.document import Document
+from texvol.window.events import Event, Queue
+from texvol.window.interface import Interface
+from texvol.window.painter import Painter
+from texvol.window.parcels import Shared
+from texvol.window.probe import at_point, first_matter
+from texvol.window.quality import Pace
+from texvol.window.screen import Screen, Texture, Textures
+from texvol.window.script import Action, Player, Recorder
+from texvol.window.steering import Room
+from texvol.window.timings import Frame, Timings
+
+_FRAME = 1 / 60  # seconds: no screen shows more, and the drawing processes want the cores
+_IDLE = 0.5  # seconds between looks at what nobody wakes us for
+_MINIMISED = 0.1
+_FRAMES_AFTER_EVENT = 3
+_REFINER_STANDS_BACK = 5  # niceness
+
+
+@dataclass(frozen=True)
+class Plan:
+    """How the window is to run.
+
+    Attributes
+    ----------
+    size : (width, height)
+        Of the picture, in window coordinates.
+    open : callable, optional
+        Makes the first document, given the picture's pixels; `name` is what is opened.
+    frames : int, optional
+        After how many it ends.
+    screenshot, timings, record : str, optional
+        Files to write: the window at the end, the table of frame times, the input.
+    """
+
+    size: tuple[int, int]
+    open: Callable[[tuple[int, int]], Document] | None = None
+    name: str = ""
+    panels: bool = True
+    frames: int | None = None
+    screenshot: str | None = None
+    timings: str | None = None
+    record: str | None = None
+    player: Player | None = None
+    frames_per_second: float = 30.0
+    max_error: float = 1 / 255
+
+    @property
+    def ends(self) -> bool:
+        """Whether the window closes by itself once all is played and at rest."""
+        return self.frames is None and (self.player is not None or self.screenshot is not None)
+
+
+class Application:
+    """The window, from its opening to its closing; a context manager."""
+
+    def __init__(self, plan: Plan) -> None:
+        self._plan, self._queue, self._timings = plan, Queue(), Timings()
+        width = plan.size[0] + (panels.WIDTH if plan.panels else 0)
+        self._closers: list[Callable[[], None]] = []
+        try:
+            self._recorder = Recorder(plan.record) if plan.record else None
+            if self._recorder:
+                self._closers.append(self._recorder.close)
+            screen = self._screen = Screen((width, plan.size[1]), "texvol", self._queue.put)
+            self._closers.append(screen.close)
+            if plan.panels and screen.scale > 1:  # the panels are as much wider as their letters are larger
+                screen.resize((plan.size[0] + round(panels.WIDTH * screen.scale), plan.size[1]))
+            self._interface = Interface(screen)
+            self._closers.append(self._interface.close)
+            self._picture = Texture(screen.gl)
+            self._shared = Shared()
+            self._closers.append(self._shared.close)
+            self._mover, refiner = self._painter(0), self._painter(_REFINER_STANDS_BACK)
+            self._painters = [self._mover, refiner]
+            director = Director(self._mover, refiner, Pace(plan.frames_per_second), plan.max_error)
+        except BaseException:
+            self.close()
+            raise
+        self._desk = Desk(director, lambda: self._painter(_REFINER_STANDS_BACK), screen.wake, self._copy)
+        self._desk.textures = Textures(screen.gl)
+        self._closers.append(self._desk.close)
+        self._desk.preferences.panels = plan.panels
+        self._minimised = self._over = False
+        self._lively = _FRAMES_AFTER_EVENT
+        self._mark = ""
+        self._shots: list[str] = []
+        self._last = self._last_picture = self._started = screen.time
+        self._changed_at: float | None = None
+
+    def __enter__(self) -> Application:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Give everything back, whatever goes wrong on the way."""
+        while self._closers:
+            closer = self._closers.pop()
+            with contextlib.suppress(Exception):  # the rest is to be closed in any case
+                closer()
+
+    def run(self) -> None:
+        """Until it is closed."""
+        plan = self._plan
+        self._arrange()
+        if plan.open is not None:
+            pixels, make = self._desk.pixels, plan.open
+            self._desk.load(plan.name, lambda: make(pixels), first=True)
+        frames, desk = 0, self._desk
+        while not self._over and not desk.wants_close:
+            self.frame()
+            frames += not self._minimised
+            if desk.document is None and desk.failed_first:
+                raise InputError(desk.failed_first)
+            if plan.frames is not None and frames >= plan.frames:
+                break
+        if plan.timings:
+            self._timings.write(plan.timings)
+
+    def frame(self) -> None:
+        """One frame."""
+        screen, desk = self._screen, self._desk
+        screen.wait(self._patience())
+        desk.now = start = screen.time
+        events = self._events()
+        self._minimised = screen.minimised
+        screen.fullscreen(desk.preferences.fullscreen)
+        if self._minimised:
+            screen.wait(_MINIMISED)
+        self._interface.begin(events)
+        self._arrange()
+        desk.update()
+        new = desk.director.update(desk.now)  # what has come, for the panels to say so
+        panels.show(desk)
+        self._steer(events)
+        new |= self._direct()
+        if self._minimised:
+            self._interface.abandon()
+            return
+        self._draw(new)
+        self._note(start, new)
+        self._screenshots()
+        screen.check()
+        screen.swap()
+
+    def _patience(self) -> float:
+        """How long to wait for something to happen, or for an answer, which wakes us."""
+        desk, plan = self._desk, self._plan
+        since = self._screen.time - self._last
+        playing = plan.frames is not None or (plan.player is not None and not plan.player.over)
+        playing &= plan.player is None or not plan.player.waits or self._at_rest
+        if playing or desk.steering.dragging or self._lively > 0:
+            return max(_FRAME - since, 0.0)
+        waits = [_IDLE, desk.director.next_due(desk.now), *(each.until - desk.now for each in desk.messages)]
+        if desk.loading is not None or desk.writing is not None or plan.player is not None:
+            waits.append(0.05)
+        return max(_FRAME - since, min(waits), 0.0)
+
+    def _events(self) -> list[Event]:
+        """What has happened, and what is played back."""
+        events, player = self._queue.take(), self._plan.player
+        # What a panel makes of an event shows a frame or two later.
+        self._lively = _FRAMES_AFTER_EVENT if events else max(self._lively - 1, 0)
+        if player is not None and not player.over:
+            # Whatever the real mouse does meanwhile would change what is played.
+            events = [each for each in events if each.kind in ("close", "resize", "iconify", "focus")]
+            if self._desk.director.shown is not None or self._desk.document is None:
+                for what in player.due(self._desk.now, at_rest=self._at_rest):
+                    if isinstance(what, Action):
+                        self._act(what)
+                    else:
+                        events.append(what)
+                        self._imitate(what)
+        if self._recorder and events:
+            self._recorder.add(events, self._desk.now)
+        for event in events:
+            if event.kind == "close":
+                self._desk.wants_close = True
+            elif event.kind == "drop" and event.names:
+                self._desk.open(event.names[0])
+        return events
+
+    @property
+    def _at_rest(self) -> bool:
+        desk = self._desk
+        return desk.director.at_rest and desk.loading is None and desk.writing is None
+
+    def _imitate(self, event: Event) -> None:
+        """Events of the window itself are not only told: they happen."""
+        if event.kind == "resize":
+            self._screen.resize((int(event.x), int(event.y)))
+        elif event.kind == "iconify":
+            self._screen.iconify(event.down)
+
+    def _act(self, action: Action) -> None:
+        if action.do == "screenshot":
+            self._shots.append(action.file)
+        elif action.do == "save":
+            self._desk.run(f"save {action.file}")
+        elif action.do == "command":
+            self._desk.run(action.name)
+        elif action.do == "mark":
+            self._mark = action.name
+
+    def _arrange(self) -> None:
+        """Where the picture is: all of the window but the panels."""
+        screen, desk = self._screen, self._desk
+        width, height = screen.size
+        beside = min(panels.WIDTH * max(self._interface.scale, 1.0), 0.6 * width) if desk.preferences.panels else 0
+        desk.room = Room(0, 0, width - round(beside), height)
+        pixels = screen.pixels
+        if width and height:
+            right, down = desk.room.width * pixels[0] / width, desk.room.height * pixels[1] / height
+            desk.pixels = max(round(right), 1), max(round(down), 1)
+
+    def _steer(self, events: list[Event]) -> None:
+        desk, document = self._desk, self._desk.document
+        if document is None:
+            for event in events:
+                if event.kind == "key" and event.down and event.name in ("f1", "tab", "f11"):
+                    desk.run({"f1": "help", "tab": "panels", "f11": "fullscreen"}[event.name])
+            return
+        mouse = not self._interface.wants_mouse and not desk.gripping
+        ours = {"mouse": mouse, "keyboard": not self._interface.wants_keyboard}
+        box = document.scene.box
+        outcome = desk.steering.handle(events, document.view, box, desk.room, desk.now, **ours)
+        if outcome.view is not document.view:
+            desk.attempt(lambda: document.look(outcome.view))
+        if outcome.clicked:
+            point = first_matter(document.scene, desk.room.place(*outcome.clicked))
+            if point is not None:
+                from texvol.window import navigation
+
+                document.look(navigation.with_pivot(document.view, point))
+                desk.say("turning about what is under the cursor")
+        for command in outcome.commands:
+            desk.run(command)
+        desk.probed = None
+        if desk.preferences.probe and ours["mouse"] and desk.room.holds(*desk.steering.cursor):
+            point = first_matter(document.scene, desk.room.place(*desk.steering.cursor))
+            desk.probed = None if point is None else at_point(document.scene, point)
+        if not imgui_is_active() and not desk.gripping:
+            document.history.end_stroke()
+
+    def _direct(self) -> bool:
+        desk = self._desk
+        director, document = desk.director, desk.document
+        wanted = None
+        if document is not None:
+            wanted = Wanted(document.scene, desk.pixels, document.showing)
+            if self._minimised:
+                return False
+        before = director.version
+        director.want(wanted, desk.now)
+        if director.version != before and self._changed_at is None:
+            self._changed_at = desk.now
+        new = director.update(desk.now)
+        self._shared.keep_only(set().union(*(each.arrays for each in self._painters)))
+        return new
+
+    def _draw(self, new: bool) -> None:
+        screen, shown = self._screen, self._desk.director.shown
+        if new and shown is not None:
+            self._picture.write(shown.pixels)
+        screen.clear(panels.BEHIND)
+        if shown is not None:
+            panels.picture(self._picture.name, self._desk)
+        panels.over_picture(self._desk)
+        self._interface.end()
+
+    def _note(self, start: float, new: bool) -> None:
+        now, shown = self._screen.time, self._desk.director.shown
+        height, width = shown.pixels.shape[:2] if shown is not None else (0, 0)
+        rate = shown.coarseness.rate if shown is not None and shown.coarseness else 0.0
+        between = now - self._last_picture if new else 0.0
+        delay = now - self._changed_at if new and self._changed_at is not None else 0.0
+        state = shown.state if shown is not None else "empty"
+        if new:
+            self._last_picture, self._changed_at = now, None
+        self._timings.add(
+            Frame(
+                now - self._started, now - self._last, now - start, self._desk.director.pictures, between, delay,
+                state, width, height, rate, self._mark,
+            )
+        )  # fmt: skip
+        if not self._plan.timings:
+            del self._timings.frames[:-100]
+        self._desk.panel_state["frames"] = self._timings.frames[-100:]
+        self._mark, self._last = "", now
+
+    def _screenshots(self) -> None:
+        plan = self._plan
+        played = plan.player is None or plan.player.over
+        self._over = plan.ends and played and self._at_rest and not self._shots
+        if self._over or (plan.frames is not None and len(self._timings.frames) >= plan.frames):
+            self._shots += [plan.screenshot] if plan.screenshot else []
+        while self._shots:
+            path = self._shots.pop()
+            linear = image.linear_from_srgb(self._screen.read() / 255.0)
+            picture = np.concatenate([linear, np.ones((*linear.shape[:2], 1))], axis=2).astype(np.float32)
+            writing.write_files({path: image.encoded(path, picture, {})})
+
+    def _painter(self, niceness: int) -> Painter:
+        painter = Painter(self._shared, self._screen.wake, niceness)
+        self._closers.append(painter.close)
+        return painter
+
+    def _copy(self, text: str) -> None:
+        self._screen.clipboard = text
+
+
+def imgui_is_active() -> bool:
+    """Whether some slider or text is being held."""
+    from imgui_bundle import imgui
+
+    return bool(imgui.is_any_item_active())

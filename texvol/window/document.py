@@ -1,0 +1,190 @@
+"""What is open: a scene, the view of it, where it came from; and its history, to undo and redo.
+
+A scene is never changed: whoever changes something puts another one in its place. Changes of one *stroke*, a drag of a
+slider, are one step of the history. The view is no part of it: to undo a colour does not turn the picture.
+"""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import dataclass, replace
+from typing import Any
+
+from texvol.annotation import check, with_room
+from texvol.errors import InputError
+from texvol.mesh_options import MeshChoice
+from texvol.options import SceneOptions
+from texvol.scene import Scene
+from texvol.window.histogram import Histogram, histogram_of
+from texvol.window.jobs import Showing
+from texvol.window.navigation import View
+
+_LONGEST = 200  # steps: they share all that they have in common
+
+
+@dataclass(frozen=True)
+class Origin:
+    """What was opened."""
+
+    volume: str
+    scene_file: str | None = None
+    meshes: tuple[MeshChoice, ...] = ()
+
+
+class History:
+    """Scenes that were, and scenes that were undone."""
+
+    def __init__(self, scene: Scene) -> None:
+        self._past: list[Scene] = []
+        self._future: list[Scene] = []
+        self._now = scene
+        self._stroke: str | None = None
+
+    @property
+    def now(self) -> Scene:
+        """The scene as it is."""
+        return self._now
+
+    @property
+    def can_undo(self) -> bool:
+        """Whether there is a step back."""
+        return bool(self._past)
+
+    @property
+    def can_redo(self) -> bool:
+        """Whether there is a step forward."""
+        return bool(self._future)
+
+    def change(self, scene: Scene, stroke: str | None = None) -> None:
+        """Another scene; of the same stroke as the last change it is the same step."""
+        if stroke is None or stroke != self._stroke:
+            self._past = [*self._past[-_LONGEST:], self._now]
+        self._stroke, self._now, self._future = stroke, scene, []
+
+    def end_stroke(self) -> None:
+        """The hand has let go: the next change is another step."""
+        self._stroke = None
+
+    def undo(self) -> None:
+        """One step back, if there is one."""
+        if self._past:
+            self._future.append(self._now)
+            self._now, self._stroke = self._past.pop(), None
+
+    def redo(self) -> None:
+        """One step forward, if there is one."""
+        if self._future:
+            self._past.append(self._now)
+            self._now, self._stroke = self._future.pop(), None
+
+
+class Document:
+    """An open scene.
+
+    Parameters
+    ----------
+    scene : Scene
+        With a camera.
+    """
+
+    def __init__(self, scene: Scene, origin: Origin, showing: Showing | None = None) -> None:
+        assert scene.camera is not None
+        self.origin, self.showing = origin, showing or Showing()
+        self._view = View.of(scene.camera)
+        self._history = History(scene)
+        self._scene = scene
+        self._histograms = [histogram_of(volume) for volume in scene.volumes]
+
+    @property
+    def scene(self) -> Scene:
+        """The scene, seen by the view's camera; the same object for as long as nothing changes."""
+        return self._scene
+
+    def histogram(self, number: int) -> Histogram:
+        """The histogram of the scene's volume of that number."""
+        return self._histograms[number]
+
+    @property
+    def view(self) -> View:
+        """The view."""
+        return self._view
+
+    @property
+    def history(self) -> History:
+        """What can be undone and redone."""
+        return self._history
+
+    def look(self, view: View) -> None:
+        """Another view."""
+        if view.camera != self._view.camera:
+            self._scene = replace(self._scene, camera=view.camera)
+        self._view = view
+
+    def change(self, stroke: str | None = None, **parts: Any) -> None:
+        """Other parts of the scene, by name.
+
+        Raises
+        ------
+        InputError
+            If they make no scene; the old one stays.
+        """
+        scene = replace(self._scene, **parts)
+        self._history.change(scene, stroke)
+        self._scene = scene
+
+    def show(self, **parts: Any) -> None:
+        """Other parts of how it is shown."""
+        self.showing = replace(self.showing, **parts)
+
+    def undo(self) -> None:
+        """One step back."""
+        self._history.undo()
+        self._scene = replace(self._history.now, camera=self._view.camera)
+
+    def redo(self) -> None:
+        """One step forward."""
+        self._history.redo()
+        self._scene = replace(self._history.now, camera=self._view.camera)
+
+
+def opened(arguments: argparse.Namespace, size: tuple[int, int]) -> Document:
+    """The document that options of the line and of a scene file make, framed for so many pixels; loads the volume.
+
+    Raises
+    ------
+    InputError
+        As `texvol render` does.
+    """
+    options = SceneOptions(arguments)
+    options.size = size
+    volume = options.load()
+    scene = _with_all_matter(options.scene(volume))
+    if options.annotation and not options.chose_view:
+        assert scene.camera is not None
+        scene = replace(scene, camera=with_room(scene.camera, scene, size, options.annotation))
+    check(options.annotation, scene)
+    showing = Showing(options.window, options.chose_transfer_function, options.transparent, options.annotation)
+    return Document(
+        scene, Origin(options.volume, arguments.scene, tuple(vars(options)["_chosen"].get("mesh", ()))), showing
+    )
+
+
+def _with_all_matter(scene: Scene) -> Scene:
+    """The scene in which every volume has the transfer function that it would be drawn with, to be edited."""
+    if not scene.added:
+        return scene
+    from texvol.transfer import proposed_for
+
+    every = (
+        each if each.transfer_function else replace(each, transfer_function=proposed_for(each.volume))
+        for each in scene.added
+    )
+    return replace(scene, added=tuple(every))
+
+
+def opened_file(path: str, size: tuple[int, int]) -> Document:
+    """The document of a volume, or of a scene file."""
+    if path.lower().endswith(".json"):
+        raise InputError(f"{path}: a transfer function is opened into a scene: open a volume first")
+    is_scene = path.lower().endswith(".toml")
+    return opened(argparse.Namespace(volume=None if is_scene else path, scene=path if is_scene else None), size)

@@ -1,0 +1,151 @@
+"""A transfer function's control points as they are edited: moved, added, taken away, coloured, made denser.
+
+Colours are straight and linear here, whatever the function holds; of a premultiplied point colour × extinction is
+stored, and a point of no extinction has the colour of its neighbour. What depends on the gradient is left as it is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.scene import Scene
+from texvol.transfer import TransferFunction
+
+Color = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Point:
+    """One control point: value in data units, straight linear colour (or emission), extinction per world unit."""
+
+    value: float
+    color: Color
+    extinction: float
+
+
+@dataclass(frozen=True)
+class Curve:
+    """Control points, ascending by value; every edit returns another curve."""
+
+    points: tuple[Point, ...]
+
+    @classmethod
+    def of(cls, matter: TransferFunction) -> Curve:
+        """The points of a transfer function."""
+        colors = _straight(matter)
+        return cls(
+            tuple(
+                Point(float(value), (float(color[0]), float(color[1]), float(color[2])), float(extinction))
+                for value, color, extinction in zip(matter.values, colors, matter.extinctions, strict=True)
+            )
+        )
+
+    def applied(self, matter: TransferFunction) -> TransferFunction:
+        """The transfer function with these points in the place of its own."""
+        colors = np.array([point.color for point in self.points])
+        extinctions = np.array([point.extinction for point in self.points])
+        if matter.premultiplied:
+            colors = colors * np.where(np.isinf(extinctions), 1.0, extinctions)[:, np.newaxis]
+        values = np.array([point.value for point in self.points])
+        return replace(matter, values=values, colors=colors, extinctions=extinctions)
+
+    def moved(self, index: int, value: float, extinction: float) -> Curve:
+        """Point `index` elsewhere, no farther than to its neighbours' values."""
+        low = self.points[index - 1].value if index else -np.inf
+        high = self.points[index + 1].value if index + 1 < len(self.points) else np.inf
+        point = self.points[index]
+        return self._with(
+            index, replace(point, value=float(np.clip(value, low, high)), extinction=max(extinction, 0.0))
+        )
+
+    def colored(self, index: int, color: Color) -> Curve:
+        """Point `index` in another colour."""
+        red, green, blue = (max(float(part), 0.0) for part in color)
+        return self._with(index, replace(self.points[index], color=(red, green, blue)))
+
+    def added(self, value: float, extinction: float | None = None) -> tuple[Curve, int]:
+        """A further point, where the curve goes through or at an extinction of its own; and its number."""
+        values = np.array([point.value for point in self.points])
+        index = int(np.searchsorted(values, value, side="right"))
+        before, after = self.points[max(index - 1, 0)], self.points[min(index, len(self.points) - 1)]
+        width = after.value - before.value
+        share = (value - before.value) / width if width > 0 else 0.0
+        share = float(np.clip(share, 0, 1))
+        red, green, blue = ((1 - share) * a + share * b for a, b in zip(before.color, after.color, strict=True))
+        if extinction is None:
+            ends = before.extinction, after.extinction
+            extinction = max(ends) if np.isinf(max(ends)) else (1 - share) * ends[0] + share * ends[1]
+        point = Point(float(value), (red, green, blue), float(extinction))
+        return Curve((*self.points[:index], point, *self.points[index:])), index
+
+    def removed(self, index: int) -> Curve:
+        """Without point `index`; the last one stays."""
+        if len(self.points) == 1:
+            return self
+        return Curve(self.points[:index] + self.points[index + 1 :])
+
+    def denser(self, factor: float) -> Curve:
+        """All extinctions times a factor."""
+        return Curve(tuple(replace(point, extinction=point.extinction * factor) for point in self.points))
+
+    def between(self, low: float, high: float) -> Curve:
+        """The same shape from `low` to `high`."""
+        first, last = self.points[0].value, self.points[-1].value
+        if not high > low:
+            return self
+        if not last > first:
+            return Curve(tuple(replace(point, value=low) for point in self.points))
+        scale = (high - low) / (last - first)
+        placed = np.maximum.accumulate([low + (point.value - first) * scale for point in self.points])
+        return Curve(
+            tuple(replace(point, value=float(value)) for point, value in zip(self.points, placed, strict=True))
+        )
+
+    def _with(self, index: int, point: Point) -> Curve:
+        return Curve((*self.points[:index], point, *self.points[index + 1 :]))
+
+
+def matter_of(scene: Scene, number: int) -> TransferFunction | None:
+    """The transfer function of a scene's volume by its number; 0 is the scene's own."""
+    return scene.transfer_function if number == 0 else scene.added[number - 1].transfer_function
+
+
+def with_matter(scene: Scene, number: int, matter: TransferFunction) -> dict[str, Any]:
+    """Parts of the scene with another transfer function of that volume."""
+    if number == 0:
+        return {"transfer_function": matter}
+    added = list(scene.added)
+    added[number - 1] = replace(added[number - 1], transfer_function=matter)
+    return {"added": tuple(added)}
+
+
+def opacity_of(extinction: NDArray | float, length: float) -> NDArray[np.float64]:
+    """Opacity of so much length: 1 - exp(-τ L)."""
+    return np.asarray(-np.expm1(-np.asarray(extinction, np.float64) * length))
+
+
+def extinction_of(opacity: float, length: float) -> float:
+    """Extinction per world unit of matter that has this opacity over so much length; infinite for 1."""
+    if opacity >= 1:
+        return float("inf")
+    return float(-np.log1p(-max(opacity, 0.0)) / length)
+
+
+def _straight(matter: TransferFunction) -> NDArray[np.float64]:
+    """Straight colours of a function's points, shape (n, 3)."""
+    if not matter.premultiplied:
+        return matter.colors
+    known = np.isinf(matter.extinctions) | (matter.extinctions > 0)
+    weights = np.where(np.isinf(matter.extinctions), 1.0, matter.extinctions)
+    straight = np.divide(
+        matter.colors, weights[:, np.newaxis], out=np.zeros_like(matter.colors), where=known[:, np.newaxis]
+    )
+    if known.any():
+        places = np.flatnonzero(known)
+        nearest = places[np.abs(np.arange(len(known))[:, np.newaxis] - places).argmin(axis=1)]
+        straight = straight[nearest]
+    return np.asarray(np.minimum(straight, 1.0))

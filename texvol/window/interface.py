@@ -1,0 +1,158 @@
+"""Dear ImGui on a Screen: set up, fed with our events, drawn, taken down.
+
+Its own GLFW back end is not used: it listens to the window itself, and what a script plays back would pass it by.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import imgui_bundle
+from imgui_bundle import imgui, implot
+
+from texvol.window.events import BUTTONS, Event
+from texvol.window.screen import Screen
+
+FONT_SIZE = 15.0
+_FONT = Path(imgui_bundle.__file__).parent / "assets/fonts/DroidSans.ttf"
+
+# Dear ImGui's names of keys where they are not GLFW's.
+_NAMES = {
+    "left": "left_arrow", "right": "right_arrow", "up": "up_arrow", "down": "down_arrow",
+    "left_control": "left_ctrl", "right_control": "right_ctrl", "kp_enter": "keypad_enter",
+    "kp_add": "keypad_add", "kp_subtract": "keypad_subtract", "kp_decimal": "keypad_decimal",
+    **{str(digit): f"_{digit}" for digit in range(10)}, **{f"kp_{digit}": f"keypad{digit}" for digit in range(10)},
+}  # fmt: skip
+
+
+class Interface:
+    """The panels' library, on one window."""
+
+    def __init__(self, screen: Screen) -> None:
+        self._screen = screen
+        self._context = imgui.create_context()
+        self._plots = implot.create_context()
+        io = imgui.get_io()
+        io.set_ini_filename("")  # leaves no file behind
+        io.set_log_filename("")
+        io.backend_flags |= imgui.BackendFlags_.has_mouse_cursors.value
+        imgui.backends.opengl3_init("#version 330")
+        platform = imgui.get_platform_io()
+        platform.platform_get_clipboard_text_fn = lambda _: screen.clipboard
+        platform.platform_set_clipboard_text_fn = self._copy
+        if _FONT.exists():
+            io.fonts.add_font_from_file_ttf(str(_FONT), FONT_SIZE)
+        self.scale = 0.0
+        self._before = screen.time
+
+    @property
+    def wants_mouse(self) -> bool:
+        """Whether the mouse is over a panel, or a panel's drag goes on."""
+        return bool(imgui.get_io().want_capture_mouse)
+
+    @property
+    def wants_keyboard(self) -> bool:
+        """Whether somebody is typing."""
+        return bool(imgui.get_io().want_text_input)
+
+    def begin(self, events: Iterable[Event]) -> None:
+        """A new frame, with what has happened since the last."""
+        io, screen = imgui.get_io(), self._screen
+        self._rescale(screen.scale)
+        size, pixels, now = screen.size, screen.pixels, screen.time
+        io.display_size = imgui.ImVec2(*size)
+        if size[0] and size[1]:
+            io.display_framebuffer_scale = imgui.ImVec2(pixels[0] / size[0], pixels[1] / size[1])
+        io.delta_time = max(now - self._before, 1e-4)
+        self._before = now
+        for event in events:
+            _feed(io, event)
+        imgui.backends.opengl3_new_frame()
+        imgui.new_frame()
+
+    def end(self) -> None:
+        """Draw the frame."""
+        imgui.render()
+        imgui.backends.opengl3_render_draw_data(imgui.get_draw_data())
+
+    def abandon(self) -> None:
+        """End a frame that is not to be drawn."""
+        imgui.end_frame()
+
+    def close(self) -> None:
+        """Give everything back; the screen's context is still there."""
+        platform = imgui.get_platform_io()
+        platform.platform_get_clipboard_text_fn = platform.platform_set_clipboard_text_fn = None
+        imgui.backends.opengl3_shutdown()
+        implot.destroy_context(self._plots)
+        imgui.destroy_context(self._context)
+
+    def _copy(self, _: Any, text: str) -> None:
+        self._screen.clipboard = text
+
+    def _rescale(self, scale: float) -> None:
+        if scale != self.scale:
+            self.scale = scale
+            _apply(scale)
+
+
+def _feed(io: Any, event: Event) -> None:
+    if event.kind in ("key", "button"):
+        for name, key in (("ctrl", imgui.Key.mod_ctrl), ("shift", imgui.Key.mod_shift), ("alt", imgui.Key.mod_alt)):
+            io.add_key_event(key, name in event.modifiers)
+    if event.kind == "move":
+        io.add_mouse_pos_event(event.x, event.y)
+    elif event.kind == "button":
+        io.add_mouse_button_event(BUTTONS.index(event.name), event.down)
+    elif event.kind == "scroll":
+        io.add_mouse_wheel_event(event.x, event.y)
+    elif event.kind == "key":
+        known: Any = getattr(imgui.Key, _NAMES.get(event.name, event.name), None)
+        if known is not None:
+            io.add_key_event(known, event.down)
+    elif event.kind == "text":
+        io.add_input_characters_utf8(event.name)
+    elif event.kind == "focus":
+        io.add_focus_event(event.down)
+
+
+_COLORS = {
+    "text": (0.92, 0.93, 0.94, 1.0),
+    "text_disabled": (0.58, 0.60, 0.63, 1.0),
+    "window_bg": (0.105, 0.11, 0.12, 1.0),
+    "popup_bg": (0.13, 0.135, 0.15, 0.98),
+    "border": (0.25, 0.26, 0.28, 1.0),
+    "frame_bg": (0.18, 0.19, 0.21, 1.0),
+    "frame_bg_hovered": (0.24, 0.26, 0.29, 1.0),
+    "frame_bg_active": (0.28, 0.31, 0.35, 1.0),
+    "button": (0.22, 0.25, 0.29, 1.0),
+    "button_hovered": (0.28, 0.34, 0.42, 1.0),
+    "button_active": (0.25, 0.44, 0.66, 1.0),
+    "header": (0.20, 0.23, 0.27, 1.0),
+    "header_hovered": (0.26, 0.32, 0.40, 1.0),
+    "header_active": (0.25, 0.40, 0.58, 1.0),
+    "check_mark": (0.45, 0.72, 1.0, 1.0),
+    "slider_grab": (0.36, 0.56, 0.80, 1.0),
+    "slider_grab_active": (0.45, 0.72, 1.0, 1.0),
+    "tab": (0.16, 0.18, 0.20, 1.0),
+    "tab_hovered": (0.28, 0.38, 0.50, 1.0),
+    "tab_selected": (0.23, 0.33, 0.45, 1.0),
+    "title_bg_active": (0.16, 0.20, 0.25, 1.0),
+}
+
+
+def _apply(scale: float) -> None:
+    style = imgui.get_style()
+    for name, color in _COLORS.items():
+        style.set_color_(getattr(imgui.Col_, name).value, imgui.ImVec4(*color))
+    style.font_size_base, style.font_scale_dpi = FONT_SIZE, scale
+    style.window_border_size, style.frame_border_size = 0.0, 0.0
+    for name in ("window_rounding", "frame_rounding", "popup_rounding", "grab_rounding", "tab_rounding"):
+        setattr(style, name, 4.0 * scale)
+    style.window_padding = imgui.ImVec2(12 * scale, 10 * scale)
+    style.frame_padding = imgui.ImVec2(8 * scale, 4 * scale)
+    style.item_spacing = imgui.ImVec2(8 * scale, 6 * scale)
+    style.item_inner_spacing = imgui.ImVec2(6 * scale, 4 * scale)
+    style.scrollbar_size = 12 * scale

@@ -1,0 +1,95 @@
+"""Crop box, clip planes and caps."""
+
+from __future__ import annotations
+
+import numpy as np
+from imgui_bundle import imgui
+
+from texvol.cutting import ClipPlane
+from texvol.scene import Scene
+from texvol.volume import Volume
+from texvol.window.desk import Desk
+from texvol.window.handles import bounds
+from texvol.window.panels import parts
+
+
+def show(desk: Desk) -> None:
+    """The tab."""
+    document = desk.document
+    if document is None:
+        imgui.text_disabled("Nothing is open.")
+        return
+    scene = document.scene
+    _crop(desk, scene)
+    _planes(desk, scene)
+    if scene.mode == "composite" and (scene.crop or scene.clip):
+        imgui.separator()
+        changed, on = parts.switch("caps: opaque where it is cut open", scene.caps)
+        if changed:
+            desk.change(caps=on)
+    if scene.crop or scene.clip:
+        imgui.text_disabled("Drag the grips in the picture.")
+
+
+def _crop(desk: Desk, scene: Scene) -> None:
+    imgui.separator_text("Crop box")
+    limits = bounds(scene.box)
+    changed, on = parts.switch("crop box", scene.crop is not None)
+    if changed:
+        desk.change(crop=limits if on else None)
+        return
+    if scene.crop is None:
+        return
+    for axis, name in enumerate("xyz"):
+        ends = scene.crop[axis]
+        low, high = limits[axis]
+        changed, wanted = parts.ends(name, (max(ends[0], low), min(ends[1], high)), low, high)
+        if changed and wanted[0] < wanted[1]:
+            ranges = list(scene.crop)
+            ranges[axis] = wanted
+            desk.change("crop", crop=tuple(ranges))
+
+
+def _planes(desk: Desk, scene: Scene) -> None:
+    imgui.separator_text("Clip planes")
+    for place, plane in enumerate(scene.clip):
+        imgui.push_id(place)
+        edited = _plane(plane, scene.box)
+        taken = imgui.small_button("remove")
+        imgui.same_line()
+        turned = imgui.small_button("other side")
+        imgui.pop_id()
+        planes = list(scene.clip)
+        if taken:
+            del planes[place]
+        elif turned:
+            x, y, z = (-each for each in plane.normal)
+            planes[place] = ClipPlane((x, y, z), -plane.offset)
+        else:
+            planes[place] = edited
+        if taken or edited is not plane or turned:
+            desk.change(None if taken or turned else f"plane {place}", clip=tuple(planes))
+            return
+    if imgui.button("add a plane across the view"):
+        document = desk.document
+        assert document is not None
+        camera = document.view.camera
+        x, y, z = (float(each) for each in camera.forward)
+        desk.change(clip=(*scene.clip, ClipPlane((x, y, z), float(camera.forward @ scene.box.centre))))
+
+
+def _plane(plane: ClipPlane, box: Volume) -> ClipPlane:
+    changed, normal = imgui.drag_float3("normal", [float(each) for each in plane.normal], 0.01, -1, 1, "%.3f")
+    numbers = np.array(list(normal), np.float64)
+    length = float(np.linalg.norm(numbers))
+    if changed and length > 1e-3:
+        # It turns about where it crosses the line from the middle of the box.
+        old = np.array(plane.normal) / np.linalg.norm(plane.normal)
+        at = box.centre + (plane.offset / np.linalg.norm(plane.normal) - old @ box.centre) * old
+        x, y, z = (float(each) for each in numbers / length)
+        return ClipPlane((x, y, z), float(numbers / length @ at))
+    size = float(np.linalg.norm(plane.normal))
+    unit = np.array(plane.normal) / size
+    middle = float(unit @ box.centre)
+    changed, place = parts.slider("place", plane.offset / size - middle, -box.radius, box.radius)
+    return ClipPlane(plane.normal, (place + middle) * size) if changed else plane

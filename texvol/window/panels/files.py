@@ -1,0 +1,128 @@
+"""Open and save: volumes, scenes, pictures, films."""
+
+from __future__ import annotations
+
+import os
+
+from imgui_bundle import imgui
+
+from texvol.window import recent, saving
+from texvol.window.desk import Desk
+from texvol.window.document import Document
+from texvol.window.panels import parts
+
+
+def show(desk: Desk) -> None:
+    """The tab."""
+    _open(desk)
+    document = desk.document
+    if document is None:
+        return
+    imgui.separator_text("Scene")
+    imgui.text_wrapped(os.path.basename(document.origin.volume))
+    volume = document.scene.volume
+    imgui.text_disabled(" x ".join(map(str, volume.dimensions)) + f" {volume.values.dtype}")
+    _saving(desk, document)
+    imgui.separator_text("Picture")
+    _picture(desk, document)
+    imgui.separator_text("Film: once around")
+    _film(desk, document)
+
+
+def _open(desk: Desk) -> None:
+    imgui.separator_text("Open")
+    state = desk.panel_state
+    imgui.set_next_item_width(-70)
+    entered, state["path"] = imgui.input_text_with_hint(
+        "##path", "volume, scene.toml or tf.json", state.get("path", ""), imgui.InputTextFlags_.enter_returns_true
+    )
+    imgui.same_line()
+    if (imgui.button("open") or entered) and state["path"]:
+        desk.open(os.path.expanduser(state["path"]))
+    if "recent" not in state:
+        state["recent"] = recent.files()
+    for number, path in enumerate(state["recent"][:6]):
+        imgui.push_id(number)
+        if imgui.selectable(os.path.basename(path) or path, False)[0]:
+            desk.open(path)
+        imgui.set_item_tooltip(path)
+        imgui.pop_id()
+
+
+def _name(desk: Desk, document: Document, key: str, suffix: str) -> str:
+    """The name of a file to be written, proposed until somebody types one."""
+    state = desk.panel_state
+    if not state.get(key):
+        state[key] = saving.default_name(document, suffix)
+    imgui.set_next_item_width(-70)
+    _, state[key] = imgui.input_text(f"##{key}", state[key])
+    imgui.same_line()
+    return str(state[key])
+
+
+def _saving(desk: Desk, document: Document) -> None:
+    name = _name(desk, document, "scene name", ".toml")
+    if imgui.button("save##scene"):
+        desk.run(f"save {name}")
+        desk.panel_state["scene name"] = ""
+    history = document.history
+    imgui.begin_disabled(not history.can_undo)
+    if imgui.button("undo"):
+        desk.run("undo")
+    imgui.end_disabled()
+    imgui.same_line()
+    imgui.begin_disabled(not history.can_redo)
+    if imgui.button("redo"):
+        desk.run("redo")
+    imgui.end_disabled()
+    imgui.same_line()
+    if imgui.button("copy command line"):
+        desk.run("copy")
+
+
+def _picture(desk: Desk, document: Document) -> None:
+    state = desk.panel_state
+    size = state.setdefault("picture size", list(desk.pixels))
+    changed, wanted = imgui.input_int2("pixels", [int(each) for each in size])
+    if changed:
+        state["picture size"] = [min(max(int(each), 1), 16384) for each in wanted]
+    changed, transparent = parts.switch("transparent background", document.showing.transparent)
+    if changed:
+        document.show(transparent=transparent)
+    name = _name(desk, document, "picture name", ".png")
+    width, height = state["picture size"]
+    if imgui.button("save##picture"):
+        same = (width, height) == tuple(desk.pixels)
+        accuracy = desk.accuracy if same else {"max_error": desk.director.max_error}
+        desk.write(kind="file", size=(width, height), accuracy=accuracy, path=name)
+        state["picture name"] = ""
+
+
+def _film(desk: Desk, document: Document) -> None:
+    state = desk.panel_state
+    changed, views = imgui.input_int("views", int(state.get("views", 120)))
+    if changed:
+        state["views"] = min(max(views, 1), 100_000)
+    changed, fps = parts.number("frames per second", float(state.get("fps", 30.0)))
+    if changed and 0.1 <= fps <= 1000:
+        state["fps"] = fps
+    name = _name(desk, document, "film name", ".mp4")
+    if desk.writing is not None:
+        if imgui.button("stop"):
+            desk.stop_writing()
+        return
+    if imgui.button("save##film"):
+        width, height = state["picture size"]
+        size = (width - width % 2, height - height % 2)
+
+        def write() -> None:
+            from texvol import film
+
+            film.check_output(name, int(state.get("views", 120)), size)
+            fps = float(state.get("fps", 30.0)) if film.is_film(name) else None
+            desk.write(
+                kind="film", size=size, accuracy={"max_error": desk.director.max_error}, path=name,
+                views=int(state.get("views", 120)), fps=fps,
+            )  # fmt: skip
+
+        desk.attempt(write)

@@ -1,0 +1,332 @@
+"""The transfer function over the histogram; classification and mode."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+import numpy as np
+from imgui_bundle import imgui, implot
+
+from texvol import transfer
+from texvol.display import NUMBER_MODES, straight_colors
+from texvol.image import linear_from_srgb, srgb_from_linear
+from texvol.scene import CLASSIFICATIONS, MODES, Scene
+from texvol.transfer import TransferFunction
+from texvol.window import editing
+from texvol.window.desk import Desk
+from texvol.window.document import Document
+from texvol.window.editing import Curve, extinction_of, opacity_of
+from texvol.window.histogram import Histogram
+from texvol.window.panels import parts
+
+_PLOT_HEIGHT = 210.0
+_LENGTH = 1 / 20  # of the mean edge of the box: over it a proposed transfer function fills the height
+_MOST_OPACITY = 0.9999  # by hand: beyond, it is opaque by the switch
+_ENOUGH = 40  # points: more would be one line of points
+_POINT = 6.0
+_NO_BUTTON = 4  # that a mouse has
+
+
+def show(desk: Desk) -> None:
+    """The tab."""
+    document = desk.document
+    if document is None:
+        imgui.text_disabled("Nothing is open.")
+        return
+    scene = document.scene
+    _mode(desk, scene)
+    imgui.separator_text("Transfer function")
+    number = _which(desk, scene)
+    matter = editing.matter_of(scene, number)
+    if matter is None:
+        imgui.text_disabled("There is none: the mode shows numbers." if number == 0 else "There is none.")
+        return
+    _presets(desk, scene, number)
+    _curve(desk, document, matter, number)
+
+
+def _which(desk: Desk, scene: Scene) -> int:
+    """Number of the volume whose transfer function is edited; chosen where there are several."""
+    state = desk.panel_state
+    if not scene.added:
+        return 0
+    names = [f"{number + 1}: {os.path.basename(volume.name)}" for number, volume in enumerate(scene.volumes)]
+    number = names.index(parts.choice("volume", names[min(state.get("volume", 0), len(names) - 1)], names))
+    if number != state.get("volume", 0):
+        state["volume"] = number
+        for key in ("preset", "materials", "curve_of", "length", "density"):
+            state.pop(key, None)
+    return number
+
+
+def _mode(desk: Desk, scene: Scene) -> None:
+    mode = parts.choice("mode", scene.mode, MODES)
+    if mode != scene.mode:
+        _change_mode(desk, scene, mode)
+        return
+    if scene.mode == "composite":
+        kind = parts.choice("classification", scene.classification, CLASSIFICATIONS)
+        if kind != scene.classification:
+            desk.change(classification=kind)
+    if scene.mode == "isosurface" and scene.isovalue is not None:
+        low, high = scene.volume.finite_range or (0.0, 1.0)
+        changed, value = parts.slider("isovalue", scene.isovalue, low, high)
+        if changed:
+            desk.change("isovalue", isovalue=value)
+    if scene.mode in NUMBER_MODES:
+        _window(desk, scene)
+
+
+def _change_mode(desk: Desk, scene: Scene, mode: str) -> None:
+    more: dict[str, Any] = {"mode": mode, "isovalue": None, "caps": False}
+    if mode == "isosurface":
+        low, high = scene.volume.finite_range or (0.0, 1.0)
+        more["isovalue"] = (low + high) / 2
+        if scene.lighting is not None and scene.lighting.shadows:
+            from dataclasses import replace
+
+            more["lighting"] = replace(scene.lighting, shadows=False)
+    if mode == "composite" and scene.transfer_function is None:
+        more["transfer_function"] = transfer.proposed_for(scene.volume)
+    desk.change(**more)
+
+
+def _window(desk: Desk, scene: Scene) -> None:
+    """Values from black to white."""
+    assert desk.document is not None
+    showing = desk.document.showing
+    found = imgui.checkbox("find black and white", showing.window is None)
+    low, high = scene.volume.finite_range or (0.0, 1.0)
+    if found[0]:
+        desk.document.show(window=None if found[1] else ((low + high) / 2, max(high - low, 1e-300)))
+    elif showing.window is not None:
+        centre, width = showing.window
+        changed, centre = parts.slider("centre", centre, low, high)
+        wider, width = parts.slider("width", width, 1e-3 * (high - low), 2 * (high - low))
+        if changed or wider:
+            desk.document.show(window=(centre, max(width, 1e-300)))
+
+
+def _presets(desk: Desk, scene: Scene, number: int) -> None:
+    volume = scene.volumes[number]
+    state = desk.panel_state
+    names = ("…", *transfer.PRESETS)
+    current = state.get("preset", "…")
+    name = parts.choice("preset", current, names)
+    if name not in (current, "…"):
+
+        def load() -> None:
+            found = transfer.preset(name, volume)
+            desk.change(**editing.with_matter(scene, number, found))
+            state["preset"], state["materials"] = name, found.materials
+            state["shown"] = set(found.materials)
+
+        desk.attempt(load)
+    materials = state.get("materials", ())
+    if materials and state.get("preset", "…") != "…":
+        _materials(desk, scene, number, materials)
+
+
+def _materials(desk: Desk, scene: Scene, number: int, names: tuple[str, ...]) -> None:
+    """Which of a preset's materials show."""
+    state = desk.panel_state
+    shown: set[str] = state["shown"]
+    for place, name in enumerate(names):
+        if place % 2:
+            imgui.same_line(imgui.get_content_region_avail().x / 2)
+        changed, is_shown = imgui.checkbox(name, name in shown)
+        if changed:
+            wanted = shown | {name} if is_shown else shown - {name}
+            if wanted:
+                chosen = tuple(each for each in names if each in wanted)
+
+                def apply(chosen: tuple[str, ...] = chosen, wanted: set[str] = wanted) -> None:
+                    found = transfer.preset(state["preset"], scene.volumes[number], chosen)
+                    desk.change(**editing.with_matter(scene, number, found))
+                    state["shown"] = wanted
+
+                desk.attempt(apply)
+
+
+def _curve(desk: Desk, document: Document, matter: TransferFunction, number: int) -> None:
+    state = desk.panel_state
+    if state.get("curve_of") is not matter:
+        state["curve_of"], state["curve"] = matter, Curve.of(matter)
+        state["selected"] = min(state.get("selected", 0), len(state["curve"].points) - 1)
+    curve: Curve = state["curve"]
+    box = document.scene.volumes[number]
+    histogram = document.histogram(number)
+    length = float(state.setdefault("length", _LENGTH * float(np.linalg.norm(box.box_edges, axis=0).mean())))
+    edited = _plot(desk, histogram, matter, curve, length)
+    edited = _selected(desk, edited, matter, length, box.unit)
+    edited = _whole(desk, edited, histogram)
+    if edited is not curve:
+        changed = edited.applied(matter)
+        if desk.change("curve", **editing.with_matter(document.scene, number, changed)):
+            state["curve_of"], state["curve"] = changed, edited
+    _unit(desk, length, box.unit)
+
+
+def _plot(desk: Desk, histogram: Histogram, matter: TransferFunction, curve: Curve, length: float) -> Curve:
+    """The curve over the histogram; points are dragged, added by a double click, taken away by a right click."""
+    state = desk.panel_state
+    low, high = float(histogram.edges[0]), float(histogram.edges[-1])
+    flags = implot.Flags_.no_legend | implot.Flags_.no_mouse_text | implot.Flags_.no_menus | implot.Flags_.no_title
+    flags |= implot.Flags_.no_box_select
+    if not implot.begin_plot(
+        "##curve", imgui.ImVec2(-1, _PLOT_HEIGHT * max(imgui.get_style().font_scale_dpi, 1)), flags
+    ):
+        return curve
+    plain = implot.AxisFlags_.no_highlight | implot.AxisFlags_.no_menus
+    implot.setup_axes("", "", plain, plain | implot.AxisFlags_.lock | implot.AxisFlags_.no_tick_labels)
+    implot.setup_axis_limits(implot.ImAxis_.x1, low - 0.02 * (high - low), high + 0.02 * (high - low))
+    implot.setup_axis_limits(implot.ImAxis_.y1, -0.04, 1.06, implot.Cond_.always)
+    implot.setup_axis_limits_constraints(implot.ImAxis_.x1, low - (high - low), high + (high - low))
+    implot.get_input_map().fit = _NO_BUTTON  # a double click is a new point
+    implot.setup_finish()
+    _columns(histogram.edges, histogram.heights(bool(state.get("log", True))))
+    _line(matter, curve, length, low, high)
+    edited = curve
+    if len(curve.points) <= _ENOUGH:
+        edited = _points(state, curve, length)
+    place = implot.get_plot_mouse_pos()
+    if (
+        edited is curve
+        and implot.is_plot_hovered()
+        and imgui.is_mouse_double_clicked(0)
+        and state.get("over point") is None
+    ):
+        opacity = float(np.clip(place.y, 0, _MOST_OPACITY))
+        edited, state["selected"] = curve.added(float(place.x), extinction_of(opacity, length))
+    implot.end_plot()
+    _bar(matter, low, high)
+    return edited
+
+
+def _columns(edges: Any, heights: Any) -> None:
+    xs = np.repeat(edges, 2)[1:-1]
+    ys = np.repeat(heights, 2)
+    spec = implot.Spec()
+    spec.fill_color, spec.line_color = imgui.ImVec4(0.42, 0.47, 0.53, 0.55), imgui.ImVec4(0, 0, 0, 0)
+    implot.plot_shaded("histogram", np.ascontiguousarray(xs), np.ascontiguousarray(ys), 0.0, spec)
+
+
+def _line(matter: TransferFunction, curve: Curve, length: float, low: float, high: float) -> None:
+    margin = high - low
+    points = np.array([point.value for point in curve.points])
+    values = np.concatenate([np.linspace(low - margin, high + margin, 768), points, np.nextafter(points, -np.inf)])
+    values = np.unique(values)
+    opacities = opacity_of(matter.at(values)[:, 3], length)
+    spec = implot.Spec()
+    spec.line_color, spec.line_weight = imgui.ImVec4(0.95, 0.96, 0.98, 1.0), 2.0
+    implot.plot_line("opacity", values, np.ascontiguousarray(opacities), spec)
+
+
+def _points(state: dict[str, Any], curve: Curve, length: float) -> Curve:
+    edited, state["over point"] = curve, None
+    removed = None
+    for index, point in enumerate(curve.points):
+        shown = srgb_from_linear(np.clip(point.color, 0, 1))
+        is_selected = index == state.get("selected")
+        ring = imgui.ImVec4(1, 1, 1, 1) if is_selected else imgui.ImVec4(0.75, 0.78, 0.82, 1)
+        opacity = float(opacity_of(point.extinction, length))
+        spec = implot.Spec()
+        spec.marker, spec.marker_size = implot.Marker_.circle.value, _POINT + 2 * is_selected
+        spec.marker_fill_color, spec.marker_line_color = parts.shade(shown), ring
+        implot.plot_scatter(f"##{index}", np.array([point.value]), np.array([opacity]), spec)
+        held = implot.drag_point(
+            index,
+            point.value,
+            opacity,
+            imgui.ImVec4(0, 0, 0, 0),
+            _POINT + 2,
+            implot.DragToolFlags_.none,
+            False,
+            False,
+            False,
+        )
+        changed, x, y, clicked, hovered, _ = held
+        if hovered:
+            state["over point"] = index
+            if imgui.is_mouse_clicked(1):
+                removed = index
+        if clicked:
+            state["selected"] = index
+        if changed:
+            # A point that is opaque stays so until it is pulled down.
+            opaque = np.isinf(point.extinction) and y > 0.98
+            extinction = point.extinction if opaque else extinction_of(float(np.clip(y, 0, _MOST_OPACITY)), length)
+            edited, state["selected"] = edited.moved(index, float(x), extinction), index
+    if removed is not None:
+        edited, state["selected"] = curve.removed(removed), max(removed - 1, 0)
+    return edited
+
+
+def _bar(matter: TransferFunction, low: float, high: float) -> None:
+    """Colours by value, under the plot."""
+    colors = srgb_from_linear(straight_colors(matter, np.linspace(low, high, 65)))
+    start, width = imgui.get_cursor_screen_pos(), imgui.get_content_region_avail().x
+    height = 12.0
+    draw = imgui.get_window_draw_list()
+    for place in range(64):
+        left, right = (imgui.color_convert_float4_to_u32(parts.shade(colors[place + end])) for end in (0, 1))
+        corner = imgui.ImVec2(start.x + width * place / 64, start.y)
+        other = imgui.ImVec2(start.x + width * (place + 1) / 64, start.y + height)
+        draw.add_rect_filled_multi_color(corner, other, left, right, right, left)
+    imgui.dummy(imgui.ImVec2(width, height))
+
+
+def _selected(desk: Desk, curve: Curve, matter: TransferFunction, length: float, unit: str) -> Curve:
+    """The point that was clicked last, in numbers."""
+    index = desk.panel_state.get("selected", 0)
+    if not 0 <= index < len(curve.points) or len(curve.points) > _ENOUGH:
+        return curve
+    point = curve.points[index]
+    imgui.push_id(index)
+    shown = srgb_from_linear(np.clip(point.color, 0, 1))
+    changed, color = imgui.color_edit3("colour", [float(part) for part in shown], imgui.ColorEditFlags_.float)
+    if changed:
+        red, green, blue = (float(part) for part in linear_from_srgb(np.clip(np.array(color), 0, 1)))
+        curve = curve.colored(index, (red, green, blue))
+    changed, value = parts.number("value", point.value)
+    if changed:
+        curve = curve.moved(index, value, point.extinction)
+    opaque = bool(np.isinf(point.extinction))
+    switched, opaque_now = imgui.checkbox("opaque", opaque)
+    if switched:
+        curve = curve.moved(index, point.value, np.inf if opaque_now else extinction_of(_MOST_OPACITY, length))
+    if not opaque and not switched:
+        changed, extinction = parts.number(f"extinction /{unit or 'unit'}", point.extinction)
+        if changed and np.isfinite(extinction):
+            curve = curve.moved(index, point.value, extinction)
+    imgui.pop_id()
+    return curve
+
+
+def _whole(desk: Desk, curve: Curve, histogram: Histogram) -> Curve:
+    """The curve as a whole: its range, and how dense it is."""
+    edges = histogram.edges
+    low, high = float(edges[0]), float(edges[-1])
+    first, last = curve.points[0].value, curve.points[-1].value
+    if last > first:
+        changed, ends = parts.ends("range", (first, last), low, high)
+        if changed and ends[1] > ends[0]:
+            curve = curve.between(*ends)
+    before = float(desk.panel_state.setdefault("density", 0.0))
+    changed, density = imgui.slider_float("density", before, -2.0, 2.0, f"x {10**before:.3g}")
+    if changed:
+        curve = curve.denser(10 ** (density - before))
+        desk.panel_state["density"] = density
+    return curve
+
+
+def _unit(desk: Desk, length: float, unit: str) -> None:
+    state = desk.panel_state
+    changed, log = imgui.checkbox("logarithmic histogram", bool(state.get("log", True)))
+    if changed:
+        state["log"] = log
+    changed, wanted = parts.number(f"of height ({unit or 'units'})", length)
+    if changed and 0 < wanted < np.inf:
+        state["length"] = wanted
+    imgui.text_disabled("double click: new point · right click: take away")

@@ -1,0 +1,177 @@
+"""What is said over the picture: how fast and how right it is, messages, the keys."""
+
+from __future__ import annotations
+
+import numpy as np
+from imgui_bundle import imgui
+
+from texvol.display import NUMBER_MODES
+from texvol.window.desk import Desk
+from texvol.window.quality import error_text
+from texvol.window.steering import BINDINGS, MOUSE
+
+_PLAIN = (
+    imgui.WindowFlags_.no_decoration
+    | imgui.WindowFlags_.no_nav
+    | imgui.WindowFlags_.no_focus_on_appearing
+    | imgui.WindowFlags_.no_move
+    | imgui.WindowFlags_.no_inputs
+)
+_FAULT = imgui.ImVec4(1.0, 0.62, 0.52, 1.0)
+_ALPHA = 0.72
+_MARGIN = 10.0
+
+
+def status_height(desk: Desk) -> float:
+    """Room that the status takes at the foot of the panels."""
+    width = imgui.get_content_region_avail().x
+    lines = status_lines(desk)
+    spacing = imgui.get_style().item_spacing.y
+    return sum(imgui.calc_text_size(line, False, width).y + spacing for line in lines) + 2 * spacing if lines else 0.0
+
+
+def status(desk: Desk) -> None:
+    """Frames per second, slabs, error and what is modelled."""
+    lines = status_lines(desk)
+    if not lines:
+        return
+    imgui.separator()
+    imgui.push_text_wrap_pos(0.0)
+    for line in lines:
+        imgui.text_unformatted(line)
+    imgui.pop_text_wrap_pos()
+
+
+def status_lines(desk: Desk) -> list[str]:
+    """The lines of the status."""
+    shown, document = desk.director.shown, desk.document
+    if shown is None or document is None:
+        return []
+    facts = shown.facts
+    height, width = shown.pixels.shape[:2]
+    slabs = f"{facts.get('slabs', 0)} slabs"
+    numbers = document.scene.mode in NUMBER_MODES
+    if shown.state == "moving":
+        share = 1 / shown.coarseness.shrink if shown.coarseness else 1.0
+        rate = frames_per_second(desk)
+        first = f"{rate:.0f} frames/s · " if rate else ""
+        first += f"{slabs} · {width} × {height}" + (f" ({share:.0%})" if share < 1 else "")
+    elif shown.state == "refining":
+        known = f"{error_text(facts, numbers=numbers)}, checking" if "reached" in facts else "refining"
+        first = f"{known} · {slabs} · {width} × {height}"
+    else:
+        seconds = facts.get("seconds", 0.0)
+        first = f"{error_text(facts, numbers=numbers)} · {slabs} · {width} × {height} · {seconds:.1f} s"
+    modelled = [*facts.get("modelled", ())]
+    if document.scene.mode == "composite":
+        modelled.insert(0, f"{facts.get('classification', '')} classification")
+    return [first, "modelled: " + ", ".join(modelled)]
+
+
+def frames_per_second(desk: Desk) -> float:
+    """New pictures per second lately; 0 where there were none."""
+    frames = desk.panel_state.get("frames", [])
+    between = [frame.picture_seconds for frame in frames[-60:] if frame.picture_seconds and frame.state == "moving"]
+    return 1 / float(np.median(between[-15:])) if between else 0.0
+
+
+def messages(desk: Desk) -> None:
+    """What was said lately, and what goes on, in the upper left corner."""
+    lines = [(each.text, each.is_fault) for each in desk.messages[-5:]]
+    if desk.loading is not None:
+        lines.append((f"opening {desk.loading.name} …", False))
+    elif desk.document is None:
+        lines.append(("Drop a volume or a scene here, or open one (F1: keys)", False))
+    if desk.writing is not None:
+        lines.append((f"writing … {desk.writing:.0%}", False))
+    if not lines:
+        return
+    room = desk.room
+    imgui.set_next_window_pos(imgui.ImVec2(room.x + _MARGIN, room.y + _MARGIN))
+    imgui.set_next_window_bg_alpha(0.9)
+    _texts("messages", lines, max(min(room.width - 5 * _MARGIN, 560), 80))
+
+
+def probed(desk: Desk) -> None:
+    """What is under the cursor, beside it."""
+    found, document = desk.probed, desk.document
+    if found is None or document is None:
+        return
+    unit = document.scene.volume.unit
+    place = ", ".join(f"{part:.5g}" for part in found.point)
+    lines = [(f"value {found.value:.5g}", False), (f"at {place} {unit}".strip(), False)]
+    if np.isfinite(found.extinction):
+        lines.append((f"extinction {found.extinction:.4g} per {unit or 'unit'}", False))
+    x, y = desk.steering.cursor
+    room = desk.room
+    # To that side of the cursor where there is more room.
+    beside = imgui.ImVec2(float(x > room.x + room.width / 2), float(y > room.y + room.height / 2))
+    away = 16.0
+    imgui.set_next_window_pos(imgui.ImVec2(x + away - 2 * away * beside.x, y + away - 2 * away * beside.y), 0, beside)
+    imgui.set_next_window_bg_alpha(_ALPHA)
+    _texts("probe", lines, 400)
+
+
+def _texts(name: str, lines: list[tuple[str, bool]], width: float) -> None:
+    """A small window of lines, none wider than so much, in which faults stand out."""
+    sizes = [imgui.calc_text_size(text, False, width) for text, _ in lines]
+    style = imgui.get_style()
+    # Told, because a window that fits itself does so a frame later.
+    inner = sum(size.y for size in sizes) + style.item_spacing.y * (len(sizes) - 1)
+    widest = max(size.x for size in sizes)
+    imgui.set_next_window_size(
+        imgui.ImVec2(widest + 2 * style.window_padding.x + 1, inner + 2 * style.window_padding.y + 1)
+    )
+    imgui.begin(name, None, _PLAIN)
+    imgui.push_text_wrap_pos(style.window_padding.x + widest + 1)
+    for text, is_fault in lines:
+        if is_fault:
+            imgui.push_style_color(imgui.Col_.text.value, _FAULT)
+        imgui.text_unformatted(text)
+        if is_fault:
+            imgui.pop_style_color()
+    imgui.pop_text_wrap_pos()
+    imgui.end()
+
+
+_KEY_NAMES = {
+    "slash": "?", "left_bracket": "[", "right_bracket": "]", "page_up": "page up", "page_down": "page down",
+    "left": "arrows",
+}  # fmt: skip
+
+
+def key_text(chord: str) -> str:
+    """A chord as it is written on a keyboard."""
+    *modifiers, key = chord.split("+")
+    if modifiers == ["shift"] and key == "slash":
+        return "?"
+    name = _KEY_NAMES.get(key, key if len(key) > 2 else key.upper())
+    return " + ".join([*modifiers, name])
+
+
+def keys(desk: Desk) -> None:
+    """The page of keys."""
+    room = desk.room
+    imgui.set_next_window_pos(
+        imgui.ImVec2(room.x + room.width / 2, room.y + room.height / 2), 0, imgui.ImVec2(0.5, 0.5)
+    )
+    imgui.set_next_window_size_constraints(
+        imgui.ImVec2(min(460, room.width), 100), imgui.ImVec2(max(room.width, 1), max(room.height - 20, 100))
+    )
+    flags = imgui.WindowFlags_.no_collapse | imgui.WindowFlags_.always_auto_resize | imgui.WindowFlags_.no_move
+    _, stays = imgui.begin("Keys and mouse", True, flags)
+    if imgui.begin_table("keys", 2, imgui.TableFlags_.sizing_fixed_fit):
+        rows = [(mouse, text) for mouse, text in MOUSE]
+        for each in BINDINGS:
+            chords = each.chords[:1] if "left" in each.chords else each.chords
+            rows.append((", ".join(dict.fromkeys(map(key_text, chords))), each.text))
+        for name, text in rows:
+            imgui.table_next_row()
+            imgui.table_next_column()
+            imgui.text_colored(imgui.ImVec4(0.55, 0.78, 1.0, 1.0), name)
+            imgui.table_next_column()
+            imgui.text_unformatted(text)
+        imgui.end_table()
+    imgui.end()
+    if not stays:
+        desk.run("help")

@@ -1,0 +1,212 @@
+"""Scenes as the files that `texvol render --scene` reads: TOML, with the transfer function as JSON beside it.
+
+All numbers are written with as many digits as it takes to read the same ones, so that the scene that is read is the
+one that was written. What a scene file has no word for is said, and not left out.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from texvol.annotation import Annotation
+from texvol.annotation.request import PARTS
+from texvol.camera import Camera
+from texvol.errors import InputError
+from texvol.gradient import CENTRAL, Estimator
+from texvol.light_options import lighting as lighting_of
+from texvol.mask import Mask
+from texvol.mesh_options import MeshChoice
+from texvol.readers import ARGUMENTS, load
+from texvol.scene import Scene
+from texvol.spaces import turned
+from texvol.transfer import TransferFunction
+from texvol.window.jobs import Showing
+
+_NOT_OF_READING = ("path", "absolute", "transform", "built_in", "fade")
+
+
+def scene_files(
+    path: str | os.PathLike[str],
+    scene: Scene,
+    size: tuple[int, int],
+    showing: Showing,
+    meshes: Sequence[MeshChoice] = (),
+) -> dict[Path, bytes]:
+    """Content of the scene file and of what stands beside it, by path; `meshes` are where its geometry came from.
+
+    Raises
+    ------
+    InputError
+        If the scene has something that a scene file can't say.
+    """
+    path = Path(path)
+    content: dict[str, Any] = {"volume": _file(scene.volume.source, path.parent, "volume")}
+    content |= _reading(scene.volume.source) | _placed(scene.volume.source.get("transform"))
+    content |= _mask(scene.mask, path.parent)
+    files: dict[Path, bytes] = {}
+    content |= _matter(scene.transfer_function, path.with_name(f"{path.stem}.tf.json"), files)
+    content["size"] = f"{size[0]}x{size[1]}"
+    content["classification"] = scene.classification
+    content["background"] = "transparent" if showing.transparent else list(scene.background)
+    if scene.gradient != CENTRAL:
+        content["gradient"] = _gradient(scene.gradient)
+    content |= _camera(scene.camera) | _light(scene) | _cutting(scene) | _mode(scene, showing)
+    content |= _annotation(showing.annotation) | _geometry(scene, meshes, path.parent)
+    if scene.added:
+        content["add"] = [_added(scene, number, path, files) for number in range(len(scene.added))]
+    files[path] = "".join(f"{key} = {_toml(value)}\n" for key, value in content.items()).encode()
+    return files
+
+
+def _file(source: Mapping[str, Any], folder: Path, what: str) -> str:
+    """A volume's or a mask's file, as it is named from a folder."""
+    if "absolute" not in source:
+        raise InputError(f"the scene's {what} is not from a file, and a scene file can't name it")
+    return os.path.relpath(source["absolute"], folder)
+
+
+def _reading(source: Mapping[str, Any]) -> dict[str, Any]:
+    """How a file was read."""
+    return {
+        key: list(value) if isinstance(value, tuple | list) else value
+        for key, value in source.items()
+        if key not in _NOT_OF_READING and value is not None
+    }
+
+
+def _placed(matrix: Any) -> dict[str, Any]:
+    """Where a volume was moved to."""
+    return {} if matrix is None else {"transform": np.asarray(matrix, np.float64).tolist()}
+
+
+def _mask(mask: Mask | None, folder: Path) -> dict[str, Any]:
+    if mask is None:
+        return {}
+    found: dict[str, Any] = {"file": _file(mask.source, folder, "mask")}
+    if "fade" in mask.source:
+        found["fade"] = [float(end) for end in mask.source["fade"]]
+    return {"mask": found}
+
+
+def _matter(matter: TransferFunction | None, path: Path, files: dict[Path, bytes]) -> dict[str, Any]:
+    """The name of a file with the transfer function, which is put among the files."""
+    if matter is None:
+        return {}
+    files[path] = (json.dumps(matter.as_json(), indent=1) + "\n").encode()
+    return {"tf": path.name}
+
+
+def _added(scene: Scene, number: int, path: Path, files: dict[Path, bytes]) -> dict[str, Any]:
+    """A further volume, as a table."""
+    each = scene.added[number]
+    source = each.volume.source
+    found: dict[str, Any] = {"file": _file(source, path.parent, "further volume")} | _reading(source)
+    total = source.get("transform")
+    if total is not None:
+        # What turns it into the first volume's world is done anew whenever the scene is read.
+        as_read = load(source["absolute"], **{key: source[key] for key in ARGUMENTS if source.get(key) is not None})
+        turn = turned(as_read, scene.volume.space).source.get("transform", np.eye(4))
+        own = np.asarray(total) @ np.linalg.inv(turn)
+        found |= {} if np.array_equal(own, np.eye(4)) else _placed(own)
+    found |= _mask(each.mask, path.parent)
+    return found | _matter(each.transfer_function, path.with_name(f"{path.stem}.tf{number + 2}.json"), files)
+
+
+def _geometry(scene: Scene, meshes: Sequence[MeshChoice], folder: Path) -> dict[str, Any]:
+    if len(meshes) != len(scene.geometry):
+        raise InputError("the scene has geometry that is not from files, and a scene file can't name it")
+    if not meshes:
+        return {}
+    tables = []
+    for each in meshes:
+        color = {} if each.color is None else {"color": list(each.color)}
+        tables.append({"file": os.path.relpath(each.path, folder), **color, "opacity": float(each.opacity)})
+    return {"mesh": tables}
+
+
+def _camera(camera: Camera | None) -> dict[str, Any]:
+    if camera is None:
+        return {}
+    found = {name: list(getattr(camera, name)) for name in ("eye", "target", "up")}
+    extent = {"fov": camera.fov} if camera.projection == "perspective" else {"height": camera.height}
+    return {"projection": camera.projection} | found | extent
+
+
+def _gradient(estimator: Estimator) -> str:
+    scale = getattr(estimator, "scale", None)
+    return f"{estimator.kind}:{scale!r}" if estimator.kind == "gaussian" else estimator.kind
+
+
+def _light(scene: Scene) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    cue = scene.depth_cue
+    if cue is not None:
+        if cue.near is not None or cue.far is not None:
+            raise InputError("a scene file can't say from where to where a depth cue goes")
+        found["depth-cue"] = [cue.strength, *cue.color]
+    lighting = scene.lighting
+    if lighting is None:
+        return found
+    if not lighting.lights:
+        if scene.mode != "isosurface" or lighting != lighting_of({"light": ["none"], "mode": "isosurface"}):
+            raise InputError("a scene file can't say that there is light from everywhere, and no other")
+        return found | {"light": "none"}
+    found["light"] = [_light_table(light) for light in lighting.lights]
+    for name in ("ambient", "diffuse", "specular", "shininess", "fade"):
+        if (number := getattr(lighting, name)) is not None:
+            found[name] = number
+    return found | {"two-sided": lighting.two_sided, "shadows": lighting.shadows}
+
+
+def _light_table(light: Any) -> dict[str, Any]:
+    place = {"directional": "direction", "point": "position"}.get(light.kind)
+    return {"kind": light.kind} | ({place: list(light.vector)} if place else {}) | {"color": list(light.color)}
+
+
+def _cutting(scene: Scene) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    if scene.clip:
+        found["clip"] = [{"normal": [*map(float, each.normal)], "offset": float(each.offset)} for each in scene.clip]
+    if scene.crop is not None:
+        found["crop"] = [end for ends in scene.crop for end in ends]
+    return found | ({"caps": True} if scene.caps else {})
+
+
+def _mode(scene: Scene, showing: Showing) -> dict[str, Any]:
+    found: dict[str, Any] = {"mode": scene.mode} if scene.mode != "composite" else {}
+    if scene.isovalue is not None:
+        found["isovalue"] = scene.isovalue
+    if showing.window is not None and scene.mode not in ("composite", "isosurface"):
+        found["window"] = list(showing.window)
+    return found
+
+
+def _annotation(annotation: Annotation) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    parts = [part for part in PARTS if getattr(annotation, part.replace("-", "_"))]
+    if parts:
+        found["annotate"] = ",".join(parts)
+    for key in ("title", "value_name", "font"):
+        if value := getattr(annotation, key):
+            found[key.replace("_", "-")] = str(value)
+    return found
+
+
+def _toml(value: Any) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{key} = {_toml(each)}" for key, each in value.items()) + "}"
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(map(_toml, value)) + "]"
+    if isinstance(value, float):
+        return repr(float(value))  # also inf and nan, which TOML writes alike
+    if isinstance(value, int):
+        return str(value)
+    return json.dumps(str(value), ensure_ascii=False).replace("\x7f", "\\u007f")

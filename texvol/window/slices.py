@@ -1,0 +1,122 @@
+"""Slices through a volume as pictures: grey by window and level, oriented as radiologists look at them.
+
+Sagittal, coronal and axial slices lie across the axes of the grid that are nearest to x, y and z of the world. In
+axial and coronal ones the patient's left is on the right of the picture; anterior is up, or to the left, and superior
+up. A volume that does not say what its axes point to is taken as x left, y posterior, z superior, as in DICOM.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.volume import Volume
+
+NAMES = ("axial", "coronal", "sagittal")
+_NORMALS = {"sagittal": 0, "coronal": 1, "axial": 2}  # axis of the world
+
+
+@dataclass(frozen=True)
+class Slice:
+    """One slice's place and orientation.
+
+    Attributes
+    ----------
+    axis : int
+        Grid axis that it lies across.
+    across, down : (grid axis, sign)
+        Which grid axis goes to the right in the picture, and which downwards, and whether along it or against it.
+    """
+
+    axis: int
+    across: tuple[int, int]
+    down: tuple[int, int]
+
+    def values(self, volume: Volume, index: int) -> NDArray:
+        """Samples of the slice, (rows, columns), top row first."""
+        array = np.moveaxis(volume.values, (2, 1, 0), (0, 1, 2))  # [x, y, z]
+        plane = np.take(array, index, axis=self.axis)
+        rest = [axis for axis in range(3) if axis != self.axis]
+        if rest[0] == self.across[0]:
+            plane = plane.T
+        return plane[:: self.down[1], :: self.across[1]]
+
+    def extent(self, volume: Volume) -> tuple[float, float]:
+        """Width and height in world units."""
+        lengths = volume.spacing * np.array(volume.dimensions)
+        return float(lengths[self.across[0]]), float(lengths[self.down[0]])
+
+    def shares(self, volume: Volume, index: NDArray[np.float64]) -> tuple[float, float]:
+        """Where a place in index space is in the picture: from 0 at the left, or top, to 1."""
+        return tuple(  # type: ignore[return-value]
+            float(share if sign > 0 else 1 - share)
+            for axis, sign in (self.across, self.down)
+            for share in [(index[axis] + 0.5) / volume.dimensions[axis]]
+        )
+
+    def moved(self, volume: Volume, index: NDArray[np.float64], right: float, down: float) -> NDArray[np.float64]:
+        """The place in index space that is there in the picture, in this slice."""
+        result = np.array(index, np.float64)
+        for (axis, sign), share in ((self.across, right), (self.down, down)):
+            count = volume.dimensions[axis]
+            share = share if sign > 0 else 1 - share
+            result[axis] = np.clip(share * count - 0.5, 0, count - 1)
+        return result
+
+
+def slices_of(volume: Volume) -> dict[str, Slice]:
+    """The three slices of a volume by name."""
+    axes = _grid_axes(volume)
+    words = volume.space.lower().split("-")
+    left = -1 if words[0] == "right" else 1
+    anterior = 1 if len(words) > 1 and words[1] == "anterior" else -1
+    superior = -1 if len(words) > 2 and words[2] == "inferior" else 1
+    # World axis and sign of what is on the right, and at the bottom.
+    looks = {
+        "axial": ((0, left), (1, -anterior)),
+        "coronal": ((0, left), (2, -superior)),
+        "sagittal": ((1, -anterior), (2, -superior)),
+    }
+    found = {}
+    for name in NAMES:
+        across, down = (
+            (axes[world], sign * (1 if volume.direction[world, axes[world]] >= 0 else -1))
+            for world, sign in looks[name]
+        )
+        found[name] = Slice(axes[_NORMALS[name]], across, down)
+    return found
+
+
+def grey(values: NDArray, window: tuple[float, float]) -> NDArray[np.uint8]:
+    """Levels of values in a window (centre, width), shape (…, 3); NaN is black."""
+    centre, width = window
+    with np.errstate(over="ignore", invalid="ignore"):
+        share = (values.astype(np.float64) - centre) / max(width, 1e-300) + 0.5
+    levels = np.rint(np.clip(np.nan_to_num(share, nan=0.0), 0, 1) * 255).astype(np.uint8)
+    return np.repeat(levels[..., np.newaxis], 3, axis=-1)
+
+
+def typical_window(volume: Volume) -> tuple[float, float]:
+    """Centre and width of a window from the 1st to the 99.5th percentile of the values."""
+    step = max(1, round((volume.values.size / 1e5) ** (1 / 3)))
+    values = volume.values[::step, ::step, ::step].astype(np.float64)
+    values = values[np.isfinite(values)]
+    if not values.size:
+        return 0.0, 1.0
+    low, high = (float(each) for each in np.percentile(values, (1, 99.5)))
+    if not high > low:
+        low, high = volume.finite_range or (low, high)
+    return (low + high) / 2, max(high - low, 1e-6 * max(abs(high), 1.0))
+
+
+def _grid_axes(volume: Volume) -> list[int]:
+    """For x, y and z of the world the grid axis that is nearest, each once."""
+    alignment = np.abs(volume.direction / np.linalg.norm(volume.direction, axis=0))
+    axes = [-1, -1, -1]
+    for _ in range(3):
+        world, grid = np.unravel_index(int(np.argmax(alignment)), (3, 3))
+        axes[int(world)] = int(grid)
+        alignment[world, :] = alignment[:, grid] = -1
+    return axes
