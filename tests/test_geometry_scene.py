@@ -278,7 +278,7 @@ def test_every_stretch_compiles(context: Context, name: str) -> None:
         common = {"PERSPECTIVE": way, "HALF_SPACES": planes, "BRICKS": bricks, "STRETCH": 1, "LEAPS": 1}
         common |= {"CUE": 0, "COUNT": 0}
         if name == "projection":
-            matter = [{"MODE": 3, "DEPTH": 0, "MISSING": 0, "GRADIENT": 1}]
+            matter = [{"MODE": 3, "DEPTH": 0, "MISSING": 0, "WEIGHTS": 0, "GRADIENT": 1}]
         else:
             matter = [NOTHING_SPECIAL | {"CLASSIFICATION": kind, "CAPS": int(planes > 0)} for kind in range(4)]
         for each in matter:
