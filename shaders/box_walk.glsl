@@ -99,6 +99,8 @@ vec4 glow_there(vec4 texel, vec3 position, float length) {
 #if WEIGHTS
     length *= weight_at(position);
 #endif
+    // Of several that are opaque in one place none is more so than another.
+    if (matter.a >= OPAQUE && length > 0.0) length = 1.0;
     return matter * length;
 }
 #else

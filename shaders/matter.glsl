@@ -46,7 +46,8 @@ const bool GLOWS = EMISSIVE != 0 || GRADED != 0 || CONTOURS != 0;
 #if CLASSIFICATION == 2
 // Matter of a texel, in its light.
 vec4 matter_of(vec4 texel, vec3 position) {
-    vec4 matter = matter_of_value(value_of(texel));
+    float value = value_of(texel);
+    vec4 matter = matter_of_value(value);
 #if GRADIENT
     vec3 gradient = gradient_of(texel);
 #if MODULATIONS
@@ -55,7 +56,7 @@ vec4 matter_of(vec4 texel, vec3 position) {
 #endif
 #if GRADED || CONTOURS
     if (EMISSIVE == 0) matter.rgb *= matter.a;
-    matter += texel.a == texel.a ? graded_matter(texel.a, magnitude_of(gradient)) : vec4(0.0);
+    matter += value == value ? graded_matter(value, magnitude_of(gradient)) : vec4(0.0);
 #endif
 #if LIT
     Shade shade = shade_at(gradient, to_eye, position);

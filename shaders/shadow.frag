@@ -39,12 +39,13 @@ out vec4 optical_depth;
 
 // Extinction times length of a part of the way.
 float depth_of_part(vec4 texel, float path_length, vec3 position) {
-    vec4 matter = matter_of_value(value_of(texel));
+    float value = value_of(texel);
+    vec4 matter = matter_of_value(value);
 #if MODULATIONS
     matter *= modulation_of(magnitude_of(gradient_of(texel)));
 #endif
 #if GRADED || CONTOURS
-    if (texel.a == texel.a) matter += graded_matter(texel.a, magnitude_of(gradient_of(texel)));
+    if (value == value) matter += graded_matter(value, magnitude_of(gradient_of(texel)));
 #endif
 #if WEIGHTS
     matter.a *= weight_at(position);

@@ -2,6 +2,7 @@
 //
 // Switches: BRICKS 1: the texture is a part of the volume. GRADIENT 1: texels are the gradient and the value, 2: the
 //           gradient in 16 bits, of which the middle is 0. WEIGHTS 1: matter has a weight, from 0 to 1.
+//           MISSING 1: there may be no value.
 
 uniform sampler3D texels;
 #if WEIGHTS
@@ -47,11 +48,21 @@ vec3 gradient_of(vec4 texel) {
 #endif
 }
 
-float value_of(vec4 texel) {
-    return texel.a;
-}
-#else
-float value_of(vec4 texel) {
-    return texel.r;
-}
 #endif
+
+#if MISSING
+const float MISSING_FROM = 1e31;  // see value_texture.py
+#endif
+
+// NaN where there is none.
+float value_of(vec4 texel) {
+#if GRADIENT
+    float value = texel.a;
+#else
+    float value = texel.r;
+#endif
+#if MISSING
+    if (abs(value) > MISSING_FROM) value = uintBitsToFloat(0x7fc00000u);
+#endif
+    return value;
+}

@@ -294,3 +294,25 @@ def test_labels_and_colours_are_of_matter(more: dict[str, Any]) -> None:
     volume = Volume(np.ones((3, 3, 3), np.uint8), **more)
     with pytest.raises(InputError, match="colours and labels are of matter, in mode composite, and the mode is xray"):
         Scene(volume, mode="xray")
+
+
+@pytest.mark.parametrize("mode", ["composite", "xray", "mip", "isosurface"])
+def test_a_missing_sample_takes_only_what_it_has_weight_in(renderer: Renderer, mode: Any) -> None:
+    """Beside the last sample before the box ends there is that sample alone, on every side of the box."""
+    values = np.ones((3, 3, 3), np.float32)
+    values[1, 1, 1] = np.nan
+    volume = Volume(values)
+    camera = Camera.orthographic((1, 1, 20), (1, 1, 1), (0, 1, 0), height=3)
+    more: dict[str, Any] = {"mode": mode} | ({"isovalue": 0.5} if mode == "isosurface" else {})
+    drawn = renderer.render(Scene(volume, constant(0.3), camera, classification="post", **more), (60, 60))[..., 3]
+    if mode == "isosurface":  # ones everywhere: no surface, and none at the gap
+        assert not drawn.any()
+        return
+    # The outermost half of a sample, ten pixels on every side, is whole; half way through it is the gap's.
+    edge = np.ones((60, 60), bool)
+    edge[10:-10, 10:-10] = False
+    whole = opacity(0.3 * 3) if mode == "composite" else 1.0
+    np.testing.assert_allclose(drawn[edge], whole, rtol=0, atol=ROUNDING)
+    if mode == "composite":
+        # Inside, from the first sample to the last, there is nothing in which it has no weight.
+        np.testing.assert_allclose(drawn[30, 30], opacity(0.3 * 1), rtol=0, atol=ROUNDING)

@@ -326,8 +326,8 @@ def test_an_include_compiles_with_nothing_of_its_includer(context: Context, tmp_
         ],
         "seen.glsl": [each | {"PERSPECTIVE": way, "CUE": way} for each in [NO_LIGHT, *every_light] for way in EITHER],
         "volume_texture.glsl": [
-            {"BRICKS": bricks, "GRADIENT": gradient, "WEIGHTS": weights}
-            for bricks, gradient, weights in itertools.product(EITHER, EITHER, EITHER)
+            {"BRICKS": bricks, "GRADIENT": gradient, "WEIGHTS": weights, "MISSING": missing}
+            for bricks, gradient, weights, missing in itertools.product(EITHER, repeat=4)
         ],
         "depths.glsl": [{"HALF_SPACES": planes, "STRETCH": stretch} for planes in (0, 1, 7) for stretch in EITHER],
         "obliquity.glsl": [{"PERSPECTIVE": way} for way in EITHER],

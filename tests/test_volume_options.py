@@ -19,7 +19,7 @@ from texvol.__main__ import main
 from texvol.added_volume import common_box
 from texvol.comparison.pictures import read_picture
 from texvol.scene import Scene
-from texvol.shown_pictures import is_out_of_view
+from texvol.shown_pictures import out_of_view
 from texvol.volume import Volume
 
 VALUES, OTHER = random_volume(1).values, random_volume(2, (4, 5, 6)).values
@@ -181,7 +181,7 @@ def test_a_view_that_misses_one_of_two_volumes_is_no_empty_view() -> None:
     assert found.camera is not None
     for target, missed in (((404.0, 2, 2), False), ((4.0, 4, 2), False), ((200.0, 4, 2), True)):
         camera = replace(found.camera, eye=(target[0], -500.0, 2.0), target=target, height=20.0)
-        assert is_out_of_view(replace(found, camera=camera), (20, 20)) == missed
+        assert (len(out_of_view(replace(found, camera=camera), (20, 20))) == 2) == missed
 
 
 def test_volumes_outside_of_the_view_are_warned_of_together(capsys: pytest.CaptureFixture[str]) -> None:
@@ -194,7 +194,18 @@ def test_volumes_outside_of_the_view_are_warned_of_together(capsys: pytest.Captu
     assert (
         main([*line, "--eye", "100,-50,0", "--target", "100,0,0", "--add-transform", "1,0,0,100,0,1,0,0,0,0,1,0"]) == 0
     )
-    assert capsys.readouterr().err == ""
+    assert capsys.readouterr().err == "texvol: warning: v.npy is outside of the view\n"
+    # Cut away, hidden, or with nothing to be seen.
+    np.save("nothing.npy", np.zeros((4, 4, 4), np.uint8))
+    np.save("fours.npy", np.full((4, 4, 4), 5.0))
+    empty = ["render", "fours.npy", "-o", "a.exr", "--size", "8x8"]
+    for more, what in (
+        (["--clip", "1,0,0,1e6"], "of what clip planes and crop box leave nothing shows"),
+        (["--mask", "nothing.npy"], "of what the mask leaves nothing shows"),
+        (["--tf", "ct-bone"], "nothing of the volume shows"),
+    ):
+        assert main([*empty, *more]) == 0
+        assert capsys.readouterr().err == f"texvol: warning: {what}, and the picture is empty\n"
 
 
 # Whatever is wrong.

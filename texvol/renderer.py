@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import asdict, replace
 from statistics import median
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from texvol import accuracy, error_control, slab_texture, slicing
 from texvol.compositor import Compositor, Drawing
-from texvol.contexts import open_context
+from texvol.contexts import Context, open_context
 from texvol.display import NUMBER_MODES
 from texvol.errors import AccuracyWarning, InputError
 from texvol.geometry.drawn import DrawnGeometry
@@ -31,6 +31,7 @@ from texvol.texture_memory import default_budget
 from texvol.value_texture import ValueTexture
 
 Size = tuple[int, int]
+_LEAST_ESTIMATED = 48  # pixels along each side: fewer may miss where the error is
 _REFERENCE_BYTES = 64 << 20  # of textures for a picture that an estimate is drawn from, at most
 
 
@@ -43,6 +44,8 @@ class Renderer:
     texture_memory : float, optional
         Megabytes (10⁶ bytes) that textures may take; half of what is free unless told. A volume whose texture is
         larger, or too large for the driver, is drawn in bricks.
+    compositor : callable, optional
+        Makes what composites, of the context: a Compositor of one's own.
 
     Raises
     ------
@@ -52,12 +55,18 @@ class Renderer:
         If the texture memory is not positive.
     """
 
-    def __init__(self, backend: str = "auto", *, texture_memory: float | None = None) -> None:
+    def __init__(
+        self,
+        backend: str = "auto",
+        *,
+        texture_memory: float | None = None,
+        compositor: Callable[[Context], Compositor] = Compositor,
+    ) -> None:
         if texture_memory is not None and not 0 < texture_memory < np.inf:
             raise InputError(f"texture memory must be positive and finite, and is {texture_memory:g} MB")
         self._context = open_context(backend)
         with self._context:
-            self._compositor = Compositor(self._context)
+            self._compositor = compositor(self._context)
             self._budget = int(texture_memory * 1e6) if texture_memory else default_budget(self._context)
             self._matter = [MatterOnDevice(self._context, self._budget)]
             self._shadows = Shadows(self._context, self._budget)
@@ -158,6 +167,11 @@ class Renderer:
         if not self._stats:
             self._stats = self._facts(*self._last)
         return self._stats
+
+    @property
+    def estimate(self) -> float | None:
+        """Of the last picture's error, where that was wanted; unlike in `stats` nothing is drawn to know it."""
+        return error_control.if_finite(self._estimate)
 
     @property
     def settings(self) -> dict[str, Any]:
@@ -341,7 +355,8 @@ class Renderer:
         """What the choice of thickness found, or what halving it changes in a picture of a sixteenth of the pixels."""
         if self._estimate is not None or self._context.released:
             return self._estimate
-        small = (max(size[0] // 4, 1), max(size[1] // 4, 1))
+        width, height = (max(side // 4, min(side, _LEAST_ESTIMATED)) for side in size)
+        small = (width, height)
         with self._context:
             picture = self._draw(scene, small, settings)
             with ExitStack() as aside:

@@ -15,16 +15,38 @@ from texvol.display import NUMBER_MODES
 from texvol.scene import Scene
 from texvol.scene_facts import BY_TRANSFER_FUNCTION, scene_facts
 from texvol.slicing import slabs_crossed
+from texvol.volume import Volume
 
 if TYPE_CHECKING:
     from texvol.camera import Camera
     from texvol.options import SceneOptions
 
 
-def is_out_of_view(scene: Scene, size: tuple[int, int]) -> bool:
-    """Whether no pixel's ray meets a volume's box in front of the eye."""
+def out_of_view(scene: Scene, size: tuple[int, int]) -> list[Volume]:
+    """The volumes whose box no pixel's ray meets in front of the eye."""
     camera = scene.camera_for(size)
-    return not any(slabs_crossed(volume, camera, volume.radius, size) for volume in scene.volumes)
+    return [volume for volume in scene.volumes if not slabs_crossed(volume, camera, volume.radius, size)]
+
+
+def emptiness(picture: NDArray, scene: Scene) -> str | None:
+    """What there is to say where a picture shows nothing, or one of several volumes can't be in it; else None."""
+    size = picture.shape[1], picture.shape[0]
+    shows_nothing = not picture[..., 3].any()
+    if not (shows_nothing or scene.added):
+        return None
+    outside = out_of_view(scene, size)
+    if outside and len(outside) < len(scene.volumes):
+        return f"{', '.join(volume.name for volume in outside)} is outside of the view"
+    if not shows_nothing:
+        return None
+    if outside:
+        what = "all volumes are" if scene.added else "the volume is"
+        return f"{what} outside of the view, and the picture is empty"
+    if scene.cutting:
+        return "of what clip planes and crop box leave nothing shows, and the picture is empty"
+    if any(mask is not None for mask in (scene.mask, *(each.mask for each in scene.added))):
+        return "of what the mask leaves nothing shows, and the picture is empty"
+    return "nothing of the volume shows, and the picture is empty"
 
 
 class Display:
@@ -54,10 +76,9 @@ class Display:
         return replace(scene, camera=camera)
 
     def of(self, picture: NDArray, scene: Scene, path: str) -> NDArray:
-        """The picture for a file of that name; with a warning where the view misses the volume."""
-        if not picture[..., 3].any() and is_out_of_view(scene, (picture.shape[1], picture.shape[0])):
-            what = "all volumes are" if scene.added else "the volume is"
-            warnings.warn(f"{what} outside of the view, and the picture is empty", stacklevel=2)
+        """The picture for a file of that name; with a warning where it is empty, or without one of its volumes."""
+        if message := emptiness(picture, scene):
+            warnings.warn(message, stacklevel=2)
         if Path(path).suffix.lower() == ".exr":
             return picture
         if scene.mode in NUMBER_MODES:

@@ -46,7 +46,7 @@ def transform(text: str) -> TransformChoice:
     if os.path.exists(text):
         return TransformChoice(path=text)
     numbers = _numbers(text.split(","))
-    if numbers is None and text.strip():
+    if numbers is None and text.strip() and text.count(",") < 11:
         return TransformChoice(path=text)  # which is not there: whoever reads it says so
     if numbers is None or len(numbers) not in (12, 16):
         raise argparse.ArgumentTypeError(f"{_FORMS} is wanted, and not {text!r}")

@@ -40,6 +40,9 @@ _INTEGERS = (np.uint8, np.int8, np.uint16, np.int16)
 _LAST = 3e38  # the end of the last segment
 _TABLE_WIDTH = 4096  # segments in a row of the table; more go into further rows
 _MOST_CELLS = 4096
+# Stands for a value that is missing: NaN would be so with a weight of 0 as well, and at the edges of a texture drivers
+# take a neighbour with that. Any weight above 3e-8 takes it past 1e31, from which on the shader takes it for missing.
+_MISSING = 3e38
 HUGE = 1e30  # stands for an infinite sample or value: any weight above 1e-24 takes it past every control point
 # Interpolation may round equal texels down by half an ulp or two: without this a flat region that lies exactly on a
 # step would fall to its left side. In shares of the stored value.
@@ -122,7 +125,7 @@ class ValueTexture:
         return {
             "CLASSIFICATION": 2 if post else 3,
             "EMISSIVE": 2 if self.transfer_function.premultiplied else int(self.transfer_function.emissive),
-            "MISSING": int(post and self.volume.has_missing),
+            "MISSING": int(self.volume.has_missing),
             "RAMPS": ramps,
             "GRADIENT": self.gradient_switch,
             "WEIGHTS": int(self.mask is not None),
@@ -287,6 +290,8 @@ def _storage(volume: Volume) -> tuple[str, float, float]:
         return "r16", float(np.iinfo(dtype).min), float(np.iinfo(dtype).max) - float(np.iinfo(dtype).min)
     low, high = volume.finite_range or (0.0, 1.0)
     if dtype in (np.float16, np.float32) and max(abs(low), abs(high)) < HUGE:
+        if volume.has_missing:
+            return "r32f", 0.0, 1.0
         return "r16f" if dtype == np.float16 else "r32f", 0.0, 1.0
     return "r32f", low / 2 + high / 2, (high / 2 - low / 2) or 1.0
 
@@ -296,7 +301,7 @@ def _stored_values(values: NDArray, texel_format: str, offset: float, scale: flo
     if texel_format in ("r16", "rgba16") and values.dtype.itemsize > 2:
         return np.rint((values - offset) * (65535 / scale)).astype(np.uint16)
     if texel_format == "rgba32f":
-        return _without_infinities(((values.astype(np.float64) - offset) / scale).astype(np.float32))
+        return _finite(((values.astype(np.float64) - offset) / scale).astype(np.float32))
     if values.dtype == np.uint8:
         return values.astype(np.uint16) * np.uint16(257)
     if values.dtype == np.int8:
@@ -306,13 +311,14 @@ def _stored_values(values: NDArray, texel_format: str, offset: float, scale: flo
     if values.dtype == np.int16:
         return values.view(np.uint16) ^ np.uint16(0x8000)
     if (offset, scale) == (0.0, 1.0) and values.dtype in (np.float16, np.float32):
-        return _without_infinities(values)
-    return _without_infinities(((values.astype(np.float64) - offset) / scale).astype(np.float32))
+        return _finite(values.astype(np.float32) if texel_format == "r32f" else values)
+    return _finite(((values.astype(np.float64) - offset) / scale).astype(np.float32))
 
 
-def _without_infinities(texels: NDArray) -> NDArray:
-    """`texels` with finite stand-ins for infinities, which would be NaN wherever their weight is 0."""
-    if not np.isinf(texels).any():
+def _finite(texels: NDArray) -> NDArray:
+    """`texels` with finite stand-ins for infinities and NaN, which would be NaN wherever their weight is 0."""
+    if np.isfinite(texels).all():
         return texels
     most = min(HUGE, float(np.finfo(texels.dtype).max))
-    return np.where(np.isinf(texels), np.copysign(texels.dtype.type(most), texels), texels)
+    finite = np.where(np.isinf(texels), np.copysign(texels.dtype.type(most), texels), texels)
+    return finite if texels.dtype == np.float16 else np.where(np.isnan(finite), np.float32(_MISSING), finite)

@@ -136,6 +136,9 @@ def _parts(loaded: Mapping[str, Any]) -> Parts:
             raise FileFault(f"has a face with corner {faces.max()}, and there are {len(mesh['vertices'])} vertices")
     triangles = [fans(np.asarray(mesh["faces"])) + first for mesh, first in zip(meshes, firsts, strict=False)]
     parts = {"vertices": np.concatenate([mesh["vertices"] for mesh in meshes]), "faces": np.concatenate(triangles)}
+    corners = parts["vertices"][parts["faces"]]
+    if (corners == corners[:, :1]).all():
+        raise FileFault("holds no triangle of more than a point")
     if all(mesh.get("vertex_normals") is not None for mesh in meshes):
         parts["normals"] = np.concatenate([mesh["vertex_normals"] for mesh in meshes])
     return parts
