@@ -198,11 +198,13 @@ def test_volumes_outside_of_the_view_are_warned_of_together(capsys: pytest.Captu
     # Cut away, hidden, or with nothing to be seen.
     np.save("nothing.npy", np.zeros((4, 4, 4), np.uint8))
     np.save("fours.npy", np.full((4, 4, 4), 5.0))
+    nothing = {"points": [{"value": 0, "color": [1, 1, 1], "extinction": 0}]}
+    Path("nothing.json").write_text(json.dumps(nothing))
     empty = ["render", "fours.npy", "-o", "a.exr", "--size", "8x8"]
     for more, what in (
         (["--clip", "1,0,0,1e6"], "of what clip planes and crop box leave nothing shows"),
         (["--mask", "nothing.npy"], "of what the mask leaves nothing shows"),
-        (["--tf", "ct-bone"], "nothing of the volume shows"),
+        (["--tf", "nothing.json"], "nothing of the volume shows"),
     ):
         assert main([*empty, *more]) == 0
         assert capsys.readouterr().err == f"texvol: warning: {what}, and the picture is empty\n"
