@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scenes import BONE, FOG, constant, path_lengths, random_volume
+from several import turned
 
 from texvol.added_volume import AddedVolume
 from texvol.camera import Camera
@@ -38,17 +39,6 @@ GRADED = replace(
     graded=(Graded([0.2, 0.8], np.full((2, 3), 0.1), [0.3, 0.1], 0.1, 0.5),),
     contours=(Contour(0.5, 1.0, (0.1, 0, 0.2), 0.2),),
 )
-
-
-def turned(degrees: float, shift: tuple[float, float, float] = (0, 0, 0)) -> np.ndarray:
-    """About an oblique axis, and then shifted."""
-    x, y, z = np.array([1, 2, 3]) / np.sqrt(14)
-    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    angle = np.radians(degrees)
-    matrix = np.eye(4)
-    matrix[:3, :3] += np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
-    matrix[:3, 3] = shift
-    return matrix
 
 
 def other(volume: Volume, matter: Any = FOG, **more: Any) -> AddedVolume:
@@ -95,7 +85,7 @@ def test_two_overlapping_constant_boxes_at_an_angle_have_their_closed_form(
     classification: Any, projection: str
 ) -> None:
     first = Volume(np.zeros((5, 6, 7), np.uint8), (1, 1, 1.5))
-    second = Volume(np.ones((4, 3, 5)), (1.3, 1, 1)).moved(turned(40, (1.5, 0.5, 2)))
+    second = Volume(np.ones((4, 3, 5)), (1.3, 1, 1)).moved(turned(40, shift=(1.5, 0.5, 2)))
     added = (other(second, constant(0.4, BLUE)),)
     scene = Scene(first, constant(0.25, RED), classification=classification, added=added)
     camera = view(scene.box, projection)
@@ -178,7 +168,7 @@ def crowd(**more: Any) -> tuple[list[AddedVolume], dict[str, Any]]:
     third = Volume((random_volume(6, (4, 5, 6)).values * 4).astype(np.uint8), (1.5, 1, 1), (1, 2, 0), labels=True)
     parts = [
         other(random_volume(4), replace(FOG, extinctions=FOG.extinctions * 20)),
-        other(random_volume(5, (7, 9, 5)).moved(turned(25, (2, 1, 0))), BONE),
+        other(random_volume(5, (7, 9, 5)).moved(turned(25, shift=(2, 1, 0))), BONE),
         other(third, TransferFunction([0, 1, 2, 3], [RED, BLUE, RED, BLUE], [0, 0.2, 0.1, 0.4])),
     ]
     return parts, more
@@ -203,7 +193,7 @@ def test_the_order_of_volumes_does_not_matter(classification: Any, light: Any) -
 @ALL
 def test_a_volume_behind_another_is_composited_behind_it(classification: Any) -> None:
     front = random_volume(7)
-    back = random_volume(8).moved(turned(0, (0, 0, 20)))
+    back = random_volume(8).moved(turned(0, shift=(0, 0, 20)))
     camera = Camera.perspective((3, 4, -15), (3, 4, 5), (0, 1, 0), fov=40)
     common: dict[str, Any] = {"camera": camera, "classification": classification}
     near, far = (raycast(Scene(volume, BONE, **common), SIZE) for volume in (front, back))
@@ -219,7 +209,7 @@ def test_a_volume_behind_another_is_composited_behind_it(classification: Any) ->
 def test_all_that_is_moved_together_looks_the_same(classification: Any, projection: str) -> None:
     parts, _ = crowd()
     camera = view(scene_of(parts).box, projection)
-    matrix = turned(110, (30, -20, 50))
+    matrix = turned(110, shift=(30, -20, 50))
     place = lambda point: matrix[:3, :3] @ np.array(point) + matrix[:3, 3]  # noqa: E731
     moved = replace(camera, eye=place(camera.eye), target=place(camera.target), up=matrix[:3, :3] @ np.array(camera.up))
     there = [replace(part, volume=part.volume.moved(matrix)) for part in parts]
