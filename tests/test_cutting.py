@@ -53,9 +53,7 @@ def view(volume: Volume, projection: str) -> Camera:
 
 
 def cut_scene(volume: Volume, transfer: Any, projection: str = "perspective", **more: Any) -> Scene:
-    return Scene(
-        volume, transfer, view(volume, projection), clip=planes_through(volume), crop=crop_of(volume), **more
-    )  # type: ignore[arg-type]
+    return Scene(volume, transfer, view(volume, projection), clip=planes_through(volume), crop=crop_of(volume), **more)  # type: ignore[arg-type]
 
 
 def lengths_kept(scene: Scene, size: tuple[int, int]) -> np.ndarray:

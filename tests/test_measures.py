@@ -114,9 +114,7 @@ def test_similarity_is_that_of_its_authors() -> None:
     mean_a, mean_b = mean(a), mean(b)
     var_a, var_b, both = mean(a * a) - mean_a**2, mean(b * b) - mean_b**2, mean(a * b) - mean_a * mean_b
     expected = (
-        (2 * mean_a * mean_b + 1e-4)
-        * (2 * both + 9e-4)
-        / ((mean_a**2 + mean_b**2 + 1e-4) * (var_a + var_b + 9e-4))
+        (2 * mean_a * mean_b + 1e-4) * (2 * both + 9e-4) / ((mean_a**2 + mean_b**2 + 1e-4) * (var_a + var_b + 9e-4))
     ).mean()
     assert structural_similarity(a, b) == pytest.approx(expected, abs=1e-9)
     assert structural_similarity(a, a) == pytest.approx(1, abs=1e-12)

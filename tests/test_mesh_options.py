@@ -101,9 +101,7 @@ def test_surfaces_are_written_in_every_format(folder: Path, name: str, capsys: p
         (["surface", "gone.npy", "--value", "0.5", "-o", "a.ply"], "gone.npy"),
     ],
 )
-def test_wrong_usage_is_one_line(
-    folder: Path, line: list[str], words: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_wrong_usage_is_one_line(folder: Path, line: list[str], words: str, capsys: pytest.CaptureFixture[str]) -> None:
     capsys.readouterr()
     assert main(line) == 2
     said = capsys.readouterr().err

@@ -28,9 +28,7 @@ def test_the_demo(check_picture: CheckPicture, classification: Classification) -
 
 @pytest.mark.parametrize("projection", ["orthographic", "perspective"])
 @pytest.mark.parametrize("classification", CLASSIFICATIONS)
-def test_noise_seen_from_inside(
-    check_picture: CheckPicture, classification: Classification, projection: Any
-) -> None:
+def test_noise_seen_from_inside(check_picture: CheckPicture, classification: Classification, projection: Any) -> None:
     volume = random_volume(8, (17, 13, 19))
     scene = Scene(volume, FOG, inside(volume, projection), classification=classification)
     check_picture(scene, f"inside-{projection}-{classification}", size=SIZE, sampling_rate=2, oracle=True)

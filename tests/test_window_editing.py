@@ -168,3 +168,23 @@ def test_a_histogram_of_one_value_and_of_missing_ones_is_one() -> None:
         assert (np.diff(found.edges) > 0).all()
         for logarithmic in (False, True):
             assert np.isfinite(found.heights(logarithmic)).all()
+
+
+def test_looks_of_labels_are_found_in_their_transfer_function_and_make_it_again() -> None:
+    pytest.importorskip("imgui_bundle", reason="the window needs the extra: pip install 'texvol[view]'")
+    from texvol.transfer.labels import OPACITY, label_function
+    from texvol.window.panels.labels import look_of
+
+    values = np.zeros((4, 5, 6), np.uint8)
+    values[1:3, 1:3, 1:3], values[3, 4, 5], values[0, 0, 1] = 3, 7, 12
+    volume = Volume(values, spacing=(1.5, 0.5, 2.0), labels=True)
+    matter = label_function(volume, {3: 1.0, 7: 0.25}, {12: (0.1, 0.2, 0.3)})
+    look = look_of(matter, volume)
+    # 1 - exp(-τ d) and back costs a few units in the last place.
+    assert look.opacities == pytest.approx({0: 0, 3: 1, 7: 0.25, 12: OPACITY}, rel=1e-14)
+    assert look.colors[12] == pytest.approx((0.1, 0.2, 0.3), rel=1e-14)
+    again = label_function(volume, look.opacities, look.colors)
+    assert np.array_equal(again.values, matter.values)
+    np.testing.assert_allclose(again.extinctions, matter.extinctions, rtol=1e-14)
+    shown = np.flatnonzero(matter.extinctions > 0)
+    np.testing.assert_allclose(again.colors[shown], matter.colors[shown], rtol=1e-14)

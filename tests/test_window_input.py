@@ -186,3 +186,10 @@ def test_every_key_of_the_page_does_something() -> None:
 def test_keys_and_json_have_one_name_for_each_event() -> None:
     for event in EVENTS:
         assert Event.from_json(json.loads(json.dumps(event.as_json()))) == event
+
+
+def test_a_button_that_no_mouse_has_is_told_with_its_line(tmp_path: Path) -> None:
+    path = tmp_path / "script.jsonl"
+    path.write_text('{"do": "rest"}\n{"t": 1, "kind": "button", "name": "fourth", "down": true}\n')
+    with pytest.raises(InputError, match=r"script\.jsonl:2: a button is one of left, right, middle, and not 'fourth'"):
+        read(path)

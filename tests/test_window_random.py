@@ -26,12 +26,12 @@ def random_steps(seed: int) -> list[dict[str, Any]]:
     steps: list[dict[str, Any]] = []
     held: str | None = None
     for number in range(ACTIONS):
-        step: dict[str, Any] = {"t": round(0.03 * number, 3)}
+        step: dict[str, Any] = {"t": round(0.015 * number, 3)}
         kind = chance.choices(
             ("move", "button", "scroll", "key", "command", "resize", "text"), (50, 18, 8, 14, 6, 1, 3)
         )[0]
         if kind == "move":
-            step |= {"kind": kind, "x": chance.randrange(-20, 900), "y": chance.randrange(-20, 640)}
+            step |= {"kind": kind, "x": chance.randrange(-20, 740), "y": chance.randrange(-20, 520)}
         elif kind == "button":
             down = held is None
             held = chance.choice(("left", "left", "right", "middle")) if held is None else held
@@ -53,7 +53,7 @@ def random_steps(seed: int) -> list[dict[str, Any]]:
             names = [f"tab {tab}" for tab in _TABS] + [f"axis {axis}" for axis in AXES]
             step |= {"do": "command", "name": chance.choice(names)}
         elif kind == "resize":
-            step |= {"kind": kind, "x": chance.randrange(200, 1000), "y": chance.randrange(150, 700)}
+            step |= {"kind": kind, "x": chance.randrange(200, 800), "y": chance.randrange(150, 560)}
         else:
             step |= {"kind": kind, "name": chance.choice("0123456789.-abc")}
         steps.append(step)
@@ -69,7 +69,7 @@ def test_random_actions_leave_the_window_whole(display: str, tmp_path: Path, see
         tmp_path,
         ball(tmp_path),
         "--size",
-        "480x480",
+        "320x400",
         "--script",
         script(tmp_path, steps),
         "--timings",

@@ -146,6 +146,21 @@ def test_the_command_line_draws_the_very_picture(
     assert np.array_equal(image.read("again.exr"), picture)
 
 
+def test_a_scene_that_is_saved_is_not_saved_again_for_its_command_line(
+    volume: texvol.Volume, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    opened = document(scene_of(volume, "plain"))
+    saving.save_scene("mine.toml", opened, SIZE)
+    before = sorted(tmp_path.iterdir())
+    assert "mine.toml" in saving.command_line(opened, SIZE, {})
+    assert sorted(tmp_path.iterdir()) == before
+    opened.change(background=(0.5, 0.5, 0.5))
+    assert "mine.toml" not in saving.command_line(opened, SIZE, {})
+    (tmp_path / "mine.toml").unlink()
+    assert "mine.toml" not in saving.command_line(opened, SIZE, {})
+
+
 @pytest.mark.parametrize(
     "parts, reason",
     [

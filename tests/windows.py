@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import atexit
 import csv
+import ctypes
 import json
 import os
 import shutil
+import signal
 import subprocess
 import sys
-from collections.abc import Iterator, Sequence
+import time
+from collections.abc import Callable, Iterator, Sequence
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -21,24 +26,53 @@ REPOSITORY = Path(__file__).parents[1]
 PATIENCE = 180  # seconds; a window that hangs is a failure, a busy machine is not
 
 
-@pytest.fixture(scope="session")
+_STARTED: list[subprocess.Popen[str]] = []
+
+
+@pytest.fixture
 def display() -> Iterator[str]:
-    """Name of a display of 1280 x 1024 pixels."""
+    """Name of a display of 1280 x 1024 pixels; windows that a test has left on it are ended."""
     if not shutil.which("Xvfb"):
         pytest.skip("Xvfb is not installed (Debian, Ubuntu: xvfb)")
+    yield _display()
+    while _STARTED:
+        process = _STARTED.pop()
+        if process.poll() is None:
+            process.kill()
+            process.communicate()
+
+
+@cache
+def _display() -> str:
+    """The display, started when first wanted, for all tests of this process."""
     read, write = os.pipe()
     server = subprocess.Popen(
         ["Xvfb", "-displayfd", str(write), "-screen", "0", "1280x1024x24", "-nolisten", "tcp"],
         pass_fds=(write,),
         stderr=subprocess.DEVNULL,
+        preexec_fn=_die_with_parent,
     )
     os.close(write)
     with os.fdopen(read) as numbers:
         number = numbers.readline().strip()
     assert number, "Xvfb has not started"
-    yield f":{number}"
+    atexit.register(_end, server)
+    return f":{number}"
+
+
+def _die_with_parent() -> None:
+    """However the tests end, nothing that they have started stays."""
+    pr_set_pdeathsig = 1  # linux/prctl.h
+    ctypes.CDLL(None).prctl(pr_set_pdeathsig, signal.SIGKILL)
+
+
+def _end(server: subprocess.Popen[bytes]) -> None:
     server.terminate()
-    server.wait(10)
+    try:
+        server.wait(10)
+    except subprocess.TimeoutExpired:
+        server.kill()
+        server.wait()
 
 
 def environment(display: str | None, folder: Path) -> dict[str, str]:
@@ -51,14 +85,17 @@ def environment(display: str | None, folder: Path) -> dict[str, str]:
 
 def started(display: str | None, folder: Path, *words: str) -> subprocess.Popen[str]:
     """`texvol view`, running in the folder."""
-    return subprocess.Popen(
+    process = subprocess.Popen(
         [sys.executable, "-m", "texvol", "view", *words],
         cwd=folder,
         env=environment(display, folder),
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
+        preexec_fn=_die_with_parent,
     )
+    _STARTED.append(process)
+    return process
 
 
 def viewed(display: str | None, folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
@@ -102,6 +139,14 @@ def timings(path: Path) -> list[dict[str, str]]:
 def eight_bits(path: Path) -> np.ndarray:
     """Pixels of a PNG file, (height, width, 3) integers."""
     return image.eight_bits(image.read(path)).astype(int)
+
+
+def until(reached: Callable[[], object]) -> None:
+    """Wait for it, as long as a busy machine may take."""
+    end = time.monotonic() + PATIENCE
+    while not reached():
+        assert time.monotonic() < end, "it never came to that"
+        time.sleep(0.05)
 
 
 def ball(folder: Path, samples: int = 48) -> str:

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
-from texvol import __version__, depth_picture, film, image, options, reading_options, sequences, writing
+from texvol import __version__, depth_picture, film, film_formats, image, options, reading_options, sequences, writing
 from texvol import option_texts as texts
 from texvol.comparison.command import add_diff
 from texvol.errors import AccuracyWarning, InputError, TexvolError
@@ -87,7 +87,8 @@ def _parser() -> argparse.ArgumentParser:
     render = commands.add_parser("render", help="a picture of a volume")
     reading_options.add_volume_options(render, in_scene_file=True)
     options.add_scene_options(render)
-    names = f"picture: {', '.join(image.FORMATS)}; with --orbit such as frame_%%04d.png, or film{film.FILM}"
+    films = " or ".join(f"film{each}" for each in film_formats.FORMATS)
+    names = f"picture: {', '.join(image.FORMATS)}; with --orbit such as frame_%%04d.png, or {films}"
     render.add_argument("-o", "--output", metavar="IMAGE", required=True, help=names)
     _add_depth(render)
     _add_rendering(render)
@@ -260,8 +261,7 @@ def _check_rendering(arguments: argparse.Namespace, scene_options: options.Scene
         raise InputError(f"--repeat draws at least once, and not {arguments.repeat} times")
     if arguments.orbit is not None and arguments.repeat > 1:
         raise InputError("--repeat draws one view again and again, and --orbit others: give one of them")
-    if arguments.fps is not None and not film.is_film(arguments.output):
-        raise InputError(f"--fps is for films, and {arguments.output} is none: its name ends with {film.FILM}")
+    film_formats.check_rate(arguments.output, arguments.fps)
 
 
 def _raycast(arguments: argparse.Namespace) -> None:

@@ -24,9 +24,7 @@ _LEAST_WIDTH = 1 / 1024  # of a line between two control points, in ranges of th
 _STENCILS = 4096  # voxels looked at, each with its six neighbours
 
 
-def checked(
-    scene: Scene, slab_thickness: float | None, sampling_rate: float | None, max_error: float | None
-) -> float:
+def checked(scene: Scene, slab_thickness: float | None, sampling_rate: float | None, max_error: float | None) -> float:
     """Slab thickness in world units; `sampling_rate` is slabs per smallest spacing; NaN where the error is to choose.
 
     Raises

@@ -56,7 +56,9 @@ def reference_for(scene: Scene) -> Scene:
     return replace(scene, classification="integrated")
 
 
-def thickness_for_error(draw: Draw, draw_reference: Draw, smallest_spacing: float, wanted: float) -> Choice:
+def thickness_for_error(
+    draw: Draw, draw_reference: Draw, smallest_spacing: float, wanted: float, rate: float = 1.0
+) -> Choice:
     """The coarsest slab thickness, among halvings of the spacing, whose picture is within `wanted` by estimate.
 
     Parameters
@@ -67,10 +69,12 @@ def thickness_for_error(draw: Draw, draw_reference: Draw, smallest_spacing: floa
         Of the volume, world units.
     wanted : float
         Maximum absolute error of the linear picture.
+    rate : float
+        Slabs per smallest spacing, a power of two, to begin with.
     """
-    rate = 1.0
+    drawn: dict[float, NDArray[np.float32]] = {}  # by rate: on the way back some come again
     while True:
-        picture = draw(smallest_spacing / rate)
+        picture = drawn[rate] = draw(smallest_spacing / rate)
         finer = draw_reference(smallest_spacing / (2 * rate))
         error = estimate(picture, finer, halvings=1)
         if error <= wanted or rate >= _FINEST_RATE:
@@ -80,7 +84,7 @@ def thickness_for_error(draw: Draw, draw_reference: Draw, smallest_spacing: floa
     halvings = 1
     while choice.reached and rate > _COARSEST_RATE:
         rate, halvings = rate / 2, halvings + 1
-        picture = draw(smallest_spacing / rate)
+        picture = drawn[rate] if rate in drawn else draw(smallest_spacing / rate)
         error = estimate(picture, finer, halvings)
         if not error <= wanted:
             break

@@ -20,23 +20,18 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol import image, writing
-from texvol.errors import InputError, missing_extra
+from texvol import film_formats, image, writing
+from texvol.errors import InputError
+from texvol.film_formats import is_film
 
 if TYPE_CHECKING:
     from multiprocessing.connection import Connection
 
-FILM = ".mp4"
 DEFAULT_FPS = 30.0
 _SLOTS = 2  # pictures held for each process: one that it encodes, one that waits
 _MOST_PROCESSES = 4  # encode as fast as a graphics card draws; llvmpipe wants the cores itself
 _PATIENCE = 20.0  # seconds for a process to finish the picture that it is at
 _CONVERSION = re.compile(r"%%|%0?\d{0,2}d|%")
-
-
-def is_film(path: str | os.PathLike[str]) -> bool:
-    """Whether the name is that of a film."""
-    return Path(path).suffix.lower() == FILM
 
 
 def numbered(path: str | os.PathLike[str], number: int) -> Path:
@@ -69,28 +64,17 @@ def check_output(path: str | os.PathLike[str], views: int | None, size: tuple[in
     elif is_film(path):
         if numbers:
             raise InputError(f"{path}: a film is one file, and its name has no {numbers[0]}")
-        if size[0] % 2 or size[1] % 2:
-            raise InputError(f"size {size[0]}x{size[1]}: a film (H.264, 4:2:0) is even along both sides")
-        ffmpeg()
+        film_formats.check_size(path, size)
+        film_formats.ffmpeg()
         writing.check_writable(path)
     elif len(numbers) != 1 or len(found) != 1:
         raise InputError(
             f"{path}: several pictures are numbered by one %d in the name, as in frame_%04d.png; "
-            "or it is a film, as in film.mp4"
+            "or it is a film, as in film.mp4 and film.gif"
         )
     else:
         for number in (0, views - 1):
             image.check_writable(numbered(path, number))
-
-
-def ffmpeg() -> str:
-    """The program that encodes films, or MissingExtraError."""
-    try:
-        import imageio_ffmpeg
-
-        return str(imageio_ffmpeg.get_ffmpeg_exe())
-    except (ImportError, RuntimeError) as error:
-        raise missing_extra("imageio-ffmpeg", "film", "a film") from error
 
 
 class Writer:
@@ -130,7 +114,7 @@ class Writer:
         if is_film(path):
             count = 1
             self._scratch = writing.beside(Path(os.path.realpath(path)))
-            job |= {"ffmpeg": ffmpeg(), "fps": fps, "scratch": str(self._scratch)}
+            job |= {"ffmpeg": film_formats.ffmpeg(), "fps": fps, "scratch": str(self._scratch)}
         self._processes: list[_Process] = []
         self._added = 0
         try:
@@ -281,7 +265,7 @@ class _Pictures:
 
 
 class _Film:
-    """An H.264 film, encoded beside its place."""
+    """A film, encoded beside its place."""
 
     def __init__(self, job: Mapping[str, Any]) -> None:
         import subprocess
@@ -289,14 +273,7 @@ class _Film:
 
         self._path, self._scratch = job["path"], Path(job["scratch"])
         self._errors = tempfile.TemporaryFile()  # noqa: SIM115  (closed with the process)
-        width, height = job["size"]
-        command = [job["ffmpeg"], "-v", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgb24"]
-        command += ["-s", f"{width}x{height}", "-r", f"{job['fps']:.12g}", "-i", "-", "-an"]
-        # Said outright, because players take a film that says nothing for BT.601 or BT.709 by its size.
-        filters = "scale=out_color_matrix=bt709:out_range=tv:flags=accurate_rnd,format=yuv420p"
-        command += ["-vf", f"{filters},setparams=color_primaries=bt709:color_trc=iec61966-2-1"]
-        # Half of the time of the usual preset and no larger here; 18 is where losses are no longer seen.
-        command += ["-c:v", "libx264", "-preset", "veryfast", "-crf", "18", "-movflags", "+faststart", "-f", "mp4"]
+        command = film_formats.command(job["ffmpeg"], job["path"], job["size"], job["fps"])
         self._process = subprocess.Popen(
             [*command, f"file:{self._scratch}"], stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=self._errors
         )

@@ -10,6 +10,7 @@ import numpy as np
 
 ALL = "all"  # time steps
 
+
 def size(text: str) -> tuple[int, int]:
     """(width, height) from "WxH"."""
     match = re.fullmatch(r"\s*(\d{1,9})\s*[xX×,]\s*(\d{1,9})\s*", text)

@@ -128,6 +128,16 @@ class SceneOptions:
         return "eye" in self._chosen or "height" in self._chosen
 
     @property
+    def meshes(self) -> tuple[geometry.MeshChoice, ...]:
+        """Where geometry comes from."""
+        return tuple(self._chosen.get("mesh", ()))
+
+    @property
+    def transfer_function(self) -> str | None:
+        """The name of the transfer function, as it was given: a preset's, or a file's."""
+        return self._chosen.get("tf")
+
+    @property
     def annotation(self) -> Annotation:
         """What is drawn into pictures that are looked at."""
         chosen = self._chosen

@@ -249,4 +249,6 @@ def transfer_function(name: str, volume: Volume, materials: tuple[str, ...] | No
         return transfer.preset(name, volume, materials)
     if name.lower().endswith(".json") or os.sep in name or os.path.exists(name):
         return transfer.load(name, volume, materials)
-    raise InputError(f"transfer function {name}: neither a .json file nor a preset; presets: {', '.join(transfer.PRESETS)}")
+    raise InputError(
+        f"transfer function {name}: neither a .json file nor a preset; presets: {', '.join(transfer.PRESETS)}"
+    )

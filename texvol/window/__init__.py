@@ -21,5 +21,5 @@ the *clerk*, comes when a file is to be written.
 | `screen`, `interface` | the window; the panels' library on it |
 | `panels` | what there is to choose, and what is said |
 | `editing`, `histogram`, `handles`, `probe`, `slices` | transfer function, cutting in the picture, what is where |
-| `saving`, `scene_writing`, `recent` | what is taken home, and found again |
+| `saving`, `scene_writing`, `recent`, `browsing` | what is taken home, and found again |
 """

@@ -43,7 +43,7 @@ class Plan:
     open : callable, optional
         Makes the first document, given the picture's pixels; `name` is what is opened.
     frames : int, optional
-        After how many it ends.
+        After how many it ends, from the first picture on; the last one waits for rest where it is to be kept.
     screenshot, timings, record : str, optional
         Files to write: the window at the end, the table of frame times, the input.
     """
@@ -95,10 +95,11 @@ class Application:
         self._desk = Desk(director, lambda: self._painter(_REFINER_STANDS_BACK), screen.wake, self._copy)
         self._desk.textures = Textures(screen.gl)
         self._closers.append(self._desk.close)
-        self._desk.preferences.panels = plan.panels
-        self._minimised = self._over = False
+        self._desk.preferences.panels, self._desk.is_played = plan.panels, plan.player is not None
+        self._minimised = self._over = self._rested = False
         self._lively = _FRAMES_AFTER_EVENT
         self._mark = ""
+        self._frames = 0  # that counted
         self._shots: list[str] = []
         self._last = self._last_picture = self._started = screen.time
         self._changed_at: float | None = None
@@ -123,14 +124,11 @@ class Application:
         if plan.open is not None:
             pixels, make = self._desk.pixels, plan.open
             self._desk.load(plan.name, lambda: make(pixels), first=True)
-        frames, desk = 0, self._desk
+        desk = self._desk
         while not self._over and not desk.wants_close:
             self.frame()
-            frames += not self._minimised
             if desk.document is None and desk.failed_first:
                 raise InputError(desk.failed_first)
-            if plan.frames is not None and frames >= plan.frames:
-                break
         if plan.timings:
             self._timings.write(plan.timings)
 
@@ -164,7 +162,7 @@ class Application:
         """How long to wait for something to happen, or for an answer, which wakes us."""
         desk, plan = self._desk, self._plan
         since = self._screen.time - self._last
-        playing = plan.frames is not None or (plan.player is not None and not plan.player.over)
+        playing = (plan.frames is not None and self._counts) or (plan.player is not None and not plan.player.over)
         playing &= plan.player is None or not plan.player.waits or self._at_rest
         if playing or desk.steering.dragging or self._lively > 0:
             return max(_FRAME - since, 0.0)
@@ -181,7 +179,7 @@ class Application:
         if player is not None and not player.over:
             # Whatever the real mouse does meanwhile would change what is played.
             events = [each for each in events if each.kind in ("close", "resize", "iconify", "focus")]
-            if self._desk.director.shown is not None or self._desk.document is None:
+            if self._begun and self._desk.loading is None:  # what is played is meant for what is being opened
                 for what in player.due(self._desk.now, at_rest=self._at_rest):
                     if isinstance(what, Action):
                         self._act(what)
@@ -202,6 +200,22 @@ class Application:
         desk = self._desk
         return desk.director.at_rest and desk.loading is None and desk.writing is None
 
+    @property
+    def _begun(self) -> bool:
+        """Whether there is a picture, or none will come."""
+        desk, director = self._desk, self._desk.director
+        if desk.loading is not None and desk.loading.first:
+            return False
+        return director.shown is not None or desk.document is None or director.idle
+
+    @property
+    def _counts(self) -> bool:
+        """Whether this frame is one of those that are asked for."""
+        plan = self._plan
+        kept = plan.screenshot is not None and plan.frames is not None and self._frames == plan.frames - 1
+        played = plan.player is None or plan.player.over
+        return self._begun and (self._at_rest or not (kept and played))
+
     def _imitate(self, event: Event) -> None:
         """Events of the window itself are not only told: they happen."""
         if event.kind == "resize":
@@ -215,6 +229,8 @@ class Application:
         elif action.do == "save":
             self._desk.run(f"save {action.file}")
         elif action.do == "command":
+            if not self._desk.knows(action.name):
+                raise InputError(f"a script asks for a command that there is not: {action.name!r}")
             self._desk.run(action.name)
         elif action.do == "mark":
             self._mark = action.name
@@ -289,17 +305,23 @@ class Application:
         now, shown = self._screen.time, self._desk.director.shown
         height, width = shown.pixels.shape[:2] if shown is not None else (0, 0)
         rate = shown.coarseness.rate if shown is not None and shown.coarseness else 0.0
-        between = now - self._last_picture if new else 0.0
         delay = now - self._changed_at if new and self._changed_at is not None else 0.0
+        # After a rest nobody waits for a picture before something changes.
+        between = delay if self._rested and delay else now - self._last_picture
+        between, self._rested = between if new else 0.0, self._at_rest
         state = shown.state if shown is not None else "empty"
         if new:
             self._last_picture, self._changed_at = now, None
+        if not self._counts:
+            self._last = now
+            return
         self._timings.add(
             Frame(
                 now - self._started, now - self._last, now - start, self._desk.director.pictures, between, delay,
                 state, width, height, rate, self._mark,
             )
         )  # fmt: skip
+        self._frames += 1
         if not self._plan.timings:
             del self._timings.frames[:-100]
         self._desk.panel_state["frames"] = self._timings.frames[-100:]
@@ -309,7 +331,8 @@ class Application:
         plan = self._plan
         played = plan.player is None or plan.player.over
         self._over = plan.ends and played and self._at_rest and not self._shots
-        if self._over or (plan.frames is not None and len(self._timings.frames) >= plan.frames):
+        self._over |= plan.frames is not None and self._frames >= plan.frames
+        if self._over:
             self._shots += [plan.screenshot] if plan.screenshot else []
         while self._shots:
             path = self._shots.pop()

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from texvol.annotation import with_room
 from texvol.errors import TexvolError
 from texvol.window import navigation, recent, saving
+from texvol.window.browsing import Browser
 from texvol.window.director import Director
 from texvol.window.document import Document, opened_file
 from texvol.window.jobs import Answer
@@ -96,14 +97,19 @@ class Desk:
     clerk: Painter | None = None
     writing: float | None = None  # how much of a file is written
     wants_close: bool = False
+    is_played: bool = False  # by a script
     gripping: bool = False  # whether the mouse is at a grip in the picture
     failed_first: str | None = None  # why the document that the window was opened for can't be
+    browser: Browser | None = None  # while somebody looks for a file
     probed: Found | None = None  # what is under the cursor, where that is asked for
     now: float = 0.0
     panel_state: dict[str, Any] = field(default_factory=dict)
+    folder: Path = field(default_factory=Path.cwd)  # in which a file was looked for last
 
     def say(self, text: str, *, fault: bool = False) -> None:
-        """A message; a fault stays longer."""
+        """A message; a fault stays longer. Nothing but faults is said over what a script has drawn."""
+        if self.is_played and not fault:
+            return
         self.messages = [each for each in self.messages if each.text != text]
         self.messages.append(Message(text, fault, self.now + MESSAGE_SECONDS * (2 if fault else 1)))
 
@@ -153,6 +159,7 @@ class Desk:
                 self.failed_first = loading.fault if loading.first else None
             else:
                 self.document = loading.document
+                self.messages = [each for each in self.messages if not each.is_fault]
                 self.panel_state.clear()
                 self.attempt(lambda: recent.add(loading.name))
         for fault in self.director.faults:
@@ -160,6 +167,17 @@ class Desk:
         self.director.faults.clear()
         for answer in self.clerk.answers() if self.clerk is not None else []:
             self._hear(answer)
+
+    def browse(self, title: str, done: Callable[[str], None], *, saves: bool = False, name: str = "") -> None:
+        """Have somebody look for a file, where the last one was found."""
+        typed = Path(name).expanduser()
+        folder = typed.absolute().parent if name else self.folder
+
+        def chosen(path: str) -> None:
+            self.folder = Path(path).parent
+            done(path)
+
+        self.browser = Browser(title, chosen, self.wake, folder, saves, typed.name if name else "")
 
     def run(self, command: str) -> None:
         """What a key or a button asks for, by name."""
@@ -170,6 +188,11 @@ class Desk:
             _OF_WINDOW[name](self)
         elif self.document is not None and name in _OF_DOCUMENT:
             _OF_DOCUMENT[name](self, self.document, argument)
+
+    def knows(self, command: str) -> bool:
+        """Whether there is a command of that name."""
+        name = command.partition(" ")[0]
+        return name == "tab" or name in _OF_WINDOW or name in _OF_DOCUMENT
 
     def write(self, **job: Any) -> None:
         """Have a file written by the clerk."""
@@ -242,7 +265,7 @@ _OF_WINDOW: dict[str, Callable[[Desk], None]] = {
     "slices": _bring("Slices"),
     "fullscreen": _toggle("fullscreen"),
     "turning": _turning,
-    "open": _bring("File"),
+    "open": lambda desk: desk.browse("Open a volume, a scene or a transfer function", desk.open),
     "close": _close,
 }
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import argparse
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 from texvol.annotation import check, with_room
 from texvol.errors import InputError
@@ -29,6 +29,16 @@ class Origin:
     volume: str
     scene_file: str | None = None
     meshes: tuple[MeshChoice, ...] = ()
+    transfer_function: str | None = None  # as it was named
+
+
+class Saved(NamedTuple):
+    """What was written as a scene file, and where."""
+
+    path: str
+    scene: Scene
+    showing: Showing
+    size: tuple[int, int]
 
 
 class History:
@@ -90,6 +100,7 @@ class Document:
     def __init__(self, scene: Scene, origin: Origin, showing: Showing | None = None) -> None:
         assert scene.camera is not None
         self.origin, self.showing = origin, showing or Showing()
+        self.saved: Saved | None = None
         self._view = View.of(scene.camera)
         self._history = History(scene)
         self._scene = scene
@@ -164,9 +175,8 @@ def opened(arguments: argparse.Namespace, size: tuple[int, int]) -> Document:
         scene = replace(scene, camera=with_room(scene.camera, scene, size, options.annotation))
     check(options.annotation, scene)
     showing = Showing(options.window, options.chose_transfer_function, options.transparent, options.annotation)
-    return Document(
-        scene, Origin(options.volume, arguments.scene, tuple(vars(options)["_chosen"].get("mesh", ()))), showing
-    )
+    origin = Origin(options.volume, arguments.scene, options.meshes, options.transfer_function)
+    return Document(scene, origin, showing)
 
 
 def _with_all_matter(scene: Scene) -> Scene:

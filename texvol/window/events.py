@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
 from typing import Any, Literal, get_args
 
 from texvol.errors import InputError
@@ -42,11 +42,13 @@ class Event:
     def __post_init__(self) -> None:
         if self.kind not in KINDS:
             raise InputError(f"an event is one of {', '.join(KINDS)}, and not {self.kind!r}")
+        if self.kind == "button" and self.name not in BUTTONS:
+            raise InputError(f"a button is one of {', '.join(BUTTONS)}, and not {self.name!r}")
 
     def as_json(self) -> dict[str, Any]:
         """What differs from the defaults, and the kind."""
-        plain = Event(self.kind)
-        return {key: value for key, value in asdict(self).items() if key == "kind" or value != getattr(plain, key)}
+        plain = {field.name: field.default for field in fields(self)}
+        return {key: value for key, value in asdict(self).items() if value != plain[key]}
 
     @classmethod
     def from_json(cls, content: dict[str, Any]) -> Event:

@@ -67,6 +67,9 @@ class Interface:
             io.display_framebuffer_scale = imgui.ImVec2(pixels[0] / size[0], pixels[1] / size[1])
         io.delta_time = max(now - self._before, 1e-4)
         self._before = now
+        events = list(events)
+        # Else the library takes one letter in two frames.
+        io.config_input_trickle_event_queue = not any(event.kind == "text" for event in events)
         for event in events:
             _feed(io, event)
         imgui.backends.opengl3_new_frame()

@@ -14,6 +14,7 @@ import time
 import warnings
 from collections.abc import Callable
 from dataclasses import replace
+from operator import is_
 from typing import Any, cast
 
 import numpy as np
@@ -83,39 +84,53 @@ class PiecewiseRenderer(Renderer):
     """A Renderer that can be interrupted, and says how fine a picture has to be before it draws it."""
 
     def __init__(self) -> None:
-        super().__init__()
-        with self._context:
-            self._compositor.release()
-            self._compositor: PiecewiseCompositor = PiecewiseCompositor(self._context)
+        self._pieces: PiecewiseCompositor
+        super().__init__(compositor=self._in_pieces)
+        self._ended: tuple[Any, Any, float] | None = None
+
+    def _in_pieces(self, context: Context) -> PiecewiseCompositor:
+        self._pieces = PiecewiseCompositor(context)
+        return self._pieces
 
     def interruptible(self, check: Callable[[], None] | None) -> None:
         """From now on drawing calls `check` several times a picture."""
-        self._compositor.check = check
-
-    @property
-    def estimate(self) -> float | None:
-        """Of the last picture's error, where choosing it has shown one."""
-        return error_control.if_finite(self._estimate)
+        self._pieces.check = check
 
     def fine_enough(self, scene: Scene, size: Size, max_error: float) -> tuple[dict[str, Any], dict[str, Any]]:
         """Arguments of `render` for a picture of that error, and what is known of it.
 
         The error is the largest of all pixels, and hardly another in a sixteenth of them: a small picture of as many
-        chooses, as `render` would, and half the error is asked of it, for the pixels that it leaves out.
+        chooses, as `render` would, and half the error is asked of it, for the pixels that it leaves out. Another view
+        of the same matter begins where the last one ended.
         """
         small = max(size[0] // _SMALLER, 1), max(size[1] // _SMALLER, 1)
-        with warnings.catch_warnings(record=True) as missed:
-            warnings.simplefilter("always", AccuracyWarning)
-            self.render(scene, small, max_error=max_error / 2)
-        estimate = self.estimate
-        kept = ("slab_thickness", "texture_format", "target_format")
-        chosen = {name: value for name, value in self.settings.items() if name in kept}
-        chosen["early_termination"] = checked_termination(None, max_error)
-        return chosen, {
-            "estimated_error": None if estimate is None else 2 * estimate,
+        plain = replace(scene, background=(0.0, 0.0, 0.0))
+        reference, termination = error_control.reference_for(plain), checked_termination(None, max_error)
+
+        def draw(thickness: float) -> NDArray[np.float32]:
+            ends = checked_termination(None, max_error / 2)
+            return self.render(plain, small, slab_thickness=thickness, texture_format="rgba32f", early_termination=ends)
+
+        def draw_reference(thickness: float) -> NDArray[np.float32]:
+            return self.render(
+                reference, small, slab_thickness=thickness, texture_format="rgba32f", early_termination=0.0
+            )
+
+        matter = scene.volume, scene.transfer_function
+        how = scene.classification, scene.mode, max_error
+        rate = 1.0
+        if self._ended is not None and self._ended[1] == how and all(map(is_, self._ended[0], matter)):
+            rate = max(self._ended[2], 1.0)  # below, samples could slip through
+        spacing = scene.smallest_spacing
+        choice = error_control.thickness_for_error(draw, draw_reference, spacing, max_error / 2, rate)
+        self._ended = matter, how, spacing / choice.slab_thickness
+        return {
+            "slab_thickness": choice.slab_thickness, "texture_format": "rgba32f", "early_termination": termination,
+        }, {
+            "estimated_error": error_control.if_finite(2 * choice.estimated_error),
             "wanted_error": max_error,
-            "reached": not missed,
-        }
+            "reached": choice.reached,
+        }  # fmt: skip
 
 
 class Easel:

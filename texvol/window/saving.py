@@ -10,7 +10,7 @@ from typing import Any
 
 from texvol import writing
 from texvol.errors import InputError
-from texvol.window.document import Document
+from texvol.window.document import Document, Saved
 from texvol.window.scene_writing import scene_files
 
 # What is not said is chosen by `render` alike.
@@ -47,12 +47,18 @@ def save_scene(path: str, document: Document, size: tuple[int, int]) -> None:
     files = scene_files(path, document.scene, size, document.showing, document.origin.meshes)
     writing.write_files({str(name): content for name, content in files.items()})
     document.origin = replace(document.origin, scene_file=path)
+    document.saved = Saved(path, document.scene, document.showing, size)
 
 
 def command_line(document: Document, size: tuple[int, int], accuracy: Mapping[str, Any]) -> list[str]:
-    """Words of the command that draws the picture; saves the scene for it."""
-    path = default_name(document, ".toml")
-    save_scene(path, document, size)
+    """Words of the command that draws the picture; saves the scene for it, unless that is done."""
+    saved = document.saved
+    as_is = saved is not None and saved.scene is document.scene and saved[2:] == (document.showing, size)
+    if saved is not None and as_is and os.path.exists(saved.path):
+        path = saved.path
+    else:
+        path = default_name(document, ".toml")
+        save_scene(path, document, size)
     words = ["texvol", "render", "--scene", path]
     for name, option in _OPTIONS.items():
         value = accuracy.get(name)

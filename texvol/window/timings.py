@@ -25,7 +25,7 @@ class Frame:
     picture : int
         How many pictures had come.
     picture_seconds : float
-        Since the picture before, in the frame that shows a new one; else 0.
+        Since the picture before, in the frame that shows a new one; else 0. After a rest since the first change.
     delay : float
         From the first change that the picture shows to its being shown; else 0.
     state : str

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from imgui_bundle import imgui
 
 from texvol.window.desk import Desk
-from texvol.window.panels import camera, cut, files, grips, light, matter, overlay, slices
+from texvol.window.panels import browser, camera, cut, files, grips, light, matter, overlay, slices
 
 WIDTH = 360  # window coordinates at scale 1
 _CONTROL = 0.56  # of a panel's width: the rest is for what a control is called
@@ -29,7 +29,11 @@ def show(desk: Desk) -> None:
         _sidebar(desk)
     if desk.preferences.help:
         overlay.keys(desk)
+    browser.show(desk)
     grips.drag(desk)
+    if imgui.is_key_pressed(imgui.Key.escape):
+        desk.preferences.help = False
+        imgui.internal.close_popups_except_modals()
 
 
 def over_picture(desk: Desk) -> None:

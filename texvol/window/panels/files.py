@@ -32,7 +32,9 @@ def show(desk: Desk) -> None:
 def _open(desk: Desk) -> None:
     imgui.separator_text("Open")
     state = desk.panel_state
-    imgui.set_next_item_width(-70)
+    if imgui.button("open a file …", imgui.ImVec2(-1, 0)):
+        desk.run("open")
+    imgui.set_next_item_width(-70 * max(imgui.get_style().font_scale_dpi, 1))
     entered, state["path"] = imgui.input_text_with_hint(
         "##path", "volume, scene.toml or tf.json", state.get("path", ""), imgui.InputTextFlags_.enter_returns_true
     )
@@ -54,8 +56,12 @@ def _name(desk: Desk, document: Document, key: str, suffix: str) -> str:
     state = desk.panel_state
     if not state.get(key):
         state[key] = saving.default_name(document, suffix)
-    imgui.set_next_item_width(-70)
+    imgui.set_next_item_width(-110 * max(imgui.get_style().font_scale_dpi, 1))
     _, state[key] = imgui.input_text(f"##{key}", state[key])
+    imgui.same_line()
+    if imgui.button(f"…##{key}"):
+        desk.browse("Where to write", lambda path: state.update({key: path}), saves=True, name=str(state[key]))
+    imgui.set_item_tooltip("look for a folder")
     imgui.same_line()
     return str(state[key])
 
@@ -82,7 +88,7 @@ def _saving(desk: Desk, document: Document) -> None:
 
 def _picture(desk: Desk, document: Document) -> None:
     state = desk.panel_state
-    size = state.setdefault("picture size", list(desk.pixels))
+    size = state.get("picture size", desk.pixels)  # the window's, until somebody chooses another
     changed, wanted = imgui.input_int2("pixels", [int(each) for each in size])
     if changed:
         state["picture size"] = [min(max(int(each), 1), 16384) for each in wanted]
@@ -90,7 +96,7 @@ def _picture(desk: Desk, document: Document) -> None:
     if changed:
         document.show(transparent=transparent)
     name = _name(desk, document, "picture name", ".png")
-    width, height = state["picture size"]
+    width, height = state.get("picture size", desk.pixels)
     if imgui.button("save##picture"):
         same = (width, height) == tuple(desk.pixels)
         accuracy = desk.accuracy if same else {"max_error": desk.director.max_error}
@@ -112,14 +118,15 @@ def _film(desk: Desk, document: Document) -> None:
             desk.stop_writing()
         return
     if imgui.button("save##film"):
-        width, height = state["picture size"]
+        width, height = state.get("picture size", desk.pixels)
         size = (width - width % 2, height - height % 2)
 
         def write() -> None:
-            from texvol import film
+            from texvol import film, film_formats
 
             film.check_output(name, int(state.get("views", 120)), size)
-            fps = float(state.get("fps", 30.0)) if film.is_film(name) else None
+            fps = float(state.get("fps", 30.0)) if film_formats.is_film(name) else None
+            film_formats.check_rate(name, fps)
             desk.write(
                 kind="film", size=size, accuracy={"max_error": desk.director.max_error}, path=name,
                 views=int(state.get("views", 120)), fps=fps,

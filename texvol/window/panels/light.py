@@ -26,7 +26,9 @@ def show(desk: Desk) -> None:
         desk.change(lighting=Lighting() if on else None)
         return
     if scene.lighting is None:
-        imgui.text_disabled("Matter shows its own colour; no gradients are computed.")
+        surface = scene.mode == "isosurface"
+        said = "A light at the eye, until another is chosen." if surface else "Matter shows its own colour."
+        imgui.text_disabled(said)
         return
     _matter(desk, scene.lighting, scene)
     imgui.separator_text("Lights")

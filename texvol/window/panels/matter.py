@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -18,13 +19,14 @@ from texvol.window.desk import Desk
 from texvol.window.document import Document
 from texvol.window.editing import Curve, extinction_of, opacity_of
 from texvol.window.histogram import Histogram
-from texvol.window.panels import parts
+from texvol.window.panels import labels, parts
 
 _PLOT_HEIGHT = 210.0
 _LENGTH = 1 / 20  # of the mean edge of the box: over it a proposed transfer function fills the height
 _MOST_OPACITY = 0.9999  # by hand: beyond, it is opaque by the switch
 _ENOUGH = 40  # points: more would be one line of points
 _POINT = 6.0
+_REMEMBERED = 100  # names of transfer functions, as many as there are steps back
 _NO_BUTTON = 4  # that a mouse has
 
 
@@ -42,7 +44,12 @@ def show(desk: Desk) -> None:
     if matter is None:
         imgui.text_disabled("There is none: the mode shows numbers." if number == 0 else "There is none.")
         return
-    _presets(desk, scene, number)
+    if scene.mode in NUMBER_MODES and not document.showing.chose_transfer_function:
+        imgui.text_disabled("The mode shows numbers, and none of this.")
+    if scene.volumes[number].labels:
+        labels.show(desk, scene, matter, number)
+        return
+    _presets(desk, document, matter, number)
     _curve(desk, document, matter, number)
 
 
@@ -55,7 +62,7 @@ def _which(desk: Desk, scene: Scene) -> int:
     number = names.index(parts.choice("volume", names[min(state.get("volume", 0), len(names) - 1)], names))
     if number != state.get("volume", 0):
         state["volume"] = number
-        for key in ("preset", "materials", "curve_of", "length", "density"):
+        for key in ("named", "curve_of", "length", "density", "look_of"):
             state.pop(key, None)
     return number
 
@@ -108,51 +115,65 @@ def _window(desk: Desk, scene: Scene) -> None:
             desk.document.show(window=(centre, max(width, 1e-300)))
 
 
-def _presets(desk: Desk, scene: Scene, number: int) -> None:
-    volume = scene.volumes[number]
-    state = desk.panel_state
-    names = ("…", *transfer.PRESETS)
-    current = state.get("preset", "…")
-    name = parts.choice("preset", current, names)
-    if name not in (current, "…"):
+@dataclass(frozen=True)
+class _Named:
+    """What a transfer function is called, and which of a preset's materials are in it."""
+
+    matter: TransferFunction
+    name: str
+    materials: tuple[str, ...] = ()
+    shown: frozenset[str] = frozenset()
+
+
+def _presets(desk: Desk, document: Document, matter: TransferFunction, number: int) -> None:
+    scene, state = document.scene, desk.panel_state
+    if "named" not in state:
+        given = document.origin.transfer_function
+        opened = (os.path.basename(given) if given else "proposed") if number == 0 else "as opened"
+        found = matter.materials if opened in transfer.PRESETS else ()
+        state["named"] = [_Named(matter, opened, found, frozenset(found))]
+    # By what is there and not by what was done last: that may have been undone.
+    named = next((each for each in state["named"] if each.matter is matter), _Named(matter, "own"))
+    names = transfer.PRESETS if named.name in transfer.PRESETS else (named.name, *transfer.PRESETS)
+    name = parts.choice("preset", named.name, names)
+    if name != named.name and name in transfer.PRESETS:
 
         def load() -> None:
-            found = transfer.preset(name, volume)
-            desk.change(**editing.with_matter(scene, number, found))
-            state["preset"], state["materials"] = name, found.materials
-            state["shown"] = set(found.materials)
+            found = transfer.preset(name, scene.volumes[number])
+            _apply(desk, scene, number, _Named(found, name, found.materials, frozenset(found.materials)))
 
         desk.attempt(load)
-    materials = state.get("materials", ())
-    if materials and state.get("preset", "…") != "…":
-        _materials(desk, scene, number, materials)
+    elif named.materials:
+        _materials(desk, scene, number, named)
 
 
-def _materials(desk: Desk, scene: Scene, number: int, names: tuple[str, ...]) -> None:
+def _apply(desk: Desk, scene: Scene, number: int, named: _Named) -> None:
+    if desk.change(**editing.with_matter(scene, number, named.matter)):
+        desk.panel_state["named"] = [*desk.panel_state["named"][-_REMEMBERED:], named]
+
+
+def _materials(desk: Desk, scene: Scene, number: int, named: _Named) -> None:
     """Which of a preset's materials show."""
-    state = desk.panel_state
-    shown: set[str] = state["shown"]
-    for place, name in enumerate(names):
+    for place, name in enumerate(named.materials):
         if place % 2:
             imgui.same_line(imgui.get_content_region_avail().x / 2)
-        changed, is_shown = imgui.checkbox(name, name in shown)
-        if changed:
-            wanted = shown | {name} if is_shown else shown - {name}
-            if wanted:
-                chosen = tuple(each for each in names if each in wanted)
+        changed, is_shown = imgui.checkbox(name, name in named.shown)
+        wanted = named.shown | {name} if is_shown else named.shown - {name}
+        if changed and wanted:
 
-                def apply(chosen: tuple[str, ...] = chosen, wanted: set[str] = wanted) -> None:
-                    found = transfer.preset(state["preset"], scene.volumes[number], chosen)
-                    desk.change(**editing.with_matter(scene, number, found))
-                    state["shown"] = wanted
+            def apply(wanted: frozenset[str] = wanted) -> None:
+                chosen = tuple(each for each in named.materials if each in wanted)
+                found = transfer.preset(named.name, scene.volumes[number], chosen)
+                _apply(desk, scene, number, _Named(found, named.name, named.materials, wanted))
 
-                desk.attempt(apply)
+            desk.attempt(apply)
 
 
 def _curve(desk: Desk, document: Document, matter: TransferFunction, number: int) -> None:
     state = desk.panel_state
     if state.get("curve_of") is not matter:
         state["curve_of"], state["curve"] = matter, Curve.of(matter)
+        state["density"] = 0.0  # of whatever is there now
         state["selected"] = min(state.get("selected", 0), len(state["curve"].points) - 1)
     curve: Curve = state["curve"]
     box = document.scene.volumes[number]
@@ -174,8 +195,9 @@ def _plot(desk: Desk, histogram: Histogram, matter: TransferFunction, curve: Cur
     low, high = float(histogram.edges[0]), float(histogram.edges[-1])
     flags = implot.Flags_.no_legend | implot.Flags_.no_mouse_text | implot.Flags_.no_menus | implot.Flags_.no_title
     flags |= implot.Flags_.no_box_select
+    # Of another name with other ends: the library keeps what it shows of a plot, whatever is in it.
     if not implot.begin_plot(
-        "##curve", imgui.ImVec2(-1, _PLOT_HEIGHT * max(imgui.get_style().font_scale_dpi, 1)), flags
+        f"##{low!r} {high!r}", imgui.ImVec2(-1, _PLOT_HEIGHT * max(imgui.get_style().font_scale_dpi, 1)), flags
     ):
         return curve
     plain = implot.AxisFlags_.no_highlight | implot.AxisFlags_.no_menus
@@ -199,8 +221,9 @@ def _plot(desk: Desk, histogram: Histogram, matter: TransferFunction, curve: Cur
     ):
         opacity = float(np.clip(place.y, 0, _MOST_OPACITY))
         edited, state["selected"] = curve.added(float(place.x), extinction_of(opacity, length))
+    limits, corner, size = implot.get_plot_limits().x, implot.get_plot_pos(), implot.get_plot_size()
     implot.end_plot()
-    _bar(matter, low, high)
+    _bar(matter, (limits.min, limits.max), corner.x, size.x)
     return edited
 
 
@@ -263,10 +286,10 @@ def _points(state: dict[str, Any], curve: Curve, length: float) -> Curve:
     return edited
 
 
-def _bar(matter: TransferFunction, low: float, high: float) -> None:
-    """Colours by value, under the plot."""
-    colors = srgb_from_linear(straight_colors(matter, np.linspace(low, high, 65)))
-    start, width = imgui.get_cursor_screen_pos(), imgui.get_content_region_avail().x
+def _bar(matter: TransferFunction, ends: tuple[float, float], left_end: float, width: float) -> None:
+    """Colours by value, under the plot and as wide as what it shows."""
+    colors = srgb_from_linear(straight_colors(matter, np.linspace(*ends, 65)))
+    start = imgui.ImVec2(left_end, imgui.get_cursor_screen_pos().y)
     height = 12.0
     draw = imgui.get_window_draw_list()
     for place in range(64):
@@ -300,6 +323,10 @@ def _selected(desk: Desk, curve: Curve, matter: TransferFunction, length: float,
         changed, extinction = parts.number(f"extinction /{unit or 'unit'}", point.extinction)
         if changed and np.isfinite(extinction):
             curve = curve.moved(index, point.value, extinction)
+        opacity = float(opacity_of(point.extinction, length))
+        changed, wanted = parts.number(f"opacity /{length:.3g} {unit or 'units'}", opacity)
+        if changed:
+            curve = curve.moved(index, point.value, extinction_of(float(np.clip(wanted, 0, _MOST_OPACITY)), length))
     imgui.pop_id()
     return curve
 
@@ -326,7 +353,7 @@ def _unit(desk: Desk, length: float, unit: str) -> None:
     changed, log = imgui.checkbox("logarithmic histogram", bool(state.get("log", True)))
     if changed:
         state["log"] = log
-    changed, wanted = parts.number(f"of height ({unit or 'units'})", length)
+    changed, wanted = parts.number(f"opacity is per ({unit or 'units'})", length)
     if changed and 0 < wanted < np.inf:
         state["length"] = wanted
     imgui.text_disabled("double click: new point · right click: take away")

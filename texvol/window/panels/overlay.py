@@ -20,6 +20,7 @@ _PLAIN = (
 _FAULT = imgui.ImVec4(1.0, 0.62, 0.52, 1.0)
 _ALPHA = 0.72
 _MARGIN = 10.0
+_BETWEEN = 1 / 60  # seconds: a change is seen in the frame after the one that shows the last picture
 
 
 def status_height(desk: Desk) -> float:
@@ -27,7 +28,11 @@ def status_height(desk: Desk) -> float:
     width = imgui.get_content_region_avail().x
     lines = status_lines(desk)
     spacing = imgui.get_style().item_spacing.y
-    return sum(imgui.calc_text_size(line, False, width).y + spacing for line in lines) + 2 * spacing if lines else 0.0
+    needed = sum(imgui.calc_text_size(line, False, width).y + spacing for line in lines) + 2 * spacing if lines else 0.0
+    # Never less than before: else whatever is above would move under the mouse.
+    height = max(needed, float(desk.panel_state.get("status height", 0.0)))
+    desk.panel_state["status height"] = height
+    return height
 
 
 def status(desk: Desk) -> None:
@@ -53,26 +58,32 @@ def status_lines(desk: Desk) -> list[str]:
     numbers = document.scene.mode in NUMBER_MODES
     if shown.state == "moving":
         share = 1 / shown.coarseness.shrink if shown.coarseness else 1.0
-        rate = frames_per_second(desk)
-        first = f"{rate:.0f} frames/s · " if rate else ""
-        first += f"{slabs} · {width} × {height}" + (f" ({share:.0%})" if share < 1 else "")
+        first = f"{slabs} · {width} × {height}" + (f" ({share:.0%})" if share < 1 else "")
     elif shown.state == "refining":
         known = f"{error_text(facts, numbers=numbers)}, checking" if "reached" in facts else "refining"
         first = f"{known} · {slabs} · {width} × {height}"
     else:
         seconds = facts.get("seconds", 0.0)
         first = f"{error_text(facts, numbers=numbers)} · {slabs} · {width} × {height} · {seconds:.1f} s"
+    rate = frames_per_second(desk)
+    speed = [f"{rate:.0f} frames/s" + (" while moving" if shown.state != "moving" else "")] if rate else []
     modelled = [*facts.get("modelled", ())]
     if document.scene.mode == "composite":
         modelled.insert(0, f"{facts.get('classification', '')} classification")
-    return [first, "modelled: " + ", ".join(modelled)]
+    return [*speed, first, "modelled: " + ", ".join(modelled)]
 
 
 def frames_per_second(desk: Desk) -> float:
-    """New pictures per second lately; 0 where there were none."""
+    """New pictures per second when there was something to draw lately; 0 where there never was.
+
+    A pause counts for nothing: a picture shows a change, and what goes before that is no time of its own.
+    """
     frames = desk.panel_state.get("frames", [])
-    between = [frame.picture_seconds for frame in frames[-60:] if frame.picture_seconds and frame.state == "moving"]
-    return 1 / float(np.median(between[-15:])) if between else 0.0
+    moving = [frame for frame in frames if frame.picture_seconds and frame.state == "moving" and frame.picture > 1]
+    taken = [min(frame.picture_seconds, frame.delay + _BETWEEN) for frame in moving if frame.delay]
+    if taken:
+        desk.panel_state["rate"] = 1 / float(np.median(taken[-15:]))
+    return float(desk.panel_state.get("rate", 0.0))
 
 
 def messages(desk: Desk) -> None:

@@ -47,10 +47,11 @@ def ends(label: str, pair: tuple[float, float], low: float, high: float) -> tupl
     return changed, (float(first), float(last))
 
 
-def color(label: str, linear: Sequence[float]) -> tuple[bool, Color]:
-    """A colour, picked as it is seen; linear."""
+def color(label: str, linear: Sequence[float], *, small: bool = False) -> tuple[bool, Color]:
+    """A colour, picked as it is seen; linear. A small one is only a patch to be clicked."""
     shown = srgb_from_linear(np.clip(np.asarray(linear, np.float64), 0, 1))
-    changed, picked = imgui.color_edit3(label, [float(part) for part in shown], imgui.ColorEditFlags_.float)
+    flags = imgui.ColorEditFlags_.float | (imgui.ColorEditFlags_.no_inputs if small else 0)
+    changed, picked = imgui.color_edit3(label, [float(part) for part in shown], flags)
     if not changed:
         return False, (float(linear[0]), float(linear[1]), float(linear[2]))
     red, green, blue = linear_from_srgb(np.clip(np.array(picked, np.float64), 0, 1))

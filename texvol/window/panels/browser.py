@@ -1,0 +1,90 @@
+"""A list of folders and files, to open one or to say where one is written.
+
+The system's own dialog would need a program of its desktop, which many machines with a display do not have.
+"""
+
+from __future__ import annotations
+
+from imgui_bundle import imgui
+
+from texvol.window.browsing import Browser
+from texvol.window.desk import Desk
+
+_SIZE = imgui.ImVec2(560, 440)
+
+
+def show(desk: Desk) -> None:
+    """The window, while somebody looks for a file."""
+    browser = desk.browser
+    if browser is None:
+        return
+    room, scale = desk.room, max(imgui.get_style().font_scale_dpi, 1.0)
+    size = imgui.ImVec2(min(_SIZE.x * scale, max(room.width, 200)), min(_SIZE.y * scale, max(room.height, 160)))
+    middle = imgui.ImVec2(room.x + room.width / 2, room.y + room.height / 2)
+    imgui.set_next_window_pos(middle, imgui.Cond_.appearing.value, imgui.ImVec2(0.5, 0.5))
+    imgui.set_next_window_size(size, imgui.Cond_.appearing.value)
+    _, stays = imgui.begin(f"{browser.title}###browser", True, imgui.WindowFlags_.no_collapse.value)
+    if imgui.is_window_appearing():
+        imgui.set_window_focus()
+    _where(browser)
+    foot = 2 * imgui.get_frame_height_with_spacing() if browser.saves else imgui.get_frame_height_with_spacing()
+    imgui.begin_child("entries", imgui.ImVec2(0, -foot), imgui.ChildFlags_.frame_style.value)
+    _entries(browser)
+    imgui.end_child()
+    _foot(desk, browser)
+    focused = imgui.is_window_focused(imgui.FocusedFlags_.root_and_child_windows.value)
+    imgui.end()
+    escaped = focused and imgui.is_key_pressed(imgui.Key.escape) and not imgui.is_any_item_active()
+    if (browser.over or not stays or escaped) and desk.browser is browser:
+        desk.browser = None
+
+
+def _where(browser: Browser) -> None:
+    if imgui.button("up"):
+        browser.go(browser.folder.parent)
+    imgui.same_line()
+    imgui.set_next_item_width(-1)
+    entered, text = imgui.input_text("##folder", str(browser.folder), imgui.InputTextFlags_.enter_returns_true.value)
+    if entered and text:
+        browser.enter(text)
+
+
+def _entries(browser: Browser) -> None:
+    listing = browser.listing
+    if listing.fault:
+        imgui.text_wrapped(listing.fault)
+    if listing.entries is None:
+        imgui.text_disabled("…")
+        return
+    for number, entry in enumerate(listing.entries):
+        imgui.push_id(number)
+        text = f"{entry.name}/" if entry.is_folder else entry.name
+        flags = imgui.SelectableFlags_.allow_double_click.value
+        clicked, _ = imgui.selectable(text, entry.name == browser.name, flags)
+        imgui.pop_id()
+        if clicked and imgui.is_mouse_double_clicked(0):
+            browser.pick(entry)
+            return  # another folder, with other entries
+        if clicked and not (browser.saves and entry.is_folder):
+            browser.name = entry.name
+
+
+def _foot(desk: Desk, browser: Browser) -> None:
+    if browser.saves:
+        imgui.set_next_item_width(-1)
+        flags = imgui.InputTextFlags_.enter_returns_true.value
+        entered, browser.name = imgui.input_text("##name", browser.name, flags)
+        if entered:
+            browser.accept()
+    imgui.begin_disabled(not browser.name)
+    if imgui.button(("replace" if browser.replaces else "save") if browser.saves else "open"):
+        browser.accept()
+    imgui.end_disabled()
+    imgui.same_line()
+    if imgui.button("cancel"):
+        browser.over = True
+    if not browser.saves:
+        imgui.same_line()
+        if imgui.button("open this folder"):
+            browser.choose(browser.folder)
+        imgui.set_item_tooltip("as a series of pictures (DICOM)")

@@ -1,0 +1,77 @@
+"""Labels of a segmentation: each has a colour and an opacity, and can be hidden."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from imgui_bundle import imgui
+
+from texvol.display import straight_colors
+from texvol.label_counts import label_counts
+from texvol.scene import Scene
+from texvol.transfer import TransferFunction
+from texvol.transfer.labels import OPACITY, LabelLook, label_function
+from texvol.volume import Volume
+from texvol.window import editing
+from texvol.window.desk import Desk
+from texvol.window.panels import parts
+
+_MOST = 400  # rows: nobody goes through more of them by hand
+
+
+def look_of(matter: TransferFunction, volume: Volume) -> LabelLook:
+    """How each label looks; opacities are those of one smallest spacing."""
+    labels = label_counts(volume).labels
+    optics = matter.classify(labels.astype(np.float64))
+    opacities = np.clip(editing.opacity_of(optics.extinction, volume.smallest_spacing), 0, 1)
+    colors = np.clip(straight_colors(matter, labels.astype(np.float64)), 0, 1)
+    names = [int(label) for label in labels]
+    return LabelLook(
+        dict(zip(names, opacities.tolist(), strict=True)),
+        {name: (float(red), float(green), float(blue)) for name, (red, green, blue) in zip(names, colors, strict=True)},
+    )
+
+
+def show(desk: Desk, scene: Scene, matter: TransferFunction, number: int) -> None:
+    """A row for each."""
+    volume, state = scene.volumes[number], desk.panel_state
+    if state.get("look_of") is not matter:
+        state["look_of"], state["look"] = matter, look_of(matter, volume)
+    look: LabelLook = state["look"]
+    wanted = _all(look)
+    names = [name for name in look.opacities if name]
+    for name in names[:_MOST]:
+        wanted = _row(wanted, name)
+    if len(names) > _MOST:
+        imgui.text_disabled(f"and {len(names) - _MOST} more")
+    if wanted is not look:
+        found = label_function(volume, wanted.opacities, wanted.colors)
+        # Every slide of one hand is one step back.
+        desk.change("labels", **editing.with_matter(scene, number, replace(found, name=matter.name)))
+
+
+def _all(look: LabelLook) -> LabelLook:
+    pressed = parts.buttons(("show all", "hide all"), 2)
+    if pressed is None:
+        return look
+    shown = {name: (opacity or OPACITY) if name else opacity for name, opacity in look.opacities.items()}
+    return look._replace(opacities=shown if pressed == "show all" else dict.fromkeys(look.opacities, 0.0))
+
+
+def _row(look: LabelLook, name: int) -> LabelLook:
+    imgui.push_id(name)
+    opacity = look.opacities[name]
+    changed, visible = imgui.checkbox("##shown", opacity > 0)
+    if changed:
+        look = look._replace(opacities=look.opacities | {name: OPACITY if visible else 0.0})
+    imgui.same_line()
+    changed, color = parts.color("##color", look.colors[name], small=True)
+    if changed:
+        look = look._replace(colors=look.colors | {name: color})
+    imgui.same_line()
+    changed, opacity = parts.slider(f"label {name}", opacity, 0.0, 1.0, "%.2f")
+    if changed:
+        look = look._replace(opacities=look.opacities | {name: opacity})
+    imgui.pop_id()
+    return look
