@@ -60,13 +60,13 @@ class Renderer:
         backend: str = "auto",
         *,
         texture_memory: float | None = None,
-        compositor: Callable[[Context], Compositor] = Compositor,
+        compositor: Callable[[Context], Compositor] | None = None,
     ) -> None:
         if texture_memory is not None and not 0 < texture_memory < np.inf:
             raise InputError(f"texture memory must be positive and finite, and is {texture_memory:g} MB")
         self._context = open_context(backend)
         with self._context:
-            self._compositor = compositor(self._context)
+            self._compositor = (compositor or Compositor)(self._context)
             self._budget = int(texture_memory * 1e6) if texture_memory else default_budget(self._context)
             self._matter = [MatterOnDevice(self._context, self._budget)]
             self._shadows = Shadows(self._context, self._budget)
