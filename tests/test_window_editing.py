@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from texvol.annotation import Annotation, with_room
 from texvol.camera import Camera
 from texvol.scene import Scene
 from texvol.transfer import TransferFunction, preset
 from texvol.volume import Volume
-from texvol.window.document import Document, Origin
+from texvol.window.document import Document, Origin, opened_file
 from texvol.window.editing import Curve, extinction_of, opacity_of
 from texvol.window.histogram import histogram_of
 from texvol.window.navigation import View, orbit
@@ -168,6 +171,24 @@ def test_a_histogram_of_one_value_and_of_missing_ones_is_one() -> None:
         assert (np.diff(found.edges) > 0).all()
         for logarithmic in (False, True):
             assert np.isfinite(found.heights(logarithmic)).all()
+
+
+def test_a_view_that_nobody_changed_makes_room_for_annotation(tmp_path: Path) -> None:
+    pytest.importorskip("PIL", reason="letters need the extra: pip install 'texvol[annotation]'")
+    np.save(tmp_path / "v.npy", np.arange(27.0).reshape(3, 3, 3))
+    size = (400, 300)
+    opened = opened_file(str(tmp_path / "v.npy"), size)
+    plain, legend = opened.view.camera, Annotation(legend=True)
+    opened.annotate(legend, size)
+    roomy = opened.view.camera
+    assert roomy == with_room(plain, opened.scene, size, legend) != plain
+    assert opened.scene.camera == roomy and opened.showing.annotation == legend
+    opened.annotate(Annotation(), size)
+    assert opened.view.camera == plain, "and takes it back"
+    turned = orbit(opened.view, 0.5, 0.2)
+    opened.look(turned)
+    opened.annotate(legend, size)
+    assert opened.view == turned, "what somebody chose stays"
 
 
 def test_looks_of_labels_are_found_in_their_transfer_function_and_make_it_again() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -12,7 +13,8 @@ import pytest
 from texvol.camera import Camera
 from texvol.errors import InputError
 from texvol.volume import Volume
-from texvol.window.events import Event, Queue
+from texvol.window.desk import Desk
+from texvol.window.events import KEYS, Event, Queue
 from texvol.window.navigation import View
 from texvol.window.script import Action, Player, Recorder, Step, read
 from texvol.window.steering import BINDINGS, Room, Steering
@@ -188,8 +190,29 @@ def test_keys_and_json_have_one_name_for_each_event() -> None:
         assert Event.from_json(json.loads(json.dumps(event.as_json()))) == event
 
 
-def test_a_button_that_no_mouse_has_is_told_with_its_line(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "event, reason",
+    [
+        ({"kind": "button", "name": "fourth"}, "a button is one of left, right, middle, and not 'fourth'"),
+        ({"kind": "key", "name": "bogus"}, "there is no key 'bogus'"),
+        ({"kind": "key", "name": "a", "modifiers": ["hyper"]}, "modifiers are shift, ctrl, alt, and not 'hyper'"),
+    ],
+)
+def test_what_no_mouse_or_keyboard_has_is_told_with_its_line(tmp_path: Path, event: Any, reason: str) -> None:
     path = tmp_path / "script.jsonl"
-    path.write_text('{"do": "rest"}\n{"t": 1, "kind": "button", "name": "fourth", "down": true}\n')
-    with pytest.raises(InputError, match=r"script\.jsonl:2: a button is one of left, right, middle, and not 'fourth'"):
+    path.write_text('{"do": "rest"}\n' + json.dumps(event | {"t": 1, "down": True}) + "\n")
+    with pytest.raises(InputError, match=rf"script\.jsonl:2: {reason}"):
         read(path)
+
+
+def test_commands_that_there_are_not_are_known_as_such() -> None:
+    desk = Desk(Mock(), Mock(), Mock(), Mock())
+    assert all(map(desk.knows, ("undo", "save a.toml", "axis -y", "tab File")))
+    assert not any(map(desk.knows, ("nonsense", "", "axis", "axis x", "undoing")))
+
+
+def test_keys_are_those_that_a_window_tells_of() -> None:
+    glfw = pytest.importorskip("glfw", reason="the window needs the extra: pip install 'texvol[view]'")
+    from texvol.window.screen import key_names
+
+    assert set(key_names(glfw).values()) == KEYS

@@ -276,3 +276,29 @@ def test_what_a_script_saves_is_not_said_over_the_picture(display: str, tmp_path
     done = viewed(display, tmp_path, ball(tmp_path), *words)
     assert (done.returncode, done.stderr) == (0, "") and (tmp_path / "saved.toml").exists()
     assert (eight_bits(tmp_path / "before.png") == eight_bits(tmp_path / "after.png")).all()
+
+
+def test_a_scene_is_saved_where_it_came_from_and_remembered_as_it_was_read(display: str, tmp_path: Path) -> None:  # noqa: F811
+    np.arange(8**3, dtype=">i2").tofile(tmp_path / "v.raw")
+    steps = [
+        REST,
+        {"t": 0.1, "do": "command", "name": "axis +x"},
+        *tapped(0.2, "s", "ctrl"),
+        {"t": 0.5, "do": "command", "name": "axis +y"},
+        *tapped(0.6, "s", "ctrl"),
+        {"t": 0.8, **REST},
+    ]
+    words = ["--size", "300x240", "--no-panels", "--script", script(tmp_path, steps)]
+    done = viewed(display, tmp_path, "v.raw", "--shape", "8,8,8", "--dtype", ">i2", *words)
+    assert (done.returncode, done.stderr) == (0, "")
+    # Saved once without a name, it has one from then on; and so has a scene that was opened.
+    assert [path.name for path in tmp_path.glob("*.toml")] == ["v-1.toml"]
+    along_y = (tmp_path / "v-1.toml").read_text()
+    (tmp_path / "script.jsonl").write_text("".join(json.dumps(each) + "\n" for each in steps[:4] + steps[-1:]))
+    done = viewed(display, tmp_path, "--scene", "v-1.toml", *words)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert [path.name for path in tmp_path.glob("*.toml")] == ["v-1.toml"]
+    assert (tmp_path / "v-1.toml").read_text() != along_y
+    recent = json.loads((tmp_path / "state/texvol/recent.json").read_text())
+    assert recent[0] == str(tmp_path / "v-1.toml")
+    assert recent[1] == {"path": str(tmp_path / "v.raw"), "shape": [8, 8, 8], "dtype": ">i2"}

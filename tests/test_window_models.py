@@ -13,10 +13,15 @@ from hypothesis import strategies as st
 
 from texvol.camera import Camera
 from texvol.cutting import ClipPlane
+from texvol.readers import load
 from texvol.scene import Scene
 from texvol.transfer import TransferFunction
+from texvol.transfer.labels import label_function
 from texvol.volume import Volume
 from texvol.window import probe, recent, slices
+from texvol.window.document import opened_file
+from texvol.window.naming import how_read, shortened, volume_called
+from texvol.window.recent import Recent
 from texvol.window.timings import Frame, Timings
 
 # Value = index along x; world x = 10 + 2 i.
@@ -161,14 +166,56 @@ def test_recent_files_are_the_latest_first_and_there(tmp_path: Path, monkeypatch
     paths = [tmp_path / f"{number}.npy" for number in range(12)]
     for path in paths:
         path.touch()
-        recent.add(str(path))
-    recent.add(str(paths[5]))
+        recent.add(str(path), {})
+    recent.add(str(paths[5]), {})
     wanted = [paths[5], *(path for path in reversed(paths) if path != paths[5])]
-    assert recent.files() == [str(path) for path in wanted[:10]]
+    assert recent.files() == [Recent(str(path)) for path in wanted[:10]]
     paths[5].unlink()
-    assert str(paths[5]) not in recent.files()
-    recent.place().write_text("{")
-    assert recent.files() == []
+    assert Recent(str(paths[5])) not in recent.files()
+    for text in ("{", "7", '[7, {"path": 7}, {"path": "/", "shout": 1}]'):
+        recent.place().write_text(text)
+        assert recent.files() == []
+
+
+def test_recent_files_are_read_as_they_were(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    path = str(tmp_path / "v.raw")
+    np.arange(2 * 3 * 4, dtype=">i2").tofile(path)
+    given: dict[str, Any] = {"shape": (4, 3, 2), "dtype": ">i2", "spacing": (1.0, 2.0, 3.0), "labels": True}
+    recent.add(path, how_read(load(path, **given).source))
+    recent.add(path, how_read(load(path, **(given | {"labels": False})).source))
+    other, found = recent.files()
+    assert (found.text, other.text) == ("v.raw, shape 4x3x2, dtype >i2, labels", "v.raw, shape 4x3x2, dtype >i2")
+    volume = opened_file(found.path, (64, 48), found.how).scene.volume
+    assert volume.labels and volume.values[1, 2, 3] == 23 and volume.spacing.tolist() == [1, 2, 3]
+    assert not opened_file(other.path, (64, 48), other.how).scene.volume.labels
+    recent.add(path, how_read(volume.source))
+    assert recent.files() == [found, other], "the same again is the same entry"
+
+
+def test_channels_of_one_file_are_told_apart() -> None:
+    name = "/somewhere/xyzc_16bit__dna_conf_wf.tif"
+    one, two = (Volume(np.zeros((2, 2, 2)), name=name, source={"path": name, "channel": n}) for n in (0, 1))
+    assert volume_called(one) == "xyzc_16bit__dna_conf_wf.tif, channel 0"
+    short = [volume_called(each, 12) for each in (one, two)]
+    assert short == ["xyzc_1…f.tif, channel 0", "xyzc_1…f.tif, channel 1"]
+
+
+@given(st.text(max_size=30), st.integers(1, 30))
+def test_a_text_is_shortened_no_more_than_needed(text: str, most: int) -> None:
+    found = shortened(text, most)
+    assert len(found) == min(len(text), most)
+    head = most // 2
+    if found != text:
+        assert found[head] == "…" and text.startswith(found[:head]) and text.endswith(found[head + 1 :])
+
+
+def test_slices_of_labels_have_their_colours_and_hidden_ones_none() -> None:
+    values = np.array([[0, 3], [7, 9]], np.uint8)
+    volume = Volume(values[np.newaxis], labels=True)
+    matter = label_function(volume, {7: 0.0}, {3: (1.0, 0.0, 0.0), 9: (0.0, 0.214, 1.0)})
+    # Linear 0.214 is seen as half: 1.055 · 0.214^(1/2.4) - 0.055 = 0.500.
+    assert slices.painted(values, matter).tolist() == [[[0, 0, 0], [255, 0, 0]], [[0, 0, 0], [0, 127, 255]]]
 
 
 def test_a_table_of_frame_times_has_a_line_for_each(tmp_path: Path) -> None:

@@ -152,6 +152,7 @@ def test_a_scene_that_is_saved_is_not_saved_again_for_its_command_line(
     monkeypatch.chdir(tmp_path)
     opened = document(scene_of(volume, "plain"))
     saving.save_scene("mine.toml", opened, SIZE)
+    assert opened.origin.scene_file is None, "that is for whoever saves it as that scene"
     before = sorted(tmp_path.iterdir())
     assert "mine.toml" in saving.command_line(opened, SIZE, {})
     assert sorted(tmp_path.iterdir()) == before

@@ -20,6 +20,6 @@ the *clerk*, comes when a file is to be written.
 | `painter`, `painting`, `jobs`, `parcels` | a painting process: this side, that side, what goes over, and how |
 | `screen`, `interface` | the window; the panels' library on it |
 | `panels` | what there is to choose, and what is said |
-| `editing`, `histogram`, `handles`, `probe`, `slices` | transfer function, cutting in the picture, what is where |
-| `saving`, `scene_writing`, `recent`, `browsing` | what is taken home, and found again |
+| `editing`, `histogram`, `ranges`, `handles`, `probe`, `slices` | transfer function, cutting, what is where |
+| `saving`, `scene_writing`, `recent`, `browsing`, `naming` | what is taken home, found again, and called |
 """

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shlex
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -12,13 +12,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.annotation import with_room
 from texvol.errors import TexvolError
 from texvol.window import navigation, recent, saving
 from texvol.window.browsing import Browser
 from texvol.window.director import Director
-from texvol.window.document import Document, opened_file
+from texvol.window.document import Document, Home, opened_file
 from texvol.window.jobs import Answer
+from texvol.window.naming import how_read
 from texvol.window.painter import Painter
 from texvol.window.probe import Found
 from texvol.window.screen import Textures
@@ -133,8 +133,11 @@ class Desk:
         document = self.document
         return self.attempt(lambda: document.change(stroke, **parts))
 
-    def open(self, path: str) -> None:
-        """Open a volume, a scene, or a transfer function into the scene; the old one stays until that is done."""
+    def open(self, path: str, how: Mapping[str, Any] | None = None) -> None:
+        """Open a volume, a scene, or a transfer function into the scene; the old one stays until that is done.
+
+        `how` are arguments of `texvol.readers.load`.
+        """
         if path.lower().endswith(".json") and self.document is not None:
             from texvol import transfer
 
@@ -142,7 +145,7 @@ class Desk:
             self.attempt(lambda: self.change(transfer_function=transfer.load(path, volume)))
             return
         size = self.pixels
-        self.load(path, lambda: opened_file(path, size))
+        self.load(path, lambda: opened_file(path, size, how))
 
     def load(self, name: str, make: Callable[[], Document], *, first: bool = False) -> None:
         """Open what `make` makes, on another thread; without the `first` one the window has no reason to be."""
@@ -158,10 +161,12 @@ class Desk:
                 self.say(loading.fault or "", fault=True)
                 self.failed_first = loading.fault if loading.first else None
             else:
-                self.document = loading.document
+                document = self.document = loading.document
+                is_scene = loading.name == document.origin.scene_file
+                how = {} if is_scene else how_read(document.scene.volume.source)
                 self.messages = [each for each in self.messages if not each.is_fault]
                 self.panel_state.clear()
-                self.attempt(lambda: recent.add(loading.name))
+                self.attempt(lambda: recent.add(loading.name, how))
         for fault in self.director.faults:
             self.say(fault, fault=True)
         self.director.faults.clear()
@@ -190,8 +195,10 @@ class Desk:
             _OF_DOCUMENT[name](self, self.document, argument)
 
     def knows(self, command: str) -> bool:
-        """Whether there is a command of that name."""
-        name = command.partition(" ")[0]
+        """Whether there is such a command."""
+        name, _, argument = command.partition(" ")
+        if name == "axis":
+            return argument in navigation.AXES
         return name == "tab" or name in _OF_WINDOW or name in _OF_DOCUMENT
 
     def write(self, **job: Any) -> None:
@@ -272,10 +279,8 @@ _OF_WINDOW: dict[str, Callable[[Desk], None]] = {
 
 def _reset(desk: Desk, document: Document, _: str) -> None:
     view = navigation.reset(document.view, document.scene.box, desk.room.aspect)
-    annotation = document.showing.annotation
-    if annotation:
-        view = replace(view, camera=with_room(view.camera, document.scene, desk.pixels, annotation))
     document.look(view)
+    document.go_home(Home.of(view.camera, document.scene, desk.pixels, document.showing.annotation))
 
 
 def _frame(desk: Desk, document: Document, _: str) -> None:
@@ -293,8 +298,9 @@ def _projection(desk: Desk, document: Document, _: str) -> None:
 
 
 def _save(desk: Desk, document: Document, path: str) -> None:
-    path = path or saving.default_name(document, ".toml")
+    path = path or saving.scene_name(document)
     if desk.attempt(lambda: saving.save_scene(path, document, desk.pixels)):
+        document.origin = replace(document.origin, scene_file=path)
         desk.say(f"{Path(path).resolve()} is written")
 
 

@@ -7,10 +7,12 @@ slider, are one step of the history. The view is no part of it: to undo a colour
 from __future__ import annotations
 
 import argparse
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
-from texvol.annotation import check, with_room
+from texvol.annotation import Annotation, check, with_room
+from texvol.camera import Camera
 from texvol.errors import InputError
 from texvol.mesh_options import MeshChoice
 from texvol.options import SceneOptions
@@ -30,6 +32,18 @@ class Origin:
     scene_file: str | None = None
     meshes: tuple[MeshChoice, ...] = ()
     transfer_function: str | None = None  # as it was named
+
+
+class Home(NamedTuple):
+    """A view that nobody chose: as the box alone would be framed, and with room for the annotation."""
+
+    plain: Camera
+    roomy: Camera
+
+    @classmethod
+    def of(cls, plain: Camera, scene: Scene, size: tuple[int, int], annotation: Annotation) -> Home:
+        """The view of a scene in so many pixels."""
+        return cls(plain, with_room(plain, scene, size, annotation) if annotation else plain)
 
 
 class Saved(NamedTuple):
@@ -101,6 +115,7 @@ class Document:
         assert scene.camera is not None
         self.origin, self.showing = origin, showing or Showing()
         self.saved: Saved | None = None
+        self.home: Home | None = None
         self._view = View.of(scene.camera)
         self._history = History(scene)
         self._scene = scene
@@ -130,6 +145,25 @@ class Document:
         if view.camera != self._view.camera:
             self._scene = replace(self._scene, camera=view.camera)
         self._view = view
+
+    def go_home(self, home: Home) -> None:
+        """A view that leaves the annotation its room, for as long as nobody chooses another."""
+        self.look(replace(self._view, camera=home.roomy))
+        self.home = home
+
+    def annotate(self, annotation: Annotation, size: tuple[int, int]) -> None:
+        """Other annotation of a picture of that size; a view that nobody has changed makes room for it.
+
+        Raises
+        ------
+        InputError, MissingExtraError
+            If it can't be drawn; the old one stays.
+        """
+        check(annotation, self._scene)
+        home = self.home
+        if home is not None and home.roomy == self._view.camera:
+            self.go_home(Home.of(home.plain, self._scene, size, annotation))
+        self.show(annotation=annotation)
 
     def change(self, stroke: str | None = None, **parts: Any) -> None:
         """Other parts of the scene, by name.
@@ -170,13 +204,13 @@ def opened(arguments: argparse.Namespace, size: tuple[int, int]) -> Document:
     options.size = size
     volume = options.load()
     scene = _with_all_matter(options.scene(volume))
-    if options.annotation and not options.chose_view:
-        assert scene.camera is not None
-        scene = replace(scene, camera=with_room(scene.camera, scene, size, options.annotation))
     check(options.annotation, scene)
     showing = Showing(options.window, options.chose_transfer_function, options.transparent, options.annotation)
     origin = Origin(options.volume, arguments.scene, options.meshes, options.transfer_function)
-    return Document(scene, origin, showing)
+    document = Document(scene, origin, showing)
+    if not options.chose_view:
+        document.go_home(Home.of(document.view.camera, scene, size, options.annotation))
+    return document
 
 
 def _with_all_matter(scene: Scene) -> Scene:
@@ -192,9 +226,10 @@ def _with_all_matter(scene: Scene) -> Scene:
     return replace(scene, added=tuple(every))
 
 
-def opened_file(path: str, size: tuple[int, int]) -> Document:
-    """The document of a volume, or of a scene file."""
+def opened_file(path: str, size: tuple[int, int], how: Mapping[str, Any] | None = None) -> Document:
+    """The document of a volume, which may have to be told how it is read, or of a scene file."""
     if path.lower().endswith(".json"):
         raise InputError(f"{path}: a transfer function is opened into a scene: open a volume first")
     is_scene = path.lower().endswith(".toml")
-    return opened(argparse.Namespace(volume=None if is_scene else path, scene=path if is_scene else None), size)
+    named = {"volume": None, "scene": path} if is_scene else {"volume": path, "scene": None, **(how or {})}
+    return opened(argparse.Namespace(**named), size)

@@ -16,6 +16,17 @@ Kind = Literal["move", "button", "scroll", "key", "text", "drop", "focus", "resi
 KINDS: tuple[str, ...] = get_args(Kind)
 BUTTONS = ("left", "right", "middle")
 MODIFIERS = ("shift", "ctrl", "alt")
+# As GLFW calls them.
+KEYS = frozenset(
+    (*"abcdefghijklmnopqrstuvwxyz0123456789", *(f"f{number}" for number in range(1, 26)))
+    + ("apostrophe", "backslash", "backspace", "caps_lock", "comma", "delete", "down", "end", "enter", "equal")
+    + ("escape", "grave_accent", "home", "insert", "left", "left_alt", "left_bracket", "left_control", "left_shift")
+    + ("left_super", "menu", "minus", "num_lock", "page_down", "page_up", "pause", "period", "print_screen", "right")
+    + ("right_alt", "right_bracket", "right_control", "right_shift", "right_super", "scroll_lock", "semicolon")
+    + ("slash", "space", "tab", "up", "world_1", "world_2")
+    + tuple(f"kp_{number}" for number in range(10))
+    + ("kp_add", "kp_decimal", "kp_divide", "kp_enter", "kp_equal", "kp_multiply", "kp_subtract")
+)
 
 
 @dataclass(frozen=True)
@@ -44,6 +55,10 @@ class Event:
             raise InputError(f"an event is one of {', '.join(KINDS)}, and not {self.kind!r}")
         if self.kind == "button" and self.name not in BUTTONS:
             raise InputError(f"a button is one of {', '.join(BUTTONS)}, and not {self.name!r}")
+        if self.kind == "key" and self.name not in KEYS:
+            raise InputError(f"there is no key {self.name!r}; keys are called as a, 1, f1, page_up, left, kp_add")
+        if unknown := set(self.modifiers) - set(MODIFIERS):
+            raise InputError(f"modifiers are {', '.join(MODIFIERS)}, and not {sorted(unknown)[0]!r}")
 
     def as_json(self) -> dict[str, Any]:
         """What differs from the defaults, and the kind."""

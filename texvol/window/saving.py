@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -34,6 +33,11 @@ def default_name(document: Document, suffix: str) -> str:
     return f"{stem}-{number}{suffix}"
 
 
+def scene_name(document: Document) -> str:
+    """Where a scene is saved unless told: in the file that it was opened from, or saved in before."""
+    return document.origin.scene_file or default_name(document, ".toml")
+
+
 def save_scene(path: str, document: Document, size: tuple[int, int]) -> None:
     """Write the scene file, and its transfer function beside it.
 
@@ -46,7 +50,6 @@ def save_scene(path: str, document: Document, size: tuple[int, int]) -> None:
         raise InputError(f"{path}: a scene file's name ends with .toml")
     files = scene_files(path, document.scene, size, document.showing, document.origin.meshes)
     writing.write_files({str(name): content for name, content in files.items()})
-    document.origin = replace(document.origin, scene_file=path)
     document.saved = Saved(path, document.scene, document.showing, size)
 
 

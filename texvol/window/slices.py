@@ -1,4 +1,4 @@
-"""Slices through a volume as pictures: grey by window and level, oriented as radiologists look at them.
+"""Slices through a volume as pictures: grey by window and level, labels in colour, as radiologists look at them.
 
 Sagittal, coronal and axial slices lie across the axes of the grid that are nearest to x, y and z of the world. In
 axial and coronal ones the patient's left is on the right of the picture; anterior is up, or to the left, and superior
@@ -12,6 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol.display import straight_colors
+from texvol.image import srgb_from_linear
+from texvol.transfer import TransferFunction
 from texvol.volume import Volume
 
 NAMES = ("axial", "coronal", "sagittal")
@@ -96,6 +99,15 @@ def grey(values: NDArray, window: tuple[float, float]) -> NDArray[np.uint8]:
         share = (values.astype(np.float64) - centre) / max(width, 1e-300) + 0.5
     levels = np.rint(np.clip(np.nan_to_num(share, nan=0.0), 0, 1) * 255).astype(np.uint8)
     return np.repeat(levels[..., np.newaxis], 3, axis=-1)
+
+
+def painted(values: NDArray, matter: TransferFunction) -> NDArray[np.uint8]:
+    """Levels of labels in their colours, shape (…, 3); what is clear is black."""
+    labels, places = np.unique(values, return_inverse=True)
+    numbers = labels.astype(np.float64)
+    shown = matter.classify(numbers).extinction > 0
+    colors = srgb_from_linear(straight_colors(matter, numbers)) * shown[:, np.newaxis]
+    return np.asarray(np.rint(np.clip(colors, 0, 1) * 255).astype(np.uint8)[places.reshape(values.shape)])
 
 
 def typical_window(volume: Volume) -> tuple[float, float]:

@@ -48,7 +48,7 @@ BINDINGS = (
     Binding(("ctrl+s",), "save", "save the scene"),
     Binding(("p", "f12"), "picture", "save the picture"),
     Binding(("ctrl+c",), "copy", "copy the command line of this picture"),
-    Binding(("i",), "probe", "value, place and extinction under the cursor"),
+    Binding(("i",), "probe", "value and extinction under the cursor"),
     Binding(("l",), "slices", "slices beside the picture"),
     Binding(("f11",), "fullscreen", "fill the screen"),
     Binding(("ctrl+q",), "close", "close the window"),

@@ -7,7 +7,9 @@ from typing import Any
 
 from imgui_bundle import imgui
 
-from texvol.annotation.request import PARTS, Annotation, check
+from texvol.annotation.request import PARTS, Annotation
+from texvol.scene import Scene
+from texvol.spaces import letters_of_space
 from texvol.window import navigation
 from texvol.window.desk import Desk
 from texvol.window.panels import parts
@@ -50,11 +52,18 @@ def _annotate(desk: Desk, annotation: Annotation) -> None:
     document = desk.document
     assert document is not None
 
-    def apply() -> None:
-        check(annotation, document.scene)
-        document.show(annotation=annotation)
+    desk.attempt(lambda: document.annotate(annotation, desk.pixels))
 
-    desk.attempt(apply)
+
+def _part(part: str, was_on: bool, scene: Scene) -> tuple[bool, bool]:
+    """A switch for a part of the annotation; grey where the volume has nothing for it."""
+    lacks = part == "orientation" and not was_on and letters_of_space(scene.volume.space) is None
+    imgui.begin_disabled(lacks)
+    changed, on = parts.switch(part.replace("-", " "), was_on)
+    imgui.end_disabled()
+    if lacks and imgui.is_item_hovered(imgui.HoveredFlags_.allow_when_disabled.value):
+        imgui.set_tooltip("The volume does not say which way of the body its axes point.")
+    return changed, on
 
 
 def _picture(desk: Desk) -> None:
@@ -70,7 +79,7 @@ def _picture(desk: Desk) -> None:
         if place % 2:
             imgui.same_line(imgui.get_content_region_avail().x / 2)
         name = part.replace("-", "_")
-        changed, on = parts.switch(part.replace("-", " "), getattr(annotation, name))
+        changed, on = _part(part, getattr(annotation, name), scene)
         if changed:
             further: dict[str, Any] = {name: on}
             _annotate(desk, replace(annotation, **further))

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 
 from imgui_bundle import imgui
 
 from texvol.window import recent, saving
 from texvol.window.desk import Desk
 from texvol.window.document import Document
-from texvol.window.panels import parts
+from texvol.window.naming import volume_called
+from texvol.window.panels import parts, steps
 
 
 def show(desk: Desk) -> None:
@@ -19,8 +21,8 @@ def show(desk: Desk) -> None:
     if document is None:
         return
     imgui.separator_text("Scene")
-    imgui.text_wrapped(os.path.basename(document.origin.volume))
     volume = document.scene.volume
+    imgui.text_wrapped(volume_called(volume))
     imgui.text_disabled(" x ".join(map(str, volume.dimensions)) + f" {volume.values.dtype}")
     _saving(desk, document)
     imgui.separator_text("Picture")
@@ -43,19 +45,19 @@ def _open(desk: Desk) -> None:
         desk.open(os.path.expanduser(state["path"]))
     if "recent" not in state:
         state["recent"] = recent.files()
-    for number, path in enumerate(state["recent"][:6]):
+    for number, each in enumerate(state["recent"][:6]):
         imgui.push_id(number)
-        if imgui.selectable(os.path.basename(path) or path, False)[0]:
-            desk.open(path)
-        imgui.set_item_tooltip(path)
+        if imgui.selectable(each.text, False)[0]:
+            desk.open(each.path, each.how)
+        imgui.set_item_tooltip(f"{each.path}\n{each.text}" if each.how else each.path)
         imgui.pop_id()
 
 
-def _name(desk: Desk, document: Document, key: str, suffix: str) -> str:
+def _name(desk: Desk, key: str, proposed: Callable[[], str]) -> str:
     """The name of a file to be written, proposed until somebody types one."""
     state = desk.panel_state
     if not state.get(key):
-        state[key] = saving.default_name(document, suffix)
+        state[key] = proposed()
     imgui.set_next_item_width(-110 * max(imgui.get_style().font_scale_dpi, 1))
     _, state[key] = imgui.input_text(f"##{key}", state[key])
     imgui.same_line()
@@ -67,20 +69,11 @@ def _name(desk: Desk, document: Document, key: str, suffix: str) -> str:
 
 
 def _saving(desk: Desk, document: Document) -> None:
-    name = _name(desk, document, "scene name", ".toml")
+    name = _name(desk, "scene name", lambda: saving.scene_name(document))
     if imgui.button("save##scene"):
         desk.run(f"save {name}")
         desk.panel_state["scene name"] = ""
-    history = document.history
-    imgui.begin_disabled(not history.can_undo)
-    if imgui.button("undo"):
-        desk.run("undo")
-    imgui.end_disabled()
-    imgui.same_line()
-    imgui.begin_disabled(not history.can_redo)
-    if imgui.button("redo"):
-        desk.run("redo")
-    imgui.end_disabled()
+    steps.show(desk, document)
     imgui.same_line()
     if imgui.button("copy command line"):
         desk.run("copy")
@@ -95,7 +88,7 @@ def _picture(desk: Desk, document: Document) -> None:
     changed, transparent = parts.switch("transparent background", document.showing.transparent)
     if changed:
         document.show(transparent=transparent)
-    name = _name(desk, document, "picture name", ".png")
+    name = _name(desk, "picture name", lambda: saving.default_name(document, ".png"))
     width, height = state.get("picture size", desk.pixels)
     if imgui.button("save##picture"):
         same = (width, height) == tuple(desk.pixels)
@@ -112,7 +105,7 @@ def _film(desk: Desk, document: Document) -> None:
     changed, fps = parts.number("frames per second", float(state.get("fps", 30.0)))
     if changed and 0.1 <= fps <= 1000:
         state["fps"] = fps
-    name = _name(desk, document, "film name", ".mp4")
+    name = _name(desk, "film name", lambda: saving.default_name(document, ".mp4"))
     if desk.writing is not None:
         if imgui.button("stop"):
             desk.stop_writing()

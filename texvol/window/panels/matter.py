@@ -10,7 +10,7 @@ import numpy as np
 from imgui_bundle import imgui, implot
 
 from texvol import transfer
-from texvol.display import NUMBER_MODES, straight_colors
+from texvol.display import NUMBER_MODES
 from texvol.image import linear_from_srgb, srgb_from_linear
 from texvol.scene import CLASSIFICATIONS, MODES, Scene
 from texvol.transfer import TransferFunction
@@ -19,7 +19,8 @@ from texvol.window.desk import Desk
 from texvol.window.document import Document
 from texvol.window.editing import Curve, extinction_of, opacity_of
 from texvol.window.histogram import Histogram
-from texvol.window.panels import labels, parts
+from texvol.window.naming import volume_called
+from texvol.window.panels import axis, labels, parts, steps
 
 _PLOT_HEIGHT = 210.0
 _LENGTH = 1 / 20  # of the mean edge of the box: over it a proposed transfer function fills the height
@@ -27,6 +28,7 @@ _MOST_OPACITY = 0.9999  # by hand: beyond, it is opaque by the switch
 _ENOUGH = 40  # points: more would be one line of points
 _POINT = 6.0
 _REMEMBERED = 100  # names of transfer functions, as many as there are steps back
+_LETTERS = 22  # of a file's name, that a channel's number has room beside it
 _NO_BUTTON = 4  # that a mouse has
 
 
@@ -39,6 +41,7 @@ def show(desk: Desk) -> None:
     scene = document.scene
     _mode(desk, scene)
     imgui.separator_text("Transfer function")
+    steps.show(desk, document)
     number = _which(desk, scene)
     matter = editing.matter_of(scene, number)
     if matter is None:
@@ -58,8 +61,10 @@ def _which(desk: Desk, scene: Scene) -> int:
     state = desk.panel_state
     if not scene.added:
         return 0
-    names = [f"{number + 1}: {os.path.basename(volume.name)}" for number, volume in enumerate(scene.volumes)]
-    number = names.index(parts.choice("volume", names[min(state.get("volume", 0), len(names) - 1)], names))
+    names = [f"{place + 1}: {volume_called(each, _LETTERS)}" for place, each in enumerate(scene.volumes)]
+    imgui.set_next_item_width(-1)  # for names that tell volumes of one file apart
+    number = names.index(parts.choice("##volume", names[min(state.get("volume", 0), len(names) - 1)], names))
+    imgui.set_item_tooltip(f"volume {number + 1}: {volume_called(scene.volumes[number])}")
     if number != state.get("volume", 0):
         state["volume"] = number
         for key in ("named", "curve_of", "length", "density", "look_of"):
@@ -223,8 +228,10 @@ def _plot(desk: Desk, histogram: Histogram, matter: TransferFunction, curve: Cur
         edited, state["selected"] = curve.added(float(place.x), extinction_of(opacity, length))
     limits, corner, size = implot.get_plot_limits().x, implot.get_plot_pos(), implot.get_plot_size()
     implot.end_plot()
-    _bar(matter, (limits.min, limits.max), corner.x, size.x)
-    return edited
+    under = axis.Axis((limits.min, limits.max), corner.x, size.x)
+    axis.bar(under, matter)
+    ranged = axis.track(under, state, curve, (low, high))
+    return ranged if edited is curve else edited
 
 
 def _columns(edges: Any, heights: Any) -> None:
@@ -284,20 +291,6 @@ def _points(state: dict[str, Any], curve: Curve, length: float) -> Curve:
     if removed is not None:
         edited, state["selected"] = curve.removed(removed), max(removed - 1, 0)
     return edited
-
-
-def _bar(matter: TransferFunction, ends: tuple[float, float], left_end: float, width: float) -> None:
-    """Colours by value, under the plot and as wide as what it shows."""
-    colors = srgb_from_linear(straight_colors(matter, np.linspace(*ends, 65)))
-    start = imgui.ImVec2(left_end, imgui.get_cursor_screen_pos().y)
-    height = 12.0
-    draw = imgui.get_window_draw_list()
-    for place in range(64):
-        left, right = (imgui.color_convert_float4_to_u32(parts.shade(colors[place + end])) for end in (0, 1))
-        corner = imgui.ImVec2(start.x + width * place / 64, start.y)
-        other = imgui.ImVec2(start.x + width * (place + 1) / 64, start.y + height)
-        draw.add_rect_filled_multi_color(corner, other, left, right, right, left)
-    imgui.dummy(imgui.ImVec2(width, height))
 
 
 def _selected(desk: Desk, curve: Curve, matter: TransferFunction, length: float, unit: str) -> Curve:

@@ -160,28 +160,36 @@ def key_text(chord: str) -> str:
     return " + ".join([*modifiers, name])
 
 
+def key_rows() -> list[tuple[str, str]]:
+    """What mouse and keys are called, and what they do."""
+    rows = list(MOUSE)
+    for each in BINDINGS:
+        chords = each.chords[:1] if "left" in each.chords else each.chords
+        rows.append((", ".join(dict.fromkeys(map(key_text, chords))), each.text))
+    return rows
+
+
 def keys(desk: Desk) -> None:
-    """The page of keys."""
-    room = desk.room
-    imgui.set_next_window_pos(
-        imgui.ImVec2(room.x + room.width / 2, room.y + room.height / 2), 0, imgui.ImVec2(0.5, 0.5)
-    )
+    """The page of keys; in two columns where one is too high."""
+    room, rows = desk.room, key_rows()
+    middle = imgui.ImVec2(room.x + room.width / 2, room.y + room.height / 2)
+    imgui.set_next_window_pos(middle, 0, imgui.ImVec2(0.5, 0.5))
     imgui.set_next_window_size_constraints(
         imgui.ImVec2(min(460, room.width), 100), imgui.ImVec2(max(room.width, 1), max(room.height - 20, 100))
     )
     flags = imgui.WindowFlags_.no_collapse | imgui.WindowFlags_.always_auto_resize | imgui.WindowFlags_.no_move
     _, stays = imgui.begin("Keys and mouse", True, flags)
-    if imgui.begin_table("keys", 2, imgui.TableFlags_.sizing_fixed_fit):
-        rows = [(mouse, text) for mouse, text in MOUSE]
-        for each in BINDINGS:
-            chords = each.chords[:1] if "left" in each.chords else each.chords
-            rows.append((", ".join(dict.fromkeys(map(key_text, chords))), each.text))
-        for name, text in rows:
+    high = (len(rows) + 3) * (imgui.get_text_line_height() + 2 * imgui.get_style().cell_padding.y)
+    columns = 2 if high > room.height else 1
+    each = -(-len(rows) // columns)
+    if imgui.begin_table("keys", 2 * columns, imgui.TableFlags_.sizing_fixed_fit):
+        for line in range(each):
             imgui.table_next_row()
-            imgui.table_next_column()
-            imgui.text_colored(imgui.ImVec4(0.55, 0.78, 1.0, 1.0), name)
-            imgui.table_next_column()
-            imgui.text_unformatted(text)
+            for name, text in rows[line::each]:
+                imgui.table_next_column()
+                imgui.text_colored(imgui.ImVec4(0.55, 0.78, 1.0, 1.0), name)
+                imgui.table_next_column()
+                imgui.text_unformatted(text)
         imgui.end_table()
     imgui.end()
     if not stays:

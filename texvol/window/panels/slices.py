@@ -7,11 +7,12 @@ from typing import Any
 import numpy as np
 from imgui_bundle import imgui
 
+from texvol.transfer import TransferFunction
 from texvol.volume import Volume
 from texvol.window import navigation, probe
 from texvol.window.desk import Desk
 from texvol.window.panels import parts
-from texvol.window.slices import NAMES, Slice, grey, slices_of, typical_window
+from texvol.window.slices import NAMES, Slice, grey, painted, slices_of, typical_window
 
 _LINE = 0xB0_50_D0_FF  # a thin amber, ABGR
 _LEAST = 60.0  # window coordinates
@@ -23,18 +24,21 @@ def show(desk: Desk) -> None:
     if document is None:
         imgui.text_disabled("Nothing is open.")
         return
-    volume, state = document.scene.volume, desk.panel_state
+    volume, matter, state = document.scene.volume, document.scene.transfer_function, desk.panel_state
+    if not volume.labels:
+        matter = None
     if state.get("sliced") is not volume:
         state["sliced"], state["slices"] = volume, slices_of(volume)
         state["window"] = typical_window(volume)
         state["crosshair"] = (np.array(volume.dimensions) - 1) / 2
-    _window(state, volume)
+    if matter is None:
+        _window(state, volume)
     index = state["crosshair"]
     available = imgui.get_content_region_avail()
     text = imgui.get_text_line_height_with_spacing()
     each = max((available.y - 4 * text - 40) / 3, _LEAST)
     for name in NAMES:
-        _slice(desk, name, state["slices"][name], volume, imgui.ImVec2(available.x, each))
+        _slice(desk, name, state["slices"][name], volume, matter, imgui.ImVec2(available.x, each))
     here = volume.origin + volume.world_from_index @ index
     place = ", ".join(f"{part:.5g}" for part in here)
     found = probe.at_point(document.scene, here)
@@ -52,14 +56,23 @@ def _window(state: dict[str, Any], volume: Volume) -> None:
         state["window"] = centre, max(width, 1e-300)
 
 
-def _slice(desk: Desk, name: str, slice_: Slice, volume: Volume, room: Any) -> None:
+def _texture(desk: Desk, name: str, slice_: Slice, volume: Volume, matter: TransferFunction | None, number: int) -> int:
+    """The slice's picture: grey, or by the transfer function of labels."""
+    window = desk.panel_state["window"]
+
+    def make() -> Any:
+        values = slice_.values(volume, number)
+        return grey(values, window) if matter is None else painted(values, matter)
+
+    return desk.texture(name, (id(volume), number, window if matter is None else matter), make)
+
+
+def _slice(desk: Desk, name: str, slice_: Slice, volume: Volume, matter: TransferFunction | None, room: Any) -> None:
     """One slice, as large as the room lets it be; a drag in it moves the crosshair."""
     state = desk.panel_state
     index = state["crosshair"]
     number = round(float(index[slice_.axis]))
-    texture = desk.texture(
-        name, (id(volume), number, state["window"]), lambda: grey(slice_.values(volume, number), state["window"])
-    )
+    texture = _texture(desk, name, slice_, volume, matter, number)
     width, height = slice_.extent(volume)
     scale = min(room.x / width, room.y / height)
     size = imgui.ImVec2(max(width * scale, 1), max(height * scale, 1))
