@@ -181,7 +181,7 @@ def test_frames_end_the_window(display: str, tmp_path: Path) -> None:  # noqa: F
     assert len(timings(tmp_path / "t.csv")) == 40 and (tmp_path / "last.png").exists()
 
 
-@pytest.mark.parametrize("moment", [0.1, 0.8, 2.0])
+@pytest.mark.parametrize("moment", [0.1, 0.4, 0.8, 2.0])
 def test_ctrl_c_at_any_moment_leaves_nothing_behind(display: str, tmp_path: Path, moment: float) -> None:  # noqa: F811
     process = started(display, tmp_path, ball(tmp_path, 96), "--size", "300x240")
     time.sleep(moment)

@@ -11,7 +11,7 @@ the *clerk*, comes when a file is to be written.
 
 | module | one responsibility |
 |---|---|
-| `command`, `application` | the command; the loop, one frame after the other |
+| `command`, `application`, `interruption` | the command; the loop, one frame after the other; Ctrl-C |
 | `desk` | what is open and chosen, and all that keys and panels can have done |
 | `document` | a scene, the view of it, its history |
 | `navigation`, `steering` | camera moves as mathematics; events → moves and commands |

@@ -46,6 +46,8 @@ class Plan:
         After how many it ends, from the first picture on; the last one waits for rest where it is to be kept.
     screenshot, timings, record : str, optional
         Files to write: the window at the end, the table of frame times, the input.
+    check : callable
+        Called once a frame; whatever it raises ends the window.
     """
 
     size: tuple[int, int]
@@ -59,6 +61,7 @@ class Plan:
     player: Player | None = None
     frames_per_second: float = 30.0
     max_error: float = 1 / 255
+    check: Callable[[], None] = lambda: None
 
     @property
     def ends(self) -> bool:
@@ -126,6 +129,7 @@ class Application:
             self._desk.load(plan.name, lambda: make(pixels), first=True)
         desk = self._desk
         while not self._over and not desk.wants_close:
+            plan.check()
             self.frame()
             if desk.document is None and desk.failed_first:
                 raise InputError(desk.failed_first)

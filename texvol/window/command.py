@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable
 from typing import Any
 
 from texvol import image, options, reading_options, writing
@@ -42,14 +43,18 @@ def run(arguments: argparse.Namespace) -> None:
             writing.check_writable(path)
     if arguments.screenshot:
         image.check_writable(arguments.screenshot)
-    plan = _plan(arguments)
-    from texvol.window.application import Application
+    from texvol.window.interruption import Interruption
 
-    with Application(plan) as application:
-        application.run()
+    with Interruption() as interruption:
+        plan = _plan(arguments, interruption.check)
+        from texvol.window.application import Application
+
+        interruption.check()
+        with Application(plan) as application:
+            application.run()
 
 
-def _plan(arguments: argparse.Namespace) -> Any:
+def _plan(arguments: argparse.Namespace, check: Callable[[], None]) -> Any:
     from texvol.errors import InputError
     from texvol.window import script
     from texvol.window.application import Plan
@@ -72,5 +77,5 @@ def _plan(arguments: argparse.Namespace) -> Any:
     player = script.Player(script.read(arguments.script)) if arguments.script else None
     return Plan(
         size, panels=arguments.panels, frames=arguments.frames, screenshot=arguments.screenshot,
-        timings=arguments.timings, record=arguments.record, player=player, **given,
+        timings=arguments.timings, record=arguments.record, player=player, check=check, **given,
     )  # fmt: skip
