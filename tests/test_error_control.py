@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from error_control import SIZE, excess, random_scene, remembered
 
-from texvol.error_control import SAFETY, Choice, estimate, reference_for, thickness_for_error
+from texvol.error_control import SAFETY, Begin, Choice, estimate, reference_for, thickness_for_error
 from texvol.ray_casting import raycast
 from texvol.renderer import Renderer
 
@@ -48,6 +48,44 @@ def test_coarser_slabs_are_tried_when_coarse_ones_will_do() -> None:
     assert len(drawn) == 6  # 1 and 2 slabs per spacing, and ½ … 1/16
 
 
+@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize("reference_off", [0.0, 1e-3, 1e-2])
+@pytest.mark.parametrize("wanted", [3e-2, 1e-3])
+def test_a_reference_that_converges_by_itself(order: int, reference_off: float, wanted: float) -> None:
+    """The picture's error is known whatever the reference's is, and hardly finer slabs are drawn than that takes."""
+    references: list[float] = []
+
+    def draw(thickness: float) -> np.ndarray:
+        return np.full((2, 2, 4), 0.5 + 0.02 * (thickness / 3.0) ** order)
+
+    def draw_reference(thickness: float) -> np.ndarray:
+        references.append(thickness)
+        return np.full((2, 2, 4), 0.5 - reference_off * thickness / 3.0)
+
+    choice = thickness_for_error(draw, draw_reference, 3.0, wanted, converges_alone=True)
+    true = 0.02 * (choice.slab_thickness / 3.0) ** order
+    assert choice.reached and true <= choice.estimated_error <= wanted
+    # Half of what is wanted may go to the reference, which costs a halving at order 1.
+    assert true * 4**order > wanted or choice.slab_thickness == 48.0
+    finest = min(references)
+    enough = SAFETY * reference_off * 2 * finest / 3.0 <= wanted / 2  # one of twice this thickness
+    assert finest == 1.5 or not enough or 2 * finest > choice.slab_thickness, "no finer than it has to be"
+
+
+def test_a_search_begins_where_another_ended() -> None:
+    def search(begin: Begin | None) -> tuple[Choice, list[float]]:
+        drawn: list[float] = []
+
+        def draw(thickness: float) -> np.ndarray:
+            drawn.append(thickness)
+            return np.full((2, 2, 4), 0.5 + 0.02 * (thickness / 3.0) ** 2)
+
+        return thickness_for_error(draw, draw, 3.0, 1e-4, begin), drawn
+
+    (first, all_drawn), (second, few_drawn) = search(None), search(search(None)[0].begin)
+    assert first.slab_thickness == second.slab_thickness and len(few_drawn) < len(all_drawn)
+
+
 def test_an_estimate_is_an_upper_bound_at_first_order() -> None:
     exact = np.zeros((1, 1, 4), np.float32)
     for halvings in (1, 2, 3):
@@ -64,13 +102,13 @@ def test_random_scenes_keep_the_error_that_was_asked_for() -> None:
             scene = random_scene(random, [])
             truth, draw = raycast(scene, SIZE), remembered(renderer, scene)
             draw_reference = remembered(renderer, reference_for(scene))
-            spacing = scene.volume.smallest_spacing
+            spacing, alone = scene.volume.smallest_spacing, reference_for(scene) is not scene
 
             def error(picture: np.ndarray, truth: np.ndarray = truth) -> float:
                 return float(np.abs(picture - truth).max())
 
             for wanted in (3e-2, 3e-3):
-                choice = thickness_for_error(draw, draw_reference, spacing, wanted)
+                choice = thickness_for_error(draw, draw_reference, spacing, wanted, converges_alone=alone)
                 kept.append(error(choice.picture) <= wanted or not choice.reached)
                 frugal.append(excess(draw, error, spacing, choice.slab_thickness, wanted) <= 2)
     assert all(kept)

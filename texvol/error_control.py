@@ -10,17 +10,26 @@ with two pictures that no sample of the volume can slip through (one and two sla
 slabs until one is good enough, and then, with the finest picture at hand, to coarser ones as long as they are.
 
 What samples can slip through is a spike of the transfer function: under `post` all pictures may agree that nothing is
-there. So the finer picture of a `post` scene is drawn as `integrated`, which has the same integral and misses nothing.
+there. So a `post` scene is held against J(d), the same drawn as `integrated`, which has the same integral and misses
+nothing. J is dear, and mostly far better than I at the same thickness, so it is drawn just finely enough to know its
+own error, from its last two pictures, as a half of what is wanted:
+
+    e(d) <= max |I(d) - J(f)| + max |J(f) - J(2f)| · 2^-p / (1 - 2^-p)
+
+Where to begin is told by a picture of a sixteenth of the pixels.
 """
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol.errors import AccuracyWarning
 from texvol.scene import Scene
 
 ORDER = 1.0
@@ -30,6 +39,7 @@ SAFETY = 1.5
 ROUNDING = 2e-6  # of a picture in float32, relative to its largest number, or 1
 SURFACE_ROUNDING = 2e-5
 _COARSEST_RATE, _FINEST_RATE = 1 / 16, 64  # slabs per smallest spacing
+_LEAST_ESTIMATED = 48  # pixels along each side: fewer may miss where the error is
 
 Draw = Callable[[float], NDArray[np.float32]]  # slab thickness → picture
 
@@ -42,6 +52,15 @@ class Choice:
     estimated_error: float
     reached: bool  # whether the estimate is within what was wanted
     picture: NDArray[np.float32]
+    begin: Begin  # for a picture of the same in another size
+
+
+@dataclass(frozen=True)
+class Begin:
+    """Slabs per smallest spacing, powers of two, at which a search begins: of the picture, and of its reference."""
+
+    rate: float = 1.0
+    reference: float = 2.0
 
 
 def reference_for(scene: Scene) -> Scene:
@@ -56,8 +75,53 @@ def reference_for(scene: Scene) -> Scene:
     return replace(scene, classification="integrated")
 
 
+def smaller(size: tuple[int, int]) -> tuple[int, int]:
+    """A sixteenth of the pixels, where that leaves enough of them."""
+    width, height = (max(side // 4, min(side, _LEAST_ESTIMATED)) for side in size)
+    return width, height
+
+
+def choose(
+    draw: Callable[[tuple[int, int], float], NDArray[np.float32]],
+    draw_reference: Callable[[tuple[int, int], float], NDArray[np.float32]],
+    scene: Scene,
+    size: tuple[int, int],
+    wanted: float,
+) -> Choice:
+    """What `thickness_for_error` finds for the scene in a size, given what draws it in a size at a thickness.
+
+    Warns
+    -----
+    AccuracyWarning
+        Where the error can't be reached.
+    """
+
+    def search(size: tuple[int, int], begin: Begin | None) -> Choice:
+        return thickness_for_error(
+            partial(draw, size), partial(draw_reference, size), scene.smallest_spacing, wanted, begin,
+            converges_alone=reference_for(scene) is not scene,
+        )  # fmt: skip
+
+    small = smaller(size)
+    choice = search(size, search(small, None).begin if small != size else None)
+    if not choice.reached:
+        warnings.warn(
+            f"an error of {wanted:g} was wanted and {choice.estimated_error:.2g} was reached, by estimate, "
+            f"at slab thickness {choice.slab_thickness:g}",
+            AccuracyWarning,
+            stacklevel=4,
+        )
+    return choice
+
+
 def thickness_for_error(
-    draw: Draw, draw_reference: Draw, smallest_spacing: float, wanted: float, rate: float = 1.0
+    draw: Draw,
+    draw_reference: Draw,
+    smallest_spacing: float,
+    wanted: float,
+    begin: Begin | None = None,
+    *,
+    converges_alone: bool = False,
 ) -> Choice:
     """The coarsest slab thickness, among halvings of the spacing, whose picture is within `wanted` by estimate.
 
@@ -69,27 +133,81 @@ def thickness_for_error(
         Of the volume, world units.
     wanted : float
         Maximum absolute error of the linear picture.
-    rate : float
-        Slabs per smallest spacing, a power of two, to begin with.
+    begin : Begin, optional
+        What was found for a smaller picture; the search ends in the same where that was right.
+    converges_alone : bool
+        Whether the reference is another scene than the picture's, better at the same thickness.
     """
+    begin = begin or Begin()
     drawn: dict[float, NDArray[np.float32]] = {}  # by rate: on the way back some come again
-    while True:
-        picture = drawn[rate] = draw(smallest_spacing / rate)
-        finer = draw_reference(smallest_spacing / (2 * rate))
-        error = estimate(picture, finer, halvings=1)
-        if error <= wanted or rate >= _FINEST_RATE:
-            break
+
+    def at(rate: float) -> NDArray[np.float32]:
+        if rate not in drawn:
+            drawn[rate] = draw(smallest_spacing / rate)
+        return drawn[rate]
+
+    held: _HeldAgainstItsFiner | _HeldAgainstAnother
+    held = (_HeldAgainstAnother if converges_alone else _HeldAgainstItsFiner)(
+        lambda rate: draw_reference(smallest_spacing / rate), wanted, begin
+    )
+    rate = max(begin.rate, 1.0)  # below, samples could slip through
+    while (error := held.error(at(rate), rate)) > wanted and rate < _FINEST_RATE:
         rate *= 2
-    choice = Choice(smallest_spacing / rate, error, error <= wanted, picture)
-    halvings = 1
-    while choice.reached and rate > _COARSEST_RATE:
-        rate, halvings = rate / 2, halvings + 1
-        picture = drawn[rate] if rate in drawn else draw(smallest_spacing / rate)
-        error = estimate(picture, finer, halvings)
+    found = Choice(smallest_spacing / rate, error, error <= wanted, at(rate), Begin(rate, held.rate))
+    while found.reached and rate > _COARSEST_RATE:
+        rate /= 2
+        error = held.error_of_coarser(at(rate), rate)
         if not error <= wanted:
             break
-        choice = Choice(smallest_spacing / rate, error, True, picture)
-    return choice
+        found = Choice(smallest_spacing / rate, error, True, at(rate), Begin(rate, held.rate))
+    return found
+
+
+class _HeldAgainstItsFiner:
+    """A picture is held against one of half its thickness."""
+
+    def __init__(self, draw: Draw, wanted: float, begin: Begin) -> None:
+        self._draw = draw
+        self.rate = begin.reference
+
+    def error(self, picture: NDArray[np.float32], rate: float) -> float:
+        """The estimate for a picture at that rate."""
+        self.rate = 2 * rate
+        self._finer = self._draw(self.rate)
+        return self.error_of_coarser(picture, rate)
+
+    def error_of_coarser(self, picture: NDArray[np.float32], rate: float) -> float:
+        """The same, for one that is coarser than the last."""
+        return estimate(picture, self._finer, round(np.log2(self.rate / rate)))
+
+
+class _HeldAgainstAnother:
+    """Pictures are held against one that converges by itself, and is drawn as finely as that takes."""
+
+    def __init__(self, draw: Draw, wanted: float, begin: Begin) -> None:
+        self._draw, self._wanted = draw, wanted
+        self.rate = max(begin.reference, 2.0) / 2  # so that nothing slips through the coarser one of the pair either
+        self._picture = draw(self.rate)
+        self._refine()
+
+    def error(self, picture: NDArray[np.float32], rate: float) -> float:
+        """The estimate for a picture at any rate."""
+        if rate > self.rate:  # it is good enough, and what it is held against is in the way
+            self._refine()
+        return self.error_of_coarser(picture, rate)
+
+    def error_of_coarser(self, picture: NDArray[np.float32], rate: float) -> float:
+        """The same, by the reference as it is."""
+        return largest_difference(picture, self._picture) + self._off + _rounding_in(self._picture)
+
+    def _refine(self) -> None:
+        """The reference at least twice as fine, and its error at most a half of what is wanted."""
+        while True:
+            self.rate, coarser = 2 * self.rate, self._picture
+            self._picture = self._draw(self.rate)
+            self._off = SAFETY * largest_difference(coarser, self._picture) * 2.0**-ORDER / (1 - 2.0**-ORDER)
+            if self._off <= self._wanted / 2 or self.rate >= 2 * _FINEST_RATE:
+                return
 
 
 def rounding_of(scene: Scene) -> float:
@@ -101,12 +219,20 @@ def estimate(
     picture: NDArray[np.float32], finer: NDArray[np.float32], halvings: int, rounding: float = ROUNDING
 ) -> float:
     """The maximum error of `picture` from one whose slabs are thinner by `halvings`."""
+    off = SAFETY * largest_difference(picture, finer) / (1 - 2.0 ** (-ORDER * halvings))
+    return off + _rounding_in(finer, rounding)
+
+
+def largest_difference(picture: NDArray[np.float32], other: NDArray[np.float32]) -> float:
+    """Of two pictures; numbers may be infinite, and the same."""
     with np.errstate(invalid="ignore"):
-        # Numbers may be infinite, and the same.
-        difference = float(np.where(picture == finer, 0.0, np.abs(picture.astype(np.float64) - finer)).max())
-    numbers = np.abs(finer[..., :3])
+        return float(np.where(picture == other, 0.0, np.abs(picture.astype(np.float64) - other)).max())
+
+
+def _rounding_in(picture: NDArray[np.float32], rounding: float = ROUNDING) -> float:
+    numbers = np.abs(picture[..., :3])
     brightest = float(numbers[np.isfinite(numbers)].max(initial=0.0))
-    return SAFETY * difference / (1 - 2.0 ** (-ORDER * halvings)) + rounding * max(brightest, 1.0)
+    return rounding * max(brightest, 1.0)
 
 
 def if_finite(estimate: float | None) -> float | None:

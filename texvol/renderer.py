@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-import warnings
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import asdict, replace
@@ -17,7 +16,7 @@ from texvol import accuracy, error_control, slab_texture, slicing
 from texvol.compositor import Compositor, Drawing
 from texvol.contexts import Context, open_context
 from texvol.display import NUMBER_MODES
-from texvol.errors import AccuracyWarning, InputError
+from texvol.errors import InputError
 from texvol.geometry.drawn import DrawnGeometry
 from texvol.hidden_samples import without_hidden
 from texvol.matter_on_device import MatterOnDevice, check_room
@@ -31,7 +30,6 @@ from texvol.texture_memory import default_budget
 from texvol.value_texture import ValueTexture
 
 Size = tuple[int, int]
-_LEAST_ESTIMATED = 48  # pixels along each side: fewer may miss where the error is
 _REFERENCE_BYTES = 64 << 20  # of textures for a picture that an estimate is drawn from, at most
 
 
@@ -132,8 +130,11 @@ class Renderer:
             if max_error is not None:
                 # Any rounding of texels would hide in the differences that the choice goes by.
                 settings = replace(settings, texture_format="rgba32f") if texture_format == "auto" else settings
-                settings = replace(settings, slab_thickness=self._thickness_for_error(scene, size, settings, max_error))
-            picture = self._draw(scene, size, settings, repeat)
+                choice = self._within(max_error, scene, size, settings)
+                settings = replace(settings, slab_thickness=choice.slab_thickness)
+                picture = choice.picture
+            if max_error is None or repeat > 1:
+                picture = self._draw(scene, size, settings, repeat)
         self._last = (scene, size, settings)
         return picture if scene.mode in NUMBER_MODES else over_background(picture, scene.background)
 
@@ -283,22 +284,22 @@ class Renderer:
             assert isinstance(drawing.baked, ValueTexture), "values are projected"
             return drawing.projection.numbers(drawn, drawing.baked, settings.slab_thickness)
 
-    def _thickness_for_error(self, scene: Scene, size: Size, settings: Settings, max_error: float) -> float:
-        choice = error_control.thickness_for_error(
-            lambda thickness: self._draw(scene, size, replace(settings, slab_thickness=thickness)),
-            lambda thickness: self._reference(scene, size, replace(settings, slab_thickness=thickness)),
-            scene.smallest_spacing,
-            max_error,
-        )
+    def _within(self, max_error: float, scene: Scene, size: Size, settings: Settings) -> error_control.Choice:
+        """The picture of the coarsest slabs that keep the error."""
+        said: dict[float, tuple[dict[str, float], int]] = {}  # of the last picture of each thickness
+
+        def draw(size: Size, thickness: float) -> NDArray[np.float32]:
+            picture = self._draw(scene, size, replace(settings, slab_thickness=thickness))
+            said[thickness] = dict(self._seconds), self._bricks_drawn
+            return picture
+
+        def draw_reference(size: Size, thickness: float) -> NDArray[np.float32]:
+            return self._reference(scene, size, replace(settings, slab_thickness=thickness))
+
+        choice = error_control.choose(draw, draw_reference, scene, size, max_error)
         self._estimate = choice.estimated_error
-        if not choice.reached:
-            warnings.warn(
-                f"an error of {max_error:g} was wanted and {choice.estimated_error:.2g} was reached, by estimate, "
-                f"at slab thickness {choice.slab_thickness:g}",
-                AccuracyWarning,
-                stacklevel=3,
-            )
-        return choice.slab_thickness
+        self._seconds, self._bricks_drawn = said[choice.slab_thickness]
+        return choice
 
     def _reference(self, scene: Scene, size: Size, settings: Settings) -> NDArray[np.float32]:
         """What stands for the integral: float32 throughout and no ray ended, so that their cost counts as error."""
@@ -355,8 +356,7 @@ class Renderer:
         """What the choice of thickness found, or what halving it changes in a picture of a sixteenth of the pixels."""
         if self._estimate is not None or self._context.released:
             return self._estimate
-        width, height = (max(side // 4, min(side, _LEAST_ESTIMATED)) for side in size)
-        small = (width, height)
+        small = error_control.smaller(size)
         with self._context:
             picture = self._draw(scene, small, settings)
             with ExitStack() as aside:

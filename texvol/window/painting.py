@@ -37,7 +37,6 @@ from texvol.window.parcels import Receiver
 _PIECE = 0.015
 _FIRST_ROWS = 64
 _FEWEST_ROWS = 16  # below, setting up costs more than drawing
-_SMALLER = 4  # along each side, the picture that an error is estimated from
 
 
 class Superseded(Exception):
@@ -86,7 +85,7 @@ class PiecewiseRenderer(Renderer):
     def __init__(self) -> None:
         self._pieces: PiecewiseCompositor
         super().__init__(compositor=self._in_pieces)
-        self._ended: tuple[Any, Any, float] | None = None
+        self._ended: tuple[Any, Any, error_control.Begin] | None = None
 
     def _in_pieces(self, context: Context) -> PiecewiseCompositor:
         self._pieces = PiecewiseCompositor(context)
@@ -99,16 +98,18 @@ class PiecewiseRenderer(Renderer):
     def fine_enough(self, scene: Scene, size: Size, max_error: float) -> tuple[dict[str, Any], dict[str, Any]]:
         """Arguments of `render` for a picture of that error, and what is known of it.
 
-        The error is the largest of all pixels, and hardly another in a sixteenth of them: a small picture of as many
-        chooses, as `render` would, and half the error is asked of it, for the pixels that it leaves out. Another view
-        of the same matter begins where the last one ended.
+        The error is the largest of all pixels, and hardly twice another in a sixteenth of them: a picture of these
+        chooses, as `render` would, and a part of the error is asked of it. An estimate by pictures of one kind
+        is about twice the error, so that half of it will do; one by a reference that knows its own is the error
+        itself. Another view of the same matter begins where the last one ended.
         """
-        small = max(size[0] // _SMALLER, 1), max(size[1] // _SMALLER, 1)
+        small = error_control.smaller(size)
         plain = replace(scene, background=(0.0, 0.0, 0.0))
         reference, termination = error_control.reference_for(plain), checked_termination(None, max_error)
+        share = 2 if reference is plain else 4
 
         def draw(thickness: float) -> NDArray[np.float32]:
-            ends = checked_termination(None, max_error / 2)
+            ends = checked_termination(None, max_error / share)
             return self.render(plain, small, slab_thickness=thickness, texture_format="rgba32f", early_termination=ends)
 
         def draw_reference(thickness: float) -> NDArray[np.float32]:
@@ -118,16 +119,22 @@ class PiecewiseRenderer(Renderer):
 
         matter = scene.volume, scene.transfer_function
         how = scene.classification, scene.mode, max_error
-        rate = 1.0
+        begin = None
         if self._ended is not None and self._ended[1] == how and all(map(is_, self._ended[0], matter)):
-            rate = max(self._ended[2], 1.0)  # below, samples could slip through
-        spacing = scene.smallest_spacing
-        choice = error_control.thickness_for_error(draw, draw_reference, spacing, max_error / 2, rate)
-        self._ended = matter, how, spacing / choice.slab_thickness
+            begin = self._ended[2]
+        choice = error_control.thickness_for_error(
+            draw,
+            draw_reference,
+            scene.smallest_spacing,
+            max_error / share,
+            begin,
+            converges_alone=reference is not plain,
+        )
+        self._ended = matter, how, choice.begin
         return {
             "slab_thickness": choice.slab_thickness, "texture_format": "rgba32f", "early_termination": termination,
         }, {
-            "estimated_error": error_control.if_finite(2 * choice.estimated_error),
+            "estimated_error": error_control.if_finite(share * choice.estimated_error),
             "wanted_error": max_error,
             "reached": choice.reached,
         }  # fmt: skip
