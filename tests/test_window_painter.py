@@ -18,6 +18,8 @@ import pytest
 from texvol import image
 from texvol.added_volume import AddedVolume
 from texvol.camera import Camera
+from texvol.gradient import Estimator
+from texvol.lighting import Lighting
 from texvol.renderer import Renderer
 from texvol.scene import Scene
 from texvol.transfer import TransferFunction
@@ -119,6 +121,21 @@ def test_a_painter_draws_what_render_writes(studio: Studio) -> None:
         picture = renderer.render(SCENE, SIZE, sampling_rate=0.7)
         assert answer.facts["settings"] == renderer.settings
     assert answer.pixels is not None and np.array_equal(answer.pixels, image.eight_bits(picture))
+
+
+def test_light_that_is_new_is_preceded_by_the_same_unlit(studio: Studio) -> None:
+    """Gradients take a while to find, and there should be something to look at."""
+    lit = replace(SCENE, classification="post", lighting=Lighting(), gradient=Estimator("gaussian", 2.0))
+    asked: dict[str, Any] = {"kind": "move", "size": SIZE, "accuracy": {"sampling_rate": 0.7}}
+    first, second = studio.answers(scene=lit, **asked)
+    (again,) = studio.answers(scene=replace(lit, lighting=Lighting(diffuse=0.5)), **asked)
+    assert not first.final and second.final
+    with Renderer() as renderer:
+        for answer, scene in ((first, replace(lit, lighting=None)), (second, lit)):
+            picture = renderer.render(scene, SIZE, sampling_rate=0.7)
+            assert answer.pixels is not None and np.array_equal(answer.pixels, image.eight_bits(picture))
+    assert not np.array_equal(again.pixels, second.pixels)
+    assert len(studio.answers(scene=replace(lit, gradient=Estimator("gaussian", 1.0)), **asked)) == 2
 
 
 @pytest.mark.parametrize("kind", ["slab", "extinction", "post", "integrated"])

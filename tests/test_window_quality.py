@@ -134,6 +134,22 @@ def test_what_is_new_is_moving_first_and_refined_when_it_stays() -> None:
     assert len(mover.jobs) == len(refiner.jobs) == 1
 
 
+def test_a_picture_before_the_one_that_was_asked_for_is_seen_and_teaches_nothing() -> None:
+    director, mover, _ = directed()
+    director.want(Wanted(SCENE, FULL), now=0.0)
+    director.update(0.0)
+    mover.answer()  # the first of all teaches nothing either
+    director.update(0.0)
+    director.want(Wanted(replace(SCENE, lighting=Lighting()), FULL), now=0.1)
+    director.update(0.1)
+    mover.answer(final=False, seconds=1e9)
+    assert director.update(0.2) and director.shown is not None and director.shown.version == director.version
+    assert director.pace.choose(FULL) == Pace().choose(FULL)
+    mover.answer(seconds=1e9)
+    assert director.update(0.3)
+    assert director.pace._speeds[-1] > 1
+
+
 def test_a_turn_does_not_wait_for_a_refinement() -> None:
     director, mover, refiner = directed()
     director.want(Wanted(SCENE, FULL), now=0.0)

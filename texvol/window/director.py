@@ -157,7 +157,7 @@ class Director:
             self.pace.ladder = quality.ON_CARD
         warm = self.pictures > 0
         self.pictures += 1
-        if warm:  # the first one compiles programs and uploads textures
+        if warm and answer.final:  # the first one compiles programs and uploads textures
             self.pace.learn(coarseness, size, answer.facts["seconds"])
         if self.shown is not None and (self.shown.version, self.shown.state) >= (version, "refining"):
             return False  # the refiner was faster

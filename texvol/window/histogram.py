@@ -11,6 +11,7 @@ from texvol.volume import Volume
 
 _BINS = 256
 _MOST_SAMPLES = 1 << 22  # beyond, every n-th: a picture of 256 columns does not tell the difference
+_LARGEST = 0.4 * float(np.finfo(np.float64).max)  # so that the distance of two edges is a number
 
 
 @dataclass(frozen=True)
@@ -39,8 +40,12 @@ class Histogram:
 def histogram_of(volume: Volume) -> Histogram:
     """The histogram of a volume's finite values."""
     low, high = volume.finite_range or (0.0, 1.0)
-    if not high > low:
-        low, high = low - 0.5, low + 0.5
+    if high - low <= _BINS * np.spacing(max(abs(low), abs(high))):  # no room for as many columns between numbers
+        wide = max(0.5, 1e-3 * max(abs(low), abs(high)))
+        low, high = low - wide, high + wide
+    low, high = max(low, -_LARGEST), min(high, _LARGEST)
+    if not low < high:  # all are beyond
+        low, high = -0.5, 0.5
     step = int(np.ceil((volume.values.size / _MOST_SAMPLES) ** (1 / 3)))
     values = volume.values[::step, ::step, ::step].ravel()
     bins = _BINS

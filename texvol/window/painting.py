@@ -146,6 +146,7 @@ class Easel:
     def __init__(self, answer: Callable[[Answer], None], newest: Callable[[], int]) -> None:
         self._answer, self._newest = answer, newest
         self._renderer = PiecewiseRenderer()
+        self._lit: tuple[tuple[Any, ...], Any] | None = None  # volumes and estimator whose gradients are there
 
     def paint(self, job: Job) -> None:
         """Do it, with one final answer; or none, where something newer is wanted."""
@@ -168,9 +169,25 @@ class Easel:
         self._renderer.close()
 
     def _move(self, job: Job) -> None:
+        """One picture; before it the same unlit, where light is new, since finding the gradients takes a while."""
+        lit = job.scene.lighting and (tuple(job.scene.volumes), job.scene.gradient)
+        known, self._lit = self._lit, lit or self._lit
         start = time.perf_counter()
+        if lit and not (
+            known and known[1] == lit[1] and len(known[0]) == len(lit[0]) and all(map(is_, known[0], lit[0]))
+        ):
+            picture = self._renderer.render(replace(job.scene, lighting=None), job.size, **job.accuracy)
+            self._send(job, picture, self._renderer.settings, start, final=False)
+            start = time.perf_counter()
         picture = self._renderer.render(job.scene, job.size, **job.accuracy)
         self._send(job, picture, self._renderer.settings, start)
+
+    def _has_gradients(self, scene: Scene) -> bool:
+        """Whether they are those of the last lit scene; the next will find them."""
+        known, self._lit = self._lit, (scene.volumes, scene.gradient)
+        if known is None or known[1] != scene.gradient or len(known[0]) != len(scene.volumes):
+            return False
+        return all(map(is_, known[0], scene.volumes))
 
     def _rest(self, job: Job) -> None:
         """A picture of one slab per sample at once; soon one that a small picture says is fine enough; then `render`'s.
