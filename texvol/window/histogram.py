@@ -40,9 +40,8 @@ class Histogram:
 def histogram_of(volume: Volume) -> Histogram:
     """The histogram of a volume's finite values."""
     low, high = volume.finite_range or (0.0, 1.0)
-    if high - low <= _BINS * np.finfo(np.float64).eps * max(
-        abs(low), abs(high)
-    ):  # no room for as many columns between numbers
+    largest = max(abs(low), abs(high), float(np.finfo(np.float64).tiny))
+    if high - low <= _BINS * np.finfo(np.float64).eps * largest:  # no room for as many columns between numbers
         wide = max(0.5, 1e-3 * max(abs(low), abs(high)))
         low, high = low - wide, high + wide
     low, high = max(low, -_LARGEST), min(high, _LARGEST)
