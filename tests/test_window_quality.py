@@ -134,6 +134,15 @@ def test_what_is_new_is_moving_first_and_refined_when_it_stays() -> None:
     assert len(mover.jobs) == len(refiner.jobs) == 1
 
 
+def test_nothing_is_at_rest() -> None:
+    director, mover, _ = directed()
+    assert director.at_rest and not director.update(0.0) and not mover.jobs
+    director.want(Wanted(SCENE, FULL), now=0.0)
+    assert not director.at_rest
+    director.want(None, now=0.1)
+    assert director.at_rest and director.shown is None
+
+
 def test_a_picture_before_the_one_that_was_asked_for_is_seen_and_teaches_nothing() -> None:
     director, mover, _ = directed()
     director.want(Wanted(SCENE, FULL), now=0.0)

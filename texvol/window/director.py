@@ -86,6 +86,8 @@ class Director:
     @property
     def at_rest(self) -> bool:
         """Whether what is shown is what is wanted, as good as it gets."""
+        if self._wanted is None:
+            return True
         return self.shown is not None and self.shown.state == "rest" and self.shown.version == self._version
 
     @property
