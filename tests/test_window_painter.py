@@ -157,35 +157,6 @@ def test_at_rest_the_error_is_what_was_wanted(studio: Studio, kind: Any) -> None
     assert np.abs(early - finest).max() <= wanted
 
 
-def test_another_view_is_refined_from_where_the_last_one_ended(monkeypatch: pytest.MonkeyPatch) -> None:
-    """And to a thickness that is as good; other matter begins anew."""
-    from texvol.window import painting
-
-    drawn: list[float] = []
-    renderer = painting.PiecewiseRenderer()
-    render = renderer.render
-
-    def counted(scene: Scene, size: tuple[int, int], **how: Any) -> np.ndarray:
-        drawn.append(how["slab_thickness"])
-        return render(scene, size, **how)
-
-    monkeypatch.setattr(renderer, "render", counted)
-    assert SCENE.camera is not None and SCENE.transfer_function is not None
-    other_view = replace(SCENE, camera=replace(SCENE.camera, up=(0.1, 0.0, 1.0)))
-    other_matter = replace(SCENE, transfer_function=replace(SCENE.transfer_function))
-    counts, chosen = [], []
-    try:
-        for scene in (SCENE, other_view, other_matter):
-            drawn.clear()
-            chosen.append(renderer.fine_enough(scene, (256, 192), 1 / 2000)[0]["slab_thickness"])
-            counts.append((len(drawn), max(drawn)))
-    finally:
-        renderer.close()
-    assert max(chosen) < SCENE.smallest_spacing, "or there is nothing to be saved"
-    assert counts[1][0] < counts[0][0] == counts[2][0]
-    assert counts[0][1] == SCENE.smallest_spacing > counts[1][1]
-
-
 def test_a_picture_in_pieces_is_the_picture(monkeypatch: pytest.MonkeyPatch) -> None:
     from texvol.window import painting
 

@@ -21,15 +21,12 @@ Where to begin is told by a picture of a sixteenth of the pixels.
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.errors import AccuracyWarning
 from texvol.scene import Scene
 
 ORDER = 1.0
@@ -39,7 +36,6 @@ SAFETY = 1.5
 ROUNDING = 2e-6  # of a picture in float32, relative to its largest number, or 1
 SURFACE_ROUNDING = 2e-5
 _COARSEST_RATE, _FINEST_RATE = 1 / 16, 64  # slabs per smallest spacing
-_LEAST_ESTIMATED = 48  # pixels along each side: fewer may miss where the error is
 
 Draw = Callable[[float], NDArray[np.float32]]  # slab thickness → picture
 
@@ -73,45 +69,6 @@ def reference_for(scene: Scene) -> Scene:
     ):
         return scene
     return replace(scene, classification="integrated")
-
-
-def smaller(size: tuple[int, int]) -> tuple[int, int]:
-    """A sixteenth of the pixels, where that leaves enough of them."""
-    width, height = (max(side // 4, min(side, _LEAST_ESTIMATED)) for side in size)
-    return width, height
-
-
-def choose(
-    draw: Callable[[tuple[int, int], float], NDArray[np.float32]],
-    draw_reference: Callable[[tuple[int, int], float], NDArray[np.float32]],
-    scene: Scene,
-    size: tuple[int, int],
-    wanted: float,
-) -> Choice:
-    """What `thickness_for_error` finds for the scene in a size, given what draws it in a size at a thickness.
-
-    Warns
-    -----
-    AccuracyWarning
-        Where the error can't be reached.
-    """
-
-    def search(size: tuple[int, int], begin: Begin | None) -> Choice:
-        return thickness_for_error(
-            partial(draw, size), partial(draw_reference, size), scene.smallest_spacing, wanted, begin,
-            converges_alone=reference_for(scene) is not scene,
-        )  # fmt: skip
-
-    small = smaller(size)
-    choice = search(size, search(small, None).begin if small != size else None)
-    if not choice.reached:
-        warnings.warn(
-            f"an error of {wanted:g} was wanted and {choice.estimated_error:.2g} was reached, by estimate, "
-            f"at slab thickness {choice.slab_thickness:g}",
-            AccuracyWarning,
-            stacklevel=4,
-        )
-    return choice
 
 
 def thickness_for_error(
@@ -154,7 +111,7 @@ def thickness_for_error(
     while (error := held.error(at(rate), rate)) > wanted and rate < _FINEST_RATE:
         rate *= 2
     found = Choice(smallest_spacing / rate, error, error <= wanted, at(rate), Begin(rate, held.rate))
-    while found.reached and rate > _COARSEST_RATE:
+    while found.reached and rate > _COARSEST_RATE and held.least_of_coarser(error) <= wanted:
         rate /= 2
         error = held.error_of_coarser(at(rate), rate)
         if not error <= wanted:
@@ -180,6 +137,10 @@ class _HeldAgainstItsFiner:
         """The same, for one that is coarser than the last."""
         return estimate(picture, self._finer, round(np.log2(self.rate / rate)))
 
+    def least_of_coarser(self, error: float) -> float:
+        """What the estimate will be for slabs of twice the thickness, at least, where that of these is `error`."""
+        return 2.0**ORDER * error
+
 
 class _HeldAgainstAnother:
     """Pictures are held against one that converges by itself, and is drawn as finely as that takes."""
@@ -199,6 +160,10 @@ class _HeldAgainstAnother:
     def error_of_coarser(self, picture: NDArray[np.float32], rate: float) -> float:
         """The same, by the reference as it is."""
         return largest_difference(picture, self._picture) + self._off + _rounding_in(self._picture)
+
+    def least_of_coarser(self, error: float) -> float:
+        """What the estimate will be for slabs of twice the thickness, at least, where that of these is `error`."""
+        return 2.0**ORDER * (error - self._off) + self._off
 
     def _refine(self) -> None:
         """The reference at least twice as fine, and its error at most a half of what is wanted."""

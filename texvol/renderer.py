@@ -16,6 +16,7 @@ from texvol import accuracy, error_control, slab_texture, slicing
 from texvol.compositor import Compositor, Drawing
 from texvol.contexts import Context, open_context
 from texvol.display import NUMBER_MODES
+from texvol.error_search import ErrorSearch, smaller
 from texvol.errors import InputError
 from texvol.geometry.drawn import DrawnGeometry
 from texvol.hidden_samples import without_hidden
@@ -74,6 +75,8 @@ class Renderer:
         self._last: tuple[Scene, Size, Settings] | None = None
         self._stats: dict[str, Any] = {}
         self._estimate: float | None = None  # of the last picture's error, where it has been worked out
+        self._notes: dict[float, tuple[dict[str, float], int]] = {}  # of pictures that may be chosen, by thickness
+        self._error_search = ErrorSearch(self._noted, self._reference)
 
     def render(
         self,
@@ -125,18 +128,27 @@ class Renderer:
         wanted = accuracy.checked(scene, slab_thickness, sampling_rate, max_error)
         termination = accuracy.checked_termination(early_termination, max_error)
         settings = Settings(wanted, texture_format, accuracy.checked_target(target_format), termination, skip_empty)
-        self._seconds, self._stats, self._estimate = {}, {}, None
+        self._seconds, self._stats, self._notes, self._estimate = {}, {}, {}, None
         with self._context:
             if max_error is not None:
                 # Any rounding of texels would hide in the differences that the choice goes by.
                 settings = replace(settings, texture_format="rgba32f") if texture_format == "auto" else settings
-                choice = self._within(max_error, scene, size, settings)
+                choice = self._error_search.choose(scene, size, settings, max_error)
                 settings = replace(settings, slab_thickness=choice.slab_thickness)
-                picture = choice.picture
+                picture, self._estimate = choice.picture, choice.estimated_error
+                self._seconds, self._bricks_drawn = self._notes[choice.slab_thickness]
             if max_error is None or repeat > 1:
                 picture = self._draw(scene, size, settings, repeat)
         self._last = (scene, size, settings)
         return picture if scene.mode in NUMBER_MODES else over_background(picture, scene.background)
+
+    def foresee(self, scene: Scene, size: Size, max_error: float) -> error_control.Choice:
+        """Where `render` will begin to look for that error: what a picture of a sixteenth of the pixels asks for."""
+        termination, target = accuracy.checked_termination(None, max_error), accuracy.checked_target("auto")
+        settings = Settings(0.0, "rgba32f", target, termination, skip_empty=True)
+        scene = without_hidden(scene) if scene.mask is not None else scene
+        with self._context:
+            return self._error_search.foresee(scene, self._compositor.checked_size(size), settings, max_error)
 
     def depth(self) -> NDArray[np.float64]:
         """Depth of the last picture's isosurface, shape (height, width): along the view from the plane of the eye.
@@ -284,22 +296,11 @@ class Renderer:
             assert isinstance(drawing.baked, ValueTexture), "values are projected"
             return drawing.projection.numbers(drawn, drawing.baked, settings.slab_thickness)
 
-    def _within(self, max_error: float, scene: Scene, size: Size, settings: Settings) -> error_control.Choice:
-        """The picture of the coarsest slabs that keep the error."""
-        said: dict[float, tuple[dict[str, float], int]] = {}  # of the last picture of each thickness
-
-        def draw(size: Size, thickness: float) -> NDArray[np.float32]:
-            picture = self._draw(scene, size, replace(settings, slab_thickness=thickness))
-            said[thickness] = dict(self._seconds), self._bricks_drawn
-            return picture
-
-        def draw_reference(size: Size, thickness: float) -> NDArray[np.float32]:
-            return self._reference(scene, size, replace(settings, slab_thickness=thickness))
-
-        choice = error_control.choose(draw, draw_reference, scene, size, max_error)
-        self._estimate = choice.estimated_error
-        self._seconds, self._bricks_drawn = said[choice.slab_thickness]
-        return choice
+    def _noted(self, scene: Scene, size: Size, settings: Settings) -> NDArray[np.float32]:
+        """The picture; what is said of it is kept for the case that it is chosen."""
+        picture = self._draw(scene, size, settings)
+        self._notes[settings.slab_thickness] = dict(self._seconds), self._bricks_drawn
+        return picture
 
     def _reference(self, scene: Scene, size: Size, settings: Settings) -> NDArray[np.float32]:
         """What stands for the integral: float32 throughout and no ray ended, so that their cost counts as error."""
@@ -356,7 +357,7 @@ class Renderer:
         """What the choice of thickness found, or what halving it changes in a picture of a sixteenth of the pixels."""
         if self._estimate is not None or self._context.released:
             return self._estimate
-        small = error_control.smaller(size)
+        small = smaller(size)
         with self._context:
             picture = self._draw(scene, small, settings)
             with ExitStack() as aside:

@@ -85,7 +85,6 @@ class PiecewiseRenderer(Renderer):
     def __init__(self) -> None:
         self._pieces: PiecewiseCompositor
         super().__init__(compositor=self._in_pieces)
-        self._ended: tuple[Any, Any, error_control.Begin] | None = None
 
     def _in_pieces(self, context: Context) -> PiecewiseCompositor:
         self._pieces = PiecewiseCompositor(context)
@@ -96,48 +95,17 @@ class PiecewiseRenderer(Renderer):
         self._pieces.check = check
 
     def fine_enough(self, scene: Scene, size: Size, max_error: float) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Arguments of `render` for a picture of that error, and what is known of it.
-
-        The error is the largest of all pixels, and hardly twice another in a sixteenth of them: a picture of these
-        chooses, as `render` would, and a part of the error is asked of it. An estimate by pictures of one kind
-        is about twice the error, so that half of it will do; one by a reference that knows its own is the error
-        itself. Another view of the same matter begins where the last one ended.
-        """
-        small = error_control.smaller(size)
-        plain = replace(scene, background=(0.0, 0.0, 0.0))
-        reference, termination = error_control.reference_for(plain), checked_termination(None, max_error)
-        share = 2 if reference is plain else 4
-
-        def draw(thickness: float) -> NDArray[np.float32]:
-            ends = checked_termination(None, max_error / share)
-            return self.render(plain, small, slab_thickness=thickness, texture_format="rgba32f", early_termination=ends)
-
-        def draw_reference(thickness: float) -> NDArray[np.float32]:
-            return self.render(
-                reference, small, slab_thickness=thickness, texture_format="rgba32f", early_termination=0.0
-            )
-
-        matter = scene.volume, scene.transfer_function
-        how = scene.classification, scene.mode, max_error
-        begin = None
-        if self._ended is not None and self._ended[1] == how and all(map(is_, self._ended[0], matter)):
-            begin = self._ended[2]
-        choice = error_control.thickness_for_error(
-            draw,
-            draw_reference,
-            scene.smallest_spacing,
-            max_error / share,
-            begin,
-            converges_alone=reference is not plain,
-        )
-        self._ended = matter, how, choice.begin
+        """Arguments of `render` for a picture of that error as a small one foresees it, and what is known of it."""
+        choice = self.foresee(scene, size, max_error)
         return {
-            "slab_thickness": choice.slab_thickness, "texture_format": "rgba32f", "early_termination": termination,
+            "slab_thickness": choice.slab_thickness,
+            "texture_format": "rgba32f",
+            "early_termination": checked_termination(None, max_error),
         }, {
-            "estimated_error": error_control.if_finite(share * choice.estimated_error),
+            "estimated_error": error_control.if_finite(choice.estimated_error),
             "wanted_error": max_error,
             "reached": choice.reached,
-        }  # fmt: skip
+        }
 
 
 class Easel:

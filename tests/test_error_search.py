@@ -1,0 +1,94 @@
+"""A wanted error of a scene: foreseen by a small picture, which is drawn once; found by the picture itself."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from texvol.camera import Camera
+from texvol.error_search import smaller
+from texvol.recipe import Settings
+from texvol.renderer import Renderer
+from texvol.scene import CLASSIFICATIONS, Scene
+from texvol.transfer import TransferFunction
+from texvol.volume import Volume
+
+SIZE = (256, 192)
+z, y, x = np.mgrid[tuple(slice(-1, 1, 32j) for _ in range(3))]
+VOLUME = Volume(np.exp(-3 * (x**2 + y**2 + z**2)).astype(np.float32))
+FOG = TransferFunction([0.2, 1.0], [(0.9, 0.4, 0.1), (0.2, 0.5, 0.9)], [0.0, 0.3])
+SCENE = Scene(VOLUME, FOG, Camera.framing(VOLUME, aspect=4 / 3))
+
+
+class Counting(Renderer):
+    """Notes the pictures that it draws."""
+
+    def __init__(self) -> None:
+        self.drawn: list[tuple[int, int]] = []
+        super().__init__()
+
+    def _draw(self, scene: Scene, size: tuple[int, int], settings: Settings, *rest: int) -> np.ndarray:  # type: ignore[override]
+        self.drawn.append(size)
+        return super()._draw(scene, size, settings, *rest)
+
+
+@pytest.fixture
+def renderer() -> Iterator[Counting]:
+    with Counting() as made:
+        yield made
+
+
+def test_a_sixteenth_of_the_pixels_where_that_is_enough() -> None:
+    assert smaller((800, 600)) == (200, 150)
+    assert smaller((100, 60)) == (48, 48)
+    assert smaller((20, 8)) == (20, 8)
+
+
+@pytest.mark.parametrize("classification", CLASSIFICATIONS)
+def test_what_is_foreseen_is_drawn_once_and_changes_nothing(renderer: Counting, classification: str) -> None:
+    scene = replace(SCENE, classification=classification)  # type: ignore[arg-type]
+    foreseen = renderer.foresee(scene, SIZE, 1e-3)
+    small = renderer.drawn.count(smaller(SIZE))
+    assert small == len(renderer.drawn) >= 2
+    picture, settings = renderer.render(scene, SIZE, max_error=1e-3), renderer.settings
+    assert renderer.drawn.count(smaller(SIZE)) == small, "the small pictures are remembered"
+    # From what was foreseen the search goes to coarser slabs until they won't do: that many pictures, and a reference,
+    # or two or three where it has to know its own error.
+    halvings = round(np.log2(settings["slab_thickness"] / foreseen.slab_thickness))
+    assert 0 <= halvings <= 2
+    assert renderer.drawn.count(SIZE) <= 4 + halvings + (classification == "post")
+    with Renderer() as other:
+        assert np.array_equal(other.render(scene, SIZE, max_error=1e-3), picture)
+        assert other.settings == settings
+    assert renderer.estimate is not None and renderer.estimate <= 1e-3
+
+
+def test_another_scene_size_or_error_is_foreseen_anew(renderer: Counting) -> None:
+    unseen = replace(SCENE, camera=None)
+    asked = [
+        (SCENE, SIZE, 1e-3),
+        (unseen, SIZE, 1e-3),
+        (SCENE, (200, 200), 1e-3),
+        (SCENE, SIZE, 1e-2),
+    ]
+    for scene, size, wanted in asked:
+        before = len(renderer.drawn)
+        renderer.foresee(scene, size, wanted)
+        assert len(renderer.drawn) > before
+    before = len(renderer.drawn)
+    renderer.foresee(*asked[-1])
+    assert len(renderer.drawn) == before
+
+
+def test_the_picture_that_was_found_is_not_drawn_again(renderer: Counting) -> None:
+    renderer.foresee(SCENE, SIZE, 1e-3)
+    renderer.drawn.clear()
+    picture = renderer.render(SCENE, SIZE, max_error=1e-3)
+    once = len(renderer.drawn)
+    renderer.drawn.clear()
+    assert np.array_equal(renderer.render(SCENE, SIZE, max_error=1e-3, repeat=2), picture)
+    assert len(renderer.drawn) == once + 1
+    assert np.array_equal(renderer.render(SCENE, SIZE, **renderer.settings), picture)
