@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -22,6 +23,7 @@ VOLUME = Volume(np.zeros((10, 20, 30), np.uint8), spacing=(1.0, 2.0, 3.0), origi
 CROP = ((103.0, 120.0), (-np.inf, 30.0), (-35.0, 500.0))
 PLANES = (ClipPlane((1.0, 1.0, 0.0), 130.0), ClipPlane((0.0, 0.0, -4.0), 60.0))
 cameras = st.sampled_from(["orthographic", "perspective"])
+moving = st.sampled_from([*range(7), 8])  # numbers of the handles that move, and turn nothing
 
 
 def scene(projection: Any, eye: Any = (60.0, -90.0, 40.0)) -> Scene:
@@ -36,12 +38,13 @@ def test_there_is_a_handle_for_each_face_and_plane() -> None:
     low, high = (np.array(found[number].point) for number in (2, 3))
     assert low[1] == -1.0 and high[1] == 30.0
     assert np.array(found[5].point)[2] == handles.bounds(VOLUME)[2][1]
-    for handle, plane in zip(found[6:], PLANES, strict=True):
+    assert [(each.plane, each.turns) for each in found[6:]] == [(0, False), (0, True), (1, False), (1, True)]
+    for handle, plane in zip(found[6::2], PLANES, strict=True):
         assert np.dot(plane.normal, handle.point) == pytest.approx(plane.offset)
         assert np.linalg.norm(handle.axis) == pytest.approx(1)
 
 
-@given(cameras, st.integers(0, 7), st.tuples(st.floats(-0.01, 0.01), st.floats(-0.01, 0.01)))
+@given(cameras, moving, st.tuples(st.floats(-0.01, 0.01), st.floats(-0.01, 0.01)))
 def test_a_handle_follows_the_hand_as_far_as_its_axis_goes(projection: Any, number: int, by: Any) -> None:
     shown = scene(projection)
     handle = handles.handles_of(shown)[number]
@@ -50,21 +53,54 @@ def test_a_handle_follows_the_hand_as_far_as_its_axis_goes(projection: Any, numb
     way = handles.way_of(handle, shown.camera, by, VOLUME.radius)
     after = handles.place_of(shown.camera, np.array(handle.point) + way * np.array(handle.axis))
     assert before is not None and after is not None
-    assume(way != 0)
+    along_axis = handles.place_of(shown.camera, np.array(handle.point) + VOLUME.radius * np.array(handle.axis))
+    assume(along_axis is not None and np.hypot(*np.subtract(along_axis, before)) > 0.5)  # it does not point at the eye
     # What is left of the drag is across the way; to first order, over a hundredth of the picture.
     left = np.subtract(by, np.subtract(after, before))
     along = np.subtract(after, before)
     assert abs(left @ along) <= 0.03 * np.linalg.norm(by) * np.linalg.norm(along) + 1e-12
 
 
-def test_an_axis_that_points_at_the_eye_can_not_be_dragged_along() -> None:
-    shown = scene("orthographic", eye=VOLUME.centre + (0, -200, 0))
+@pytest.mark.parametrize("projection", ["orthographic", "perspective"])
+@pytest.mark.parametrize("side", [1, -1])
+def test_what_points_at_the_eye_goes_away_from_it_when_it_is_pushed_up(projection: Any, side: int) -> None:
+    shown = scene(projection, eye=VOLUME.centre + (0, -200 * side, 0))
     along_y = handles.handles_of(shown)[3]
     assert shown.camera is not None
-    assert handles.way_of(along_y, shown.camera, (0.3, 0.3), VOLUME.radius) == 0
+    assert handles.way_of(along_y, shown.camera, (0.3, 0.0), VOLUME.radius) == 0
+    way = handles.way_of(along_y, shown.camera, (0.0, 0.3), VOLUME.radius)
+    # As much as it would move across the view there.
+    depth = 1.0 if projection == "orthographic" else shown.camera.forward @ np.subtract(along_y.point, shown.camera.eye)
+    assert way == pytest.approx(side * 0.3 * shown.camera.half_height * depth)
 
 
-@given(st.integers(0, 7), st.floats(-300, 300))
+@given(cameras, st.integers(0, 1), st.tuples(st.floats(-1e-3, 1e-3), st.floats(-1e-3, 1e-3)))
+def test_the_tip_of_an_arrow_follows_the_hand_and_turns_its_plane(projection: Any, number: int, by: Any) -> None:
+    shown = scene(projection)
+    camera = shown.camera
+    assert camera is not None
+    # Across the view, as a plane is added: what turns it then is at the foot in the picture.
+    for towards in (1.0, -1.0):
+        normal = towards * camera.forward
+        foot = VOLUME.centre
+        plane = ClipPlane((float(normal[0]), float(normal[1]), float(normal[2])), float(normal @ foot))
+        across = replace(shown, crop=None, clip=(plane,))
+        before = handles.handles_of(across)[1]
+        away = handles.points_away(before, camera)
+        assert away == (towards > 0)
+        turned = replace(across, **handles.turned(across, before, camera, by, away=away))  # type: ignore[arg-type]
+        after = handles.handles_of(turned)[1]
+        assert np.linalg.norm(turned.clip[0].normal) == pytest.approx(1)
+        # It turns about the foot, which is in the middle of the box here.
+        assert np.allclose(handles.handles_of(turned)[0].point, foot, atol=1e-9)
+        # To first order; in perspective as much larger, or smaller, as the tip is nearer, or farther, than the foot.
+        moved = np.subtract(after.point, before.point)
+        depth = 1.0 if projection == "orthographic" else float(camera.forward @ (foot - camera.eye))
+        wanted = (by[0] * camera.right + by[1] * camera.upward) * camera.half_height * depth
+        assert np.allclose(moved, wanted, atol=0.01 * np.linalg.norm(wanted) + 1e-9)
+
+
+@given(moving, st.floats(-300, 300))
 def test_what_is_moved_makes_a_scene_and_leaves_the_rest(number: int, way: float) -> None:
     shown = scene("perspective")
     handle = handles.handles_of(shown)[number]
@@ -126,3 +162,44 @@ def test_a_clip_plane_is_dragged_in_the_picture(display: str, tmp_path: Path) ->
     assert offset("moved.toml") == pytest.approx(23.5 + 10, abs=0.2)
     assert offset("undone.toml") == 23.5
     assert "eye = [23.5, -100.0, 23.5]" in (tmp_path / "moved.toml").read_text()
+
+
+def test_a_plane_across_the_view_is_pushed_and_turned_in_the_picture(display: str, tmp_path: Path) -> None:  # noqa: F811
+    # Seen from the front; the foot of the arrow, which points away, is in the middle, its tip is drawn beside it.
+    view = ["--eye", "23.5,-100,23.5", "--target", "23.5,23.5,23.5", "--up", "0,0,1", "--height", "60"]
+    tip = 150 + 0.6 * 30, 150 - 0.8 * 30
+
+    def drag(t: float, start: tuple[float, float], by: tuple[float, float]) -> list[dict[str, Any]]:
+        return [
+            {"t": t, "kind": "move", "x": start[0], "y": start[1]},
+            {"t": t + 0.1, "kind": "button", "name": "left", "down": True},
+            *({"t": t + 0.1 + 0.05 * n, "kind": "move", "x": start[0] + by[0] * n / 5, "y": start[1] + by[1] * n / 5}
+              for n in range(1, 6)),
+            {"t": t + 0.5, "kind": "button", "name": "left", "down": False},
+        ]  # fmt: skip
+
+    steps: list[dict[str, Any]] = [
+        {"do": "rest"},
+        {"do": "command", "name": "tab Cut"},
+        *drag(0.2, (150, 150), (0, -50)),
+        {"t": 0.9, "do": "save", "file": "pushed.toml"},
+        {"t": 1.0, "do": "command", "name": "undo"},
+        *drag(1.1, tip, (40, 0)),
+        {"t": 1.8, "do": "save", "file": "turned.toml"},
+    ]
+    words = [*view, "--clip", "0,1,0,23.5", "--size", "300x300", "--max-error", "0.1"]
+    done = viewed(display, tmp_path, ball(tmp_path), *words, "--script", script(tmp_path, steps))
+    assert (done.returncode, done.stderr) == (0, "")
+
+    def plane(name: str) -> tuple[list[float], float]:
+        (line,) = (each for each in (tmp_path / name).read_text().splitlines() if each.startswith("clip"))
+        normal, offset = line.partition("normal = ")[2].rstrip("}]").split(", offset = ")
+        return json.loads(normal), float(offset)
+
+    normal, offset = plane("pushed.toml")
+    assert normal == [0, 1, 0] and offset == pytest.approx(23.5 + 10, abs=0.2)  # 50 of 300 pixels of 60 world units
+    normal, offset = plane("turned.toml")
+    # The tip goes to the right, by 8 units on an arrow of half a radius: an arc of so many radians.
+    angle = 8 / (0.5 * 24 * np.sqrt(3))
+    assert normal == pytest.approx([np.sin(angle), np.cos(angle), 0], abs=0.02)
+    assert offset == pytest.approx(np.dot(normal, (23.5, 23.5, 23.5)), abs=0.05)

@@ -58,7 +58,7 @@ def test_of_moves_in_a_row_the_last_counts() -> None:
 @pytest.mark.parametrize(
     "line, reason",
     [
-        ("no", "2: Expecting"),
+        ("no", "2: a step is a JSON object, and not 'no'"),
         ("[1]", "2: a step is a JSON object"),
         ('{"kind": "shout"}', "2: an event is one of move"),
         ('{"kind": "move", "x": "here"}', "2: no event is"),

@@ -144,10 +144,12 @@ def test_a_file_that_fails_to_load_leaves_the_old_one(display: str, tmp_path: Pa
         REST,
         {"do": "screenshot", "file": "before.png"},
         {"t": 0.1, "kind": "drop", "names": ["broken.nrrd"]},
+        *tapped(0.25, "enter"),
         {"t": 0.5, **REST},
         {"t": 0.5, "do": "screenshot", "file": "message.png"},
         {"t": 0.5, "do": "save", "file": "kept.toml"},
         {"t": 0.6, "kind": "drop", "names": ["other.npy"]},
+        *tapped(0.75, "enter"),
         {"t": 1.0, **REST},
         {"t": 1.0, "do": "save", "file": "other.toml"},
     ]
@@ -179,6 +181,13 @@ def test_frames_end_the_window(display: str, tmp_path: Path) -> None:  # noqa: F
     done = viewed(display, tmp_path, ball(tmp_path), *words)
     assert (done.returncode, done.stderr) == (0, "")
     assert len(timings(tmp_path / "t.csv")) == 40 and (tmp_path / "last.png").exists()
+
+
+def test_an_empty_window_ends_as_well(display: str, tmp_path: Path) -> None:  # noqa: F811
+    done = viewed(display, tmp_path, "--frames", "3", "--screenshot", "empty.png", "--size", "300x240")
+    assert (done.returncode, done.stderr) == (0, "") and (tmp_path / "empty.png").exists()
+    done = viewed(display, tmp_path, "--script", script(tmp_path, [{"t": 0.1, **REST}]), "--size", "300x240")
+    assert (done.returncode, done.stderr) == (0, "")
 
 
 @pytest.mark.parametrize("moment", [0.1, 0.4, 0.8, 2.0])

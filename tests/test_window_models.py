@@ -136,6 +136,10 @@ def test_slices_show_left_on_the_right_and_anterior_and_superior_up(space: str, 
     sagittal = found["sagittal"].values(volume, 1)
     assert (bit(sagittal, 1)[:, -1] == (posterior > 0)).all()
     assert (bit(sagittal, 2)[0] == 1).all()
+    # Left, right, top and bottom; of a volume that does not say what its axes point to nothing is claimed.
+    letters = {name: slices.letters_of(volume, each) for name, each in found.items()}
+    said = {"axial": tuple("RLAP"), "coronal": tuple("RLSI"), "sagittal": tuple("APSI")}
+    assert letters == (said if space else dict.fromkeys(said))
 
 
 @pytest.mark.parametrize("direction", GRIDS)

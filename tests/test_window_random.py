@@ -10,13 +10,13 @@ from typing import Any
 import pytest
 from windows import PATIENCE, ball, children_of, display, memory_of, script, started  # noqa: F401 (a fixture)
 
+from texvol.window.commands import TABS
 from texvol.window.navigation import AXES
 from texvol.window.steering import BINDINGS
 
 ACTIONS = 1000
 # What would end the window, or leave it for another.
 _NOT_PLAYED = {"close", "fullscreen"}
-_TABS = ("Matter", "View", "Light", "Cut", "Slices", "File")
 
 
 def random_steps(seed: int) -> list[dict[str, Any]]:
@@ -50,7 +50,7 @@ def random_steps(seed: int) -> list[dict[str, Any]]:
             steps.append(step | {"kind": kind, "name": name, "down": True, "modifiers": modifiers})
             step |= {"kind": kind, "name": name, "down": False, "modifiers": modifiers}
         elif kind == "command":
-            names = [f"tab {tab}" for tab in _TABS] + [f"axis {axis}" for axis in AXES]
+            names = [f"tab {tab}" for tab in TABS] + [f"axis {axis}" for axis in AXES]
             step |= {"do": "command", "name": chance.choice(names)}
         elif kind == "resize":
             step |= {"kind": kind, "x": chance.randrange(200, 800), "y": chance.randrange(150, 560)}

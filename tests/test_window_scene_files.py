@@ -18,6 +18,7 @@ from texvol.annotation import Annotation
 from texvol.camera import Camera
 from texvol.cutting import ClipPlane
 from texvol.errors import InputError
+from texvol.geometry import Lines, Mesh
 from texvol.gradient import Estimator
 from texvol.lighting import DepthCue, Light, Lighting
 from texvol.mask import Mask
@@ -59,6 +60,11 @@ PARTS: dict[str, dict[str, Any]] = {
     "smoothed": {"lighting": Lighting(), "gradient": Estimator("gaussian", 1.7)},
     "zucker-hummel": {"lighting": Lighting(), "gradient": Estimator("zucker-hummel")},
     "cue": {"depth_cue": DepthCue(THIRD, (0.1, 0.2, THIRD))},
+    "cue, from": {"depth_cue": DepthCue(THIRD, near=10 * THIRD)},
+    "cue, to": {"depth_cue": DepthCue(1.0, far=1e3 * THIRD)},
+    "cue, between": {"depth_cue": DepthCue(0.5, (1.0, THIRD, 0.0), -THIRD, 40.0)},
+    "ambient": {"lighting": Lighting((), ambient=THIRD, specular=0.0)},
+    "isosurface, ambient": {"mode": "isosurface", "isovalue": THIRD, "lighting": Lighting((), ambient=THIRD)},
     "cut": {
         "clip": (ClipPlane((1, THIRD, 0), 2.7), ClipPlane((0, 0, -1), -9.1)),
         "crop": ((1.0, 8 * THIRD * 3), (-np.inf, 9.5), (0.5, np.inf)),
@@ -162,18 +168,12 @@ def test_a_scene_that_is_saved_is_not_saved_again_for_its_command_line(
     assert "mine.toml" not in saving.command_line(opened, SIZE, {})
 
 
-@pytest.mark.parametrize(
-    "parts, reason",
-    [
-        ({"lighting": Lighting((), ambient=0.5)}, "light from everywhere"),
-        ({"depth_cue": DepthCue(0.5, near=1.0)}, "depth cue"),
-    ],
-)
-def test_what_a_scene_file_has_no_word_for_is_refused(
-    volume: texvol.Volume, tmp_path: Path, parts: dict[str, Any], reason: str
-) -> None:
-    with pytest.raises(InputError, match=reason):
-        saving.save_scene(str(tmp_path / "s.toml"), document(replace(scene_of(volume, "plain"), **parts)), SIZE)
+def test_what_a_scene_file_has_no_word_for_is_refused(volume: texvol.Volume, tmp_path: Path) -> None:
+    corners = [(0.0, 0.0, 0.0), (5.0, 0.0, 0.0), (0.0, 5.0, 0.0)]
+    for shape in (Mesh(corners, [(0, 1, 2)]), Lines(corners, [(0, 1)])):  # type: ignore[arg-type]
+        scene = replace(scene_of(volume, "plain"), geometry=(shape,))
+        with pytest.raises(InputError, match="geometry that is not from files"):
+            saving.save_scene(str(tmp_path / "s.toml"), document(scene), SIZE)
     assert not (tmp_path / "s.toml").exists() and not (tmp_path / "s.tf.json").exists()
 
 

@@ -1,8 +1,12 @@
 """What the texts of the options for light, gradients, materials and projection modes become.
 
 A light is `head`, `directional:X,Y,Z` (where it comes from; `X,Y,Z` for short) or `point:X,Y,Z`, each with `:R,G,B` or
-`:I` for its colour; or one of two words that stand alone: `depth`, shading by depth, and `none`. In a scene file it may
-be a table as well: {kind = "point", position = [100, 0, 50], color = [1, 0.9, 0.8]}.
+`:I` for its colour; or one of three words that stand alone: `ambient`, light from everywhere and no other; `depth`,
+shading by depth; and `none`. In a scene file it may be a table as well: {kind = "point", position = [100, 0, 50],
+color = [1, 0.9, 0.8]}.
+
+A depth cue is `S` or `S,R,G,B`, each with `:NEAR,FAR` for the depths between which it grows, either of which may be
+left out; in a scene file {strength = 0.5, color = [0, 0, 0], near = 100, far = 300} as well.
 
 Converters raise argparse.ArgumentTypeError: whoever calls them says for which option.
 """
@@ -20,14 +24,17 @@ from texvol.gradient import Estimator, EstimatorKind
 from texvol.lighting import LIGHT_KINDS, DepthCue, Light, Lighting, LightKind, Triple
 from texvol.scene import MODES
 
-DEPTH, NO_LIGHT = "depth", "none"
+AMBIENT, DEPTH, NO_LIGHT = "ambient", "depth", "none"
 SHADING = ("ambient", "diffuse", "specular", "shininess", "two-sided", "fade", "shadows")
-_LIGHT_FORMS = f"head, directional:X,Y,Z, X,Y,Z, point:X,Y,Z (each may end with :R,G,B or :I), {DEPTH} or {NO_LIGHT}"
+_LIGHT_FORMS = (
+    f"head, directional:X,Y,Z, X,Y,Z, point:X,Y,Z (each may end with :R,G,B or :I), {AMBIENT}, {DEPTH} or {NO_LIGHT}"
+)
 # Keys of a table beside its kind, in the order in which a text has them.
 _TABLE_KEYS: dict[str, tuple[str, ...]] = {
     "head": ("color",),
     "directional": ("direction", "color"),
     "point": ("position", "color"),
+    AMBIENT: (),
     DEPTH: (),
     NO_LIGHT: (),
 }
@@ -43,11 +50,11 @@ T = TypeVar("T")
 
 
 def light(text: str) -> Light | str:
-    """A light, or one of the words `depth` and `none`."""
+    """A light, or one of the words `ambient`, `depth` and `none`."""
     kind, *parts = (part.strip() for part in text.split(":"))
     if "," in kind:
         kind, parts = "directional", [kind, *parts]
-    if kind in (DEPTH, NO_LIGHT) and not parts:
+    if kind in (AMBIENT, DEPTH, NO_LIGHT) and not parts:
         return kind
     if kind not in LIGHT_KINDS or len(parts) > len(_TABLE_KEYS[kind]):
         raise argparse.ArgumentTypeError(f"a light is {_LIGHT_FORMS}, and not {text!r}")
@@ -101,10 +108,39 @@ def gradient(text: str) -> Estimator:
 
 
 def depth_cue(text: str) -> DepthCue:
-    """A depth cue from "S" or "S,R,G,B"."""
-    numbers = _numbers(text, "a strength S, or S,R,G,B,", 1, 4)
+    """A depth cue from "S[,R,G,B][:NEAR,FAR]"."""
+    look, _, ends = text.partition(":")
+    numbers = _numbers(look, "a strength S, or S,R,G,B,", 1, 4)
     color = cast(Triple, numbers[1:]) if len(numbers) > 1 else DepthCue.color
-    return _checked(lambda: DepthCue(numbers[0], color))
+    near, far = _ends(ends) if ":" in text else (None, None)
+    return _checked(lambda: DepthCue(numbers[0], color, near, far))
+
+
+def depth_cue_value(value: Any) -> DepthCue:
+    """The same from a scene file: a number, a text, an array, or a table with `strength`, `color`, `near`, `far`."""
+    if isinstance(value, bool):
+        raise argparse.ArgumentTypeError(f"a strength S, or S,R,G,B, is wanted, and not {value!r}")
+    if not isinstance(value, Mapping):
+        return depth_cue(as_text(value))
+    unknown = [key for key in value if key not in ("strength", "color", "near", "far")]
+    if unknown or "strength" not in value:
+        raise argparse.ArgumentTypeError(f"a depth cue has strength, color, near and far, and is not {dict(value)!r}")
+    wanted = {"strength": ("a strength S", 1), "color": ("a colour R,G,B", 3)}
+    parts: dict[str, Any] = {}
+    for key, each in value.items():
+        what, count = wanted.get(key, (f"{key}, a depth in world units,", 1))
+        numbers = _numbers(as_text(each), what, count)
+        parts[key] = numbers if key == "color" else numbers[0]
+    return _checked(lambda: DepthCue(**parts))
+
+
+def _ends(text: str) -> tuple[float | None, float | None]:
+    parts = text.split(",")
+    wanted = ":NEAR,FAR, depths in world units of which one may be left out,"
+    if len(parts) != 2 or not text.strip(", "):
+        raise argparse.ArgumentTypeError(f"{wanted} are wanted, and not {text!r}")
+    near, far = (_numbers(part, wanted, 1)[0] if part.strip() else None for part in parts)
+    return near, far
 
 
 def materials(text: str) -> tuple[str, ...]:
@@ -132,11 +168,14 @@ def lighting(chosen: Mapping[str, Any]) -> Lighting | None:
     words = [each for each in lights if isinstance(each, str)]
     if words and len(lights) > 1:
         raise InputError(f"light: {words[0]} goes with no other light, and {len(lights)} were given")
+    shading = {name.replace("-", "_"): chosen[name] for name in SHADING if name in chosen}
+    if words == [AMBIENT]:
+        return Lighting((), **shading)
     if words and chosen.get("mode") == "isosurface":
         return _OWN_COLOR  # None would give it the head light that it has by default
     if words or not lights:
         return None
-    return Lighting(lights, **{name.replace("-", "_"): chosen[name] for name in SHADING if name in chosen})
+    return Lighting(lights, **shading)
 
 
 def depth_cue_of(chosen: Mapping[str, Any]) -> DepthCue | None:

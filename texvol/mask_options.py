@@ -84,7 +84,7 @@ def _warn_if_elsewhere(found: Volume, volume: Volume) -> None:
         return
     transform = volume.source.get("transform")
     as_read = volume if transform is None else volume.moved(np.linalg.inv(transform))
-    found = turned(found, volume.space)
+    found = turned(found, volume.own_space)
     ends = (np.arange(8)[:, np.newaxis] >> np.arange(3) & 1) * (np.array(volume.dimensions) - 1)
     off = found.origin - as_read.origin + ends @ (found.world_from_index - as_read.world_from_index).T
     farthest = float(np.abs(off @ as_read.index_from_world.T).max())

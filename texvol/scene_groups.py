@@ -75,8 +75,8 @@ GROUPS: tuple[tuple[str, str | None, tuple[SceneOption | OfAdded, ...]], ...] = 
             SceneOption(
                 "light", lit.light, "SPEC",
                 "head; directional:X,Y,Z or X,Y,Z, where it comes from; point:X,Y,Z, where it is; each may end with "
-                "a colour :R,G,B or :I. Give it again for further lights. depth: no light, but shading by depth; "
-                "none: no light, whatever the scene file says",
+                "a colour :R,G,B or :I. Give it again for further lights. ambient: only light from everywhere, of "
+                "--ambient; depth: no light, but shading by depth; none: no light, whatever the scene file says",
                 lit.light_table,
             ),
             SceneOption("ambient", lit.share, "A", f"light from everywhere ({Lighting.ambient:g})"),
@@ -93,8 +93,10 @@ GROUPS: tuple[tuple[str, str | None, tuple[SceneOption | OfAdded, ...]], ...] = 
             ),
             SceneOption("shadows", bool, "", "matter takes light from what lies behind it, or not (default)"),
             SceneOption(
-                "depth-cue", lit.depth_cue, "S[,R,G,B]",
-                "mix what is farther with a colour (black), the farthest corner by S, from 0 to 1",
+                "depth-cue", lit.depth_cue, "S[,R,G,B][:NEAR,FAR]",
+                "mix what is farther with a colour (black), the farthest corner by S, from 0 to 1; or by nothing up to "
+                "depth NEAR, and by S from depth FAR on, world units from the eye (either may be left out)",
+                from_value=lit.depth_cue_value,
             ),
         ),
     ),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from texvol.volume import Volume
 
@@ -25,15 +26,23 @@ def turned(volume: Volume, space: str) -> Volume:
     NRRD and DICOM often have left-posterior-superior where NIfTI has right-anterior-superior: the same head, mirrored
     in x and y.
     """
-    here, there = letters_of_space(volume.space), letters_of_space(space)
-    if here is None or there is None or here == there:
+    matrix = turn(volume.space, space)
+    if matrix is None:
         return volume
+    other = volume.moved(matrix)
+    other.space = space
+    return other
+
+
+def turn(from_space: str, to_space: str) -> NDArray[np.float64] | None:
+    """Matrix of shape (4, 4) from one world to another; None where they are one, or one of the two does not say."""
+    here, there = letters_of_space(from_space), letters_of_space(to_space)
+    if here is None or there is None or here == there:
+        return None
     matrix = np.zeros((4, 4))
     matrix[3, 3] = 1
     for row, letter in enumerate(there):
         for column, own in enumerate(here):
             if own in (letter, OPPOSITE[letter]):
                 matrix[row, column] = 1 if own == letter else -1
-    other = volume.moved(matrix)
-    other.space = space
-    return other
+    return matrix

@@ -86,7 +86,7 @@ class Volume:
         self.resampling = resampling
         self.notes = tuple(notes)
         self.unit = unit
-        self.space = space
+        self.space = self.own_space = space  # the latter stays what the file says, see `spaces.turned`
         self.values = _real_samples(values, name)
         self.spacing = _triple(spacing, "spacing", name)
         if not (self.spacing > 0).all():

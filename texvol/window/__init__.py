@@ -12,8 +12,9 @@ the *clerk*, comes when a file is to be written.
 | module | one responsibility |
 |---|---|
 | `command`, `application`, `interruption` | the command; the loop, one frame after the other; Ctrl-C |
-| `desk` | what is open and chosen, and all that keys and panels can have done |
+| `desk`, `commands` | what is open and chosen; all that keys and panels can have done |
 | `document` | a scene, the view of it, its history |
+| `contents`, `additions`, `loading` | volumes, masks and meshes in a scene; how they come into it; files read aside |
 | `navigation`, `steering` | camera moves as mathematics; events → moves and commands |
 | `events`, `script`, `timings` | input as data; recorded and played back; how long frames took |
 | `quality`, `director` | how coarse, how fine; who draws what, when |

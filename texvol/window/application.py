@@ -11,7 +11,7 @@ import numpy as np
 from texvol import image, writing
 from texvol.errors import InputError
 from texvol.window import panels
-from texvol.window.desk import Desk
+from texvol.window.desk import MOST_PANEL, Desk
 from texvol.window.director import Director, Wanted
 from texvol.window.document import Document
 from texvol.window.events import Event, Queue
@@ -19,7 +19,7 @@ from texvol.window.interface import Interface
 from texvol.window.painter import Painter
 from texvol.window.parcels import Shared
 from texvol.window.probe import at_point, first_matter
-from texvol.window.quality import Pace
+from texvol.window.quality import SETTLED, Pace
 from texvol.window.screen import Screen, Texture, Textures
 from texvol.window.script import Action, Player, Recorder
 from texvol.window.steering import Room
@@ -99,7 +99,7 @@ class Application:
         self._desk.textures = Textures(screen.gl)
         self._closers.append(self._desk.close)
         self._desk.preferences.panels, self._desk.is_played = plan.panels, plan.player is not None
-        self._minimised = self._over = self._rested = False
+        self._minimised = self._over = False
         self._lively = _FRAMES_AFTER_EVENT
         self._mark = ""
         self._frames = 0  # that counted
@@ -149,6 +149,7 @@ class Application:
         self._interface.begin(events)
         self._arrange()
         desk.update()
+        screen.title(desk.title)
         new = desk.director.update(desk.now)  # what has come, for the panels to say so
         panels.show(desk)
         self._steer(events)
@@ -196,7 +197,7 @@ class Application:
             if event.kind == "close":
                 self._desk.wants_close = True
             elif event.kind == "drop" and event.names:
-                self._desk.open(event.names[0])
+                self._desk.drop(event.names, adds="ctrl" in event.modifiers)
         return events
 
     @property
@@ -243,7 +244,8 @@ class Application:
         """Where the picture is: all of the window but the panels."""
         screen, desk = self._screen, self._desk
         width, height = screen.size
-        beside = min(panels.WIDTH * max(self._interface.scale, 1.0), 0.6 * width) if desk.preferences.panels else 0
+        wanted = desk.preferences.width * max(self._interface.scale, 1.0)
+        beside = min(wanted, MOST_PANEL * width) if desk.preferences.panels else 0
         desk.room = Room(0, 0, width - round(beside), height)
         pixels = screen.pixels
         if width and height:
@@ -309,10 +311,11 @@ class Application:
         now, shown = self._screen.time, self._desk.director.shown
         height, width = shown.pixels.shape[:2] if shown is not None else (0, 0)
         rate = shown.coarseness.rate if shown is not None and shown.coarseness else 0.0
-        delay = now - self._changed_at if new and self._changed_at is not None else 0.0
-        # After a rest nobody waits for a picture before something changes.
-        between = delay if self._rested and delay else now - self._last_picture
-        between, self._rested = between if new else 0.0, self._at_rest
+        changed = self._last_picture if self._changed_at is None else self._changed_at
+        # After a pause nobody waits for a picture before something changes.
+        since = changed if changed - self._last_picture >= SETTLED else self._last_picture
+        between = now - since if new else 0.0
+        delay = now - changed if new and self._changed_at is not None else 0.0
         state = shown.state if shown is not None else "empty"
         if new:
             self._last_picture, self._changed_at = now, None

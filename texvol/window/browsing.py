@@ -62,6 +62,8 @@ class Browser:
         Whether it is a file to be written, which need not be there.
     name : str
         Of the file, in the folder.
+    words : str
+        How it is to be read, in words of the command line, where `takes_words`.
     """
 
     title: str
@@ -71,6 +73,8 @@ class Browser:
     saves: bool = False
     name: str = ""
     over: bool = False
+    takes_words: bool = False
+    words: str = ""
     listing: Listing = field(init=False)
 
     def __post_init__(self) -> None:

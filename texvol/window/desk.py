@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import shlex
-import threading
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+import os
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -13,18 +12,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.errors import TexvolError
-from texvol.window import navigation, recent, saving
+from texvol.window import additions, commands, contents, recent
 from texvol.window.browsing import Browser
 from texvol.window.director import Director
-from texvol.window.document import Document, Home, opened_file
+from texvol.window.document import Document, opened_file
 from texvol.window.jobs import Answer
-from texvol.window.naming import how_read
+from texvol.window.loading import Loading
 from texvol.window.painter import Painter
 from texvol.window.probe import Found
 from texvol.window.screen import Textures
 from texvol.window.steering import Room, Steering
 
 MESSAGE_SECONDS = 8.0
+PANEL_WIDTH = 360.0  # window coordinates at scale 1, as the next
+NARROWEST_PANEL, WIDEST_PANEL = 280.0, 1400.0  # names beside their controls; beyond, only emptiness grows
+MOST_PANEL = 0.6  # of the window
 
 
 @dataclass
@@ -45,31 +47,7 @@ class Preferences:
     probe: bool = False
     tab: str = ""  # to be brought to the front
     fullscreen: bool = False
-
-
-class Loading:
-    """A document that is being opened on a thread of its own."""
-
-    def __init__(self, name: str, make: Callable[[], Document], wake: Callable[[], None], first: bool) -> None:
-        self.name, self.first = name, first
-        self.document: Document | None = None
-        self.fault: str | None = None
-        self._make, self._wake = make, wake
-        self._thread = threading.Thread(target=self._load, daemon=True, name="texvol loading")
-        self._thread.start()
-
-    @property
-    def over(self) -> bool:
-        """Whether there is a document, or a fault."""
-        return self.document is not None or self.fault is not None
-
-    def _load(self) -> None:
-        try:
-            self.document = self._make()
-        except Exception as error:  # whatever a file makes a reader raise, the window stays
-            text = " ".join(str(error).split())
-            self.fault = text if isinstance(error, TexvolError) and text else f"{self.name}: {text or error!r}"
-        self._wake()
+    width: float = PANEL_WIDTH  # of the panels
 
 
 @dataclass
@@ -94,6 +72,8 @@ class Desk:
     pixels: tuple[int, int] = (1, 1)  # of the room
     messages: list[Message] = field(default_factory=list)
     loading: Loading | None = None
+    waiting: list[Loading] = field(default_factory=list)  # to be read one after the other
+    offered: tuple[str, ...] = ()  # files that came in, and may be opened or added
     clerk: Painter | None = None
     writing: float | None = None  # how much of a file is written
     wants_close: bool = False
@@ -134,22 +114,45 @@ class Desk:
         return self.attempt(lambda: document.change(stroke, **parts))
 
     def open(self, path: str, how: Mapping[str, Any] | None = None) -> None:
-        """Open a volume, a scene, or a transfer function into the scene; the old one stays until that is done.
+        """Open a volume, a scene, a mesh or a transfer function into the scene; the old one stays until that is done.
 
-        `how` are arguments of `texvol.readers.load`.
+        `how` are options of the command line, as `contents.of_opened` has them.
         """
-        if path.lower().endswith(".json") and self.document is not None:
+        kind = contents.kind_of(path)
+        if kind == "transfer function" and self.document is not None:
             from texvol import transfer
 
             volume = self.document.scene.volume
             self.attempt(lambda: self.change(transfer_function=transfer.load(path, volume)))
-            return
-        size = self.pixels
-        self.load(path, lambda: opened_file(path, size, how))
+        elif kind == "mesh":
+            self.add(path)
+        else:
+            size = self.pixels
+            self.load(path, lambda: opened_file(path, size, how))
 
     def load(self, name: str, make: Callable[[], Document], *, first: bool = False) -> None:
         """Open what `make` makes, on another thread; without the `first` one the window has no reason to be."""
-        self.loading = Loading(name, make, self.wake, first)
+        self.waiting.clear()
+        self.loading = Loading(name, make, lambda found: self._take(name, found), self.wake, first=first).start()
+
+    def fetch(self, name: str, make: Callable[[], Any], done: Callable[[Any], Any]) -> None:
+        """Have something read for the scene, after whatever is being read; `done` takes it if that is still open."""
+        document = self.document
+
+        def take(found: Any) -> None:
+            if self.document is document:
+                self.attempt(lambda: done(found))
+
+        self.waiting.append(Loading(name, make, take, self.wake))
+        self._read_on()
+
+    def add(self, path: str, chosen: Mapping[str, Any] | None = None) -> None:
+        """Add a volume or a mesh to the scene; `chosen` are options of the former, see `contents.of_added`."""
+        additions.add(self, path, chosen or {})
+
+    def drop(self, paths: Sequence[str], *, adds: bool = False) -> None:
+        """Files were dropped: what may be meant in two ways is asked, unless it is to be added."""
+        additions.drop(self, tuple(paths), adds=adds)
 
     def update(self) -> None:
         """Take what has been loaded or written, and drop old messages."""
@@ -157,21 +160,39 @@ class Desk:
         loading = self.loading
         if loading is not None and loading.over:
             self.loading = None
-            if loading.document is None:
-                self.say(loading.fault or "", fault=True)
+            if loading.fault is not None:
+                self.say(loading.fault, fault=True)
                 self.failed_first = loading.fault if loading.first else None
             else:
-                document = self.document = loading.document
-                is_scene = loading.name == document.origin.scene_file
-                how = {} if is_scene else how_read(document.scene.volume.source)
-                self.messages = [each for each in self.messages if not each.is_fault]
-                self.panel_state.clear()
-                self.attempt(lambda: recent.add(loading.name, how))
+                loading.done(loading.found)
+            for warning in loading.warnings:
+                self.say(warning)
+            self._read_on()
         for fault in self.director.faults:
             self.say(fault, fault=True)
         self.director.faults.clear()
         for answer in self.clerk.answers() if self.clerk is not None else []:
             self._hear(answer)
+
+    @property
+    def title(self) -> str:
+        """Of the window: what is open, with a * where that is saved in no file."""
+        document = self.document
+        if document is None:
+            return "texvol"
+        name = os.path.basename(os.path.normpath(document.origin.scene_file or document.origin.volume))
+        return f"{name}{'*' if document.unsaved else ''} - texvol"
+
+    def _take(self, name: str, document: Document) -> None:
+        self.document = document
+        self.messages = [each for each in self.messages if not each.is_fault]
+        self.panel_state.clear()
+        self.offered = ()
+        self.attempt(lambda: recent.add(name, {} if name == document.origin.scene_file else recent.how(document.scene)))
+
+    def _read_on(self) -> None:
+        if self.loading is None and self.waiting:
+            self.loading = self.waiting.pop(0).start()
 
     def browse(self, title: str, done: Callable[[str], None], *, saves: bool = False, name: str = "") -> None:
         """Have somebody look for a file, where the last one was found."""
@@ -184,22 +205,19 @@ class Desk:
 
         self.browser = Browser(title, chosen, self.wake, folder, saves, typed.name if name else "")
 
+    def browse_for_data(self, title: str, done: Callable[[str, str], None]) -> None:
+        """The same of a file that is read, whose reader may have to be told how: in words of the command line."""
+        self.browse(title, lambda path: done(path, self.browser.words if self.browser else ""))
+        assert self.browser is not None
+        self.browser.takes_words = True
+
     def run(self, command: str) -> None:
-        """What a key or a button asks for, by name."""
-        name, _, argument = command.partition(" ")
-        if name == "tab":
-            _bring(argument)(self)
-        elif name in _OF_WINDOW:
-            _OF_WINDOW[name](self)
-        elif self.document is not None and name in _OF_DOCUMENT:
-            _OF_DOCUMENT[name](self, self.document, argument)
+        """What a key or a button asks for, by name: one of `commands`."""
+        commands.run(self, command)
 
     def knows(self, command: str) -> bool:
         """Whether there is such a command."""
-        name, _, argument = command.partition(" ")
-        if name == "axis":
-            return argument in navigation.AXES
-        return name == "tab" or name in _OF_WINDOW or name in _OF_DOCUMENT
+        return commands.is_command(command)
 
     def write(self, **job: Any) -> None:
         """Have a file written by the clerk."""
@@ -239,96 +257,10 @@ class Desk:
         self.writing = None
         for warning in answer.facts.get("warnings", ()):
             self.say(warning)
-        self.say(answer.text if answer.kind == "failed" else f"{answer.text} is written", fault=answer.kind == "failed")
-
-
-def _toggle(name: str) -> Callable[[Desk], None]:
-    def toggle(desk: Desk) -> None:
-        setattr(desk.preferences, name, not getattr(desk.preferences, name))
-
-    return toggle
-
-
-def _turning(desk: Desk) -> None:
-    desk.steering.free = not desk.steering.free
-    desk.say("turning freely" if desk.steering.free else "turning as on a turntable")
-
-
-def _close(desk: Desk) -> None:
-    desk.wants_close = True
-
-
-def _bring(tab: str) -> Callable[[Desk], None]:
-    def bring(desk: Desk) -> None:
-        desk.preferences = replace(desk.preferences, panels=True, tab=tab)
-
-    return bring
-
-
-_OF_WINDOW: dict[str, Callable[[Desk], None]] = {
-    "help": _toggle("help"),
-    "panels": _toggle("panels"),
-    "probe": _toggle("probe"),
-    "slices": _bring("Slices"),
-    "fullscreen": _toggle("fullscreen"),
-    "turning": _turning,
-    "open": lambda desk: desk.browse("Open a volume, a scene or a transfer function", desk.open),
-    "close": _close,
-}
-
-
-def _reset(desk: Desk, document: Document, _: str) -> None:
-    view = navigation.reset(document.view, document.scene.box, desk.room.aspect)
-    document.look(view)
-    document.go_home(Home.of(view.camera, document.scene, desk.pixels, document.showing.annotation))
-
-
-def _frame(desk: Desk, document: Document, _: str) -> None:
-    document.look(navigation.framed(document.view, document.scene.box, desk.room.aspect))
-
-
-def _axis(desk: Desk, document: Document, axis: str) -> None:
-    if axis in navigation.AXES:
-        document.look(navigation.along_axis(document.view, axis, document.scene.box, desk.room.aspect))
-
-
-def _projection(desk: Desk, document: Document, _: str) -> None:
-    other: Any = "perspective" if document.view.camera.projection == "orthographic" else "orthographic"
-    document.look(navigation.with_projection(document.view, other, document.scene.box))
-
-
-def _save(desk: Desk, document: Document, path: str) -> None:
-    path = path or saving.scene_name(document)
-    if desk.attempt(lambda: saving.save_scene(path, document, desk.pixels)):
-        document.origin = replace(document.origin, scene_file=path)
-        desk.say(f"{Path(path).resolve()} is written")
-
-
-def _picture(desk: Desk, document: Document, path: str) -> None:
-    desk.write(
-        kind="file", size=desk.pixels, accuracy=desk.accuracy, path=path or saving.default_name(document, ".png")
-    )
-
-
-def _copy(desk: Desk, document: Document, _: str) -> None:
-    def copy() -> None:
-        words = saving.command_line(document, desk.pixels, desk.accuracy)
-        desk.copy(shlex.join(words))
-        desk.say(
-            "the command line is on the clipboard, and the scene that it draws in " + words[words.index("--scene") + 1]
-        )
-
-    desk.attempt(copy)
-
-
-_OF_DOCUMENT: dict[str, Callable[[Desk, Document, str], None]] = {
-    "reset": _reset,
-    "frame": _frame,
-    "axis": _axis,
-    "projection": _projection,
-    "undo": lambda desk, document, _: document.undo(),
-    "redo": lambda desk, document, _: document.redo(),
-    "save": _save,
-    "picture": _picture,
-    "copy": _copy,
-}
+        if answer.kind == "failed":
+            self.say(answer.text, fault=True)
+            return
+        for name in ("picture name", "film name"):
+            if self.panel_state.get(name) == answer.text:
+                self.panel_state[name] = ""  # another is proposed
+        self.say(f"{os.path.abspath(answer.text)} {'are' if '%' in answer.text else 'is'} written")

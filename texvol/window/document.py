@@ -8,15 +8,16 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any, NamedTuple
+from weakref import WeakKeyDictionary
 
 from texvol.annotation import Annotation, check, with_room
 from texvol.camera import Camera
 from texvol.errors import InputError
-from texvol.mesh_options import MeshChoice
 from texvol.options import SceneOptions
 from texvol.scene import Scene
+from texvol.volume import Volume
 from texvol.window.histogram import Histogram, histogram_of
 from texvol.window.jobs import Showing
 from texvol.window.navigation import View
@@ -30,7 +31,6 @@ class Origin:
 
     volume: str
     scene_file: str | None = None
-    meshes: tuple[MeshChoice, ...] = ()
     transfer_function: str | None = None  # as it was named
 
 
@@ -119,7 +119,10 @@ class Document:
         self._view = View.of(scene.camera)
         self._history = History(scene)
         self._scene = scene
-        self._histograms = [histogram_of(volume) for volume in scene.volumes]
+        self._opened = scene, self.showing
+        self._histograms: WeakKeyDictionary[Volume, Histogram] = WeakKeyDictionary()
+        for volume in scene.volumes:
+            self.know(volume)
 
     @property
     def scene(self) -> Scene:
@@ -128,7 +131,20 @@ class Document:
 
     def histogram(self, number: int) -> Histogram:
         """The histogram of the scene's volume of that number."""
-        return self._histograms[number]
+        return self.know(self._scene.volumes[number])
+
+    def know(self, volume: Volume) -> Histogram:
+        """The histogram of a volume, found when first asked for: which is better done on the thread that reads it."""
+        if volume not in self._histograms:
+            self._histograms[volume] = histogram_of(volume)
+        return self._histograms[volume]
+
+    @property
+    def unsaved(self) -> bool:
+        """Whether more than the view differs from what was opened, or was written as a scene file last."""
+        scene, showing = self._opened if self.saved is None else (self.saved.scene, self.saved.showing)
+        names = [part.name for part in fields(Scene) if part.name != "camera"]
+        return showing != self.showing or any(getattr(scene, name) != getattr(self._scene, name) for name in names)
 
     @property
     def view(self) -> View:
@@ -139,6 +155,11 @@ class Document:
     def history(self) -> History:
         """What can be undone and redone."""
         return self._history
+
+    @property
+    def at_home(self) -> bool:
+        """Whether nobody has changed the view since `go_home`."""
+        return self.home is not None and self.home.roomy == self._view.camera
 
     def look(self, view: View) -> None:
         """Another view."""
@@ -161,7 +182,7 @@ class Document:
         """
         check(annotation, self._scene)
         home = self.home
-        if home is not None and home.roomy == self._view.camera:
+        if home is not None and self.at_home:
             self.go_home(Home.of(home.plain, self._scene, size, annotation))
         self.show(annotation=annotation)
 
@@ -206,7 +227,7 @@ def opened(arguments: argparse.Namespace, size: tuple[int, int]) -> Document:
     scene = _with_all_matter(options.scene(volume))
     check(options.annotation, scene)
     showing = Showing(options.window, options.chose_transfer_function, options.transparent, options.annotation)
-    origin = Origin(options.volume, arguments.scene, options.meshes, options.transfer_function)
+    origin = Origin(options.volume, arguments.scene, options.transfer_function)
     document = Document(scene, origin, showing)
     if not options.chose_view:
         document.go_home(Home.of(document.view.camera, scene, size, options.annotation))

@@ -4,6 +4,9 @@ A handle sits at a point of the world and moves along an axis n. With s(p) the p
 by d moves it by δ n, where δ brings s(p + δ n) as near to s(p) + d as it goes, to first order:
 
     v = ∂ s(p + δ n) / ∂δ        δ = v·d / v·v
+
+Where n points at the eye, or nearly so, v says nothing, and up is away from the eye. A clip plane has a second handle,
+at the tip of an arrow along its normal: the tip follows the hand, and the plane turns about the arrow's foot.
 """
 
 from __future__ import annotations
@@ -18,21 +21,26 @@ from texvol.camera import Camera
 from texvol.cutting import ClipPlane, Range
 from texvol.scene import Scene
 from texvol.volume import Volume
-from texvol.window.navigation import Place
+from texvol.window.navigation import Place, rotation
 
-# An axis that points at the eye can't be dragged along: half heights per radius of the box.
-_LEAST_SPEED = 0.05
+# Half heights of the picture per radius of the box; slower, a hand's breadth would move a plane out of the box.
+_LEAST_SPEED = 0.2
+_ARROW = 0.5  # of the box's radius
 _THINNEST = 1e-3  # of a crop box, in its room
 
 
 @dataclass(frozen=True)
 class Handle:
-    """One handle: `plane` is the number of a clip plane, or `face` (axis, end) a face of the crop box."""
+    """One handle: `plane` is the number of a clip plane, or `face` (axis, end) a face of the crop box.
+
+    One that `turns` its plane is at the tip of the arrow whose foot is the handle before it.
+    """
 
     point: tuple[float, float, float]
     axis: tuple[float, float, float]
     plane: int | None = None
     face: tuple[int, int] | None = None
+    turns: bool = False
 
 
 def bounds(volume: Volume) -> tuple[Range, Range, Range]:
@@ -66,6 +74,8 @@ def handles_of(scene: Scene) -> list[Handle]:
         unit = np.array(plane.normal) / size
         point = scene.box.centre + (plane.offset / size - unit @ scene.box.centre) * unit
         found.append(Handle(_triple(point), _triple(unit), plane=number))
+        tip = point + _ARROW * scene.box.radius * unit
+        found.append(Handle(_triple(tip), _triple(unit), plane=number, turns=True))
     return found
 
 
@@ -79,7 +89,7 @@ def place_of(camera: Camera, point: NDArray[np.float64]) -> Place | None:
 
 
 def way_of(handle: Handle, camera: Camera, by: Place, radius: float) -> float:
-    """How far along its axis a drag moves a handle; 0 where the axis points at the eye."""
+    """How far along its axis a drag moves a handle."""
     point, axis = np.array(handle.point), np.array(handle.axis)
     step = 1e-4 * radius
     here, there = place_of(camera, point), place_of(camera, point + step * axis)
@@ -87,8 +97,33 @@ def way_of(handle: Handle, camera: Camera, by: Place, radius: float) -> float:
         return 0.0
     speed = np.subtract(there, here) / step
     if np.linalg.norm(speed) * radius < _LEAST_SPEED:
-        return 0.0
+        return by[1] * _half_height(camera, point) * (1 if axis @ camera.forward > 0 else -1)
     return float(speed @ np.array(by) / (speed @ speed))
+
+
+def points_away(handle: Handle, camera: Camera) -> bool:
+    """Whether its axis points away from the eye."""
+    return float(np.array(handle.axis) @ camera.forward) > 0
+
+
+def turned(scene: Scene, handle: Handle, camera: Camera, by: Place, *, away: bool) -> dict[str, object]:
+    """Parts of the scene with a plane turned by a drag at the tip of its arrow, which pointed away at first, or not."""
+    assert handle.plane is not None
+    planes = list(scene.clip)
+    plane, length = planes[handle.plane], _ARROW * scene.box.radius
+    foot = np.array(handle.point) - length * np.array(handle.axis)
+    # An arrow that points at the eye is as long as a radius about which its tip goes.
+    right, up = (part * _half_height(camera, foot) / length * (-1 if away else 1) for part in by)
+    turn = rotation(camera.upward, right) @ rotation(camera.right, -up)
+    normal = turn @ np.array(plane.normal, np.float64)
+    planes[handle.plane] = ClipPlane(_triple(normal), float(normal @ foot))
+    return {"clip": tuple(planes)}
+
+
+def _half_height(camera: Camera, point: NDArray[np.float64]) -> float:
+    """World units from the middle of the picture to its top, at the depth of a point."""
+    depth = float(camera.forward @ (point - camera.eye)) if camera.projection == "perspective" else 1.0
+    return camera.half_height * max(depth, 0.0)
 
 
 def moved(scene: Scene, handle: Handle, way: float) -> dict[str, object]:

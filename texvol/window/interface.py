@@ -77,6 +77,7 @@ class Interface:
 
     def end(self) -> None:
         """Draw the frame."""
+        self._screen.cursor(str(imgui.MouseCursor_(imgui.get_mouse_cursor()).name))
         imgui.render()
         imgui.backends.opengl3_render_draw_data(imgui.get_draw_data())
 
@@ -137,8 +138,8 @@ _COLORS = {
     "header_hovered": (0.26, 0.32, 0.40, 1.0),
     "header_active": (0.25, 0.40, 0.58, 1.0),
     "check_mark": (0.45, 0.72, 1.0, 1.0),
-    "slider_grab": (0.36, 0.56, 0.80, 1.0),
-    "slider_grab_active": (0.45, 0.72, 1.0, 1.0),
+    "slider_grab": (0.22, 0.39, 0.60, 1.0),
+    "slider_grab_active": (0.28, 0.50, 0.76, 1.0),
     "tab": (0.16, 0.18, 0.20, 1.0),
     "tab_hovered": (0.28, 0.38, 0.50, 1.0),
     "tab_selected": (0.23, 0.33, 0.45, 1.0),

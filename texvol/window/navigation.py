@@ -71,20 +71,20 @@ def orbit(view: View, right: float, up: float, *, free: bool = False) -> View:
     """Matter follows the hand: so far to the right and upwards, in radians."""
     camera = view.camera
     if free:
-        turn = _rotation(camera.upward, -right) @ _rotation(camera.right, up)
+        turn = rotation(camera.upward, -right) @ rotation(camera.right, up)
         return _turned(view, turn, tuple(turn @ camera.upward))
     axis = np.array(camera.up) / np.linalg.norm(camera.up)
     elevation = float(np.arcsin(np.clip(-camera.forward @ axis, -1, 1)))
     most = np.pi / 2 - _POLE
     # Hand up: one sees more from below.
     wanted = float(np.clip(elevation - up, -most, most))
-    turn = _rotation(axis, -right) @ _rotation(camera.right, -(wanted - elevation))
+    turn = rotation(axis, -right) @ rotation(camera.right, -(wanted - elevation))
     return _turned(view, turn, camera.up)
 
 
 def roll(view: View, angle: float) -> View:
     """The picture turned counterclockwise."""
-    turn = _rotation(view.camera.forward, angle)
+    turn = rotation(view.camera.forward, angle)
     return replace(view, camera=replace(view.camera, up=_triple(turn @ view.camera.upward)))
 
 
@@ -219,7 +219,7 @@ def _triple(vector: Any) -> tuple[float, float, float]:
     return cast(tuple[float, float, float], tuple(float(each) for each in vector))
 
 
-def _rotation(axis: Vector, angle: float) -> NDArray[np.float64]:
+def rotation(axis: Vector, angle: float) -> NDArray[np.float64]:
     """Matrix that turns counterclockwise about a unit vector, seen from its tip (Rodrigues)."""
     x, y, z = axis
     cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])

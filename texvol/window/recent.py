@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+from argparse import ArgumentTypeError
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -11,15 +12,20 @@ from pathlib import Path
 from typing import Any
 
 from texvol import writing
-from texvol.readers import ARGUMENTS
+from texvol.errors import InputError
+from texvol.reading_options import READING
+from texvol.scene import Scene
+from texvol.scene_groups import SCENE_OPTIONS
 from texvol.window.naming import called
+from texvol.window.scene_writing import volume_table
 
 _MOST = 10
+_TOLD = READING | {name: SCENE_OPTIONS[name] for name in ("spacing", "transform", "mask", "add")}
 
 
 @dataclass(frozen=True)
 class Recent:
-    """A file, and what was said of how it is read: the arguments of `texvol.readers.load`."""
+    """A file, and what was said of how it is read and placed, and of what is added to it, as a scene file has it."""
 
     path: str
     how: Mapping[str, Any] = field(default_factory=dict)
@@ -27,7 +33,22 @@ class Recent:
     @property
     def text(self) -> str:
         """What it is called."""
-        return called(self.path, self.how)
+        further = (called(each["file"], each) for each in self.how.get("add", ()))
+        return " + ".join([called(self.path, self.how), *further])
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """The same as options of the command line, in a namespace.
+
+        Raises
+        ------
+        InputError
+            If that is none.
+        """
+        try:
+            return {name: _TOLD[name].from_file(value) for name, value in self.how.items()}
+        except ArgumentTypeError as error:
+            raise InputError(f"{self.path}: {error}") from None
 
     def as_json(self) -> Any:
         """The path alone where nothing has to be said."""
@@ -40,8 +61,19 @@ class Recent:
             return cls(content)
         if not isinstance(content, dict) or not isinstance(content.get("path"), str):
             return None
-        how = {key: tuple(each) if isinstance(each, list) else each for key, each in content.items() if key != "path"}
-        return cls(content["path"], how) if set(how) <= set(ARGUMENTS) else None
+        found = cls(content["path"], {key: value for key, value in content.items() if key != "path"})
+        try:
+            _ = found.options, found.text
+        except (InputError, KeyError, TypeError, ValueError):
+            return None
+        return found
+
+
+def how(scene: Scene) -> dict[str, Any]:
+    """What has to be said to have the volumes of a scene again where they are, beside the first one's path."""
+    first, *others = (volume_table(scene, number) for number in range(len(scene.volumes)))
+    del first["file"]
+    return first | ({"add": others} if others else {})
 
 
 def place() -> Path:
@@ -59,11 +91,10 @@ def files() -> list[Recent]:
     return []
 
 
-def add(path: str, how: Mapping[str, Any]) -> None:
+def add(path: str, told: Mapping[str, Any]) -> None:
     """Another file is the latest; the same one, read in another way, is another."""
     with suppress(OSError, RuntimeError, ValueError, TypeError):  # a home that can't be written to is no reason to stop
-        told = {key: tuple(each) if isinstance(each, list) else each for key, each in how.items()}
-        newest = Recent(os.path.abspath(path), told)
+        newest = Recent(os.path.abspath(path), json.loads(json.dumps(told)))  # with lists, as the others
         kept = [newest, *(each for each in files() if each != newest)][:_MOST]
         place().parent.mkdir(parents=True, exist_ok=True)
         text = json.dumps([each.as_json() for each in kept], indent=1)

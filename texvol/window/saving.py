@@ -38,6 +38,13 @@ def scene_name(document: Document) -> str:
     return document.origin.scene_file or default_name(document, ".toml")
 
 
+def check_writable(path: str) -> None:
+    """Raise InputError if no scene file can be written there, or it is called otherwise."""
+    if not path.lower().endswith(".toml"):
+        raise InputError(f"{path}: a scene file's name ends with .toml")
+    writing.check_writable(path)
+
+
 def save_scene(path: str, document: Document, size: tuple[int, int]) -> None:
     """Write the scene file, and its transfer function beside it.
 
@@ -46,9 +53,8 @@ def save_scene(path: str, document: Document, size: tuple[int, int]) -> None:
     InputError
         If that can't be done.
     """
-    if not path.lower().endswith(".toml"):
-        raise InputError(f"{path}: a scene file's name ends with .toml")
-    files = scene_files(path, document.scene, size, document.showing, document.origin.meshes)
+    check_writable(path)
+    files = scene_files(path, document.scene, size, document.showing)
     writing.write_files({str(name): content for name, content in files.items()})
     document.saved = Saved(path, document.scene, document.showing, size)
 

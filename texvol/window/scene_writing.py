@@ -8,23 +8,23 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from texvol import spaces
 from texvol.annotation import Annotation
 from texvol.annotation.request import PARTS
 from texvol.camera import Camera
 from texvol.errors import InputError
+from texvol.geometry import Mesh
 from texvol.gradient import CENTRAL, Estimator
-from texvol.light_options import lighting as lighting_of
+from texvol.light_options import AMBIENT
+from texvol.lighting import DepthCue
 from texvol.mask import Mask
-from texvol.mesh_options import MeshChoice
-from texvol.readers import ARGUMENTS, load
 from texvol.scene import Scene
-from texvol.spaces import turned
 from texvol.transfer import TransferFunction
 from texvol.window.jobs import Showing
 
@@ -36,9 +36,8 @@ def scene_files(
     scene: Scene,
     size: tuple[int, int],
     showing: Showing,
-    meshes: Sequence[MeshChoice] = (),
 ) -> dict[Path, bytes]:
-    """Content of the scene file and of what stands beside it, by path; `meshes` are where its geometry came from.
+    """Content of the scene file and of what stands beside it, by path.
 
     Raises
     ------
@@ -46,9 +45,8 @@ def scene_files(
         If the scene has something that a scene file can't say.
     """
     path = Path(path)
-    content: dict[str, Any] = {"volume": _file(scene.volume.source, path.parent, "volume")}
-    content |= _reading(scene.volume.source) | _placed(scene.volume.source.get("transform"))
-    content |= _mask(scene.mask, path.parent)
+    first = volume_table(scene, 0, path.parent)
+    content: dict[str, Any] = {"volume": first.pop("file")} | first
     files: dict[Path, bytes] = {}
     content |= _matter(scene.transfer_function, path.with_name(f"{path.stem}.tf.json"), files)
     content["size"] = f"{size[0]}x{size[1]}"
@@ -57,18 +55,40 @@ def scene_files(
     if scene.gradient != CENTRAL:
         content["gradient"] = _gradient(scene.gradient)
     content |= _camera(scene.camera) | _light(scene) | _cutting(scene) | _mode(scene, showing)
-    content |= _annotation(showing.annotation) | _geometry(scene, meshes, path.parent)
+    content |= _annotation(showing.annotation) | _geometry(scene, path.parent)
     if scene.added:
         content["add"] = [_added(scene, number, path, files) for number in range(len(scene.added))]
     files[path] = "".join(f"{key} = {_toml(value)}\n" for key, value in content.items()).encode()
     return files
 
 
-def _file(source: Mapping[str, Any], folder: Path, what: str) -> str:
+def volume_table(scene: Scene, number: int, folder: Path | None = None) -> dict[str, Any]:
+    """File of a scene's volume, how it was read and placed, and its mask; paths from a folder, or absolute.
+
+    Raises
+    ------
+    InputError
+        If one of them is not from a file.
+    """
+    volume = scene.volumes[number]
+    source = volume.source
+    found: dict[str, Any] = {"file": _file(source, folder, "further volume" if number else "volume")}
+    found |= _reading(source)
+    own = source.get("transform")
+    # What turns it into the first volume's world is done anew whenever the scene is read.
+    turn = spaces.turn(volume.own_space, volume.space)
+    if own is not None and turn is not None:
+        own = np.asarray(own) @ turn.T  # its inverse
+        own = None if np.array_equal(own, np.eye(4)) else own
+    mask = scene.added[number - 1].mask if number else scene.mask
+    return found | _placed(own) | _mask(mask, folder)
+
+
+def _file(source: Mapping[str, Any], folder: Path | None, what: str) -> str:
     """A volume's or a mask's file, as it is named from a folder."""
     if "absolute" not in source:
         raise InputError(f"the scene's {what} is not from a file, and a scene file can't name it")
-    return os.path.relpath(source["absolute"], folder)
+    return source["absolute"] if folder is None else os.path.relpath(source["absolute"], folder)
 
 
 def _reading(source: Mapping[str, Any]) -> dict[str, Any]:
@@ -85,7 +105,7 @@ def _placed(matrix: Any) -> dict[str, Any]:
     return {} if matrix is None else {"transform": np.asarray(matrix, np.float64).tolist()}
 
 
-def _mask(mask: Mask | None, folder: Path) -> dict[str, Any]:
+def _mask(mask: Mask | None, folder: Path | None) -> dict[str, Any]:
     if mask is None:
         return {}
     found: dict[str, Any] = {"file": _file(mask.source, folder, "mask")}
@@ -104,30 +124,20 @@ def _matter(matter: TransferFunction | None, path: Path, files: dict[Path, bytes
 
 def _added(scene: Scene, number: int, path: Path, files: dict[Path, bytes]) -> dict[str, Any]:
     """A further volume, as a table."""
-    each = scene.added[number]
-    source = each.volume.source
-    found: dict[str, Any] = {"file": _file(source, path.parent, "further volume")} | _reading(source)
-    total = source.get("transform")
-    if total is not None:
-        # What turns it into the first volume's world is done anew whenever the scene is read.
-        as_read = load(source["absolute"], **{key: source[key] for key in ARGUMENTS if source.get(key) is not None})
-        turn = turned(as_read, scene.volume.space).source.get("transform", np.eye(4))
-        own = np.asarray(total) @ np.linalg.inv(turn)
-        found |= {} if np.array_equal(own, np.eye(4)) else _placed(own)
-    found |= _mask(each.mask, path.parent)
-    return found | _matter(each.transfer_function, path.with_name(f"{path.stem}.tf{number + 2}.json"), files)
+    matter = scene.added[number].transfer_function
+    name = path.with_name(f"{path.stem}.tf{number + 2}.json")
+    return volume_table(scene, number + 1, path.parent) | _matter(matter, name, files)
 
 
-def _geometry(scene: Scene, meshes: Sequence[MeshChoice], folder: Path) -> dict[str, Any]:
-    if len(meshes) != len(scene.geometry):
-        raise InputError("the scene has geometry that is not from files, and a scene file can't name it")
-    if not meshes:
-        return {}
+def _geometry(scene: Scene, folder: Path) -> dict[str, Any]:
     tables = []
-    for each in meshes:
-        color = {} if each.color is None else {"color": list(each.color)}
-        tables.append({"file": os.path.relpath(each.path, folder), **color, "opacity": float(each.opacity)})
-    return {"mesh": tables}
+    for each in scene.geometry:
+        # A mesh out of a file is named after it.
+        if not (isinstance(each, Mesh) and each.lit and each.cut and os.path.isfile(each.name)):
+            raise InputError("the scene has geometry that is not from files, and a scene file can't name it")
+        look = {"color": [float(part) for part in each.color], "opacity": float(each.opacity)}
+        tables.append({"file": os.path.relpath(each.name, folder), **look})
+    return {"mesh": tables} if tables else {}
 
 
 def _camera(camera: Camera | None) -> dict[str, Any]:
@@ -145,23 +155,21 @@ def _gradient(estimator: Estimator) -> str:
 
 def _light(scene: Scene) -> dict[str, Any]:
     found: dict[str, Any] = {}
-    cue = scene.depth_cue
-    if cue is not None:
-        if cue.near is not None or cue.far is not None:
-            raise InputError("a scene file can't say from where to where a depth cue goes")
-        found["depth-cue"] = [cue.strength, *cue.color]
+    if scene.depth_cue is not None:
+        found["depth-cue"] = _depth_cue(scene.depth_cue)
     lighting = scene.lighting
     if lighting is None:
         return found
-    if not lighting.lights:
-        if scene.mode != "isosurface" or lighting != lighting_of({"light": ["none"], "mode": "isosurface"}):
-            raise InputError("a scene file can't say that there is light from everywhere, and no other")
-        return found | {"light": "none"}
-    found["light"] = [_light_table(light) for light in lighting.lights]
+    found["light"] = [_light_table(light) for light in lighting.lights] or AMBIENT
     for name in ("ambient", "diffuse", "specular", "shininess", "fade"):
         if (number := getattr(lighting, name)) is not None:
             found[name] = number
     return found | {"two-sided": lighting.two_sided, "shadows": lighting.shadows}
+
+
+def _depth_cue(cue: DepthCue) -> dict[str, Any]:
+    ends = {name: float(end) for name, end in (("near", cue.near), ("far", cue.far)) if end is not None}
+    return {"strength": float(cue.strength), "color": [float(part) for part in cue.color]} | ends
 
 
 def _light_table(light: Any) -> dict[str, Any]:

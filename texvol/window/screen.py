@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from texvol.errors import InputError, missing_extra
 from texvol.window.events import BUTTONS, Event
 
+CURSORS = {"text_input": "IBEAM_CURSOR", "resize_ew": "HRESIZE_CURSOR", "hand": "HAND_CURSOR"}
 _NO_WINDOW = "texvol render draws without one: texvol render VOLUME -o IMAGE"
 
 
@@ -70,6 +71,8 @@ class Screen:
 
         self.gl = moderngl.create_context()
         self.renderer: str = self.gl.info["GL_RENDERER"]
+        self._title, self._cursor = title, ""
+        self._cursors: dict[str, Any] = {}  # by kind; they end with the library
         self._windowed: Any = None  # place and size, while it fills the monitor
         self._listen()
 
@@ -130,7 +133,9 @@ class Screen:
 
     def title(self, text: str) -> None:
         """What the title bar says."""
-        self._glfw.set_window_title(self._window, text)
+        if text != self._title:
+            self._title = text
+            self._glfw.set_window_title(self._window, text)
 
     def resize(self, size: tuple[int, int]) -> None:
         """Ask for another size."""
@@ -139,6 +144,17 @@ class Screen:
     def iconify(self, down: bool) -> None:
         """Minimise, or bring back."""
         (self._glfw.iconify_window if down else self._glfw.restore_window)(self._window)
+
+    def cursor(self, kind: str) -> None:
+        """Another shape of the cursor: one of CURSORS, or an arrow."""
+        if kind == self._cursor:
+            return
+        self._cursor = kind
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # where the system has none of that shape it stays an arrow
+            if kind in CURSORS and kind not in self._cursors:
+                self._cursors[kind] = self._glfw.create_standard_cursor(getattr(self._glfw, CURSORS[kind]))
+            self._glfw.set_cursor(self._window, self._cursors.get(kind))
 
     @property
     def clipboard(self) -> str:
@@ -185,6 +201,11 @@ class Screen:
             self._window = None
             self._glfw.terminate()
 
+    def _held(self) -> tuple[str, ...]:
+        """Modifiers, as far as they are known to the window: those of a drop are not said with it."""
+        glfw, ctrl = self._glfw, (self._glfw.KEY_LEFT_CONTROL, self._glfw.KEY_RIGHT_CONTROL)
+        return ("ctrl",) if any(glfw.get_key(self._window, key) == glfw.PRESS for key in ctrl) else ()
+
     def _listen(self) -> None:
         glfw, window, put = self._glfw, self._window, self._put
 
@@ -207,7 +228,7 @@ class Screen:
         glfw.set_scroll_callback(window, lambda _, x, y: put(Event("scroll", x, y)))
         glfw.set_key_callback(window, key)
         glfw.set_char_callback(window, lambda _, code: put(Event("text", name=chr(code))))
-        glfw.set_drop_callback(window, lambda _, paths: put(Event("drop", names=tuple(paths))))
+        glfw.set_drop_callback(window, lambda _, paths: put(Event("drop", names=tuple(paths), modifiers=self._held())))
         glfw.set_window_focus_callback(window, lambda _, has: put(Event("focus", down=bool(has))))
         glfw.set_window_iconify_callback(window, lambda _, is_: put(Event("iconify", down=bool(is_))))
         glfw.set_window_size_callback(window, lambda _, width, height: put(Event("resize", width, height)))

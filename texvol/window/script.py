@@ -19,7 +19,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TextIO
 
+from texvol import image
 from texvol.errors import InputError
+from texvol.window import saving
+from texvol.window.commands import is_command
 from texvol.window.events import Event
 
 ACTIONS = ("rest", "screenshot", "save", "command", "mark")
@@ -61,7 +64,9 @@ def read(path: str | os.PathLike[str]) -> list[Step]:
         if line.strip() and not line.lstrip().startswith("#"):
             try:
                 steps.append(_step(json.loads(line)))
-            except (ValueError, RecursionError) as error:
+            except (json.JSONDecodeError, RecursionError):
+                raise InputError(f"{path}:{number}: a step is a JSON object, and not {line.strip()[:60]!r}") from None
+            except ValueError as error:
                 raise InputError(f"{path}:{number}: {error}") from None
     return sorted(steps, key=lambda step: step.t)
 
@@ -74,11 +79,28 @@ def _step(content: Any) -> Step:
     if not isinstance(t, int | float) or not 0 <= t < 1e6:
         raise InputError(f"t is a time in seconds from 0 upwards, and not {t!r}")
     if "do" not in rest:
-        return Step(float(t), Event.from_json(rest))
+        event = Event.from_json(rest)
+        if event.kind == "resize" and not (event.x >= 1 and event.y >= 1):
+            raise InputError(f"a window has a size from 1 upwards, and not {event.x:g} x {event.y:g}")
+        return Step(float(t), event)
     unknown = set(rest) - {"do", "file", "name"}
     if rest["do"] not in ACTIONS or unknown or not all(isinstance(each, str) for each in rest.values()):
         raise InputError(f'"do" is one of {", ".join(ACTIONS)}, with a "file" or a "name", and not {content!r}')
-    return Step(float(t), Action(**rest))
+    action = Action(**rest)
+    _check(action)
+    return Step(float(t), action)
+
+
+def _check(action: Action) -> None:
+    """What can't be done is better known before the window opens than when its turn comes."""
+    if action.do == "command" and not is_command(action.name):
+        raise InputError(f"there is no command {action.name!r}")
+    if action.do == "screenshot":
+        if not action.file:
+            raise InputError('a screenshot needs a "file"')
+        image.check_writable(action.file)
+    if action.do == "save" and action.file:
+        saving.check_writable(action.file)
 
 
 class Player:

@@ -7,13 +7,16 @@ up. A volume that does not say what its axes point to is taken as x left, y post
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from texvol.display import straight_colors
 from texvol.image import srgb_from_linear
+from texvol.spaces import OPPOSITE, letters_of_space
 from texvol.transfer import TransferFunction
 from texvol.volume import Volume
 
@@ -89,6 +92,57 @@ def slices_of(volume: Volume) -> dict[str, Slice]:
             for world, sign in looks[name]
         )
         found[name] = Slice(axes[_NORMALS[name]], across, down)
+    return found
+
+
+def letters_of(volume: Volume, slice_: Slice) -> tuple[str, str, str, str] | None:
+    """What of the body is left, right, above and below in the picture: L, R, A, P, S or I; None where nobody knows."""
+    space = letters_of_space(volume.space)
+    if space is None:
+        return None
+    found: list[str] = []
+    for axis, sign in (slice_.across, slice_.down):
+        way = sign * volume.direction[:, axis] / np.linalg.norm(volume.direction[:, axis])
+        world = int(np.argmax(np.abs(way)))
+        ends = (OPPOSITE[space[world]], space[world])
+        found += ends if way[world] > 0 else ends[::-1]
+    left, right, top, bottom = found
+    return left, right, top, bottom
+
+
+class Tile(NamedTuple):
+    """Where a picture lies: upper left corner and size; and how many stand beside each other in the first row."""
+
+    x: float
+    y: float
+    width: float
+    height: float
+    columns: int
+
+
+def tiled(extents: Sequence[tuple[float, float]], width: float, height: float, gap: float) -> list[Tile]:
+    """Pictures of these extents at one scale, in rows that fill the room as well as any; from its top, in the middle.
+
+    Of a height that is infinite each row is as wide as the room.
+    """
+    best: tuple[float, list[list[int]]] = (0.0, [])
+    counts = range(1, len(extents) + 1) if np.isfinite(height) else (1,)
+    for columns in counts:
+        rows = [list(range(len(extents))[first : first + columns]) for first in range(0, len(extents), columns)]
+        widest = min((width - gap * (len(row) - 1)) / sum(extents[each][0] for each in row) for row in rows)
+        tall = sum(max(extents[each][1] for each in row) for row in rows)
+        scale = min(widest, (height - gap * (len(rows) - 1)) / tall)
+        if scale > best[0]:
+            best = scale, rows
+    scale, rows = best
+    found, y = [], 0.0
+    for row in rows:
+        x = (width - scale * sum(extents[each][0] for each in row) - gap * (len(row) - 1)) / 2
+        for each in row:
+            wide, tall = (max(scale * length, 1.0) for length in extents[each])
+            found.append(Tile(x, y, wide, tall, len(rows[0])))
+            x += wide + gap
+        y += scale * max(extents[each][1] for each in row) + gap
     return found
 
 

@@ -6,21 +6,38 @@ from collections.abc import Callable
 
 from imgui_bundle import imgui
 
-from texvol.window.desk import Desk
-from texvol.window.panels import browser, camera, cut, files, grips, light, matter, overlay, slices
+from texvol.window.commands import TABS
+from texvol.window.desk import PANEL_WIDTH, Desk
+from texvol.window.panels import (
+    browser,
+    camera,
+    contents,
+    cut,
+    edge,
+    files,
+    grips,
+    light,
+    matter,
+    offer,
+    overlay,
+    slices,
+)
 
-WIDTH = 360  # window coordinates at scale 1
+WIDTH = round(PANEL_WIDTH)  # unless another is chosen
 _CONTROL = 0.56  # of a panel's width: the rest is for what a control is called
+_TAB_PADDING = 0.5  # of a button's: so all names and the dot of what is not saved have room beside each other
 BEHIND = (0.05, 0.05, 0.055)  # where there is no picture
 
-_TABS: tuple[tuple[str, Callable[[Desk], None]], ...] = (
-    ("Matter", matter.show),
-    ("View", camera.show),
-    ("Light", light.show),
-    ("Cut", cut.show),
-    ("Slices", slices.show),
-    ("File", files.show),
-)
+_TABS: dict[str, Callable[[Desk], None]] = {
+    "Matter": matter.show,
+    "Scene": contents.show,
+    "View": camera.show,
+    "Light": light.show,
+    "Cut": cut.show,
+    "Slices": slices.show,
+    "File": files.show,
+}
+assert tuple(_TABS) == TABS
 
 
 def show(desk: Desk) -> None:
@@ -30,6 +47,7 @@ def show(desk: Desk) -> None:
     if desk.preferences.help:
         overlay.keys(desk)
     browser.show(desk)
+    offer.show(desk)
     grips.drag(desk)
     if imgui.is_key_pressed(imgui.Key.escape):
         desk.preferences.help = False
@@ -39,6 +57,7 @@ def show(desk: Desk) -> None:
 def over_picture(desk: Desk) -> None:
     """What is drawn over the picture that is about to be shown, and said of it."""
     grips.draw(desk)
+    slices.mark(desk)
     overlay.messages(desk)
     overlay.probed(desk)
 
@@ -65,11 +84,21 @@ def _sidebar(desk: Desk) -> None:
     rounding, style.window_rounding = style.window_rounding, 0.0
     imgui.begin("panels", None, flags)
     style.window_rounding = rounding
+    edge.show(desk)
     status = overlay.status_height(desk)
-    if imgui.begin_tab_bar("tabs"):
-        for name, draw in _TABS:
-            wanted = desk.preferences.tab == name
-            shown, _ = imgui.begin_tab_item(name, None, imgui.TabItemFlags_.set_selected if wanted else 0)
+    padding = imgui.ImVec2(_TAB_PADDING * style.frame_padding.x, style.frame_padding.y)
+    imgui.push_style_var(imgui.StyleVar_.frame_padding, padding)
+    begun = imgui.begin_tab_bar("tabs")
+    imgui.pop_style_var()
+    if begun:
+        unsaved = desk.document is not None and desk.document.unsaved
+        for name, draw in _TABS.items():
+            # Numbers of flags, since an enumeration has none for no flag at all.
+            how = int(imgui.TabItemFlags_.set_selected) if desk.preferences.tab == name else 0
+            how |= int(imgui.TabItemFlags_.unsaved_document) if name == "File" and unsaved else 0
+            imgui.push_style_var(imgui.StyleVar_.frame_padding, padding)
+            shown, _ = imgui.begin_tab_item(name, None, how)
+            imgui.pop_style_var()
             if shown:
                 imgui.begin_child("tab", imgui.ImVec2(0, -status))
                 imgui.push_item_width(_CONTROL * imgui.get_content_region_avail().x)

@@ -11,6 +11,7 @@ from texvol.window.browsing import Browser
 from texvol.window.desk import Desk
 
 _SIZE = imgui.ImVec2(560, 440)
+_WORDS = "how it is read: --channel 1   --shape 64,64,64 --dtype uint8   --labels …"
 
 
 def show(desk: Desk) -> None:
@@ -27,7 +28,8 @@ def show(desk: Desk) -> None:
     if imgui.is_window_appearing():
         imgui.set_window_focus()
     _where(browser)
-    foot = 2 * imgui.get_frame_height_with_spacing() if browser.saves else imgui.get_frame_height_with_spacing()
+    rows = 2 if browser.saves or browser.takes_words else 1
+    foot = rows * imgui.get_frame_height_with_spacing()
     imgui.begin_child("entries", imgui.ImVec2(0, -foot), imgui.ChildFlags_.frame_style.value)
     _entries(browser)
     imgui.end_child()
@@ -76,6 +78,10 @@ def _foot(desk: Desk, browser: Browser) -> None:
         entered, browser.name = imgui.input_text("##name", browser.name, flags)
         if entered:
             browser.accept()
+    if browser.takes_words:
+        imgui.set_next_item_width(-1)
+        _, browser.words = imgui.input_text_with_hint("##words", _WORDS, browser.words)
+        imgui.set_item_tooltip("options of the command line, where the file does not say it all")
     imgui.begin_disabled(not browser.name)
     if imgui.button(("replace" if browser.replaces else "save") if browser.saves else "open"):
         browser.accept()

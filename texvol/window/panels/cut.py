@@ -28,7 +28,10 @@ def show(desk: Desk) -> None:
         if changed:
             desk.change(caps=on)
     if scene.crop or scene.clip:
-        imgui.text_disabled("Drag the grips in the picture.")
+        imgui.push_text_wrap_pos(0.0)
+        turns = " The tip of a plane's arrow turns it." if scene.clip else ""
+        imgui.text_disabled("Drag the grips in the picture; where one points at you, up is away from you." + turns)
+        imgui.pop_text_wrap_pos()
 
 
 def _crop(desk: Desk, scene: Scene) -> None:
@@ -70,12 +73,14 @@ def _planes(desk: Desk, scene: Scene) -> None:
         if taken or edited is not plane or turned:
             desk.change(None if taken or turned else f"plane {place}", clip=tuple(planes))
             return
-    if imgui.button("add a plane across the view"):
+    imgui.text_unformatted("add a plane across")
+    pressed = parts.buttons(("view", "x", "y", "z"), 4)
+    if pressed:
         document = desk.document
         assert document is not None
-        camera = document.view.camera
-        x, y, z = (float(each) for each in camera.forward)
-        desk.change(clip=(*scene.clip, ClipPlane((x, y, z), float(camera.forward @ scene.box.centre))))
+        ways = dict(zip("xyz", np.eye(3), strict=True)) | {"view": document.view.camera.forward}
+        x, y, z = (float(each) for each in ways[pressed])
+        desk.change(clip=(*scene.clip, ClipPlane((x, y, z), float(ways[pressed] @ scene.box.centre))))
 
 
 def _plane(plane: ClipPlane, box: Volume) -> ClipPlane:

@@ -23,7 +23,10 @@ def show(desk: Desk) -> None:
     imgui.separator_text("Scene")
     volume = document.scene.volume
     imgui.text_wrapped(volume_called(volume))
-    imgui.text_disabled(" x ".join(map(str, volume.dimensions)) + f" {volume.values.dtype}")
+    size = " x ".join(map(str, volume.dimensions)) + f" {volume.values.dtype}"
+    further = len(document.scene.added)
+    imgui.text_disabled(size + (f", and {further} more" if further else ""))
+    imgui.text_disabled("not saved since the last change" if document.unsaved else " ")
     _saving(desk, document)
     imgui.separator_text("Picture")
     _picture(desk, document)
@@ -48,7 +51,7 @@ def _open(desk: Desk) -> None:
     for number, each in enumerate(state["recent"][:6]):
         imgui.push_id(number)
         if imgui.selectable(each.text, False)[0]:
-            desk.open(each.path, each.how)
+            desk.open(each.path, each.options)
         imgui.set_item_tooltip(f"{each.path}\n{each.text}" if each.how else each.path)
         imgui.pop_id()
 
@@ -68,9 +71,15 @@ def _name(desk: Desk, key: str, proposed: Callable[[], str]) -> str:
     return str(state[key])
 
 
+def _saves(what: str, name: str, own: str = "") -> bool:
+    """A button that says whether it takes the place of another file than the scene's own."""
+    replaces = name != own and os.path.isfile(name)
+    return bool(imgui.button(f"{'replace' if replaces else 'save'}##{what}"))
+
+
 def _saving(desk: Desk, document: Document) -> None:
     name = _name(desk, "scene name", lambda: saving.scene_name(document))
-    if imgui.button("save##scene"):
+    if _saves("scene", name, own=document.origin.scene_file or ""):
         desk.run(f"save {name}")
         desk.panel_state["scene name"] = ""
     steps.show(desk, document)
@@ -90,11 +99,10 @@ def _picture(desk: Desk, document: Document) -> None:
         document.show(transparent=transparent)
     name = _name(desk, "picture name", lambda: saving.default_name(document, ".png"))
     width, height = state.get("picture size", desk.pixels)
-    if imgui.button("save##picture"):
+    if _saves("picture", name):
         same = (width, height) == tuple(desk.pixels)
         accuracy = desk.accuracy if same else {"max_error": desk.director.max_error}
         desk.write(kind="file", size=(width, height), accuracy=accuracy, path=name)
-        state["picture name"] = ""
 
 
 def _film(desk: Desk, document: Document) -> None:
@@ -110,7 +118,7 @@ def _film(desk: Desk, document: Document) -> None:
         if imgui.button("stop"):
             desk.stop_writing()
         return
-    if imgui.button("save##film"):
+    if _saves("film", name):
         width, height = state.get("picture size", desk.pixels)
         size = (width - width % 2, height - height % 2)
 

@@ -14,6 +14,7 @@ from texvol.display import NUMBER_MODES
 from texvol.image import linear_from_srgb, srgb_from_linear
 from texvol.scene import CLASSIFICATIONS, MODES, Scene
 from texvol.transfer import TransferFunction
+from texvol.volume import Volume
 from texvol.window import editing
 from texvol.window.desk import Desk
 from texvol.window.document import Document
@@ -22,11 +23,14 @@ from texvol.window.histogram import Histogram
 from texvol.window.naming import volume_called
 from texvol.window.panels import axis, labels, parts, steps
 
-_PLOT_HEIGHT = 210.0
+# Of the panel: in one of 600 pixels all that is edited of a point, and of the whole curve, is seen without scrolling.
+_PLOT_SHARE = 0.26
+_LOWEST_PLOT, _HIGHEST_PLOT = 90.0, 260.0  # window coordinates at scale 1
 _LENGTH = 1 / 20  # of the mean edge of the box: over it a proposed transfer function fills the height
 _MOST_OPACITY = 0.9999  # by hand: beyond, it is opaque by the switch
 _ENOUGH = 40  # points: more would be one line of points
 _POINT = 6.0
+_EXTINCTION = 0.45  # of what the switch beside it leaves: the rest is for its unit
 _REMEMBERED = 100  # names of transfer functions, as many as there are steps back
 _LETTERS = 22  # of a file's name, that a channel's number has room beside it
 _NO_BUTTON = 4  # that a mouse has
@@ -41,9 +45,10 @@ def show(desk: Desk) -> None:
     scene = document.scene
     _mode(desk, scene)
     imgui.separator_text("Transfer function")
-    steps.show(desk, document)
     number = _which(desk, scene)
     matter = editing.matter_of(scene, number)
+    if matter is None or scene.volumes[number].labels:
+        steps.show(desk, document)
     if matter is None:
         imgui.text_disabled("There is none: the mode shows numbers." if number == 0 else "There is none.")
         return
@@ -60,16 +65,23 @@ def _which(desk: Desk, scene: Scene) -> int:
     """Number of the volume whose transfer function is edited; chosen where there are several."""
     state = desk.panel_state
     if not scene.added:
+        _edits(state, scene.volume)
         return 0
     names = [f"{place + 1}: {volume_called(each, _LETTERS)}" for place, each in enumerate(scene.volumes)]
     imgui.set_next_item_width(-1)  # for names that tell volumes of one file apart
     number = names.index(parts.choice("##volume", names[min(state.get("volume", 0), len(names) - 1)], names))
     imgui.set_item_tooltip(f"volume {number + 1}: {volume_called(scene.volumes[number])}")
-    if number != state.get("volume", 0):
-        state["volume"] = number
+    state["volume"] = number
+    _edits(state, scene.volumes[number])
+    return number
+
+
+def _edits(state: dict[str, Any], volume: Volume) -> None:
+    """Forget what is known of another volume's transfer function."""
+    if state.get("edited") is not volume:
+        state["edited"] = volume
         for key in ("named", "curve_of", "length", "density", "look_of"):
             state.pop(key, None)
-    return number
 
 
 def _mode(desk: Desk, scene: Scene) -> None:
@@ -140,7 +152,11 @@ def _presets(desk: Desk, document: Document, matter: TransferFunction, number: i
     # By what is there and not by what was done last: that may have been undone.
     named = next((each for each in state["named"] if each.matter is matter), _Named(matter, "own"))
     names = transfer.PRESETS if named.name in transfer.PRESETS else (named.name, *transfer.PRESETS)
-    name = parts.choice("preset", named.name, names)
+    imgui.set_next_item_width(imgui.get_content_region_avail().x - steps.width())
+    name = parts.choice("##preset", named.name, names)
+    imgui.set_item_tooltip("preset")
+    imgui.same_line()
+    steps.show(desk, document)
     if name != named.name and name in transfer.PRESETS:
 
         def load() -> None:
@@ -179,14 +195,16 @@ def _curve(desk: Desk, document: Document, matter: TransferFunction, number: int
     if state.get("curve_of") is not matter:
         state["curve_of"], state["curve"] = matter, Curve.of(matter)
         state["density"] = 0.0  # of whatever is there now
+        state["bounds"] = _bounds(document.histogram(number), state["curve"])
         state["selected"] = min(state.get("selected", 0), len(state["curve"].points) - 1)
     curve: Curve = state["curve"]
     box = document.scene.volumes[number]
     histogram = document.histogram(number)
     length = float(state.setdefault("length", _LENGTH * float(np.linalg.norm(box.box_edges, axis=0).mean())))
-    edited = _plot(desk, histogram, matter, curve, length)
+    edited = _plot(desk, histogram, matter, curve, _Height(length, box.unit))
+    imgui.text_disabled("double click: new point · right click: take away")
     edited = _selected(desk, edited, matter, length, box.unit)
-    edited = _whole(desk, edited, histogram)
+    edited = _whole(desk, edited)
     if edited is not curve:
         changed = edited.applied(matter)
         if desk.change("curve", **editing.with_matter(document.scene, number, changed)):
@@ -194,19 +212,42 @@ def _curve(desk: Desk, document: Document, matter: TransferFunction, number: int
     _unit(desk, length, box.unit)
 
 
-def _plot(desk: Desk, histogram: Histogram, matter: TransferFunction, curve: Curve, length: float) -> Curve:
-    """The curve over the histogram; points are dragged, added by a double click, taken away by a right click."""
-    state = desk.panel_state
+@dataclass(frozen=True)
+class _Height:
+    """What the height of the plot stands for: the opacity of so much length."""
+
+    length: float
+    unit: str
+
+    @property
+    def text(self) -> str:
+        """In words."""
+        return f"opacity of {self.length:.3g} {self.unit or 'units'}"
+
+
+def _bounds(histogram: Histogram, curve: Curve) -> tuple[float, float]:
+    """The histogram's ends, or those of a curve that goes beyond: else points could not be reached."""
     low, high = float(histogram.edges[0]), float(histogram.edges[-1])
+    return min(low, curve.points[0].value), max(high, curve.points[-1].value)
+
+
+def _tall() -> float:
+    scale = max(float(imgui.get_style().font_scale_dpi), 1.0)
+    return float(min(max(_PLOT_SHARE * imgui.get_window_height(), _LOWEST_PLOT * scale), _HIGHEST_PLOT * scale))
+
+
+def _plot(desk: Desk, histogram: Histogram, matter: TransferFunction, curve: Curve, height: _Height) -> Curve:
+    """The curve over the histogram; points are dragged, added by a double click, taken away by a right click."""
+    state, length = desk.panel_state, height.length
+    low, high = state["bounds"]
     flags = implot.Flags_.no_legend | implot.Flags_.no_mouse_text | implot.Flags_.no_menus | implot.Flags_.no_title
     flags |= implot.Flags_.no_box_select
     # Of another name with other ends: the library keeps what it shows of a plot, whatever is in it.
-    if not implot.begin_plot(
-        f"##{low!r} {high!r}", imgui.ImVec2(-1, _PLOT_HEIGHT * max(imgui.get_style().font_scale_dpi, 1)), flags
-    ):
+    if not implot.begin_plot(f"##{low!r} {high!r}", imgui.ImVec2(-1, _tall()), flags):
         return curve
     plain = implot.AxisFlags_.no_highlight | implot.AxisFlags_.no_menus
-    implot.setup_axes("", "", plain, plain | implot.AxisFlags_.lock | implot.AxisFlags_.no_tick_labels)
+    implot.setup_axes("", "", plain, plain | implot.AxisFlags_.lock)
+    implot.setup_axis_ticks(implot.ImAxis_.y1, [0.0, 0.5, 1.0], ["0", ".5", "1"], False)
     implot.setup_axis_limits(implot.ImAxis_.x1, low - 0.02 * (high - low), high + 0.02 * (high - low))
     implot.setup_axis_limits(implot.ImAxis_.y1, -0.04, 1.06, implot.Cond_.always)
     implot.setup_axis_limits_constraints(implot.ImAxis_.x1, low - (high - low), high + (high - low))
@@ -228,6 +269,8 @@ def _plot(desk: Desk, histogram: Histogram, matter: TransferFunction, curve: Cur
         edited, state["selected"] = curve.added(float(place.x), extinction_of(opacity, length))
     limits, corner, size = implot.get_plot_limits().x, implot.get_plot_pos(), implot.get_plot_size()
     implot.end_plot()
+    at = imgui.ImVec2(corner.x + 6, corner.y + 2)
+    imgui.get_window_draw_list().add_text(at, imgui.get_color_u32(imgui.Col_.text_disabled), height.text)
     under = axis.Axis((limits.min, limits.max), corner.x, size.x)
     axis.bar(under, matter)
     ranged = axis.track(under, state, curve, (low, high))
@@ -313,6 +356,8 @@ def _selected(desk: Desk, curve: Curve, matter: TransferFunction, length: float,
     if switched:
         curve = curve.moved(index, point.value, np.inf if opaque_now else extinction_of(_MOST_OPACITY, length))
     if not opaque and not switched:
+        imgui.same_line()
+        imgui.set_next_item_width(_EXTINCTION * imgui.get_content_region_avail().x)
         changed, extinction = parts.number(f"extinction /{unit or 'unit'}", point.extinction)
         if changed and np.isfinite(extinction):
             curve = curve.moved(index, point.value, extinction)
@@ -324,10 +369,9 @@ def _selected(desk: Desk, curve: Curve, matter: TransferFunction, length: float,
     return curve
 
 
-def _whole(desk: Desk, curve: Curve, histogram: Histogram) -> Curve:
+def _whole(desk: Desk, curve: Curve) -> Curve:
     """The curve as a whole: its range, and how dense it is."""
-    edges = histogram.edges
-    low, high = float(edges[0]), float(edges[-1])
+    low, high = desk.panel_state["bounds"]
     first, last = curve.points[0].value, curve.points[-1].value
     if last > first:
         changed, ends = parts.ends("range", (first, last), low, high)
@@ -349,4 +393,3 @@ def _unit(desk: Desk, length: float, unit: str) -> None:
     changed, wanted = parts.number(f"opacity is per ({unit or 'units'})", length)
     if changed and 0 < wanted < np.inf:
         state["length"] = wanted
-    imgui.text_disabled("double click: new point · right click: take away")

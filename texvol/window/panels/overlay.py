@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 from imgui_bundle import imgui
 
 from texvol.display import NUMBER_MODES
 from texvol.window.desk import Desk
-from texvol.window.quality import error_text
+from texvol.window.quality import error_text, share_text
 from texvol.window.steering import BINDINGS, MOUSE
 
 _PLAIN = (
@@ -20,6 +23,7 @@ _PLAIN = (
 _FAULT = imgui.ImVec4(1.0, 0.62, 0.52, 1.0)
 _ALPHA = 0.72
 _MARGIN = 10.0
+_WORTH_SAYING = 2.0  # seconds
 _BETWEEN = 1 / 60  # seconds: a change is seen in the frame after the one that shows the last picture
 
 
@@ -61,16 +65,38 @@ def status_lines(desk: Desk) -> list[str]:
         first = f"{slabs} · {width} × {height}" + (f" ({share:.0%})" if share < 1 else "")
     elif shown.state == "refining":
         known = f"{error_text(facts, numbers=numbers)}, checking" if "reached" in facts else "refining"
+        known += _taken(desk)
         first = f"{known} · {slabs} · {width} × {height}"
     else:
         seconds = facts.get("seconds", 0.0)
-        first = f"{error_text(facts, numbers=numbers)} · {slabs} · {width} × {height} · {seconds:.1f} s"
+        known = f"{error_text(facts, numbers=numbers)}{_missed(facts, numbers=numbers)}"
+        first = f"{known} · {slabs} · {width} × {height} · {seconds:.1f} s"
     rate = frames_per_second(desk)
     speed = [f"{rate:.0f} frames/s" + (" while moving" if shown.state != "moving" else "")] if rate else []
     modelled = [*facts.get("modelled", ())]
     if document.scene.mode == "composite":
         modelled.insert(0, f"{facts.get('classification', '')} classification")
     return [*speed, first, "modelled: " + ", ".join(modelled)]
+
+
+def _missed(facts: Mapping[str, Any], *, numbers: bool) -> str:
+    """What is to be said where the error that was wanted is not reached."""
+    wanted = facts.get("wanted_error")
+    if facts.get("reached", True) or wanted is None:
+        return ""
+    return f", over {wanted:.3g}" if numbers else f", over {share_text(wanted)}"
+
+
+def _taken(desk: Desk) -> str:
+    """How long it has been refined, once that is worth saying."""
+    shown = desk.director.shown
+    assert shown is not None
+    version, since = desk.panel_state.get("refined since", (0, 0.0))
+    if version != shown.version:
+        since = desk.now
+        desk.panel_state["refined since"] = shown.version, since
+    seconds = desk.now - since
+    return f" for {seconds:.0f} s" if seconds >= _WORTH_SAYING else ""
 
 
 def frames_per_second(desk: Desk) -> float:
@@ -156,7 +182,8 @@ def key_text(chord: str) -> str:
     *modifiers, key = chord.split("+")
     if modifiers == ["shift"] and key == "slash":
         return "?"
-    name = _KEY_NAMES.get(key, key if len(key) > 2 else key.upper())
+    is_short = len(key) == 1 or (key[0] == "f" and key[1:].isdigit())
+    name = _KEY_NAMES.get(key, key.upper() if is_short else key)
     return " + ".join([*modifiers, name])
 
 
@@ -169,23 +196,36 @@ def key_rows() -> list[tuple[str, str]]:
     return rows
 
 
+def _wide(rows: list[tuple[str, str]]) -> float:
+    """What a table of them takes."""
+    padding = 2 * imgui.get_style().cell_padding.x
+    return sum(max(imgui.calc_text_size(row[side]).x for row in rows) + padding for side in (0, 1))
+
+
 def keys(desk: Desk) -> None:
-    """The page of keys; in two columns where one is too high."""
-    room, rows = desk.room, key_rows()
-    middle = imgui.ImVec2(room.x + room.width / 2, room.y + room.height / 2)
-    imgui.set_next_window_pos(middle, 0, imgui.ImVec2(0.5, 0.5))
-    imgui.set_next_window_size_constraints(
-        imgui.ImVec2(min(460, room.width), 100), imgui.ImVec2(max(room.width, 1), max(room.height - 20, 100))
-    )
-    flags = imgui.WindowFlags_.no_collapse | imgui.WindowFlags_.always_auto_resize | imgui.WindowFlags_.no_move
+    """The page of keys; in two columns where one is too high, and there is room for two; else it scrolls."""
+    rows, style = key_rows(), imgui.get_style()
+    whole = imgui.get_io().display_size  # the panels may be covered: nobody reads both
+    line = imgui.get_text_line_height() + 2 * style.cell_padding.y
+    margin = 2 * style.window_padding.x
+    title = imgui.get_frame_height() + 2 * style.window_padding.y
+    half = -(-len(rows) // 2)
+    both = _wide(rows[:half]) + _wide(rows[half:]) + margin
+    columns = 2 if title + line * len(rows) > whole.y and both <= whole.x else 1
+    each = half if columns == 2 else len(rows)
+    needed = title + line * each + style.item_spacing.y
+    wide = both if columns == 2 else _wide(rows) + margin + (style.scrollbar_size if needed > whole.y else 0)
+    size = imgui.ImVec2(min(wide, max(whole.x, 1)), min(needed, max(whole.y, 1)))
+    room = desk.room
+    beside = room.width if size.x <= room.width else whole.x
+    imgui.set_next_window_pos(imgui.ImVec2(max((beside - size.x) / 2, 0), max((whole.y - size.y) / 2, 0)))
+    imgui.set_next_window_size(size)
+    flags = imgui.WindowFlags_.no_collapse | imgui.WindowFlags_.no_move | imgui.WindowFlags_.no_resize
     _, stays = imgui.begin("Keys and mouse", True, flags)
-    high = (len(rows) + 3) * (imgui.get_text_line_height() + 2 * imgui.get_style().cell_padding.y)
-    columns = 2 if high > room.height else 1
-    each = -(-len(rows) // columns)
     if imgui.begin_table("keys", 2 * columns, imgui.TableFlags_.sizing_fixed_fit):
-        for line in range(each):
+        for number in range(each):
             imgui.table_next_row()
-            for name, text in rows[line::each]:
+            for name, text in rows[number::each]:
                 imgui.table_next_column()
                 imgui.text_colored(imgui.ImVec4(0.55, 0.78, 1.0, 1.0), name)
                 imgui.table_next_column()

@@ -7,11 +7,19 @@ from imgui_bundle import imgui
 from texvol.window.desk import Desk
 from texvol.window.document import Document
 
+_NAMES = ("undo", "redo")
+
+
+def width() -> float:
+    """What the two take beside something, with the space before them."""
+    style = imgui.get_style()
+    return sum(imgui.calc_text_size(name).x + 2 * style.frame_padding.x + style.item_spacing.x for name in _NAMES)
+
 
 def show(desk: Desk, document: Document) -> None:
     """Two buttons beside each other; grey where there is no step."""
     history = document.history
-    for place, (name, can) in enumerate((("undo", history.can_undo), ("redo", history.can_redo))):
+    for place, (name, can) in enumerate(zip(_NAMES, (history.can_undo, history.can_redo), strict=True)):
         if place:
             imgui.same_line()
         imgui.begin_disabled(not can)

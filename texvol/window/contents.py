@@ -1,0 +1,139 @@
+"""What a scene holds: volumes, their masks, meshes; how further ones are read, and what the scene is with them.
+
+They are read as the command line reads them, and said in its words: "--channel 1 --tf inferno" of a volume that is
+added is what `--add FILE --add-channel 1 --add-tf inferno` would say. Reading takes its time, and is for a thread of
+its own; the rest is done at once.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import shlex
+from collections.abc import Iterable, Mapping
+from copy import copy
+from dataclasses import replace
+from typing import Any, NoReturn
+
+from texvol import mask_options, options, reading_options
+from texvol.added_volume import AddedVolume
+from texvol.errors import InputError
+from texvol.geometry import Mesh, load_mesh
+from texvol.mask import Mask
+from texvol.readers import load
+from texvol.scene import Scene
+from texvol.volume import Volume
+from texvol.volume_options import OF_ADDED, AddedChoice
+
+MESHES = (".ply", ".stl", ".obj", ".vtp")
+
+
+class _Words(argparse.ArgumentParser):
+    """A parser that says what is wrong, and ends nothing."""
+
+    def error(self, message: str) -> NoReturn:
+        raise InputError(message)
+
+
+def kind_of(path: str) -> str:
+    """What a file is taken for, by its name: "scene", "transfer function", "mesh" or "volume"."""
+    suffix = os.path.splitext(path)[1].lower()
+    if suffix in MESHES:
+        return "mesh"
+    return {".toml": "scene", ".json": "transfer function"}.get(suffix, "volume")
+
+
+def of_opened(words: str) -> dict[str, Any]:
+    """Options of `texvol view` for a file to be opened, as their names in a namespace and what they become."""
+    parser = _Words(add_help=False, allow_abbrev=False)
+    group = parser.add_argument_group()
+    for option in reading_options.READING.values():
+        option.add_to(group)
+    options.add_scene_options(parser)
+    return _parsed(parser, words)
+
+
+def of_added(words: str) -> dict[str, Any]:
+    """The same of a volume that is added, by the options' names, without `add-`."""
+    parser = _Words(add_help=False, allow_abbrev=False)
+    group = parser.add_argument_group()
+    for each in OF_ADDED:
+        each.option.add_to(group)
+    return {name.replace("_", "-"): value for name, value in _parsed(parser, words).items()}
+
+
+def _parsed(parser: argparse.ArgumentParser, words: str) -> dict[str, Any]:
+    try:
+        line = shlex.split(words)
+    except ValueError as error:
+        raise InputError(f"{words}: {error}") from None
+    found = vars(parser.parse_args(options.with_negative_values(line)))
+    return {name: value for name, value in found.items() if value is not None}
+
+
+def read_volume(path: str, scene: Scene, chosen: Mapping[str, Any]) -> AddedVolume:
+    """A volume to be added to the scene, in a hue of its own unless its look is chosen."""
+    choice = AddedChoice(path, chosen)
+    return choice.added_to(scene.volume, choice.load(), len(scene.added))
+
+
+def moved_in(volume: Volume, scene: Scene) -> AddedVolume:
+    """The same of a volume that is open already."""
+    return AddedChoice(volume.name).added_to(scene.volume, volume, len(scene.added))
+
+
+def read_mesh(path: str) -> Mesh:
+    """A mesh as its file has it."""
+    return load_mesh(path)
+
+
+def read_mask(path: str, volume: Volume, fade: tuple[float, float] | None = None) -> Mask:
+    """A mask of the volume; of a file that holds no weights it fades in over all its values, unless it is told."""
+    try:
+        return mask_options.MaskChoice(path, fade).load(volume)
+    except InputError:
+        ends = load(path).finite_range if fade is None else None
+        if ends is None or (ends[0] >= 0 and ends[1] <= 1):  # it is something else that is wrong
+            raise
+        return mask_options.MaskChoice(path, ends).load(volume)
+
+
+def mask_of(scene: Scene, number: int) -> Mask | None:
+    """The mask of a scene's volume by its number; 0 is the scene's own."""
+    return scene.mask if number == 0 else scene.added[number - 1].mask
+
+
+def with_mask(scene: Scene, volume: Volume, mask: Mask | None) -> dict[str, Any]:
+    """Parts of the scene with another mask of that volume."""
+    if volume is scene.volume:
+        return {"mask": mask}
+    return {"added": tuple(replace(each, mask=mask) if each.volume is volume else each for each in scene.added)}
+
+
+def without_volume(scene: Scene, number: int) -> dict[str, Any]:
+    """Parts of the scene without the volume of that number, which is not its own."""
+    return {"added": scene.added[: number - 1] + scene.added[number:]}
+
+
+def without_mesh(scene: Scene, number: int) -> dict[str, Any]:
+    """Parts of the scene without one of its meshes or lines."""
+    return {"geometry": scene.geometry[:number] + scene.geometry[number + 1 :]}
+
+
+def with_look(
+    scene: Scene, number: int, color: tuple[float, float, float] | None = None, opacity: float | None = None
+) -> dict[str, Any]:
+    """Parts of the scene with one mesh or line in another colour, or of another opacity."""
+    shape = scene.geometry[number]
+    other = copy(shape)  # `replace` would check a million triangles anew while a slider is dragged
+    if color is not None:
+        object.__setattr__(other, "color", color)
+    if opacity is not None:
+        object.__setattr__(other, "opacity", opacity)
+    return {"geometry": (*scene.geometry[:number], other, *scene.geometry[number + 1 :])}
+
+
+def named(paths: Iterable[str]) -> str:
+    """What a few files are called together."""
+    names = [os.path.basename(os.path.normpath(path)) for path in paths]
+    return names[0] if len(names) == 1 else f"{names[0]} and {len(names) - 1} more"

@@ -1,0 +1,128 @@
+"""What is in the scene: volumes, each with its mask, and meshes; added, taken away, coloured."""
+
+from __future__ import annotations
+
+import os
+
+import numpy as np
+from imgui_bundle import imgui
+
+from texvol.mask import Mask
+from texvol.scene import Scene
+from texvol.volume import Volume
+from texvol.window import additions, contents
+from texvol.window.desk import Desk
+from texvol.window.naming import shortened, volume_called
+from texvol.window.panels import parts
+
+_LETTERS = 30  # of a file's name in a line of its own
+_LEAST_OPACITY = 0.01  # by hand: with none at all a mesh is taken away
+_SLIDER = 90.0  # window coordinates at scale 1
+
+
+def show(desk: Desk) -> None:
+    """The tab."""
+    document = desk.document
+    if document is None:
+        imgui.text_disabled("Nothing is open.")
+        return
+    scene = document.scene
+    imgui.separator_text("Volumes")
+    for number, volume in enumerate(scene.volumes):
+        imgui.push_id(number)
+        _volume(desk, scene, volume, number)
+        imgui.pop_id()
+    imgui.separator_text("Meshes")
+    for number in range(len(scene.geometry)):
+        imgui.push_id(1000 + number)
+        _mesh(desk, scene, number)
+        imgui.pop_id()
+    if not scene.geometry:
+        imgui.text_disabled("none")
+    imgui.separator()
+    if imgui.button("add a volume or a mesh …", imgui.ImVec2(-1, 0)):
+        desk.run("add")
+    imgui.set_item_tooltip("or drop it into the window")
+    if scene.mode != "composite":
+        imgui.push_text_wrap_pos(0.0)
+        imgui.text_disabled(f"Several volumes add up in mode composite, and the mode is {scene.mode}.")
+        imgui.pop_text_wrap_pos()
+
+
+def _volume(desk: Desk, scene: Scene, volume: Volume, number: int) -> None:
+    several = len(scene.volumes) > 1
+    imgui.text_unformatted(f"{number + 1}: " * several + volume_called(volume, _LETTERS))
+    imgui.set_item_tooltip(str(volume.source.get("absolute", volume.name)))
+    size = " x ".join(map(str, volume.dimensions))
+    imgui.text_disabled(f"{size} {volume.values.dtype}" + (f", {volume.unit}" if volume.unit else ""))
+    _mask(desk, scene, volume, number)
+    if several and imgui.button("transfer function"):
+        desk.panel_state["volume"] = number
+        desk.run("tab Matter")
+    if number:
+        imgui.same_line()
+        if imgui.button("remove"):
+            desk.change(**contents.without_volume(scene, number))
+    imgui.spacing()
+
+
+def _mask(desk: Desk, scene: Scene, volume: Volume, number: int) -> None:
+    mask = contents.mask_of(scene, number)
+    if mask is None:
+        if imgui.button("mask …"):
+            additions.browse_for_mask(desk, volume)
+        imgui.set_item_tooltip("hide what is outside of a segmentation, or fade by weights, on the volume's samples")
+        if len(scene.volumes) > 1:
+            imgui.same_line()
+        return
+    imgui.text_unformatted("mask: " + shortened(os.path.basename(mask.name), _LETTERS))
+    imgui.set_item_tooltip(mask.name)
+    imgui.same_line()
+    if imgui.small_button("remove##mask"):
+        desk.change(**contents.with_mask(scene, volume, None))
+        return
+    _fade(desk, volume, mask)
+
+
+def _fade(desk: Desk, volume: Volume, mask: Mask) -> None:
+    """Between which values of the mask's file weights rise; the file is read again for others."""
+    path, given = mask.source.get("absolute"), mask.source.get("fade")
+    if path is None:
+        return
+    changed, fades = parts.switch("fades in", given is not None)
+    imgui.set_item_tooltip("from 0 at the first value of its file to 1 at the second")
+    low, high = given or (0.0, 1.0)
+    if changed:
+        additions.mask(desk, volume, path, (low, high) if fades else None)
+    if given is None:
+        return
+    imgui.same_line()
+    imgui.set_next_item_width(-1)
+    flags = imgui.InputTextFlags_.enter_returns_true
+    changed, ends = imgui.input_float2("##fade", [float(low), float(high)], "%.5g", flags)
+    if changed and np.isfinite(ends).all() and ends[0] != ends[1]:
+        additions.mask(desk, volume, path, (float(ends[0]), float(ends[1])))
+
+
+def _mesh(desk: Desk, scene: Scene, number: int) -> None:
+    """A row: colour, name, opacity, and a way out."""
+    shape = scene.geometry[number]
+    changed, color = parts.color("##color", shape.color, small=True)
+    if changed:
+        desk.change(f"mesh color {number}", **contents.with_look(scene, number, color=color))
+    imgui.same_line()
+    imgui.text_unformatted(shortened(os.path.basename(shape.name), _LETTERS))
+    imgui.set_item_tooltip(f"{shape.name}\n{_size(shape)}")
+    scale = max(imgui.get_style().font_scale_dpi, 1.0)
+    imgui.set_next_item_width(_SLIDER * scale)
+    changed, opacity = parts.slider("opacity", shape.opacity, _LEAST_OPACITY, 1.0, "%.2f")
+    if changed:
+        desk.change(f"mesh opacity {number}", **contents.with_look(scene, number, opacity=opacity))
+    imgui.same_line()
+    if imgui.button("remove"):
+        desk.change(**contents.without_mesh(scene, number))
+
+
+def _size(shape: object) -> str:
+    triangles = getattr(shape, "triangles", None)
+    return "lines" if triangles is None else f"{len(triangles):,} triangles"
