@@ -17,7 +17,7 @@ import numpy as np
 
 from texvol import load
 from texvol.camera import Camera
-from texvol.error_control import Draw, reference_for, thickness_for_error
+from texvol.error_control import Draw, converging, thickness_for_error
 from texvol.ray_casting import raycast
 from texvol.renderer import Renderer
 from texvol.scene import CLASSIFICATIONS, Scene
@@ -119,7 +119,7 @@ def main() -> None:
             scene = random_scene(random, volumes)
             spacing = scene.volume.smallest_spacing
             truth, draw = raycast(scene, SIZE), remembered(renderer, scene)
-            reference = reference_for(scene)
+            reference = converging(scene)
             draw_reference = draw if reference is scene else remembered(renderer, reference)
 
             def error(picture: np.ndarray, truth: np.ndarray = truth) -> float:

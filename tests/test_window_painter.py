@@ -173,11 +173,16 @@ def test_a_picture_in_pieces_is_the_picture(monkeypatch: pytest.MonkeyPatch) -> 
     try:
         whole = renderer.render(SCENE, SIZE, sampling_rate=3)
         renderer.interruptible(check)
-        parts = renderer.render(SCENE, SIZE, sampling_rate=3)
+        parts = renderer.render(replace(SCENE), SIZE, sampling_rate=3)
+        drawn = pieces
+        again = renderer.render(SCENE, SIZE, sampling_rate=3.5)
+        assert pieces == 2 * drawn, "another thickness is drawn"
+        same = renderer.render(SCENE, SIZE, sampling_rate=3.5)
+        assert pieces == 2 * drawn, "the very same is not drawn again"
     finally:
         renderer.close()
-    assert pieces == np.ceil(SIZE[1] / 5)
-    assert np.array_equal(whole, parts)
+    assert drawn == np.ceil(SIZE[1] / 5)
+    assert np.array_equal(whole, parts) and np.array_equal(again, same) and not np.array_equal(whole, again)
 
 
 def test_what_is_superseded_is_left_off(studio: Studio) -> None:

@@ -11,8 +11,9 @@ slabs until one is good enough, and then, with the finest picture at hand, to co
 
 What samples can slip through is a spike of the transfer function: under `post` all pictures may agree that nothing is
 there. So a `post` scene is held against J(d), the same drawn as `integrated`, which has the same integral and misses
-nothing. J is dear, and mostly far better than I at the same thickness, so it is drawn just finely enough to know its
-own error, from its last two pictures, as a half of what is wanted:
+nothing; and a `slab` scene against `extinction`, which has a higher order. J is mostly far better than I at the same
+thickness, so it is drawn just finely enough to know its own error, from its last two pictures, as a half of what is
+wanted:
 
     e(d) <= max |I(d) - J(f)| + max |J(f) - J(2f)| · 2^-p / (1 - 2^-p)
 
@@ -71,6 +72,16 @@ def reference_for(scene: Scene) -> Scene:
     return replace(scene, classification="integrated")
 
 
+def converging(scene: Scene) -> Scene:
+    """The scene as it is to be drawn where another classification has the same integral and is nearer to it.
+
+    Interpolated opacities go to interpolated extinctions as slabs become thin, with order 1; these have order 2.
+    """
+    if scene.mode == "composite" and scene.classification == "slab":
+        return replace(scene, classification="extinction")
+    return reference_for(scene)
+
+
 def thickness_for_error(
     draw: Draw,
     draw_reference: Draw,
@@ -85,7 +96,7 @@ def thickness_for_error(
     Parameters
     ----------
     draw, draw_reference : callable
-        Draw the scene, and `reference_for` it, at a slab thickness in world units.
+        Draw the scene, and what it is held against (`converging`), at a slab thickness in world units.
     smallest_spacing : float
         Of the volume, world units.
     wanted : float
@@ -153,9 +164,12 @@ class _HeldAgainstAnother:
 
     def error(self, picture: NDArray[np.float32], rate: float) -> float:
         """The estimate for a picture at any rate."""
-        if rate > self.rate:  # it is good enough, and what it is held against is in the way
+        error = self.error_of_coarser(picture, rate)
+        # Finer slabs won't do where most of it is what is not known of the reference.
+        while error > self._wanted and error <= 3 * self._off and self.rate < 2 * _FINEST_RATE:
             self._refine()
-        return self.error_of_coarser(picture, rate)
+            error = self.error_of_coarser(picture, rate)
+        return error
 
     def error_of_coarser(self, picture: NDArray[np.float32], rate: float) -> float:
         """The same, by the reference as it is."""

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.error_control import Begin, Choice, reference_for, thickness_for_error
+from texvol.error_control import Begin, Choice, converging, thickness_for_error
 from texvol.errors import AccuracyWarning
 from texvol.recipe import Settings
 from texvol.scene import Scene
@@ -31,28 +31,26 @@ class ErrorSearch:
 
     Parameters
     ----------
-    draw, draw_reference : callable
-        Draw a scene, and what it is held against (`error_control.reference_for`).
+    draw, draw_exactly : callable
+        Draw a scene as the settings have it, and without what they leave out or round.
     """
 
-    def __init__(self, draw: Draw, draw_reference: Draw) -> None:
-        self._draw, self._draw_reference = draw, draw_reference
+    def __init__(self, draw: Draw, draw_exactly: Draw) -> None:
+        self._draw, self._draw_exactly = draw, draw_exactly
         self._last: tuple[Scene, tuple[Size, Settings, float], Choice] | None = None
 
     def foresee(self, scene: Scene, size: Size, settings: Settings, wanted: float) -> Choice:
         """What a picture of a sixteenth of the pixels says of the one in that size.
 
-        The error is the largest of all pixels, and hardly twice another in a sixteenth of them: a part of what is
-        wanted is asked of these. An estimate by pictures of one kind is about twice the error, so that half of it will
-        do; one by a reference that knows its own is the error itself.
+        The error is the largest of all pixels, and hardly twice another in a sixteenth of them: half of what is wanted
+        is asked of these.
         """
         asked = size, replace(settings, slab_thickness=0.0), wanted
         if self._last is None or self._last[0] is not scene or self._last[1] != asked:
-            share = 2 if reference_for(scene) is scene else 4
-            found = self._search(scene, smaller(size), settings, wanted / share)
+            found = self._search(scene, smaller(size), settings, wanted / 2)
             # A reference is dear, and refines itself where it has to: it begins as for twice the error.
             begin = replace(found.begin, reference=found.begin.reference / 2)
-            self._last = scene, asked, replace(found, estimated_error=share * found.estimated_error, begin=begin)
+            self._last = scene, asked, replace(found, estimated_error=2 * found.estimated_error, begin=begin)
         return self._last[2]
 
     def choose(self, scene: Scene, size: Size, settings: Settings, wanted: float) -> Choice:
@@ -76,11 +74,12 @@ class ErrorSearch:
     def _search(
         self, scene: Scene, size: Size, settings: Settings, wanted: float, begin: Begin | None = None
     ) -> Choice:
+        reference = converging(scene)
         return thickness_for_error(
             lambda thickness: self._draw(scene, size, replace(settings, slab_thickness=thickness)),
-            lambda thickness: self._draw_reference(scene, size, replace(settings, slab_thickness=thickness)),
+            lambda thickness: self._draw_exactly(reference, size, replace(settings, slab_thickness=thickness)),
             scene.smallest_spacing,
             wanted,
             begin,
-            converges_alone=reference_for(scene) is not scene,
+            converges_alone=reference is not scene,
         )

@@ -76,7 +76,7 @@ class Renderer:
         self._stats: dict[str, Any] = {}
         self._estimate: float | None = None  # of the last picture's error, where it has been worked out
         self._notes: dict[float, tuple[dict[str, float], int]] = {}  # of pictures that may be chosen, by thickness
-        self._error_search = ErrorSearch(self._noted, self._reference)
+        self._error_search = ErrorSearch(self._noted, self._exactly)
 
     def render(
         self,
@@ -302,10 +302,10 @@ class Renderer:
         self._notes[settings.slab_thickness] = dict(self._seconds), self._bricks_drawn
         return picture
 
-    def _reference(self, scene: Scene, size: Size, settings: Settings) -> NDArray[np.float32]:
+    def _exactly(self, scene: Scene, size: Size, settings: Settings) -> NDArray[np.float32]:
         """What stands for the integral: float32 throughout and no ray ended, so that their cost counts as error."""
         exact = replace(settings, texture_format="rgba32f", target_format="rgba32f", early_termination=0.0)
-        return self._draw(error_control.reference_for(scene), size, exact)
+        return self._draw(scene, size, exact)
 
     def _facts(self, scene: Scene, size: Size, settings: Settings) -> dict[str, Any]:
         seconds, drawn = dict(self._seconds), self._bricks_drawn
@@ -363,7 +363,8 @@ class Renderer:
             with ExitStack() as aside:
                 for matter in self._matter:
                     aside.enter_context(matter.set_aside(None if scene.added else _REFERENCE_BYTES))
-                reference = self._reference(scene, small, replace(settings, slab_thickness=settings.slab_thickness / 2))
+                finer = replace(settings, slab_thickness=settings.slab_thickness / 2)
+                reference = self._exactly(error_control.reference_for(scene), small, finer)
         self._estimate = error_control.estimate(picture, reference, 1, error_control.rounding_of(scene))
         return self._estimate
 

@@ -172,7 +172,8 @@ class Application:
         if playing or desk.steering.dragging or self._lively > 0:
             return max(_FRAME - since, 0.0)
         waits = [_IDLE, desk.director.next_due(desk.now), *(each.until - desk.now for each in desk.messages)]
-        if desk.loading is not None or desk.writing is not None or plan.player is not None:
+        waiting = plan.player is not None and plan.player.waits  # for rest, and of that an answer tells
+        if desk.loading is not None or desk.writing is not None or (plan.player is not None and not waiting):
             waits.append(0.05)
         return max(_FRAME - since, min(waits), 0.0)
 

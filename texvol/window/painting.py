@@ -27,6 +27,7 @@ from texvol.contexts import Context
 from texvol.display import NUMBER_MODES, found_window
 from texvol.errors import AccuracyWarning
 from texvol.modelled import modelled
+from texvol.recipe import Settings
 from texvol.renderer import Renderer, Size
 from texvol.scene import Scene
 from texvol.shown_pictures import Display
@@ -84,6 +85,7 @@ class PiecewiseRenderer(Renderer):
 
     def __init__(self) -> None:
         self._pieces: PiecewiseCompositor
+        self._kept: tuple[Scene, Size, Settings, NDArray[np.float32]] | None = None
         super().__init__(compositor=self._in_pieces)
 
     def _in_pieces(self, context: Context) -> PiecewiseCompositor:
@@ -93,6 +95,18 @@ class PiecewiseRenderer(Renderer):
     def interruptible(self, check: Callable[[], None] | None) -> None:
         """From now on drawing calls `check` several times a picture."""
         self._pieces.check = check
+
+    def _draw(
+        self, scene: Scene, size: Size, settings: Settings, repeat: int = 1, depth: bool = False
+    ) -> NDArray[np.float32]:
+        """The last picture again, where that is asked for: what is foreseen is shown first, and then checked."""
+        kept = self._kept
+        if kept is not None and kept[0] is scene and kept[1:3] == (size, settings) and not depth:
+            return kept[3].copy()
+        picture = super()._draw(scene, size, settings, repeat, depth)
+        if settings.early_termination > 0 and not depth:  # or it is what others are held against
+            self._kept = scene, size, settings, picture.copy()
+        return picture
 
     def fine_enough(self, scene: Scene, size: Size, max_error: float) -> tuple[dict[str, Any], dict[str, Any]]:
         """Arguments of `render` for a picture of that error as a small one foresees it, and what is known of it."""
