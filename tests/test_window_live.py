@@ -131,7 +131,12 @@ def test_without_a_display_the_error_points_to_render(tmp_path: Path) -> None:
 
 
 def test_what_can_not_be_opened_is_said_on_one_line(display: str, tmp_path: Path) -> None:  # noqa: F811
-    for words in (["none.nrrd"], [ball(tmp_path), "--tf", "none.json"], ["ball.npy", "--script", "none"]):
+    for words in (
+        ["none.nrrd"],
+        [ball(tmp_path), "--tf", "none.json"],
+        ["ball.npy", "--script", "none"],
+        ["--frames", "none"],
+    ):
         done = viewed(display, tmp_path, *words)
         assert done.returncode == 2
         assert done.stderr.startswith("texvol: error: ") and done.stderr.count("\n") == 1 and "none" in done.stderr

@@ -231,7 +231,7 @@ def test_a_film_is_an_orbit(studio: Studio, tmp_path: Path) -> None:
     answers = studio.answers(
         kind="film", scene=SCENE, size=SIZE, accuracy={"sampling_rate": 1}, path=path, views=3, name="b"
     )
-    assert answers[-1].kind == "done"
+    assert answers[-1].kind == "done" and answers[-1].facts["views"] == 3
     assert [answer.facts["done"] for answer in answers[:-1]] == pytest.approx([0, 1 / 3, 2 / 3])
     assert sorted(each.name for each in tmp_path.iterdir()) == ["f00.png", "f01.png", "f02.png"]
 

@@ -74,8 +74,17 @@ def transmittance(text: str) -> float:
 
 def views(text: str) -> int:
     """How many views an orbit has."""
+    return _count(text, "views")
+
+
+def frames(text: str) -> int:
+    """How many frames a window shows."""
+    return _count(text, "frames")
+
+
+def _count(text: str, what: str) -> int:
     if not re.fullmatch(r"\s*\+?\d{1,9}\s*", text) or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"a number of views from 1 upwards is wanted, and not {text!r}")
+        raise argparse.ArgumentTypeError(f"a number of {what} from 1 upwards is wanted, and not {text!r}")
     return int(text)
 
 

@@ -30,7 +30,7 @@ def add_view(commands: Any) -> None:
     played = parser.add_argument_group("recorded input")
     played.add_argument("--script", metavar="FILE", help="play this input back")
     played.add_argument("--record", metavar="FILE", help="write the input as a script")
-    played.add_argument("--frames", type=texts.index, metavar="N", help="end after N frames")
+    played.add_argument("--frames", type=texts.frames, metavar="N", help="end after N frames")
     played.add_argument("--screenshot", metavar="FILE", help="the window at the end, as a picture")
     played.add_argument("--timings", metavar="FILE.csv", help="how long each frame took")
     parser.set_defaults(run=run)

@@ -263,4 +263,6 @@ class Desk:
         for name in ("picture name", "film name"):
             if self.panel_state.get(name) == answer.text:
                 self.panel_state[name] = ""  # another is proposed
-        self.say(f"{os.path.abspath(answer.text)} {'are' if '%' in answer.text else 'is'} written")
+        numbered = "%" in os.path.basename(answer.text) and "views" in answer.facts
+        written = f"{answer.facts['views']} pictures are written: " if numbered else "written: "
+        self.say(written + os.path.abspath(answer.text))

@@ -214,7 +214,7 @@ class Easel:
         accuracy: dict[str, Any] = dict.fromkeys(("slab_thickness", "sampling_rate", "max_error")) | dict(job.accuracy)
         how: dict[str, Any] = {"transparent": job.showing.transparent, "fps": job.fps}
         sequences.draw_frames(told, self._renderer, job.size, accuracy, _display(job), job.path, **how)
-        self._answer(Answer("done", job.number, text=job.path))
+        self._answer(Answer("done", job.number, text=job.path, facts={"views": job.views}))
 
     def _counted(self, job: Job, frames: Any) -> Any:
         for number, scene in enumerate(frames.scenes):
