@@ -42,6 +42,14 @@ def test_what_cannot_be_reached_is_said() -> None:
     assert min(drawn) >= 3.0 / 128
 
 
+def test_fine_slabs_are_found_in_a_few_steps() -> None:
+    for order in (1.0, 2.0):
+        choice, drawn = choose(order, 4e-4, 0.5)
+        true = 0.5 * (choice.slab_thickness / 3.0) ** order
+        assert choice.reached == (order == 2) and len(drawn) <= 8, "two for each step, and no step of a single halving"
+        assert true * 4**order > 4e-4
+
+
 def test_coarser_slabs_are_tried_when_coarse_ones_will_do() -> None:
     choice, drawn = choose(2, 1e-1, 1e-4)
     assert choice.slab_thickness == 48.0

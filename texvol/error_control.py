@@ -120,7 +120,7 @@ def thickness_for_error(
     )
     rate = max(begin.rate, 1.0)  # below, samples could slip through
     while (error := held.error(at(rate), rate)) > wanted and rate < _FINEST_RATE:
-        rate *= 2
+        rate = min(rate * 2 ** _fewest_halvings(held.of_the_picture(error), held.of_the_picture(wanted)), _FINEST_RATE)
     found = Choice(smallest_spacing / rate, error, error <= wanted, at(rate), Begin(rate, held.rate))
     while found.reached and rate > _COARSEST_RATE and held.least_of_coarser(error) <= wanted:
         rate /= 2
@@ -129,6 +129,11 @@ def thickness_for_error(
             break
         found = Choice(smallest_spacing / rate, error, True, at(rate), Begin(rate, held.rate))
     return found
+
+
+def _fewest_halvings(error: float, wanted: float) -> int:
+    """How often slabs have to be halved at least: each leaves a quarter of the error at order 2, hardly ever less."""
+    return max(int(np.log2(error / wanted) / 2), 1) if np.isfinite(error) and wanted > 0 else 1
 
 
 class _HeldAgainstItsFiner:
@@ -151,6 +156,10 @@ class _HeldAgainstItsFiner:
     def least_of_coarser(self, error: float) -> float:
         """What the estimate will be for slabs of twice the thickness, at least, where that of these is `error`."""
         return 2.0**ORDER * error
+
+    def of_the_picture(self, error: float) -> float:
+        """What of an estimate depends on the picture's slabs."""
+        return error
 
 
 class _HeldAgainstAnother:
@@ -178,6 +187,10 @@ class _HeldAgainstAnother:
     def least_of_coarser(self, error: float) -> float:
         """What the estimate will be for slabs of twice the thickness, at least, where that of these is `error`."""
         return 2.0**ORDER * (error - self._off) + self._off
+
+    def of_the_picture(self, error: float) -> float:
+        """What of an estimate depends on the picture's slabs."""
+        return error - self._off
 
     def _refine(self) -> None:
         """The reference at least twice as fine, and its error at most a half of what is wanted."""
