@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Iterator
 from dataclasses import replace
 
@@ -10,6 +11,8 @@ import pytest
 
 from texvol.camera import Camera
 from texvol.error_search import smaller
+from texvol.errors import AccuracyWarning
+from texvol.ray_casting import raycast
 from texvol.recipe import Settings
 from texvol.renderer import Renderer
 from texvol.scene import CLASSIFICATIONS, Scene
@@ -92,3 +95,15 @@ def test_the_picture_that_was_found_is_not_drawn_again(renderer: Counting) -> No
     assert np.array_equal(renderer.render(SCENE, SIZE, max_error=1e-3, repeat=2), picture)
     assert len(renderer.drawn) == once + 1
     assert np.array_equal(renderer.render(SCENE, SIZE, **renderer.settings), picture)
+
+
+@pytest.mark.parametrize("rate", [1.0, 8.0, None])
+def test_what_opaque_matter_costs_is_known(renderer: Counting, rate: float | None) -> None:
+    """Interpolated opacities reach a surface of infinite extinction late, at any thickness: finer slabs agree on it."""
+    scene = replace(SCENE, transfer_function=replace(FOG, extinctions=np.array([0.1, np.inf])))
+    how: dict[str, float] = {"max_error": 1e-3} if rate is None else {"sampling_rate": rate}
+    with contextlib.nullcontext() if rate else pytest.warns(AccuracyWarning, match="was wanted"):
+        picture = renderer.render(scene, SIZE, texture_format="rgba32f", **how)  # type: ignore[arg-type]
+    error = float(np.abs(picture - raycast(scene, SIZE)).max())
+    estimated = renderer.stats["estimated_error"]
+    assert 1e-3 < error <= estimated <= 4 * error

@@ -364,8 +364,10 @@ class Renderer:
                 for matter in self._matter:
                     aside.enter_context(matter.set_aside(None if scene.added else _REFERENCE_BYTES))
                 finer = replace(settings, slab_thickness=settings.slab_thickness / 2)
-                reference = self._exactly(error_control.reference_for(scene), small, finer)
-        self._estimate = error_control.estimate(picture, reference, 1, error_control.rounding_of(scene))
+                held_against = error_control.converging(scene)
+                reference = self._exactly(held_against, small, finer)
+        halvings = error_control.halvings_to(held_against, scene)
+        self._estimate = error_control.estimate(picture, reference, halvings, error_control.rounding_of(scene))
         return self._estimate
 
     @contextmanager

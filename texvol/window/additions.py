@@ -5,15 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from texvol.added_volume import AddedVolume
 from texvol.geometry import Mesh
 from texvol.mask import Mask
 from texvol.volume import Volume
-from texvol.window import contents, navigation
-from texvol.window.document import Document, Home, opened_file
+from texvol.window import contents
+from texvol.window.document import Document, opened_file
 
 if TYPE_CHECKING:
     from texvol.window.desk import Desk
@@ -109,16 +106,5 @@ def _add_mesh(desk: Desk, document: Document, mesh: Mesh) -> None:
 
 
 def _add_volume(desk: Desk, document: Document, added: AddedVolume) -> None:
-    before, at_home = document.scene.box, document.at_home
     document.change(added=(*document.scene.added, added))
     desk.panel_state["volume"] = len(document.scene.added)  # that is edited
-    box = document.scene.box
-    if at_home and not np.array_equal(_corners(box), _corners(before)):  # nobody has chosen what is seen of it
-        view = navigation.framed(document.view, box, desk.room.aspect)
-        document.look(view)
-        document.go_home(Home.of(view.camera, document.scene, desk.pixels, document.showing.annotation))
-
-
-def _corners(box: Volume) -> NDArray[np.float64]:
-    corners: NDArray[np.float64] = box.corners_from_centre + box.centre
-    return corners

@@ -251,7 +251,10 @@ class Application:
         pixels = screen.pixels
         if width and height:
             right, down = desk.room.width * pixels[0] / width, desk.room.height * pixels[1] / height
-            desk.pixels = max(round(right), 1), max(round(down), 1)
+            pixels, before = (max(round(right), 1), max(round(down), 1)), desk.pixels
+            desk.pixels = pixels
+            if pixels != before and desk.document is not None:
+                desk.document.fit(pixels)
 
     def _steer(self, events: list[Event]) -> None:
         desk, document = self._desk, self._desk.document

@@ -9,8 +9,12 @@ from __future__ import annotations
 import argparse
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
+from operator import is_
 from typing import Any, NamedTuple
 from weakref import WeakKeyDictionary
+
+import numpy as np
+from numpy.typing import NDArray
 
 from texvol.annotation import Annotation, check, with_room
 from texvol.camera import Camera
@@ -20,7 +24,7 @@ from texvol.scene import Scene
 from texvol.volume import Volume
 from texvol.window.histogram import Histogram, histogram_of
 from texvol.window.jobs import Showing
-from texvol.window.navigation import View
+from texvol.window.navigation import View, framed
 
 _LONGEST = 200  # steps: they share all that they have in common
 
@@ -109,13 +113,18 @@ class Document:
     ----------
     scene : Scene
         With a camera.
+    size : (width, height), optional
+        Pixels of the picture.
     """
 
-    def __init__(self, scene: Scene, origin: Origin, showing: Showing | None = None) -> None:
+    def __init__(
+        self, scene: Scene, origin: Origin, showing: Showing | None = None, size: tuple[int, int] | None = None
+    ) -> None:
         assert scene.camera is not None
         self.origin, self.showing = origin, showing or Showing()
         self.saved: Saved | None = None
         self.home: Home | None = None
+        self._size = size
         self._view = View.of(scene.camera)
         self._history = History(scene)
         self._scene = scene
@@ -186,6 +195,15 @@ class Document:
             self.go_home(Home.of(home.plain, self._scene, size, annotation))
         self.show(annotation=annotation)
 
+    def fit(self, size: tuple[int, int]) -> None:
+        """Have a view that nobody has changed show the whole box, in a picture of that size from now on."""
+        self._size = size
+        home = self.home
+        if home is not None and self.at_home:
+            view = framed(View(home.plain, self._view.pivot), self._scene.box, size[0] / size[1])
+            self.look(view)
+            self.go_home(Home.of(view.camera, self._scene, size, self.showing.annotation))
+
     def change(self, stroke: str | None = None, **parts: Any) -> None:
         """Other parts of the scene, by name.
 
@@ -196,7 +214,7 @@ class Document:
         """
         scene = replace(self._scene, **parts)
         self._history.change(scene, stroke)
-        self._scene = scene
+        self._become(scene)
 
     def show(self, **parts: Any) -> None:
         """Other parts of how it is shown."""
@@ -205,12 +223,24 @@ class Document:
     def undo(self) -> None:
         """One step back."""
         self._history.undo()
-        self._scene = replace(self._history.now, camera=self._view.camera)
+        self._become(replace(self._history.now, camera=self._view.camera))
 
     def redo(self) -> None:
         """One step forward."""
         self._history.redo()
-        self._scene = replace(self._history.now, camera=self._view.camera)
+        self._become(replace(self._history.now, camera=self._view.camera))
+
+    def _become(self, scene: Scene) -> None:
+        """Another scene; what is added or taken away may change its box."""
+        before, self._scene = self._scene, scene
+        same = len(before.volumes) == len(scene.volumes) and all(map(is_, before.volumes, scene.volumes))
+        if self._size and not same and not np.array_equal(_corners(before.box), _corners(scene.box)):
+            self.fit(self._size)
+
+
+def _corners(box: Volume) -> NDArray[np.float64]:
+    corners: NDArray[np.float64] = box.corners_from_centre + box.centre
+    return corners
 
 
 def opened(arguments: argparse.Namespace, size: tuple[int, int]) -> Document:
@@ -228,7 +258,7 @@ def opened(arguments: argparse.Namespace, size: tuple[int, int]) -> Document:
     check(options.annotation, scene)
     showing = Showing(options.window, options.chose_transfer_function, options.transparent, options.annotation)
     origin = Origin(options.volume, arguments.scene, options.transfer_function)
-    document = Document(scene, origin, showing)
+    document = Document(scene, origin, showing, size)
     if not options.chose_view:
         document.go_home(Home.of(document.view.camera, scene, size, options.annotation))
     return document

@@ -42,8 +42,8 @@ class Slice:
 
     def values(self, volume: Volume, index: int) -> NDArray:
         """Samples of the slice, (rows, columns), top row first."""
-        array = np.moveaxis(volume.values, (2, 1, 0), (0, 1, 2))  # [x, y, z]
-        plane = np.take(array, index, axis=self.axis)
+        # A view: np.take would copy the whole volume first.
+        plane = np.moveaxis(volume.values.T, self.axis, 0)[index]  # [x, y, z] without the axis
         rest = [axis for axis in range(3) if axis != self.axis]
         if rest[0] == self.across[0]:
             plane = plane.T

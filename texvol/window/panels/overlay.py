@@ -23,6 +23,8 @@ _PLAIN = (
 _FAULT = imgui.ImVec4(1.0, 0.62, 0.52, 1.0)
 _ALPHA = 0.72
 _MARGIN = 10.0
+_MESSAGES = 3  # at once: more would cover the picture
+_MOTION = 3  # pictures: fewer are single changes, and no motion
 _WORTH_SAYING = 2.0  # seconds
 _BETWEEN = 1 / 60  # seconds: a change is seen in the frame after the one that shows the last picture
 
@@ -107,14 +109,14 @@ def frames_per_second(desk: Desk) -> float:
     frames = desk.panel_state.get("frames", [])
     moving = [frame for frame in frames if frame.picture_seconds and frame.state == "moving" and frame.picture > 1]
     taken = [min(frame.picture_seconds, frame.delay + _BETWEEN) for frame in moving if frame.delay]
-    if taken:
+    if len(taken) >= _MOTION:
         desk.panel_state["rate"] = 1 / float(np.median(taken[-15:]))
     return float(desk.panel_state.get("rate", 0.0))
 
 
 def messages(desk: Desk) -> None:
     """What was said lately, and what goes on, in the upper left corner."""
-    lines = [(each.text, each.is_fault) for each in desk.messages[-5:]]
+    lines = [(each.text, each.is_fault) for each in desk.messages[-_MESSAGES:]]
     if desk.loading is not None:
         lines.append((f"opening {desk.loading.name} …", False))
     elif desk.document is None:

@@ -20,6 +20,7 @@ from texvol.window.slices import NAMES, Slice, grey, letters_of, painted, slices
 
 _LINE = 0xB0_50_D0_FF  # a thin amber, ABGR
 _LEAST = 60.0  # window coordinates
+_LEAST_SLICE = 80.0  # window coordinates: its title has to find room
 _GAP = 6.0
 _ARM = 14.0  # of the cross in the picture
 _WINDOWING = 300.0  # window coordinates: a drag of so many goes through all values
@@ -100,7 +101,9 @@ def _slices(desk: Desk, volume: Volume, matter: TransferFunction | None, width: 
     names = [alone] if alone else list(NAMES)
     extents = [state["slices"][name].extent(volume) for name in names]
     places = tiled(extents, width, height, _GAP)
-    if not alone and places[0].width < _SMALL * width and places[0].columns == 1:
+    least = _LEAST_SLICE * max(float(imgui.get_style().font_scale_dpi), 1.0)
+    narrow = places[0].width < _SMALL * width and places[0].columns == 1
+    if not alone and (narrow or min(place.width for place in places) < least):
         places = tiled(extents, width, np.inf, _GAP)
     start = imgui.get_cursor_pos()
     bottom = 0.0
