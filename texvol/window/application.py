@@ -172,8 +172,9 @@ class Application:
         if playing or desk.steering.dragging or self._lively > 0:
             return max(_FRAME - since, 0.0)
         waits = [_IDLE, desk.director.next_due(desk.now), *(each.until - desk.now for each in desk.messages)]
-        waiting = plan.player is not None and plan.player.waits  # for rest, and of that an answer tells
-        if desk.loading is not None or desk.writing is not None or (plan.player is not None and not waiting):
+        if plan.player is not None and plan.player.waits:  # for rest; each look costs who refines a part of a CPU
+            waits.append(0.1)
+        elif desk.loading is not None or desk.writing is not None or plan.player is not None:
             waits.append(0.05)
         return max(_FRAME - since, min(waits), 0.0)
 
