@@ -122,10 +122,11 @@ def thickness_for_error(
             drawn[rate] = draw(smallest_spacing / rate)
         return drawn[rate]
 
+    def reference_at(rate: float) -> NDArray[np.float32]:
+        return draw_reference(smallest_spacing / rate)
+
     held: _HeldAgainstItsFiner | _HeldAgainstAnother
-    held = (_HeldAgainstAnother if converges_alone else _HeldAgainstItsFiner)(
-        lambda rate: draw_reference(smallest_spacing / rate), wanted, begin
-    )
+    held = _HeldAgainstAnother(reference_at, wanted, begin) if converges_alone else _HeldAgainstItsFiner(reference_at)
     rate = max(begin.rate, 1.0)  # below, samples could slip through
     while (error := held.error(at(rate), rate)) > wanted and rate < _FINEST_RATE:
         rate = min(rate * 2 ** _fewest_halvings(held.of_the_picture(error), held.of_the_picture(wanted)), _FINEST_RATE)
@@ -147,9 +148,9 @@ def _fewest_halvings(error: float, wanted: float) -> int:
 class _HeldAgainstItsFiner:
     """A picture is held against one of half its thickness."""
 
-    def __init__(self, draw: Draw, wanted: float, begin: Begin) -> None:
+    def __init__(self, draw: Draw) -> None:
         self._draw = draw
-        self.rate = begin.reference
+        self.rate = 0.0  # of the finer one
 
     def error(self, picture: NDArray[np.float32], rate: float) -> float:
         """The estimate for a picture at that rate."""

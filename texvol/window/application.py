@@ -19,7 +19,7 @@ from texvol.window.interface import Interface
 from texvol.window.painter import Painter
 from texvol.window.parcels import Shared
 from texvol.window.probe import at_point, first_matter
-from texvol.window.quality import SETTLED, Pace
+from texvol.window.quality import DEFAULT_ERROR, DEFAULT_FRAMES_PER_SECOND, SETTLED, Pace
 from texvol.window.screen import Screen, Texture, Textures
 from texvol.window.script import Action, Player, Recorder
 from texvol.window.steering import Room
@@ -59,8 +59,8 @@ class Plan:
     timings: str | None = None
     record: str | None = None
     player: Player | None = None
-    frames_per_second: float = 30.0
-    max_error: float = 1 / 255
+    frames_per_second: float = DEFAULT_FRAMES_PER_SECOND
+    max_error: float = DEFAULT_ERROR
     check: Callable[[], None] = lambda: None
 
     @property

@@ -77,11 +77,6 @@ def read_volume(path: str, scene: Scene, chosen: Mapping[str, Any]) -> AddedVolu
     return choice.added_to(scene.volume, choice.load(), len(scene.added))
 
 
-def moved_in(volume: Volume, scene: Scene) -> AddedVolume:
-    """The same of a volume that is open already."""
-    return AddedChoice(volume.name).added_to(scene.volume, volume, len(scene.added))
-
-
 def read_mesh(path: str) -> Mesh:
     """A mesh as its file has it."""
     return load_mesh(path)

@@ -152,12 +152,8 @@ class Easel:
 
     def _move(self, job: Job) -> None:
         """One picture; before it the same unlit, where light is new, since finding the gradients takes a while."""
-        lit = job.scene.lighting and (tuple(job.scene.volumes), job.scene.gradient)
-        known, self._lit = self._lit, lit or self._lit
         start = time.perf_counter()
-        if lit and not (
-            known and known[1] == lit[1] and len(known[0]) == len(lit[0]) and all(map(is_, known[0], lit[0]))
-        ):
+        if job.scene.lighting and not self._has_gradients(job.scene):
             picture = self._renderer.render(replace(job.scene, lighting=None), job.size, **job.accuracy)
             self._send(job, picture, self._renderer.settings, start, final=False)
             start = time.perf_counter()

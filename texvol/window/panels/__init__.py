@@ -8,6 +8,7 @@ from imgui_bundle import imgui
 
 from texvol.window.commands import TABS
 from texvol.window.desk import PANEL_WIDTH, Desk
+from texvol.window.document import Document
 from texvol.window.panels import (
     browser,
     camera,
@@ -28,16 +29,15 @@ _CONTROL = 0.56  # of a panel's width: the rest is for what a control is called
 _TAB_PADDING = 0.5  # of a button's: so all names and the dot of what is not saved have room beside each other
 BEHIND = (0.05, 0.05, 0.055)  # where there is no picture
 
-_TABS: dict[str, Callable[[Desk], None]] = {
+_TABS: dict[str, Callable[[Desk, Document], None]] = {
     "Matter": matter.show,
     "Scene": contents.show,
     "View": camera.show,
     "Light": light.show,
     "Cut": cut.show,
     "Slices": slices.show,
-    "File": files.show,
 }
-assert tuple(_TABS) == TABS
+assert (*_TABS, "File") == TABS
 
 
 def show(desk: Desk) -> None:
@@ -72,6 +72,16 @@ def picture(texture: int, desk: Desk) -> None:
     )
 
 
+def _tab(name: str, desk: Desk) -> None:
+    """What is in the tab of that name."""
+    if name == "File":
+        files.show(desk)
+    elif desk.document is None:
+        imgui.text_disabled("Nothing is open.")
+    else:
+        _TABS[name](desk, desk.document)
+
+
 def _sidebar(desk: Desk) -> None:
     display = imgui.get_io().display_size
     left = desk.room.x + desk.room.width
@@ -92,7 +102,7 @@ def _sidebar(desk: Desk) -> None:
     imgui.pop_style_var()
     if begun:
         unsaved = desk.document is not None and desk.document.unsaved
-        for name, draw in _TABS.items():
+        for name in TABS:
             # Numbers of flags, since an enumeration has none for no flag at all.
             how = int(imgui.TabItemFlags_.set_selected) if desk.preferences.tab == name else 0
             how |= int(imgui.TabItemFlags_.unsaved_document) if name == "File" and unsaved else 0
@@ -103,7 +113,7 @@ def _sidebar(desk: Desk) -> None:
                 imgui.begin_child("tab", imgui.ImVec2(0, -status))
                 imgui.push_item_width(_CONTROL * imgui.get_content_region_avail().x)
                 desk.panel_state["tab"] = name
-                draw(desk)
+                _tab(name, desk)
                 imgui.pop_item_width()
                 imgui.end_child()
                 imgui.end_tab_item()

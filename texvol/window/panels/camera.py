@@ -12,15 +12,12 @@ from texvol.scene import Scene
 from texvol.spaces import letters_of_space
 from texvol.window import navigation
 from texvol.window.desk import Desk
+from texvol.window.document import Document
 from texvol.window.panels import parts
 
 
-def show(desk: Desk) -> None:
+def show(desk: Desk, document: Document) -> None:
     """The tab."""
-    document = desk.document
-    if document is None:
-        imgui.text_disabled("Nothing is open.")
-        return
     imgui.separator_text("Camera")
     view, box = document.view, document.scene.box
     kind = parts.choice("projection", view.camera.projection, ("orthographic", "perspective"))

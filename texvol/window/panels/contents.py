@@ -12,6 +12,7 @@ from texvol.scene import Scene
 from texvol.volume import Volume
 from texvol.window import additions, contents
 from texvol.window.desk import Desk
+from texvol.window.document import Document
 from texvol.window.naming import shortened, volume_called
 from texvol.window.panels import parts
 
@@ -20,12 +21,8 @@ _LEAST_OPACITY = 0.01  # by hand: with none at all a mesh is taken away
 _SLIDER = 90.0  # window coordinates at scale 1
 
 
-def show(desk: Desk) -> None:
+def show(desk: Desk, document: Document) -> None:
     """The tab."""
-    document = desk.document
-    if document is None:
-        imgui.text_disabled("Nothing is open.")
-        return
     scene = document.scene
     imgui.separator_text("Volumes")
     for number, volume in enumerate(scene.volumes):

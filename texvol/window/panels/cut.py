@@ -9,16 +9,13 @@ from texvol.cutting import ClipPlane
 from texvol.scene import Scene
 from texvol.volume import Volume
 from texvol.window.desk import Desk
+from texvol.window.document import Document
 from texvol.window.handles import bounds
 from texvol.window.panels import parts
 
 
-def show(desk: Desk) -> None:
+def show(desk: Desk, document: Document) -> None:
     """The tab."""
-    document = desk.document
-    if document is None:
-        imgui.text_disabled("Nothing is open.")
-        return
     scene = document.scene
     _crop(desk, scene)
     _planes(desk, scene)

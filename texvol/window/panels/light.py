@@ -11,15 +11,12 @@ from imgui_bundle import imgui
 from texvol.lighting import LIGHT_KINDS, Light, Lighting
 from texvol.scene import Scene
 from texvol.window.desk import Desk
+from texvol.window.document import Document
 from texvol.window.panels import parts
 
 
-def show(desk: Desk) -> None:
+def show(desk: Desk, document: Document) -> None:
     """The tab."""
-    document = desk.document
-    if document is None:
-        imgui.text_disabled("Nothing is open.")
-        return
     scene = document.scene
     changed, on = parts.switch("light", scene.lighting is not None)
     if changed:

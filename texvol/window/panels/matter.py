@@ -36,12 +36,8 @@ _LETTERS = 22  # of a file's name, that a channel's number has room beside it
 _NO_BUTTON = 4  # that a mouse has
 
 
-def show(desk: Desk) -> None:
+def show(desk: Desk, document: Document) -> None:
     """The tab."""
-    document = desk.document
-    if document is None:
-        imgui.text_disabled("Nothing is open.")
-        return
     scene = document.scene
     _mode(desk, scene)
     imgui.separator_text("Transfer function")

@@ -15,6 +15,7 @@ from texvol.transfer import TransferFunction
 from texvol.volume import Volume
 from texvol.window import handles, navigation, probe
 from texvol.window.desk import Desk
+from texvol.window.document import Document
 from texvol.window.panels import parts
 from texvol.window.slices import NAMES, Slice, grey, letters_of, painted, slices_of, tiled, typical_window
 
@@ -28,12 +29,8 @@ _SIDES = ((0.0, 0.5), (1.0, 0.5), (0.5, 0.0), (0.5, 1.0))  # left, right, top, b
 _SMALL = 0.55  # of the width that they could have: smaller, and scrolling is the lesser evil
 
 
-def show(desk: Desk) -> None:
+def show(desk: Desk, document: Document) -> None:
     """The tab."""
-    document = desk.document
-    if document is None:
-        imgui.text_disabled("Nothing is open.")
-        return
     volume, matter, state = document.scene.volume, document.scene.transfer_function, desk.panel_state
     if not volume.labels:
         matter = None
