@@ -1,6 +1,8 @@
-// Empty space: the box is divided into cells, and each knows how far all around it is as empty, or as full, as itself.
+// Empty space: the box is divided into cells, and each knows how far on all is as empty, or as full, as itself.
 
-uniform usampler3D leaps;         // per cell: 2 r + (1 where there is matter); all cells less than r away are alike
+// Per cell: 2 r + (1 where there is matter); all cells less than r away are alike, among those that a ray may come to.
+// The first half along an axis is for rays that go up along it, the second for those that go down.
+uniform usampler3D leaps;
 uniform vec3 cells_per_box;
 
 // A ray through the cells, in coordinates that grow along it: where it goes downwards they are mirrored at 0.
@@ -9,8 +11,10 @@ struct CellWalk {
     vec3 way;                     // per unit of depth, not negative
     vec3 depth_per_cell;
     vec3 depth_at_zero;           // where each coordinate is 0
-    vec3 sign;                    // cell c of the mirrored coordinates is cell sign * c + first
+    vec3 sign;                    // cell c of the mirrored coordinates is texel sign * c + first
     vec3 first;
+    vec3 lowest;                  // texel of the ray's half
+    vec3 highest;
 };
 
 CellWalk cell_walk(vec3 start, vec3 step) {
@@ -21,14 +25,21 @@ CellWalk cell_walk(vec3 start, vec3 step) {
     walk.depth_per_cell = 1.0 / max(walk.way, vec3(1e-30));
     walk.depth_at_zero = -walk.start * walk.depth_per_cell;
     walk.sign = sign;
-    walk.first = min(sign, vec3(0.0));
+    vec3 cells = vec3(textureSize(leaps, 0) / 2);
+    walk.lowest = mix(cells, vec3(0.0), greaterThan(sign, vec3(0.0)));
+    walk.highest = walk.lowest + cells - 1.0;
+    walk.first = walk.lowest + min(sign, vec3(0.0));
     return walk;
+}
+
+// What `leaps` says of a cell; rounding may put it beside the box.
+uint entry_of(CellWalk walk, vec3 cell) {
+    return texelFetch(leaps, ivec3(clamp(walk.sign * cell + walk.first, walk.lowest, walk.highest)), 0).r;
 }
 
 // Cell by cell: whether there is matter from `depth` on, which becomes where that may change, in the cell that it does.
 bool is_full_until(CellWalk walk, inout vec3 cell, inout float depth) {
-    vec3 last = vec3(textureSize(leaps, 0) - 1);
-    uint entry = texelFetch(leaps, ivec3(clamp(walk.sign * cell + walk.first, vec3(0.0), last)), 0).r;
+    uint entry = entry_of(walk, cell);
     vec3 beyond = cell + float(entry >> 1u);
     vec3 depths = beyond * walk.depth_per_cell + walk.depth_at_zero;
     float leaving = max(min(depths.x, min(depths.y, depths.z)), depth);
@@ -41,7 +52,7 @@ bool is_full_until(CellWalk walk, inout vec3 cell, inout float depth) {
 
 const float NOWHERE = 1e9;
 
-// The first slab from `slab` on in which matter may be met, and the first after it in which there is none.
+// The first slab from `slab` on that touches a cell in which matter may be met, and the first after it that touches none.
 vec2 full_run(CellWalk walk, float slab, float end) {
     float depth = slab;
     vec3 cell = floor(walk.start + depth * walk.way);
@@ -63,30 +74,28 @@ vec2 full_run(CellWalk walk, float slab, float end) {
     return vec2(max(floor(from), slab), min(ceil(until), end));
 }
 
-// Where matter may be met next: the first slab of a run and the one after its last, of up to three runs from `slab` on,
-// NOWHERE where there are fewer. A slab belongs to the cell in which it is sampled, at the share `sample_at` of it, or if
-// that is 0 to all that it touches. The slab from which on nothing is known yet is returned.
-float leap(CellWalk walk, float slab, float end, float sample_at, out vec2 run, out vec2 second, out vec2 third) {
-    float depth = slab + sample_at;
-    vec3 cell = floor(walk.start + depth * walk.way);
+// Where matter may be met next by samples in the middle of slabs: the first slab of a run and the one after its last, of
+// up to three runs from `slab` on, NOWHERE where there are fewer. The slab from which on nothing is known yet is returned.
+// It goes from sample to sample, so that no cell between two of them is asked.
+float leap(CellWalk walk, float slab, float end, out vec2 run, out vec2 second, out vec2 third) {
     float full_from = NOWHERE;
     run = second = third = vec2(NOWHERE);
-    while (depth < end && third.x == NOWHERE) {
-        float leaving = depth;
-        bool is_full = is_full_until(walk, cell, leaving);
-        if (is_full) full_from = min(full_from, depth);
+    while (slab < end && third.x == NOWHERE) {
+        vec3 cell = floor(walk.start + (slab + 0.5) * walk.way);
+        uint entry = entry_of(walk, cell);
+        vec3 depths = (cell + float(entry >> 1u)) * walk.depth_per_cell + walk.depth_at_zero;
+        float next = max(ceil(min(depths.x, min(depths.y, depths.z)) - 0.5), slab + 1.0);
+        bool is_full = (entry & 1u) == 1u;
+        if (is_full) full_from = min(full_from, slab);
         // A run ends where emptiness begins, or at the end of all.
-        float until = is_full ? leaving : depth;
-        if (full_from < NOWHERE && (!is_full || leaving >= end)) {
-            vec2 found = vec2(sample_at > 0.0 ? ceil(full_from - sample_at) : floor(full_from), min(ceil(until - sample_at), end));
-            if (found.x < found.y) {
-                if (run.x == NOWHERE) run = found;
-                else if (second.x == NOWHERE) second = found;
-                else third = found;
-            }
+        if (full_from < NOWHERE && (!is_full || next >= end)) {
+            vec2 found = vec2(full_from, is_full ? end : slab);
+            if (run.x == NOWHERE) run = found;
+            else if (second.x == NOWHERE) second = found;
+            else third = found;
             full_from = NOWHERE;
         }
-        depth = leaving;
+        slab = next;
     }
-    return depth < end ? third.y : end;
+    return slab < end ? third.y : end;
 }

@@ -233,11 +233,8 @@ void main() {
     while (slab < ray.end && !found) {
         vec2 run = vec2(slab, ray.end);
 #if LEAPS
-        vec2 second;
-        vec2 third;
-        leap(walk, slab, ray.end, 0.0, run, second, third);
+        run = full_run(walk, slab, ray.end);
         if (run.x == NOWHERE) break;
-        run.y = min(run.y, ray.end);  // further runs are found again
 #endif
         float depth;
         found = meets_surface(ray, run, depth);

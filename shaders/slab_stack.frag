@@ -23,11 +23,6 @@ uniform float least_transmittance;  // a ray that lets no more through is done; 
 flat in vec2 slab_range;
 out vec4 stack_color;             // premultiplied
 
-#if CLASSIFICATION == 3
-const float SAMPLE_AT = 0.0;
-#else
-const float SAMPLE_AT = 0.5;
-#endif
 const float MOST_AT_ONCE = 64.0;  // slabs composited before they are put behind the others: sums of few keep digits
 
 #if CLASSIFICATION == 0
@@ -146,11 +141,13 @@ void main() {
 #endif
     while (slab < end) {
         vec2 run = vec2(slab, end);
-        float known_until = end;
-#if LEAPS
+#if LEAPS && CLASSIFICATION == 3
+        run = full_run(walk, slab, end);
+        if (run.x == NOWHERE) break;
+#elif LEAPS
         vec2 second;
         vec2 third;
-        known_until = leap(walk, slab, end, SAMPLE_AT, run, second, third);
+        float known_until = leap(walk, slab, end, run, second, third);
 #endif
         // Opacity at which a run may end; a slab at least is drawn.
         float enough = 2.0;
@@ -198,7 +195,7 @@ void main() {
         }
         stack_color = over(stack_color, run_color);
         if (least_transmittance > 0.0 && 1.0 - stack_color.a <= least_transmittance) break;
-#if LEAPS
+#if LEAPS && CLASSIFICATION != 3
         if (slab >= NOWHERE) slab = known_until;
 #endif
     }

@@ -3,7 +3,8 @@
 A cell spans `CELL` samples along each axis, or more in volumes so large that the cells would fill a texture. Its range
 holds every value that interpolation can give inside it, the next samples all around included. So where the transfer
 function is nothing over a cell's range nothing is in the cell, classified before interpolation or after. Of these cells
-the `leaps` are made: how far all around a cell everything is as empty, or as full, as the cell itself.
+the `leaps` are made: how far on, in each octant of directions, everything is as empty, or as full, as the cell itself.
+All around it were less by half: a ray that has passed matter would take it for near.
 """
 
 from __future__ import annotations
@@ -20,7 +21,10 @@ from texvol.volume import Volume
 CELL = 4  # samples: smaller ones follow the matter closer and cost more leaps, with no gain in time
 _MOST_CELLS = 400_000  # so that a new transfer function has its leaps within a tenth of a second
 _ROUNDED = 2.0**-14  # twice a rounding to 16 bits with a sign
+_MOST_ALONG_AN_AXIS = 1024  # a texture has two of them for each, and at least 2048 texels along an axis
 _FARTHEST_LEAP = 16  # cells; one pass over the cells for each
+# A bit for each octant of directions: 1 for those that go down along x, 2 along y, 4 along z. Which of them go down:
+_DOWN = {"x": 0b10101010, "y": 0b11001100, "z": 0b11110000}
 
 
 class Shown(Protocol):
@@ -52,7 +56,8 @@ class Cells:
     def of(cls, volume: Volume) -> Cells:
         """The cells of a volume: two passes over its values."""
         cell = max(CELL, int(np.ceil((volume.values.size / _MOST_CELLS) ** (1 / 3))))
-        size = (cell, cell, cell)
+        nx, ny, nz = (max(cell, -(-count // _MOST_ALONG_AN_AXIS)) for count in volume.dimensions)
+        size = (nx, ny, nz)
         lowest, highest = _reduced(volume.values, size, np.fmin), _reduced(volume.values, size, np.fmax)
         x, y, z = (count / each for count, each in zip(volume.dimensions, size, strict=True))
         return cls(lowest, highest, size, (x, y, z))
@@ -80,16 +85,23 @@ class Cells:
         return np.nan_to_num(most + _ROUNDED * most.max(), nan=np.inf, posinf=np.inf)
 
     def leaps(self, visible: NDArray[np.bool_]) -> NDArray[np.uint8]:
-        """For each cell 2 r + visible, where all cells less than r away, along the axes and diagonals, are like it."""
-        alike_empty, alike_full = ~visible, visible
-        reach = np.ones(visible.shape, np.uint8)
+        """For each octant of directions and each cell 2 r + visible, shape (2 cz, 2 cy, 2 cx).
+
+        All cells less than r away are like it, along the axes and diagonals of the octant. The first half along an axis
+        is for directions that go up along it, the second for those that go down.
+        """
+        cz, cy, cx = visible.shape
+        empty, full = np.where(visible, np.uint8(0), np.uint8(255)), np.where(visible, np.uint8(255), np.uint8(0))
+        reach = np.ones((2, cz, 2, cy, 2, cx), np.uint8)
         for _ in range(_FARTHEST_LEAP - 1):
-            alike_empty, alike_full = _eroded(alike_empty), _eroded(alike_full)
-            alike = alike_empty | alike_full
+            empty, full = _eroded(empty), _eroded(full)
+            alike = empty | full
             if not alike.any():
                 break
-            reach += alike
-        return 2 * reach + visible
+            for octant in range(8):
+                reach[octant >> 2, :, octant >> 1 & 1, :, octant & 1] += alike >> octant & 1
+        reach = 2 * reach + visible[:, np.newaxis, :, np.newaxis]
+        return reach.reshape(2 * cz, 2 * cy, 2 * cx)
 
 
 def _reduced(values: NDArray, size: tuple[int, ...], reduce: np.ufunc) -> NDArray:
@@ -122,12 +134,12 @@ def _spread(numbers: NDArray, reduce: np.ufunc) -> NDArray:
     return numbers
 
 
-def _eroded(alike: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Which cells are set with all their 26 neighbours; what lies outside the box is like the cell."""
-    for axis in range(3):
+def _eroded(alike: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """In which octants cells are set with their 7 neighbours there; what lies outside the box is like the cell."""
+    for axis, down in enumerate((_DOWN["z"], _DOWN["y"], _DOWN["x"])):
         along = np.moveaxis(alike, axis, 0)
         shrunk = along.copy(order="K")  # as it lies in memory: a transposed copy takes ten times as long
-        shrunk[1:] &= along[:-1]
-        shrunk[:-1] &= along[1:]
+        shrunk[:-1] &= along[1:] | np.uint8(down)
+        shrunk[1:] &= along[:-1] | np.uint8(255 - down)
         alike = np.moveaxis(shrunk, 0, axis)
     return alike
