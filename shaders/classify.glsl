@@ -97,6 +97,7 @@ int segment_of(float value) {
         int middle = (first + last) / 2;
         if (value < segment_row(middle, 0).y) last = middle;
         else first = middle + 1;
+        if (first >= last) break;  // see leap.glsl
     }
     return first;
 }

@@ -1,4 +1,7 @@
 // Empty space: the box is divided into cells, and each knows how far on all is as empty, or as full, as itself.
+//
+// Loops that end at their condition are left at their end as well: a driver that draws pixels as a vector goes through the
+// body once more to find out that none of them has anything left to do.
 
 // Per cell: 2 r + (1 where there is matter); all cells less than r away are alike, among those that a ray may come to.
 // The first half along an axis is for rays that go up along it, the second for those that go down.
@@ -62,6 +65,7 @@ vec2 full_run(CellWalk walk, float slab, float end) {
     while (depth < end && !is_full) {
         from = depth;
         is_full = is_full_until(walk, cell, depth);
+        if (depth >= end || is_full) break;
     }
     if (!is_full) return run;
     bool goes_on = true;
@@ -70,18 +74,20 @@ vec2 full_run(CellWalk walk, float slab, float end) {
         depth = until;
         goes_on = is_full_until(walk, cell, depth);
         if (goes_on) until = depth;
+        if (until >= end || !goes_on) break;
     }
     return vec2(max(floor(from), slab), min(ceil(until), end));
 }
 
 // Where matter may be met next by samples in the middle of slabs: the first slab of a run and the one after its last, of
 // up to three runs from `slab` on, NOWHERE where there are fewer. The slab from which on nothing is known yet is returned.
-// It goes from sample to sample, so that no cell between two of them is asked.
-float leap(CellWalk walk, float slab, float end, out vec2 run, out vec2 second, out vec2 third) {
+// It goes from sample to sample, so that no cell between two of them is asked; `sampled` are the first and the last that
+// there are, where the box cuts slabs short.
+float leap(CellWalk walk, float slab, float end, vec2 sampled, out vec2 run, out vec2 second, out vec2 third) {
     float full_from = NOWHERE;
     run = second = third = vec2(NOWHERE);
     while (slab < end && third.x == NOWHERE) {
-        vec3 cell = floor(walk.start + (slab + 0.5) * walk.way);
+        vec3 cell = floor(walk.start + clamp(slab + 0.5, sampled.x, sampled.y) * walk.way);
         uint entry = entry_of(walk, cell);
         vec3 depths = (cell + float(entry >> 1u)) * walk.depth_per_cell + walk.depth_at_zero;
         float next = max(ceil(min(depths.x, min(depths.y, depths.z)) - 0.5), slab + 1.0);
@@ -96,6 +102,7 @@ float leap(CellWalk walk, float slab, float end, out vec2 run, out vec2 second, 
             full_from = NOWHERE;
         }
         slab = next;
+        if (slab >= end || third.x != NOWHERE) break;
     }
     return slab < end ? third.y : end;
 }

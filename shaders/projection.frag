@@ -87,8 +87,10 @@ vec3 integral_along(Ray ray) {
             some += part(value_at(ray.start + (slab + 0.5) * ray.step), 1.0);
             some += part(next, slab + 1.0 < last ? 1.0 : 0.0);
             slab += 2.0;
+            if (slab >= turns_end) break;  // see leap.glsl
         }
         sum += some;
+        if (slab >= last) break;
     }
     return sum;
 }
@@ -194,6 +196,7 @@ bool meets_surface(Ray ray, vec2 slabs, out float depth) {
 #endif
         depth = mix(front, next, (t - FROM) / (TO - FROM));
         front = next;
+        if (front >= slabs.y || front >= back_of(ray) || found) break;
     }
     return found;
 }
@@ -241,6 +244,7 @@ void main() {
         if (found) number = surface_at(ray, depth);
         looked_at += (found ? floor(depth) + 1.0 : run.y) - run.x;
         slab = run.y;
+        if (slab >= ray.end || found) break;
     }
 #if COUNT
     number.r = looked_at;

@@ -105,6 +105,7 @@ void main() {
 #end
             run_color = over(run_color, color_of(glow));
             share = until;
+            if (share >= 1.0) break;
         }
         if (is_ragged) slab += 1.0;
         // Whole slabs.
@@ -127,9 +128,10 @@ void main() {
             run_color = over(run_color, color_of(glow));
             slab += 1.0;
             samples += 1.0;
+            if (slab >= calm_until || run_color.a >= enough) break;  // see leap.glsl
         }
         stack_color = over(stack_color, run_color);
-        if (least_transmittance > 0.0 && 1.0 - stack_color.a <= least_transmittance) break;
+        if (slab >= end || (least_transmittance > 0.0 && 1.0 - stack_color.a <= least_transmittance)) break;
     }
     stack_color.rgb *= color_scale;
 #if COUNT

@@ -23,6 +23,9 @@ uniform float least_transmittance;  // a ray that lets no more through is done; 
 flat in vec2 slab_range;
 out vec4 stack_color;             // premultiplied
 
+// Slabs that the box cuts short are sampled apart from the others, or in runs with them, where they are leapt over: what is
+// sampled for each ray costs most where little else is. Texels that stand for whole slabs make no shorter ones in a run.
+#define CUT_IN_RUNS (LEAPS && CLASSIFICATION != 3 && !(CLASSIFICATION == 0 && WHOLE_SLABS))
 const float MOST_AT_ONCE = 64.0;  // slabs composited before they are put behind the others: sums of few keep digits
 
 #if CLASSIFICATION == 0
@@ -59,8 +62,8 @@ vec4 color_at_middle(vec4 texel, float length, vec3 position, float depth) {
 #endif
 }
 
-// The same for a slab that the box does not cut short; of no length where `is_there` is 0.
-vec4 whole_slab_color(vec4 texel, float length, float is_there, vec3 position, float depth) {
+// The same for a slab of a run, of which the share `is_there` is: all of it or nothing where texels stand for whole slabs.
+vec4 slab_color_in_run(vec4 texel, float length, float is_there, vec3 position, float depth) {
 #if CLASSIFICATION == 0 && WHOLE_SLABS
     return cued(texel * (texel_scale * is_there), depth);
 #else
@@ -116,11 +119,13 @@ void main() {
     look_along(gl_FragCoord.xy - picture_middle);
     float samples = 0.0;
     // The slabs that the box cuts short: the first, and the last where that is another.
+#if !CUT_IN_RUNS
     vec4 last_color = vec4(0.0);
     if (end > ray.last_slab && slab <= ray.last_slab && ray.last_slab > ray.first_slab) {
         last_color = part_of_slab(start, step, ray.last_slab, 0.0, ray.last_share, whole_length);
         samples += 1.0;
     }
+#endif
     stack_color = vec4(0.0);
 #if CAPS
     if (ray.is_cut_open && slab == ray.first_slab) {
@@ -128,16 +133,25 @@ void main() {
         if (stack_color.a > 0.0) end = slab;
     }
 #endif
+#if !CUT_IN_RUNS
     if (slab == ray.first_slab && slab < end) {
         float back = ray.first_slab == ray.last_slab ? ray.last_share : 1.0;
         stack_color = part_of_slab(start, step, slab, ray.first_share, back, whole_length);
         samples += 1.0;
         slab += 1.0;
     }
-    // The whole ones between them, in runs, until nothing behind them shows.
     end = min(end, ray.last_slab);
+#endif
+    // The whole ones between them, in runs, until nothing behind them shows.
 #if LEAPS
     CellWalk walk = cell_walk(start, step);
+#if CUT_IN_RUNS
+    float first_back = ray.first_slab == ray.last_slab ? ray.last_share : 1.0;
+    vec2 sampled = vec2(ray.first_slab + 0.5 * (ray.first_share + first_back), ray.last_slab + 0.5 * ray.last_share);
+    sampled.y = max(sampled.x, sampled.y);
+#else
+    vec2 sampled = vec2(slab, end);
+#endif
 #endif
     while (slab < end) {
         vec2 run = vec2(slab, end);
@@ -147,7 +161,7 @@ void main() {
 #elif LEAPS
         vec2 second;
         vec2 third;
-        float known_until = leap(walk, slab, end, run, second, third);
+        float known_until = leap(walk, slab, end, sampled, run, second, third);
 #endif
         // Opacity at which a run may end; a slab at least is drawn.
         float enough = 2.0;
@@ -170,15 +184,22 @@ void main() {
             if (slab >= run.y) break;
 #else
             // Two at a time, since the loop itself takes time; at the very end there may be one.
-            float middle = slab + 0.5;
-            float next_middle = slab + 1.5;
+#if CUT_IN_RUNS
+            float front = slab == ray.first_slab ? ray.first_share : 0.0;
+            float back = slab == ray.last_slab ? ray.last_share : 1.0;
+            float next_back = slab + 1.0 == ray.last_slab ? ray.last_share : 1.0;
+#else
+            const float front = 0.0, back = 1.0, next_back = 1.0;
+#endif
+            float middle = slab + 0.5 * (front + back);
+            float next_middle = slab + 1.0 + 0.5 * next_back;
             vec3 position = start + middle * step;
             vec3 next_position = start + next_middle * step;
             vec4 texel = texel_at(position);
             vec4 next_texel = texel_at(next_position);
             float both = slab + 1.0 < end ? 1.0 : 0.0;
-            run_color = over(run_color, whole_slab_color(texel, whole_length, 1.0, position, middle));
-            run_color = over(run_color, whole_slab_color(next_texel, whole_length, both, next_position, next_middle));
+            run_color = over(run_color, slab_color_in_run(texel, whole_length, back - front, position, middle));
+            run_color = over(run_color, slab_color_in_run(next_texel, whole_length, both * next_back, next_position, next_middle));
             slab += 2.0;
             samples += 1.0 + both;
 #if LEAPS
@@ -192,14 +213,18 @@ void main() {
             }
 #endif
 #endif
+            if (slab >= end || samples >= turns_end || run_color.a >= enough) break;  // see leap.glsl
         }
         stack_color = over(stack_color, run_color);
         if (least_transmittance > 0.0 && 1.0 - stack_color.a <= least_transmittance) break;
 #if LEAPS && CLASSIFICATION != 3
         if (slab >= NOWHERE) slab = known_until;
 #endif
+        if (slab >= end) break;
     }
+#if !CUT_IN_RUNS
     stack_color = over(stack_color, last_color);
+#endif
     stack_color.rgb *= color_scale;
 #if COUNT
     stack_color.r = samples;
