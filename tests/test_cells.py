@@ -239,7 +239,7 @@ def test_volumes_of_one_value(value: float) -> None:
 
 def test_one_nan_does_not_hide_its_cell() -> None:
     values = np.zeros((CELL, CELL, CELL))
-    values[1, 2, 3], values[0, 0, 0] = np.nan, 2
+    values[1, 2, 0], values[0, 0, 0] = np.nan, 2
     cells = Cells.of(Volume(values))
     assert (cells.lowest.item(), cells.highest.item()) == (0, 2)
     assert cells.visible(points((0, 0), (2, 1))).all()

@@ -18,8 +18,8 @@ from numpy.typing import ArrayLike, NDArray
 from texvol.mask import Mask
 from texvol.volume import Volume
 
-CELL = 4  # samples: smaller ones follow the matter closer and cost more leaps, with no gain in time
-_MOST_CELLS = 400_000  # so that a new transfer function has its leaps within a tenth of a second
+CELL = 3  # samples: smaller ones follow the matter closer, a twentieth less time, and take three times as long to make
+_MOST_CELLS = 640_000  # so that a new transfer function has its leaps within a tenth of a second
 _ROUNDED = 2.0**-14  # twice a rounding to 16 bits with a sign
 _MOST_ALONG_AN_AXIS = 1024  # a texture has two of them for each, and at least 2048 texels along an axis
 _FARTHEST_LEAP = 16  # cells; one pass over the cells for each
@@ -90,18 +90,19 @@ class Cells:
         All cells less than r away are like it, along the axes and diagonals of the octant. The first half along an axis
         is for directions that go up along it, the second for those that go down.
         """
-        cz, cy, cx = visible.shape
-        empty, full = np.where(visible, np.uint8(0), np.uint8(255)), np.where(visible, np.uint8(255), np.uint8(0))
-        reach = np.ones((2, cz, 2, cy, 2, cx), np.uint8)
+        empty = np.where(visible, np.uint8(0), np.uint8(255))
+        alike = np.stack([empty, ~empty])
+        reach = np.ones((8, *visible.shape), np.uint8)
         for _ in range(_FARTHEST_LEAP - 1):
-            empty, full = _eroded(empty), _eroded(full)
-            alike = empty | full
-            if not alike.any():
+            alike = _eroded(alike)
+            of_a_kind = alike[0] | alike[1]
+            if not of_a_kind.any():
                 break
             for octant in range(8):
-                reach[octant >> 2, :, octant >> 1 & 1, :, octant & 1] += alike >> octant & 1
-        reach = 2 * reach + visible[:, np.newaxis, :, np.newaxis]
-        return reach.reshape(2 * cz, 2 * cy, 2 * cx)
+                reach[octant] += of_a_kind >> octant & 1
+        cz, cy, cx = visible.shape
+        by_axis = (2 * reach + visible).reshape(2, 2, 2, cz, cy, cx).transpose(0, 3, 1, 4, 2, 5)
+        return by_axis.reshape(2 * cz, 2 * cy, 2 * cx)
 
 
 def _reduced(values: NDArray, size: tuple[int, ...], reduce: np.ufunc) -> NDArray:
@@ -135,11 +136,18 @@ def _spread(numbers: NDArray, reduce: np.ufunc) -> NDArray:
 
 
 def _eroded(alike: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """In which octants cells are set with their 7 neighbours there; what lies outside the box is like the cell."""
-    for axis, down in enumerate((_DOWN["z"], _DOWN["y"], _DOWN["x"])):
-        along = np.moveaxis(alike, axis, 0)
-        shrunk = along.copy(order="K")  # as it lies in memory: a transposed copy takes ten times as long
-        shrunk[:-1] &= along[1:] | np.uint8(down)
-        shrunk[1:] &= along[:-1] | np.uint8(255 - down)
-        alike = np.moveaxis(shrunk, 0, axis)
-    return alike
+    """In which octants cells, (…, cz, cy, cx), are set with their 7 neighbours there; outside all are like the cell."""
+    for axis, goes_down in ((-3, _DOWN["z"]), (-2, _DOWN["y"])):
+        shrunk = alike.copy()
+        along, before = np.moveaxis(shrunk, axis, 0), np.moveaxis(alike, axis, 0)
+        along[:-1] &= before[1:] | np.uint8(goes_down)
+        along[1:] &= before[:-1] | np.uint8(255 - goes_down)
+        alike = shrunk
+    # Rows are short, and each takes numpy as long as many cells: along them all at once, but for what is beyond an end.
+    up, down = np.full_like(alike, _DOWN["x"]), np.full_like(alike, 255 - _DOWN["x"])
+    up[..., -1] = down[..., 0] = 255
+    shrunk = alike.copy()
+    flat, before, up, down = (each.reshape(-1) for each in (shrunk, alike, up, down))
+    flat[:-1] &= before[1:] | up[:-1]
+    flat[1:] &= before[:-1] | down[1:]
+    return shrunk
