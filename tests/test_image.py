@@ -42,6 +42,22 @@ def test_png_is_srgb_over_the_background(tmp_path: Path, picture: np.ndarray) ->
     np.testing.assert_allclose(image.srgb_from_linear(picture[..., :3]), pixels, atol=0.5 / 255 + 1e-6)
 
 
+def test_eight_bits_are_the_nearest_level_to_the_last_bit() -> None:
+    """Where a level begins, halfway between two in sRGB, and at the numbers next to it."""
+    begins = image.linear_from_srgb((np.arange(1, 256) - 0.5) / 255)
+    near = begins.astype(np.float32)
+    near = np.concatenate([np.nextafter(near, np.float32(0)), near, np.nextafter(near, np.float32(1))])
+    others = np.array([0, -0.0, -1, 1e-30, -1e30, 1, 1e30, np.inf, -np.inf, np.nan], np.float32)
+    numbers = np.concatenate([near, others])
+    expected = np.searchsorted(begins, numbers.astype(float), side="right")
+    expected[-others.size :] = [0, 0, 0, 0, 0, 255, 255, 255, 0, 0]
+    for width in (1, 5, numbers.size):  # rows are worked out some at once
+        gray = np.resize(numbers, (-(-numbers.size // width), width))
+        levels = image.eight_bits(np.dstack([gray, gray[::-1], gray, np.ones_like(gray)]))
+        np.testing.assert_array_equal(levels[..., 0].ravel(), np.resize(expected, gray.size))
+        np.testing.assert_array_equal(levels[..., 1], levels[::-1, :, 0])
+
+
 def test_a_transparent_png_holds_straight_color_and_opacity(tmp_path: Path, picture: np.ndarray) -> None:
     picture[3, 4] = 0
     image.write(tmp_path / "a.png", picture, transparent=True)

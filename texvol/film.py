@@ -31,6 +31,13 @@ DEFAULT_FPS = 30.0
 _SLOTS = 2  # pictures held for each process: one that it encodes, one that waits
 _MOST_PROCESSES = 4  # encode as fast as a graphics card draws; llvmpipe wants the cores itself
 _PATIENCE = 20.0  # seconds for a process to finish the picture that it is at
+# What would cost a process of its own a third of its time: threads for linear algebra, of which there is none, and
+# memory that the C library hands back after every picture.
+_ENVIRONMENT = {
+    "OPENBLAS_NUM_THREADS": "1",
+    "MALLOC_MMAP_THRESHOLD_": str(1 << 25),  # the most that glibc takes
+    "MALLOC_TRIM_THRESHOLD_": str(1 << 26),
+}
 _CONVERSION = re.compile(r"%%|%0?\d{0,2}d|%")
 
 
@@ -172,7 +179,7 @@ class _Process:
                     [sys.executable, "-P", "-c", code],
                     stdin=subprocess.DEVNULL,
                     stdout=subprocess.DEVNULL,
-                    env=os.environ | {"PYTHONPATH": os.pathsep.join(paths)},
+                    env=os.environ | _ENVIRONMENT | {"PYTHONPATH": os.pathsep.join(paths)},
                     pass_fds=(theirs.fileno(), memory),
                     process_group=0,  # ctrl-C is for us; the process learns of it when we hang up
                 )

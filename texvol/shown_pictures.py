@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from texvol.camera import Camera
     from texvol.options import SceneOptions
 
+_FEW = 32  # one pixel of so many along each side mostly shows that there is something
+
 
 def out_of_view(scene: Scene, size: tuple[int, int]) -> list[Volume]:
     """The volumes whose box no pixel's ray meets in front of the eye."""
@@ -31,7 +33,8 @@ def out_of_view(scene: Scene, size: tuple[int, int]) -> list[Volume]:
 def emptiness(picture: NDArray, scene: Scene) -> str | None:
     """What there is to say where a picture shows nothing, or one of several volumes can't be in it; else None."""
     size = picture.shape[1], picture.shape[0]
-    shows_nothing = not picture[..., 3].any()
+    opacity = picture[..., 3]
+    shows_nothing = not (opacity[::_FEW, ::_FEW].any() or opacity.any())
     if not (shows_nothing or scene.added):
         return None
     outside = out_of_view(scene, size)
