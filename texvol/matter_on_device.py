@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from texvol import accuracy, bricks
+from texvol import accuracy, bricks, coarser
 from texvol.contexts import Context
 from texvol.empty_space import EmptySpace
 from texvol.errors import InputError
@@ -19,6 +20,7 @@ from texvol.shaded_samples import Arriving
 from texvol.texture_store import BakedTexture, TextureStore, same
 from texvol.transfer import TransferFunction, proposed_for
 from texvol.value_texture import ValueTexture, exact_format
+from texvol.volume import Volume
 
 Recipe = tuple[Any, ...]
 
@@ -39,6 +41,27 @@ class MatterOnDevice:
         self.baked: tuple[Recipe, BakedTexture] | None = None
         self._proposed: tuple[Any, TransferFunction] | None = None
         self._chosen: tuple[Recipe, str] | None = None
+        self._source: Volume | None = None  # of which a halved volume is drawn
+        self._coarsest: tuple[Recipe, dict[float, Volume]] | None = None  # by slab thickness
+
+    def drawn_scene(self, alone: Scene, scene: Scene, size: tuple[int, int], settings: Settings) -> Scene:
+        """One volume of a scene alone, or halved where it is the only one and slabs are so thick that it hides."""
+        self._source = None
+        if scene.added or settings.texture_format != "auto":
+            return alone
+        matter, thickness = self.transfer_function(scene), settings.slab_thickness
+        if not coarser.may_be_coarser(scene, matter, thickness):
+            return scene
+        if self._coarsest is None or not same(self._coarsest[0], (scene.volume, matter)):
+            self._coarsest = (scene.volume, matter), {}
+        known = self._coarsest[1]
+        if thickness not in known:
+            known[thickness] = coarser.coarsest(scene.volume, matter, thickness)
+        if known[thickness] is scene.volume:
+            return scene
+        self._source = scene.volume
+        camera = scene.camera_for(size)  # which frames the same box to the last bit
+        return replace(scene, volume=known[thickness], transfer_function=matter, camera=camera)
 
     def prepare(
         self, scene: Scene, size: tuple[int, int], settings: Settings, arriving: Arriving | None
@@ -71,6 +94,10 @@ class MatterOnDevice:
             self._proposed = (scene.volume, proposed_for(scene.volume))
         return self._proposed[1]
 
+    def halvings(self, volume: Volume) -> list[int]:
+        """How often the samples of a volume were halved along x, y, z before they were drawn."""
+        return coarser.halvings(volume, self.baked[1].volume) if self.baked else [0, 0, 0]
+
     def visible_part(self, scene: Scene, settings: Settings) -> VisiblePart:
         """What says which part of a brick may show anything."""
         return self.empty_space.visible_part if settings.skips(scene) else lambda brick: brick.stored_box
@@ -82,18 +109,23 @@ class MatterOnDevice:
         Values as they are serve for every thickness; other texels are drawn inside from textures that don't stay, and
         make do with bricks of an eighth of the volume, within `most_bytes` where that is said.
         """
-        if self.baked is None or self._has_exact_values(self.baked[1]):
+        if self.baked is None or (self._source is None and self._has_exact_values(self.baked[1])):
             yield
             return
-        kept, budget = (self.textures, self.baked), self._budget
+        kept, budget = (self.textures, self.baked, self.empty_space, self._source), self._budget
         if most_bytes is not None:
-            budget = min(budget, int(np.clip(2 * self.baked[1].volume.values.size, most_bytes // 8, most_bytes)))
+            samples = (self._source or self.baked[1].volume).values.size
+            budget = min(budget, int(np.clip(2 * samples, most_bytes // 8, most_bytes)))
         self.textures = TextureStore(self._context, budget)
+        if self._source is not None:
+            self.empty_space = EmptySpace(self._context.gl)
         try:
             yield
         finally:
             self.textures.release()
-            self.textures, self.baked = kept
+            if self.empty_space is not kept[2]:
+                self.empty_space.release()
+            self.textures, self.baked, self.empty_space, self._source = kept
 
     @staticmethod
     def _has_exact_values(baked: BakedTexture) -> bool:

@@ -105,8 +105,8 @@ class Renderer:
             the thickness is chosen by drawing the scene at several. Where it can't be reached there is an
             AccuracyWarning, and `stats` says what was.
         texture_format, target_format : "auto", "rgba8", "rgba16f" or "rgba32f"
-            `auto` is the smallest texture whose rounding does not show beside the discretisation error, and a
-            float32 target.
+            `auto` is the smallest texture whose rounding does not show beside the discretisation error, in `post` of
+            a halved volume where that does not either, and a float32 target.
         early_termination : float, optional
             A ray ends where it lets no more light through than this, which is the largest error that comes of it.
             2^-22 unless told; 0: never.
@@ -228,6 +228,9 @@ class Renderer:
         """The scene's volumes as they are drawn, each with its textures."""
         scenes = scene.each_alone(scene.camera_for(size))
         self._have_matter(len(scenes))
+        with self._timed("bake"):
+            each_with = zip(self._matter, scenes, strict=True)
+            scenes = tuple(matter.drawn_scene(alone, scene, size, settings) for matter, alone in each_with)
         matters = [(each, matter.transfer_function(each)) for each, matter in zip(scenes, self._matter, strict=True)]
         scale = color_scale_of(matters)
         with self._timed("bake"):
@@ -321,6 +324,7 @@ class Renderer:
             "slabs": slicing.slab_stacks(scene.box, camera, settings.slab_thickness, size).slab_count,
             "classification": scene.classification,
             "texture_format": ", ".join(matter.baked[1].texel_format for matter in self._matter if matter.baked),
+            "halvings": self._matter[0].halvings(scene.volume),
             "target_format": settings.target_format,
             "bricks_total": sum(len(each.bricks) for each in textures),
             "bricks_drawn": drawn,

@@ -114,7 +114,7 @@ def draw_frames(
         for number, scene in enumerate(frames.scenes):
             picture = renderer.render(scene, size, **accuracy)
             if number == 0:
-                accuracy, estimate = _kept(renderer, scene, accuracy)
+                accuracy, estimate = _kept(renderer, accuracy)
                 after_first = time.perf_counter()
             shown = display.of(picture, scene, output)
             writer.add(shown, facts | display.facts(frames.name, scene, output, renderer.settings))
@@ -128,15 +128,13 @@ def draw_frames(
     } | estimate
 
 
-def _kept(renderer: Renderer, scene: Scene, accuracy: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+def _kept(renderer: Renderer, accuracy: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
     """What was chosen for the first frame, for the others, and the estimate that it rests on where there is one."""
     if accuracy["max_error"] is None:
         return accuracy, {}
-    texels_are_chosen = scene.classification in ("slab", "extinction")  # the others hold values as they are
-    stats = renderer.stats
-    names = ["slab_thickness", "target_format", "early_termination", *["texture_format"] * texels_are_chosen]
-    kept = {"max_error": None} | {name: stats[name] for name in names}
-    return accuracy | kept, {"estimated_error_of_first_view": stats["estimated_error"]}
+    names = ("slab_thickness", "texture_format", "target_format", "early_termination")
+    kept = {"max_error": None} | {name: renderer.settings[name] for name in names}
+    return accuracy | kept, {"estimated_error_of_first_view": renderer.stats["estimated_error"]}
 
 
 class _Progress:
