@@ -50,6 +50,25 @@ def assert_leaping_changes_nothing(
     return plain
 
 
+def test_rounding_to_16_bits_makes_nothing_show(renderer: Renderer) -> None:
+    """With one sample below the others the value of nothing lies between two of the 65536 steps."""
+    smooth = np.sin(np.linspace(0, np.pi, 40)) ** 4
+    values = (smooth * smooth[:, np.newaxis] * smooth[:, np.newaxis, np.newaxis]).astype(np.float32)
+    values[values < 0.1] = 0
+    rising = TransferFunction(np.array([0, values.max()]), np.ones((2, 3)), np.array([0, 0.6]))
+    formats = []
+    for steps in (0.0, 6000.6):  # from the least value to that of nothing
+        values[0, 0, 0] = -steps * values.max() / (65535 - steps)
+        volume = Volume(values.copy())
+        scene = Scene(volume, rising, Camera.framing(volume), classification="post")
+        pictures = []
+        for skip_empty in (True, False):
+            pictures.append(renderer.render(scene, SIZE, sampling_rate=0.5, skip_empty=skip_empty))
+            formats.append(renderer.stats["texture_format"])
+        np.testing.assert_allclose(*pictures, rtol=0, atol=SAME)
+    assert formats == ["r16", "r16", "r32f", "r32f"]
+
+
 @classifications
 @projections
 @pytest.mark.parametrize("matter", MATTERS)

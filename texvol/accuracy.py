@@ -126,20 +126,26 @@ def cheapest_texel_format(
 def _cheapest_value_format(
     volume: Volume, transfer_function: TransferFunction, classifier: Classifier, slab_thickness: float
 ) -> str:
-    """Values in 16 bits where that is half the memory and their rounding hides; near a step it never does."""
+    """Values in 16 bits where that is half the memory and their rounding hides; near a step it never does.
+
+    Nor where it makes something of nothing: cells are leapt over by what values were before.
+    """
     span = value_texture.span_in_16_bits(volume)
     widths = np.diff(transfer_function.values)
     if span is None or np.isinf(transfer_function.extinctions).any() or (widths < _LEAST_WIDTH * span).any():
         return EXACT_VALUES
     values = _stencil_values(volume).astype(np.float64)
     texels = classifier(values.reshape(-1)).reshape(*values.shape, 4)
-    shows = (texels != 0).any(axis=(1, 2))
-    if not shows.any():
+    assert volume.finite_range is not None
+    low, step = volume.finite_range[0], span / 65535
+    rounded = classifier((low + np.rint((values - low) / step) * step).reshape(-1)).reshape(texels.shape)
+    seen, seen_rounded = ((each != 0).any(axis=2) for each in (texels, rounded))
+    shows = seen.any(axis=1)
+    if not shows.any() or (seen_rounded & ~seen).any():
         return EXACT_VALUES
     middle, before, after = texels[shows, :1], texels[shows, 1::2], texels[shows, 2::2]
     discretisation = 0.06 * (after - 2 * middle + before) * (slab_thickness / volume.smallest_spacing) ** 2
-    step = span / 65535
-    rounding = classifier(np.rint(values[shows, 0] / step) * step) - middle[:, 0]
+    rounding = rounded[shows, 0] - middle[:, 0]
     on_the_way = float(np.mean(volume.dimensions))
     moved = _rms(rounding) + np.abs(rounding.mean(axis=0)).max() * np.sqrt(on_the_way)
     return "r16" if moved <= _rms(discretisation) / 4 else EXACT_VALUES
