@@ -18,6 +18,7 @@ from texvol import coarser
 from texvol.__main__ import main
 from texvol.added_volume import AddedVolume
 from texvol.camera import Camera, Projection
+from texvol.cells import CELL
 from texvol.cutting import ClipPlane
 from texvol.geometry import Lines
 from texvol.lighting import DepthCue, Lighting
@@ -93,7 +94,7 @@ def test_the_error_is_hardly_raised_and_said(renderer: Renderer, projection: Pro
     assert halvings == [1, 1, 1]
     stats = renderer.stats
     assert stats["texture_bytes"] <= 4 * (COUNT // 2) ** 3
-    assert stats["cells_total"] == (COUNT // 2 // 4) ** 3
+    assert stats["cells_total"] == (-(-COUNT // 2 // CELL)) ** 3
     full = in_full(renderer, scene, apart)
     assert 0 < rms(picture - full) < 0.3 * rms(full - truth)  # a fifth over all views
     assert rms(picture - truth) < 1.05 * rms(full - truth)

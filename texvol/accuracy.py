@@ -21,6 +21,7 @@ _TERMINATION_SHARE, _MOST_TERMINATION = 1 / 16, 1 / 1024  # of a wanted error
 EXACT_VALUES = "exact"
 TARGET_FORMATS = TEXEL_FORMATS
 _LEAST_WIDTH = 1 / 1024  # of a line between two control points, in ranges of the values: 64 of 65536 steps
+_ON_A_STEP = 1e-3  # of 16 bits: float32 leaves a 256th of a step of numbers as large as the range
 _STENCILS = 4096  # voxels looked at, each with its six neighbours
 
 
@@ -138,7 +139,11 @@ def _cheapest_value_format(
     texels = classifier(values.reshape(-1)).reshape(*values.shape, 4)
     assert volume.finite_range is not None
     low, step = volume.finite_range[0], span / 65535
-    rounded = classifier((low + np.rint((values - low) / step) * step).reshape(-1)).reshape(texels.shape)
+    steps = (values - low) / step
+    off = np.rint(steps) - steps
+    # What lies on a step is moved by nothing but the rounding of these lines.
+    rounded = values + np.where(np.abs(off) > _ON_A_STEP, off, 0) * step
+    rounded = classifier(rounded.reshape(-1)).reshape(texels.shape)
     seen, seen_rounded = ((each != 0).any(axis=2) for each in (texels, rounded))
     shows = seen.any(axis=1)
     if not shows.any() or (seen_rounded & ~seen).any():

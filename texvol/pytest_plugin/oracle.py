@@ -170,13 +170,15 @@ def _rounding(candidate: Candidate, scene: Scene, truth: NDArray, settings: Mapp
 
 
 def _estimate(candidate: Candidate, scene: Scene, settings: Mapping[str, Any], maker: Maker) -> float:
-    """What halving the slabs changes in the whole picture, drawn without rounding."""
+    """What halving the slabs changes in the whole picture, drawn without rounding.
+
+    The candidate's own renderer is not asked: what it estimates grows with its mistakes.
+    """
     exact: dict[str, Any] = {"texture_format": "rgba32f", "target_format": "rgba32f", "early_termination": 0.0}
     renderer, thickness = maker.renderer(), settings["slab_thickness"]
     coarse = renderer.render(scene, candidate.size, slab_thickness=thickness, **exact)
     finer = renderer.render(error_control.reference_for(scene), candidate.size, slab_thickness=thickness / 2, **exact)
-    found = error_control.estimate(coarse, finer, 1, error_control.rounding_of(scene))
-    return max(found, candidate.stats.get("estimated_error") or 0.0)
+    return error_control.estimate(coarse, finer, 1, error_control.rounding_of(scene))
 
 
 def _parts_apart(outcome: Outcome, bound: Bound, scale: float) -> Outcome:
