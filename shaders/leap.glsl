@@ -55,7 +55,8 @@ bool is_full_until(CellWalk walk, inout vec3 cell, inout float depth) {
 
 const float NOWHERE = 1e9;
 
-// The first slab from `slab` on that touches a cell in which matter may be met, and the first after it that touches none.
+// The first slab from `slab` on that touches a cell in which matter may be met, and the first after it that touches none,
+// or the one after it: rounding may end a cell where the slab begins.
 vec2 full_run(CellWalk walk, float slab, float end) {
     float depth = slab;
     vec3 cell = floor(walk.start + depth * walk.way);
@@ -76,7 +77,8 @@ vec2 full_run(CellWalk walk, float slab, float end) {
         if (goes_on) until = depth;
         if (until >= end || !goes_on) break;
     }
-    return vec2(max(floor(from), slab), min(ceil(until), end));
+    float first = max(floor(from), slab);
+    return vec2(first, max(min(ceil(until), end), first + 1.0));
 }
 
 // Where matter may be met next by samples in the middle of slabs: the first slab of a run and the one after its last, of

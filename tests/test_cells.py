@@ -1,4 +1,4 @@
-"""Cells know what may be in them, and how far around them it is the same."""
+"""Cells know what may be in them, and how far on from them it is the same."""
 
 from __future__ import annotations
 

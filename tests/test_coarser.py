@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import gc
 import json
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from unittest.mock import patch
+from weakref import ref
 
 import numpy as np
 import pytest
@@ -361,3 +363,25 @@ def test_without_a_camera_the_same_box_is_framed(renderer: Renderer) -> None:
     left = renderer._matter[0].drawn_scene(scene, scene, SIZE, renderer._last[2])
     assert left.volume.dimensions == (COUNT // 2,) * 3
     assert left.camera == scene.camera_for(SIZE)
+
+
+def test_what_few_rays_meet_is_not_halved() -> None:
+    """Where nothing is met nothing differs; that says nothing of the small thing that the rays miss."""
+    for share, is_halved in ((1, True), (8, False)):
+        values = waves()
+        corner = COUNT // share
+        values[corner:] = values[:, corner:] = values[:, :, corner:] = 0
+        scene = scene_of(values)
+        assert scene.transfer_function is not None
+        chosen = coarser.coarsest(scene.volume, scene.transfer_function, 8.0)
+        assert (chosen is not scene.volume) == is_halved
+
+
+def test_nothing_is_kept_of_a_volume_that_is_gone(renderer: Renderer) -> None:
+    scene = scene_of(waves())
+    assert drawn(renderer, scene, 8)[1] == [1, 1, 1]
+    volume = ref(scene.volume)
+    renderer.render(Scene(smooth_volume(8), FOG), SIZE)
+    del scene
+    gc.collect()
+    assert volume() is None

@@ -69,6 +69,24 @@ def test_rounding_to_16_bits_makes_nothing_show(renderer: Renderer) -> None:
     assert formats == ["r16", "r16", "r32f", "r32f"]
 
 
+def test_what_rounding_to_16_bits_makes_of_few_samples_is_not_leapt_over(renderer: Renderer) -> None:
+    """A small block just under the value from which something shows, which its rounding is over."""
+    z, y, x = np.meshgrid(*[np.linspace(0, 6, 96)] * 3, indexing="ij")
+    values = (0.55 + 0.45 * np.sin(3 * x) * np.cos(2 * y) * np.sin(4 * z)).astype(np.float32)
+    values[:, :, :40] = 0
+    step = values.max() / 65535
+    rounded_up = (np.floor(0.3 / step) + 0.55) * step
+    values[50:53, 30:33, 30:33] = rounded_up
+    steep = np.array([0, rounded_up + 0.2 * step, rounded_up + 0.0025, 1])
+    volume = Volume(values)
+    matter = TransferFunction(steep, np.ones((4, 3)), np.array([0, 0, 0.9, 0.9]))
+    camera = Camera.framing(volume, eye=volume.centre + (0, 1, -300))
+    scene = Scene(volume, matter, camera, classification="post")
+    pictures = [renderer.render(scene, (128, 128), sampling_rate=0.5, skip_empty=skip) for skip in (True, False)]
+    assert renderer.stats["texture_format"] == "r16"
+    np.testing.assert_allclose(*pictures, rtol=0, atol=SAME)
+
+
 @classifications
 @projections
 @pytest.mark.parametrize("matter", MATTERS)

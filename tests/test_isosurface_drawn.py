@@ -51,6 +51,23 @@ def test_an_isosurface_beside_gaps_is_where_it_is(renderer, kind, projection):
     same_depths(renderer.depth(), expected, volume)
 
 
+@pytest.mark.parametrize("samples, speck", [(46, 1), (46, 4), (34, 10), (50, 7)])
+def test_a_wall_behind_specks_is_met_beside_them(renderer, samples, speck):
+    # Seen along an axis many slabs begin where a cell ends, which rounding puts before it or behind it.
+    values = np.zeros((30, 30, samples), np.float32)
+    values[1::3, 1::3, speck] = 0.6
+    values[:, :, -3:] = 1
+    volume = Volume(values)
+    camera = Camera.orthographic(volume.centre - (100, 0, 0), volume.centre, (0, 0, 1), height=30.0)
+    scene = Scene(volume, camera=camera, mode="isosurface", isovalue=0.5)
+    for rate in (1.5, 2):
+        leaping, plain = (
+            renderer.render(scene, (60, 60), sampling_rate=rate, skip_empty=skip) for skip in (True, False)
+        )
+        np.testing.assert_array_equal(leaping[..., 3], 1)
+        np.testing.assert_allclose(leaping, plain, rtol=0, atol=2e-6)
+
+
 def test_a_sheet_thinner_than_a_slab_is_met(renderer):
     # The value rises to 1 in one layer of samples: crossed twice within one slab of any thickness.
     values = np.zeros((9, 9, 9), np.float32)

@@ -21,7 +21,6 @@ _TERMINATION_SHARE, _MOST_TERMINATION = 1 / 16, 1 / 1024  # of a wanted error
 EXACT_VALUES = "exact"
 TARGET_FORMATS = TEXEL_FORMATS
 _LEAST_WIDTH = 1 / 1024  # of a line between two control points, in ranges of the values: 64 of 65536 steps
-_ON_A_STEP = 1e-3  # of 16 bits: float32 leaves a 256th of a step of numbers as large as the range
 _STENCILS = 4096  # voxels looked at, each with its six neighbours
 
 
@@ -129,7 +128,7 @@ def _cheapest_value_format(
 ) -> str:
     """Values in 16 bits where that is half the memory and their rounding hides; near a step it never does.
 
-    Nor where it makes something of nothing: cells are leapt over by what values were before.
+    Nor where it makes something of nothing, in more than a few places: there would be little to leap over.
     """
     span = value_texture.span_in_16_bits(volume)
     widths = np.diff(transfer_function.values)
@@ -139,11 +138,7 @@ def _cheapest_value_format(
     texels = classifier(values.reshape(-1)).reshape(*values.shape, 4)
     assert volume.finite_range is not None
     low, step = volume.finite_range[0], span / 65535
-    steps = (values - low) / step
-    off = np.rint(steps) - steps
-    # What lies on a step is moved by nothing but the rounding of these lines.
-    rounded = values + np.where(np.abs(off) > _ON_A_STEP, off, 0) * step
-    rounded = classifier(rounded.reshape(-1)).reshape(texels.shape)
+    rounded = classifier(value_texture.on_steps(values, low, step).reshape(-1)).reshape(texels.shape)
     seen, seen_rounded = ((each != 0).any(axis=2) for each in (texels, rounded))
     shows = seen.any(axis=1)
     if not shows.any() or (seen_rounded & ~seen).any():

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from texvol.mask import Mask
+from texvol.value_texture import on_steps
 from texvol.volume import Volume
 
 CELL = 3  # samples: smaller ones follow the matter closer, a twentieth less time, and take three times as long to make
@@ -62,9 +63,21 @@ class Cells:
         x, y, z = (count / each for count, each in zip(volume.dimensions, size, strict=True))
         return cls(lowest, highest, size, (x, y, z))
 
-    def visible(self, shown: Shown, steepest: ArrayLike = np.inf, mask: Mask | None = None) -> NDArray[np.bool_]:
-        """Which cells may show anything, shape (cz, cy, cx), on gradients up to `steepest`, of what a mask leaves."""
-        visible = shown.shows_between(self.lowest, self.highest, steepest)
+    def visible(
+        self,
+        shown: Shown,
+        steepest: ArrayLike = np.inf,
+        mask: Mask | None = None,
+        steps: tuple[float, float] | None = None,
+    ) -> NDArray[np.bool_]:
+        """Which cells may show anything, shape (cz, cy, cx), on gradients up to `steepest`, of what a mask leaves.
+
+        `steps` are those to which values are rounded before they are interpolated.
+        """
+        lowest, highest = self.lowest, self.highest
+        if steps is not None:
+            lowest, highest = on_steps(lowest, *steps), on_steps(highest, *steps)
+        visible = shown.shows_between(lowest, highest, steepest)
         return visible if mask is None else visible & (_reduced(mask.array, self.size, np.fmax) > 0)
 
     def steepest(self, volume: Volume, reach: int) -> NDArray[np.float64]:

@@ -24,8 +24,9 @@ stand for the integral, and what is asked for is
 
     rms(H - I) <= rms(I - E) / 5
 
-over the rays and all four channels. The rays go through places and in directions that are spread evenly, whatever the
-camera: all views of a scene are drawn from the same volume, and the error that hides it is the usual one of its views.
+over the rays and all four channels; an eighth of the rays have to meet matter. They go through places and in directions
+that are spread evenly, whatever the camera: all views of a scene are drawn from the same volume, and the error that
+hides it is the usual one of its views.
 """
 
 from __future__ import annotations
@@ -50,6 +51,7 @@ SAMPLES_APART = 8.0  # along an axis that is halved, at least; less far apart th
 LEAST_SAMPLES = 128**3 + 1
 _HIDES = 1 / 5  # of the error of slabs
 _RAYS = 512
+_LEAST_RAYS = 64  # that meet matter: what few of them say is chance
 _FINER = 4  # slabs in one for what stands for the integral
 _SHARPENED = 3 / 16
 _LARGEST = 1e30  # magnitude of values: sums of some are numbers in float32
@@ -188,6 +190,8 @@ class _Rays:
 
     def hide(self, coarser: Volume) -> bool:
         """Whether the slabs' thickness hides what another volume changes in the picture."""
+        if np.count_nonzero(self._picture.any(axis=1)) < _LEAST_RAYS:
+            return False
         return _rms(self._drawn(coarser, self._edges) - self._picture) <= self._most
 
     def _cut(self, thickness: float) -> NDArray[np.float64]:

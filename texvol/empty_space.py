@@ -18,24 +18,33 @@ class EmptySpace:
     def __init__(self, gl: moderngl.Context) -> None:
         self._gl = gl
         self._volume: Volume | None = None
-        self._shown: tuple[Shown, int, Mask | None] | None = None
+        self._shown: tuple[Shown, int, Mask | None, tuple[float, float] | None] | None = None
         self._cells: Cells | None = None
         self._visible = np.zeros((0, 0, 0), np.bool_)
         self._leaps: moderngl.Texture3D | None = None
         self._parts: dict[Brick, NDArray[np.float64] | None] = {}
 
-    def prepare(self, volume: Volume, shown: Shown, reach: int = 0, mask: Mask | None = None) -> None:
+    def prepare(
+        self,
+        volume: Volume,
+        shown: Shown,
+        reach: int = 0,
+        mask: Mask | None = None,
+        steps: tuple[float, float] | None = None,
+    ) -> None:
         """Find out what of a volume is empty; what is known already is kept.
 
         `reach` is how many samples to each side the gradient depends on that decides what shows; 0 where none does.
+        `steps` are those to which the texture rounds values.
         """
         if self._volume is not volume:
             self.release()
             self._cells, self._volume = Cells.of(volume), volume
-        if self._shown == (shown, reach, mask):
+        if self._shown == (shown, reach, mask, steps):
             return
         assert self._cells is not None
-        self._visible = self._cells.visible(shown, self._cells.steepest(volume, reach) if reach else np.inf, mask)
+        steepest = self._cells.steepest(volume, reach) if reach else np.inf
+        self._visible = self._cells.visible(shown, steepest, mask, steps)
         self._parts.clear()
         self._release_leaps()
         if not self._visible.all():
@@ -43,7 +52,7 @@ class EmptySpace:
             nz, ny, nx = leaps.shape
             self._leaps = self._gl.texture3d((nx, ny, nz), 1, leaps, alignment=1, dtype="u1")
             self._leaps.filter = moderngl.NEAREST, moderngl.NEAREST
-        self._shown = shown, reach, mask
+        self._shown = shown, reach, mask, steps
 
     @property
     def leaps(self) -> moderngl.Texture3D | None:

@@ -47,6 +47,8 @@ class MatterOnDevice:
     def drawn_scene(self, alone: Scene, scene: Scene, size: tuple[int, int], settings: Settings) -> Scene:
         """One volume of a scene alone, or halved where it is the only one and slabs are so thick that it hides."""
         self._source = None
+        if self._coarsest is not None and self._coarsest[0][0] is not scene.volume:
+            self._coarsest = None  # nothing is kept of a volume that is gone
         if scene.added or settings.texture_format != "auto":
             return alone
         matter, thickness = self.transfer_function(scene), settings.slab_thickness
@@ -72,8 +74,6 @@ class MatterOnDevice:
         """
         transfer_function = self.transfer_function(scene)
         thickness, texture_format = settings.slab_thickness, settings.texture_format
-        if settings.skips(scene):
-            self.empty_space.prepare(scene.volume, *shown_of(scene, transfer_function), scene.mask)
         camera = scene.camera_for(size)
         if texture_format == "auto":
             texture_format = self._cheapest_format(scene, transfer_function, thickness)
@@ -82,6 +82,9 @@ class MatterOnDevice:
         if self.baked is None or not same(self.baked[0], recipe):
             self.baked = (recipe, bake(scene, transfer_function, camera, thickness, texture_format, arriving))
         baked = self.baked[1]
+        if settings.skips(scene):
+            steps = baked.steps if isinstance(baked, ValueTexture) else None
+            self.empty_space.prepare(scene.volume, *shown_of(scene, transfer_function), scene.mask, steps)
         margin = bricks.margin(scene.volume, camera, size, thickness)
         self.textures.prepare(baked, scene.volume, texels, margin)
         return baked
@@ -137,6 +140,7 @@ class MatterOnDevice:
         """Give everything back."""
         self.textures.release()
         self.empty_space.release()
+        self._coarsest = None
 
     def _cheapest_format(self, scene: Scene, transfer_function: TransferFunction, thickness: float) -> str:
         asked = (scene.volume, transfer_function, scene.classification, thickness)

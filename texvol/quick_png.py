@@ -39,10 +39,15 @@ def filled(file: bytes, texts: Mapping[str, str], pixels: NDArray[np.uint8]) -> 
         if kind == b"IHDR":
             content = struct.pack(">II", width, height) + content[8:]
         elif kind == b"IDAT":  # of a single pixel there is one
-            parts += [_chunk(b"tEXt", f"{keyword}\0{text}".encode()) for keyword, text in texts.items()]
+            parts += [_chunk(b"tEXt", _text(keyword, text)) for keyword, text in texts.items()]
             content = _packed(pixels)
         parts.append(_chunk(kind, content))
     return b"".join(parts)
+
+
+def _text(keyword: str, text: str) -> bytes:
+    """What a chunk of text holds; the text goes up to its first NUL, which would end it."""
+    return f"{keyword}\0{text.partition(chr(0))[0]}".encode(errors="replace")
 
 
 def _chunk(kind: bytes, content: bytes) -> bytes:

@@ -39,6 +39,7 @@ _OPAQUE = 1e16  # extinction per smallest spacing that stands for all above: its
 _INTEGERS = (np.uint8, np.int8, np.uint16, np.int16)
 _LAST = 3e38  # the end of the last segment
 _TABLE_WIDTH = 4096  # segments in a row of the table; more go into further rows
+_ON_A_STEP = 1e-3  # of 16 bits: float32 leaves a 256th of a step of numbers as large as the range
 _MOST_CELLS = 4096
 # Stands for a value that is missing: NaN would be so with a weight of 0 as well, and at the edges of a texture drivers
 # take a neighbour with that. Any weight above 3e-8 takes it past 1e31, from which on the shader takes it for missing.
@@ -92,6 +93,12 @@ class ValueTexture:
         assert self.mask is not None
         weights = self.mask.array[box][..., np.newaxis]
         return weights.astype(np.uint16) * np.uint16(65535) if weights.dtype == np.bool_ else weights
+
+    @property
+    def steps(self) -> tuple[float, float] | None:
+        """The first of the values that texels can hold, and how far apart they are; None where they hold them all."""
+        rounds = self.texel_format in ("r16", "rgba16") and self.volume.values.dtype.itemsize > 2
+        return (self.offset, self.scale / 65535) if rounds else None
 
     @property
     def weight_format(self) -> str | None:
@@ -268,6 +275,13 @@ def known_largest_component(volume: Volume, estimator: Estimator) -> float:
     if estimator not in known:
         known[estimator] = largest_component(volume, estimator)
     return known[estimator]
+
+
+def on_steps(values: NDArray, first: float, apart: float) -> NDArray:
+    """Values rounded to steps; what lies on one stays as it is, and is not moved by the rounding of these lines."""
+    steps = (values - first) / apart
+    off = np.rint(steps) - steps
+    return values + np.where(np.abs(off) > _ON_A_STEP, off, 0) * apart
 
 
 def span_in_16_bits(volume: Volume) -> float | None:
