@@ -95,14 +95,19 @@ def test_a_drag_with_the_right_button_changes_level_and_window(display: str, tmp
     def drag(t: float, by: tuple[int, int]) -> list[dict[str, Any]]:
         return [
             {"t": t, "kind": "move", "x": 420, "y": 180},
+            {"t": t + 0.05, "do": "rest"},
             {"t": t + 0.1, "kind": "button", "name": "right", "down": True},
+            {"t": t + 0.15, "do": "rest"},  # each in a frame of its own, however long that takes
             {"t": t + 0.2, "kind": "move", "x": 420 + by[0], "y": 180 + by[1]},
+            {"t": t + 0.3, "do": "rest"},
             {"t": t + 0.4, "kind": "button", "name": "right", "down": False},
+            {"t": t + 0.45, "do": "rest"},
         ]
 
     steps = [
         {"do": "rest"},
         {"t": 0.1, "do": "command", "name": "tab Slices"},
+        {"t": 0.3, "do": "rest"},
         {"t": 0.5, "do": "screenshot", "file": "0.png"},
         *drag(0.6, (0, -60)),
         {"t": 1.2, "do": "screenshot", "file": "1.png"},
