@@ -112,13 +112,13 @@ def cheapest_texel_format(
     discretisation = 0.06 * (after - 2 * middle + before) * d**2
     if classification == "slab":
         discretisation = np.abs(discretisation) + ((after - before) / 2) ** 2 * d / 12
-    allowed = _rms(discretisation) / 4
+    allowed = rms(discretisation) / 4
     scale = texels.max(axis=(0, 1))
     scale[:3] = scale[:3].max()
     on_the_way = float(np.mean(volume.dimensions))
     for texel_format in ("rgba8", "rgba16f"):
         rounding = _rounded(middle, scale, texel_format) - middle
-        if _rms(rounding) + np.abs(rounding.mean(axis=0)).max() * np.sqrt(on_the_way) <= allowed:
+        if rms(rounding) + np.abs(rounding.mean(axis=0)).max() * np.sqrt(on_the_way) <= allowed:
             return texel_format
     return "rgba32f"
 
@@ -147,8 +147,8 @@ def _cheapest_value_format(
     discretisation = 0.06 * (after - 2 * middle + before) * (slab_thickness / volume.smallest_spacing) ** 2
     rounding = rounded[shows, 0] - middle[:, 0]
     on_the_way = float(np.mean(volume.dimensions))
-    moved = _rms(rounding) + np.abs(rounding.mean(axis=0)).max() * np.sqrt(on_the_way)
-    return "r16" if moved <= _rms(discretisation) / 4 else EXACT_VALUES
+    moved = rms(rounding) + np.abs(rounding.mean(axis=0)).max() * np.sqrt(on_the_way)
+    return "r16" if moved <= rms(discretisation) / 4 else EXACT_VALUES
 
 
 def _stencil_values(volume: Volume) -> NDArray:
@@ -171,7 +171,8 @@ def _rounded(texels: NDArray, scale: NDArray, texel_format: str) -> NDArray:
     return share.astype(TEXEL_TYPES[texel_format]).astype(np.float64) * scale
 
 
-def _rms(numbers: NDArray) -> float:
+def rms(numbers: NDArray) -> float:
+    """Root mean square of all numbers."""
     return float(np.sqrt(np.square(numbers).mean()))
 
 

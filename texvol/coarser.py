@@ -38,6 +38,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol import optics
+from texvol.accuracy import rms
 from texvol.scene import Scene
 from texvol.slab_texture import texel_classifier
 from texvol.threads import in_threads
@@ -186,13 +187,13 @@ class _Rays:
         self._ends = _ends_in_box(volume, self._points, self._ways)
         self._edges = self._cut(slab_thickness)
         self._picture = self._drawn(volume, self._edges)
-        self._most = _HIDES * _rms(self._picture - self._drawn(volume, self._cut(slab_thickness / _FINER)))
+        self._most = _HIDES * rms(self._picture - self._drawn(volume, self._cut(slab_thickness / _FINER)))
 
     def hide(self, coarser: Volume) -> bool:
         """Whether the slabs' thickness hides what another volume changes in the picture."""
         if np.count_nonzero(self._picture.any(axis=1)) < _LEAST_RAYS:
             return False
-        return _rms(self._drawn(coarser, self._edges) - self._picture) <= self._most
+        return rms(self._drawn(coarser, self._edges) - self._picture) <= self._most
 
     def _cut(self, thickness: float) -> NDArray[np.float64]:
         """Places along the rays between which their slabs lie, world units, shape (rays, slabs + 1)."""
@@ -253,7 +254,3 @@ def _values_at(volume: Volume, places: NDArray[np.float64]) -> NDArray[np.float6
         weight = np.where(bits, share, 1 - share).prod(axis=1)
         values += weight * flat[start + int(bits @ to_next)]
     return values
-
-
-def _rms(numbers: NDArray[np.float64]) -> float:
-    return float(np.sqrt(np.square(numbers).mean()))
