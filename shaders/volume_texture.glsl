@@ -51,7 +51,7 @@ vec3 gradient_of(vec4 texel) {
 #endif
 
 #if MISSING
-const float MISSING_FROM = 1e31;  // see value_texture.py
+uniform float missing_from;       // magnitude of texels beyond which there is no value
 #endif
 
 // NaN where there is none.
@@ -62,7 +62,7 @@ float value_of(vec4 texel) {
     float value = texel.r;
 #endif
 #if MISSING
-    if (abs(value) > MISSING_FROM) value = uintBitsToFloat(0x7fc00000u);
+    if (abs(value) > missing_from) value = uintBitsToFloat(0x7fc00000u);
 #endif
     return value;
 }

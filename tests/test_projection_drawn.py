@@ -158,6 +158,34 @@ def test_gaps_in_sums(renderer, mode):
     assert np.isnan(renderer.render(scene, (1, 1))[0, 0, :3]).all() and np.isnan(project(scene, (1, 1))[0, 0, 0])
 
 
+@pytest.mark.parametrize("mode", ["xray", "average", "mip", "minip"])
+@pytest.mark.parametrize("missing", ["nan", "nan and inf"])
+def test_rays_along_samples_take_nothing_from_gaps_beside_them(renderer, mode, missing):
+    """Where rounding is all that is between a ray and a column of samples, a missing neighbour weighs 1e-14 or so."""
+    volume = gaps_in_noise(missing)
+    for aside in (1e-6, 3e-6, 1e-5):
+        camera = Camera.framing(
+            volume,
+            eye=volume.centre - (0.3 * aside, aside, 100),
+            target=volume.centre - (0.3 * aside, aside, 0),
+            up=(0, 1, 0),
+        )
+        scene = Scene(volume, camera=replace(camera, height=float(volume.dimensions[1])), mode=mode)
+        picture = renderer.render(scene, volume.dimensions[:2])[..., 0]
+        longest = volume.dimensions[2] if mode == "xray" else 1
+        there = picture[np.isfinite(picture)]
+        assert there.any() and there.min() >= 0 and there.max() <= (1 + 1e-5) * longest
+
+
+def gaps_in_noise(missing: str) -> Volume:
+    random = np.random.default_rng(0)
+    values = random.random((33, 33, 33)).astype(np.float32)
+    values[random.random(values.shape) < 0.1] = np.nan
+    if "inf" in missing:
+        values[random.random(values.shape) < 0.01] = np.inf
+    return Volume(values)
+
+
 @every_number
 @every_view
 @every_grid

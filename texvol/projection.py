@@ -99,10 +99,12 @@ class Projection:
 
     def uniforms(self, baked: ValueTexture) -> dict[str, Any]:
         """Uniforms of the shader, but for those of light and rays."""
+        missing = self.switches(baked)["MISSING"]
+        uniforms: dict[str, Any] = {"missing_from": baked.missing_from} if missing else {}
         if self.mode in ("xray", "average"):
-            return {"bias": _bias(baked)}
-        uniforms: dict[str, Any] = {"samples": tuple(map(float, baked.volume.dimensions))}
-        if self.switches(baked)["MISSING"]:
+            return uniforms | {"bias": _bias(baked)}
+        uniforms["samples"] = tuple(map(float, baked.volume.dimensions))
+        if missing:
             uniforms["largest_finite"] = _largest_finite(baked)
         if self.mode in ("mip", "minip"):
             low, high = baked.volume.value_range or (0.0, 0.0)

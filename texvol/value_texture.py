@@ -42,9 +42,11 @@ _TABLE_WIDTH = 4096  # segments in a row of the table; more go into further rows
 _ON_A_STEP = 1e-3  # of 16 bits: float32 leaves a 256th of a step of numbers as large as the range
 _MOST_CELLS = 4096
 # Stands for a value that is missing: NaN would be so with a weight of 0 as well, and at the edges of a texture drivers
-# take a neighbour with that. Any weight above 3e-8 takes it past 1e31, from which on the shader takes it for missing.
+# take a neighbour with that. Hardly a weight is so small that it doesn't take it far past all values that there are.
 _MISSING = 3e38
 HUGE = 1e30  # stands for an infinite sample or value: any weight above 1e-24 takes it past every control point
+_PAST_HUGE = 1e31  # what infinities are not mistaken for: there a missing neighbour needs a weight of 3e-8 to be seen
+_PAST_ALL = 2.0  # times the largest stored value, if that is not 0
 # Interpolation may round equal texels down by half an ulp or two: without this a flat region that lies exactly on a
 # step would fall to its left side. In shares of the stored value.
 _STEP_MARGIN = 2.0**-22
@@ -101,6 +103,14 @@ class ValueTexture:
         return (self.offset, self.scale / 65535) if rounds else None
 
     @property
+    def missing_from(self) -> float:
+        """Magnitude of stored values beyond which there is none."""
+        if self.volume.value_range != self.volume.finite_range:
+            return _PAST_HUGE
+        largest = max(abs(float(end)) for end in self._stored(np.array(self.volume.finite_range or (0.0, 0.0))))
+        return _PAST_ALL * largest or 1.0
+
+    @property
     def weight_format(self) -> str | None:
         """The texel format of `weights`; None where there is no mask."""
         if self.mask is None:
@@ -141,6 +151,8 @@ class ValueTexture:
     def uniforms(self, slab_thickness: float) -> dict[str, Any]:
         """Uniforms of the shader."""
         length: dict[str, Any] = {"slab_length": slab_thickness / self.length_unit}
+        if self.volume.has_missing:
+            length["missing_from"] = self.missing_from
         if self.estimator is not None:
             length |= graded_uniforms(
                 self.transfer_function, self._stored, self.scale, self.length_unit, self.largest_gradient, _STEP_MARGIN
