@@ -88,18 +88,21 @@ def rms(numbers: NDArray) -> float:
 
 
 @projections
-@pytest.mark.parametrize("apart", [8, 11.3])
-def test_the_error_is_hardly_raised_and_said(renderer: Renderer, projection: Projection, apart: float) -> None:
+@pytest.mark.parametrize(("apart", "times"), [(6, 1), (7.9, 1), (11.3, 2)])
+def test_the_error_is_hardly_raised_and_said(
+    renderer: Renderer, projection: Projection, apart: float, times: int
+) -> None:
     scene = scene_of(waves(), projection=projection)
     truth = raycast(scene, SIZE)
     picture, halvings = drawn(renderer, scene, apart)
-    assert halvings == [1, 1, 1]
+    assert halvings == [times] * 3
     stats = renderer.stats
-    assert stats["texture_bytes"] <= 4 * (COUNT // 2) ** 3
-    assert stats["cells_total"] == (-(-COUNT // 2 // CELL)) ** 3
+    left = COUNT // 2**times
+    assert stats["texture_bytes"] <= 4 * left**3
+    assert stats["cells_total"] == (-(-left // CELL)) ** 3
     full = in_full(renderer, scene, apart)
-    assert 0 < rms(picture - full) < 0.3 * rms(full - truth)  # a fifth over all views
-    assert rms(picture - truth) < 1.05 * rms(full - truth)
+    assert rms(picture - full) > 0
+    assert rms(picture - truth) < 1.2 * rms(full - truth)  # a tenth over all views
     assert stats["estimated_error"] >= np.abs(picture - truth).max()
 
 
@@ -131,11 +134,11 @@ def test_the_estimate_leaves_the_halved_volume_where_it_is(
 
 def test_a_volume_is_halved_once(renderer: Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
     scene = scene_of(waves())
-    drawn(renderer, scene, 8)
+    drawn(renderer, scene, 7)
     monkeypatch.setattr(coarser, "_halved_values", None)
-    for apart in (1, 11.3, 0.5, 8):
+    for apart in (1, 6, 0.5, 7):
         moved = replace(scene, camera=Camera.framing(scene.volume, eye=scene.volume.centre + (90, 70 + apart, 80)))
-        assert drawn(renderer, moved, apart)[1] == ([1, 1, 1] if apart >= 8 else [0, 0, 0])
+        assert drawn(renderer, moved, apart)[1] == ([1, 1, 1] if apart >= 6 else [0, 0, 0])
 
 
 @pytest.mark.parametrize(
@@ -158,12 +161,12 @@ def test_where_it_would_show_it_is_not_done(
 def test_only_axes_of_thick_slabs_and_even_counts_are_halved(
     renderer: Renderer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(coarser, "_HIDES", np.inf)
+    monkeypatch.setattr(coarser._Rays, "hide", lambda rays, volume: True)
     scene = Scene(Volume(waves((64, 63, 128)), (0.5, 1.0, 2.0)), FOG, classification="post")
-    for thickness, halvings in ((3.99, [0, 0, 0]), (4, [1, 0, 0]), (8.5, [2, 0, 0]), (16, [3, 0, 1])):
+    for thickness, halvings in ((1.99, [0, 0, 0]), (2, [1, 0, 0]), (4.5, [2, 0, 0]), (8, [3, 0, 1])):
         renderer.render(scene, SIZE, slab_thickness=thickness)
         assert renderer.stats["halvings"] == halvings
-    for rate, halvings in ((1 / 7.9, [0, 0, 0]), (1 / 8, [1, 0, 0])):
+    for rate, halvings in ((1 / 3.9, [0, 0, 0]), (1 / 4, [1, 0, 0])):
         renderer.render(scene, SIZE, sampling_rate=rate)
         assert renderer.stats["halvings"] == halvings
 
@@ -233,7 +236,7 @@ LEFT_OUT: dict[str, Callable[[Scene], Scene]] = {
 def test_whatever_is_more_than_plain_matter_is_drawn_in_full(
     renderer: Renderer, name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(coarser, "_HIDES", np.inf)
+    monkeypatch.setattr(coarser._Rays, "hide", lambda rays, volume: True)
     scene = LEFT_OUT[name](scene_of(waves()))
     assert drawn(renderer, scene, 9)[1] == [0, 0, 0]
 
@@ -250,9 +253,9 @@ def test_a_wanted_error_is_that_of_all_samples(renderer: Renderer, monkeypatch: 
     with Renderer() as other:
         picture = renderer.render(scene, SIZE, max_error=0.9)
         thickness, estimate = renderer.settings["slab_thickness"], renderer.estimate
-        assert thickness >= 8 and renderer.stats["halvings"] == [0, 0, 0]
+        assert thickness >= 4 and renderer.stats["halvings"] == [0, 0, 0]
         assert renderer.render(scene, SIZE, slab_thickness=thickness).tobytes() != picture.tobytes()
-        assert renderer.stats["halvings"] == [1, 1, 1]
+        assert renderer.stats["halvings"] == [2, 2, 2]
         monkeypatch.setattr(coarser, "may_be_coarser", None)
         assert other.render(scene, SIZE, max_error=0.9).tobytes() == picture.tobytes()
         assert (other.settings["slab_thickness"], other.estimate) == (thickness, estimate)
@@ -269,14 +272,14 @@ def file_of_waves(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
 def test_views_after_the_first_of_a_wanted_error_are_of_all_samples(file_of_waves: str) -> None:
     line = ["render", file_of_waves, "--tf", "fog.json", "--classification", "post", "--size", "40x40"]
     line += ["--orbit", "2", "-o", "%d.exr", "--stats", "s.json"]
-    for accuracy, halvings in (("--max-error", "0.9"), [0, 0, 0]), (("--sampling-rate", "0.0625"), [1, 1, 1]):
+    for accuracy, halvings in (("--max-error", "0.9"), [0, 0, 0]), (("--sampling-rate", "0.0625"), [2, 2, 2]):
         assert main([*line, *accuracy]) == 0
         stats = json.loads(Path("s.json").read_text())
         assert (stats["slab_thickness"], stats["halvings"]) == (16, halvings)
 
 
 def test_stats_say_it(file_of_waves: str) -> None:
-    line = ["render", file_of_waves, "--tf", "fog.json", "--size", "40x40", "--sampling-rate", "0.0625", "-o", "a.png"]
+    line = ["render", file_of_waves, "--tf", "fog.json", "--size", "40x40", "--sampling-rate", "0.125", "-o", "a.png"]
     for classification, halvings in (("post", [1, 1, 1]), ("slab", [0, 0, 0])):
         assert main([*line, "--classification", classification, "--stats", "s.json"]) == 0
         assert json.loads(Path("s.json").read_text())["halvings"] == halvings

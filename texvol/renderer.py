@@ -106,7 +106,7 @@ class Renderer:
             AccuracyWarning, and `stats` says what was.
         texture_format, target_format : "auto", "rgba8", "rgba16f" or "rgba32f"
             `auto` is the smallest texture whose rounding does not show beside the discretisation error, in `post` of
-            a halved volume where that does not either, and a float32 target.
+            a halved volume where that hardly does either, and a float32 target.
         early_termination : float, optional
             A ray ends where it lets no more light through than this, which is the largest error that comes of it.
             2^-22 unless told; 0: never.
