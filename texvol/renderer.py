@@ -6,7 +6,6 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import asdict, replace
-from statistics import median
 from typing import Any
 
 import numpy as np
@@ -23,6 +22,7 @@ from texvol.hidden_samples import without_hidden
 from texvol.matter_on_device import MatterOnDevice, check_room
 from texvol.modelled import modelled
 from texvol.projection import depth_of, projection_of
+from texvol.ranks import median
 from texvol.recipe import Settings, color_scale_of, stored_scene
 from texvol.render import Part, draw, over_background
 from texvol.scene import Scene

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 
 from texvol import optics
 from texvol.lighting import Lighting
+from texvol.ranks import distinct
 from texvol.scene import Classification
 from texvol.slicing import SLABS_PER_STACK
 from texvol.threads import in_threads
@@ -274,7 +275,7 @@ def _places(volume: Volume, transfer_function: TransferFunction) -> NDArray[np.f
     # Beyond the first and the last point nothing changes, infinite values included.
     low, high = np.clip(volume.value_range or (values[0], values[-1]), values[0], values[-1])
     within = values[(values >= low) & (values <= high)]
-    ends = np.unique(np.concatenate([[low, high], within, np.nextafter(within, -np.inf)]))
+    ends = distinct(np.concatenate([[low, high], within, np.nextafter(within, -np.inf)]))
     shares = np.linspace(0, 1, 33)[:, np.newaxis]
     return (ends[:-1] * (1 - shares) + ends[1:] * shares).reshape(-1) if ends.size > 1 else ends
 

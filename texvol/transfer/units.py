@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from texvol.errors import InputError
+from texvol.ranks import percentile_of_sorted
 from texvol.transfer.pieces import LARGEST_VALUE
 from texvol.volume import Volume
 
@@ -46,7 +47,7 @@ class Units:
         if self.values == "percentile":
             if not ((values >= 0) & (values <= 100)).all():
                 raise InputError("percentiles lie in [0, 100]")
-            return np.asarray(np.percentile(typical_samples(self._wanted), values))
+            return percentile_of_sorted(typical_samples(self._wanted), values)
         low, high = self._wanted.finite_range or (0.0, 1.0)
         if self.values == "matter":
             low, high = matter_range(self._wanted)
@@ -105,7 +106,7 @@ def matter_range(volume: Volume) -> tuple[float, float]:
 
 
 def _range_of_matter(samples: NDArray[np.float64]) -> tuple[float, float]:
-    low, high = np.percentile(samples, (0.1, 99.9))
+    low, high = percentile_of_sorted(samples, (0.1, 99.9))
     if not high > low:
         low, high = samples[0], samples[-1]
     if not high > low:
@@ -113,7 +114,7 @@ def _range_of_matter(samples: NDArray[np.float64]) -> tuple[float, float]:
     counts, edges = np.histogram(samples, bins=64, range=(low, high))
     mode = int(counts[:24].argmax())
     if counts[mode] < samples.size / 20:
-        return float(np.percentile(samples, 5)), float(high)
+        return float(percentile_of_sorted(samples, 5)), float(high)
     # The background ends where its peak has fallen to a twentieth of its height.
     beyond = np.flatnonzero(counts[mode:40] < counts[mode] / 20)
     end = mode + int(beyond[0]) if beyond.size else mode + 1
