@@ -5,6 +5,7 @@
 // Switches: CLASSIFICATION: see matter.glsl; 0 does not occur, since opacities don't add up.
 //           LEAPS 1: what `leaps` shows to be empty is leapt over.
 //           FACES 1: every sample fills a box of its own, and pieces end where the ray leaves one.
+//           BRICKS 1: the texture is a part of the volume, and what lies in that is drawn.
 
 #include "depths.glsl"
 #include "matter.glsl"
@@ -15,6 +16,10 @@
 const float NOWHERE = 1e9;
 #endif
 
+#if BRICKS
+uniform real3 brick_low;          // the brick's own part of the box; infinite where the box ends
+uniform real3 brick_high;
+#endif
 #if FACES
 uniform vec3 samples_per_edge;    // of the box
 const float LEAST_PIECE = 1e-5;   // of a slab: less than float32 knows of where a face is met
@@ -41,6 +46,12 @@ BoxWalk box_walk(vec2 pixel, float obliquity, real2 seen, bool is_cut) {
     BoxWalk walk;
     walk.is_cut_open = is_cut && seen.x > inside.x;
     inside = real2(max(inside.x, seen.x), min(inside.y, seen.y));
+#if BRICKS
+    // Neighbours work out the same depth for the face that they share.
+    real2 own = depths_between(brick_low, brick_high, position, way);
+    walk.is_cut_open = walk.is_cut_open && own.x <= inside.x;
+    inside = real2(max(inside.x, own.x), min(inside.y, own.y));
+#endif
     walk.start = vec3(position);
     walk.step = vec3(way);
     walk.whole_length = obliquity * slab_length;

@@ -85,21 +85,33 @@ def draw(compositor: Compositor, parts: Sequence[Part], target_format: str) -> i
     per_stack = drawing.baked.slabs_per_stack
     shown = {brick: part for brick in textures.bricks if (part := visible_part(brick)) is not None}
     # Surfaces cut the rays into stretches, and stand between one and the next.
-    # Labels change from sample to sample: their rays are cut where they do, which is done where rays are cut anyway.
-    together = len(parts) > 1 or (volume.labels and len(textures.bricks) == 1)
     for stretch in drawing.surfaces.stretches(drawing, compositor) if drawing.surfaces else (drawing,):
-        if together:
-            draw_together(compositor, parts, stretch.stretch)
+        if len(parts) > 1:
+            draw_together(compositor, parts, [part.textures.bricks[0] for part in parts], stretch.stretch)
             continue
         for brick in bricks.visibility_order(shown, volume, camera):
+            # Labels change from sample to sample: their rays are cut where they do, which is done where rays are cut
+            # anyway.
+            if volume.labels:
+                draw_together(compositor, parts, [brick], stretch.stretch, shown[brick])
+                continue
             stacks = slicing.slab_stacks(volume, camera, drawing.slab_thickness, drawing.size, per_stack, shown[brick])
             compositor.draw(stretch, brick, stacks, textures.resources(brick))
     compositor.finish()
     return len(shown) if len(parts) == 1 else len(parts)
 
 
-def draw_together(compositor: Compositor, parts: Sequence[Part], stretch: Stretch | None) -> None:
-    """Draw several volumes in the slabs that all of them have in common; each is a single brick."""
+def draw_together(
+    compositor: Compositor,
+    parts: Sequence[Part],
+    of_each: Sequence[bricks.Brick],
+    stretch: Stretch | None,
+    shown: NDArray[np.float64] = slicing.WHOLE_BOX,
+) -> None:
+    """Draw several volumes in the slabs that all of them have in common, a brick of each.
+
+    `shown` has the corners of what is to be seen, in shares of the box around all, shape (2, 3).
+    """
     from texvol.several import draw_several
 
     drawings = [replace(part.drawing, stretch=stretch) for part in parts]
@@ -107,9 +119,9 @@ def draw_together(compositor: Compositor, parts: Sequence[Part], stretch: Stretc
     # Loops are limited: a piece of a slab for each end of each box, at most.
     per_stack = max(min(drawing.baked.slabs_per_stack for drawing in drawings) // (2 * len(parts)), 1)
     box = common_box([drawing.volume for drawing in drawings])
-    stacks = slicing.slab_stacks(box, first.camera, first.slab_thickness, first.size, per_stack, about=first.about)
-    resources = [part.textures.resources(part.textures.bricks[0]) for part in parts]
-    draw_several(compositor, drawings, stacks, resources)
+    stacks = slicing.slab_stacks(box, first.camera, first.slab_thickness, first.size, per_stack, shown, first.about)
+    resources = [part.textures.resources(brick) for part, brick in zip(parts, of_each, strict=True)]
+    draw_several(compositor, drawings, of_each, stacks, resources)
 
 
 def over_background(picture: NDArray[np.float32], background: tuple[float, float, float]) -> NDArray[np.float32]:

@@ -8,12 +8,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from texvol.bricks import Brick
 from texvol.compositor import (
     NO_LIGHT,
     NOTHING_SPECIAL,
     AnyTexture,
     Compositor,
     Drawing,
+    brick_uniforms,
     light_uniforms_of,
     picture_uniforms,
     seen_uniforms,
@@ -29,9 +31,13 @@ _OF_ALL = ("color_scale", "least_transmittance")
 
 
 def draw_several(
-    compositor: Compositor, drawings: Sequence[Drawing], stacks: SlabStacks, resources: Sequence[Resources]
+    compositor: Compositor,
+    drawings: Sequence[Drawing],
+    bricks: Sequence[Brick],
+    stacks: SlabStacks,
+    resources: Sequence[Resources],
 ) -> None:
-    """Composite all volumes behind what is in the picture; `resources` are each one's texture and tables.
+    """Composite a brick of each volume behind what is in the picture; `resources` are their textures and tables.
 
     Raises
     ------
@@ -43,10 +49,12 @@ def draw_several(
     first = drawings[0]
     units: dict[str, AnyTexture] = {}
     uniforms: dict[str, Any] = picture_uniforms(first, stacks)
-    for number, (drawing, its) in enumerate(zip(drawings, resources, strict=True)):
+    for number, (drawing, brick, its) in enumerate(zip(drawings, bricks, resources, strict=True)):
         textures = dict(its)
         own = way_uniforms(drawing.volume, drawing.camera, drawing.size, drawing.slab_thickness, drawing.about)
         own |= seen_uniforms(drawing) | light_uniforms_of(drawing)
+        if not brick.is_whole:
+            own |= brick_uniforms(brick)
         if drawing.volume.labels:
             own["samples_per_edge"] = tuple(map(float, drawing.volume.dimensions))
         if drawing.arriving is not None:
@@ -65,11 +73,11 @@ def draw_several(
             f"{compositor.most_textures}"
         )
     compositor.draw_polygons(
-        "several", switches_of(drawings), stacks, units, uniforms, "add" if first.count else "under"
+        "several", switches_of(drawings, bricks), stacks, units, uniforms, "add" if first.count else "under"
     )
 
 
-def switches_of(drawings: Sequence[Drawing]) -> dict[str, int]:
+def switches_of(drawings: Sequence[Drawing], bricks: Sequence[Brick]) -> dict[str, int]:
     """Switches of several.frag."""
     first = drawings[0]
     switches = {
@@ -82,9 +90,10 @@ def switches_of(drawings: Sequence[Drawing]) -> dict[str, int]:
         "COUNT": int(first.count),
         "HALVES": 0,
     }
-    for number, drawing in enumerate(drawings):
+    for number, (drawing, brick) in enumerate(zip(drawings, bricks, strict=True)):
         own = NO_LIGHT | NOTHING_SPECIAL | drawing.baked.switches(drawing.slab_thickness, False)
-        own |= light_switches(drawing.lighting) | {"BRICKS": 0, "LEAPS": int(drawing.leaps is not None)}
+        own |= light_switches(drawing.lighting)
+        own |= {"BRICKS": int(not brick.is_whole), "LEAPS": int(drawing.leaps is not None)}
         own["FACES"] = int(drawing.volume.labels)
         own.pop("WHOLE_SLABS")
         switches["HALVES"] |= int(own["CLASSIFICATION"] == 3)
