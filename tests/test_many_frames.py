@@ -5,6 +5,14 @@ from __future__ import annotations
 import subprocess
 import sys
 from pathlib import Path
+from unittest.mock import patch
+
+from scenes import FOG, smooth_volume
+
+from texvol.cutting import ClipPlane
+from texvol.renderer import Renderer
+from texvol.scene import Scene
+from texvol.shaders import load_program
 
 CODE = """
 import numpy as np
@@ -50,6 +58,20 @@ def test_a_thousand_frames_of_whole_volumes() -> None:
     sizes = resident_after_each_hundred(None)
     # The programs are all compiled within the first half; what a frame leaked would be there five hundred times.
     assert max(sizes[5:]) - sizes[4] < 4, sizes
+
+
+def test_programs_are_kept_and_not_too_many_of_them() -> None:
+    """Lights and clip planes of any number are programs of their own."""
+    volume = smooth_volume(8)
+    with Renderer() as renderer, patch("texvol.compositor.load_program", side_effect=load_program) as load:
+        for planes in range(70):
+            clip = tuple(ClipPlane((1, 0, 0), -float(d)) for d in range(planes))
+            renderer.render(Scene(volume, FOG, clip=clip), (8, 8))
+            renderer.render(Scene(volume, FOG), (8, 8))
+        assert load.call_count == 70
+        assert len(renderer._compositor._programs) == 64
+        renderer.render(Scene(volume, FOG, clip=(ClipPlane((1, 0, 0), 0.0),)), (8, 8))
+        assert load.call_count == 71
 
 
 def test_a_thousand_frames_in_bricks() -> None:

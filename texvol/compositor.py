@@ -35,6 +35,7 @@ from texvol.volume import Volume
 if TYPE_CHECKING:
     from texvol.surfaces import Surfaces
 
+_MOST_PROGRAMS = 64  # kept: some 4 MB each in Mesa's software driver; scenes that alternate use a few
 NOTHING_SPECIAL = dict.fromkeys(
     ("RAMPS", "WHOLE_SLABS", "EMISSIVE", "MISSING", "GRADIENT", "WEIGHTS", "MODULATIONS", "GRADED", "CONTOURS"), 0
 )
@@ -83,7 +84,7 @@ class Drawing:
 class Compositor:
     """Programs and targets on one context; every method needs the context to be current.
 
-    `shaders` is the folder of the programs' files.
+    Programs are kept, the last used ones of them. `shaders` is the folder of the programs' files.
     """
 
     under = (moderngl.ONE_MINUS_DST_ALPHA, moderngl.ONE)  # factors of what is drawn, and of what is there already
@@ -210,16 +211,18 @@ class Compositor:
 
     def _program(self, name: str, switches: dict[str, int]) -> moderngl.Program:
         key = (name, *sorted(switches.items()))
-        if key not in self._programs:
-            self._programs[key] = load_program(
-                self._gl,
-                name,
-                defines=switches,
-                vertex="slab_stack.vert",
-                fragment=f"{name}.frag",
-                folder=self._shaders,
-            )
-        return self._programs[key]
+        program = self._programs.pop(key, None) or load_program(
+            self._gl,
+            name,
+            defines=switches,
+            vertex="slab_stack.vert",
+            fragment=f"{name}.frag",
+            folder=self._shaders,
+        )
+        self._programs[key] = program  # the last one used is the last
+        if len(self._programs) > _MOST_PROGRAMS:
+            self._programs.pop(next(iter(self._programs))).release()
+        return program
 
     def _target_of(self, size: tuple[int, int], target_format: str) -> moderngl.Framebuffer:
         key = (size, target_format)
