@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.camera import Camera
-from texvol.errors import InputError
+from texvol.errors import NoRoomError
 from texvol.volume import Volume
 
 Triple = tuple[int, int, int]
@@ -111,7 +111,7 @@ def texture_size(dimensions: Triple, margin: Triple, bytes_per_sample: int, most
 
     Raises
     ------
-    InputError
+    NoRoomError
         If no brick fits that has room for samples of its own.
     """
     size = list(dimensions)
@@ -120,7 +120,7 @@ def texture_size(dimensions: Triple, margin: Triple, bytes_per_sample: int, most
         cuttable = [axis for axis in range(3) if halves[axis] > 2 * margin[axis] and size[axis] > 1]
         if not cuttable:
             least = np.prod(size, dtype=float) * bytes_per_sample / 1e6
-            raise InputError(f"a brick of this volume takes {least:.3g} MB, and may take {most_bytes / 1e6:.3g} MB")
+            raise NoRoomError(f"a brick of this volume takes {least:.3g} MB, and may take {most_bytes / 1e6:.3g} MB")
         longest_axis = max(cuttable, key=lambda axis: size[axis])
         size[longest_axis] = halves[longest_axis]
     return size[0], size[1], size[2]

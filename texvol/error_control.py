@@ -28,6 +28,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol.errors import NoRoomError
 from texvol.scene import Scene
 
 ORDER = 1.0
@@ -36,6 +37,7 @@ ORDER = 1.0
 SAFETY = 1.5
 ROUNDING = 2e-6  # of a picture in float32, relative to its largest number, or 1
 SURFACE_ROUNDING = 2e-5
+_MOST_HALVINGS = 6  # of slabs: what is drawn then takes a few times as long as the picture
 _COARSEST_RATE, _FINEST_RATE = 1 / 16, 64  # slabs per smallest spacing
 
 Draw = Callable[[float], NDArray[np.float32]]  # slab thickness → picture
@@ -133,7 +135,11 @@ def thickness_for_error(
     found = Choice(smallest_spacing / rate, error, error <= wanted, at(rate), Begin(rate, held.rate))
     while found.reached and rate > _COARSEST_RATE and held.least_of_coarser(error) <= wanted:
         rate /= 2
-        error = held.error_of_coarser(at(rate), rate)
+        try:
+            picture = at(rate)
+        except NoRoomError:  # the thicker the slabs, the more is needed around a brick
+            break
+        error = held.error_of_coarser(picture, rate)
         if not error <= wanted:
             break
         found = Choice(smallest_spacing / rate, error, True, at(rate), Begin(rate, held.rate))
@@ -222,6 +228,24 @@ def estimate(
     """The maximum error of `picture` from one whose slabs are thinner by `halvings`; or, if infinite, that is exact."""
     off = SAFETY * largest_difference(picture, finer) / (1 - 2.0 ** (-ORDER * halvings))
     return off + _rounding_in(finer, rounding)
+
+
+def estimate_by_finer(
+    scene: Scene, picture: NDArray[np.float32], thickness: float, draw: Callable[[Scene, float], NDArray[np.float32]]
+) -> float:
+    """The maximum error of a scene's picture at a slab thickness, from another one of half of that, or less.
+
+    Where the volume is drawn in bricks thinner slabs ask for less around each. `draw` takes a scene and a thickness.
+    The estimate is infinite where there is no room for any.
+    """
+    reference = converging(scene)
+    for halvings in range(1, _MOST_HALVINGS + 1):
+        try:
+            finer = draw(reference, thickness / 2**halvings)
+        except NoRoomError:
+            continue
+        return estimate(picture, finer, max(halvings, halvings_to(reference, scene)), rounding_of(scene))
+    return np.inf
 
 
 def largest_difference(picture: NDArray[np.float32], other: NDArray[np.float32]) -> float:

@@ -9,6 +9,10 @@ class InputError(TexvolError, ValueError):
     """A file, an option or an argument is not what was wanted; the message names both."""
 
 
+class NoRoomError(InputError):
+    """The texture memory has no room for what is to be drawn at once."""
+
+
 class ContextError(TexvolError, RuntimeError):
     """No OpenGL context could be made; the message holds each back end's reason."""
 

@@ -12,7 +12,7 @@ import numpy as np
 from texvol import accuracy, bricks, coarser
 from texvol.contexts import Context
 from texvol.empty_space import EmptySpace
-from texvol.errors import InputError
+from texvol.errors import NoRoomError
 from texvol.recipe import Settings, shown_of, texels_of
 from texvol.render import Part, VisiblePart, bake
 from texvol.scene import Scene
@@ -150,12 +150,12 @@ class MatterOnDevice:
 
 
 def check_room(parts: Sequence[Part], budget: int) -> None:
-    """Raise InputError if several volumes don't fit on the device at once, each as a single brick."""
+    """Raise NoRoomError if several volumes don't fit on the device at once, each as a single brick."""
     if len(parts) == 1:
         return
     total = sum(part.textures.bytes_of_all for part in parts)
     if total > budget or any(len(part.textures.bricks) > 1 for part in parts):
-        raise InputError(
+        raise NoRoomError(
             f"{len(parts)} volumes are drawn at once and take {total / 1e6:.0f} MB of textures; "
             f"there is room for {budget / 1e6:.0f} MB: allow more by --texture-memory, or take smaller volumes"
         )

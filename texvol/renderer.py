@@ -358,20 +358,21 @@ class Renderer:
         return int(self._compositor.picture()[..., 0].sum(dtype=np.float64))
 
     def _estimated_error(self, scene: Scene, size: Size, settings: Settings) -> float | None:
-        """What the choice of thickness found, or what halving it changes in a picture of a sixteenth of the pixels."""
+        """What the choice of thickness found, or what thinner slabs change in a sixteenth of the pixels."""
         if self._estimate is not None or self._context.released:
             return self._estimate
-        small = smaller(size)
         with self._context:
+            small = smaller(size)
             picture = self._draw(scene, small, settings)
             with ExitStack() as aside:
                 for matter in self._matter:
                     aside.enter_context(matter.set_aside(None if scene.added else _REFERENCE_BYTES))
-                finer = replace(settings, slab_thickness=settings.slab_thickness / 2)
-                held_against = error_control.converging(scene)
-                reference = self._exactly(held_against, small, finer)
-        halvings = error_control.halvings_to(held_against, scene)
-        self._estimate = error_control.estimate(picture, reference, halvings, error_control.rounding_of(scene))
+                self._estimate = error_control.estimate_by_finer(
+                    scene,
+                    picture,
+                    settings.slab_thickness,
+                    lambda other, thickness: self._exactly(other, small, replace(settings, slab_thickness=thickness)),
+                )
         return self._estimate
 
     @contextmanager

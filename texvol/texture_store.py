@@ -82,7 +82,7 @@ class TextureStore:
 
         Raises
         ------
-        InputError
+        NoRoomError
             If the budget has no room for any brick.
         """
         layout = (volume.dimensions, baked.texel_format, baked.components, baked.weight_format, volume.labels)
