@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scenes import BONE, FOG, inside, random_volume, smooth_volume
 
 from texvol.accuracy import DEFAULT_EARLY_TERMINATION
+from texvol.added_volume import AddedVolume
 from texvol.camera import Camera, Projection
 from texvol.errors import InputError
 from texvol.renderer import Renderer
@@ -53,6 +55,26 @@ def test_no_more_light_is_lost_than_may_be(
             assert errors[-1] <= share + ROUNDING
         assert errors[0] > 1 / 1024, "rays do end"
         assert truth[..., 3].max() > 0.99
+
+
+@classifications
+@pytest.mark.parametrize("added", [False, True])
+def test_what_glows_more_than_white_is_seen_from_farther_behind(
+    renderers: list[Renderer], classification: Classification, added: bool
+) -> None:
+    values = np.repeat([1.0, 2.0], 20)[:, np.newaxis, np.newaxis] * np.ones((1, 6, 6))
+    volume = Volume(values.astype(np.float32))
+    bright = np.array([(0, 0, 0), (0, 0, 0), (1e4, 2e4, 1e4), (1e4, 2e4, 1e4)])
+    glowing = TransferFunction([1, 1.5, 1.5, 2], bright, np.array([0.4, 0.4, 0, 0]), emissive=True)
+    camera = Camera.orthographic(volume.centre - (0, 0, 60), volume.centre, (0, 1, 0), height=5)
+    scene = Scene(volume, glowing, camera, classification=classification)
+    if added:
+        scene = replace(scene, added=(AddedVolume(Volume(np.ones((4, 4, 4)) * 0.1), DENSE),))
+    truth = renderers[0].render(scene, (8, 8), early_termination=0)
+    assert truth[4, 4, 1] > 10
+    for share in SHARES:
+        picture = renderers[0].render(scene, (8, 8), early_termination=share)
+        assert np.abs(picture - truth).max() <= share
 
 
 @classifications

@@ -65,6 +65,13 @@ def color_scale_of(matter: Sequence[tuple[Scene, TransferFunction]]) -> float:
     return min(scales) / 2 ** max(glowing - 1, 0)
 
 
+def most_light_of(matter: Sequence[tuple[Scene, TransferFunction]]) -> float:
+    """The most light that may come from behind something: of white matter in all lights, and of what glows beyond."""
+    glow = sum(2 * scene.volume.radius * transfer_function.excess_emission for scene, transfer_function in matter)
+    lighting = matter[0][0].lighting
+    return (1.0 + glow) * max(lighting.brightest if lighting else 1.0, 1.0)
+
+
 def texels_of(
     scene: Scene, transfer_function: TransferFunction, camera: Camera, thickness: float, texture_format: str
 ) -> tuple[Any, ...]:

@@ -23,7 +23,7 @@ from texvol.matter_on_device import MatterOnDevice, check_room
 from texvol.modelled import modelled
 from texvol.projection import depth_of, projection_of
 from texvol.ranks import median
-from texvol.recipe import Settings, color_scale_of, stored_scene
+from texvol.recipe import Settings, color_scale_of, most_light_of, stored_scene
 from texvol.render import Part, draw, over_background
 from texvol.scene import Scene
 from texvol.shadows import Shadows
@@ -252,7 +252,7 @@ class Renderer:
                 settings.slab_thickness,
                 size,
                 1.0 if projection else scale,
-                settings.early_termination / max(scene.lighting.brightest if scene.lighting else 1.0, 1.0),
+                settings.early_termination / most_light_of(matters),
                 leaps,
                 matter.empty_space.cells_per_box if leaps else (1.0, 1.0, 1.0),
                 lighting=projection.lighting if projection else lighting,

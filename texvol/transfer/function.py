@@ -152,6 +152,23 @@ class TransferFunction:
         """Whether `colors` is the emission, and not a colour that extinction is to be multiplied with."""
         return self.emissive or self.premultiplied
 
+    @property
+    def excess_emission(self) -> float:
+        """The most by which emission may exceed extinction, per world unit; 0 where no colour is over 1.
+
+        With q <= τ + e matter along a way of length L sheds no more light than 1 + e L, whatever is in front.
+        """
+        most = 0.0
+        if self.glows:
+            factor = 1.0 if self.modulation is None else float(self.modulation[:, 1].max())
+            most = factor * float((self.colors.max(axis=1) - self.extinctions).max())
+        most = max(most, 0.0)
+        for graded in self.graded:
+            most += max(float((graded.emissions.max(axis=1) - graded.extinctions).max()), 0.0)
+        for contour in self.contours:
+            most += max(max(contour.emission) - contour.extinction, 0.0)
+        return most
+
     def as_json(self) -> dict[str, Any]:
         """What a transfer-function file holds of it, in data and world units, see `texvol.transfer.writing`."""
         from texvol.transfer.writing import content_of
