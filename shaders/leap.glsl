@@ -81,30 +81,56 @@ vec2 full_run(CellWalk walk, float slab, float end) {
     return vec2(first, max(min(ceil(until), end), first + 1.0));
 }
 
-// Where matter may be met next by samples in the middle of slabs: the first slab of a run and the one after its last, of
-// up to three runs from `slab` on, NOWHERE where there are fewer. The slab from which on nothing is known yet is returned.
-// It goes from sample to sample, so that no cell between two of them is asked; `sampled` are the first and the last that
-// there are, where the box cuts slabs short.
-float leap(CellWalk walk, float slab, float end, vec2 sampled, out vec2 run, out vec2 second, out vec2 third) {
+// Runs of slabs in which matter may be met, front to back. A run is one number, so that more of them fit beside what else
+// a ray has to remember: its first slab and the one after its last, counted from `base`, the ray's first, of which a stack
+// has fewer than MOST_SLABS (slicing.py). A float32 counts to the square of that.
+struct Runs {
+    float first, second, third, fourth, fifth, sixth;
+};
+const float MOST_RUNS = 6.0;      // at a time: neighbours in a vector of pixels wait for each other before they look for more
+const float MOST_SLABS = 4096.0;
+const float NO_RUN = MOST_SLABS * MOST_SLABS - 1.0;  // behind all that there are
+
+// The first run, which is taken away from the others. Where there is none it lies NO_SLAB behind `base`.
+const float NO_SLAB = MOST_SLABS - 1.0;
+vec2 take_run(inout Runs runs, float base) {
+    float from = floor(runs.first * (1.0 / MOST_SLABS));
+    vec2 run = base + vec2(from, runs.first - from * MOST_SLABS);
+    runs = Runs(runs.second, runs.third, runs.fourth, runs.fifth, runs.sixth, NO_RUN);
+    return run;
+}
+
+// Where matter may be met next by samples in the middle of slabs, from `slab` on, in `most` slabs or some more. The slab
+// from which on nothing is known yet is returned. It goes from sample to sample, so that no cell between two of them is
+// asked; `sampled` are the first and the last that there are, where the box cuts slabs short.
+float leap(CellWalk walk, float base, float slab, float end, vec2 sampled, float most, out Runs runs) {
     float full_from = NOWHERE;
-    run = second = third = vec2(NOWHERE);
-    while (slab < end && third.x == NOWHERE) {
+    float count = 0.0;
+    runs = Runs(NO_RUN, NO_RUN, NO_RUN, NO_RUN, NO_RUN, NO_RUN);
+    while (slab < end && count < MOST_RUNS) {
         vec3 cell = floor(walk.start + clamp(slab + 0.5, sampled.x, sampled.y) * walk.way);
         uint entry = entry_of(walk, cell);
         vec3 depths = (cell + float(entry >> 1u)) * walk.depth_per_cell + walk.depth_at_zero;
         float next = max(ceil(min(depths.x, min(depths.y, depths.z)) - 0.5), slab + 1.0);
         bool is_full = (entry & 1u) == 1u;
-        if (is_full) full_from = min(full_from, slab);
-        // A run ends where emptiness begins, or at the end of all.
-        if (full_from < NOWHERE && (!is_full || next >= end)) {
-            vec2 found = vec2(full_from, is_full ? end : slab);
-            if (run.x == NOWHERE) run = found;
-            else if (second.x == NOWHERE) second = found;
-            else third = found;
+        if (is_full) {
+            full_from = min(full_from, slab);
+            most -= next - slab;
+        }
+        // A run ends where emptiness begins, at the end of all, or where that is enough for now.
+        if (full_from < NOWHERE && (!is_full || next >= end || most <= 0.0)) {
+            float run = (full_from - base) * MOST_SLABS + ((is_full ? min(next, end) : slab) - base);
+            if (count == 0.0) runs.first = run;
+            if (count == 1.0) runs.second = run;
+            if (count == 2.0) runs.third = run;
+            if (count == 3.0) runs.fourth = run;
+            if (count == 4.0) runs.fifth = run;
+            if (count == 5.0) runs.sixth = run;
+            count = most <= 0.0 ? MOST_RUNS : count + 1.0;
             full_from = NOWHERE;
         }
         slab = next;
-        if (slab >= end || third.x != NOWHERE) break;
+        if (slab >= end || count >= MOST_RUNS) break;
     }
-    return slab < end ? third.y : end;
+    return min(slab, end);
 }

@@ -18,6 +18,11 @@ uniform float color_scale;        // brings the brightest emission near 1, for t
 uniform float least_transmittance;  // a ray that lets no more through is done; 0: none ever is
 #if LEAPS
 #include "leap.glsl"
+#if CLASSIFICATION == 2
+uniform float slabs_ahead;        // of matter, that are looked for before they are sampled
+#else
+const float slabs_ahead = 64.0;
+#endif
 #endif
 
 flat in vec2 slab_range;
@@ -159,9 +164,9 @@ void main() {
         run = full_run(walk, slab, end);
         if (run.x == NOWHERE) break;
 #elif LEAPS
-        vec2 second;
-        vec2 third;
-        float known_until = leap(walk, slab, end, sampled, run, second, third);
+        Runs runs;
+        float known_until = leap(walk, ray.slab, slab, end, sampled, slabs_ahead, runs);
+        run = take_run(runs, ray.slab);
 #endif
         // Opacity at which a run may end; a slab at least is drawn.
         float enough = 2.0;
@@ -206,10 +211,8 @@ void main() {
             // Neighbours in a vector of pixels don't wait for each other's runs.
             if (slab >= run.y) {
                 known_until = max(known_until, slab);  // of two slabs at once the second may lie beyond
-                slab = max(slab, second.x);
-                run = second;
-                second = third;
-                third = vec2(NOWHERE);
+                run = take_run(runs, ray.slab);
+                slab = max(slab, run.x);
             }
 #endif
 #endif
@@ -218,7 +221,7 @@ void main() {
         stack_color = over(stack_color, run_color);
         if (least_transmittance > 0.0 && 1.0 - stack_color.a <= least_transmittance) break;
 #if LEAPS && CLASSIFICATION != 3
-        if (slab >= NOWHERE) slab = known_until;
+        if (slab >= ray.slab + NO_SLAB) slab = known_until;
 #endif
         if (slab >= end) break;
     }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import replace
 from unittest.mock import patch
@@ -14,8 +15,11 @@ from scenes import BONE, constant, inside, random_volume, sparse_volume
 
 from texvol.camera import Camera, Projection
 from texvol.cells import CELL, Cells
+from texvol.compositor import leap_uniforms
 from texvol.renderer import Renderer
 from texvol.scene import CLASSIFICATIONS, Classification, Scene
+from texvol.shaders import FOLDER
+from texvol.slicing import SLABS_PER_STACK
 from texvol.transfer import TransferFunction
 from texvol.volume import Volume
 
@@ -253,3 +257,48 @@ def test_no_slab_at_the_end_of_a_run_is_drawn_twice(renderer: Renderer, classifi
         eye = volume.centre + 100 * random.standard_normal(3)
         scene = Scene(volume, matter, Camera.framing(volume, eye=eye), classification=classification)
         assert_leaping_changes_nothing(renderer, scene, (160, 160), sampling_rate=1.0)
+
+
+@projections
+@classifications
+@pytest.mark.parametrize("count, thick, apart", [(12, 3, 18), (3, 80, 100)])
+def test_every_sheet_behind_another_is_met(
+    renderer: Renderer, classification: Classification, projection: Projection, count: int, thick: int, apart: int
+) -> None:
+    """More of them than a ray looks for at a time, in number or in slabs; the last shows behind the others."""
+    values = np.tile(np.arange(apart) >= apart - thick, count).astype(np.float32)
+    volume = Volume(np.broadcast_to(values, (20, 20, values.size)).copy())
+    faint = TransferFunction(np.array([0.1, 1]), np.ones((2, 3)), np.array([0, 0.01]))
+    eye = volume.centre + (3 * values.size, 4, 7)
+    scene = Scene(volume, faint, Camera.framing(volume, projection, eye=eye), classification=classification)
+    picture = assert_leaping_changes_nothing(renderer, scene, (64, 64), sampling_rate=1.0)
+    whole = 1 - np.exp(-0.01 * values.sum())
+    assert abs(picture[32, 32, 3] - whole) < 0.1 * whole
+    renderer.render(scene, (64, 64), sampling_rate=1.0)
+    assert renderer.stats["samples"] < 0.95 * renderer.stats["samples_total"]
+
+
+def test_a_run_has_room_for_all_slabs_of_a_stack() -> None:
+    text = (FOLDER / "leap.glsl").read_text(encoding="utf-8")
+    found = re.search(r"const float MOST_SLABS = ([\d.]+);", text)
+    assert found
+    assert float(found[1]) - 1 > SLABS_PER_STACK  # which stands for no run
+    assert float(found[1]) ** 2 <= 2**24  # to which float32 counts
+
+
+@pytest.mark.parametrize(
+    "extinction, termination, expected",
+    [
+        (0.01, 2.0**-20, 64),
+        (np.inf, 2.0**-20, 16),
+        (np.inf, 0.0, 64),  # no ray is ended
+        (20 * np.log(2) / 5, 2.0**-20, 30),  # six times the five slabs that let no more through
+    ],
+)
+def test_where_rays_end_soon_they_do_not_look_far(extinction: float, termination: float, expected: float) -> None:
+    volume = sparse_volume(1)
+    matter = TransferFunction(np.array([0.0, 0.5, 0.5]), np.ones((3, 3)), np.array([0.0, 0.0, extinction]))
+    scene = Scene(volume, matter, Camera.framing(volume), classification="post")
+    with Renderer() as renderer, patch("texvol.compositor.leap_uniforms", wraps=leap_uniforms) as asked:
+        renderer.render(scene, SIZE, slab_thickness=1.0, early_termination=termination)
+    assert leap_uniforms(asked.call_args.args[0])["slabs_ahead"] == pytest.approx(expected)

@@ -8,6 +8,7 @@ the premultiplied colour and opacity of everything in front of the next:
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -43,6 +44,8 @@ NO_LIGHT = dict.fromkeys(
     ("LIT", "HEAD_LIGHT", "DIRECTIONAL_LIGHTS", "POINT_LIGHTS", "SPECULAR", "TWO_SIDED", "SHADOWS"), 0
 )
 
+
+_ENDS_AHEAD, _LEAST_AHEAD, _MOST_AHEAD = 6.0, 16.0, 64.0  # times the slabs that end a ray, and slabs
 
 AnyTexture = moderngl.Texture | moderngl.Texture3D
 Stretch = tuple[moderngl.Texture, moderngl.Texture]
@@ -143,7 +146,7 @@ class Compositor:
         uniforms |= way_uniforms(drawing.volume, drawing.camera, drawing.size, stacks.slab_thickness, drawing.about)
         if drawing.leaps is not None:
             units["leaps"] = drawing.leaps
-            uniforms["cells_per_box"] = drawing.cells_per_box
+            uniforms |= leap_uniforms(drawing)
         if drawing.arriving is not None:
             units["arriving"] = drawing.arriving
         if drawing.stretch is not None:
@@ -320,6 +323,23 @@ def seen_uniforms(drawing: Drawing) -> dict[str, Any]:
         return drawing.projection.uniforms(drawing.baked)
     scales = {"color_scale": drawing.color_scale, "least_transmittance": drawing.least_transmittance}
     return scales | drawing.baked.uniforms(drawing.slab_thickness)
+
+
+def leap_uniforms(drawing: Drawing) -> dict[str, Any]:
+    """How the cells lie in the box, and in `post` how many slabs of matter a ray looks for before it samples them.
+
+    A ray that ends has looked in vain for what lies behind; one that goes on waits for its neighbours each time that it
+    looks again. So it looks for a few times the matter that would end it, if all were as dense as the densest.
+    """
+    uniforms: dict[str, Any] = {"cells_per_box": drawing.cells_per_box}
+    baked = drawing.baked
+    if drawing.projection is None and isinstance(baked, ValueTexture) and baked.classification == "post":
+        deepest = float(baked.transfer_function.extinctions.max()) * drawing.slab_thickness
+        ahead = math.inf
+        if deepest > 0 and drawing.least_transmittance > 0:
+            ahead = -_ENDS_AHEAD * math.log(drawing.least_transmittance) / deepest
+        uniforms["slabs_ahead"] = min(max(ahead, _LEAST_AHEAD), _MOST_AHEAD)
+    return uniforms
 
 
 def light_uniforms_of(drawing: Drawing) -> dict[str, Any]:
