@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import asdict, replace
 from typing import Any
 
@@ -16,7 +16,7 @@ from texvol.compositor import Compositor, Drawing
 from texvol.contexts import Context, open_context
 from texvol.display import NUMBER_MODES
 from texvol.error_search import ErrorSearch, smaller
-from texvol.errors import InputError
+from texvol.errors import InputError, NoRoomError
 from texvol.geometry.drawn import DrawnGeometry
 from texvol.hidden_samples import without_hidden
 from texvol.matter_on_device import MatterOnDevice, check_room
@@ -361,7 +361,7 @@ class Renderer:
         """What the choice of thickness found, or what thinner slabs change in a sixteenth of the pixels."""
         if self._estimate is not None or self._context.released:
             return self._estimate
-        with self._context:
+        with self._context, suppress(NoRoomError):  # another size may see more obliquely
             small = smaller(size)
             picture = self._draw(scene, small, settings)
             with ExitStack() as aside:
