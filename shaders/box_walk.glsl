@@ -101,7 +101,7 @@ float next_end(BoxWalk walk, float slab, float share) {
 
 #if CLASSIFICATION == 1
 vec4 glow_there(vec4 texel, vec3 position, float length) {
-    return texel * texel_scale * length;
+    return texel * held_scale * length;
 }
 #elif CLASSIFICATION == 2
 vec4 glow_there(vec4 texel, vec3 position, float length) {

@@ -11,6 +11,7 @@
 //                    0: it is colour times extinction.
 
 #include "optics.glsl"
+#include "held.glsl"
 
 // Stands for an infinite extinction: opaque over any length but 0, and what glows is nothing beside it.
 const float OPAQUE = 1e24;
@@ -31,6 +32,7 @@ vec4 color_of_glowing(vec4 matter, float path_length) {
 #if RAMPS
 
 uniform vec4 ramp_base;           // colour and extinction before the first ramp
+vec4 held_base = HELD(ramp_base);
 uniform vec4 ramp_rises[RAMPS];   // how much each ramp adds from its start to its end
 uniform vec2 ramp_places[RAMPS];  // where it starts, and 1 / its width
 
@@ -48,7 +50,7 @@ void load_ramps() {
 
 // NaN is nothing.
 vec4 matter_of_value(float value) {
-    vec4 matter = ramp_base;
+    vec4 matter = held_base;
 #define ADD(rise, place, i) matter += rise * clamp((value - place.x) * place.y, 0.0, 1.0);
     EACH_RAMP(ADD)
 #if MISSING

@@ -5,15 +5,23 @@
 //           SHADOWS 1: of a light only what is left of it at a place falls on matter there, but for the head light.
 //           TWO_SIDED 1: the side of a surface that faces the eye is lit.
 
+#include "held.glsl"
+
 uniform float ambient;
 uniform float diffuse;
 uniform float fade;                // |gradient| from which on it is fully believed
+float held_ambient = HELD(ambient);
+float held_diffuse = HELD(diffuse);
+float held_fade = HELD(fade);
 #if SPECULAR
 uniform float specular;
 uniform float shininess;
+float held_specular = HELD(specular);
+float held_shininess = HELD(shininess);
 #endif
 #if HEAD_LIGHT
 uniform vec3 head_color;
+vec3 held_head_color = HELD(head_color);
 #endif
 #if DIRECTIONAL_LIGHTS
 uniform vec3 directions[DIRECTIONAL_LIGHTS];  // to the light, of length 1
@@ -46,10 +54,10 @@ vec3 unit(vec3 vector) {
 // `believed` is how much the normal counts, from 0 to 1.
 Shade with_light(Shade shade, vec3 color, vec3 normal, vec3 to_light, vec3 to_eye, float believed) {
     float facing = dot(normal, to_light);
-    shade.diffuse += diffuse * color * mix(1.0, max(facing, 0.0), believed);
+    shade.diffuse += held_diffuse * color * mix(1.0, max(facing, 0.0), believed);
 #if SPECULAR
     float halfway = max(dot(normal, unit(to_light + to_eye)), 1e-30);
-    shade.specular += (facing > SQUARE ? specular * believed * pow(halfway, shininess) : 0.0) * color;
+    shade.specular += (facing > SQUARE ? held_specular * believed * pow(halfway, held_shininess) : 0.0) * color;
 #endif
     return shade;
 }
@@ -66,15 +74,15 @@ float left_of_light(int number, vec3 place, vec3 to_light) {
 // Shade of matter at `place`, in the coordinates of the point lights, seen from `to_eye`, of length 1.
 Shade shade_of(vec3 gradient, vec3 to_eye, vec3 place) {
     float magnitude = length(gradient);
-    float share = clamp(magnitude / fade, 0.0, 1.0);
+    float share = clamp(magnitude / held_fade, 0.0, 1.0);
     float believed = share * share * (3.0 - 2.0 * share);
     vec3 normal = gradient / -max(magnitude, 1e-30);
 #if TWO_SIDED
     if (dot(normal, to_eye) < -SQUARE) normal = -normal;
 #endif
-    Shade shade = Shade(vec3(ambient), vec3(0.0));
+    Shade shade = Shade(vec3(held_ambient), vec3(0.0));
 #if HEAD_LIGHT
-    shade = with_light(shade, head_color, normal, to_eye, to_eye, believed);
+    shade = with_light(shade, held_head_color, normal, to_eye, to_eye, believed);
 #endif
 #if DIRECTIONAL_LIGHTS
     for (int i = 0; i < DIRECTIONAL_LIGHTS; ++i) {

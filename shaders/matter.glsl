@@ -7,11 +7,13 @@
 //           light.glsl. CUE: see seen.glsl.
 
 #include "optics.glsl"
+#include "held.glsl"
 #include "volume_texture.glsl"
 #include "seen.glsl"
 
 #if CLASSIFICATION <= 1
 uniform vec4 texel_scale;         // texels are stored relative to this
+vec4 held_scale = HELD(texel_scale);
 #endif
 uniform float slab_length;        // slab thickness, in the unit of length of the texels or of the transfer function
 #if CLASSIFICATION >= 2

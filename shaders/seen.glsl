@@ -3,6 +3,7 @@
 // Switches: LIT 1: light falls on matter; see light.glsl. CUE 1: what is far is mixed with a colour.
 //           PERSPECTIVE 1: rays diverge.
 
+#include "held.glsl"
 #if LIT
 #include "light.glsl"
 
@@ -21,7 +22,7 @@ vec3 to_eye_from(vec2 pixel) {
 #if PERSPECTIVE
     return normalize(to_eye_middle + pixel.x * to_eye_per_column + pixel.y * to_eye_per_row);
 #else
-    return to_eye_middle;
+    return HELD(to_eye_middle);
 #endif
 }
 
@@ -37,13 +38,15 @@ Shade shade_at(vec3 gradient, vec3 to_eye, vec3 position) {
 #if CUE
 uniform vec2 cue_range;           // how far it has grown at depth 0, and how much it grows per depth
 uniform vec4 cue;                 // colour, and how strong it becomes
+vec2 held_cue_range = HELD(cue_range);
+vec4 held_cue = HELD(cue);
 #endif
 
 // Premultiplied colour and opacity at some depth, as it is seen from the eye.
 vec4 cued(vec4 color, float depth) {
 #if CUE
-    float share = cue.a * clamp(cue_range.x + depth * cue_range.y, 0.0, 1.0);
-    color.rgb = mix(color.rgb, cue.rgb * color.a, share);
+    float share = held_cue.a * clamp(held_cue_range.x + depth * held_cue_range.y, 0.0, 1.0);
+    color.rgb = mix(color.rgb, held_cue.rgb * color.a, share);
 #endif
     return color;
 }

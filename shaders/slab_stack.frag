@@ -36,13 +36,13 @@ const float MOST_AT_ONCE = 64.0;  // slabs composited before they are put behind
 #if CLASSIFICATION == 0
 // Premultiplied colour and opacity of the matter in `texel`, over `length` times what it stands for.
 vec4 slab_color(vec4 texel, float length) {
-    texel *= texel_scale;
+    texel *= held_scale;
     float opacity = opacity_from_depth(length * depth_from_opacity(texel.a));
     return vec4(texel.rgb * (texel.a > 0.0 ? opacity / texel.a : length), opacity);
 }
 #elif CLASSIFICATION == 1
 vec4 slab_color(vec4 texel, float length) {
-    texel *= texel_scale;
+    texel *= held_scale;
     float depth = texel.a * length;
     float opacity = opacity_from_depth(depth);
     return vec4(texel.rgb * (length * mean_transmittance(depth, opacity)), opacity);
@@ -70,7 +70,7 @@ vec4 color_at_middle(vec4 texel, float length, vec3 position, float depth) {
 // The same for a slab of a run, of which the share `is_there` is: all of it or nothing where texels stand for whole slabs.
 vec4 slab_color_in_run(vec4 texel, float length, float is_there, vec3 position, float depth) {
 #if CLASSIFICATION == 0 && WHOLE_SLABS
-    return cued(texel * (texel_scale * is_there), depth);
+    return cued(texel * (held_scale * is_there), depth);
 #else
     return color_at_middle(texel, length * is_there, position, depth);
 #endif

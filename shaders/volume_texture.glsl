@@ -4,6 +4,8 @@
 //           gradient in 16 bits, of which the middle is 0. WEIGHTS 1: matter has a weight, from 0 to 1.
 //           MISSING 1: there may be no value.
 
+#include "held.glsl"
+
 uniform sampler3D texels;
 #if WEIGHTS
 uniform sampler3D weights;        // as the texels lie
@@ -14,12 +16,15 @@ uniform sampler3D weights;        // as the texels lie
 uniform vec3 samples_per_box;
 uniform vec3 first_sample;
 uniform vec3 textures_per_sample;
+vec3 held_samples_per_box = HELD(samples_per_box);
+vec3 held_first_sample = HELD(first_sample);
+vec3 held_textures_per_sample = HELD(textures_per_sample);
 #endif
 
 // Where in the textures a place of the box is.
 vec3 in_texture(vec3 position) {
 #if BRICKS
-    return (position * samples_per_box - first_sample) * textures_per_sample;
+    return (position * held_samples_per_box - held_first_sample) * held_textures_per_sample;
 #else
     return position;
 #endif

@@ -294,7 +294,7 @@ def test_a_spacing_that_is_left_out_of_the_fade_shows(renderer: Renderer, kind: 
 def test_a_cue_applied_twice_shows(renderer: Renderer, kind: Classification) -> None:
     volume = linear()
     scene = Scene(volume, even(), framed(volume), classification=kind, depth_cue=DepthCue(0.5, near=0.0, far=1e-3))
-    mixed = "mix(color.rgb, cue.rgb * color.a, %s)"
+    mixed = "mix(color.rgb, held_cue.rgb * color.a, %s)"
     twice = ("seen.glsl", mixed % "share", mixed % "share * (2.0 - share)")
     half = drawn(renderer, replace(scene, depth_cue=None)) * [0.5, 0.5, 0.5, 1]
     assert largest(drawn(renderer, scene) - half) < ROUNDING
