@@ -34,13 +34,13 @@ vec4 color_of_glowing(vec4 matter, float path_length) {
 uniform vec4 ramp_base;           // colour and extinction before the first ramp
 vec4 held_base = HELD(ramp_base);
 uniform vec4 ramp_rises[RAMPS];   // how much each ramp adds from its start to its end
-uniform vec2 ramp_places[RAMPS];  // where it starts, and 1 / its width
+uniform vec3 ramp_places[RAMPS];  // where it starts, 1 / its width, and where it ends
 
 #include "each_ramp.glsl"
 
 // Copies for the loop over the slabs: Mesa's software driver fetches a uniform anew each time, and keeps an array in
 // memory, which makes a sample twice as dear.
-#define DECLARE(rise, place, i) vec4 rise; vec2 place;
+#define DECLARE(rise, place, i) vec4 rise; vec3 place;
 EACH_RAMP(DECLARE)
 
 void load_ramps() {

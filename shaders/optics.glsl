@@ -25,6 +25,15 @@ float depth_from_opacity(float opacity) {
     return opacity < 0.5 ? series : (opacity < 1.0 ? -log(1.0 - opacity) : 1e30);
 }
 
+// -log(1 - A) / A for A from 0 to 0.8873, a depth of 2.18, and no further: a rational minimax function, 8e-7 of the result
+// off, with rounding; of 1 - A, so that hardly anything cancels.
+float depth_per_opacity(float opacity) {
+    float left = 1.0 - opacity;
+    float square = left * left;
+    float above = (0.026176642 + 0.605223378 * left) + square * ((1.55249758 + 0.265148534 * left) - 0.0251843742 * square);
+    return above / ((0.00499737783 + 0.220807502 * left) + square * (1.19805792 + left));
+}
+
 // φ(x) = (1 - e^-x) / x, given A = 1 - e^-x; φ(0) = 1.
 float mean_transmittance(float x, float opacity) {
     return x > 0.0 ? opacity / x : 1.0;

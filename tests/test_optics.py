@@ -62,27 +62,32 @@ def test_the_shader_computes_what_python_does(context: Context) -> None:
     source = f"""#version 330
         {(FOLDER / "optics.glsl").read_text("utf-8")}
         in float depth; in float opacity;
-        out float out_opacity; out float out_depth; out float out_mean; out vec4 out_over;
+        out float out_opacity; out float out_depth; out float out_mean; out float out_per_opacity; out vec4 out_over;
         void main() {{
             out_opacity = opacity_from_depth(depth);
             out_depth = depth_from_opacity(opacity);
             out_mean = mean_transmittance(depth, out_opacity);
+            out_per_opacity = depth_per_opacity(opacity);
             out_over = over(vec4(0.1, 0.2, 0.3, opacity), vec4(0.3, 0.2, 0.1, 0.5));
         }}"""
-    names = ["out_opacity", "out_depth", "out_mean", "out_over"]
+    names = ["out_opacity", "out_depth", "out_mean", "out_per_opacity", "out_over"]
     gl = context.gl
     program = gl.program(vertex_shader=source, varyings=names)
     inputs = gl.buffer(np.stack([x, opacity], axis=1).astype(np.float32))
-    outputs = gl.buffer(reserve=x.size * 7 * 4)
+    outputs = gl.buffer(reserve=x.size * 8 * 4)
     array = gl.vertex_array(program, [(inputs, "1f 1f", "depth", "opacity")])
     array.transform(outputs, moderngl.POINTS)
-    result = np.frombuffer(outputs.read(), np.float32).reshape(-1, 7).astype(np.float64)
+    result = np.frombuffer(outputs.read(), np.float32).reshape(-1, 8).astype(np.float64)
     # Five roundings of 2^-24 each, and exp and log good to 4 ulp where they are called.
     np.testing.assert_allclose(result[:, 0], optics.opacity_from_depth(x), rtol=6e-7)
     visible = (x > 0) & (opacity < 1)
     np.testing.assert_allclose(result[visible, 1], optics.depth_from_opacity(opacity[visible]), rtol=6e-7)
     assert (result[opacity == 1, 1] > 1e20).all()
     np.testing.assert_allclose(result[:, 2], optics.mean_transmittance(x), rtol=6e-7)
+    shallow = visible & (opacity < 0.8873)
+    # The function is 5e-7 off, and float32 rounds six times.
+    expected = optics.depth_from_opacity(opacity[shallow]) / opacity[shallow]
+    np.testing.assert_allclose(result[shallow, 3], expected, rtol=8e-7)
     back = np.array([0.3, 0.2, 0.1, 0.5])
     front = np.stack([np.full(x.size, part) for part in (0.1, 0.2, 0.3)] + [opacity.astype(float)], axis=1)
-    np.testing.assert_allclose(result[:, 3:], optics.over(front, back), atol=2e-7)
+    np.testing.assert_allclose(result[:, 4:], optics.over(front, back), atol=2e-7)

@@ -17,7 +17,7 @@ from scenes import BONE, random_volume, smooth_volume
 from texvol.camera import Camera
 from texvol.ramps import NUMBERS_OF_RAMPS, ramp_uniforms
 from texvol.renderer import Renderer
-from texvol.scene import Scene
+from texvol.scene import Classification, Scene
 from texvol.shaders import FOLDER
 from texvol.transfer import TransferFunction
 from texvol.value_texture import bake_values
@@ -47,7 +47,7 @@ def sums(ramps: dict[str, Any], values: np.ndarray) -> np.ndarray:
     """What the shader adds up, in float32, shape (n, 4)."""
     values = values.astype(np.float32)[:, np.newaxis]
     total = np.broadcast_to(np.float32(ramps["ramp_base"]), (values.size, 4))
-    for rise, (start, per_width) in zip(ramps["ramp_rises"], np.float32(ramps["ramp_places"]), strict=True):
+    for rise, (start, per_width, _) in zip(ramps["ramp_rises"], np.float32(ramps["ramp_places"]), strict=True):
         with np.errstate(over="ignore", invalid="ignore"):
             share = np.clip((values - start) * per_width, 0, 1)
         total = total + np.float32(rise) * share
@@ -96,19 +96,29 @@ def test_the_sum_is_zero_where_the_transfer_function_is(seed: int, segments: int
 
 
 @settings(max_examples=50, deadline=None, derandomize=True)
-@given(seeds, st.integers(1, 24), st.booleans(), st.sampled_from(["orthographic", "perspective"]))
-@example(1, 1, False, "orthographic")
-@example(2, 24, True, "perspective")
+@given(
+    st.sampled_from([("post", 24), ("integrated", 12)]),
+    seeds,
+    st.floats(0, 1),
+    st.booleans(),
+    st.sampled_from(["orthographic", "perspective"]),
+)
+@example(("post", 24), 1, 0.0, False, "orthographic")
+@example(("post", 24), 2, 1.0, True, "perspective")
+@example(("integrated", 12), 2, 1.0, False, "perspective")
 def test_a_picture_by_ramps_is_that_by_segments(
-    renderer: Renderer, seed: int, segments: int, emissive: bool, projection: str
+    renderer: Renderer, how: tuple[Classification, int], seed: int, share: float, emissive: bool, projection: str
 ) -> None:
+    classification, most = how
+    segments = 1 + round(share * (most - 1))
     random = np.random.default_rng(seed)
     volume = random_volume(seed, (7, 6, 5))
     if random.random() < 0.3:
         volume.values[random.random(volume.values.shape) < 0.1] = np.nan
     matter = matter_of(random, segments, emissive)
-    scene = Scene(volume, matter, Camera.framing(volume, projection), classification="post")  # type: ignore[arg-type]
-    assume(bake_values(volume, matter, "post").switches(1.0, True)["RAMPS"])
+    camera = Camera.framing(volume, projection)  # type: ignore[arg-type]
+    scene = Scene(volume, matter, camera, classification=classification)
+    assume(bake_values(volume, matter, classification).switches(1.0, True)["RAMPS"])
     by_ramps = renderer.render(scene, SIZE)
     with patch("texvol.value_texture.ramp_uniforms", return_value=None):
         by_segments = renderer.render(replace(scene, transfer_function=replace(matter)), SIZE)
@@ -119,8 +129,9 @@ def test_a_picture_by_ramps_is_that_by_segments(
     np.testing.assert_allclose(by_ramps, by_segments, rtol=0, atol=brightest * (1e-6 + 10 * steepest))
 
 
+@pytest.mark.parametrize("classification", ["post", "integrated"])
 @pytest.mark.parametrize("dtype", [np.uint8, np.int8, np.uint16, np.int16, np.float16, np.float32, np.float64])
-def test_any_type_of_values_by_ramps(renderer: Renderer, dtype: type) -> None:
+def test_any_type_of_values_by_ramps(renderer: Renderer, dtype: type, classification: Classification) -> None:
     """Flat layers of which some lie exactly on a step."""
     values = np.array([3, 90, 91, 120]).astype(dtype)
     volume = Volume(np.broadcast_to(values[:, np.newaxis, np.newaxis], (4, 5, 6)).copy())
@@ -128,7 +139,7 @@ def test_any_type_of_values_by_ramps(renderer: Renderer, dtype: type) -> None:
         np.array([0, 90.0, 90, 100, 120, 120]), np.eye(6, 3), np.array([0.01, 0.02, 0.3, 0.1, 0.05, 0.7])
     )
     camera = Camera.orthographic((2.5, -20.0, 1.5), (2.5, 2, 1.5), (0, 0, 1), height=4)
-    scene = Scene(volume, matter, camera, classification="post")
+    scene = Scene(volume, matter, camera, classification=classification)
     by_ramps = renderer.render(scene, (8, 8))
     with patch("texvol.value_texture.ramp_uniforms", return_value=None):
         by_segments = renderer.render(replace(scene, transfer_function=replace(matter)), (8, 8))
@@ -149,14 +160,17 @@ def test_what_is_nothing_is_drawn_as_nothing(renderer: Renderer) -> None:
     assert not renderer.render(scene, SIZE, skip_empty=False).any()
 
 
-@pytest.mark.parametrize("segments", [24, 25])
-def test_more_ramps_than_there_are_are_looked_up(segments: int) -> None:
+@pytest.mark.parametrize(
+    "classification, segments, ramps",
+    [("post", 24, 24), ("post", 25, 0), ("integrated", 12, 12), ("integrated", 13, 0)],
+)
+def test_more_ramps_than_there_are_are_looked_up(classification: Classification, segments: int, ramps: int) -> None:
     values = np.linspace(0, 1, segments + 1)
     matter = TransferFunction(values, np.repeat(values[:, np.newaxis], 3, axis=1), values)
-    baked = bake_values(smooth_volume(8), matter, "post")
-    assert baked.switches(1.0, True)["RAMPS"] == (24 if segments == 24 else 0)
-    assert bool(baked.tables) == (segments == 25)
-    assert ("ramp_base" in baked.uniforms(1.0)) == (segments == 24)
+    baked = bake_values(smooth_volume(8), matter, classification)
+    assert baked.switches(1.0, True)["RAMPS"] == ramps
+    assert bool(baked.tables) == (ramps == 0)
+    assert ("ramp_base" in baked.uniforms(1.0)) == (ramps > 0)
 
 
 def test_a_flat_stretch_takes_no_ramp() -> None:
@@ -178,9 +192,9 @@ def test_infinite_extinctions_and_lost_digits_are_looked_up() -> None:
         assert set(baked.tables) == {"segments", "segment_grid"}
 
 
-def test_only_post_has_ramps_and_none_where_nothing_shows() -> None:
-    assert bake_values(smooth_volume(8), BONE, "integrated").switches(1.0, True)["RAMPS"] == 0
-    assert bake_values(smooth_volume(8), BONE, "post").switches(1.0, True)["RAMPS"] == 3  # of four
+def test_where_nothing_shows_there_is_no_ramp() -> None:
+    assert bake_values(smooth_volume(8), BONE, "integrated").switches(1.0, True)["RAMPS"] == 3  # of four
+    assert bake_values(smooth_volume(8), BONE, "post").switches(1.0, True)["RAMPS"] == 3
 
 
 def test_the_shader_has_the_same_numbers_of_ramps() -> None:

@@ -179,7 +179,10 @@ CHOICES: dict[int, list[dict[str, int]]] = {
         {"RAMPS": ramps, "EMISSIVE": emissive, "MISSING": missing, "PERSPECTIVE": way}
         for ramps, emissive, missing, way in itertools.product((0, *NUMBERS_OF_RAMPS), EITHER, EITHER, EITHER)
     ],
-    3: [{"EMISSIVE": emissive, "PERSPECTIVE": way} for emissive, way in itertools.product(EITHER, EITHER)],
+    3: [
+        {"RAMPS": ramps, "EMISSIVE": emissive, "PERSPECTIVE": way}
+        for ramps, emissive, way in itertools.product((0, 2, 12), EITHER, EITHER)
+    ],
 }
 
 
@@ -214,10 +217,9 @@ GRADED: list[dict[str, int]] = [
 @pytest.mark.parametrize("classification", [2, 3])
 @pytest.mark.parametrize("lights", LIGHTS, ids=str)
 def test_every_light_on_matter_compiles(context: Context, classification: int, lights: dict[str, int]) -> None:
-    ramps = 2 if classification == 2 else 0
     for way, bricks, cue in itertools.product(EITHER, repeat=3):
         ways = {"PERSPECTIVE": way, "BRICKS": bricks, "CUE": cue, "LEAPS": 1, "COUNT": 0}
-        switches = {"CLASSIFICATION": classification, "GRADIENT": 1 + bricks, "RAMPS": ramps}
+        switches = {"CLASSIFICATION": classification, "GRADIENT": 1 + bricks, "RAMPS": 2 * cue}
         load_program(context.gl, "slab_stack", defines=MATTER | ways | switches | lights)
 
 
@@ -229,7 +231,7 @@ def test_all_graded_matter_compiles(context: Context, emissive: int, ramps: int,
     for lights in ({}, LIGHTS[-1]):
         classifications = [{"CLASSIFICATION": 2, "RAMPS": ramps}]
         if not graded.get("GRADED") and not graded.get("CONTOURS"):  # integrated is for what depends on the value alone
-            classifications.append({"CLASSIFICATION": 3})
+            classifications.append({"CLASSIFICATION": 3, "RAMPS": ramps})
         for each in classifications:
             defines = MATTER | ways | switches | lights | each
             load_program(context.gl, "slab_stack", defines=defines)
@@ -244,6 +246,7 @@ OF_A_VOLUME: list[dict[str, int]] = [
         {"CLASSIFICATION": 2, "RAMPS": 2, "WEIGHTS": 1},
         {"CLASSIFICATION": 2, "GRADIENT": 1} | LIGHTS[-1] | GRADED[-1],
         {"CLASSIFICATION": 3, "GRADIENT": 2, "WEIGHTS": 1} | LIGHTS[-1],
+        {"CLASSIFICATION": 3, "RAMPS": 2},
     )
 ]
 
@@ -308,7 +311,6 @@ def test_an_include_compiles_with_nothing_of_its_includer(context: Context, tmp_
     for include in includes:
         (tmp_path / include.name).write_text(include.read_text())
     every_light = [NO_LIGHT | each for each in LIGHTS[1:]]
-    # Ramps are no segments, which the integral goes through.
     switches = {
         "classify.glsl": [
             {"RAMPS": ramps, "EMISSIVE": emissive, "MISSING": missing}
@@ -339,7 +341,10 @@ def test_an_include_compiles_with_nothing_of_its_includer(context: Context, tmp_
             for planes in EITHER
             if each["CLASSIFICATION"]
         ],
-        "integrate.glsl": [{"RAMPS": 0, "EMISSIVE": emissive, "MISSING": 0} for emissive in EITHER],
+        "integrate.glsl": [
+            {"RAMPS": ramps, "EMISSIVE": emissive, "MISSING": 0}
+            for ramps, emissive in itertools.product((0, 2), EITHER)
+        ],
     }
     for include in includes:
         (tmp_path / "alone.frag").write_text(

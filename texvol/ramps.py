@@ -22,7 +22,7 @@ _LOST = 1e-6  # largest rounding of a number, relative to itself
 def ramp_uniforms(
     places: NDArray[np.float64], numbers: NDArray[np.float64], emissive: bool, step_margin: float
 ) -> dict[str, Any] | None:
-    """The shader's `ramp_base`, `ramp_rises`, `ramp_places`, or None where there is no such sum.
+    """The shader's `ramp_base`, `ramp_rises`, `ramp_places` (start, 1 / width, end); None where there is no such sum.
 
     Parameters
     ----------
@@ -57,13 +57,14 @@ def ramp_uniforms(
             return None
     ramps = [
         (rise, place)
-        for rise, place in zip(rises, zip(starts, np.minimum(per_width, _UPRIGHT), strict=True), strict=True)
+        for rise, place in zip(rises, zip(starts, np.minimum(per_width, _UPRIGHT), ends, strict=True), strict=True)
         if rise.any()
     ]
     number_of_ramps = next((number for number in NUMBERS_OF_RAMPS if number >= len(ramps)), 0)
     if not number_of_ramps:
         return None
-    flat = (np.zeros(4, np.float32), (np.float32(0), 1.0))
+    last_place = np.float32(places[-1])
+    flat = (np.zeros(4, np.float32), (last_place, 1.0, last_place))
     rise, place = zip(*ramps, *[flat] * (number_of_ramps - len(ramps)), strict=True)
     return {
         "ramp_base": tuple(map(float, wanted[0])),

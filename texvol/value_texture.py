@@ -41,6 +41,7 @@ _LAST = 3e38  # the end of the last segment
 _TABLE_WIDTH = 4096  # segments in a row of the table; more go into further rows
 _ON_A_STEP = 1e-3  # of 16 bits: float32 leaves a 256th of a step of numbers as large as the range
 _MOST_CELLS = 4096
+_MOST_RAMPS = 12  # for `integrated`: with twice as many segments are as fast
 # Stands for a value that is missing: NaN would be so with a weight of 0 as well, and at the edges of a texture drivers
 # take a neighbour with that. Hardly a weight is so small that it doesn't take it far past all values that there are.
 _MISSING = 3e38
@@ -138,7 +139,7 @@ class ValueTexture:
     def switches(self, slab_thickness: float, parallel: bool) -> dict[str, int]:
         """Switches of the shader."""
         post = self.classification == "post"
-        ramps = len(self._ramps["ramp_rises"]) if post and self._ramps else 0
+        ramps = len(self._ramps["ramp_rises"]) if self._ramps else 0
         return {
             "CLASSIFICATION": 2 if post else 3,
             "EMISSIVE": 2 if self.transfer_function.premultiplied else int(self.transfer_function.emissive),
@@ -157,7 +158,7 @@ class ValueTexture:
             length |= graded_uniforms(
                 self.transfer_function, self._stored, self.scale, self.length_unit, self.largest_gradient, _STEP_MARGIN
             )
-        if self.classification == "post" and self._ramps:
+        if self._ramps:
             return length | self._ramps
         low, high = self._grid_range
         return length | {
@@ -225,11 +226,14 @@ class ValueTexture:
 
     @cached_property
     def _ramps(self) -> dict[str, Any] | None:
-        """The transfer function as ramps, for `post`, where that is possible."""
-        if self.classification != "post" or np.isinf(self.transfer_function.extinctions).any():
+        """The transfer function as ramps, where that is possible; few of them for `integrated`."""
+        if np.isinf(self.transfer_function.extinctions).any():
             return None
         places = self._stored(self.transfer_function.values)
-        return ramp_uniforms(places, self._numbers, self.transfer_function.glows, _STEP_MARGIN)
+        ramps = ramp_uniforms(places, self._numbers, self.transfer_function.glows, _STEP_MARGIN)
+        if ramps and self.classification == "integrated" and len(ramps["ramp_rises"]) > _MOST_RAMPS:
+            return None
+        return ramps
 
     @property
     def _numbers(self) -> NDArray[np.float64]:
