@@ -5,8 +5,7 @@
 // Depths and positions are those of depths.glsl.
 //
 // Switches: CLASSIFICATION, and those of matter.glsl.
-//           WHOLE_SLABS 1: the texels of CLASSIFICATION 0 stand for the ray's way through a slab as they are; 0: for
-//                       another length; 2: likewise, and none is deeper than 2.
+//           WHOLE_SLABS 1: the texels of CLASSIFICATION 0 stand for the ray's way through a slab as they are.
 //           BRICKS 1: the texture is a part of the volume, and the slabs whose middle lies in it are drawn.
 //           PERSPECTIVE, HALF_SPACES, STRETCH: see ray.glsl. CAPS 1: where half spaces cut matter open it is opaque.
 //           LEAPS 1: what `leaps` shows to be empty is leapt over.
@@ -31,19 +30,14 @@ out vec4 stack_color;             // premultiplied
 
 // Slabs that the box cuts short are sampled apart from the others, or in runs with them, where they are leapt over: what is
 // sampled for each ray costs most where little else is. Texels that stand for whole slabs make no shorter ones in a run.
-#define CUT_IN_RUNS (LEAPS && CLASSIFICATION != 3 && !(CLASSIFICATION == 0 && WHOLE_SLABS == 1))
+#define CUT_IN_RUNS (LEAPS && CLASSIFICATION != 3 && !(CLASSIFICATION == 0 && WHOLE_SLABS))
 const float MOST_AT_ONCE = 64.0;  // slabs composited before they are put behind the others: sums of few keep digits
 
 #if CLASSIFICATION == 0
 // Premultiplied colour and opacity of the matter in `texel`, over `length` times what it stands for.
 vec4 slab_color(vec4 texel, float length) {
     texel *= held_scale;
-#if WHOLE_SLABS == 2
-    float depth = texel.a * depth_per_opacity(texel.a);
-#else
-    float depth = depth_from_opacity(texel.a);
-#endif
-    float opacity = opacity_from_depth(length * depth);
+    float opacity = opacity_from_depth(length * depth_from_opacity(texel.a));
     return vec4(texel.rgb * (texel.a > 0.0 ? opacity / texel.a : length), opacity);
 }
 #elif CLASSIFICATION == 1
@@ -75,7 +69,7 @@ vec4 color_at_middle(vec4 texel, float length, vec3 position, float depth) {
 
 // The same for a slab of a run, of which the share `is_there` is: all of it or nothing where texels stand for whole slabs.
 vec4 slab_color_in_run(vec4 texel, float length, float is_there, vec3 position, float depth) {
-#if CLASSIFICATION == 0 && WHOLE_SLABS == 1
+#if CLASSIFICATION == 0 && WHOLE_SLABS
     return cued(texel * (held_scale * is_there), depth);
 #else
     return color_at_middle(texel, length * is_there, position, depth);

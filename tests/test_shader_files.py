@@ -173,7 +173,7 @@ WHOLE = UNCUT | {"STRETCH": 0}
 MATTER = NO_LIGHT | NOTHING_SPECIAL | WHOLE | {"CAPS": 0}
 # What each classification asks for beside the switches that any may have; whole slabs are those of parallel rays.
 CHOICES: dict[int, list[dict[str, int]]] = {
-    0: [{"WHOLE_SLABS": whole, "PERSPECTIVE": way} for whole, way in ((0, 0), (0, 1), (1, 0), (2, 0), (2, 1))],
+    0: [{"WHOLE_SLABS": whole, "PERSPECTIVE": way} for whole, way in ((0, 0), (0, 1), (1, 0))],
     1: [{"PERSPECTIVE": way} for way in EITHER],
     2: [
         {"RAMPS": ramps, "EMISSIVE": emissive, "MISSING": missing, "PERSPECTIVE": way}

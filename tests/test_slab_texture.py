@@ -136,14 +136,3 @@ def test_masked_samples_are_transparent() -> None:
     masked = np.ma.masked_greater(np.array([[[1.0, 9.0]]]), 5)
     assert np.isnan(Volume(masked).values[0, 0, 1])
     assert Volume(masked).values[0, 0, 0] == 1.0
-
-
-def test_only_opaque_matter_is_deeper_than_2() -> None:
-    """What is no deeper than that the shader takes from opacity to depth by a shorter way."""
-    finite, infinite = (
-        TransferFunction(np.array([0.0, 1.0]), np.ones((2, 3)), np.array([0.0, end])) for end in (9.0, np.inf)
-    )
-    for matter, switch in ((finite, 2), (infinite, 0)):
-        texture = bake(smooth_volume(8), matter, "slab", 1.0)
-        assert texture.switches(1.0, False)["WHOLE_SLABS"] == switch
-        assert (unscaled(texture)[..., 3].max() < 0.8873) == (switch == 2)

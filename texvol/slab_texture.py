@@ -43,7 +43,6 @@ Box = tuple[slice, slice, slice]  # of samples, along z, y, x
 # beside the finite extinctions, which share their range: opaque over a thousandth of a voxel, and over a third.
 _OPAQUE_EXTINCTION = {"rgba8": 32.0, "rgba16f": 1e4, "rgba32f": 1e16}
 _DEEPEST_SLAB = 2.0  # optical depth: leaves 1 - A all but 3 of float32's bits
-_DEEPEST_OPACITY = 1 - float(np.exp(-_DEEPEST_SLAB)) + 1e-3  # with room for rounding
 _LONGEST_SLAB = 1e30  # in units of length of the texels: opaque if anything is there, and times 0 still 0
 _CHUNK = 1 << 15  # samples classified at once: few enough for the cache, many enough for threads
 _LARGEST_PART = 1 << 18  # samples lit at once, so that each thread takes some 20 MB
@@ -66,7 +65,6 @@ class SlabTexture:
     length_unit: float
     texel_format: str
     emissive: bool
-    is_opaque: bool  # whether texels of `slab` may be deeper than `_DEEPEST_SLAB`
     classifier: Classifier
     samples: Samples | None = None  # where values alone don't tell
     hidden: NDArray[np.bool_] | None = None  # (nz, ny, nx)
@@ -115,9 +113,7 @@ class SlabTexture:
         """Switches of the shader; `parallel` says whether all rays cross a slab in the same length."""
         if self.classification == "extinction":
             return {"CLASSIFICATION": 1}
-        if parallel and slab_thickness == self.length_unit:
-            return {"CLASSIFICATION": 0, "WHOLE_SLABS": 1}
-        return {"CLASSIFICATION": 0, "WHOLE_SLABS": 0 if self.is_opaque else 2}
+        return {"CLASSIFICATION": 0, "WHOLE_SLABS": int(parallel and slab_thickness == self.length_unit)}
 
     def uniforms(self, slab_thickness: float) -> dict[str, Any]:
         """Uniforms of the shader."""
@@ -186,9 +182,8 @@ def bake(
             diffuse, highlight = lighting.most
             largest[:3] = diffuse * largest[:3] + highlight * largest[3]
     scale = _texel_scale(largest, TEXEL_TYPES[texel_format])
-    kind = classification, length_unit, texel_format, transfer_function.emissive
-    is_opaque = bool(largest[3] > _DEEPEST_OPACITY)
-    return SlabTexture(volume, scale, *kind, is_opaque, classifier, samples, hidden)
+    emissive = transfer_function.emissive
+    return SlabTexture(volume, scale, classification, length_unit, texel_format, emissive, classifier, samples, hidden)
 
 
 def texel_classifier(
