@@ -57,6 +57,7 @@ vec3 gradient_of(vec4 texel) {
 
 #if MISSING
 uniform float missing_from;       // magnitude of texels beyond which there is no value
+float held_missing_from = HELD(missing_from);
 #endif
 
 // NaN where there is none.
@@ -67,7 +68,7 @@ float value_of(vec4 texel) {
     float value = texel.r;
 #endif
 #if MISSING
-    if (abs(value) > missing_from) value = uintBitsToFloat(0x7fc00000u);
+    if (abs(value) > held_missing_from) value = uintBitsToFloat(0x7fc00000u);
 #endif
     return value;
 }
