@@ -11,6 +11,7 @@ const vec3 GAUSS_WEIGHT = vec3(0.2777777777777778, 0.4444444444444444, 0.2777777
 const vec3 LAGUERRE_AT = vec3(0.41577455678347908, 2.2942803602790417, 6.2899450829374792);
 const vec3 LAGUERRE_WEIGHT = vec3(0.71109300992917302, 0.27851773356924085, 0.010389256501586136);
 
+#if RAMPS
 // -log(1 - x) / x where x is the opacity at each of the three points, of at most 1 on the whole stretch. The smaller x, the
 // simpler a rational minimax function is near enough: 2e-8, 4e-8 and 5e-7 of the result off.
 vec3 depths_per_opacity(vec3 x) {
@@ -19,6 +20,7 @@ vec3 depths_per_opacity(vec3 x) {
         / (1.0 + x.y * (-1.43621948 + 0.48001545 * x.y));
     return vec3(first, second, depth_per_opacity(x.z));
 }
+#endif
 
 // How far along a stretch matter is seen on average, in shares of the stretch, weighted with what is seen: the mean of
 // t(A) over the opacities A from 0 to that of the whole stretch, where t is where the depth in front is -log(1 - A).
@@ -26,10 +28,21 @@ vec3 depths_per_opacity(vec3 x) {
 float mean_place(float extinction_in_front, float extinction_behind, float depth, float opacity) {
     float square = extinction_in_front * extinction_in_front;
     float squares = extinction_behind * extinction_behind - square;
+#if RAMPS
     vec3 shares = (opacity / depth) * GAUSS_AT * depths_per_opacity(opacity * GAUSS_AT);
     vec3 roots = sqrt(max(square + squares * shares, 0.0));
     vec3 places = shares * (extinction_in_front + extinction_behind) / (extinction_in_front + roots);
     return dot(GAUSS_WEIGHT, min(places, 1.0));
+#else
+    // A loop, and logarithms: beside what looks segments up Mesa's compiler takes minutes for anything in one piece.
+    float mean = 0.0;
+    for (int i = 0; i < 3; ++i) {
+        float share = depth_from_opacity(opacity * GAUSS_AT[i]) / depth;
+        float root = sqrt(max(square + squares * share, 0.0));
+        mean += GAUSS_WEIGHT[i] * min(share * (extinction_in_front + extinction_behind) / (extinction_in_front + root), 1.0);
+    }
+    return mean;
+#endif
 }
 
 // ∫ E e^-depth over a stretch of length L on which emission and extinction are linear, in parts of depth 1 on average:
