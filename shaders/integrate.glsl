@@ -1,6 +1,7 @@
 // The transfer function integrated along a slab on which the value goes linearly from one end to the other.
 //
 // Switches: RAMPS, MISSING, EMISSIVE: see classify.glsl. By ramps nothing is looked up: stretches end where one does.
+//           LIT: see matter.glsl.
 
 #include "classify.glsl"
 
@@ -11,7 +12,7 @@ const vec3 GAUSS_WEIGHT = vec3(0.2777777777777778, 0.4444444444444444, 0.2777777
 const vec3 LAGUERRE_AT = vec3(0.41577455678347908, 2.2942803602790417, 6.2899450829374792);
 const vec3 LAGUERRE_WEIGHT = vec3(0.71109300992917302, 0.27851773356924085, 0.010389256501586136);
 
-#if RAMPS
+#if RAMPS && !LIT
 // -log(1 - x) / x where x is the opacity at each of the three points, of at most 1 on the whole stretch. The smaller x, the
 // simpler a rational minimax function is near enough: 2e-8, 4e-8 and 5e-7 of the result off.
 vec3 depths_per_opacity(vec3 x) {
@@ -28,13 +29,13 @@ vec3 depths_per_opacity(vec3 x) {
 float mean_place(float extinction_in_front, float extinction_behind, float depth, float opacity) {
     float square = extinction_in_front * extinction_in_front;
     float squares = extinction_behind * extinction_behind - square;
-#if RAMPS
+#if RAMPS && !LIT
     vec3 shares = (opacity / depth) * GAUSS_AT * depths_per_opacity(opacity * GAUSS_AT);
     vec3 roots = sqrt(max(square + squares * shares, 0.0));
     vec3 places = shares * (extinction_in_front + extinction_behind) / (extinction_in_front + roots);
     return dot(GAUSS_WEIGHT, min(places, 1.0));
 #else
-    // A loop, and logarithms: beside what looks segments up Mesa's compiler takes minutes for anything in one piece.
+    // A loop, and logarithms: beside light, and what looks segments up, Mesa's compiler takes minutes for more in one piece.
     float mean = 0.0;
     for (int i = 0; i < 3; ++i) {
         float share = depth_from_opacity(opacity * GAUSS_AT[i]) / depth;

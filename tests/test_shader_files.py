@@ -342,8 +342,8 @@ def test_an_include_compiles_with_nothing_of_its_includer(context: Context, tmp_
             if each["CLASSIFICATION"]
         ],
         "integrate.glsl": [
-            {"RAMPS": ramps, "EMISSIVE": emissive, "MISSING": 0}
-            for ramps, emissive in itertools.product((0, 2), EITHER)
+            {"RAMPS": ramps, "EMISSIVE": emissive, "MISSING": 0, "LIT": lit}
+            for ramps, emissive, lit in itertools.product((0, 2), EITHER, EITHER)
         ],
     }
     for include in includes:
