@@ -1,16 +1,33 @@
 // Twin of texvol/optics.py in float32; a test compares the two.
 //
+// Switches: DOUBLINGS 1: no depth that is asked for is beyond 1, 2: or 2, so that no exponential is needed; 0: any is.
+//
 // exp and log are promised only to about 2^-21 near 1, which at 2000 slabs would be 1e-3. So what is small goes
 // through a series, and exp and log are called only where their result is of order 1.
 
 // Terms of a series are summed up in pairs, not one after the other, since each would wait for the one before it.
 
-// 1 - e^-x for x >= 0. Below 1/2 a minimax polynomial, which with coefficients in float32 is 1e-8 of the result off.
-float opacity_from_depth(float x) {
+// (1 - e^-x) / x up to 1/2: a minimax polynomial, which with coefficients in float32 is 1e-8 of the result off.
+float mean_transmittance_of_shallow(float x) {
     float square = x * x;
     float behind = (0.166662888 - 0.0416320484 * x) + square * (0.00819329532 - 0.00112592259 * x);
-    float series = x * ((1.0 - 0.499999865 * x) + square * behind);
+    return (1.0 - 0.499999865 * x) + square * behind;
+}
+
+// 1 - e^-x for x >= 0.
+float opacity_from_depth(float x) {
+#if DOUBLINGS
+    float part = x * (1.0 / float(1 << DOUBLINGS));
+    float opacity = part * mean_transmittance_of_shallow(part);
+    opacity *= 2.0 - opacity;  // 1 - (1 - A)², without a difference of equals
+#if DOUBLINGS > 1
+    opacity *= 2.0 - opacity;
+#endif
+    return opacity;
+#else
+    float series = x * mean_transmittance_of_shallow(x);
     return x < 0.5 ? series : 1.0 - exp(-x);
+#endif
 }
 
 // -log(1 - A) for A in [0, 1]; 1 is infinitely deep.

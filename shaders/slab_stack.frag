@@ -4,8 +4,9 @@
 //
 // Depths and positions are those of depths.glsl.
 //
-// Switches: CLASSIFICATION, and those of matter.glsl.
-//           WHOLE_SLABS 1: the texels of CLASSIFICATION 0 stand for the ray's way through a slab as they are.
+// Switches: CLASSIFICATION, and those of matter.glsl. AT_ONCE: slabs of a run that are sampled at a time, 2 or 4.
+//           WHOLE_SLABS: the texels of CLASSIFICATION 0 stand for the ray's way through a slab as they are, 1; or for a
+//           little less of it, and nothing is opaque, 2.
 //           BRICKS 1: the texture is a part of the volume, and the slabs whose middle lies in it are drawn.
 //           PERSPECTIVE, HALF_SPACES, STRETCH: see ray.glsl. CAPS 1: where half spaces cut matter open it is opaque.
 //           LEAPS 1: what `leaps` shows to be empty is leapt over.
@@ -30,8 +31,17 @@ out vec4 stack_color;             // premultiplied
 
 // Slabs that the box cuts short are sampled apart from the others, or in runs with them, where they are leapt over: what is
 // sampled for each ray costs most where little else is. Texels that stand for whole slabs make no shorter ones in a run.
-#define CUT_IN_RUNS (LEAPS && CLASSIFICATION != 3 && !(CLASSIFICATION == 0 && WHOLE_SLABS))
+#define CUT_IN_RUNS (LEAPS && CLASSIFICATION != 3 && !(CLASSIFICATION == 0 && WHOLE_SLABS == 1))
 const float MOST_AT_ONCE = 64.0;  // slabs composited before they are put behind the others: sums of few keep digits
+#if AT_ONCE == 4
+#define Several vec4
+#define bSeveral bvec4
+const vec4 NUMBERS = vec4(0.0, 1.0, 2.0, 3.0);
+#else
+#define Several vec2
+#define bSeveral bvec2
+const vec2 NUMBERS = vec2(0.0, 1.0);
+#endif
 
 #if CLASSIFICATION == 0
 // Premultiplied colour and opacity of the matter in `texel`, over `length` times what it stands for.
@@ -69,8 +79,14 @@ vec4 color_at_middle(vec4 texel, float length, vec3 position, float depth) {
 
 // The same for a slab of a run, of which the share `is_there` is: all of it or nothing where texels stand for whole slabs.
 vec4 slab_color_in_run(vec4 texel, float length, float is_there, vec3 position, float depth) {
-#if CLASSIFICATION == 0 && WHOLE_SLABS
+#if CLASSIFICATION == 0 && WHOLE_SLABS == 1
     return cued(texel * (held_scale * is_there), depth);
+#elif CLASSIFICATION == 0 && WHOLE_SLABS == 2 && !CUT_IN_RUNS
+    // A + (1 - A) (1 - e^-x), where x is the depth of what `length` is more: what is off in that counts little.
+    texel *= held_scale;
+    float more = (length - 1.0) * depth_per_opacity(texel.a);
+    more *= (1.0 - texel.a) * mean_transmittance_of_shallow(more * texel.a);
+    return cued(texel * (is_there + is_there * more), depth);
 #else
     return color_at_middle(texel, length * is_there, position, depth);
 #endif
@@ -188,29 +204,42 @@ void main() {
             samples += 1.0;
             if (slab >= run.y) break;
 #else
-            // Two at a time, since the loop itself takes time; at the very end there may be one.
+            // Several at a time, since the loop itself takes time; at the very end there may be fewer.
 #if CUT_IN_RUNS
             float front = slab == ray.first_slab ? ray.first_share : 0.0;
-            float back = slab == ray.last_slab ? ray.last_share : 1.0;
-            float next_back = slab + 1.0 == ray.last_slab ? ray.last_share : 1.0;
+            bSeveral are_last = equal(NUMBERS, Several(ray.last_slab - slab));
+            Several backs = mix(Several(1.0), Several(ray.last_share), are_last);
+            Several middles = slab + (NUMBERS + 0.5 * backs);
+            middles.x = slab + 0.5 * (front + backs.x);
 #else
-            const float front = 0.0, back = 1.0, next_back = 1.0;
+            const float front = 0.0;
+            const Several backs = Several(1.0);
+            Several middles = slab + (NUMBERS + 0.5);
 #endif
-            float middle = slab + 0.5 * (front + back);
-            float next_middle = slab + 1.0 + 0.5 * next_back;
-            vec3 position = start + middle * step;
-            vec3 next_position = start + next_middle * step;
-            vec4 texel = texel_at(position);
-            vec4 next_texel = texel_at(next_position);
-            float both = slab + 1.0 < end ? 1.0 : 0.0;
-            run_color = over(run_color, slab_color_in_run(texel, whole_length, back - front, position, middle));
-            run_color = over(run_color, slab_color_in_run(next_texel, whole_length, both * next_back, next_position, next_middle));
-            slab += 2.0;
-            samples += 1.0 + both;
+            Several there = mix(Several(0.0), backs, lessThan(NUMBERS, Several(end - slab)));
+            there.x = backs.x - front;
+            vec3 first_position = start + middles.x * step;
+            vec3 second_position = start + middles.y * step;
+            vec4 first_texel = texel_at(first_position);
+            vec4 second_texel = texel_at(second_position);
+#if AT_ONCE == 4
+            vec3 third_position = start + middles.z * step;
+            vec3 fourth_position = start + middles.w * step;
+            vec4 third_texel = texel_at(third_position);
+            vec4 fourth_texel = texel_at(fourth_position);
+#endif
+            run_color = over(run_color, slab_color_in_run(first_texel, whole_length, there.x, first_position, middles.x));
+            run_color = over(run_color, slab_color_in_run(second_texel, whole_length, there.y, second_position, middles.y));
+#if AT_ONCE == 4
+            run_color = over(run_color, slab_color_in_run(third_texel, whole_length, there.z, third_position, middles.z));
+            run_color = over(run_color, slab_color_in_run(fourth_texel, whole_length, there.w, fourth_position, middles.w));
+#endif
+            samples += min(end - slab, float(AT_ONCE));
+            slab += float(AT_ONCE);
 #if LEAPS
             // Neighbours in a vector of pixels don't wait for each other's runs.
             if (slab >= run.y) {
-                known_until = max(known_until, slab);  // of two slabs at once the second may lie beyond
+                known_until = max(known_until, slab);  // of several slabs at once the last may lie beyond
                 run = take_run(runs, ray.slab);
                 slab = max(slab, run.x);
             }

@@ -32,6 +32,7 @@ _USERS = {
 
 LINEAR_OPACITY: tuple[Replacement, ...] = (
     ("optics.glsl", "return x < 0.5 ? series : 1.0 - exp(-x);", "return min(x, 1.0);"),
+    ("optics.glsl", "return opacity;", "return min(x, 1.0);"),
     (
         "optics.py",
         "return -np.expm1(-np.asarray(optical_depth, dtype=np.float64))",

@@ -280,7 +280,9 @@ def test_every_stretch_compiles(context: Context, name: str) -> None:
         if name == "projection":
             matter = [{"MODE": 3, "DEPTH": 0, "MISSING": 0, "WEIGHTS": 0, "GRADIENT": 1}]
         else:
-            matter = [NOTHING_SPECIAL | {"CLASSIFICATION": kind, "CAPS": int(planes > 0)} for kind in range(4)]
+            matter = [
+                NOTHING_SPECIAL | {"CLASSIFICATION": kind, "CAPS": int(planes > 0), "AT_ONCE": 2} for kind in range(4)
+            ]
         for each in matter:
             load_program(context.gl, name, defines=NO_LIGHT | common | each, vertex="slab_stack.vert")
 

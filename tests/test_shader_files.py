@@ -170,13 +170,14 @@ def test_a_uniform_of_another_shape_is_named(context: Context, folder: Path) -> 
 EITHER = (0, 1)
 UNCUT = {"HALF_SPACES": 0}
 WHOLE = UNCUT | {"STRETCH": 0}
-MATTER = NO_LIGHT | NOTHING_SPECIAL | WHOLE | {"CAPS": 0}
+MATTER = NO_LIGHT | NOTHING_SPECIAL | WHOLE | {"CAPS": 0, "AT_ONCE": 2}
 # What each classification asks for beside the switches that any may have; whole slabs are those of parallel rays.
 CHOICES: dict[int, list[dict[str, int]]] = {
-    0: [{"WHOLE_SLABS": whole, "PERSPECTIVE": way} for whole, way in ((0, 0), (0, 1), (1, 0))],
-    1: [{"PERSPECTIVE": way} for way in EITHER],
+    0: [{"WHOLE_SLABS": whole, "PERSPECTIVE": way} for whole, way in ((0, 0), (0, 1), (1, 0), (2, 1))],
+    1: [{"PERSPECTIVE": way, "DOUBLINGS": way} for way in EITHER],
     2: [
         {"RAMPS": ramps, "EMISSIVE": emissive, "MISSING": missing, "PERSPECTIVE": way}
+        | {"AT_ONCE": 4 if ramps else 2, "DOUBLINGS": ramps % 3}
         for ramps, emissive, missing, way in itertools.product((0, *NUMBERS_OF_RAMPS), EITHER, EITHER, EITHER)
     ],
     3: [
@@ -238,8 +239,9 @@ def test_all_graded_matter_compiles(context: Context, emissive: int, ramps: int,
 
 
 # For what is at a place of a volume, whatever draws it.
+OF_SLABS = ("WHOLE_SLABS", "CAPS", "AT_ONCE", *WHOLE)
 OF_A_VOLUME: list[dict[str, int]] = [
-    {name: value for name, value in (MATTER | each).items() if name not in ("WHOLE_SLABS", "CAPS", *WHOLE)}
+    {name: value for name, value in (MATTER | each).items() if name not in OF_SLABS}
     | {"CUE": 1, "PERSPECTIVE": 1, "BRICKS": 0}
     for each in (
         *({"CLASSIFICATION": classification} for classification in range(4)),
@@ -313,9 +315,10 @@ def test_an_include_compiles_with_nothing_of_its_includer(context: Context, tmp_
     every_light = [NO_LIGHT | each for each in LIGHTS[1:]]
     switches = {
         "classify.glsl": [
-            {"RAMPS": ramps, "EMISSIVE": emissive, "MISSING": missing}
+            {"RAMPS": ramps, "EMISSIVE": emissive, "MISSING": missing, "DOUBLINGS": ramps}
             for ramps, emissive, missing in itertools.product((0, 2), EITHER, EITHER)
         ],
+        "optics.glsl": [{"DOUBLINGS": doublings} for doublings in range(3)],
         "each_ramp.glsl": [{"RAMPS": ramps} for ramps in NUMBERS_OF_RAMPS],
         "graded.glsl": [
             {"MODULATIONS": modulations, "GRADED": graded, "CONTOURS": contours}
@@ -342,7 +345,7 @@ def test_an_include_compiles_with_nothing_of_its_includer(context: Context, tmp_
             if each["CLASSIFICATION"]
         ],
         "integrate.glsl": [
-            {"RAMPS": ramps, "EMISSIVE": emissive, "MISSING": 0, "LIT": lit}
+            {"RAMPS": ramps, "EMISSIVE": emissive, "MISSING": 0, "LIT": lit, "DOUBLINGS": 0}
             for ramps, emissive, lit in itertools.product((0, 2), EITHER, EITHER)
         ],
     }

@@ -38,7 +38,9 @@ if TYPE_CHECKING:
 
 _MOST_PROGRAMS = 64  # kept: some 4 MB each in Mesa's software driver; scenes that alternate use a few
 NOTHING_SPECIAL = dict.fromkeys(
-    ("RAMPS", "WHOLE_SLABS", "EMISSIVE", "MISSING", "GRADIENT", "WEIGHTS", "MODULATIONS", "GRADED", "CONTOURS"), 0
+    ("RAMPS", "WHOLE_SLABS", "DOUBLINGS", "EMISSIVE", "MISSING", "GRADIENT", "WEIGHTS")
+    + ("MODULATIONS", "GRADED", "CONTOURS"),
+    0,
 )
 NO_LIGHT = dict.fromkeys(
     ("LIT", "HEAD_LIGHT", "DIRECTIONAL_LIGHTS", "POINT_LIGHTS", "SPECULAR", "TWO_SIDED", "SHADOWS"), 0
@@ -255,8 +257,9 @@ def _switches(drawing: Drawing, brick: Brick) -> dict[str, int]:
         assert isinstance(drawing.baked, ValueTexture), "values are projected"
         special = NO_LIGHT | drawing.projection.switches(drawing.baked)
     else:
-        special = NO_LIGHT | NOTHING_SPECIAL | drawing.baked.switches(drawing.slab_thickness, parallel)
-        special["CAPS"] = int(drawing.cutting.caps)
+        obliquity = drawing.camera.largest_obliquity(drawing.size)
+        special = NO_LIGHT | NOTHING_SPECIAL | drawing.baked.switches(drawing.slab_thickness, obliquity)
+        special |= {"CAPS": int(drawing.cutting.caps), "AT_ONCE": _slabs_at_once(drawing, special)}
     return (
         special
         | light_switches(drawing.lighting)
@@ -270,6 +273,13 @@ def _switches(drawing: Drawing, brick: Brick) -> dict[str, int]:
             "STRETCH": int(drawing.stretch is not None),
         }
     )
+
+
+def _slabs_at_once(drawing: Drawing, switches: dict[str, int]) -> int:
+    """How many slabs of a run are sampled at a time: more where runs are long, and little is remembered of each."""
+    is_little = switches["CLASSIFICATION"] == 2 and switches["RAMPS"] and not switches["GRADIENT"] | switches["WEIGHTS"]
+    runs_are_long = drawing.leaps is None or drawing.slab_thickness <= drawing.volume.smallest_spacing
+    return 4 if is_little and runs_are_long else 2
 
 
 def _triangles(stacks: SlabStacks) -> NDArray[np.float32]:

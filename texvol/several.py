@@ -5,6 +5,7 @@ Imported, compiled and allocated when a scene has more than one volume.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -89,13 +90,15 @@ def switches_of(drawings: Sequence[Drawing], bricks: Sequence[Brick]) -> dict[st
         "CUE": int(first.depth_cue is not None),
         "COUNT": int(first.count),
         "HALVES": 0,
+        "DOUBLINGS": 0,  # depths of several add up
     }
     for number, (drawing, brick) in enumerate(zip(drawings, bricks, strict=True)):
-        own = NO_LIGHT | NOTHING_SPECIAL | drawing.baked.switches(drawing.slab_thickness, False)
+        own = NO_LIGHT | NOTHING_SPECIAL | drawing.baked.switches(math.inf, 1.0)
         own |= light_switches(drawing.lighting)
         own |= {"BRICKS": int(not brick.is_whole), "LEAPS": int(drawing.leaps is not None)}
         own["FACES"] = int(drawing.volume.labels)
-        own.pop("WHOLE_SLABS")
+        for other in ("WHOLE_SLABS", "DOUBLINGS"):
+            own.pop(other)
         switches["HALVES"] |= int(own["CLASSIFICATION"] == 3)
         switches |= {f"{name}_{number}": value for name, value in own.items()}
     return switches

@@ -6,6 +6,7 @@ whatever the classification of the picture; bricks add up. What is found is kept
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -157,7 +158,7 @@ class Shadows:
     def _program(
         self, light: Light, baked: ValueTexture, brick: Brick, cutting: Cutting, elsewhere: bool
     ) -> moderngl.Program:
-        switches = NOTHING_SPECIAL | baked.switches(1.0, True)
+        switches = NOTHING_SPECIAL | baked.switches(math.inf, 1.0)
         for other in ("CLASSIFICATION", "WHOLE_SLABS"):
             switches.pop(other)
         switches |= {"POINT": int(light.kind == "point"), "BRICKS": int(not brick.is_whole)}

@@ -43,6 +43,7 @@ Box = tuple[slice, slice, slice]  # of samples, along z, y, x
 # beside the finite extinctions, which share their range: opaque over a thousandth of a voxel, and over a third.
 _OPAQUE_EXTINCTION = {"rgba8": 32.0, "rgba16f": 1e4, "rgba32f": 1e16}
 _DEEPEST_SLAB = 2.0  # optical depth: leaves 1 - A all but 3 of float32's bits
+_OPAQUEST = 0.8873  # for `depth_per_opacity` of the shader
 _LONGEST_SLAB = 1e30  # in units of length of the texels: opaque if anything is there, and times 0 still 0
 _CHUNK = 1 << 15  # samples classified at once: few enough for the cache, many enough for threads
 _LARGEST_PART = 1 << 18  # samples lit at once, so that each thread takes some 20 MB
@@ -61,6 +62,7 @@ class SlabTexture:
 
     volume: Volume
     scale: NDArray[np.float64]
+    largest: float  # opacity, or optical depth
     classification: Classification
     length_unit: float
     texel_format: str
@@ -109,11 +111,17 @@ class SlabTexture:
         """How many slabs a fragment may go through."""
         return SLABS_PER_STACK
 
-    def switches(self, slab_thickness: float, parallel: bool) -> dict[str, int]:
-        """Switches of the shader; `parallel` says whether all rays cross a slab in the same length."""
+    def switches(self, slab_thickness: float, obliquity: float) -> dict[str, int]:
+        """Switches of the shader; between two planes at distance 1 the longest ray's length is `obliquity`."""
         if self.classification == "extinction":
-            return {"CLASSIFICATION": 1}
-        return {"CLASSIFICATION": 0, "WHOLE_SLABS": int(parallel and slab_thickness == self.length_unit)}
+            deepest = self.largest * self.uniforms(slab_thickness)["slab_length"] * obliquity
+            return {"CLASSIFICATION": 1, "DOUBLINGS": optics.doublings(deepest)}
+        whole = 0
+        if slab_thickness == self.length_unit:
+            opacity = min(self.largest, 1.0)
+            more = (obliquity - 1) * float(optics.depth_from_opacity(opacity))
+            whole = 1 if obliquity == 1 else 2 if opacity < _OPAQUEST and more <= 0.5 else 0
+        return {"CLASSIFICATION": 0, "WHOLE_SLABS": whole}
 
     def uniforms(self, slab_thickness: float) -> dict[str, Any]:
         """Uniforms of the shader."""
@@ -183,7 +191,9 @@ def bake(
             largest[:3] = diffuse * largest[:3] + highlight * largest[3]
     scale = _texel_scale(largest, TEXEL_TYPES[texel_format])
     emissive = transfer_function.emissive
-    return SlabTexture(volume, scale, classification, length_unit, texel_format, emissive, classifier, samples, hidden)
+    most = float(largest[3])
+    recipe = classification, length_unit, texel_format, emissive, classifier, samples, hidden
+    return SlabTexture(volume, scale, most, *recipe)
 
 
 def texel_classifier(

@@ -25,6 +25,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol import optics
 from texvol.graded_uniforms import graded_switches, graded_uniforms
 from texvol.gradient import Estimator, gradients, largest_component
 from texvol.mask import Mask
@@ -136,10 +137,11 @@ class ValueTexture:
             return SLABS_PER_STACK
         return SLABS_PER_STACK // 64 if self.transfer_function.glows else SLABS_PER_STACK // 8
 
-    def switches(self, slab_thickness: float, parallel: bool) -> dict[str, int]:
-        """Switches of the shader."""
+    def switches(self, slab_thickness: float, obliquity: float) -> dict[str, int]:
+        """Switches of the shader; between two planes at distance 1 the longest ray's length is `obliquity`."""
         post = self.classification == "post"
         ramps = len(self._ramps["ramp_rises"]) if self._ramps else 0
+        deepest = float(self.transfer_function.extinctions.max()) * slab_thickness * obliquity
         return {
             "CLASSIFICATION": 2 if post else 3,
             "EMISSIVE": 2 if self.transfer_function.premultiplied else int(self.transfer_function.emissive),
@@ -147,6 +149,7 @@ class ValueTexture:
             "RAMPS": ramps,
             "GRADIENT": self.gradient_switch,
             "WEIGHTS": int(self.mask is not None),
+            "DOUBLINGS": 0 if self.transfer_function.needs_gradient else optics.doublings(deepest),
         } | graded_switches(self.transfer_function)
 
     def uniforms(self, slab_thickness: float) -> dict[str, Any]:

@@ -200,9 +200,9 @@ def _missing_cosine(bench: Bench) -> Pixels:
 def _linear_opacity(bench: Bench) -> Pixels:
     bench.needs_matter()
     if bench.scene.classification != "slab" or bench.draws_pieces:
-        return bench.draw(
-            Planted((("optics.glsl", "return x < 0.5 ? series : 1.0 - exp(-x);", "return min(x, 1.0);"),))
-        )
+        in_series = ("optics.glsl", "return opacity;", "return min(x, 1.0);")
+        otherwise = ("optics.glsl", "return x < 0.5 ? series : 1.0 - exp(-x);", "return min(x, 1.0);")
+        return bench.draw(Planted((in_series, otherwise)))
     matter = linear_in_depth(bench.matter, float(bench.settings["slab_thickness"]))
     return bench.draw(scene=replace(bench.scene, transfer_function=matter))
 
