@@ -15,6 +15,7 @@ import pytest
 from numpy.typing import ArrayLike
 
 from texvol.camera import Camera
+from texvol.ray_casting import raycast
 from texvol.renderer import Renderer
 from texvol.scene import Classification, Scene
 from texvol.transfer import TransferFunction
@@ -91,6 +92,22 @@ def test_case_1_even_matter_over_a_background(
     alpha = known.opacity(depth)
     expected = np.append(alpha * np.array([0.9, 0.5, 0.1]) + (1 - alpha) * np.array(background), alpha)
     assert_near(middle_ray(renderer, volume, even(depth / 2.7), kind, rate, background=background), expected)
+
+
+@kinds()
+@pytest.mark.parametrize("fov", [None, 20, 110])
+@pytest.mark.parametrize("deepest", [0.99, 1.01, 1.99, 2.01])
+def test_slabs_of_any_depth_on_rays_of_any_slant(
+    renderer: Renderer, kind: Classification, fov: float | None, deepest: float
+) -> None:
+    """The series that stand for exponentials go to a depth of 1 or 2, or to a slant that adds 1/2 to it."""
+    volume, size = Volume(np.zeros((6, 5, 7), np.float32)), (24, 18)
+    camera = Camera.framing(volume, "perspective" if fov else "orthographic", fov=fov, aspect=size[0] / size[1])
+    matter = even(deepest / camera.largest_obliquity(size))
+    scene = Scene(volume, matter, camera, classification=kind)
+    for skip_empty in (True, False):
+        picture = renderer.render(scene, size, slab_thickness=1.0, texture_format="rgba32f", skip_empty=skip_empty)
+        np.testing.assert_allclose(picture, raycast(scene, size), rtol=0, atol=2 * ROUNDING)
 
 
 @kinds()
