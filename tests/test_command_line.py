@@ -5,10 +5,8 @@ from __future__ import annotations
 import json
 import os
 import resource
-import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
@@ -221,22 +219,6 @@ def test_a_folder_that_cannot_be_written_to_is_refused(folder: Path, capsys: pyt
         path = "locked/a.png"
     assert run("render", "v.npy", "-o", path) == 2
     assert path in capsys.readouterr().err
-
-
-def _process(*line: str) -> subprocess.Popen[str]:
-    return subprocess.Popen(
-        [sys.executable, "-m", "texvol", *line], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    )
-
-
-def test_control_c_ends_with_one_line_and_no_file(folder: Path) -> None:
-    process = _process("render", "v.npy", "--sampling-rate", "100", "--repeat", "100000", "-o", "a.png")
-    time.sleep(2)
-    process.send_signal(signal.SIGINT)
-    _, errors = process.communicate(timeout=30)
-    assert process.returncode == 130
-    assert errors == "texvol: interrupted\n"
-    assert not Path("a.png").exists()
 
 
 def test_a_reader_that_goes_away_is_no_error(folder: Path) -> None:

@@ -7,6 +7,7 @@ import signal
 
 import pytest
 
+from texvol.termination import Terminated
 from texvol.window.interruption import Interruption
 
 
@@ -30,6 +31,17 @@ def test_it_is_noted_and_raised_by_a_check() -> None:
 def test_it_is_not_forgotten_at_the_end() -> None:
     with pytest.raises(KeyboardInterrupt), Interruption():
         pressed()
+
+
+def test_sigterm_waits_for_a_check_as_well() -> None:
+    steps = []
+    with pytest.raises(Terminated, match="SIGTERM") as caught, Interruption() as interruption:
+        os.kill(os.getpid(), signal.SIGTERM)
+        steps.append("whole")
+        interruption.check()
+        steps.append("never")
+    assert steps == ["whole"] and caught.value.status == 143
+    assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
 
 
 def test_another_error_goes_first() -> None:

@@ -19,7 +19,18 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
-from texvol import __version__, depth_picture, film, film_formats, image, options, reading_options, sequences, writing
+from texvol import (
+    __version__,
+    depth_picture,
+    film,
+    film_formats,
+    image,
+    options,
+    reading_options,
+    sequences,
+    termination,
+    writing,
+)
 from texvol import option_texts as texts
 from texvol.comparison.command import add_diff
 from texvol.errors import AccuracyWarning, InputError, TexvolError
@@ -54,7 +65,7 @@ def main(line: Sequence[str] | None = None) -> int:
         line = sys.argv[1:] if line is None else line
         arguments = _parser().parse_args(options.with_negative_values(line), argparse.Namespace(line=line))
         # Numbers out of range show in the picture or are refused by name: numpy has nothing to add.
-        with warnings.catch_warnings(record=True) as caught, np.errstate(all="ignore"):
+        with termination.heard(), warnings.catch_warnings(record=True) as caught, np.errstate(all="ignore"):
             warnings.simplefilter("always", AccuracyWarning)
             status = arguments.run(arguments)
         for warning in caught:
@@ -67,6 +78,9 @@ def main(line: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         print("texvol: interrupted", file=sys.stderr)
         return 130
+    except termination.Terminated as ended:
+        print(f"texvol: {ended}", file=sys.stderr)
+        return ended.status
     except BrokenPipeError:
         # The reader of our output went away; nothing is left to say, and Python must not try at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

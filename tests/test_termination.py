@@ -1,0 +1,69 @@
+"""What a signal ends leaves one line, a status, and nothing half written."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from texvol import termination
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder to work in, with a volume."""
+    np.save(tmp_path / "v.npy", np.random.default_rng(0).random((12, 10, 8)).astype(np.float32))
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def _process(*line: str) -> subprocess.Popen[str]:
+    return subprocess.Popen(
+        [sys.executable, "-m", "texvol", *line], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+
+
+@pytest.mark.parametrize(
+    ("stop", "status", "said"), [(signal.SIGINT, 130, "interrupted"), (signal.SIGTERM, 143, "ended by SIGTERM")]
+)
+def test_a_signal_ends_with_one_line_and_no_file(folder: Path, stop: signal.Signals, status: int, said: str) -> None:
+    process = _process("render", "v.npy", "--sampling-rate", "100", "--repeat", "100000", "-o", "a.png")
+    time.sleep(2)
+    process.send_signal(stop)
+    _, errors = process.communicate(timeout=30)
+    assert process.returncode == status
+    assert errors == f"texvol: {said}\n"
+    assert not Path("a.png").exists()
+
+
+def test_a_signal_leaves_nothing_beside_what_is_being_written(folder: Path) -> None:
+    before = sorted(os.listdir())
+    code = (
+        "import os, sys; from texvol.__main__ import main; "
+        f"os.replace = lambda *names: os.kill(os.getpid(), {signal.SIGTERM.value}); "
+        "sys.exit(main(['render', 'v.npy', '-o', 'a.png', '--size', '9x9']))"
+    )
+    process = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert process.returncode == 143
+    assert sorted(os.listdir()) == before
+
+
+@pytest.mark.parametrize("number", termination.SIGNALS)
+def test_signals_are_heard_where_nobody_else_does(number: signal.Signals) -> None:
+    before = signal.signal(number, signal.SIG_DFL)
+    try:
+        with pytest.raises(termination.Terminated, match=number.name), termination.heard():
+            os.kill(os.getpid(), number)
+        assert signal.getsignal(number) is signal.SIG_DFL
+        signal.signal(number, signal.SIG_IGN)  # as nohup has it
+        with termination.heard():
+            os.kill(os.getpid(), number)
+        assert signal.getsignal(number) is signal.SIG_IGN
+    finally:
+        signal.signal(number, before)
