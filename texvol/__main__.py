@@ -126,7 +126,10 @@ def _add_report_and_demo(commands: Any) -> None:
     report = commands.add_parser("report", help="speed against error of a scene: a page, a table and plots")
     reading_options.add_volume_options(report, in_scene_file=True)
     options.add_scene_options(report)
-    report.add_argument("-o", "--output", metavar="DIR", required=True, help="folder for the report, made if missing")
+    report.add_argument(
+        "-o", "--output", type=texts.file_name, metavar="DIR", required=True,
+        help="folder for the report, made if missing",
+    )  # fmt: skip
     report.add_argument("--quick", action="store_true", help="few settings, few frames")
     report.add_argument("--backend", choices=("auto", "egl", "osmesa"), default="auto", help="OpenGL without a screen")
     report.set_defaults(run=_report)
@@ -146,7 +149,7 @@ def _add_report_and_demo(commands: Any) -> None:
 
 def _add_depth(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
-        "--depth", metavar="FILE.exr",
+        "--depth", type=texts.file_name, metavar="FILE.exr",
         help="depth of the isosurface along the view from the eye, world units, channel Z, infinite where none is met",
     )  # fmt: skip
 
@@ -175,7 +178,9 @@ def _add_rendering(parser: argparse.ArgumentParser) -> None:
         help="megabytes (10^6 bytes) for textures (half of what is free); larger volumes are drawn in bricks",
     )  # fmt: skip
     group.add_argument("--backend", choices=("auto", "egl", "osmesa"), default="auto", help="OpenGL without a screen")
-    group.add_argument("--stats", metavar="FILE.json", help="write what was done, seconds and estimated error")
+    group.add_argument(
+        "--stats", type=texts.file_name, metavar="FILE.json", help="write what was done, seconds and estimated error"
+    )
     group.add_argument("--repeat", type=int, metavar="N", default=1, help="draw N times, --stats has the median")
 
 
@@ -271,6 +276,7 @@ def _check_rendering(arguments: argparse.Namespace, scene_options: options.Scene
     if arguments.stats:
         writing.check_writable(arguments.stats)
     _check_depth(arguments, scene_options)
+    _check_apart(arguments, scene_options)
     if arguments.repeat < 1:
         raise InputError(f"--repeat draws at least once, and not {arguments.repeat} times")
     if arguments.orbit is not None and arguments.repeat > 1:
@@ -282,6 +288,7 @@ def _raycast(arguments: argparse.Namespace) -> None:
     scene_options = options.SceneOptions(arguments)
     image.check_writable(arguments.output)
     _check_depth(arguments, scene_options)
+    _check_apart(arguments, scene_options)
     scene = scene_options.scene(scene_options.load())
 
     from texvol.ray_casting import raycast
@@ -306,6 +313,11 @@ def _check_depth(arguments: argparse.Namespace, scene_options: options.SceneOpti
     if vars(arguments).get("orbit") is not None:
         raise InputError("--depth is that of one picture: leave --orbit out")
     depth_picture.check_writable(arguments.depth)
+
+
+def _check_apart(arguments: argparse.Namespace, scene_options: options.SceneOptions) -> None:
+    outputs = {"--output": arguments.output, "--depth": arguments.depth, "--stats": vars(arguments).get("stats")}
+    writing.check_apart(outputs, (scene_options.volume, arguments.scene, scene_options.transfer_function))
 
 
 def _report(arguments: argparse.Namespace) -> None:

@@ -108,6 +108,13 @@ def time_step(text: str) -> int | str:
     return ALL if text.strip().lower() == ALL else index(text)
 
 
+def file_name(text: str) -> str:
+    """The name of a file to be written: a variable of a shell that is not set would quietly write none."""
+    if not text:
+        raise argparse.ArgumentTypeError("the name of a file is wanted, and not ''")
+    return text
+
+
 def choice(*allowed: str) -> Callable[[str], str]:
     """What takes one of these words."""
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import itertools
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from texvol.errors import InputError
@@ -28,6 +28,26 @@ def check_writable(path: str | os.PathLike[str]) -> None:
         raise InputError(f"{path}: cannot be written: {error.strerror}") from None
     if not os.access(folder, os.W_OK):
         raise InputError(f"{path}: its folder {folder} cannot be written to")
+
+
+def check_apart(outputs: Mapping[str, str | None], read: Iterable[str | None]) -> None:
+    """Raise InputError if two of these options write one file, or one writes what is read.
+
+    Parameters
+    ----------
+    outputs : mapping
+        Names by option; None where an option is not given.
+    read : iterable of paths
+        What the picture is made of; names of no file (those of presets) and None are passed over.
+    """
+    chosen = {option: path for option, path in outputs.items() if path is not None}
+    for (one, path), (other, another) in itertools.combinations(chosen.items(), 2):
+        if os.path.realpath(path) == os.path.realpath(another):
+            raise InputError(f"{another}: {one} and {other} are two files")
+    sources = [path for path in read if path is not None and os.path.exists(path)]
+    for option, path in chosen.items():
+        if os.path.exists(path) and any(os.path.samefile(path, each) for each in sources):
+            raise InputError(f"{path}: is read, and would be lost: give {option} another name")
 
 
 def beside(path: Path) -> Path:

@@ -13,6 +13,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from texvol import option_texts as texts
 from texvol import writing
 from texvol.errors import InputError
 from texvol.terminal import say
@@ -72,8 +73,12 @@ def add_diff(commands: Any) -> None:
 def _add_output(parser: argparse.ArgumentParser) -> None:
     output = parser.add_argument_group("output")
     output.add_argument("--json", action="store_true", help="everything for machines")
-    output.add_argument("--html", metavar="FILE", help="a page to look at both pictures and their difference")
-    output.add_argument("--output", metavar="FILE", help="picture of the absolute difference: EXR, PNG or JPEG")
+    output.add_argument(
+        "--html", type=texts.file_name, metavar="FILE", help="a page to look at both pictures and their difference"
+    )
+    output.add_argument(
+        "--output", type=texts.file_name, metavar="FILE", help="picture of the absolute difference: EXR, PNG or JPEG"
+    )
     output.add_argument("--gain", type=_limit, metavar="G", help="factor on the difference in --output (1)")
     output.add_argument(
         "--detailed-exitcode", action="store_true",

@@ -29,10 +29,12 @@ def add_view(commands: Any) -> None:
     window.add_argument("--panels", action=argparse.BooleanOptionalAction, default=True, help="beside the picture")
     played = parser.add_argument_group("recorded input")
     played.add_argument("--script", metavar="FILE", help="play this input back")
-    played.add_argument("--record", metavar="FILE", help="write the input as a script")
+    played.add_argument("--record", type=texts.file_name, metavar="FILE", help="write the input as a script")
     played.add_argument("--frames", type=texts.frames, metavar="N", help="end after N frames")
-    played.add_argument("--screenshot", metavar="FILE", help="the window at the end, as a picture")
-    played.add_argument("--timings", metavar="FILE.csv", help="how long each frame took")
+    played.add_argument(
+        "--screenshot", type=texts.file_name, metavar="FILE", help="the window at the end, as a picture"
+    )
+    played.add_argument("--timings", type=texts.file_name, metavar="FILE.csv", help="how long each frame took")
     parser.set_defaults(run=run)
 
 
