@@ -204,22 +204,28 @@ def test_seen_from_the_side_a_surface_has_the_side_that_it_has(
     np.testing.assert_allclose(straight, 0.3 * (0.3 + 0.7 * cosine) + highlight, rtol=0, atol=1e-5)
 
 
+@pytest.mark.parametrize("kind", ["post", "slab", "extinction"])
 @pytest.mark.parametrize("field", ["ambient", "diffuse", "specular", "shininess", "fade", "color", "vector"])
-def test_numbers_beyond_float32_are_drawn(renderer: Renderer, field: str) -> None:
+def test_numbers_beyond_float32_are_drawn(renderer: Renderer, field: str, kind: str) -> None:
     volume = linear()
     lighting = Lighting((Light("point", (1e290, -1e290, 3)),)) if field == "vector" else Lighting()
     if field == "color":
         lighting = Lighting((Light(color=(1e300, 0, 0)),))
     elif field != "vector":
         lighting = replace(lighting, **{field: 1e300})
-    picture = renderer.render(Scene(volume, even(), framed(volume), classification="post", lighting=lighting), (8, 8))
-    assert not np.isnan(picture[..., 3]).any()
+    picture = renderer.render(Scene(volume, even(), framed(volume), classification=kind, lighting=lighting), (8, 8))
+    assert not np.isnan(picture).any()
 
 
-def test_a_light_far_away_is_directional(renderer: Renderer) -> None:
+@pytest.mark.parametrize("shadows", [False, True])
+@pytest.mark.parametrize("kind", ["post", "slab"])
+def test_a_light_far_away_is_directional(renderer: Renderer, kind: str, shadows: bool) -> None:
     volume = linear()
     pictures = [
-        drawn(renderer, Scene(volume, even(), framed(volume), classification="post", lighting=Lighting((light,))))
+        drawn(
+            renderer,
+            Scene(volume, even(), framed(volume), classification=kind, lighting=Lighting((light,), shadows=shadows)),
+        )
         for light in (SUN, Light("point", tuple(1e290 * np.array(SUN.vector)), SUN.color))
     ]
     assert largest(pictures[0] - pictures[1]) < tolerance(Lighting((SUN,)))

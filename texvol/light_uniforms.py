@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.camera import Camera
-from texvol.lighting import DepthCue, Light, Lighting, shadow_distance, unit
+from texvol.lighting import MOST, DepthCue, Light, Lighting, shadow_distance, unit
 from texvol.volume import Volume
 
-_LEAST, _MOST = 1e-30, 1e30  # of what is divided by, and of any number: their product and squares are float32s
+_LEAST = 1e-30  # of what is divided by: its product with MOST and its square are float32s
 _FARTHEST = 1e15  # in radii of the box: lights beyond it come from one direction
 
 
@@ -37,21 +37,19 @@ def light_switches(lighting: Lighting | None) -> dict[str, int]:
 
 def light_uniforms(lighting: Lighting, volume: Volume, largest_gradient: float) -> dict[str, Any]:
     """Uniforms of light.glsl; `largest_gradient` is what a gradient of 1 in the shader stands for, per world unit."""
-    uniforms: dict[str, Any] = {"ambient": min(lighting.ambient, _MOST)}
+    uniforms: dict[str, Any] = {"ambient": min(lighting.ambient, MOST)}
     if lighting.lights:
-        uniforms["diffuse"] = min(lighting.diffuse, _MOST)
-        uniforms["fade"] = float(np.clip(lighting.fade_for(volume) / largest_gradient, _LEAST, _MOST))
+        uniforms["diffuse"] = min(lighting.diffuse, MOST)
+        uniforms["fade"] = float(np.clip(lighting.fade_for(volume) / largest_gradient, _LEAST, MOST))
     if _has_highlights(lighting):
-        uniforms |= {"specular": min(lighting.specular, _MOST), "shininess": min(lighting.shininess, _MOST)}
+        uniforms |= {"specular": min(lighting.specular, MOST), "shininess": min(lighting.shininess, MOST)}
     if heads := _of_kind(lighting, "head"):
         uniforms["head_color"] = _array([np.sum([light.color for light in heads], axis=0)])[0]
     if directional := _of_kind(lighting, "directional"):
         uniforms["directions"] = _array([unit(light.vector) for light in directional if light.vector])
         uniforms["direction_colors"] = _array([light.color for light in directional])
     if points := _of_kind(lighting, "point"):
-        places = np.array([np.array(light.vector) - volume.centre for light in points]) / volume.radius
-        places /= np.maximum(np.abs(places).max(axis=1, keepdims=True) / _FARTHEST, 1.0)
-        uniforms["positions"] = _array(places)
+        uniforms["positions"] = _array([place_of(light, volume) / volume.radius for light in points])
         uniforms["position_colors"] = _array([light.color for light in points])
     if points or casts_shadows(lighting):
         to_place, to_box = box_matrices(volume)
@@ -61,6 +59,12 @@ def light_uniforms(lighting: Lighting, volume: Volume, largest_gradient: float) 
         uniforms["box_from_place"] = tuple(to_box.T.reshape(-1))
         uniforms["shadow_distance"] = shadow_distance(volume) / volume.radius
     return uniforms
+
+
+def place_of(light: Light, volume: Volume) -> NDArray[np.float64]:
+    """Where a point light is, (x, y, z) from the middle of the box in world units, but no farther than _FARTHEST."""
+    place = np.array(light.vector) - volume.centre
+    return np.asarray(place / max(np.abs(place).max() / (_FARTHEST * volume.radius), 1.0))
 
 
 def depends_on_eye(lighting: Lighting) -> bool:
@@ -113,4 +117,4 @@ def _has_highlights(lighting: Lighting) -> bool:
 
 
 def _array(rows: Iterable[Any]) -> list[tuple[float, ...]]:
-    return [tuple(map(float, np.clip(row, -_MOST, _MOST))) for row in rows]
+    return [tuple(map(float, np.clip(row, -MOST, MOST))) for row in rows]

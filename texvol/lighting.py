@@ -39,6 +39,7 @@ _FADE = 0.01
 MOST_CASTING = 4  # lights whose shadows one texel holds
 _MOST_NODES, _LEAST_NODES = 64, 4  # along an edge of the box
 _NODES_AWAY = 1.5
+MOST = 1e30  # of any number that is drawn with: products of one with a number of the scene are float32s
 
 
 def _triple(numbers: Sequence[float] | Any, what: str) -> Triple:
@@ -147,8 +148,9 @@ class Lighting:
     @property
     def most(self) -> tuple[float, float]:
         """The largest that D and S may be."""
-        light = max((sum(each.color[channel] for each in self.lights) for channel in range(3)), default=0.0)
-        return self.ambient + self.diffuse * light, self.specular * light
+        light = max((sum(min(each.color[channel], MOST) for each in self.lights) for channel in range(3)), default=0.0)
+        ambient, diffuse, specular = (min(each, MOST) for each in (self.ambient, self.diffuse, self.specular))
+        return ambient + diffuse * light, specular * light
 
 
 @dataclass(frozen=True)

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from texvol.camera import Camera
 from texvol.gradient import Box, gradients
-from texvol.light_uniforms import depends_on_eye
-from texvol.lighting import Light, Lighting, shadow_distance, unit
+from texvol.light_uniforms import depends_on_eye, place_of
+from texvol.lighting import MOST, Light, Lighting, shadow_distance, unit
 from texvol.scene import Scene
 from texvol.transfer import Classified, TransferFunction
 from texvol.visible_values import visible
@@ -140,6 +140,9 @@ def shade(
     if lighting.two_sided:
         normals = np.where(_dot(normals, to_eye) < -_SQUARE, -normals, normals)
     falls, shines = [], []
+    ambient, diffuse, specular, shininess = (
+        min(number, MOST) for number in (lighting.ambient, lighting.diffuse, lighting.specular, lighting.shininess)
+    )
     for light in lighting.lights:
         to_light = _to_light(light, volume, to_eye, places)
         facing = _dot(normals, to_light)
@@ -152,10 +155,11 @@ def shade(
         falls.append(fall * left)
         if lighting.specular > 0:
             halfway = np.maximum(_dot(normals, _unit(to_light + to_eye)), 0)
-            shines.append(np.where(facing > _SQUARE, believed * halfway**lighting.shininess, 0) * left)
-    colors = np.array([light.color for light in lighting.lights], normals.dtype).reshape(-1, 3)
-    diffuse = lighting.ambient + lighting.diffuse * _in_colors(falls, colors, magnitudes.size)
-    return diffuse, lighting.specular * _in_colors(shines, colors, magnitudes.size) if shines else None
+            shines.append(np.where(facing > _SQUARE, believed * halfway**shininess, 0) * left)
+    bright = np.array([light.color for light in lighting.lights]).reshape(-1, 3)
+    colors = np.minimum(bright, MOST).astype(normals.dtype)
+    falling = ambient + diffuse * _in_colors(falls, colors, magnitudes.size)
+    return falling, specular * _in_colors(shines, colors, magnitudes.size) if shines else None
 
 
 def _in_colors(strengths: Sequence[Numbers], colors: Numbers, count: int) -> Numbers:
@@ -205,7 +209,7 @@ def _to_light(light: Light, volume: Volume, to_eye: Numbers, places: NDArray[np.
     if light.kind == "directional":
         return unit(light.vector)[:, np.newaxis]
     assert places is not None
-    return _unit((np.array(light.vector) - volume.centre)[:, np.newaxis] - places)
+    return _unit(place_of(light, volume)[:, np.newaxis] - places)
 
 
 def _unit(vectors: Numbers) -> Numbers:

@@ -18,7 +18,7 @@ from texvol.bricks import Brick
 from texvol.compositor import NOTHING_SPECIAL, brick_uniforms, half_spaces_in_box
 from texvol.contexts import Context
 from texvol.cutting import Cutting
-from texvol.light_uniforms import box_matrices, casts_shadows
+from texvol.light_uniforms import box_matrices, casts_shadows, place_of
 from texvol.lighting import Light, Lighting, shadow_nodes, unit
 from texvol.scene import Scene
 from texvol.shaded_samples import Arriving
@@ -195,10 +195,9 @@ def _uniforms(
     volume = baked.volume
     place_from_box, box_from_place = box_matrices(volume)
     assert light.vector is not None
-    place = (np.array(light.vector) - volume.centre) / volume.radius
     uniforms: dict[str, Any] = {
         "nodes": nodes,
-        "to_light": tuple(place if light.kind == "point" else unit(light.vector)),
+        "to_light": tuple(place_of(light, volume) / volume.radius if light.kind == "point" else unit(light.vector)),
         "box_from_place": tuple(box_from_place.T.reshape(-1)),
         "part_length": part_length / volume.radius,
         "length_per_unit": volume.radius / baked.length_unit,
