@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from texvol.added_volume import AddedVolume
 from texvol.camera import Camera
 from texvol.error_search import smaller
 from texvol.errors import AccuracyWarning
@@ -17,6 +18,7 @@ from texvol.recipe import Settings
 from texvol.renderer import Renderer
 from texvol.scene import CLASSIFICATIONS, Scene
 from texvol.transfer import TransferFunction
+from texvol.transfer.graded import Contour
 from texvol.volume import Volume
 
 SIZE = (256, 192)
@@ -107,3 +109,15 @@ def test_what_opaque_matter_costs_is_known(renderer: Counting, rate: float | Non
     error = float(np.abs(picture - raycast(scene, SIZE)).max())
     estimated = renderer.stats["estimated_error"]
     assert 1e-3 < error <= estimated <= 4 * error
+
+
+def test_contours_of_an_added_volume_are_held_against_finer_slabs(renderer: Counting) -> None:
+    """`integrated`, which stands for the integral of plain matter, refuses them, whichever volume has them."""
+    contours = replace(FOG, contours=(Contour(0.5, 2.0, (0.1, 0.2, 0.0), 0.2),))
+    added = AddedVolume(VOLUME.moved(np.eye(4) + np.eye(4, k=3) * 5), contours)
+    scene = replace(SCENE, classification="post", added=(added,))
+    picture = renderer.render(scene, (48, 36), max_error=0.02)
+    assert renderer.estimate is not None and renderer.estimate <= 0.02
+    assert np.abs(picture - raycast(scene, (48, 36))).max() <= 0.02
+    renderer.render(scene, (48, 36))
+    assert renderer.stats["estimated_error"] > 0

@@ -64,12 +64,11 @@ class Begin:
 
 def reference_for(scene: Scene) -> Scene:
     """The scene as it is to be drawn for the finer picture of a pair."""
-    matter = scene.transfer_function
-    if (
-        scene.mode != "composite"
-        or scene.classification != "post"
-        or (matter is not None and (matter.graded or matter.contours))
-    ):
+    if scene.mode != "composite" or scene.classification != "post":
+        return scene
+    # Of any of the volumes: `integrated` knows no matter that depends on the gradient.
+    matters = [scene.transfer_function, *(each.transfer_function for each in scene.added)]
+    if any(matter is not None and (matter.graded or matter.contours) for matter in matters):
         return scene
     return replace(scene, classification="integrated")
 
