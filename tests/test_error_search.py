@@ -121,3 +121,16 @@ def test_contours_of_an_added_volume_are_held_against_finer_slabs(renderer: Coun
     assert np.abs(picture - raycast(scene, (48, 36))).max() <= 0.02
     renderer.render(scene, (48, 36))
     assert renderer.stats["estimated_error"] > 0
+
+
+@pytest.mark.parametrize("classification", CLASSIFICATIONS)
+@pytest.mark.parametrize("rate", [1 / 64, 1 / 20])
+def test_two_slabs_through_everything_are_not_held_against_two(
+    renderer: Counting, rate: float, classification: str
+) -> None:
+    """The box is cut in its middle however thick slabs are: so half as thick ones may give the same picture."""
+    scene = replace(SCENE, classification=classification)  # type: ignore[arg-type]
+    size = (48, 36)
+    picture = renderer.render(scene, size, sampling_rate=rate)
+    error = float(np.abs(picture - raycast(scene, size)).max())
+    assert 0.05 < error <= renderer.stats["estimated_error"] <= 4 * error
