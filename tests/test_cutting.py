@@ -184,7 +184,7 @@ def test_planes_that_keep_all_or_nothing(renderer: Renderer) -> None:
     np.testing.assert_allclose(renderer.render(replace(scene, clip=twenty), SIZE), plain, atol=1e-7)
 
 
-@pytest.mark.parametrize("scale", [1e-9, 1e9])
+@pytest.mark.parametrize("scale", [1e-60, 1e-9, 1e9, 1e60])
 def test_worlds_of_any_size_are_cut_alike(renderer: Renderer, scale: float) -> None:
     def world(scale: float) -> Scene:
         volume = Volume(random_volume(6).values, spacing=(scale, 1.3 * scale, 0.7 * scale), origin=(9 * scale,) * 3)

@@ -370,7 +370,9 @@ def half_spaces_in_box(cutting: Cutting, volume: Volume) -> list[tuple[float, ..
     normals, distances = cutting.half_spaces(volume)
     in_box = normals @ volume.box_edges
     offsets = -0.5 * in_box.sum(axis=1) - distances
-    return [tuple(each) for each in np.column_stack([in_box, offsets]).tolist()]
+    # In single precision, and shaders take 1e-30 for nothing: a power of two makes it about 1 in a world of any size.
+    _, exponents = np.frexp(np.abs(in_box).max(axis=1, initial=0.0))
+    return [tuple(each) for each in np.ldexp(np.column_stack([in_box, offsets]).T, -exponents).T.tolist()]
 
 
 def brick_uniforms(brick: Brick) -> dict[str, Any]:
