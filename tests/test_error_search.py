@@ -134,3 +134,23 @@ def test_two_slabs_through_everything_are_not_held_against_two(
     picture = renderer.render(scene, size, sampling_rate=rate)
     error = float(np.abs(picture - raycast(scene, size)).max())
     assert 0.05 < error <= renderer.stats["estimated_error"] <= 4 * error
+
+
+@pytest.mark.parametrize("classification", CLASSIFICATIONS)
+def test_what_would_take_too_many_slabs_is_not_reached(renderer: Counting, classification: str) -> None:
+    """A grid a thousand times finer along one axis: a million slabs fill it at some 100 in one spacing."""
+    values = np.random.default_rng(1).random((8, 8, 8)).astype(np.float32)
+    steps = TransferFunction([0, 0.5, 0.5, 1], [(1, 0, 0), (1, 1, 0), (0, 1, 0), (1, 1, 1)], [0, 0.1, 0.6, 0.9])
+    volume = Volume(values, (5e-4, 1, 1))
+    scene = Scene(volume, steps, Camera.framing(volume), classification=classification)  # type: ignore[arg-type]
+    with pytest.warns(AccuracyWarning, match="was wanted"):
+        renderer.render(scene, (8, 8), max_error=1e-7)
+    assert renderer.estimate is not None and renderer.estimate > 1e-7
+
+
+@pytest.mark.parametrize(("slabs", "known"), [(1.0e6, False), (0.4e6, True)])
+def test_an_estimate_is_left_out_where_slabs_would_be_too_many(renderer: Counting, slabs: float, known: bool) -> None:
+    scene = replace(SCENE, camera=Camera.framing(VOLUME))
+    renderer.render(scene, (2, 2), slab_thickness=2 * VOLUME.radius / slabs)
+    assert renderer.stats["slabs"] > 2e5
+    assert (renderer.stats["estimated_error"] is not None) == known

@@ -30,6 +30,7 @@ from numpy.typing import NDArray
 
 from texvol.errors import NoRoomError
 from texvol.scene import Scene
+from texvol.slicing import MOST_SLABS
 
 ORDER = 1.0
 # Rounding, and pictures in which steps leave order 1 here and there; in 200 random scenes it holds the error in 99 of
@@ -99,6 +100,7 @@ def thickness_for_error(
     begin: Begin | None = None,
     *,
     converges_alone: bool = False,
+    finest: float = _FINEST_RATE,
 ) -> Choice:
     """The coarsest slab thickness, among halvings of the spacing, whose picture is within `wanted` by estimate.
 
@@ -114,6 +116,8 @@ def thickness_for_error(
         What was found for a smaller picture; the search ends in the same where that was right.
     converges_alone : bool
         Whether the reference is another scene than the picture's, better at the same thickness.
+    finest : float
+        Slabs per smallest spacing that a picture may have, see `finest_rate`; a reference may have twice as many.
     """
     begin = begin or Begin()
     drawn: dict[float, NDArray[np.float32]] = {}  # by rate: on the way back some come again
@@ -127,10 +131,13 @@ def thickness_for_error(
         return draw_reference(smallest_spacing / rate)
 
     held: _HeldAgainstItsFiner | _HeldAgainstAnother
-    held = _HeldAgainstAnother(reference_at, wanted, begin) if converges_alone else _HeldAgainstItsFiner(reference_at)
+    if converges_alone:
+        held = _HeldAgainstAnother(reference_at, wanted, begin, 2 * finest)
+    else:
+        held = _HeldAgainstItsFiner(reference_at)
     rate = max(begin.rate, 1.0)  # below, samples could slip through
-    while (error := held.error(at(rate), rate)) > wanted and rate < _FINEST_RATE:
-        rate = min(rate * 2 ** _fewest_halvings(held.of_the_picture(error), held.of_the_picture(wanted)), _FINEST_RATE)
+    while (error := held.error(at(rate), rate)) > wanted and rate < finest:
+        rate = min(rate * 2 ** _fewest_halvings(held.of_the_picture(error), held.of_the_picture(wanted)), finest)
     found = Choice(smallest_spacing / rate, error, error <= wanted, at(rate), Begin(rate, held.rate))
     while found.reached and rate > _COARSEST_RATE and held.least_of_coarser(error) <= wanted:
         rate /= 2
@@ -179,8 +186,8 @@ class _HeldAgainstItsFiner:
 class _HeldAgainstAnother:
     """Pictures are held against one that converges by itself, and is drawn as finely as that takes."""
 
-    def __init__(self, draw: Draw, wanted: float, begin: Begin) -> None:
-        self._draw, self._wanted = draw, wanted
+    def __init__(self, draw: Draw, wanted: float, begin: Begin, finest: float) -> None:
+        self._draw, self._wanted, self._finest = draw, wanted, finest
         self.rate = max(begin.reference, 2.0) / 2  # so that nothing slips through the coarser one of the pair either
         self._picture = draw(self.rate)
         self._refine()
@@ -189,7 +196,7 @@ class _HeldAgainstAnother:
         """The estimate for a picture at any rate."""
         error = self.error_of_coarser(picture, rate)
         # Finer slabs won't do where most of it is what is not known of the reference.
-        while error > self._wanted and error <= 3 * self._off and self.rate < 2 * _FINEST_RATE:
+        while error > self._wanted and error <= 3 * self._off and self.rate < self._finest:
             self._refine()
             error = self.error_of_coarser(picture, rate)
         return error
@@ -212,8 +219,18 @@ class _HeldAgainstAnother:
             self.rate, coarser = 2 * self.rate, self._picture
             self._picture = self._draw(self.rate)
             self._off = SAFETY * largest_difference(coarser, self._picture) * 2.0**-ORDER / (1 - 2.0**-ORDER)
-            if self._off <= self._wanted / 2 or self.rate >= 2 * _FINEST_RATE:
+            if self._off <= self._wanted / 2 or self.rate >= self._finest:
                 return
+
+
+def finest_rate(scene: Scene) -> float:
+    """Slabs per smallest spacing of a scene's finest picture that another of twice as many can be held against."""
+    return float(2 ** np.floor(np.log2(np.clip(scene.smallest_spacing / _thinnest(scene) / 2, 1, _FINEST_RATE))))
+
+
+def _thinnest(scene: Scene) -> float:
+    """The thickness of slabs of which no more than can be drawn fill the box, however it is seen."""
+    return 2 * scene.box.radius / MOST_SLABS
 
 
 def rounding_of(scene: Scene) -> float:
@@ -236,11 +253,12 @@ def estimate_by_finer(
 
     It has two slabs per voxel where that is not too dear: samples slip through thicker ones, and pictures may agree
     that nothing is there. Where the volume is drawn in bricks thinner slabs ask for less around each. `draw` takes a
-    scene and a thickness. The estimate is infinite where there is no room for any.
+    scene and a thickness. The estimate is infinite where there is no room for any, or slabs would be too many.
     """
     reference = converging(scene)
-    first = np.clip(np.log2(thickness / scene.smallest_spacing) + 1, 1, _MOST_HALVINGS)
-    for halvings in np.arange(float(first), _MOST_HALVINGS + 1):
+    most = min(float(_MOST_HALVINGS), float(np.log2(thickness / _thinnest(scene))))
+    first = max(min(float(np.log2(thickness / scene.smallest_spacing)) + 1, most), 1.0)
+    for halvings in np.arange(first, most + 1e-9):
         try:
             finer = draw(reference, thickness / 2**halvings)
         except NoRoomError:

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.error_control import Begin, Choice, converging, thickness_for_error
+from texvol.error_control import Begin, Choice, converging, finest_rate, thickness_for_error
 from texvol.errors import AccuracyWarning
 from texvol.recipe import Settings
 from texvol.scene import Scene
@@ -82,4 +82,5 @@ class ErrorSearch:
             wanted,
             begin,
             converges_alone=reference is not scene,
+            finest=finest_rate(scene),
         )
