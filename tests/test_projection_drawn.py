@@ -237,6 +237,14 @@ def test_one_sample_along_an_axis(renderer, dimensions, mode):
         np.testing.assert_allclose(picture[..., 0], expected[..., 0], rtol=2e-3, atol=2e-3)
 
 
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("mode", ["xray", "mip", "minip", "average"])
+def test_numbers_beyond_single_precision_are_infinite(renderer, mode):
+    volume = Volume(1e60 * (1 + noise().values.astype(np.float64)))
+    numbers = renderer.render(Scene(volume, mode=mode), SIZE)[..., 0]
+    assert set(np.unique(numbers)) == {0, np.inf}
+
+
 @every_mode
 def test_nothing_is_nothing(renderer, mode):
     options = {"isovalue": 0.5} if mode == "isosurface" else {}

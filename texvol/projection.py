@@ -125,7 +125,8 @@ class Projection:
         if self.mode == "xray":
             found = found * slab_thickness
         picture = np.zeros((*found.shape, 4), np.float32)
-        picture[there, :3] = found[there, np.newaxis]
+        with np.errstate(over="ignore"):  # what single precision has no number for is infinite
+            picture[there, :3] = found[there, np.newaxis]
         picture[there, 3] = 1.0
         return picture
 
