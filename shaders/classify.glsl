@@ -31,10 +31,16 @@ vec4 color_of_glowing(vec4 matter, float path_length) {
 
 #if RAMPS
 
-uniform vec4 ramp_base;           // colour and extinction before the first ramp
+#if RAMPS <= 3  // there is no room for more
+flat uniform vec4 ramp_base;      // colour and extinction before the first ramp
+flat uniform vec4 ramp_rises[RAMPS];   // how much each ramp adds from its start to its end
+flat uniform vec3 ramp_places[RAMPS];  // where it starts, 1 / its width, and where it ends
+#else
+uniform vec4 ramp_base;
+uniform vec4 ramp_rises[RAMPS];
+uniform vec3 ramp_places[RAMPS];
+#endif
 vec4 held_base = HELD(ramp_base);
-uniform vec4 ramp_rises[RAMPS];   // how much each ramp adds from its start to its end
-uniform vec3 ramp_places[RAMPS];  // where it starts, 1 / its width, and where it ends
 
 #include "each_ramp.glsl"
 

@@ -10,8 +10,8 @@
 // box, float32's 1e-7 of the box would be 4e-5 of the picture at the silhouettes.
 #include "precision.glsl"
 
-uniform real eye_depth;           // nothing in front of the eye is seen
-uniform vec2 picture_middle;      // pixels
+flat uniform real eye_depth;           // nothing in front of the eye is seen
+flat uniform vec2 picture_middle;      // pixels
 #if HALF_SPACES
 uniform real4 half_spaces[HALF_SPACES];  // what is kept has dot(xyz, position) + w >= 0, in the box
 #endif

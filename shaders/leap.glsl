@@ -6,7 +6,7 @@
 // Per cell: 2 r + (1 where there is matter); all cells less than r away are alike, among those that a ray may come to.
 // The first half along an axis is for rays that go up along it, the second for those that go down.
 uniform usampler3D leaps;
-uniform vec3 cells_per_box;
+flat uniform vec3 cells_per_box;
 
 // A ray through the cells, in coordinates that grow along it: where it goes downwards they are mirrored at 0.
 struct CellWalk {

@@ -12,10 +12,10 @@
 #include "seen.glsl"
 
 #if CLASSIFICATION <= 1
-uniform vec4 texel_scale;         // texels are stored relative to this
+flat uniform vec4 texel_scale;         // texels are stored relative to this
 vec4 held_scale = HELD(texel_scale);
 #endif
-uniform float slab_length;        // slab thickness, in the unit of length of the texels or of the transfer function
+flat uniform float slab_length;        // slab thickness, in the unit of length of the texels or of the transfer function
 #if CLASSIFICATION >= 2
 #include "classify.glsl"
 #endif

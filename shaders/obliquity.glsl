@@ -3,7 +3,7 @@
 // Switches: PERSPECTIVE 1: rays diverge, 0: they are parallel.
 
 #if PERSPECTIVE
-uniform float tangent_per_pixel;
+flat uniform float tangent_per_pixel;
 #endif
 
 // `pixel` counts from the middle of the picture.

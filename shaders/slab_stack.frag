@@ -15,12 +15,12 @@
 #include "ray.glsl"
 #include "matter.glsl"
 
-uniform float color_scale;        // brings the brightest emission near 1, for targets of few digits
-uniform float least_transmittance;  // a ray that lets no more through is done; 0: none ever is
+flat uniform float color_scale;        // brings the brightest emission near 1, for targets of few digits
+flat uniform float least_transmittance;  // a ray that lets no more through is done; 0: none ever is
 #if LEAPS
 #include "leap.glsl"
 #if CLASSIFICATION == 2
-uniform float slabs_ahead;        // of matter, that are looked for before they are sampled
+flat uniform float slabs_ahead;        // of matter, that are looked for before they are sampled
 #else
 const float slabs_ahead = 64.0;
 #endif

@@ -4,13 +4,13 @@
 
 #include "depths.glsl"
 
-uniform real3 point;              // where the ray of the middle pixel meets depth 0, in the box
-uniform real3 point_per_column;
-uniform real3 point_per_row;
-uniform real3 velocity;           // way of that ray per unit of depth
+flat uniform real3 point;              // where the ray of the middle pixel meets depth 0, in the box
+flat uniform real3 point_per_column;
+flat uniform real3 point_per_row;
+flat uniform real3 velocity;           // way of that ray per unit of depth
 #if PERSPECTIVE
-uniform real3 velocity_per_column;
-uniform real3 velocity_per_row;
+flat uniform real3 velocity_per_column;
+flat uniform real3 velocity_per_row;
 #endif
 
 // `pixel` counts from the middle of the picture.

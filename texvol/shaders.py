@@ -6,6 +6,11 @@ A file may `#include "other.glsl"`, once each however often it is asked for. Swi
 Lines from `#each SWITCH` to `#end` stand as often as the switch says, each time with its number, from 0 on, in place of
 `@` and at the end of every name that the lines or what they include declare, of names that end in a number, and of
 switches that come with one: so what is written for one can be had several times.
+
+A `flat uniform` of a fragment shader is a uniform that comes to it through the vertex shader, as a flat input: Mesa's
+software driver fetches a uniform for each pixel of a vector by itself, and what is flat once for all. There is room for
+some 30 of them, of up to four numbers: in lines that stand several times, and for drivers that have less, each is a
+plain uniform.
 """
 
 from __future__ import annotations
@@ -32,6 +37,12 @@ _DECLARED = re.compile(r"^(?:(?:uniform|const|flat|in|out) )*\w+ (\w+) *(?:[\[;=
 _NAME = re.compile(r"\b[A-Za-z_]\w*")
 _COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.DOTALL)
 _CONDITION = re.compile(r"^\s*#\s*(?:if|elif|ifdef|ifndef)\b(.*)$", re.MULTILINE)
+_FLAT = re.compile(r"^flat uniform (\w+) (\w+)((?:\[\w+\])?);")
+_ROOM = 120  # numbers from one stage to the next, that a driver takes
+_GIVEN = "given_"  # begins the name of a flat uniform in the vertex shader
+_BRANCH = re.compile(r"^\s*#\s*(?:if|ifdef|ifndef|elif|else|endif)\b")
+_MAIN = re.compile(r"\bvoid main\(\) \{")
+_EXTENSION = re.compile(r"^#extension .*$", re.MULTILINE)
 _DEFINITION = re.compile(r"^\s*#\s*define\s+(\w+)", re.MULTILINE)
 # Files are told apart by their line numbers, which start at this for the first, at twice this for the second, and so
 # on: Mesa 22 forgets #line's second number, the source string, for function calls.
@@ -71,6 +82,10 @@ def load_program(
     files: list[str] = []
     sources = [_source(folder, file, defines, files) for file in names]
     _check_switches(sources, defines, " and ".join(names))
+    has_room = gl.info["GL_MAX_VERTEX_OUTPUT_COMPONENTS"] >= _ROOM
+    if has_room:
+        sources[0] = _handing_on(*sources)
+    sources[1] = sources[1].replace("\nflat uniform ", "\nflat in " if has_room else "\nuniform ")
     try:
         return gl.program(vertex_shader=sources[0], fragment_shader=sources[1])
     except moderngl.Error as error:
@@ -85,14 +100,15 @@ def set_uniforms(program: moderngl.Program, values: Mapping[str, Any]) -> None:
     ShaderError
         The program has no such uniform: it is misspelled, or nothing uses it and the linker dropped it.
     """
-    active = [name for name in program if isinstance(program[name], moderngl.Uniform)]
+    uniforms = (name for name in program if isinstance(program[name], moderngl.Uniform))
+    active = {name.removeprefix(_GIVEN): name for name in uniforms}
     dropped = [name for name in values if name not in active]
     if dropped:
         raise ShaderError(f"the program has no uniform {', '.join(dropped)}; it has {', '.join(active) or 'none'}")
     for name, value in values.items():
         try:
             # moderngl takes the items of an array, but for one of a single item that item itself.
-            program[name] = value[0] if isinstance(value, list) and len(value) == 1 else value
+            program[active[name]] = value[0] if isinstance(value, list) and len(value) == 1 else value
         except Exception as error:  # moderngl lets struct.error, TypeError and its own Error through
             raise ShaderError(f"uniform {name} cannot be {value!r}: {error}") from error
 
@@ -154,6 +170,7 @@ class _Lines:
             self._numbered.update(name for pair in _DECLARED.findall("\n".join(lines)) for name in pair if name)
             yield _line(self._files, file, first)
             for line in lines:
+                line = line.removeprefix("flat ") if _FLAT.match(line) else line
                 yield _NAME.sub(partial(self._name, which), line).replace("@", str(which))
 
     def _name(self, which: int, match: re.Match[str]) -> str:
@@ -164,6 +181,21 @@ class _Lines:
         if switch not in self._defines:
             raise ShaderError(f"{file}:{number}: {switch} needs a value")
         return self._defines[switch]
+
+
+def _handing_on(vertex: str, fragment: str) -> str:
+    """The vertex shader, which also hands on what is a flat uniform of the fragment shader."""
+    lines = fragment.replace("\\\n", " ").split("\n")
+    main = _MAIN.search(vertex)
+    if not main or not any(map(_FLAT.match, lines)):
+        return vertex
+    # Conditions stay around them, and definitions that those rest on.
+    kept = [line for line in lines if _FLAT.match(line) or _BRANCH.match(line) or _DEFINITION.match(line)]
+    declared = [_FLAT.sub(rf"uniform \1 {_GIVEN}\2\3; flat out \1 \2\3;", line) for line in kept]
+    handed = [_FLAT.sub(rf"\2 = {_GIVEN}\2;", line) for line in kept if not _DEFINITION.match(line)]
+    start = vertex.index("#line", vertex.index("#version"))  # behind version and switches
+    begin = [vertex[:start], *_EXTENSION.findall(fragment), "#define main own_main", vertex[start:], "#undef main"]
+    return "\n".join([*begin, *declared, main[0], "own_main();", *handed, "}"]) + "\n"
 
 
 def _line(files: list[str], file: str, number: int) -> str:
