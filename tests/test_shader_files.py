@@ -167,41 +167,6 @@ def test_a_uniform_of_another_shape_is_named(context: Context, folder: Path) -> 
         set_uniforms(program, {"brightness": (1, 2)})
 
 
-@pytest.mark.parametrize("room", [120, 10**6])
-def test_a_flat_uniform_comes_through_the_vertex_shader(
-    context: Context, folder: Path, monkeypatch: pytest.MonkeyPatch, room: int
-) -> None:
-    monkeypatch.setattr("texvol.shaders._ROOM", room)
-    (folder / "plain.frag").write_text("""#version 330
-#define MORE LEVEL > 1
-#if MORE
-flat uniform vec2 more[LEVEL];  // a comment
-#else
-flat uniform float less;
-#endif
-out vec4 color;
-void main() {
-#if MORE
-    color = vec4(more[LEVEL - 1].y);
-#else
-    color = vec4(less);
-#endif
-}
-""")
-    less = load_program(context.gl, "plain", defines={"LEVEL": 1}, folder=folder)
-    set_uniforms(less, {"less": 0.25})
-    assert one_pixel(context, less) == 0.25
-    assert ("less" in less) == (room > 120)
-    more = load_program(context.gl, "plain", defines={"LEVEL": 2}, folder=folder)
-    set_uniforms(more, {"more": [(0.0, 0.0), (0.0, 0.75)]})
-    assert one_pixel(context, more) == 0.75
-    with pytest.raises(ShaderError, match="no uniform less; it has more$"):
-        set_uniforms(more, {"less": 1.0})
-    (folder / "plain.vert").write_text(VERTEX + "wrong;\n")
-    with pytest.raises(ShaderError, match=r"(?m)^plain\.vert:5: "):
-        load_program(context.gl, "plain", defines={"LEVEL": 1}, folder=folder)
-
-
 EITHER = (0, 1)
 UNCUT = {"HALF_SPACES": 0}
 WHOLE = UNCUT | {"STRETCH": 0}

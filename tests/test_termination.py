@@ -42,6 +42,23 @@ def test_a_signal_ends_with_one_line_and_no_file(folder: Path, stop: signal.Sign
     assert not Path("a.png").exists()
 
 
+def test_ctrl_c_while_libraries_load_is_one_line_too() -> None:
+    code = """
+import os, signal, sys
+from texvol.__main__ import main
+
+class Finder:
+    def find_spec(self, name, *_):
+        if name == "numpy":
+            os.kill(os.getpid(), signal.SIGINT)
+
+sys.meta_path.insert(0, Finder())
+sys.exit(main(["--version"]))
+"""
+    process = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert (process.returncode, process.stdout, process.stderr) == (130, "", "texvol: interrupted\n")
+
+
 def test_a_signal_leaves_nothing_beside_what_is_being_written(folder: Path) -> None:
     before = sorted(os.listdir())
     code = (
