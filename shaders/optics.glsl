@@ -1,6 +1,6 @@
 // Twin of texvol/optics.py in float32; a test compares the two.
 //
-// Switches: DOUBLINGS 1: no depth that is asked for is beyond 1, 2: or 2, so that no exponential is needed; 0: any is.
+// Switches: SHALLOW 1: no depth that is asked for is beyond 2, so that no exponential is needed.
 //
 // exp and log are promised only to about 2^-21 near 1, which at 2000 slabs would be 1e-3. So what is small goes
 // through a series, and exp and log are called only where their result is of order 1.
@@ -16,13 +16,10 @@ float mean_transmittance_of_shallow(float x) {
 
 // 1 - e^-x for x >= 0.
 float opacity_from_depth(float x) {
-#if DOUBLINGS
-    float part = x * (1.0 / float(1 << DOUBLINGS));
-    float opacity = part * mean_transmittance_of_shallow(part);
-    opacity *= 2.0 - opacity;  // 1 - (1 - A)², without a difference of equals
-#if DOUBLINGS > 1
+#if SHALLOW
+    float opacity = 0.25 * x * mean_transmittance_of_shallow(0.25 * x);
+    opacity *= 2.0 - opacity;  // of twice the depth: 1 - (1 - A)², without a difference of equals
     opacity *= 2.0 - opacity;
-#endif
     return opacity;
 #else
     float series = x * mean_transmittance_of_shallow(x);

@@ -96,11 +96,11 @@ def test_case_1_even_matter_over_a_background(
 
 @kinds()
 @pytest.mark.parametrize("fov", [None, 20, 110])
-@pytest.mark.parametrize("deepest", [0.99, 1.01, 1.99, 2.01])
+@pytest.mark.parametrize("deepest", [1.0, 1.99, 2.01])
 def test_slabs_of_any_depth_on_rays_of_any_slant(
     renderer: Renderer, kind: Classification, fov: float | None, deepest: float
 ) -> None:
-    """The series that stand for exponentials go to a depth of 1 or 2, or to a slant that adds 1/2 to it."""
+    """The series that stand for exponentials go to a depth of 2, or to a slant that adds 1/2 to it."""
     volume, size = Volume(np.zeros((6, 5, 7), np.float32)), (24, 18)
     camera = Camera.framing(volume, "perspective" if fov else "orthographic", fov=fov, aspect=size[0] / size[1])
     matter = even(deepest / camera.largest_obliquity(size))

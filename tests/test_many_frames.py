@@ -27,13 +27,14 @@ random = np.random.default_rng(4)
 renderer = Renderer(texture_memory={memory})
 sizes = []
 for frame in range(1000):
-    # The second half has the kinds of frames of the first, seen from elsewhere: no new program, of up to 8 MB.
+    # The second half has the kinds of frames of the first, nearly from where they were seen: other slants may be
+    # of other programs, and one takes up to 8 MB.
     if frame in (0, 500):
         kinds = np.random.default_rng(5)
     volume = volumes[kinds.integers(3)]
     points = np.sort(kinds.random(kinds.integers(1, 9)))
     matter = TransferFunction(points, random.random((points.size, 3)), kinds.choice([0, 0.1, 3.0], points.size))
-    eye = volume.centre + 40 * random.standard_normal(3)
+    eye = volume.centre + 40 * kinds.standard_normal(3) + 1e-3 * random.standard_normal(3)
     camera = Camera.framing(volume, kinds.choice(['orthographic', 'perspective']), eye=eye)
     scene = Scene(volume, matter, camera, classification=kinds.choice(['slab', 'extinction', 'post']))
     picture = renderer.render(

@@ -56,13 +56,13 @@ def test_a_slab_is_its_parts_composited(depth: float, share: float) -> None:
     np.testing.assert_allclose(optics.over(slab(share), slab(1 - share)), slab(1.0), rtol=1e-12)
 
 
-@pytest.mark.parametrize("deepest", [60.0, 2.0, 1.0])
+@pytest.mark.parametrize("deepest", [60.0, 2.0])
 def test_the_shader_computes_what_python_does(context: Context, deepest: float) -> None:
     x = np.concatenate([DEPTHS, np.geomspace(1e-12, deepest, 500)]).astype(np.float32)
     x = x[x <= deepest]
     opacity = optics.opacity_from_depth(x).astype(np.float32)
     source = f"""#version 330
-        #define DOUBLINGS {optics.doublings(deepest)}
+        #define SHALLOW {int(optics.is_shallow(deepest))}
         {(FOLDER / "optics.glsl").read_text("utf-8")}
         in float depth; in float opacity;
         out float out_opacity; out float out_depth; out float out_mean; out float out_per_opacity; out vec4 out_over;

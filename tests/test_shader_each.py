@@ -96,10 +96,10 @@ def test_all_kinds_of_volumes_compile_together(context: Context, first: int, sec
     volumes = KINDS[first], KINDS[second], KINDS[0]
     number = first + second
     defines = {"VOLUMES": 2 + number % 2, "PERSPECTIVE": number // 2 % 2, "CUE": number % 3 // 2, "CAPS": number % 2}
-    defines |= {"HALF_SPACES": 2 * (number % 2), "STRETCH": number % 3 // 2, "HALVES": 1, "DOUBLINGS": 0}
+    defines |= {"HALF_SPACES": 2 * (number % 2), "STRETCH": number % 3 // 2, "HALVES": 1, "SHALLOW": 0}
     defines["COUNT"] = int(number == 1)
     own = NO_LIGHT | NOTHING_SPECIAL | {"BRICKS": 0, "LEAPS": 0, "FACES": number % 2}
-    for other in ("WHOLE_SLABS", "DOUBLINGS"):
+    for other in ("WHOLE_SLABS", "SHALLOW"):
         own.pop(other)
     for volume, kind in enumerate(volumes[: defines["VOLUMES"]]):
         defines |= {f"{name}_{volume}": value for name, value in (own | kind).items()}

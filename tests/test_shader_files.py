@@ -174,10 +174,10 @@ MATTER = NO_LIGHT | NOTHING_SPECIAL | WHOLE | {"CAPS": 0, "AT_ONCE": 2}
 # What each classification asks for beside the switches that any may have; whole slabs are those of parallel rays.
 CHOICES: dict[int, list[dict[str, int]]] = {
     0: [{"WHOLE_SLABS": whole, "PERSPECTIVE": way} for whole, way in ((0, 0), (0, 1), (1, 0), (2, 1))],
-    1: [{"PERSPECTIVE": way, "DOUBLINGS": way} for way in EITHER],
+    1: [{"PERSPECTIVE": way, "SHALLOW": way} for way in EITHER],
     2: [
         {"RAMPS": ramps, "EMISSIVE": emissive, "MISSING": missing, "PERSPECTIVE": way}
-        | {"AT_ONCE": 4 if ramps else 2, "DOUBLINGS": ramps % 3}
+        | {"AT_ONCE": 4 if ramps else 2, "SHALLOW": ramps % 2}
         for ramps, emissive, missing, way in itertools.product((0, *NUMBERS_OF_RAMPS), EITHER, EITHER, EITHER)
     ],
     3: [
@@ -315,10 +315,10 @@ def test_an_include_compiles_with_nothing_of_its_includer(context: Context, tmp_
     every_light = [NO_LIGHT | each for each in LIGHTS[1:]]
     switches = {
         "classify.glsl": [
-            {"RAMPS": ramps, "EMISSIVE": emissive, "MISSING": missing, "DOUBLINGS": ramps}
+            {"RAMPS": ramps, "EMISSIVE": emissive, "MISSING": missing, "SHALLOW": ramps // 2}
             for ramps, emissive, missing in itertools.product((0, 2), EITHER, EITHER)
         ],
-        "optics.glsl": [{"DOUBLINGS": doublings} for doublings in range(3)],
+        "optics.glsl": [{"SHALLOW": shallow} for shallow in EITHER],
         "each_ramp.glsl": [{"RAMPS": ramps} for ramps in NUMBERS_OF_RAMPS],
         "graded.glsl": [
             {"MODULATIONS": modulations, "GRADED": graded, "CONTOURS": contours}
@@ -345,7 +345,7 @@ def test_an_include_compiles_with_nothing_of_its_includer(context: Context, tmp_
             if each["CLASSIFICATION"]
         ],
         "integrate.glsl": [
-            {"RAMPS": ramps, "EMISSIVE": emissive, "MISSING": 0, "LIT": lit, "DOUBLINGS": 0}
+            {"RAMPS": ramps, "EMISSIVE": emissive, "MISSING": 0, "LIT": lit, "SHALLOW": 0}
             for ramps, emissive, lit in itertools.product((0, 2), EITHER, EITHER)
         ],
     }

@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
 _MOST_PROGRAMS = 64  # kept: some 4 MB each in Mesa's software driver; scenes that alternate use a few
 NOTHING_SPECIAL = dict.fromkeys(
-    ("RAMPS", "WHOLE_SLABS", "DOUBLINGS", "EMISSIVE", "MISSING", "GRADIENT", "WEIGHTS")
+    ("RAMPS", "WHOLE_SLABS", "SHALLOW", "EMISSIVE", "MISSING", "GRADIENT", "WEIGHTS")
     + ("MODULATIONS", "GRADED", "CONTOURS"),
     0,
 )

@@ -35,9 +35,9 @@ def mean_transmittance(optical_depth: ArrayLike) -> NDArray[np.float64]:
         return np.where(x > 0, opacity_from_depth(x) / x, 1.0)
 
 
-def doublings(deepest: float) -> int:
-    """The shader's DOUBLINGS where no optical depth is beyond `deepest`; 0 where that takes an exponential."""
-    return 1 if deepest <= 1 else 2 if deepest <= 2 else 0
+def is_shallow(deepest: float) -> bool:
+    """Whether the shader may do without an exponential, where no optical depth is beyond `deepest`."""
+    return deepest <= 2
 
 
 def slab_integral(

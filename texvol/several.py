@@ -90,14 +90,14 @@ def switches_of(drawings: Sequence[Drawing], bricks: Sequence[Brick]) -> dict[st
         "CUE": int(first.depth_cue is not None),
         "COUNT": int(first.count),
         "HALVES": 0,
-        "DOUBLINGS": 0,  # depths of several add up
+        "SHALLOW": 0,  # depths of several add up
     }
     for number, (drawing, brick) in enumerate(zip(drawings, bricks, strict=True)):
         own = NO_LIGHT | NOTHING_SPECIAL | drawing.baked.switches(math.inf, 1.0)
         own |= light_switches(drawing.lighting)
         own |= {"BRICKS": int(not brick.is_whole), "LEAPS": int(drawing.leaps is not None)}
         own["FACES"] = int(drawing.volume.labels)
-        for other in ("WHOLE_SLABS", "DOUBLINGS"):
+        for other in ("WHOLE_SLABS", "SHALLOW"):
             own.pop(other)
         switches["HALVES"] |= int(own["CLASSIFICATION"] == 3)
         switches |= {f"{name}_{number}": value for name, value in own.items()}

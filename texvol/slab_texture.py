@@ -115,7 +115,7 @@ class SlabTexture:
         """Switches of the shader; between two planes at distance 1 the longest ray's length is `obliquity`."""
         if self.classification == "extinction":
             deepest = self.largest * self.uniforms(slab_thickness)["slab_length"] * obliquity
-            return {"CLASSIFICATION": 1, "DOUBLINGS": optics.doublings(deepest)}
+            return {"CLASSIFICATION": 1, "SHALLOW": int(optics.is_shallow(deepest))}
         whole = 0
         if slab_thickness == self.length_unit:
             opacity = min(self.largest, 1.0)

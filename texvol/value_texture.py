@@ -149,7 +149,7 @@ class ValueTexture:
             "RAMPS": ramps,
             "GRADIENT": self.gradient_switch,
             "WEIGHTS": int(self.mask is not None),
-            "DOUBLINGS": 0 if self.transfer_function.needs_gradient else optics.doublings(deepest),
+            "SHALLOW": int(optics.is_shallow(deepest) and not self.transfer_function.needs_gradient),
         } | graded_switches(self.transfer_function)
 
     def uniforms(self, slab_thickness: float) -> dict[str, Any]:
