@@ -209,7 +209,7 @@ void main() {
             float front = slab == ray.first_slab ? ray.first_share : 0.0;
             bSeveral are_last = equal(NUMBERS, Several(ray.last_slab - slab));
             Several backs = mix(Several(1.0), Several(ray.last_share), are_last);
-            Several middles = slab + (NUMBERS + 0.5 * backs);
+            Several middles = (slab + NUMBERS) + 0.5 * backs;  // rounded as in `part_of_slab`
             middles.x = slab + 0.5 * (front + backs.x);
 #else
             const float front = 0.0;
