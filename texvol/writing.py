@@ -30,7 +30,7 @@ def check_writable(path: str | os.PathLike[str]) -> None:
         raise InputError(f"{path}: its folder {folder} cannot be written to")
 
 
-def check_apart(outputs: Mapping[str, str | None], read: Iterable[str | None]) -> None:
+def check_apart(outputs: Mapping[str, str | None], read: Iterable[str | None], what: str = "is read") -> None:
     """Raise InputError if two of these options write one file, or one writes what is read.
 
     Parameters
@@ -38,16 +38,18 @@ def check_apart(outputs: Mapping[str, str | None], read: Iterable[str | None]) -
     outputs : mapping
         Names by option; None where an option is not given.
     read : iterable of paths
-        What the picture is made of; names of no file (those of presets) and None are passed over.
+        What the outputs are made of; names of no file (those of presets) and None are passed over.
+    what : str
+        How a message calls that.
     """
     chosen = {option: path for option, path in outputs.items() if path is not None}
     for (one, path), (other, another) in itertools.combinations(chosen.items(), 2):
         if os.path.realpath(path) == os.path.realpath(another):
-            raise InputError(f"{another}: {one} and {other} are two files")
+            raise InputError(f"{another}: {one} and {other} have to be two files")
     sources = [path for path in read if path is not None and os.path.exists(path)]
     for option, path in chosen.items():
         if os.path.exists(path) and any(os.path.samefile(path, each) for each in sources):
-            raise InputError(f"{path}: is read, and would be lost: give {option} another name")
+            raise InputError(f"{path}: {what}, and would be lost: give {option} another name")
 
 
 def beside(path: Path) -> Path:

@@ -127,15 +127,12 @@ def _check_outputs(arguments: argparse.Namespace) -> None:
     from texvol import image
 
     sources = ("candidate", "reference", "self_test", "volume", "limits")
-    read = [vars(arguments)[name] for name in sources if vars(arguments)[name] is not None]
     for path in filter(None, (arguments.html, arguments.output)):
         writing.check_writable(path)
-        if any(os.path.exists(path) and os.path.exists(each) and os.path.samefile(path, each) for each in read):
-            raise InputError(f"{path}: is what is compared, and would be lost: give the output another name")
+    outputs = {"--html": arguments.html, "--output": arguments.output}
+    writing.check_apart(outputs, [vars(arguments)[name] for name in sources], "is what is compared")
     if arguments.output:
         image.check_writable(arguments.output)
-        if arguments.html and os.path.realpath(arguments.output) == os.path.realpath(arguments.html):
-            raise InputError(f"{arguments.output}: --html and --output are two files")
 
 
 def _outcome(arguments: argparse.Namespace, chosen: Limits | None) -> Outcome:
