@@ -19,6 +19,7 @@ from texvol.scene import Scene
 from texvol.shaded_samples import Arriving
 from texvol.texture_store import BakedTexture, TextureStore, same
 from texvol.transfer import TransferFunction, proposed_for
+from texvol.value_storage import ULP
 from texvol.value_texture import REFERENCE, ValueTexture
 from texvol.volume import Volume
 
@@ -133,6 +134,14 @@ class MatterOnDevice:
             if self.empty_space is not kept[2]:
                 self.empty_space.release()
             self.textures, self.baked, self.empty_space, self._source = kept
+
+    @property
+    def lost_digits(self) -> float:
+        """By how much of a transfer function's narrowest interval rounding moves values; 0 where that hides."""
+        baked = self.baked[1] if self.baked else None
+        if not isinstance(baked, ValueTexture) or not baked.storage.is_hopeless:
+            return 0.0
+        return baked.storage.condition * ULP
 
     @staticmethod
     def _has_exact_values(baked: BakedTexture) -> bool:

@@ -23,6 +23,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol.ranks import distinct
 from texvol.transfer import TransferFunction
 from texvol.volume import Volume
 
@@ -216,8 +217,8 @@ def _bulk(volume: Volume) -> tuple[float, float]:
     if flat.size > _SAMPLES:
         x, y, z = spread_samples(volume, _SAMPLES).T
         flat = volume.values[z, y, x]
-    values = np.unique(flat.astype(np.float64))
-    values = values[np.isfinite(values)]
+    values = flat.astype(np.float64)
+    values = distinct(values[np.isfinite(values)])
     if not values.size:
         return volume.finite_range or (0.0, 0.0)
     half = (values.size + 1) // 2
