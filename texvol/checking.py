@@ -12,6 +12,7 @@ independent events is nowhere likelier to be small than where all are equally li
 
 from __future__ import annotations
 
+import json
 import math
 import sys
 from dataclasses import asdict, dataclass
@@ -21,12 +22,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.errors import InputError
+from texvol.marching import can_march, march_pixels
 from texvol.scene import Scene
+from texvol.transfer import TransferFunction
 
 ALL = "all"
 CONFIDENCE = 0.99
 ATTRIBUTE = "texvol:check"  # of a picture's header
 _FEW, _LITTLE = 64, 0.1  # pixels that are checked unasked, and the seconds that they may take
+_FEWER = 16  # pixels that are marched
+_MARCHED = 4.0  # times what marching says of its own error
 _ORACLE = 1e-9  # how far the oracle may be off
 
 
@@ -69,6 +74,11 @@ class Check:
         return f"{found}; 99 % confident that at most {share:g} % of the pixels are beyond {self.limit:.2g}"
 
     @property
+    def attributes(self) -> dict[str, str]:
+        """The same as an attribute of a picture's header."""
+        return {ATTRIBUTE: json.dumps(self.facts)}
+
+    @property
     def facts(self) -> dict[str, Any]:
         """All of it, JSON-able, as `--stats` and headers have it; an error that is no number is None."""
         found: dict[str, Any] = asdict(self) | {"confidence": CONFIDENCE, "sentence": self.sentence}
@@ -83,12 +93,17 @@ def checked_count(check: int | str | None) -> int | str | None:
     ------
     InputError
         If it is something else.
+    MissingExtraError
+        If the oracle's library is not installed: better now than after the picture is drawn.
     """
-    if check is None or check == ALL:
-        return check
-    if isinstance(check, bool) or not isinstance(check, int | np.integer) or check < 1:
+    if check is None:
+        return None
+    whole = not isinstance(check, bool) and isinstance(check, int | np.integer)
+    if check != ALL and (not whole or int(check) < 1):
         raise InputError(f'check must be a number of pixels from 1 upwards, or "all", got {check!r}')
-    return int(check)
+    import texvol.ray_casting  # noqa: F401
+
+    return ALL if check == ALL else int(check)
 
 
 def check_picture(
@@ -116,27 +131,41 @@ def check_picture(
     else:
         pixels = chosen_pixels((width, height), int(count), seed)
         drawn, truth = picture[pixels[:, 1], pixels[:, 0]], raycast_pixels(scene, (width, height), pixels)
-    errors = errors_of(drawn, truth)
-    largest = float(errors.max())
+    return _check_of(errors_of(drawn, truth), width * height, limit)
+
+
+def check_in_passing(
+    picture: NDArray[np.float32], scene: Scene, transfer_function: TransferFunction, limit: float
+) -> Check | None:
+    """Hold a few pixels against the truth, if that takes under a tenth of a second; None if it does not.
+
+    By the oracle where that has been at work on the same kind of scene: its library takes longer to load, and its
+    functions to compile. Else plain scenes are marched, of which a check comes only where pixels are off by more than
+    the limit and all that the marching itself may be off.
+    """
+    oracle = sys.modules.get("texvol.ray_casting")
+    seconds = oracle.seconds_per_pixel(scene) if oracle else None
+    if seconds is not None and seconds * _FEW < _LITTLE:
+        return check_picture(picture, scene, _FEW, limit)
+    if not can_march(scene, transfer_function):
+        return None
+    height, width = picture.shape[:2]
+    pixels = chosen_pixels((width, height), min(_FEWER, width * height))
+    truth, off = march_pixels(scene, transfer_function, (width, height), pixels)
+    errors = errors_of(picture[pixels[:, 1], pixels[:, 0]], truth) - _MARCHED * off
+    return _check_of(np.maximum(errors, 0.0), width * height, limit) if (errors > limit).any() else None
+
+
+def _check_of(errors: NDArray[np.float64], total: int, limit: float | None) -> Check:
+    """What the errors of some pixels say of all."""
+    n, largest = len(errors), float(errors.max())
     limit = largest if limit is None else limit
     beyond = int(np.count_nonzero(~(errors <= limit + _ORACLE)))
-    n, total = len(errors), width * height
     if n == total:
         return Check(n, total, largest, limit, beyond, beyond / n)
     # Strata are of one size but for a pixel.
     at_most = min(share_at_most(beyond, n) * -(-total // n) * n / total, 1.0)
     return Check(n, total, largest, limit, beyond, at_most)
-
-
-def count_for_little(scene: Scene) -> int | None:
-    """Number of pixels of a scene that the oracle does in a tenth of a second as things are; None for none.
-
-    Its library takes longer than that to load, and its functions to compile: it has to have been at work on the same
-    kind of scene.
-    """
-    oracle = sys.modules.get("texvol.ray_casting")
-    seconds = oracle.seconds_per_pixel(scene) if oracle else None
-    return _FEW if seconds is not None and seconds * _FEW < _LITTLE else None
 
 
 def errors_of(drawn: NDArray, truth: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -183,11 +183,14 @@ class Renderer:
         self, picture: NDArray[np.float32], scene: Scene, count: int | str | None, wanted: float | None
     ) -> None:
         """Check some pixels, and warn where these are off by more than was wanted."""
-        if count is None and (count := checking.count_for_little(scene)) is None:
-            return
         with self._watch.timed("check"):
-            self._check = found = checking.check_picture(picture, scene, count, wanted)
-        if wanted is None or not found.beyond:
+            if count is not None:
+                self._check = checking.check_picture(picture, scene, count, wanted)
+            elif wanted is not None:
+                matter = self._device.matter[0].transfer_function(scene)
+                self._check = checking.check_in_passing(picture, scene, matter, wanted)
+        found = self._check
+        if wanted is None or found is None or not found.beyond:
             return
         said = "" if self._estimate is None else f", and {self._estimate:.2g} estimated"
         warnings.warn(
