@@ -137,9 +137,12 @@ class MatterOnDevice:
 
     @property
     def lost_digits(self) -> float:
-        """By how much of a transfer function's narrowest interval rounding moves values; 0 where that hides."""
+        """By how much of a transfer function's narrowest interval rounding moves values.
+
+        0 where another picture, of values that are rounded otherwise, tells better.
+        """
         baked = self.baked[1] if self.baked else None
-        if not isinstance(baked, ValueTexture) or not baked.storage.is_hopeless:
+        if not isinstance(baked, ValueTexture) or not (baked.vouches_for_itself or baked.storage.is_hopeless):
             return 0.0
         return baked.storage.condition * ULP
 

@@ -106,7 +106,8 @@ class Storage:
         """
         low, high = volume.finite_range or (0.0, 0.0)
         farthest = max(abs(low - self.offset), abs(high - self.offset)) / self.scale
-        return self.condition <= WELL and farthest <= self.far_from
+        most = _WELL_IN_16_BITS if self.texel_format == "r16" else WELL
+        return self.condition <= most and farthest <= self.far_from
 
     @property
     def far_from(self) -> float:
