@@ -4,6 +4,7 @@
 // Switches: MODE 1: the integral of the value, and the way on which there is one; 2: the largest value, or least;
 //                3: the first surface of one value.
 //           DEPTH 1: in place of that surface's colour, its depth.
+//           AIR 1: the integral is that of what values are above `bias`, and of nothing where they are below.
 //           MISSING 1: there may be NaN, which is nothing, or infinities.
 //           PERSPECTIVE, BRICKS, HALF_SPACES, STRETCH: see ray.glsl. LEAPS 1: what `leaps` shows to be without the surface is leapt over.
 //           GRADIENT, LIT, CUE and those of lights: see volume_texture.glsl and seen.glsl.
@@ -18,12 +19,12 @@
 #endif
 
 #if MODE == 1
-uniform float bias;               // a value in the middle of them: sums of what differs from it keep their digits
+uniform float bias;               // in the middle of the values, or at air: sums of what differs from it keep their digits
 #else
 uniform vec3 samples;             // of the volume, along x, y and z
+#endif
 #if MISSING
 uniform float largest_finite;     // what is beyond stands for an infinity
-#endif
 #endif
 #if MODE == 2
 uniform float sign_of_largest;    // -1 where the least is looked for
@@ -63,15 +64,25 @@ vec3 middle_of(Ray ray, float slab, out float share) {
 }
 
 #if MODE == 1
-// What a share of a slab adds to the integral, to the way, and to the integral without signs.
-vec3 part(float value, float share) {
-    return is_there(value) ? share * vec3(value - bias, 1.0, abs(value - bias)) : vec3(0.0);
+// What a share of a slab adds to the integral, to the way, and to the ways along which the value is infinite, and minus that.
+vec4 part(float value, float share) {
+    if (!is_there(value)) return vec4(0.0);
+#if MISSING
+    if (value > largest_finite) return vec4(0.0, share, share, 0.0);
+#if !AIR
+    if (value < -largest_finite) return vec4(0.0, share, 0.0, share);
+#endif
+#endif
+#if AIR
+    value = max(value, bias);
+#endif
+    return vec4(share * (value - bias), share, 0.0, 0.0);
 }
 
-vec3 integral_along(Ray ray) {
+vec4 integral_along(Ray ray) {
     float share;
     float value = value_at(middle_of(ray, ray.slab, share));
-    vec3 sum = part(value, share);
+    vec4 sum = part(value, share);
     float last = ray.end - 1.0;
     float slab = ray.slab + 1.0;
     if (last >= slab) {
@@ -80,7 +91,7 @@ vec3 integral_along(Ray ray) {
     }
     // The whole ones between them, two at a time, since the loop itself takes time; at the end there may be one.
     while (slab < last) {
-        vec3 some = vec3(0.0);
+        vec4 some = vec4(0.0);
         float turns_end = min(slab + MOST_AT_ONCE, last);
         while (slab < turns_end) {
             float next = value_at(ray.start + (slab + 1.5) * ray.step);
@@ -221,7 +232,7 @@ void main() {
     Ray ray = ray_through(gl_FragCoord.xy, slab_range);
     if (ray.slab >= ray.end) discard;
 #if MODE == 1
-    number = vec4(integral_along(ray) * ray.obliquity, 1.0);
+    number = integral_along(ray) * ray.obliquity;
 #elif MODE == 2
     float largest = largest_along(ray);
     number = vec4(largest, 0.0, 0.0, largest > NOTHING_YET ? 1.0 : 0.0);

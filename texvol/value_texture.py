@@ -47,6 +47,7 @@ _MOST_RAMPS = 12  # for `integrated`: with twice as many segments are as fast
 # take a neighbour with that. Hardly a weight is so small that it doesn't take it far past all values that there are.
 _MISSING = 3e38
 HUGE = 1e30  # stands for an infinite sample or value: any weight above 1e-24 takes it past every control point
+_SMALL = 1e-12  # a weight with which an infinite sample still makes a value larger than any that is finite
 _PAST_HUGE = 1e31  # what infinities are not mistaken for: there a missing neighbour needs a weight of 3e-8 to be seen
 _PAST_ALL = 2.0  # times the largest stored value, if that is not 0
 # Interpolation may round equal texels down by half an ulp or two: without this a flat region that lies exactly on a
@@ -322,8 +323,9 @@ def _storage(volume: Volume) -> tuple[str, float, float]:
     if dtype in _INTEGERS:
         return "r16", float(np.iinfo(dtype).min), float(np.iinfo(dtype).max) - float(np.iinfo(dtype).min)
     low, high = volume.finite_range or (0.0, 1.0)
-    if dtype in (np.float16, np.float32) and max(abs(low), abs(high)) < HUGE:
-        if volume.has_missing:
+    has_infinities = volume.value_range != volume.finite_range
+    if dtype in (np.float16, np.float32) and max(abs(low), abs(high)) < (HUGE * _SMALL if has_infinities else HUGE):
+        if volume.has_missing or has_infinities:  # half precision has no number that stands out for either
             return "r32f", 0.0, 1.0
         return "r16f" if dtype == np.float16 else "r32f", 0.0, 1.0
     return "r32f", low / 2 + high / 2, (high / 2 - low / 2) or 1.0
@@ -352,6 +354,5 @@ def _finite(texels: NDArray) -> NDArray:
     """`texels` with finite stand-ins for infinities and NaN, which would be NaN wherever their weight is 0."""
     if np.isfinite(texels).all():
         return texels
-    most = min(HUGE, float(np.finfo(texels.dtype).max))
-    finite = np.where(np.isinf(texels), np.copysign(texels.dtype.type(most), texels), texels)
-    return finite if texels.dtype == np.float16 else np.where(np.isnan(finite), np.float32(_MISSING), finite)
+    finite = np.where(np.isinf(texels), np.copysign(texels.dtype.type(HUGE), texels), texels)
+    return np.where(np.isnan(finite), np.float32(_MISSING), finite)
