@@ -26,6 +26,7 @@ Classification = Literal["slab", "extinction", "post", "integrated"]
 CLASSIFICATIONS: tuple[str, ...] = get_args(Classification)
 Mode = Literal["composite", "xray", "mip", "minip", "average", "isosurface"]
 MODES: tuple[str, ...] = get_args(Mode)
+NUMBER_MODES = ("xray", "mip", "minip", "average")  # whose pictures hold numbers, and no light
 Coloring = Literal["grey", "tf"]
 COLORINGS: tuple[str, ...] = get_args(Coloring)
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.annotation import rounding
-from texvol.display import Window, isosurface_color, straight_colors
+from texvol.display import Window, isosurface_color, number_colors, straight_colors
 from texvol.errors import InputError
 from texvol.image import linear_from_srgb
 from texvol.scene import Scene
@@ -44,8 +44,8 @@ class Content:
     entries: tuple[tuple[str, Numbers | None], ...] = ()
 
 
-def content_of(scene: Scene, value_name: str, window: Window | None, use_transfer_function: bool) -> Content:
-    """What the legend of a scene says; `window` and `use_transfer_function` as for `display.shown`.
+def content_of(scene: Scene, value_name: str, window: Window | None) -> Content:
+    """What the legend of a scene says; `window` as for `display.shown`.
 
     Raises
     ------
@@ -69,8 +69,7 @@ def content_of(scene: Scene, value_name: str, window: Window | None, use_transfe
         caption = value_name.strip() + (f" × {scene.volume.unit or 'length'}" if scene.mode == "xray" else "")
     else:
         caption = _NUMBERS.get(scene.mode, f"value × {scene.volume.unit or 'length'}")
-    if window is None and use_transfer_function and scene.transfer_function is not None:
-        given = scene.transfer_function
+    if (given := number_colors(scene, window)) is not None:
         low, high = _shown_range(given, scene.volume)
         return Content(caption, ColorBar(low, high, lambda values: straight_colors(given, values)))
     return Content(caption, _grey(scene, window))

@@ -19,7 +19,7 @@ _CHOSEN = ("variable", "series", "channel", "time")  # of a file, that tell its 
 
 
 def contents_of(
-    scene: Scene, value_name: str, window: Window | None, use_transfer_function: bool, letters: Lettering
+    scene: Scene, value_name: str, window: Window | None, letters: Lettering
 ) -> list[Content]:
     """What the legends of a scene say, in the order of its volumes; arguments as for `content_of`.
 
@@ -36,7 +36,7 @@ def contents_of(
         if each.volume.labels:
             contents.append(_labels(each, name))
         else:
-            contents.append(content_of(each, name, window, use_transfer_function))
+            contents.append(content_of(each, name, window))
     return contents
 
 
