@@ -4,7 +4,6 @@
 // Switches: MODE 1: the integral of the value, and the way on which there is one; 2: the largest value, or least;
 //                3: the first surface of one value.
 //           DEPTH 1: in place of that surface's colour, its depth.
-//           AIR 1: the integral is that of what values are above `bias`, and of nothing where they are below.
 //           MISSING 1: there may be NaN, which is nothing, or infinities.
 //           PERSPECTIVE, BRICKS, HALF_SPACES, STRETCH: see ray.glsl. LEAPS 1: what `leaps` shows to be without the surface is leapt over.
 //           GRADIENT, LIT, CUE and those of lights: see volume_texture.glsl and seen.glsl.
@@ -20,6 +19,7 @@
 
 #if MODE == 1
 uniform float bias;               // in the middle of the values, or at air: sums of what differs from it keep their digits
+uniform float least;              // of an X-ray of what is above air, the value of that, which lower ones count as
 #else
 uniform vec3 samples;             // of the volume, along x, y and z
 #endif
@@ -69,14 +69,9 @@ vec4 part(float value, float share) {
     if (!is_there(value)) return vec4(0.0);
 #if MISSING
     if (value > largest_finite) return vec4(0.0, share, share, 0.0);
-#if !AIR
-    if (value < -largest_finite) return vec4(0.0, share, 0.0, share);
+    if (value < -largest_finite && value > least) return vec4(0.0, share, 0.0, share);
 #endif
-#endif
-#if AIR
-    value = max(value, bias);
-#endif
-    return vec4(share * (value - bias), share, 0.0, 0.0);
+    return vec4(share * (max(value, least) - bias), share, 0.0, 0.0);
 }
 
 vec4 integral_along(Ray ray) {

@@ -15,6 +15,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from texvol.air import attenuation_of
 from texvol.errors import InputError
 from texvol.image import linear_from_srgb
 from texvol.scene import NUMBER_MODES, Scene
@@ -73,6 +74,17 @@ def found_window(picture: NDArray, scene: Scene) -> Window:
         low, high = scene.volume.finite_range or (0.0, 0.0)
     half = high / 2 - low / 2
     return low / 2 + high / 2, 2 * min(half, float(np.finfo(np.float64).max) / 2)
+
+
+def possible_range(scene: Scene) -> tuple[float, float]:
+    """The least and the largest finite number that a picture of the scene may hold, of any view."""
+    low, high = scene.volume.finite_range or (0.0, 1.0)
+    if scene.mode != "xray":
+        return low, high
+    if (attenuation := attenuation_of(scene.air)) is not None:
+        low, high = (attenuation.per_value * max(end - attenuation.air, 0.0) for end in (low, high))
+    longest = 2 * scene.volume.radius
+    return min(low * longest, 0.0), max(high * longest, 0.0)
 
 
 def shown(picture: NDArray, scene: Scene, *, window: Window | None = None) -> NDArray[np.float32]:

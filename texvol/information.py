@@ -36,7 +36,8 @@ def facts(volume: Volume) -> dict[str, Any]:
 
     `labels` is None where values are measured; else their `count`, and of the first ones label and number of samples.
     `hounsfield` is what says that values are Hounsfield units: "file", "values" where they look like it and the file
-    names no unit, or None. `color` says whether each sample has a colour of its own, of which the value is how much there is.
+    names no unit, or None. `color` says whether each sample has a colour of its own, of which the value is how much
+    there is.
     """
     corners = volume.corners_from_centre + volume.centre
     low, high, mean, counts = _summary(volume.values)

@@ -43,7 +43,7 @@ _OWN_COLOR = Lighting((), ambient=1.0, diffuse=0.0, specular=0.0)
 _FOR_MODES = {
     "isovalue": ("isosurface",),
     "air": ("xray",),
-    **dict.fromkeys(("window", "coloring"), NUMBER_MODES),
+    "window": NUMBER_MODES,
     **dict.fromkeys(("caps", "add", "label-look"), ("composite",)),
 }
 

@@ -95,7 +95,6 @@ class Projection:
         return {
             "MODE": _MODES[self.mode],
             "DEPTH": int(self.depth),
-            "AIR": int(self.attenuation is not None),
             "MISSING": int(baked.volume.has_missing or _has_infinities(baked.volume)),
             "GRADIENT": baked.gradient_switch,
             "WEIGHTS": 0,  # what a mask hides is missing
@@ -107,7 +106,8 @@ class Projection:
         if self.switches(baked)["MISSING"]:
             uniforms = {"missing_from": baked.missing_from, "largest_finite": _largest_finite(baked)}
         if self.mode in ("xray", "average"):
-            return uniforms | {"bias": self._bias(baked)}
+            bias = self._bias(baked)
+            return uniforms | {"bias": bias, "least": -_ALL_FINITE if self.attenuation is None else bias}
         uniforms["samples"] = tuple(map(float, baked.volume.dimensions))
         if self.mode in ("mip", "minip"):
             low, high = baked.volume.value_range or (0.0, 0.0)

@@ -68,6 +68,11 @@ class Display:
         self._transparent = scene_options.transparent
         self._annotation = annotation or Annotation()
 
+    @property
+    def window(self) -> tuple[float, float] | None:
+        """(centre, width) of pictures of numbers, where it was chosen, or has been found."""
+        return self._window
+
     def prepared(self, scene: Scene, size: tuple[int, int], *, chose_view: bool) -> Scene:
         """The scene, framed so that annotation has room beside the box, unless somebody chose the view.
 

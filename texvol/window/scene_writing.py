@@ -192,10 +192,9 @@ def _mode(scene: Scene, showing: Showing) -> dict[str, Any]:
         found["isovalue"] = scene.isovalue
     if scene.mode == "xray":
         found["air"] = "none" if scene.air is None else scene.air
-    if scene.mode in NUMBER_MODES:
-        found["coloring"] = "grey" if showing.window is not None else scene.coloring
-        found |= {} if showing.window is None else {"window": list(showing.window)}
-    return found
+    window = showing.window if scene.mode in NUMBER_MODES else None
+    found["coloring"] = scene.coloring if window is None else "grey"
+    return found | ({} if window is None else {"window": list(window)})
 
 
 def _annotation(annotation: Annotation) -> dict[str, Any]:
