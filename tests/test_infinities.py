@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -61,11 +62,13 @@ def test_numbers_are_infinite_where_the_oracle_has_them_so(renderer, mode, kinds
 
 
 @pytest.mark.parametrize("backend", ["egl", "osmesa"])
-@pytest.mark.parametrize("kinds", ["inf", "inf -inf"])
+@pytest.mark.parametrize("kinds, largest", [("inf", 1), ("inf -inf", 1), ("inf", 6e4), ("inf -inf", 6e4)])
 @pytest.mark.parametrize("classification", CLASSIFICATIONS)
-def test_matter_of_infinite_half_precision_is_that_of_the_end_of_the_transfer_function(classification, kinds, backend):
-    volume = with_blocks(np.float16, 1, kinds)
-    scene = Scene(volume, TF, Camera.framing(volume, "perspective", fov=50), classification=classification)
+def test_matter_of_infinite_half_precision_is_that_of_the_end_of_the_transfer_function(
+    classification, kinds, largest, backend
+):
+    volume, matter = with_blocks(np.float16, largest, kinds), replace(TF, values=largest * TF.values)
+    scene = Scene(volume, matter, Camera.framing(volume, "perspective", fov=50), classification=classification)
     with Renderer(backend) as renderer:
         picture = renderer.render(scene, SIZE, sampling_rate=16)
     # A slab beside a block is as dense as the block or as what is beside it: 0.8 (1 / 16), less what is in front of it.
