@@ -18,12 +18,13 @@
 #endif
 
 #if MODE == 1
-uniform float bias;               // a value in the middle of them: sums of what differs from it keep their digits
+uniform float bias;               // in the middle of the values, or at air: sums of what differs from it keep their digits
+uniform float least;              // of an X-ray of what is above air, the value of that, which lower ones count as
 #else
 uniform vec3 samples;             // of the volume, along x, y and z
+#endif
 #if MISSING
 uniform float largest_finite;     // what is beyond stands for an infinity
-#endif
 #endif
 #if MODE == 2
 uniform float sign_of_largest;    // -1 where the least is looked for
@@ -67,15 +68,20 @@ vec3 middle_of(Ray ray, float slab, out float share) {
 }
 
 #if MODE == 1
-// What a share of a slab adds to the integral, to the way, and to the integral without signs.
-vec3 part(float value, float share) {
-    return is_there(value) ? share * vec3(value - bias, 1.0, abs(value - bias)) : vec3(0.0);
+// What a share of a slab adds to the integral, to the way, and to the ways along which the value is infinite, and minus that.
+vec4 part(float value, float share) {
+    if (!is_there(value)) return vec4(0.0);
+#if MISSING
+    if (value > largest_finite) return vec4(0.0, share, share, 0.0);
+    if (value < -largest_finite && value > least) return vec4(0.0, share, 0.0, share);
+#endif
+    return vec4(share * (max(value, least) - bias), share, 0.0, 0.0);
 }
 
-vec3 integral_along(Ray ray) {
+vec4 integral_along(Ray ray) {
     float share;
     float value = value_at(middle_of(ray, ray.slab, share));
-    vec3 sum = part(value, share);
+    vec4 sum = part(value, share);
     float last = ray.end - 1.0;
     float slab = ray.slab + 1.0;
     if (last >= slab) {
@@ -84,7 +90,7 @@ vec3 integral_along(Ray ray) {
     }
     // The whole ones between them, two at a time, since the loop itself takes time; at the end there may be one.
     while (slab < last) {
-        vec3 some = vec3(0.0);
+        vec4 some = vec4(0.0);
         float turns_end = min(slab + MOST_AT_ONCE, last);
         while (slab < turns_end) {
             float next = value_at(ray.start + (slab + 1.5) * ray.step);
@@ -229,7 +235,7 @@ void main() {
     Ray ray = ray_through(gl_FragCoord.xy, slab_range);
     if (ray.slab >= ray.end) discard;
 #if MODE == 1
-    number = vec4(integral_along(ray) * ray.obliquity, 1.0);
+    number = integral_along(ray) * ray.obliquity;
 #elif MODE == 2
     float largest = largest_along(ray);
     number = vec4(largest, 0.0, 0.0, largest > NOTHING_YET ? 1.0 : 0.0);

@@ -36,7 +36,7 @@ from texvol.comparison.command import add_diff
 from texvol.errors import AccuracyWarning, InputError, TexvolError
 from texvol.scene import Scene
 from texvol.scene_facts import scene_facts
-from texvol.shown_pictures import Display
+from texvol.shown_pictures import Display, is_exact
 from texvol.terminal import say
 from texvol.window.command import add_view
 
@@ -258,7 +258,8 @@ def _scene(
     if series is not None:
         film.check_output(arguments.output, len(series), size)
         adapting_to = scene_options.placed(sequences.standing_for(series))
-    scene = scene_options.scene(volume, orbit=orbit, adapting_to=adapting_to)
+    in_8_bits = not is_exact(arguments.output)
+    scene = scene_options.scene(volume, orbit=orbit, adapting_to=adapting_to, in_8_bits=in_8_bits)
     return display.prepared(scene, size, chose_view=scene_options.chose_view or orbit)
 
 
@@ -296,7 +297,7 @@ def _raycast(arguments: argparse.Namespace) -> None:
     image.check_writable(arguments.output)
     _check_depth(arguments, scene_options)
     _check_apart(arguments, scene_options)
-    scene = scene_options.scene(scene_options.load())
+    scene = scene_options.scene(scene_options.load(), in_8_bits=not is_exact(arguments.output))
 
     from texvol.ray_casting import raycast
     from texvol.ray_casting.projection import isosurface_depth
@@ -366,8 +367,7 @@ def _demo(arguments: argparse.Namespace) -> None:
     with Renderer(arguments.backend) as renderer:
         scene = demo_scene()
         picture = renderer.render(scene, (512, 512), sampling_rate=2)
-        exact = Path(arguments.output).suffix.lower() == ".exr"
-        facts = scene_facts("demo", scene, settings=renderer.settings, checksum=exact)
+        facts = scene_facts("demo", scene, settings=renderer.settings, checksum=is_exact(arguments.output))
         image.write(arguments.output, picture, {"texvol:renderer": renderer.renderer_name} | facts)
         say(f"{Path(arguments.output).resolve()} drawn by {renderer.renderer_name} ({renderer.backend})")
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol import resampling
+from texvol.air import hounsfield_by
 from texvol.volume import Volume
 
 PERCENTAGES = (0.1, 1, 5, 25, 50, 75, 95, 99, 99.9)
@@ -34,7 +35,9 @@ def facts(volume: Volume) -> dict[str, Any]:
     gradient. `resampling` is None where the samples are the file's own, and `notes` are what its reader chose.
 
     `labels` is None where values are measured; else their `count`, and of the first ones label and number of samples.
-    `color` says whether each sample has a colour of its own, of which the value is how much there is.
+    `hounsfield` is what says that values are Hounsfield units: "file", "values" where they look like it and the file
+    names no unit, or None. `color` says whether each sample has a colour of its own, of which the value is how much
+    there is.
     """
     corners = volume.corners_from_centre + volume.centre
     low, high, mean, counts = _summary(volume.values)
@@ -56,6 +59,8 @@ def facts(volume: Volume) -> dict[str, Any]:
         "box_max": _numbers(corners.max(axis=0)),
         "resampling": None if volume.resampling is None else dict(volume.resampling),
         "notes": list(volume.notes),
+        "value_unit": volume.value_unit,
+        "hounsfield": hounsfield_by(volume) or None,
         "labels": _labels(volume),
         "color": volume.colors is not None,
         "extinction_unit": f"per {volume.unit or 'world unit'}",
@@ -93,6 +98,7 @@ def text(facts: dict[str, Any]) -> str:
         ("direction", "; ".join(_row(row) for row in facts["direction"])),
         ("extinction", facts["extinction_unit"]),
         *(_label_rows(facts) if facts["labels"] else [_value_row(facts)]),
+        *([("value unit", _unit_row(facts))] if facts["value_unit"] or facts["hounsfield"] else []),
         *([("colour", "each sample has its own; values are how much of it there is")] if facts["color"] else []),
         ("not finite", f"{facts['nan_count']} NaN, {facts['inf_count']} infinite"),
         ("memory", f"data {_bytes(memory['data_bytes'])}; texture {textures}"),
@@ -120,6 +126,12 @@ def _labels(volume: Volume) -> dict[str, Any] | None:
 def _value_row(facts: dict[str, Any]) -> tuple[str, str]:
     extent = facts["value_range"]
     return "values", f"{_row(extent, ' to ')}, mean {_digits(facts['mean'])}" if extent else "none is finite"
+
+
+def _unit_row(facts: dict[str, Any]) -> str:
+    if facts["hounsfield"] == "values":
+        return "taken for Hounsfield units, by their range and the share of air; the file names no unit"
+    return "HU, Hounsfield units" if facts["hounsfield"] else facts["value_unit"]
 
 
 def _label_rows(facts: dict[str, Any]) -> list[tuple[str, str]]:

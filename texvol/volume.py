@@ -41,6 +41,8 @@ class Volume:
         Column a is the world direction of grid axis a. It may mirror or shear, not be singular.
     unit : str
         Name of the world unit, such as "mm"; empty where the file does not say.
+    value_unit : str
+        Name of the unit of the values, such as "HU" for Hounsfield units; empty where the file does not say.
     space : str
         What the world axes point to, such as "right-anterior-superior"; empty where the file does not say.
     name : str
@@ -73,6 +75,7 @@ class Volume:
         direction: ArrayLike | None = None,
         *,
         unit: str = "",
+        value_unit: str = "",
         space: str = "",
         name: str = "volume",
         source: Mapping[str, Any] = MappingProxyType({}),
@@ -86,6 +89,7 @@ class Volume:
         self.resampling = resampling
         self.notes = tuple(notes)
         self.unit = unit
+        self.value_unit = value_unit
         self.space = self.own_space = space  # the latter stays what the file says, see `spaces.turned`
         self.values = _real_samples(values, name)
         self.spacing = _triple(spacing, "spacing", name)
