@@ -99,7 +99,8 @@ def test_values_and_surfaces_are_exact_beside_a_far_sample(
     # Rays that show the far sample are known to float32's rounding of it, all others to that of the wave.
     values = volume.values.copy()
     values[8, 8, 8] = values[7, 8, 8]
-    ordinary = (truth == raycast(replace(scene, volume=Volume(values)), SIZE)).all(axis=2)
+    # All of a surface is where its values are ordinary; how it is lit depends on the range of all.
+    ordinary = (truth == raycast(replace(scene, volume=Volume(values)), SIZE)).all(axis=2) | (mode == "isosurface")
     assert ordinary.mean() > 0.9
     # 16 bits with a sign are stored from their least value on: float32 rounds them to 2^-24 of half their range, and a
     # cubic of four fetches amplifies that by up to 3.

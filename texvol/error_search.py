@@ -34,10 +34,10 @@ class ErrorSearch:
     draw, draw_exactly : callable
         Draw a scene as the settings have it, and without what they leave out or round.
     rounding : callable
-        Gives what the rounding of values adds to the error of what was drawn last.
+        Gives what the rounding of values adds to the error of a scene that was drawn last.
     """
 
-    def __init__(self, draw: Draw, draw_exactly: Draw, rounding: Callable[[], float]) -> None:
+    def __init__(self, draw: Draw, draw_exactly: Draw, rounding: Callable[[Scene], float]) -> None:
         self._draw, self._draw_exactly, self._rounding = draw, draw_exactly, rounding
         self._last: tuple[Scene, tuple[Size, Settings, float], Choice] | None = None
 
@@ -85,5 +85,5 @@ class ErrorSearch:
             begin,
             converges_alone=reference is not scene,
             finest=finest_rate(scene),
-            rounding=self._rounding,
+            rounding=lambda: self._rounding(scene),
         )
