@@ -38,6 +38,7 @@ ORDER = 1.0
 SAFETY = 1.5
 ROUNDING = 2e-6  # of a picture in float32, relative to its largest number, or 1
 SURFACE_ROUNDING = 2e-5
+EXTREME_ROUNDING = 4e-6
 _MOST_HALVINGS = 6  # of slabs: what is drawn then takes a few times as long as the picture
 _COARSEST_RATE, _FINEST_RATE = 1 / 16, 64  # slabs per smallest spacing
 
@@ -240,8 +241,11 @@ def _thinnest(scene: Scene) -> float:
 
 
 def rounding_of(scene: Scene) -> float:
-    """What float32 costs: on a surface the place's rounding, through gradient and highlight, tells most."""
-    return SURFACE_ROUNDING if scene.mode == "isosurface" else ROUNDING
+    """What float32 costs: on a surface the place's rounding, through gradient and highlight, tells most.
+
+    Extremes are those of cubics through four values, each of which is rounded.
+    """
+    return {"isosurface": SURFACE_ROUNDING, "mip": EXTREME_ROUNDING, "minip": EXTREME_ROUNDING}.get(scene.mode, ROUNDING)
 
 
 def estimate(

@@ -106,15 +106,16 @@ class Storage:
         Not so where rounding is coarse beside a feature, nor beside values far beyond all features: cells next to
         these are interpolated with the rounding of large numbers.
         """
-        low, high = volume.finite_range or (0.0, 0.0)
-        farthest = max(abs(low - self.offset), abs(high - self.offset)) / self.scale
         most = _WELL_IN_16_BITS if self.texel_format == "r16" else WELL
-        return self.condition <= most and farthest <= self.far_from
+        return self.condition <= most and self.farthest(volume) <= _FAR * self.extent
 
-    @property
-    def far_from(self) -> float:
-        """Magnitude of texels from which on they are far beyond all that the picture depends on."""
-        return min(_FAR * self.extent, self.largest)
+    def farthest(self, volume: Volume) -> float:
+        """Largest magnitude of a volume's finite texels."""
+        low, high = volume.finite_range or (0.0, 0.0)
+        with np.errstate(over="ignore"):
+            return float(
+                max(abs(low / self.scale - self.offset / self.scale), abs(high / self.scale - self.offset / self.scale))
+            )
 
     @property
     def is_hopeless(self) -> bool:
