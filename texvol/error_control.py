@@ -103,6 +103,7 @@ def thickness_for_error(
     converges_alone: bool = False,
     finest: float = _FINEST_RATE,
     rounding: Callable[[], float] = lambda: 0.0,
+    relative: float = ROUNDING,
 ) -> Choice:
     """The coarsest slab thickness, among halvings of the spacing, whose picture is within `wanted` by estimate.
 
@@ -122,6 +123,8 @@ def thickness_for_error(
         Slabs per smallest spacing that a picture may have, see `finest_rate`; a reference may have twice as many.
     rounding : callable, optional
         Gives what the rounding of values adds to the error of what was drawn last, whatever its slabs.
+    relative : float
+        What all other rounding costs, relative to the largest number of a picture, or 1: see `rounding_of`.
     """
     begin = begin or Begin()
     drawn: dict[float, NDArray[np.float32]] = {}  # by rate: on the way back some come again
@@ -138,7 +141,7 @@ def thickness_for_error(
     if converges_alone:
         held = _HeldAgainstAnother(reference_at, wanted, begin, 2 * finest, rounding)
     else:
-        held = _HeldAgainstItsFiner(reference_at, rounding)
+        held = _HeldAgainstItsFiner(reference_at, rounding, relative)
     rate = max(begin.rate, 1.0)  # below, samples could slip through
     while (error := held.error(at(rate), rate)) > wanted and rate < finest:
         rate = min(rate * 2 ** _fewest_halvings(held.of_the_picture(error), held.of_the_picture(wanted)), finest)
@@ -164,8 +167,8 @@ def _fewest_halvings(error: float, wanted: float) -> int:
 class _HeldAgainstItsFiner:
     """A picture is held against one of half its thickness."""
 
-    def __init__(self, draw: Draw, rounding: Callable[[], float]) -> None:
-        self._draw, self._rounding = draw, rounding
+    def __init__(self, draw: Draw, rounding: Callable[[], float], relative: float) -> None:
+        self._draw, self._rounding, self._relative = draw, rounding, relative
         self.rate = 0.0  # of the finer one
 
     def error(self, picture: NDArray[np.float32], rate: float) -> float:
@@ -176,7 +179,7 @@ class _HeldAgainstItsFiner:
 
     def error_of_coarser(self, picture: NDArray[np.float32], rate: float) -> float:
         """The same, for one that is coarser than the last."""
-        return estimate(picture, self._finer, round(np.log2(self.rate / rate))) + self._rounding()
+        return estimate(picture, self._finer, round(np.log2(self.rate / rate)), self._relative) + self._rounding()
 
     def least_of_coarser(self, error: float) -> float:
         """What the estimate will be for slabs of twice the thickness, at least, where that of these is `error`."""
@@ -245,7 +248,9 @@ def rounding_of(scene: Scene) -> float:
 
     Extremes are those of cubics through four values, each of which is rounded.
     """
-    return {"isosurface": SURFACE_ROUNDING, "mip": EXTREME_ROUNDING, "minip": EXTREME_ROUNDING}.get(scene.mode, ROUNDING)
+    if scene.mode in ("mip", "minip"):
+        return EXTREME_ROUNDING
+    return SURFACE_ROUNDING if scene.mode == "isosurface" else ROUNDING
 
 
 def estimate(

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.error_control import Begin, Choice, converging, finest_rate, thickness_for_error
+from texvol.error_control import Begin, Choice, converging, finest_rate, rounding_of, thickness_for_error
 from texvol.errors import AccuracyWarning
 from texvol.recipe import Settings
 from texvol.scene import Scene
@@ -86,4 +86,5 @@ class ErrorSearch:
             converges_alone=reference is not scene,
             finest=finest_rate(scene),
             rounding=lambda: self._rounding(scene),
+            relative=rounding_of(scene),
         )
