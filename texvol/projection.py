@@ -22,6 +22,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -32,6 +33,7 @@ from texvol.display import isosurface_color
 from texvol.lighting import Lighting
 from texvol.scene import Scene
 from texvol.transfer import TransferFunction
+from texvol.transfer.units import typical_samples
 from texvol.value_texture import HUGE, ValueTexture
 from texvol.volume import Volume
 
@@ -42,6 +44,7 @@ _ROUNDING = 2.0**-20  # of a value, more than interpolation loses
 _SAME = 2.0**-22  # of a stored value: half an ulp or two, which interpolation may take from equal texels
 _ALL_FINITE = 3e38
 Numbers = NDArray[np.float64]
+_TYPICAL: WeakKeyDictionary[Volume, float] = WeakKeyDictionary()
 _MODES = {"xray": 1, "average": 1, "mip": 2, "minip": 2, "isosurface": 3}
 
 
@@ -157,7 +160,7 @@ class Projection:
     def _bias(self, baked: ValueTexture) -> float:
         """The stored value, as single precision has it, that sums are counted from."""
         low, high = baked.volume.finite_range or (0.0, 0.0)
-        base = low / 2 + high / 2
+        base = _typical_value(baked.volume)
         if self.attenuation is not None:
             # Below all values by more than their range there is no number to sum up from.
             base = float(np.clip(self.attenuation.air, 2 * low - high, high))
@@ -177,6 +180,14 @@ def depth_of(drawn: NDArray[np.float32], volume: Volume, camera: Camera, slab_th
     """Depth of the surface from what the shader says of it, shape (h, w): along the view from the eye, world units."""
     middle = float(camera.forward @ (volume.centre - camera.eye))
     return np.where(drawn[..., 3] > 0, middle + drawn[..., 0].astype(np.float64) * slab_thickness, np.inf)
+
+
+def _typical_value(volume: Volume) -> float:
+    """The median of some thousand spread samples: lone ones far from all others don't cost the others their digits."""
+    if volume not in _TYPICAL:
+        samples = typical_samples(volume)
+        _TYPICAL[volume] = float(samples[samples.size // 2])
+    return _TYPICAL[volume]
 
 
 def _has_infinities(volume: Volume) -> bool:
