@@ -157,6 +157,7 @@ class Projection:
         found[minus_infinite > 0] = -np.inf
         found[(infinite > 0) & (minus_infinite > 0)] = np.nan  # of both there is no sum
         return found, way > 0
+
     def _bias(self, baked: ValueTexture) -> float:
         """The stored value, as single precision has it, that sums are counted from."""
         low, high = baked.volume.finite_range or (0.0, 0.0)
