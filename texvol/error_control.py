@@ -101,6 +101,7 @@ def thickness_for_error(
     *,
     converges_alone: bool = False,
     finest: float = _FINEST_RATE,
+    rounding: Callable[[], float] = lambda: 0.0,
 ) -> Choice:
     """The coarsest slab thickness, among halvings of the spacing, whose picture is within `wanted` by estimate.
 
@@ -118,6 +119,8 @@ def thickness_for_error(
         Whether the reference is another scene than the picture's, better at the same thickness.
     finest : float
         Slabs per smallest spacing that a picture may have, see `finest_rate`; a reference may have twice as many.
+    rounding : callable, optional
+        Gives what the rounding of values adds to the error of what was drawn last, whatever its slabs.
     """
     begin = begin or Begin()
     drawn: dict[float, NDArray[np.float32]] = {}  # by rate: on the way back some come again
@@ -132,9 +135,9 @@ def thickness_for_error(
 
     held: _HeldAgainstItsFiner | _HeldAgainstAnother
     if converges_alone:
-        held = _HeldAgainstAnother(reference_at, wanted, begin, 2 * finest)
+        held = _HeldAgainstAnother(reference_at, wanted, begin, 2 * finest, rounding)
     else:
-        held = _HeldAgainstItsFiner(reference_at)
+        held = _HeldAgainstItsFiner(reference_at, rounding)
     rate = max(begin.rate, 1.0)  # below, samples could slip through
     while (error := held.error(at(rate), rate)) > wanted and rate < finest:
         rate = min(rate * 2 ** _fewest_halvings(held.of_the_picture(error), held.of_the_picture(wanted)), finest)
@@ -160,8 +163,8 @@ def _fewest_halvings(error: float, wanted: float) -> int:
 class _HeldAgainstItsFiner:
     """A picture is held against one of half its thickness."""
 
-    def __init__(self, draw: Draw) -> None:
-        self._draw = draw
+    def __init__(self, draw: Draw, rounding: Callable[[], float]) -> None:
+        self._draw, self._rounding = draw, rounding
         self.rate = 0.0  # of the finer one
 
     def error(self, picture: NDArray[np.float32], rate: float) -> float:
@@ -172,7 +175,7 @@ class _HeldAgainstItsFiner:
 
     def error_of_coarser(self, picture: NDArray[np.float32], rate: float) -> float:
         """The same, for one that is coarser than the last."""
-        return estimate(picture, self._finer, round(np.log2(self.rate / rate)))
+        return estimate(picture, self._finer, round(np.log2(self.rate / rate))) + self._rounding()
 
     def least_of_coarser(self, error: float) -> float:
         """What the estimate will be for slabs of twice the thickness, at least, where that of these is `error`."""
@@ -186,8 +189,10 @@ class _HeldAgainstItsFiner:
 class _HeldAgainstAnother:
     """Pictures are held against one that converges by itself, and is drawn as finely as that takes."""
 
-    def __init__(self, draw: Draw, wanted: float, begin: Begin, finest: float) -> None:
-        self._draw, self._wanted, self._finest = draw, wanted, finest
+    def __init__(
+        self, draw: Draw, wanted: float, begin: Begin, finest: float, rounding: Callable[[], float]
+    ) -> None:
+        self._draw, self._wanted, self._finest, self._rounding = draw, wanted, finest, rounding
         self.rate = max(begin.reference, 2.0) / 2  # so that nothing slips through the coarser one of the pair either
         self._picture = draw(self.rate)
         self._refine()
@@ -203,7 +208,8 @@ class _HeldAgainstAnother:
 
     def error_of_coarser(self, picture: NDArray[np.float32], rate: float) -> float:
         """The same, by the reference as it is."""
-        return largest_difference(picture, self._picture) + self._off + _rounding_in(self._picture)
+        known = self._off + _rounding_in(self._picture) + self._rounding()
+        return largest_difference(picture, self._picture) + known
 
     def least_of_coarser(self, error: float) -> float:
         """What the estimate will be for slabs of twice the thickness, at least, where that of these is `error`."""

@@ -22,7 +22,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import Any
-from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -33,8 +32,8 @@ from texvol.display import isosurface_color
 from texvol.lighting import Lighting
 from texvol.scene import Scene
 from texvol.transfer import TransferFunction
-from texvol.transfer.units import typical_samples
-from texvol.value_texture import HUGE, ValueTexture
+from texvol.value_storage import HUGE, bulk_of
+from texvol.value_texture import ValueTexture
 from texvol.volume import Volume
 
 # Stands where texels of values want a transfer function that nothing is asked of.
@@ -43,8 +42,8 @@ NOTHING_YET = -3e38  # the largest value of none
 _ROUNDING = 2.0**-20  # of a value, more than interpolation loses
 _SAME = 2.0**-22  # of a stored value: half an ulp or two, which interpolation may take from equal texels
 _ALL_FINITE = 3e38
+_FAR = 16.0  # times the interval of most values
 Numbers = NDArray[np.float64]
-_TYPICAL: WeakKeyDictionary[Volume, float] = WeakKeyDictionary()
 _MODES = {"xray": 1, "average": 1, "mip": 2, "minip": 2, "isosurface": 3}
 
 
@@ -116,11 +115,12 @@ class Projection:
             low, high = baked.volume.value_range or (0.0, 0.0)
             sign, end = (1.0, high) if self.mode == "mip" else (-1.0, low)
             most = float(np.clip(sign * (end - baked.offset) / baked.scale, -2 * HUGE, _ALL_FINITE))
+            uniforms |= {"far_from": baked.storage.far_from} if "missing_from" in uniforms else {}
             return uniforms | {"sign_of_largest": sign, "largest_of_all": most}
         assert self.isovalue is not None
         # No value that is stored lies beyond these.
         stored = float(np.clip((self.isovalue - baked.offset) / baked.scale, -2 * HUGE, 2 * HUGE))
-        uniforms |= {"isovalue": stored, "same": _SAME * abs(stored)}
+        uniforms |= {"isovalue": stored, "same": _SAME * abs(stored), "far_from": _FAR * baked.storage.extent}
         return uniforms if self.depth else uniforms | {"surface_color": self.color}
 
     def numbers(self, drawn: NDArray[np.float32], baked: ValueTexture, slab_thickness: float) -> NDArray[np.float32]:
@@ -161,7 +161,8 @@ class Projection:
     def _bias(self, baked: ValueTexture) -> float:
         """The stored value, as single precision has it, that sums are counted from."""
         low, high = baked.volume.finite_range or (0.0, 0.0)
-        base = _typical_value(baked.volume)
+        first, last = bulk_of(baked.volume)
+        base = first / 2 + last / 2
         if self.attenuation is not None:
             # Below all values by more than their range there is no number to sum up from.
             base = float(np.clip(self.attenuation.air, 2 * low - high, high))
@@ -181,14 +182,6 @@ def depth_of(drawn: NDArray[np.float32], volume: Volume, camera: Camera, slab_th
     """Depth of the surface from what the shader says of it, shape (h, w): along the view from the eye, world units."""
     middle = float(camera.forward @ (volume.centre - camera.eye))
     return np.where(drawn[..., 3] > 0, middle + drawn[..., 0].astype(np.float64) * slab_thickness, np.inf)
-
-
-def _typical_value(volume: Volume) -> float:
-    """The median of some thousand spread samples: lone ones far from all others don't cost the others their digits."""
-    if volume not in _TYPICAL:
-        samples = typical_samples(volume)
-        _TYPICAL[volume] = float(samples[samples.size // 2])
-    return _TYPICAL[volume]
 
 
 def _has_infinities(volume: Volume) -> bool:
