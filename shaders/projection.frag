@@ -18,7 +18,7 @@
 #endif
 
 #if MODE == 1
-uniform float bias;               // in the middle of the values, or at air: sums of what differs from it keep their digits
+uniform float bias;               // a typical value, or that of air: sums of what differs from it keep their digits
 uniform float least;              // of an X-ray of what is above air, the value of that, which lower ones count as
 #else
 uniform vec3 samples;             // of the volume, along x, y and z

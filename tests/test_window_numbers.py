@@ -131,7 +131,10 @@ def test_commands_change_mode_and_coloring() -> None:
 
 def test_the_window_itself(display: str, tmp_path: Path) -> None:  # noqa: F811
     """Opened as matter, switched to numbers: first grey, then in colours; saved and copied each time."""
-    steps: list[dict[str, Any]] = [{"t": 0.2, "do": "command", "name": "mode mip"}]
+    steps: list[dict[str, Any]] = []
+    for number, mode in enumerate(("xray", "average", "mip")):
+        steps += [{"t": 0.1 * (number + 1), "do": "command", "name": f"mode {mode}"}]
+        steps += [{"t": 0.1 * (number + 1), "do": "rest"}]
     for number, coloring in enumerate(COLORINGS):
         steps += [
             {"t": 0.5 + number, "do": "command", "name": f"coloring {coloring}"},
@@ -140,7 +143,7 @@ def test_the_window_itself(display: str, tmp_path: Path) -> None:  # noqa: F811
             {"t": 0.6 + number, "do": "save", "file": f"{coloring}.toml"},
             {"t": 0.7 + number, "do": "rest"},
         ]
-    words = [ball(tmp_path), "--size", "96x80", "--no-panels", "--script", script(tmp_path, steps)]
+    words = [ball(tmp_path), "--size", "96x80", "--script", script(tmp_path, steps)]
     done = viewed(display, tmp_path, *words)
     assert done.returncode == 0, done.stderr
     for coloring in COLORINGS:

@@ -50,7 +50,7 @@ def facts(volume: Volume) -> dict[str, Any]:
         "dimensions": list(volume.dimensions),
         "type": volume.values.dtype.name,
         "spacing": _numbers(volume.spacing),
-        "unit": volume.unit,
+        **_units(volume),
         "space": volume.space,
         "origin": _numbers(volume.origin),
         "direction": [_numbers(row) for row in volume.direction],
@@ -59,8 +59,6 @@ def facts(volume: Volume) -> dict[str, Any]:
         "box_max": _numbers(corners.max(axis=0)),
         "resampling": None if volume.resampling is None else dict(volume.resampling),
         "notes": list(volume.notes),
-        "value_unit": volume.value_unit,
-        "hounsfield": hounsfield_by(volume) or None,
         "labels": _labels(volume),
         "color": volume.colors is not None,
         "extinction_unit": f"per {volume.unit or 'world unit'}",
@@ -111,6 +109,10 @@ def text(facts: dict[str, Any]) -> str:
     if facts["value_range"] is not None and not facts["labels"]:
         page += ["", *_percentile_lines(facts), "", *_histogram_lines(facts["histogram"])]
     return "\n".join(page)
+
+
+def _units(volume: Volume) -> dict[str, str | None]:
+    return {"unit": volume.unit, "value_unit": volume.value_unit, "hounsfield": hounsfield_by(volume) or None}
 
 
 def _labels(volume: Volume) -> dict[str, Any] | None:
