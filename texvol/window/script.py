@@ -14,12 +14,13 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TextIO
 
-from texvol import image
+from texvol import image, writing
 from texvol.errors import InputError
 from texvol.window import saving
 from texvol.window.commands import is_command
@@ -146,10 +147,12 @@ class Recorder:
     """Writes what happens as a script."""
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
+        writing.check_writable(path)
+        self._path = path
         try:
             self._file: TextIO = open(path, "w", encoding="utf-8")  # noqa: SIM115 (open for as long as the window)
         except OSError as error:
-            raise InputError(f"{path}: cannot be written: {error.strerror}") from None
+            raise InputError(f"{path}: cannot be written: {writing.reason_of(error)}") from None
         self._start: float | None = None
 
     def add(self, events: Iterable[Event], now: float) -> None:
@@ -157,8 +160,18 @@ class Recorder:
         self._start = now if self._start is None else self._start
         for event in events:
             content = {"t": round(now - self._start, 4)} | event.as_json()
-            self._file.write(json.dumps(content, ensure_ascii=False) + "\n")
+            with self._faults():
+                self._file.write(json.dumps(content, ensure_ascii=False) + "\n")
 
     def close(self) -> None:
         """No more events."""
-        self._file.close()
+        with self._faults():
+            self._file.close()
+
+    @contextmanager
+    def _faults(self) -> Iterator[None]:
+        """Raise InputError where the file cannot be written any more."""
+        try:
+            yield
+        except OSError as error:
+            raise InputError(f"{self._path}: cannot be written: {writing.reason_of(error)}") from None
