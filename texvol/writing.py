@@ -31,9 +31,12 @@ def check_writable(path: str | os.PathLike[str]) -> None:
             raise InputError(f"{path}: its folder {folder} does not exist")
         if path.exists() and not path.is_file():  # a name that is too long says so here
             raise InputError(f"{path}: is no file but a device or the like, and a file is to be written")
+        accessible = os.access(folder, os.W_OK)
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {error.strerror}") from None
-    if not os.access(folder, os.W_OK):
+    except ValueError as error:  # a NUL, or half of a surrogate pair
+        raise InputError(f"{os.fspath(path)!r}: is no name of a file: {error}") from None
+    if not accessible:
         raise InputError(f"{path}: its folder {folder} cannot be written to")
 
 
