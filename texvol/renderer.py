@@ -121,6 +121,7 @@ class Renderer:
             If an argument is out of range, or the volume or the picture too large for the driver.
         """
         size = self._compositor.checked_size(size)
+        scene.check_unchanged()
         if scene.mask is not None:
             scene = without_hidden(scene)
         if texture_format not in ("auto", *slab_texture.TEXEL_FORMATS):

@@ -32,6 +32,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.camera import Camera
+from texvol.kept_arrays import read_only
 from texvol.ray_casting.bernstein import EPSILON
 from texvol.ray_casting.caps import caps_within, put_in_front, thin_ends
 from texvol.ray_casting.common_places import middle_of
@@ -65,6 +66,7 @@ def raycast(scene: Scene, size: tuple[int, int] = (512, 512)) -> NDArray[np.floa
         If the size is not at least one pixel each way.
     """
     width, height = size = checked_size(size)
+    scene.check_unchanged()
     if scene.mode != "composite":  # see `projection` for what masks do there
         from texvol.ray_casting.projection import project
 
@@ -138,7 +140,7 @@ def _tracer_for(scene: Scene, camera: Camera) -> Callable[[Numbers, Numbers, Num
         return rows_tracer(scene, transfer, camera, rounding)
     matter = matter_of(transfer)
     preclassified = scene.classification in ("slab", "extinction")
-    values = volume.values.astype(np.float32) if volume.values.dtype == np.float16 else volume.values
+    values = read_only(volume.values.astype(np.float32)) if volume.values.dtype == np.float16 else volume.values
 
     def trace(
         starts: Numbers, steps: Numbers, ends: Numbers, eyes: Numbers, directions: Numbers, picture: Numbers
