@@ -133,6 +133,7 @@ class Renderer:
         """
         check = checking.checked_count(check)
         size = self._compositor.checked_size(size)
+        scene.check_unchanged()
         if scene.mask is not None:
             scene = without_hidden(scene)
         if texture_format not in ("auto", *slab_texture.TEXEL_FORMATS):
