@@ -1,26 +1,23 @@
 """The pixels of DICOM slices, a frame at a time; compressed ones are unpacked in a process that may die.
 
 On damaged streams the decoders raise exceptions of C++ that nobody catches, which end their process, or print what is
-wrong and go on with grey. Both become an error here. The process is a fork: it has all libraries, costs a few
-milliseconds, and writes its frames into a pipe.
+wrong and go on with grey. Both become an error here.
 """
 
 from __future__ import annotations
 
 import os
-import select
-import signal
 import struct
-import time
 from collections.abc import Generator, Iterator, Sequence
-from contextlib import closing, suppress
+from contextlib import closing
 from itertools import islice
-from typing import IO, NoReturn
+from typing import IO
 
 import numpy as np
 from numpy.typing import NDArray
 
 from texvol.errors import missing_extra
+from texvol.readers.child_process import Child, Died, Late, forked
 from texvol.readers.dicom_slices import Slice
 from texvol.readers.samples import FileFault, in_bytes
 from texvol.terminal import one_line
@@ -95,73 +92,37 @@ def _check_decoder(one: Slice) -> None:
 
 
 def _unpacked(packed: Sequence[Slice]) -> Generator[Iterator[NDArray], None, None]:
-    """For each file in turn an iterator of its frames, which a child process unpacks."""
-    if not packed:
-        return
-    output, input_ = os.pipe()
-    child = os.fork()
-    if child == 0:
-        os.close(output)
-        _unpack(packed, input_)
-    os.close(input_)
-    try:
-        with open(output, "rb", buffering=0) as pipe:
+    """For each file in turn an iterator of its frames, which a process of their own unpacks."""
+    if packed:
+        with forked(lambda output: _unpack(packed, output)) as child:
             for one in packed:
-                yield _received(one, pipe, child)
-    finally:
-        with suppress(ProcessLookupError):
-            os.kill(child, signal.SIGKILL)
-        with suppress(ChildProcessError):
-            os.waitpid(child, 0)
+                yield _received(one, child)
 
 
-def _received(one: Slice, pipe: IO[bytes], child: int) -> Iterator[NDArray]:
+def _received(one: Slice, child: Child) -> Iterator[NDArray]:
+    seconds = _PATIENCE + one.frame_bytes / _BYTES_A_SECOND
     for _ in range(one.frames):
-        kind, size = _HEAD.unpack(_taken(one, pipe, child, _HEAD.size))
-        content = _taken(one, pipe, child, size)
+        try:
+            kind, size = _HEAD.unpack(child.take(_HEAD.size, seconds))
+            content = child.take(size, seconds)
+        except Late:
+            raise _unreadable(one, "its compressed data are damaged: unpacking them does not end") from None
+        except Died as died:
+            raise _unreadable(one, f"its compressed data are damaged, and the decoder broke off ({died})") from None
         if kind == _FAULT:
             raise FileFault(content.decode("utf-8", "replace"))
         yield np.frombuffer(content, one.dtype).reshape(one.frame_shape)
 
 
-def _taken(one: Slice, pipe: IO[bytes], child: int, size: int) -> bytearray:
-    """So many bytes out of the pipe; FileFault if the child has died, or takes too long."""
-    content = bytearray(size)
-    view, at = memoryview(content), 0
-    until = time.monotonic() + _PATIENCE + one.frame_bytes / _BYTES_A_SECOND
-    while at < size:
-        if not select.select([pipe], [], [], max(until - time.monotonic(), 0))[0]:
-            raise _unreadable(one, "its compressed data are damaged: unpacking them does not end")
-        count = pipe.readinto(view[at : at + _MOST_READ])  # type: ignore[attr-defined]
-        if not count:
-            _, status = os.waitpid(child, 0)
-            number = os.WTERMSIG(status) if os.WIFSIGNALED(status) else 0
-            by = f" (signal {signal.Signals(number).name})" if number else ""
-            raise _unreadable(one, f"its compressed data are damaged, and the decoder broke off{by}")
-        at += count
-    return content
-
-
-def _unpack(packed: Sequence[Slice], pipe: int) -> NoReturn:
-    """The child: unpack the files' frames into the pipe, and end without a trace."""
-    import faulthandler
-    import gc
+def _unpack(packed: Sequence[Slice], output: IO[bytes]) -> None:
+    """Write the files' frames into the pipe."""
     import tempfile
 
-    faulthandler.disable()  # the parent says what happened
-    gc.disable()  # what else is garbage here is the parent's, such as objects of OpenGL
-    status = 1
-    try:
-        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGPIPE):
-            signal.signal(number, signal.SIG_DFL)
-        with tempfile.TemporaryFile() as printed, open(pipe, "wb", buffering=0) as output:
-            os.dup2(printed.fileno(), 2)
-            for one in packed:
-                _limit_memory(one)
-                _send_file(one, output, printed)
-        status = 0
-    finally:
-        os._exit(status)
+    with tempfile.TemporaryFile() as printed:
+        os.dup2(printed.fileno(), 2)
+        for one in packed:
+            _limit_memory(one)
+            _send_file(one, output, printed)
 
 
 def _send_file(one: Slice, output: IO[bytes], printed: IO[bytes]) -> None:
@@ -204,4 +165,3 @@ def _limit_memory(one: Slice) -> None:
     wanted = begun_with + _ROOM + 2 * os.path.getsize(one.path) + 8 * one.frame_bytes
     _, most = resource.getrlimit(resource.RLIMIT_AS)
     resource.setrlimit(resource.RLIMIT_AS, (wanted if most < 0 else min(wanted, most), most))
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
