@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol import resampling
+from texvol.lone_extremes import lone_extremes
 from texvol.volume import Volume
 
 PERCENTAGES = (0.1, 1, 5, 25, 50, 75, 95, 99, 99.9)
@@ -35,6 +36,9 @@ def facts(volume: Volume) -> dict[str, Any]:
 
     `labels` is None where values are measured; else their `count`, and of the first ones label and number of samples.
     `color` says whether each sample has a colour of its own, of which the value is how much there is.
+    `lone_extremes` are values at the ends of the range that are far from all others: of each the `value`, its number of
+    `samples`, how many `times` the range of the others (`others`) it is away from them, and the text that `--missing`
+    finds it by.
     """
     corners = volume.corners_from_centre + volume.centre
     low, high, mean, counts = _summary(volume.values)
@@ -65,6 +69,16 @@ def facts(volume: Volume) -> dict[str, Any]:
         "inf_count": counts["inf"],
         "value_range": None if low is None or high is None else [_number(low, is_whole), _number(high, is_whole)],
         "mean": _number(mean),
+        "lone_extremes": [
+            {
+                "value": each.value,
+                "samples": each.samples,
+                "others": list(each.others),
+                "times": each.times,
+                "missing": each.text,
+            }
+            for each in lone_extremes(volume)
+        ],
         "percentiles": percentiles,
         "percentile_samples": used,
         "histogram": {"edges": edges, "counts": bins},
@@ -94,6 +108,7 @@ def text(facts: dict[str, Any]) -> str:
         ("extinction", facts["extinction_unit"]),
         *(_label_rows(facts) if facts["labels"] else [_value_row(facts)]),
         *([("colour", "each sample has its own; values are how much of it there is")] if facts["color"] else []),
+        *((("alone" if number == 0 else "", line) for number, line in enumerate(_lone_lines(facts["lone_extremes"])))),
         ("not finite", f"{facts['nan_count']} NaN, {facts['inf_count']} infinite"),
         ("memory", f"data {_bytes(memory['data_bytes'])}; texture {textures}"),
         ("", f"texture with gradients {with_gradients}"),
@@ -120,6 +135,17 @@ def _labels(volume: Volume) -> dict[str, Any] | None:
 def _value_row(facts: dict[str, Any]) -> tuple[str, str]:
     extent = facts["value_range"]
     return "values", f"{_row(extent, ' to ')}, mean {_digits(facts['mean'])}" if extent else "none is finite"
+
+
+def _lone_lines(lone: list[dict[str, Any]]) -> list[str]:
+    """A line for each value that is far from all others."""
+    lines = []
+    for each in lone:
+        count = "1 sample" if each["samples"] == 1 else f"{each['samples']} samples"
+        low, high = each["others"]
+        far = f"far from all others ({_digits(low)} to {_digits(high)})"
+        lines.append(f"{each['missing']} in {count}, {far}: if it stands for no value, --missing {each['missing']}")
+    return lines
 
 
 def _label_rows(facts: dict[str, Any]) -> list[tuple[str, str]]:

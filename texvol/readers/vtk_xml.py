@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.readers.colors import colored, is_colored, with_color
+from texvol.readers.missing import without_chosen
 from texvol.readers.samples import Choice, FileFault, by, check_size, pick
 from texvol.readers.vti_arrays import Appended, read_array
 
@@ -78,7 +79,11 @@ def read_whole(path: str, kind: str, choice: Choice) -> Whole:
     if is_colored(axes):
         found = colored(whole.values, axes, index, said)
         return whole._replace(**found | {"notes": (*notes, *found["notes"])})
-    return whole
+    if kind == "ImageData":
+        return whole
+    # What is missing is left out before the grid becomes a regular one.
+    marked, about = without_chosen(whole.values, choice)
+    return whole._replace(values=marked, notes=(*notes, *about))
 
 
 def _document(path: str) -> tuple[ElementTree.Element, Appended | None]:
