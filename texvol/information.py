@@ -69,16 +69,7 @@ def facts(volume: Volume) -> dict[str, Any]:
         "inf_count": counts["inf"],
         "value_range": None if low is None or high is None else [_number(low, is_whole), _number(high, is_whole)],
         "mean": _number(mean),
-        "lone_extremes": [
-            {
-                "value": each.value,
-                "samples": each.samples,
-                "others": list(each.others),
-                "times": each.times,
-                "missing": each.text,
-            }
-            for each in lone_extremes(volume)
-        ],
+        "lone_extremes": _lone(volume),
         "percentiles": percentiles,
         "percentile_samples": used,
         "histogram": {"edges": edges, "counts": bins},
@@ -130,6 +121,13 @@ def _labels(volume: Volume) -> dict[str, Any] | None:
     found = label_counts(volume)
     first = zip(found.labels[:MOST_LABELS].tolist(), found.counts[:MOST_LABELS].tolist(), strict=True)
     return {"count": len(found.labels), "first": [{"label": label, "samples": count} for label, count in first]}
+
+
+def _lone(volume: Volume) -> list[dict[str, Any]]:
+    return [
+        {"missing" if key == "text" else key: value for key, value in each._asdict().items()}
+        for each in lone_extremes(volume)
+    ]
 
 
 def _value_row(facts: dict[str, Any]) -> tuple[str, str]:

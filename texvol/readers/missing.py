@@ -30,7 +30,7 @@ def marks_of(told: Any) -> tuple[Mark, ...]:
     for each in several:
         if isinstance(each, bool | np.bool_) or not isinstance(each, int | float | np.integer | np.floating):
             raise FileFault(f"missing must be a number or several, got {each!r}")
-        if np.isnan(each):
+        if each != each:
             raise FileFault("missing must be a number, got NaN; samples that are NaN are missing without it")
         marks.append(int(each) if isinstance(each, int | np.integer) else float(each))
     return tuple(dict.fromkeys(marks))
@@ -42,7 +42,7 @@ def without_chosen(values: NDArray, choice: Choice) -> tuple[NDArray, tuple[str,
         return values, ()
     marked, count = without(values, choice.missing)
     listed = ", ".join(map(str, choice.missing))
-    return marked, (f"missing: {count} samples of {listed}, as --missing says",)
+    return marked, noted(count, f"--missing {listed}", always=True)
 
 
 def without(values: NDArray, marks: Sequence[Mark]) -> tuple[NDArray, int]:
@@ -53,17 +53,17 @@ def without(values: NDArray, marks: Sequence[Mark]) -> tuple[NDArray, int]:
     wanted = [mark for mark in (_in_type(mark, values.dtype) for mark in marks) if mark is not None]
     if not wanted:
         return values, 0
-    return without_where(values, lambda part: np.logical_or.reduce([part == mark for mark in wanted]))
+    return without_where(values, lambda _, part: np.logical_or.reduce([part == mark for mark in wanted]))
 
 
-def without_where(values: NDArray, is_missing: Callable[[NDArray], NDArray]) -> tuple[NDArray, int]:
-    """Values with NaN where `is_missing` says so of a slice, and how many these are.
+def without_where(values: NDArray, is_missing: Callable[[int, NDArray], NDArray]) -> tuple[NDArray, int]:
+    """Values with NaN where `is_missing` says so of a slice, given its number and values, and how many these are.
 
     Integers become float32 if that holds all that are left, float64 otherwise; without a missing one they stay.
     """
     count, largest = 0, 0
-    for part in values:
-        hits = is_missing(part)
+    for number, part in enumerate(values):
+        hits = is_missing(number, part)
         count += int(np.count_nonzero(hits))
         if values.dtype.kind != "f" and values.dtype.itemsize > 2:
             kept = part[~hits]
@@ -75,17 +75,27 @@ def without_where(values: NDArray, is_missing: Callable[[NDArray], NDArray]) -> 
     else:
         made = np.empty(values.shape, np.float32 if largest <= _EXACT else np.float64)
     # Slice by slice, so that what is in between never has the size of the volume.
-    for slot, part in zip(made, values, strict=True):
-        hits = is_missing(part)
+    for number, part in enumerate(values):
+        hits = is_missing(number, part)
         if made is not values:
-            slot[...] = part
-        slot[hits] = np.nan
+            made[number] = part
+        made[number][hits] = np.nan
     return made, count
 
 
-def noted(count: int, what: str) -> tuple[str, ...]:
-    """A note on samples that a file marks as missing."""
-    return (f"missing: {count} samples, by {what}",) if count else ()
+def without_marked(
+    values: NDArray, marks: Sequence[Mark], what: str, choice: Choice
+) -> tuple[NDArray, tuple[str, ...]]:
+    """Values without those that the file marks by these, and what to note; of labels none is missing."""
+    if choice.labels or not marks:
+        return values, ()
+    marked, count = without(values, marks)
+    return marked, noted(count, what)
+
+
+def noted(count: int, what: str, *, always: bool = False) -> tuple[str, ...]:
+    """A note on samples that are missing."""
+    return (f"missing: {count} sample{'' if count == 1 else 's'}, by {what}",) if count or always else ()
 
 
 def parsed(texts: Iterable[str]) -> tuple[Mark, ...]:
