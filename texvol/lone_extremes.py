@@ -17,8 +17,8 @@ from texvol.volume import Volume
 TIMES = 10.0  # the others' range, that a gap has to exceed
 MOST = 4  # distinct values at each end of the range that may be lone
 
-# Values at the lower and the upper end that are left out at a time. With more of them, those of a few distinct ones that
-# happen to lie close together would have all others for lone.
+# Values at the lower and the upper end that are left out at a time. With more of them, a few distinct ones that happen
+# to lie close together would have all others for lone.
 _WAYS = ((0, 1), (1, 0), (0, 2), (1, 1), (2, 0))
 _CHUNK = 2**20  # samples looked at at a time
 _SPREAD = 2**16  # samples, evenly spread, that tell in most volumes that there is none
