@@ -107,7 +107,7 @@ def excess(measures: Measures | None, limits: Limits) -> float | None:
         (measures.beyond_max, limits.hard_max),
         (measures.outlier, limits.outlier),
         (measures.beyond_rms, limits.rms),
-        (measures.flip, limits.flip),
+        (measures.beyond_flip, limits.flip),
     )
     shares = [_share(number, limit) for number, limit in pairs if limit < np.inf]
     return max(shares, default=0.0)

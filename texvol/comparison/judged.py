@@ -7,7 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from texvol.comparison.outcome import SCENE_ATTRIBUTE, Outcome, with_truth
+from texvol.comparison.common_form import SCENE_ATTRIBUTE
+from texvol.comparison.outcome import Outcome, with_truth
 from texvol.comparison.pictures import Picture
 from texvol.errors import InputError, TexvolError
 
