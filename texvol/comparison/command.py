@@ -209,7 +209,7 @@ def _status(outcome: Outcome, *, detailed: bool) -> int:
 def in_words(outcome: Outcome) -> str:
     """What a terminal shows of an outcome."""
     lines = [f"{outcome.status}: {outcome.candidate.name}, held against {outcome.reference.name}"]
-    lines += [f"  {each}" for each in outcome.violations]
+    lines += [f"  {each}" for each in (*outcome.violations, *outcome.scene_words)]
     lines += [f"  {each.words}{_share(each.explained)}" for each in outcome.kinds]
     lines += [f"  {outcome.three_way.words}"] if outcome.three_way and not outcome.is_equal else []
     lines += [f"  {each}" for each in outcome.notes]

@@ -1,12 +1,12 @@
 """The form in which two pictures are compared: that of the format that holds less, applied to both.
 
-    numbers    of xray, mip, minip and average: where one picture holds them and the other one whole numbers, they are
-               shown as grey or colours, as the header of the latter says
-    range      cut to 0 … 1 where one holds whole numbers
-    straight   where one holds straight colour in whole numbers, which ends at 1, premultiplied colour ends at the
-               opacity; only in those channels that the format has at its end is the other picture cut there, too
-    opacity    left out where one has none: that one is the picture over its background, and so are the colours of
-               the other, whose background texvol has put into them already
+numbers    of xray, mip, minip and average: where one picture holds them and the other one whole numbers, they are
+           shown as grey or colours, as the header of the latter says
+range      cut to 0 … 1 where one holds whole numbers
+straight   where one holds straight colour in whole numbers, which ends at 1, premultiplied colour ends at the
+           opacity; only in those channels that the format has at its end is the other picture cut there, too
+opacity    left out where one has none: that one is the picture over its background, and so are the colours of
+           the other, whose background texvol has put into them already
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ if TYPE_CHECKING:
     from texvol.stored_scene import StoredScene
 
 SCENE_ATTRIBUTE = "texvol:scene"
-_NUMBER_MODES = ("xray", "mip", "minip", "average")  # display.NUMBER_MODES, without what it imports
-_SHOWING = ("window", "colors")  # parts of a header that say how numbers are shown
+NUMBER_MODES = ("xray", "mip", "minip", "average")  # display.NUMBER_MODES, without what it imports
+SHOWING = ("window", "colors")  # parts of a header that say how numbers are shown
 _ROUNDING = 2.0**-20  # of straight colour 1, which is read as opacity times 1 in float32
 
 
@@ -120,7 +120,7 @@ def holds_numbers(picture: Picture) -> bool:
     if picture.whole_numbers:
         return False
     header = header_of(picture)
-    return header is not None and header.get("mode") in _NUMBER_MODES
+    return header is not None and header.get("mode") in NUMBER_MODES
 
 
 def _at_the_end(picture: Picture) -> NDArray[np.bool_] | None:
@@ -147,7 +147,7 @@ def _display(candidate: Picture, reference: Picture) -> tuple[StoredScene | None
 
 
 def _says_how(header: Mapping[str, Any]) -> bool:
-    return header.get("mode") in _NUMBER_MODES and any(header.get(key) is not None for key in _SHOWING)
+    return header.get("mode") in NUMBER_MODES and any(header.get(key) is not None for key in SHOWING)
 
 
 def _shown_as(header: Mapping[str, Any], name: str) -> StoredScene:
@@ -159,7 +159,7 @@ def _shown_as(header: Mapping[str, Any], name: str) -> StoredScene:
 
     volume = Volume(np.zeros((1, 1, 1), np.float32))
     plain = json.loads(scene_facts("", Scene(volume, mode="mip"))[SCENE_ATTRIBUTE])
-    kept = ("mode", "background", "transfer_function", *_SHOWING)
+    kept = ("mode", "background", "transfer_function", *SHOWING)
     text = json.dumps(plain | {key: header[key] for key in kept if key in header})
     return scene_from_facts(text, name=name, volume=volume)
 

@@ -52,7 +52,7 @@ def entry_of(outcome: Outcome, *, test: str = "", page: str = "", facts: Mapping
         "violations": list(outcome.violations),
         "kinds": [each.words for each in outcome.kinds],
         "oracle": outcome.three_way.words if outcome.three_way else None,
-        "notes": list(outcome.notes),
+        "notes": [*outcome.scene_words, *outcome.notes],
         "thumbnails": _thumbnails(outcome),
     }
 

@@ -213,9 +213,7 @@ def _quantiles_with_infinities(numbers: NDArray[np.float64]) -> NDArray[np.float
     return np.quantile(numbers, (0.99, 0.999), method="higher")
 
 
-def _beyond_rms(
-    difference: NDArray[np.float64], ours: NDArray, theirs: NDArray, *, is_one_grid: bool = True
-) -> float:
+def _beyond_rms(difference: NDArray[np.float64], ours: NDArray, theirs: NDArray, *, is_one_grid: bool = True) -> float:
     """The rms difference that rounding does not explain.
 
     Rounding to steps of 2q adds q²/3 on average to the squared difference, and at most q², if only one picture is

@@ -13,6 +13,7 @@ from texvol.comparison.kinds import Kind, kinds_of
 from texvol.comparison.limits import DRIVER_ATTRIBUTE, Limits, default_limits, violations
 from texvol.comparison.measures import Measures, measure, without_infinities
 from texvol.comparison.pictures import Picture
+from texvol.comparison.scene_changes import SceneChange, drawing_changes, in_words, listed, scene_changes
 from texvol.comparison.three_way import ThreeWay, three_way
 
 _SEEN_LIGHT = 1 / 255  # a level of 8 bits: less is rounding
@@ -32,6 +33,8 @@ class Outcome:
         Sentences; empty where all is within the limits.
     notes : tuple of str
         What else a reader should know.
+    scene_changes : tuple of SceneChange or None
+        The values in which the scenes of the two headers differ; None where a header holds no scene.
     """
 
     name: str
@@ -44,11 +47,17 @@ class Outcome:
     kinds: tuple[Kind, ...] = ()
     three_way: ThreeWay | None = None
     notes: tuple[str, ...] = ()
+    scene_changes: tuple[SceneChange, ...] | None = None
 
     @property
     def is_equal(self) -> bool:
         """Whether no pixel differs at all."""
         return self.measures is not None and self.measures.max_error == 0
+
+    @property
+    def scene_words(self) -> tuple[str, ...]:
+        """A sentence for each part in which the scenes differ."""
+        return tuple(in_words(self.scene_changes or ()))
 
     @property
     def passed(self) -> bool:
@@ -66,6 +75,7 @@ class Outcome:
             "violations": list(self.violations),
             "kinds": [without_infinities(asdict(each)) for each in self.kinds],
             "oracle": None if self.three_way is None else without_infinities(asdict(self.three_way)),
+            "scene_changes": None if self.scene_changes is None else [asdict(each) for each in self.scene_changes],
             "notes": list(self.notes),
         }
 
@@ -92,10 +102,12 @@ def examine(
     """
     limits = limits or default_limits(candidate, reference)
     name = name or candidate.name
+    changes = scene_changes(candidate, reference)
     if candidate.pixels.shape != reference.pixels.shape:
         sizes = [f"{each.pixels.shape[1]} × {each.pixels.shape[0]}" for each in (candidate, reference)]
         unlike = (f"the candidate has {sizes[0]} pixels, the reference {sizes[1]}",)
-        return Outcome(name, candidate, reference, None, limits, unlike, "broken", notes=_notes(candidate, reference))
+        notes = _notes(candidate, reference)
+        return Outcome(name, candidate, reference, None, limits, unlike, "broken", notes=notes, scene_changes=changes)
     form = CommonForm.of_pair(candidate, reference)
     ours, theirs = form.of(candidate), form.of(reference)
     are_numbers = form.display is None and (holds_numbers(candidate) or holds_numbers(reference))
@@ -106,7 +118,9 @@ def examine(
     over = violations(measures, limits)
     status = "broken" if broken else "different" if over else "same"
     notes = _notes(candidate, reference, scale, form)
-    found = Outcome(name, candidate, reference, measures, limits, broken + over, status, notes=notes)
+    found = Outcome(
+        name, candidate, reference, measures, limits, broken + over, status, notes=notes, scene_changes=changes
+    )
     found = explained(found) if explain else found
     return found if truth is None else with_truth(found, truth)
 
@@ -191,6 +205,8 @@ def _notes(
     drivers = [each.attributes.get(DRIVER_ATTRIBUTE) for each in (candidate, reference)]
     if all(drivers) and drivers[0] != drivers[1]:
         notes.append(f"drawn by {drivers[0]}, the reference by {drivers[1]}")
+    drawn = [each.words for each in drawing_changes(candidate, reference)]
+    notes += [f"they were not drawn alike: {listed(drawn)}"] if drawn else []
     return tuple(filter(None, notes))
 
 

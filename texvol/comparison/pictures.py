@@ -325,7 +325,9 @@ def _half_spacing(numbers: NDArray[np.float32]) -> NDArray[np.float32]:
         return np.nan_to_num(np.spacing(np.abs(numbers).astype(np.float16)).astype(np.float32) / 2)
 
 
-def _half_step_of_light(encoded: NDArray[np.float32], half_step: NDArray[np.float32], kind: _Kind) -> NDArray[np.float32]:
+def _half_step_of_light(
+    encoded: NDArray[np.float32], half_step: NDArray[np.float32], kind: _Kind
+) -> NDArray[np.float32]:
     """The larger of the ways that half a step of what is stored, up or down, is in linear light."""
     middle = kind.light(encoded)
     up = kind.light(encoded + half_step) - middle

@@ -22,6 +22,7 @@ from texvol.display import NUMBER_MODES
 from texvol.errors import InputError, missing_extra
 from texvol.pytest_plugin import plain_slabs
 from texvol.pytest_plugin.candidates import Candidate, Maker
+from texvol.scene_facts import ATTRIBUTE, scene_facts
 
 if TYPE_CHECKING:
     from texvol.scene import Scene
@@ -58,7 +59,7 @@ def examined(candidate: Candidate, options: Mapping[str, Any], maker: Maker, nam
     MissingExtraError
         If the oracle's library is not installed.
     """
-    candidate = _with_scene(candidate)
+    given, candidate = candidate.scene, _with_scene(candidate)
     scene = candidate.scene
     if scene is None:
         raise InputError(f"picture {name!r}: oracle=True needs a scene: hand one over, or say scene= of what it shows")
@@ -69,7 +70,9 @@ def examined(candidate: Candidate, options: Mapping[str, Any], maker: Maker, nam
         candidate = replace(candidate, stats=candidate.renderer.stats)
     truth = truth_of(scene, candidate.size)
     bound = _bound(candidate, scene, truth, options, maker)
-    header = {key: text for key, text in candidate.picture.attributes.items() if key == "texvol:scene"}
+    header = {key: text for key, text in candidate.picture.attributes.items() if key == ATTRIBUTE}
+    if given is not None and candidate.renderer is None:  # which a file's own header may contradict
+        header = {ATTRIBUTE: scene_facts(scene.volume.name, scene, checksum=True)[ATTRIBUTE]}
     attributes = {DRIVER_ATTRIBUTE: ORACLE} | header
     reference = Picture.of_array(truth, "the oracle", attributes)
     if candidate.picture.channels != reference.channels:
@@ -92,8 +95,6 @@ def truth_of(scene: Scene, size: tuple[int, int]) -> NDArray[np.float64]:
 
 def _with_scene(candidate: Candidate) -> Candidate:
     """The candidate with the scene in its header, where the test does not say which."""
-    from texvol.scene_facts import ATTRIBUTE
-
     if candidate.scene is not None or ATTRIBUTE not in candidate.picture.attributes:
         return candidate
     from texvol.stored_scene import stored_scene_of
