@@ -190,8 +190,10 @@ def _difference_picture(path: str, outcome: Outcome, gain: float | None) -> byte
     import numpy as np
 
     from texvol import image
+    from texvol.comparison.compared import compared_pixels
 
-    difference = np.abs(outcome.candidate.pixels - outcome.reference.pixels) * np.float32(1 if gain is None else gain)
+    ours, theirs = compared_pixels(outcome)
+    difference = np.abs(ours - theirs) * np.float32(1 if gain is None else gain)
     return image.encoded(path, difference, {"texvol:gain": f"{1 if gain is None else gain:g}"})
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import warnings
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,7 +12,7 @@ from texvol.comparison.judged import judged
 from texvol.comparison.limits import ONE_DRIVER, Limits
 from texvol.comparison.outcome import Outcome, examine, explained
 from texvol.comparison.pictures import Picture
-from texvol.errors import InputError, MissingExtraError
+from texvol.errors import AccuracyWarning, InputError, MissingExtraError
 from texvol.pytest_plugin import messages, names, options, oracle, references
 from texvol.pytest_plugin.candidates import Candidate, Request, UnreadableError
 from texvol.pytest_plugin.records import PictureError
@@ -126,7 +127,10 @@ class _Run:
         accuracy = {key: self._request.options[key] for key in oracle.ACCURACY if key in self._request.options}
         candidate = self._session.maker.candidate(thing, replace(self._request, of_any=oracle.ACCURACY))
         outcome = oracle.examined(candidate, accuracy, self._session.maker, self._name)
-        return self._told(candidate, outcome, None, "the oracle")
+        outcome = self._told(candidate, outcome, None, "the oracle")
+        if words := oracle.loose_words(outcome):
+            warnings.warn_explicit(words, AccuracyWarning, *self._place)
+        return outcome
 
     def _held_against_stored(self, thing: Any) -> Outcome:
         __tracebackhide__ = True
