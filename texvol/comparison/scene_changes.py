@@ -27,6 +27,7 @@ _MOST_VALUES = 3  # of a part that are named
 _LONGEST_TUPLE = 4  # numbers that are shown together: a place, a colour
 _NO_SCENE = ("format", "settings")
 _PLACES = ("volume", "name", "source", "path", "absolute", "type")  # of content that a checksum stands for
+_BY_TRANSFER_FUNCTION = "transfer function"  # scene_facts.BY_TRANSFER_FUNCTION, without what it imports
 _FILES = ("volume", "name", "path")
 _VOLUME = ("volume", "source", "dimensions", "spacing", "origin", "direction", "type", "kind", "checksum")
 _ABSENT = object()
@@ -62,7 +63,7 @@ def scene_changes(candidate: Picture, reference: Picture) -> tuple[SceneChange, 
     """The values in which the scenes differ; None where one of the headers holds no scene."""
     if header_of(candidate) is None or header_of(reference) is None:
         return None
-    both = [_seen(each, other) for each, other in ((candidate, reference), (reference, candidate))]
+    both = _seen(candidate, reference)
     try:
         return tuple(
             SceneChange(_part(path[0]), _where(path), _text(ours, theirs), _text(theirs, ours))
@@ -99,19 +100,19 @@ def listed(words: Sequence[str]) -> str:
     return ", ".join(words[:_MOST_VALUES]) + (f", and {more} more" if more > 0 else "")
 
 
-def _seen(picture: Picture, other: Picture) -> dict[str, Any]:
-    """What of a header the picture shows."""
-    header = header_of(picture) or {}
+def _seen(candidate: Picture, reference: Picture) -> list[dict[str, Any]]:
+    """What the pictures show of both headers."""
+    pair = candidate, reference
+    headers = [header_of(each) or {} for each in pair]
     left_out = {*_NO_SCENE}
-    mode = header.get("mode", "composite")
-    if mode in NUMBER_MODES:
-        if not (picture.whole_numbers and other.whole_numbers):
-            left_out |= {*SHOWING}
-        if not all(each.whole_numbers and (header_of(each) or {}).get("colors") for each in (picture, other)):
-            left_out.add("transfer_function")
-    if mode != "composite":
+    modes = {header.get("mode", "composite") for header in headers}
+    if "composite" not in modes:
         left_out.add("classification")
-    return {key: value for key, value in header.items() if key not in left_out and value is not None}
+    if modes <= {*NUMBER_MODES}:
+        are_shown = all(each.whole_numbers for each in pair)
+        are_colored = are_shown and all(each.get("colors") == _BY_TRANSFER_FUNCTION for each in headers)
+        left_out |= (set() if are_shown else {*SHOWING}) | (set() if are_colored else {"transfer_function"})
+    return [{key: value for key, value in each.items() if key not in left_out} for each in headers]
 
 
 def _unequal(ours: Any, theirs: Any, path: tuple[str | int, ...]) -> Iterator[tuple[tuple[str | int, ...], Any, Any]]:
@@ -132,7 +133,7 @@ def _compared_keys(ours: Mapping[str, Any], theirs: Mapping[str, Any]) -> list[s
     keys = list({**ours, **theirs})
     if "checksum" in ours and "checksum" in theirs:
         return [key for key in keys if key not in _PLACES]
-    left_out = {"checksum", "absolute"} | ({"volume", "name"} if "source" in ours and "source" in theirs else set())
+    left_out = {"checksum", "absolute"} | ({"volume", "name"} if ours.get("source") and theirs.get("source") else set())
     return [key for key in keys if key not in left_out]
 
 
@@ -146,8 +147,8 @@ def _is_tuple(content: list[Any]) -> bool:
 
 
 def _is_same(ours: Any, theirs: Any) -> bool:
-    if ours is _ABSENT or theirs is _ABSENT:
-        return ours is theirs
+    if any(each is _ABSENT or each is None for each in (ours, theirs)):
+        return all(each is _ABSENT or each is None for each in (ours, theirs))
     if isinstance(ours, list) and isinstance(theirs, list) and _is_tuple(ours) and _is_tuple(theirs):
         one, other = ([_number(each) for each in numbers] for numbers in (ours, theirs))
         scale = max((abs(each) for each in (*one, *other) if math.isfinite(each)), default=0.0)
