@@ -41,8 +41,8 @@ def add_diff(commands: Any) -> None:
         "diff",
         help="whether a picture is the same as another, and if not, what changed",
         description="Holds a candidate against a reference: EXR, PNG, TIFF, JPEG; in linear light, colour "
-        "premultiplied. Differences that the files' number formats round away don't count. Exit status 0: the same "
-        "within the limits, 1: different, 2: unreadable.",
+        "premultiplied. What the files' number formats can't hold does not count. Says in which parts the scenes in "
+        "their headers differ. Exit status 0: the same within the limits, 1: different, 2: unreadable.",
     )
     parser.add_argument("candidate", metavar="CANDIDATE", nargs="?", help="picture that came out now")
     parser.add_argument("reference", metavar="REFERENCE", nargs="?", help="picture that it is held against")
@@ -58,7 +58,8 @@ def add_diff(commands: Any) -> None:
     oracle.add_argument(
         "--oracle", action=argparse.BooleanOptionalAction,
         help="say whether the candidate is nearer to the truth than the reference, by ray casting the scene that is in "
-        "their headers; done of itself where pictures differ and the scene's volume is found",
+        "their headers, or of two scenes how far each is from the truth of its own; done of itself where pictures "
+        "differ and the scene's volume is found",
     )  # fmt: skip
     oracle.add_argument("--volume", metavar="FILE", help="the scene's volume, where it is no longer where it was")
     oracle.add_argument(
