@@ -42,6 +42,7 @@ from texvol.window.command import add_view
 
 if TYPE_CHECKING:
     from texvol.readers import TimeSeries
+    from texvol.renderer import Renderer
     from texvol.volume import Volume
 
 FORMATS = ("auto", "rgba8", "rgba16f", "rgba32f")
@@ -222,18 +223,16 @@ def _render(arguments: argparse.Namespace) -> None:
             picture = renderer.render(scene, scene_options.size, **once, **accuracy)
             depth = renderer.depth() if arguments.depth else None
         else:
-            what, frames = _frames(scene, arguments.orbit, series, scene_options)
-            how = {"transparent": scene_options.transparent, "fps": arguments.fps}
-            size, output = scene_options.size, arguments.output
-            more = {what: sequences.draw_frames(frames, renderer, size, accuracy, display, output, **how)}
+            frames = _frames(scene, arguments.orbit, series, scene_options)
+            more = _draw_frames(*frames, renderer, accuracy, display, scene_options, arguments)
         stats = renderer.stats if arguments.stats else {}
-        found = renderer.check
-        drawn = {"texvol:renderer": renderer.renderer_name} | (found.attributes if found else {}), renderer.settings
+        found, settings = renderer.check, renderer.settings
+        facts = {"texvol:renderer": renderer.renderer_name} | (found.attributes if found else {})
     # With the textures gone there is room for what writes pictures.
     files = {}
     if picture is not None:
         shown = display.of(picture, scene, arguments.output)
-        facts = drawn[0] | display.facts(scene_options.volume, scene, arguments.output, drawn[1])
+        facts |= display.facts(scene_options.volume, scene, arguments.output, settings)
         files[arguments.output] = image.encoded(arguments.output, shown, facts, transparent=scene_options.transparent)
     if depth is not None:
         files[arguments.depth] = depth_picture.encoded(arguments.depth, depth)
@@ -241,8 +240,23 @@ def _render(arguments: argparse.Namespace) -> None:
         stats = stats | {"seconds": seconds | {"upload": 0.0} | stats["seconds"]} | more
         files[arguments.stats] = (json.dumps(stats, indent=2, allow_nan=False) + "\n").encode()
     writing.write_files(files)
-    if arguments.check and found:
+    if found is not None and arguments.check:
         say(found.sentence)
+
+
+def _draw_frames(
+    what: str,
+    frames: sequences.Frames,
+    renderer: Renderer,
+    accuracy: dict[str, Any],
+    display: Display,
+    scene_options: options.SceneOptions,
+    arguments: argparse.Namespace,
+) -> dict[str, Any]:
+    """Draw and write a sequence; what `--stats` says of it."""
+    how = {"transparent": scene_options.transparent, "fps": arguments.fps}
+    size, output = scene_options.size, arguments.output
+    return {what: sequences.draw_frames(frames, renderer, size, accuracy, display, output, **how)}
 
 
 def _scene(
