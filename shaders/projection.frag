@@ -73,7 +73,7 @@ vec4 part(float value, float share) {
     if (!is_there(value)) return vec4(0.0);
 #if MISSING
     if (value > largest_finite) return vec4(0.0, share, share, 0.0);
-    if (value < -largest_finite && value > least) return vec4(0.0, share, 0.0, share);
+    if (value < -largest_finite) return vec4(0.0, share, 0.0, share);
 #endif
     return vec4(share * (max(value, least) - bias), share, 0.0, 0.0);
 }

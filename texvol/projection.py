@@ -147,10 +147,11 @@ class Projection:
     def _sums(self, drawn: NDArray[np.float32], baked: ValueTexture) -> tuple[Numbers, NDArray[np.bool_]]:
         """Integrals per slab thickness, or averages, and where there are any."""
         above, way, infinite, minus_infinite = np.moveaxis(drawn.astype(np.float64), -1, 0)
-        base, per = baked.offset + baked.scale * self._bias(baked), 1.0
+        base, per, finite = baked.offset + baked.scale * self._bias(baked), 1.0, way
         if self.attenuation is not None:
             base, per = max(base - self.attenuation.air, 0.0), self.attenuation.per_value
-        found = per * (baked.scale * above + base * way)
+            finite, minus_infinite = way - minus_infinite, np.zeros_like(way)  # which lets all through as air does
+        found = per * (baked.scale * above + base * finite)
         if self.mode == "average":
             found = np.divide(found, way, out=np.zeros_like(found), where=way > 0)
         found[infinite > 0] = np.inf
