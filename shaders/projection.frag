@@ -4,8 +4,8 @@
 // Switches: MODE 1: the integral of the value, and the way on which there is one; 2: the largest value, or least;
 //                3: the first surface of one value.
 //           DEPTH 1: in place of that surface's colour, its depth.
-//           MISSING 1: there may be NaN, which is nothing, or infinities; 2: there are infinities, of which none is to be
-//                stepped over by the integral.
+//           MISSING 1: there may be NaN, which is nothing, or infinities, or values far beyond most others; 2: there are
+//                infinities, of which none is to be stepped over by the integral.
 //           PERSPECTIVE, BRICKS, HALF_SPACES, STRETCH: see ray.glsl. LEAPS 1: what `leaps` shows to be without the surface is leapt over.
 //           GRADIENT, LIT, CUE and those of lights: see volume_texture.glsl and seen.glsl.
 //           COUNT 1: red is how many slabs were looked at for the surface.
@@ -38,7 +38,9 @@ uniform float far_from;           // magnitude of values beside which float32 lo
 #elif MODE == 3
 uniform float isovalue;
 uniform float same;               // what differs by less may have been the isovalue before it was interpolated
-uniform float far_from;           // distance of values from the isovalue that few samples have
+#if MISSING
+uniform float far_from;           // distance from the isovalue beside which float32 loses that of most samples
+#endif
 #if !DEPTH
 uniform vec3 surface_color;
 #endif
@@ -123,7 +125,7 @@ float back_of(Ray ray) {
 
 // The value from one depth to another with no plane of samples between them, as a cubic in t from FROM to TO.
 #if MISSING
-// Beside NaN and infinities the ends may already be that: looked up in the middles of quarters.
+// Beside NaN, infinities and far-off values the ends may already be that: looked up in the middles of quarters.
 const float FROM = -0.5;
 const float TO = 3.5;
 
@@ -195,11 +197,15 @@ float largest_along(Ray ray) {
         float next = max(next_depth(walk, back_of(ray), planes), depth);
         values = sign_of_largest * values_between(ray, depth, next, sign_of_largest * values.w);
         depth = next;
-        float found = largest_of(values, FROM, TO);
 #if MISSING
-        // The ends are extrapolated: from far below nothing is left there of what float32 rounds.
-        bool far_below = min(min(values.x, values.y), min(values.z, values.w)) < -far_from;
-        if (far_below || any_infinite(values)) found = max(max(values.x, values.y), max(values.z, values.w));
+        // The ends are extrapolated, and from far below nothing is left there of what float32 rounds. The next cells
+        // have the same ends.
+        float most = max(max(values.x, values.y), max(values.z, values.w));
+        bool far_below = min(min(values.x, values.y), min(values.z, values.w)) < -far_from && most < far_from;
+        float found = far_below ? largest_of(values, 0.0, 3.0) : largest_of(values, FROM, TO);
+        if (any_infinite(values)) found = most;
+#else
+        float found = largest_of(values, FROM, TO);
 #endif
         if (is_there(found)) largest = max(largest, found);
     }
@@ -231,20 +237,26 @@ bool meets_surface(Ray ray, vec2 slabs, out float depth) {
         // Beside an infinity everything is: the surface is where that begins or ends.
         if (any_infinite(values)) above = vec4(dot(above, vec4(1.0)));
 #endif
-        // The end may be a little before the plane at which the value reaches the isovalue and stays there. Beside a
-        // far-off sample that would take every value for near.
+        // The end may be a little before the plane at which the value reaches the isovalue and stays there.
         float off = min(PLACES * longest / (next - front), 1.0) * (TO - FROM) * abs(above.w - above.z);
+        vec2 ends = vec2(FROM, TO);
+#if MISSING
+        // Beside a far-off sample that would take every value for near, and nothing is left of what is extrapolated.
         vec4 size = abs(above);
-        if (max(max(size.x, size.y), max(size.z, size.w)) > far_from) off = 0.0;
+        if (max(max(size.x, size.y), max(size.z, size.w)) > far_from) {
+            off = 0.0;
+            ends = vec2(0.0, 3.0);
+        }
+#endif
         float t;
-        found = first_root(above, FROM, TO, max(same, off), t);
+        found = first_root(above, ends.x, ends.y, max(same, off), t);
 #if MISSING
         // Between two pieces, whose ends are to rounding or of which one is infinite.
-        if (before * cubic_between(above, FROM) < 0.0) {
+        if (before * cubic_between(above, ends.x) < 0.0) {
             found = true;
             t = FROM;
         }
-        before = cubic_between(above, TO);
+        before = cubic_between(above, ends.y);
 #endif
         depth = mix(front, next, (t - FROM) / (TO - FROM));
         front = next;

@@ -43,7 +43,9 @@ NOTHING_YET = -3e38  # the largest value of none
 _ROUNDING = 2.0**-20  # of a value, more than interpolation loses
 _SAME = 2.0**-22  # of a stored value: half an ulp or two, which interpolation may take from equal texels
 _ALL_FINITE = 3e38
-_FAR = 16.0  # times the interval of most values
+# Times the interval of most values: from there on float32's rounding in a cell is beyond that of ordinary ones. A
+# surface lies within a thousandth of such a cell's face.
+_FAR, _FAR_FROM_SURFACE = 16.0, 1024.0
 Numbers = NDArray[np.float64]
 _MODES = {"xray": 1, "average": 1, "mip": 2, "minip": 2, "isosurface": 3}
 
@@ -98,17 +100,21 @@ class Projection:
         return {
             "MODE": _MODES[self.mode],
             "DEPTH": int(self.depth),
-            "MISSING": self._missing(baked.volume),
+            "MISSING": self._missing(baked),
             "GRADIENT": baked.gradient_switch,
             "WEIGHTS": 0,  # what a mask hides is missing
         }
 
+    def _may_be_far(self, baked: ValueTexture) -> bool:
+        """True if cells may hold values beside which float32 loses those of most samples."""
+        return _MODES[self.mode] != 1 and baked.storage.farthest(baked.volume) > _FAR * baked.storage.extent
+
     def uniforms(self, baked: ValueTexture) -> dict[str, Any]:
         """Uniforms of the shader, but for those of light and rays."""
         uniforms: dict[str, Any] = {}
-        if self.switches(baked)["MISSING"]:
+        if self._missing(baked):
             uniforms = {"missing_from": baked.missing_from, "largest_finite": _largest_finite(baked)}
-        if self._missing(baked.volume) == 2 or not self.measures_ways:
+        if self._missing(baked) == 2 or not self.measures_ways:
             uniforms["samples"] = tuple(map(float, baked.volume.dimensions))
         if self.measures_ways:
             bias = self._bias(baked)
@@ -117,12 +123,13 @@ class Projection:
             low, high = baked.volume.value_range or (0.0, 0.0)
             sign, end = (1.0, high) if self.mode == "mip" else (-1.0, low)
             most = float(np.clip(sign * (end - baked.offset) / baked.scale, -2 * HUGE, _ALL_FINITE))
-            uniforms |= {"far_from": baked.storage.far_from} if "missing_from" in uniforms else {}
+            uniforms |= {"far_from": _FAR * baked.storage.extent} if uniforms.keys() & {"missing_from"} else {}
             return uniforms | {"sign_of_largest": sign, "largest_of_all": most}
         assert self.isovalue is not None
         # No value that is stored lies beyond these.
         stored = float(np.clip((self.isovalue - baked.offset) / baked.scale, -2 * HUGE, 2 * HUGE))
-        uniforms |= {"isovalue": stored, "same": _SAME * abs(stored), "far_from": _FAR * baked.storage.extent}
+        uniforms |= {"far_from": _FAR_FROM_SURFACE * baked.storage.extent} if uniforms.keys() & {"missing_from"} else {}
+        uniforms |= {"isovalue": stored, "same": _SAME * abs(stored)}
         return uniforms if self.depth else uniforms | {"surface_color": self.color}
 
     def numbers(self, drawn: NDArray[np.float32], baked: ValueTexture, slab_thickness: float) -> NDArray[np.float32]:
@@ -161,11 +168,11 @@ class Projection:
         found[(infinite > 0) & (minus_infinite > 0)] = np.nan  # of both there is no sum
         return found, way > 0
 
-    def _missing(self, volume: Volume) -> int:
+    def _missing(self, baked: ValueTexture) -> int:
         """The shader's switch MISSING."""
-        if _has_infinities(volume):
+        if _has_infinities(baked.volume):
             return 2 if self.measures_ways else 1
-        return int(volume.has_missing)
+        return int(baked.volume.has_missing or self._may_be_far(baked))
 
     def _bias(self, baked: ValueTexture) -> float:
         """The stored value, as single precision has it, that sums are counted from."""

@@ -76,7 +76,7 @@ class Renderer:
         self._estimate: float | None = None  # of the last picture's error, where it has been worked out
         self._check: checking.Check | None = None  # of the last picture
         self._notes: dict[float, tuple[dict[str, float], int]] = {}  # of pictures that may be chosen, by thickness
-        self._error_search = ErrorSearch(self._noted, self._exactly, lambda: self._device.lost_digits)
+        self._error_search = ErrorSearch(self._noted, self._exactly, self._device.rounding)
 
     def render(
         self,
@@ -133,6 +133,7 @@ class Renderer:
         """
         check = checking.checked_count(check)
         size = self._compositor.checked_size(size)
+        scene.check_unchanged()
         if scene.mask is not None:
             scene = without_hidden(scene)
         if texture_format not in ("auto", *slab_texture.TEXEL_FORMATS):
@@ -384,5 +385,5 @@ class Renderer:
                     settings.slab_thickness,
                     lambda other, thickness: self._exactly(other, small, replace(settings, slab_thickness=thickness)),
                 )
-            self._estimate += self._device.lost_digits
+            self._estimate += self._device.rounding(scene)
         return self._estimate

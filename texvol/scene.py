@@ -116,6 +116,14 @@ class Scene:
         self._check_geometry()
         self._check_volumes()
 
+    def check_unchanged(self) -> None:
+        """Raise InputError if an array of a volume or a mask was changed in place since something was made of it."""
+        for volume in self.volumes:
+            volume.check_unchanged()
+        for mask in (self.mask, *(each.mask for each in self.added)):
+            if mask is not None:
+                mask.check_unchanged()
+
     @property
     def volumes(self) -> tuple[Volume, ...]:
         """The volume, and those that are added."""

@@ -39,6 +39,7 @@ HOPELESS = 2.0**18  # the rounding is a 64th of a feature
 _FAR = 4096.0  # times the extent of the features
 _LARGEST = 1e28  # magnitude of a finite texel: far from HUGE
 _LARGEST_BESIDE_INFINITE = 1e18  # likewise, where with a weight of 1e-12 HUGE is to be larger than all that is finite
+_LEAST = 1e-30  # width of a feature in texels: of much smaller ones devices take what is left for 0
 _CANDIDATES = 32  # features about which an offset is tried, steepest first
 _SAMPLES = 4096  # values looked at for where most lie
 _BULK_WIDTHS = 64.0  # from the middle of the densest half of all values, in widths of that half
@@ -106,15 +107,16 @@ class Storage:
         Not so where rounding is coarse beside a feature, nor beside values far beyond all features: cells next to
         these are interpolated with the rounding of large numbers.
         """
-        low, high = volume.finite_range or (0.0, 0.0)
-        farthest = max(abs(low - self.offset), abs(high - self.offset)) / self.scale
         most = _WELL_IN_16_BITS if self.texel_format == "r16" else WELL
-        return self.condition <= most and farthest <= self.far_from
+        return self.condition <= most and self.farthest(volume) <= _FAR * self.extent
 
-    @property
-    def far_from(self) -> float:
-        """Magnitude of texels from which on they are far beyond all that the picture depends on."""
-        return min(_FAR * self.extent, self.largest)
+    def farthest(self, volume: Volume) -> float:
+        """Largest magnitude of a volume's finite texels."""
+        low, high = volume.finite_range or (0.0, 0.0)
+        with np.errstate(over="ignore"):
+            return float(
+                max(abs(low / self.scale - self.offset / self.scale), abs(high / self.scale - self.offset / self.scale))
+            )
 
     @property
     def is_hopeless(self) -> bool:
@@ -241,7 +243,7 @@ def _usual_storage(volume: Volume, features: Features) -> Storage | None:
         return features.storage("r16", low, high - low)
     low, high = volume.finite_range or (0.0, 1.0)
     if dtype in (np.float16, np.float32):
-        if max(abs(low), abs(high)) > _largest_of(volume):
+        if max(abs(low), abs(high)) > _largest_of(volume) or features.finest < _LEAST:
             return None
         # Half precision has no number that stands out for what is missing or infinite.
         narrow = dtype == np.float16 and not volume.has_missing and volume.value_range == volume.finite_range

@@ -20,6 +20,8 @@ from typing import Any
 
 import pytest
 
+from texvol.shown_text import shown
+
 # Worst first.
 STATUSES = ("broken", "different", "new", "refused", "updated", "same")
 FAILING = frozenset(STATUSES[:4])
@@ -31,7 +33,7 @@ class PictureError(AssertionError):
     """A picture that is not what it should be; `status` says in which way."""
 
     def __init__(self, message: str, status: str) -> None:
-        super().__init__(message)
+        super().__init__(shown(message))
         self.status = status
 
 
@@ -77,6 +79,15 @@ class Gathered:
                 self.picture_failures.append(status)
             else:
                 self.other_failures += 1
+
+    def refuse(self, reasons: Mapping[str, str]) -> None:
+        """Pictures that were to be written, and were not: by their claimed name, and why."""
+        for record in self._records.values():
+            if record["status"] == "updated" and record.get("key") in reasons:
+                message = f"{record['reference']} was not written: {reasons[record['key']]}"
+                record |= {"status": "refused", "message": [message]}
+                if "entry" in record:
+                    record["entry"] |= {"status": "broken", "violations": [message]}
 
     @property
     def records(self) -> list[Record]:

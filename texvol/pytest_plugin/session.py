@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
-from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +14,9 @@ from texvol.errors import InputError, TexvolError
 from texvol.pytest_plugin import junit, references, report
 from texvol.pytest_plugin.candidates import Maker
 from texvol.pytest_plugin.names import Claims
+from texvol.pytest_plugin.pending import Pending
 from texvol.pytest_plugin.records import FAILING, RECORDS, plain
+from texvol.shown_text import escaped
 
 if TYPE_CHECKING:
     import pytest
@@ -42,15 +43,19 @@ class PictureSession:
         The report's.
     shared : path or None
         For what workers tell each other.
+    pending : Pending
+        References that are to be written.
     """
 
-    def __init__(self, config: pytest.Config, scratch: Path, folder: Path | None, shared: Path | None) -> None:
+    def __init__(
+        self, config: pytest.Config, scratch: Path, folder: Path | None, shared: Path | None, pending: Pending
+    ) -> None:
         self._start = config.invocation_params.dir
         self._scratch, self._folder = scratch, folder
         self._self_tests = bool(config.option.texvol_self_test)
         self.claims = Claims(shared)
         self.maker = Maker()
-        self.written: set[str] = set()
+        self.pending = pending
 
     def close(self) -> None:
         """Give the renderer back."""
@@ -68,7 +73,7 @@ class PictureSession:
         try:
             found = self_test.self_test(stored, candidate.size, outcome.limits)
         except TexvolError as error:
-            return {"self_test": f"<p>{escape(outcome.name)}: {escape(str(error))}</p>"}
+            return {"self_test": f"<p>{escaped(outcome.name)}: {escaped(str(error))}</p>"}
         return {"self_test": self_test_page.fragment(found)}
 
     def said(self, path: Path) -> str:

@@ -11,6 +11,7 @@ import pytest
 from texvol.errors import InputError
 from texvol.pytest_plugin import exit_status, options
 from texvol.pytest_plugin.records import Gathered, counted
+from texvol.shown_text import shown_line
 
 if TYPE_CHECKING:
     from texvol.pytest_plugin.records import Record
@@ -49,6 +50,7 @@ class Reporter:
     def pytest_sessionfinish(self, session: pytest.Session) -> None:
         """Write what there is of a report, and choose the status; pytest has written its own files by now."""
         gathered, config = self._gathered, self._config
+        self._write_references(session)
         if options.own_exit_status(config):
             session.exitstatus = exit_status.status_of(
                 int(session.exitstatus), gathered.picture_failures, gathered.other_failures
@@ -71,6 +73,18 @@ class Reporter:
 
             self._notes += stale_tables(session, gathered.records)
 
+    def _write_references(self, session: pytest.Session) -> None:
+        """Put what --texvol-update made in its place, now that no test can complain any more."""
+        if not options.updates(self._config):
+            return
+        from texvol.pytest_plugin import workers
+
+        done = workers.pending_of(workers.shared_folder(self._config)).commit()
+        self._gathered.refuse(done.refused)
+        self._notes += [f"not written: {reason}" for reason in done.refused.values()]
+        if done.faults:
+            session.exitstatus = int(session.exitstatus) or 1
+
     def pytest_terminal_summary(self, terminalreporter: Any) -> None:
         """What was compared, drawn by what, and where to look."""
         records, notes = self._gathered.records, self._notes
@@ -79,11 +93,11 @@ class Reporter:
             return
         terminalreporter.section("pictures")
         drivers = sorted({record["driver"] for record in records if record.get("driver")})
-        terminalreporter.write_line(f"{counted(records)}; drawn by {', '.join(drivers) or 'what is not said'}")
-        for line in [*_written(records), *notes]:
-            terminalreporter.write_line(line)
+        lines = [f"{counted(records)}; drawn by {', '.join(drivers) or 'what is not said'}", *_written(records), *notes]
         if folder is not None:
-            terminalreporter.write_line(f"report: {folder / 'index.html'}")
+            lines.append(f"report: {folder / 'index.html'}")
+        for line in lines:
+            terminalreporter.write_line(shown_line(line))
         from texvol.comparison import ci
 
         if ci.on_github():

@@ -23,6 +23,7 @@ from texvol.camera import Camera
 from texvol.display import isosurface_color
 from texvol.errors import InputError
 from texvol.hidden_samples import without_hidden
+from texvol.kept_arrays import read_only
 from texvol.lighting import Lighting
 from texvol.ray_casting.projection_shading import answer, gradients_at
 from texvol.ray_casting.projection_walk import ABOVE, HIGHEST, INTEGRAL, SURFACE, project_rays
@@ -116,7 +117,7 @@ def _traced(
         raise InputError(f"a projection mode is one of {', '.join(_KINDS)}, and not {scene.mode}")
     kind, sign = _KINDS[scene.mode]
     volume = scene.volume
-    values = volume.values.astype(np.float32) if volume.values.dtype == np.float16 else volume.values
+    values = read_only(volume.values.astype(np.float32)) if volume.values.dtype == np.float16 else volume.values
     rays = _Rays(*rays_of(scene, *map(chosen, camera.rays(size))))
     rounding = _position_rounding(volume, camera.eye)
     level = 0.0 if scene.isovalue is None else float(scene.isovalue)

@@ -8,12 +8,15 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Sequence
+from math import prod
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol.readers.child_process import check_survived
 from texvol.readers.curvilinear import on_points
+from texvol.readers.missing import without_chosen
 from texvol.readers.netcdf_axes import (
     Dimension,
     attribute,
@@ -27,7 +30,7 @@ from texvol.readers.netcdf_axes import (
 )
 from texvol.readers.netcdf_header import check_classic, check_heaps
 from texvol.readers.rectilinear import Axis, axis_of, on_axes
-from texvol.readers.samples import Choice, FileFault, Samples, check_size, once, pick
+from texvol.readers.samples import Choice, FileFault, Samples, check_size, check_unpacked, once, pick
 from texvol.readers.unstructured import HINT
 from texvol.resampling import type_between
 
@@ -54,6 +57,8 @@ def _opened(path: str) -> Any:
         check_classic(path)
     else:
         check_heaps(path)
+    # A file that can't be opened stays open in the library, for as long as there is the process.
+    check_survived(lambda: netCDF4.Dataset(os.path.abspath(path)).close())
     return netCDF4.Dataset(os.path.abspath(path))
 
 
@@ -66,8 +71,10 @@ def _read(dataset: Any, choice: Choice) -> Samples:
     order = order_of(spatial)
     axes = [spatial[number] for number in order]  # z, y, x
     check_size([axis.size for axis in axes], max(variable.dtype.itemsize, 8))
+    # The library makes up what was never written.
+    check_unpacked(prod(axis.size for axis in axes) * variable.dtype.itemsize, os.path.getsize(dataset.filepath()))
     _check_chunks(variable)
-    values = _values(variable, index).transpose(order)
+    values, about = without_chosen(_values(variable, index, choice).transpose(order), choice)
     auxiliary = _auxiliary(dataset, variable, dimensions, spatial)
     if auxiliary:
         parts = zip(dimensions, index, strict=True)
@@ -81,7 +88,8 @@ def _read(dataset: Any, choice: Choice) -> Samples:
         coordinates = [axis.coordinate for axis in axes]
     names = [axis.name if each is None else each.name for axis, each in zip(axes, coordinates, strict=True)]
     units = [unit_of(each) for each in coordinates[::-1]]
-    return samples._replace(**_named(names[::-1], units), **_times(dimensions), **_said(variable, note, units))
+    said = _said(variable, (note, *about), units)
+    return samples._replace(**_named(names[::-1], units), **_times(dimensions), **said)
 
 
 def _chosen(dataset: Any, wanted: str | None) -> tuple[Any, str]:
@@ -155,12 +163,17 @@ def _check_chunks(variable: Any) -> None:
         check_size(chunks, variable.dtype.itemsize)
 
 
-def _values(variable: Any, index: Sequence[int | slice]) -> NDArray:
-    """The samples that `index` picks, of a type that holds NaN if the file says how it marks or scales them."""
+def _values(variable: Any, index: Sequence[int | slice], choice: Choice) -> NDArray:
+    """The samples that `index` picks, of a type that holds NaN if the file says how it marks or scales them.
+
+    Of labels those that are missing are 0: there is none.
+    """
     variable.set_auto_maskandscale(True)
     variable.set_always_mask(False)
     attributes = variable.ncattrs()
     values = variable[tuple(index)]
+    if choice.labels and np.ma.isMaskedArray(values):
+        return np.ma.filled(values, 0)
     is_scaled = "scale_factor" in attributes or "add_offset" in attributes
     if variable.dtype.kind == "f" and not is_scaled:
         dtype = variable.dtype.newbyteorder("=")
@@ -168,7 +181,15 @@ def _values(variable: Any, index: Sequence[int | slice]) -> NDArray:
         dtype = type_between(variable.dtype)
     else:
         return np.ma.getdata(values)
-    return np.ma.filled(values.astype(dtype), np.nan)
+    return _without_masked(values, dtype)
+
+
+def _without_masked(values: NDArray, dtype: np.dtype) -> NDArray:
+    """Values in that type, NaN where they are masked; in the same memory where the type is theirs."""
+    plain = np.ma.getdata(values).astype(dtype, copy=False)
+    if np.ma.is_masked(values):
+        plain[np.ma.getmaskarray(values)] = np.nan
+    return plain
 
 
 def _axis(dimension: Dimension) -> Axis:
@@ -186,7 +207,7 @@ def _coordinates(variable: Any, index: tuple[Any, ...]) -> NDArray:
     values = variable[index]
     if not np.ma.isMaskedArray(values):
         return np.asarray(values)
-    return np.ma.filled(values.astype(type_between(values.dtype)), np.nan)
+    return _without_masked(values, type_between(values.dtype))
 
 
 def _auxiliary(
@@ -233,9 +254,9 @@ def _named(names: Sequence[str], units: Sequence[str]) -> dict[str, Any]:
     return {"unit": units[0] if len(set(units)) == 1 else "", "space": ", ".join(described)}
 
 
-def _said(variable: Any, note: str, units: Sequence[str]) -> dict[str, Any]:
+def _said(variable: Any, notes: Sequence[str], units: Sequence[str]) -> dict[str, Any]:
     """Unit of the values, and notes."""
-    return {"value_unit": attribute(variable, "units"), "notes": (note, *_notes(units))}
+    return {"value_unit": attribute(variable, "units"), "notes": (*notes, *_notes(units))}
 
 
 def _notes(units: Sequence[str]) -> tuple[str, ...]:

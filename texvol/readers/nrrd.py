@@ -14,8 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.readers.colors import colored, component_axis, is_colored, with_color
+from texvol.readers.missing import parsed, without_marked
 from texvol.readers.samples import Choice, FileFault, Samples, by, check_size, grid_from_columns, once, pick, real_type
-from texvol.readers.stored import data_file, read_picked
+from texvol.readers.stored import data_file, numbered_names, read_picked, skip_lines
 
 _LONGEST_HEADER = 2**20
 
@@ -36,6 +37,9 @@ _TYPES = {
 }
 _ENCODINGS = {"raw": "raw", "gzip": "deflate", "gz": "deflate", "bzip2": "bzip2", "bz2": "bzip2"}
 _TEXT_ENCODINGS = ("ascii", "text", "txt", "hex")
+
+# The format has no mark of its own but NaN; as key/value pairs these mean what they mean in netCDF.
+_MARKS = ("_FillValue", "missing_value")
 
 _SPACES = {
     "ras": "right-anterior-superior",
@@ -65,7 +69,11 @@ def read(path: str, choice: Choice) -> Samples:
     values = _samples(path, header, sizes[::-1], index, choice, offset, listed)
     spatial = [axis for axis, letter in enumerate(axes[::-1]) if letter in "XYZ"]
     grid = _grid(header, spatial) | _times(header, axes[::-1], sizes)
-    return Samples(**grid, **colored(values, axes, index, said)) if is_colored(axes) else Samples(values, **grid)
+    if is_colored(axes):
+        return Samples(**grid, **colored(values, axes, index, said))
+    marks = parsed(str(header[key]) for key in _MARKS if key in header)
+    marked, notes = without_marked(values, marks, f"the header's {' and '.join(_MARKS)}", choice)
+    return Samples(marked, **grid, notes=notes)
 
 
 def _header(path: str) -> tuple[Mapping[str, Any], int, list[str]]:
@@ -186,11 +194,7 @@ def _data_names(named: str, listed: Sequence[str]) -> list[str]:
     if words and words[0].upper() == "LIST":
         return list(listed)
     if len(words) in (4, 5) and "%" in words[0]:
-        first, last, step = (int(word) for word in words[1:4])
-        numbers = range(first, last + (1 if step > 0 else -1), step) if step else range(0)
-        if len(numbers) > 10**6:
-            raise FileFault(f"its data file pattern {named!r} names {len(numbers)} files")
-        return [words[0] % number for number in numbers]
+        return numbered_names(words[:4])
     return [named]
 
 
@@ -222,8 +226,7 @@ def _from_text(
     count = check_size(sizes, dtype.itemsize) // dtype.itemsize
     with open(path, "rb") as file:
         file.seek(offset)
-        for _ in range(lines):
-            file.readline()
+        skip_lines(file, lines, what)
         if (os.fstat(file.fileno()).st_size - file.tell()) < count:
             raise FileFault(f"{what} is too short to hold {count} samples as text")
         check_size(sizes, _WORD_BYTES)

@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.errors import InputError
-from texvol.readers.loading import read, volume_of
-from texvol.readers.samples import Choice, TimeSteps
+from texvol.readers.loading import ARGUMENTS, read, volume_of
+from texvol.readers.missing import marks_of
+from texvol.readers.samples import Choice, FileFault, TimeSteps
 from texvol.volume import Volume
 
 
@@ -66,6 +67,11 @@ class TimeSeries(Sequence[Volume]):
         self._kept: dict[Any, Any] = {}
         self._choice = _choice(options)._replace(kept=self._kept)
         self._when: tuple[NDArray[np.float64] | None, str] | None = None
+
+    def __getstate__(self) -> dict[str, Any]:
+        """All but what is kept of the file, which is opened again in a copy or another process."""
+        kept: dict[Any, Any] = {}
+        return {**vars(self), "_kept": kept, "_choice": self._choice._replace(kept=kept)}
 
     def __len__(self) -> int:
         return self._steps
@@ -136,7 +142,12 @@ def _choice(options: dict[str, Any]) -> Choice:
             told[key] = tuple(told[key])
     if "series" in told:
         told["series"] = str(told["series"])
-    known = {"shape", "dtype", "series", "channel", "time", "variable", "resolution", "labels", "color"}
+    if "missing" in told:
+        try:
+            told["missing"] = marks_of(told["missing"])
+        except FileFault as fault:
+            raise InputError(str(fault)) from None
+    known = {*ARGUMENTS} - {"spacing"}
     if unknown := set(told) - known:
         raise TypeError(f"unexpected options: {', '.join(sorted(unknown))}")
     return Choice(**told)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from html import escape
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,6 +15,7 @@ from texvol.convergence import (
 from texvol.report import words
 from texvol.report.measuring import Findings
 from texvol.report.pictures import data_url, decades, false_color, scale_bar
+from texvol.shown_text import escaped
 
 
 def error_section(findings: Findings) -> str:
@@ -49,7 +48,10 @@ def chosen_settings(findings: Findings) -> list[tuple[str, Measurement]]:
     """What each picture is for, and its setting: best first, then VTK's best, then the worst."""
     ours, error = findings.ours, discretisation_max
     chosen = [("Most accurate", most_accurate(ours, error))]
-    chosen += [(f"Fastest within {limit:g}", fastest_within(ours, error, limit)) for limit in reversed(words.LIMITS)]
+    chosen += [
+        (f"Fastest within {limit:g} of its own integral", fastest_within(ours, error, limit))
+        for limit in reversed(words.LIMITS)
+    ]
     chosen += [("Default", next((each for each in ours if _is_default(findings, each)), None))]
     theirs = [each for each in findings.measurements if each.setting.renderer != OURS]
     chosen += [("VTK's most accurate", most_accurate(theirs, error))]
@@ -79,6 +81,6 @@ def _errors_in_words(each: Measurement) -> str:
 def _figure(errors: NDArray, scale: tuple[int, int], role: str, what: str, size: str) -> str:
     picture = data_url(false_color(errors, scale))
     return (
-        f'<figure><img src="{picture}" alt="Errors of {escape(what)}"><figcaption><strong>{escape(role)}</strong><br>'
-        f"{escape(what)}<br>{escape(size)}</figcaption></figure>"
+        f'<figure><img src="{picture}" alt="Errors of {escaped(what)}"><figcaption><strong>{escaped(role)}</strong><br>'
+        f"{escaped(what)}<br>{escaped(size)}</figcaption></figure>"
     )
