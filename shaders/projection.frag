@@ -4,7 +4,8 @@
 // Switches: MODE 1: the integral of the value, and the way on which there is one; 2: the largest value, or least;
 //                3: the first surface of one value.
 //           DEPTH 1: in place of that surface's colour, its depth.
-//           MISSING 1: there may be NaN, which is nothing, or infinities, or values far beyond most others.
+//           MISSING 1: there may be NaN, which is nothing, or infinities, or values far beyond most others; 2: there are
+//                infinities, of which none is to be stepped over by the integral.
 //           PERSPECTIVE, BRICKS, HALF_SPACES, STRETCH: see ray.glsl. LEAPS 1: what `leaps` shows to be without the surface is leapt over.
 //           GRADIENT, LIT, CUE and those of lights: see volume_texture.glsl and seen.glsl.
 //           COUNT 1: red is how many slabs were looked at for the surface.
@@ -20,7 +21,9 @@
 #if MODE == 1
 uniform float bias;               // a typical value, or that of air: sums of what differs from it keep their digits
 uniform float least;              // of an X-ray of what is above air, the value of that, which lower ones count as
-#else
+#endif
+#define WALKS (MODE != 1 || MISSING == 2)
+#if WALKS
 uniform vec3 samples;             // of the volume, along x, y and z
 #endif
 #if MISSING
@@ -75,11 +78,12 @@ vec4 part(float value, float share) {
     if (!is_there(value)) return vec4(0.0);
 #if MISSING
     if (value > largest_finite) return vec4(0.0, share, share, 0.0);
-    if (value < -largest_finite && value > least) return vec4(0.0, share, 0.0, share);
+    if (value < -largest_finite) return vec4(0.0, share, 0.0, share);
 #endif
     return vec4(share * (max(value, least) - bias), share, 0.0, 0.0);
 }
 
+#if MISSING != 2
 vec4 integral_along(Ray ray) {
     float share;
     float value = value_at(middle_of(ray, ray.slab, share));
@@ -107,8 +111,9 @@ vec4 integral_along(Ray ray) {
     return sum;
 }
 #endif
+#endif
 
-#if MODE != 1
+#if WALKS
 // Depth at which the ray enters the box, and at which it leaves.
 float front_of(Ray ray) {
     return ray.first_slab + ray.first_share;
@@ -146,6 +151,39 @@ vec4 values_between(Ray ray, float front, float back, float at_front) {
 #endif
 }
 
+#endif
+
+#if MODE == 1 && MISSING == 2
+// From one plane between cells to the next: all of such a piece is infinite, or nothing of it. Where air may lie within
+// the values it ends with the slab, too, since what is above air is no cubic.
+vec4 integral_along(Ray ray) {
+    const vec4 SHARES = vec4(13.0, 11.0, 11.0, 13.0) / 48.0;  // of the looks in the mean of the cubic
+    SampleWalk walk = sample_walk(ray.start, ray.step, samples);
+    vec3 planes;
+    float depth = max(ray.slab, front_of(ray));
+    float last = min(ray.end, back_of(ray));
+    first_depth(walk, depth, depth, planes);
+    vec4 sum = vec4(0.0);
+    vec4 some = vec4(0.0);
+    float pieces = 0.0;
+    while (depth < last) {
+        float end = least < -largest_finite ? last : min(floor(depth) + 1.0, last);
+        float next = max(next_depth(walk, end, planes), depth);
+        vec4 values = values_between(ray, depth, next, 0.0);
+        vec4 shares = (next - depth) * SHARES;
+        some += part(values.x, shares.x) + part(values.y, shares.y);
+        some += part(values.z, shares.z) + part(values.w, shares.w);
+        depth = next;
+        pieces += 1.0;
+        if (pieces == MOST_AT_ONCE) {
+            sum += some;
+            some = vec4(0.0);
+            pieces = 0.0;
+        }
+        if (depth >= last) break;
+    }
+    return sum + some;
+}
 #endif
 
 #if MODE == 2

@@ -124,6 +124,21 @@ def test_gaps_and_infinities_beside_air(renderer, kind):
     assert np.abs(picture[finite] - expected[finite]).max() < 3 * scene.volume.smallest_spacing / 16
 
 
+@pytest.mark.parametrize("dtype", [np.float16, np.float32, np.float64])
+@pytest.mark.parametrize("air", [HOUNSFIELD, -0.2, 0.3])
+def test_minus_infinity_is_air_also_far_above_it(renderer, dtype, air):
+    """All values are far above -1000: nothing but the infinite sample is air."""
+    values = noise("plain", dtype).values.copy()
+    values[3, 4, 5] = -np.inf
+    scene = Scene(Volume(values), camera=CAMERAS["orthographic"](Volume(values)), mode="xray", air=air)
+    picture, expected = renderer.render(scene, SIZE, sampling_rate=32), project(scene, SIZE)
+    without = project(replace(scene, volume=noise("plain", dtype)), SIZE)
+    high = attenuation_of(air).per_value * (1 - attenuation_of(air).air)
+    # Half a slab, 1/64, at each of up to three faces of the cells around it.
+    assert np.abs(picture - expected).max() < 3 / 64 * high
+    assert np.abs(expected - without).max() > 10 * 3 / 64 * high or air == 0.3
+
+
 def test_bricks_and_masks_change_nothing_of_it(renderer):
     volume = Volume(np.random.default_rng(6).random((40, 40, 40)).astype(np.float32))
     scene = xray(volume, 0.7, "perspective")

@@ -13,9 +13,10 @@ itself: however thick slabs are, only float32 is left of the error, in which a p
 and the value accordingly: a few millionths of the range. xray and average take the value in the middle of each slab,
 clipped to the box: order 2 in the thickness, most of it from the planes, at which the value's slope changes by up to c
 and a slab of length h loses up to c h² / 8, and as much where the value passes that of air; the edge of missing values
-is known to half a slab. A surface that a ray touches within that rounding may be met or missed; so may, beside NaN or
-an infinity, a stretch of less than 10^-5 of the box. Where NaN lies one sample from the border, drivers may make NaN of
-what is beyond that sample too.
+is known to half a slab. Where there are infinities they go from plane to plane as well, so that none is stepped over. A
+surface that a ray touches within that rounding may be met or missed; so may, beside NaN or an infinity, a stretch of
+less than 10^-5 of the box. Where NaN lies one sample from the border, drivers may make NaN of what is beyond that
+sample too.
 """
 
 from __future__ import annotations
@@ -99,7 +100,7 @@ class Projection:
         return {
             "MODE": _MODES[self.mode],
             "DEPTH": int(self.depth),
-            "MISSING": int(baked.volume.has_missing or _has_infinities(baked.volume) or self._may_be_far(baked)),
+            "MISSING": self._missing(baked),
             "GRADIENT": baked.gradient_switch,
             "WEIGHTS": 0,  # what a mask hides is missing
         }
@@ -111,12 +112,13 @@ class Projection:
     def uniforms(self, baked: ValueTexture) -> dict[str, Any]:
         """Uniforms of the shader, but for those of light and rays."""
         uniforms: dict[str, Any] = {}
-        if self.switches(baked)["MISSING"]:
+        if self._missing(baked):
             uniforms = {"missing_from": baked.missing_from, "largest_finite": _largest_finite(baked)}
-        if self.mode in ("xray", "average"):
+        if self._missing(baked) == 2 or not self.measures_ways:
+            uniforms["samples"] = tuple(map(float, baked.volume.dimensions))
+        if self.measures_ways:
             bias = self._bias(baked)
             return uniforms | {"bias": bias, "least": -_ALL_FINITE if self.attenuation is None else bias}
-        uniforms["samples"] = tuple(map(float, baked.volume.dimensions))
         if self.mode in ("mip", "minip"):
             low, high = baked.volume.value_range or (0.0, 0.0)
             sign, end = (1.0, high) if self.mode == "mip" else (-1.0, low)
@@ -154,16 +156,23 @@ class Projection:
     def _sums(self, drawn: NDArray[np.float32], baked: ValueTexture) -> tuple[Numbers, NDArray[np.bool_]]:
         """Integrals per slab thickness, or averages, and where there are any."""
         above, way, infinite, minus_infinite = np.moveaxis(drawn.astype(np.float64), -1, 0)
-        base, per = baked.offset + baked.scale * self._bias(baked), 1.0
+        base, per, finite = baked.offset + baked.scale * self._bias(baked), 1.0, way
         if self.attenuation is not None:
             base, per = max(base - self.attenuation.air, 0.0), self.attenuation.per_value
-        found = per * (baked.scale * above + base * way)
+            finite, minus_infinite = way - minus_infinite, np.zeros_like(way)  # which lets all through as air does
+        found = per * (baked.scale * above + base * finite)
         if self.mode == "average":
             found = np.divide(found, way, out=np.zeros_like(found), where=way > 0)
         found[infinite > 0] = np.inf
         found[minus_infinite > 0] = -np.inf
         found[(infinite > 0) & (minus_infinite > 0)] = np.nan  # of both there is no sum
         return found, way > 0
+
+    def _missing(self, baked: ValueTexture) -> int:
+        """The shader's switch MISSING."""
+        if _has_infinities(baked.volume):
+            return 2 if self.measures_ways else 1
+        return int(baked.volume.has_missing or self._may_be_far(baked))
 
     def _bias(self, baked: ValueTexture) -> float:
         """The stored value, as single precision has it, that sums are counted from."""
