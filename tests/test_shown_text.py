@@ -29,7 +29,7 @@ OBEYED = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069\u200
 
 
 def test_characters_of_control_and_of_direction_are_numbers() -> None:
-    """All of the category Cc, and all that Unicode says are explicit directions; nothing else."""
+    """All of the categories Cc and Cs, and all that Unicode says are explicit directions; nothing else."""
     for number in range(0x110000):
         letter = chr(number)
         is_direction = unicodedata.bidirectional(letter) in (
@@ -44,7 +44,7 @@ def test_characters_of_control_and_of_direction_are_numbers() -> None:
             "PDI",
         )
         is_mark = letter in "\u061c\u200e\u200f"
-        if unicodedata.category(letter) == "Cc" or is_direction or is_mark:
+        if unicodedata.category(letter) in ("Cc", "Cs") or is_direction or is_mark:
             assert shown_line(letter) == (f"\\x{number:02x}" if number < 256 else f"\\u{number:04x}")
             assert shown(letter) == (letter if letter in "\n\t" else shown_line(letter))
         else:
@@ -194,3 +194,10 @@ def test_a_python_warning_of_a_mask_is_safe(folder: Path) -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert "voxels away" in done.stderr and not OBEYED.search(done.stderr)
+
+
+def test_a_name_that_is_no_utf_8_can_be_written_on_a_page() -> None:
+    """As Python has it: each byte that is none as half of a surrogate pair."""
+    name = b"a\xff.npy".decode("utf-8", "surrogateescape")
+    for text in (escaped(name), markdown(name).replace("&#92;", "\\"), shown(name), str(InputError(name))):
+        assert text.encode("utf-8") == rb"a\udcff.npy"
