@@ -175,6 +175,17 @@ def test_another_sampling_rate_is_the_same_scene(drawn: Path, capsys: pytest.Cap
     assert any("not drawn alike: slab thickness" in note for note in facts["notes"])
 
 
+def test_that_values_may_have_changed_is_said_where_no_checksum_tells(
+    drawn: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for rate, name in (("1", "a.png"), ("8", "b.png")):
+        assert main(["render", "v.npy", "-o", name, "--size", "24x20", "--sampling-rate", rate]) == 0
+    _, facts = told(capsys, "a.png", "b.png")
+    assert any("a.png and b.png: the header does not say which values" in note for note in facts["notes"])
+    _, facts = told(capsys, "fine.exr", "old.exr")
+    assert not any("which values" in note for note in facts["notes"])
+
+
 @pytest.mark.parametrize("candidate", [True, False])
 def test_a_picture_that_names_no_scene_is_not_judged(
     drawn: Path, capsys: pytest.CaptureFixture[str], candidate: bool

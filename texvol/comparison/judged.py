@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, Any
 
 from numpy.typing import NDArray
 
-from texvol.comparison.common_form import SCENE_ATTRIBUTE, CommonForm, on_common_form
+from texvol.comparison.common_form import SCENE_ATTRIBUTE, CommonForm, header_of, on_common_form
 from texvol.comparison.outcome import Outcome, with_truth
 from texvol.comparison.pictures import Picture
-from texvol.comparison.three_way import each_by_its_own, supposing
+from texvol.comparison.three_way import each_by_its_own, supposing, truth_of
 from texvol.errors import InputError, TexvolError
 
 if TYPE_CHECKING:
@@ -65,6 +65,7 @@ def judged(
         if not found:
             raise next(iter(faults.values()))
         outcome = _with_verdict(outcome, found, faults)
+        outcome = replace(outcome, notes=(*outcome.notes, *_taken_as_they_are(outcome)))
         if explain:
             outcome = replace(outcome, kinds=_explained(outcome, found.get("candidate")) + outcome.kinds)
     except TexvolError as error:
@@ -132,12 +133,23 @@ def _with_verdict(outcome: Outcome, found: Mapping[str, StoredScene], faults: Ma
     return replace(outcome, three_way=said)
 
 
-def _truth(outcome: Outcome, stored: StoredScene) -> NDArray:
-    from texvol.ray_casting import raycast
+def _taken_as_they_are(outcome: Outcome) -> list[str]:
+    """A note on pictures whose header does not say which values the volume had: a PNG's does not."""
+    headers = {each.name: header_of(each) for each in (outcome.candidate, outcome.reference)}
+    unknown = [name for name, header in headers.items() if header is not None and _may_have_changed(header)]
+    if not unknown:
+        return []
+    return [f"{' and '.join(unknown)}: the header does not say which values the volume had; the file is taken as it is"]
 
+
+def _may_have_changed(header: Mapping[str, Any]) -> bool:
+    source = header.get("source")
+    return "checksum" not in header and not (isinstance(source, dict) and "built_in" in source)
+
+
+def _truth(outcome: Outcome, stored: StoredScene) -> NDArray:
     height, width = outcome.reference.pixels.shape[:2]
-    form = CommonForm.of_pair(outcome.candidate, outcome.reference)
-    return form.of_truth(raycast(stored.scene, (width, height)), stored)
+    return truth_of(stored, (width, height), form=CommonForm.of_pair(outcome.candidate, outcome.reference))
 
 
 def _explained(outcome: Outcome, own: StoredScene | None) -> tuple[Any, ...]:

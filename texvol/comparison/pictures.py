@@ -281,11 +281,9 @@ def _decoded(pixels: NDArray, kind: _Kind, name: str, attributes: Mapping[str, s
     color = pixels[..., : 3 if channels > 2 else 1].astype(np.float32)
     opacity = pixels[..., -1:].astype(np.float32) if kind.has_opacity else np.ones((*pixels.shape[:2], 1), np.float32)
     color_rounding: NDArray = np.zeros((1, 1, 1), np.float32)
-    opacity_rounding: NDArray = np.zeros((1, 1, 1), np.float32)
     is_encoded = kind.is_srgb or kind.gamma > 0
     half_step: NDArray = np.full((1, 1, 1), 0.5 / kind.steps if kind.steps else 0.0, np.float32)
-    if kind.steps and kind.has_opacity:
-        opacity_rounding = half_step * np.ones_like(opacity)
+    opacity_rounding: NDArray = half_step * kind.has_opacity * np.ones_like(opacity)
     if is_encoded and kind.has_opacity and not kind.is_straight:
         # Both numbers of the quotient are rounded.
         color = np.divide(color, opacity, out=np.zeros_like(color), where=opacity > 0)

@@ -24,6 +24,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from texvol.comparison.common_form import CommonForm
 from texvol.comparison.difference import Difference, compare
 
 if TYPE_CHECKING:
@@ -47,7 +48,12 @@ class ThreeWay:
 
 
 def truth_of(
-    stored: StoredScene, size: tuple[int, int], *, eight_bits: bool = False, has_opacity: bool = True
+    stored: StoredScene,
+    size: tuple[int, int],
+    *,
+    eight_bits: bool = False,
+    has_opacity: bool = True,
+    form: CommonForm | None = None,
 ) -> NDArray[np.float64]:
     """The oracle's picture of a scene, shape (height, width, 4), as a file would be read that had no error.
 
@@ -58,6 +64,8 @@ def truth_of(
         Whether the files hold whole numbers, which end at 1, and in which numbers are shown as grey or colours.
     has_opacity : bool
         Whether the files have one; if not it is 1.
+    form : CommonForm, optional
+        That of a pair of pictures, which says these two and more.
 
     Raises
     ------
@@ -66,12 +74,8 @@ def truth_of(
     """
     from texvol.ray_casting import raycast
 
-    truth = raycast(stored.scene, size)
-    if eight_bits:
-        truth = stored.in_eight_bits(truth)
-    if not has_opacity:
-        truth[..., 3] = 1.0
-    return truth
+    form = form or CommonForm(ends_at_one=eight_bits, has_opacity=has_opacity)
+    return form.of_truth(raycast(stored.scene, size), stored)
 
 
 def three_way(candidate: ArrayLike, reference: ArrayLike, truth: ArrayLike, *, has_opacity: bool = True) -> ThreeWay:
