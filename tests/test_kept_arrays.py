@@ -77,6 +77,19 @@ def renderer() -> Iterator[Renderer]:
         yield one
 
 
+def test_short_arrays_become_numbers() -> None:
+    """So that a change in place of what was given changes nothing, and frozen objects can be compared."""
+    given = np.array([1.0, 2, 3])
+    plane, light = ClipPlane(given, 2), Light("directional", given, given)  # type: ignore[arg-type]
+    camera = Camera.perspective(given, 2 * given, given[::-1])  # type: ignore[arg-type]
+    scene = Scene(Volume(wave()), background=given, clip=(plane,), crop=np.array([[0, 9.0]] * 3))  # type: ignore[arg-type]
+    given[...] = 7
+    assert plane == ClipPlane((1, 2, 3), 2) and light.vector == light.color == (1, 2, 3)
+    assert camera.eye == (1, 2, 3) and camera.up == (3, 2, 1)
+    assert scene.background == (1, 2, 3) and scene.crop == ((0, 9),) * 3
+    assert len({plane, ClipPlane((1, 2, 3), 2)}) == 1
+
+
 CHANGES: dict[str, Callable[[np.ndarray], Any]] = {
     "all": lambda a: a.fill(3),
     "one sample": lambda a: a.__setitem__((3, 4, 5), a[3, 4, 5] + 1),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import resource
 import signal
 import threading
 import time
@@ -247,3 +248,29 @@ def test_closing_leaves_no_process_and_no_descriptor() -> None:
         assert process.returncode is not None
         del studio  # which maps the number of the newest job
     assert len(os.listdir("/proc/self/fd")) <= before
+
+
+def test_arrays_that_there_is_no_room_for_leave_nothing_half_sent(pipe: tuple[Sender, Receiver, Shared]) -> None:
+    """A limit on the size of files holds for memory that processes share, too."""
+    sender, receiver, _ = pipe
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1024, limits[1]))
+    try:
+        with pytest.raises(OSError, match="File too large"):
+            sender.send(SCENE)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    sender.send(SCENE)
+    assert np.array_equal(receiver.receive().volume.values, VOLUME.values)
+
+
+def test_a_painter_says_that_there_is_no_room(studio: Studio) -> None:
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    volume = Volume(VOLUME.values.copy())  # which the other side has not got yet
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1024, limits[1]))
+    try:
+        job = {"scene": replace(SCENE, volume=volume), "size": SIZE, "accuracy": {"sampling_rate": 0.7}}
+        (answer,) = studio.answers(kind="move", **job)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert answer.kind == "failed" and "File too large: the limit (ulimit -f) is 1024 bytes" in answer.text

@@ -195,3 +195,24 @@ def test_where_nothing_can_be_written_is_said(tmp_path: Path, name: str, reason:
 def test_a_name_that_no_file_can_have_is_refused(name: str) -> None:
     with pytest.raises(InputError, match="is no name of a file"):
         image.write(name, PICTURE)
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root can give a link to somebody else")
+def test_a_link_of_somebody_else_in_everybodys_folder_is_not_followed(tmp_path: Path) -> None:
+    """As the kernel has it (fs.protected_symlinks), whose rule a file that is renamed would get round."""
+    shared, victim = tmp_path / "shared", tmp_path / "victim.png"
+    shared.mkdir()
+    shared.chmod(0o1777)
+    os.chown(shared, 1234, -1)
+    victim.write_text("mine")
+    for owner, is_followed in ((4321, False), (0, True), (1234, True)):
+        link = shared / f"{owner}.png"
+        link.symlink_to(victim)
+        os.lchown(link, owner, -1)
+        if is_followed:
+            written(link)
+            assert victim.read_bytes().startswith(b"\x89PNG")
+        else:
+            with pytest.raises(InputError, match="somebody else's link"):
+                written(link)
+            assert victim.read_text() == "mine"

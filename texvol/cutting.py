@@ -40,6 +40,7 @@ class ClipPlane:
             raise InputError("clip plane: its normal has a length, and is 0, 0, 0")
         if not np.isfinite(self.offset):
             raise InputError(f"clip plane: its offset is a finite number, and is {self.offset!r}")
+        object.__setattr__(self, "normal", tuple(normal.tolist()))
 
 
 def checked_crop(crop: Sequence[Sequence[float]]) -> tuple[Range, Range, Range]:

@@ -102,6 +102,7 @@ class Scene:
         background = np.asarray(self.background)
         if background.shape != (3,) or background.dtype.kind not in "iuf" or not (background >= 0).all():
             raise InputError(f"scene: background is three numbers from 0 upwards, and is {self.background!r}")
+        object.__setattr__(self, "background", tuple(background.astype(np.float64).tolist()))
         if self.classification not in CLASSIFICATIONS:
             wanted = ", ".join(CLASSIFICATIONS)
             raise InputError(f"scene: classification is one of {wanted}, and not {self.classification!r}")

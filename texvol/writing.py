@@ -12,6 +12,7 @@ import itertools
 import os
 import secrets
 import shutil
+import stat
 import tempfile
 from collections.abc import Iterable, Mapping
 from contextlib import ExitStack
@@ -26,6 +27,7 @@ def check_writable(path: str | os.PathLike[str]) -> None:
     text_files.check_name(path)
     path = Path(path)
     folder = path.parent
+    _check_link(path)
     try:
         if path.is_dir() or not path.name:
             raise InputError(f"{path}: is a folder, and a file is to be written")
@@ -38,6 +40,21 @@ def check_writable(path: str | os.PathLike[str]) -> None:
         raise InputError(f"{path}: cannot be written: {error.strerror}") from None
     if not accessible:
         raise InputError(f"{path}: its folder {folder} cannot be written to")
+
+
+def _check_link(path: Path) -> None:
+    """Raise InputError where the kernel would not follow a link, which `os.replace` knows nothing of.
+
+    In a folder where everybody may write, such as /tmp, it follows a link of the user's own, or of the folder's owner
+    (fs.protected_symlinks): anybody else's may have been put there to have another file overwritten.
+    """
+    try:
+        link, folder = path.lstat(), path.parent.stat()
+    except OSError:
+        return
+    is_everybodys = folder.st_mode & (stat.S_ISVTX | stat.S_IWOTH) == stat.S_ISVTX | stat.S_IWOTH
+    if stat.S_ISLNK(link.st_mode) and is_everybodys and link.st_uid not in (os.geteuid(), folder.st_uid):
+        raise InputError(f"{path}: is somebody else's link, in a folder where everybody may write")
 
 
 def check_apart(outputs: Mapping[str, str | None], read: Iterable[str | None], what: str = "is read") -> None:
@@ -93,6 +110,7 @@ def write_files(files: Mapping[str | os.PathLike[str], bytes]) -> None:
         try:
             for name, content in files.items():
                 text_files.check_name(name)
+                _check_link(Path(name))
                 path = Path(os.path.realpath(name))  # what a link points to, not the link
                 check_writable(path)
                 try:

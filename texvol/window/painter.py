@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol import writing
 from texvol.errors import InputError
 from texvol.window.jobs import Answer, Job
 from texvol.window.parcels import Sender, Shared
@@ -91,6 +92,9 @@ class Painter:
             self._sender.send(Job(number, **job))
         except (BrokenPipeError, ConnectionError):
             self._answers.append(Answer("failed", number, text=self._gone()))
+        except OSError as error:  # no room for the arrays that the other process is to share
+            reason = writing.reason_of(error)
+            self._answers.append(Answer("failed", number, text=f"the scene cannot be handed on: {reason}"))
         return number
 
     def drop(self) -> None:

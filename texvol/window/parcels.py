@@ -95,9 +95,10 @@ class Sender:
         self._needed.add(key)
         if key not in self._sent:
             if is_array:
+                file = self._shared.descriptor(thing)  # first: there may be no room for it
                 self._connection.send_bytes(pickle.dumps(("array", key, thing.dtype.str, thing.shape)))
                 with socket.socket(fileno=os.dup(self._connection.fileno())) as through:
-                    socket.send_fds(through, [b"a"], [self._shared.descriptor(thing)])
+                    socket.send_fds(through, [b"a"], [file])
             else:
                 content = self._packed(_Whole(thing))
                 self._connection.send_bytes(pickle.dumps(("object", key, content)))
