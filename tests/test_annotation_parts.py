@@ -259,7 +259,7 @@ def test_nothing_overlaps_and_all_is_in_the_picture(
     eye = volume.centre + away * volume.radius * np.array(place)
     scene = Scene(volume, camera=Camera.framing(volume, projection, eye=eye, up=(0.123, 0.0456, 1)))
     sheet, view = blank(scene, size)
-    place_all(sheet, view, scene, Annotation(orientation=True, **EVERYTHING), None, False)  # type: ignore[arg-type]
+    place_all(sheet, view, scene, Annotation(orientation=True, **EVERYTHING), None)  # type: ignore[arg-type]
     assert not overlapping(sheet.written)
     for rect in sheet.written:
         assert rect.left >= 0
@@ -293,7 +293,7 @@ def test_all_parts_are_there_where_there_is_room(projection: Projection) -> None
     assert scene.camera is not None
     scene = Scene(volume, camera=with_room(scene.camera, scene, size, asked))
     sheet, view = blank(scene, size)
-    place_all(sheet, view, scene, asked, None, False)
+    place_all(sheet, view, scene, asked, None)
     texts = sheet.texts
     assert {"L→R (mm)", "P→A (mm)", "I→S (mm)", "All of it, µm² at 45°", "opacity of"} <= set(texts)
     assert {text for text in texts if set(text) <= set("RLAPSI")} == set(
@@ -309,7 +309,7 @@ def test_large_and_small_pictures_look_alike() -> None:
         volume = crooked("oblique", RAS)
         scene = Scene(volume, camera=outside(volume, "perspective", 480 / 432))
         sheet, view = blank(scene, size)
-        place_all(sheet, view, scene, Annotation(orientation=True, **EVERYTHING), None, False)  # type: ignore[arg-type]
+        place_all(sheet, view, scene, Annotation(orientation=True, **EVERYTHING), None)  # type: ignore[arg-type]
         found.append((sheet.texts, np.array(sheet.written) * 480 / size[0], sheet.em * 480 / size[0]))
     (small_texts, small, small_em), (large_texts, large, large_em) = found
     assert small_em == pytest.approx(large_em)
@@ -335,7 +335,7 @@ def test_with_room_the_box_fills_what_annotation_leaves(projection: Projection) 
     left, top = places.min(axis=0)
     right, bottom = size - places.max(axis=0)
     sheet, view = blank(Scene(volume, camera=camera), size)
-    place_all(sheet, view, Scene(volume, camera=camera), asked, None, False)
+    place_all(sheet, view, Scene(volume, camera=camera), asked, None)
     legend_left = min(rect.left for rect in sheet.written if rect.left > size[0] / 2)
     bar_top = min(rect.top for rect in sheet.written if rect.right < size[0] / 2)
     assert size[0] - right < legend_left

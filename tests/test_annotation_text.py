@@ -82,7 +82,7 @@ def test_a_missing_library_is_named_with_its_extra(missing: str, monkeypatch: py
 def test_a_title_is_shrunk_and_then_cut(letters: int) -> None:
     scene = Scene(crooked())
     sheet, view = blank(scene, SIZE)
-    place_all(sheet, view, scene, Annotation(title="ab " * (letters // 3)), None, False)
+    place_all(sheet, view, scene, Annotation(title="ab " * (letters // 3)), None)
     (text,), (rect,) = sheet.texts, sheet.written
     assert rect.left >= 0
     assert rect.right <= SIZE[0]
