@@ -6,6 +6,8 @@ import bz2
 import gzip
 import io
 import os
+import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -154,3 +156,13 @@ def test_a_process_that_dies_or_hangs_is_a_fault(monkeypatch: pytest.MonkeyPatch
         with pytest.raises(FileFault, match=reason):
             child_process.check_survived(attempt)
     assert open_files() == before
+
+
+def test_files_are_tried_out_where_there_is_no_stderr(tmp_path: Path, small_netcdf: bytes) -> None:
+    (tmp_path / "v.nc").write_bytes(small_netcdf)
+    code = "import os; os.close(0); os.close(2); import texvol; print(texvol.load('v.nc').dimensions)"
+    environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[1])}
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=tmp_path, env=environment, stdout=subprocess.PIPE, text=True, check=False
+    )
+    assert done.stdout == "(10, 10, 10)\n"

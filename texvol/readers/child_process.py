@@ -88,6 +88,7 @@ def forked(work: Callable[[IO[bytes]], object]) -> Iterator[Child]:
 def _work(work: Callable[[IO[bytes]], object], pipe: int) -> NoReturn:
     """The child: end without a trace, whatever happens."""
     import faulthandler
+    import fcntl
     import gc
     import resource
 
@@ -98,6 +99,10 @@ def _work(work: Callable[[IO[bytes]], object], pipe: int) -> NoReturn:
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGPIPE):
             signal.signal(number, signal.SIG_DFL)
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+        pipe = fcntl.fcntl(pipe, fcntl.F_DUPFD, 3)  # it is 2 where there was no stderr
+        # Another one's pipe would stay open with this process, and its end unseen.
+        os.closerange(3, pipe)
+        os.closerange(pipe + 1, resource.getrlimit(resource.RLIMIT_NOFILE)[0])
         os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
         with open(pipe, "wb", buffering=0) as output:
             work(output)
