@@ -16,7 +16,7 @@ from typing import IO, NoReturn
 from texvol.readers.samples import FileFault
 from texvol.terminal import one_line
 
-_PATIENCE = 8.0  # seconds
+_PATIENCE = 5.0  # seconds
 _MOST_READ = 2**20  # bytes at a time
 _LONGEST = 2**12  # bytes of a message
 _DONE = b"done"
@@ -131,7 +131,7 @@ def check_survived(attempt: Callable[[], object]) -> None:
         try:
             message = bytes(child.take(_LONGEST, _PATIENCE)).rstrip()
         except Late:
-            raise FileFault("is corrupt: reading it does not end") from None
+            raise FileFault(f"is corrupt, or too much: it is not opened within {_PATIENCE:g} seconds") from None
         except Died as died:
             raise FileFault(f"is corrupt: reading it ends the process ({died})") from None
     if message != _DONE:
