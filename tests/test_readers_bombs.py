@@ -6,6 +6,9 @@ import bz2
 import gzip
 import io
 import os
+import struct
+import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -58,6 +61,18 @@ def huge_pages() -> bytes:
     return bytes(content)
 
 
+def tiny_pages(count: int) -> bytes:
+    """A chain of pages of one pixel, which is the same for all."""
+    tags = [(256, 1), (257, 1), (258, 8), (259, 1), (262, 1), (273, 8), (277, 1), (278, 1), (279, 1)]
+    fields = b"".join(struct.pack("<HHII", tag, 4, 1, value) for tag, value in tags)
+    size = 2 + len(fields) + 4
+    pages = (
+        struct.pack("<H", len(tags)) + fields + struct.pack("<I", 16 + size * number if number < count else 0)
+        for number in range(1, count + 1)
+    )
+    return b"II*\0" + struct.pack("<I", 16) + bytes(8) + b"".join(pages)
+
+
 BOMBS = {
     "lines.nrrd": (NRRD % b"raw" + b"line skip: 1000000000000\n\n" + DATA, "there are 1"),
     "text.nrrd": (NRRD % b"ascii" + b"line skip: 1000000000000\n\n" + b"1 " * 60, "there are 1"),
@@ -76,6 +91,7 @@ BOMBS = {
     "t.ome.tif": (ome(1, 10000, 10000), "100000001 planes"),
     "planes.ome.tif": (ome(2, 1, 1, '<TiffData IFD="0" PlaneCount="100000000"/>'), "100000002 planes"),
     "huge.tif": (huge_pages(), "more than 1500 times"),
+    "tiny.tif": (tiny_pages(200_000), "more than 32768 pages"),
     "offset.nii.gz": (nifti(2e9), "may skip"),
 }
 
@@ -148,9 +164,19 @@ def test_a_process_that_dies_or_hangs_is_a_fault(monkeypatch: pytest.MonkeyPatch
     for attempt, reason in (
         (os.abort, "signal SIGABRT"),
         (lambda: os._exit(3), "status 3"),
-        (lambda: time.sleep(100), "does not end"),
+        (lambda: time.sleep(100), "not opened within 0.3 seconds"),
         (lambda: 1 // 0, "cannot be read: .*division"),
     ):
         with pytest.raises(FileFault, match=reason):
             child_process.check_survived(attempt)
     assert open_files() == before
+
+
+def test_files_are_tried_out_where_there_is_no_stderr(tmp_path: Path, small_netcdf: bytes) -> None:
+    (tmp_path / "v.nc").write_bytes(small_netcdf)
+    code = "import os; os.close(0); os.close(2); import texvol; print(texvol.load('v.nc').dimensions)"
+    environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[1])}
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=tmp_path, env=environment, stdout=subprocess.PIPE, text=True, check=False
+    )
+    assert done.stdout == "(10, 10, 10)\n"

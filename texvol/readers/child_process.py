@@ -16,7 +16,7 @@ from typing import IO, NoReturn
 from texvol.readers.samples import FileFault
 from texvol.terminal import one_line
 
-_PATIENCE = 8.0  # seconds
+_PATIENCE = 5.0  # seconds
 _MOST_READ = 2**20  # bytes at a time
 _LONGEST = 2**12  # bytes of a message
 _DONE = b"done"
@@ -88,6 +88,7 @@ def forked(work: Callable[[IO[bytes]], object]) -> Iterator[Child]:
 def _work(work: Callable[[IO[bytes]], object], pipe: int) -> NoReturn:
     """The child: end without a trace, whatever happens."""
     import faulthandler
+    import fcntl
     import gc
     import resource
 
@@ -98,6 +99,10 @@ def _work(work: Callable[[IO[bytes]], object], pipe: int) -> NoReturn:
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGPIPE):
             signal.signal(number, signal.SIG_DFL)
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+        pipe = fcntl.fcntl(pipe, fcntl.F_DUPFD, 3)  # it is 2 where there was no stderr
+        # Another one's pipe would stay open with this process, and its end unseen.
+        os.closerange(3, pipe)
+        os.closerange(pipe + 1, resource.getrlimit(resource.RLIMIT_NOFILE)[0])
         os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
         with open(pipe, "wb", buffering=0) as output:
             work(output)
@@ -126,7 +131,7 @@ def check_survived(attempt: Callable[[], object]) -> None:
         try:
             message = bytes(child.take(_LONGEST, _PATIENCE)).rstrip()
         except Late:
-            raise FileFault("is corrupt: reading it does not end") from None
+            raise FileFault(f"is corrupt, or too much: it is not opened within {_PATIENCE:g} seconds") from None
         except Died as died:
             raise FileFault(f"is corrupt: reading it ends the process ({died})") from None
     if message != _DONE:

@@ -13,6 +13,8 @@ from math import prod
 
 from texvol.readers.samples import FileFault
 
+# Bytes of a page that takes longer to find than to read, and how many of these are read all the same.
+_TINY, _MOST_TINY_PAGES = 2**11, 2**15
 # Planes that OME may tell of for each page that there is, when a recording was broken off; and in any case.
 _PLANES_A_PAGE, _PLANES_ANYWAY = 100, 2**12
 
@@ -55,6 +57,8 @@ def check_pages(path: str) -> None:
             if at + count_bytes > held:
                 raise FileFault(f"is truncated: page {len(seen)} begins at byte {at} of {held}")
             seen.add(at)
+            if len(seen) > _MOST_TINY_PAGES and len(seen) * _TINY > held:
+                raise FileFault(f"has more than {_MOST_TINY_PAGES} pages of less than {_TINY} bytes each")
             file.seek(at)
             fields = struct.unpack(count_form, file.read(count_bytes))[0]
             end = at + count_bytes + fields * field_bytes
