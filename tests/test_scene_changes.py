@@ -87,6 +87,14 @@ def test_the_same_scene_has_no_changes() -> None:
     assert scene_changes(picture(replace(SCENE, camera=nudged)), picture(SCENE)) == ()
 
 
+def test_parts_that_an_older_format_does_not_have_are_no_change() -> None:
+    old = json.loads(picture(replace(SCENE, background=(1.0, 0, 0))).attributes[ATTRIBUTE])
+    for key in ("format", "source", "checksum", "gradient"):
+        old.pop(key, None)
+    changes = scene_changes(Picture.of_array(PIXELS, "old", {ATTRIBUTE: json.dumps(old)}), picture(SCENE))
+    assert changes is not None and {each.part for each in changes} == {"background"}
+
+
 def test_another_file_without_checksums_is_another_volume() -> None:
     changes = scene_changes(picture(SCENE, checksum=False, volume="w.npy"), picture(SCENE))
     assert changes is not None

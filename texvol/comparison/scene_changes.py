@@ -18,7 +18,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from texvol.comparison.common_form import NUMBER_MODES, SHOWING, header_of
+from texvol.comparison.common_form import NUMBER_MODES, SCENE_ATTRIBUTE, SHOWING, header_of
 from texvol.comparison.pictures import Picture
 
 _SAME = 1e-9
@@ -63,6 +63,8 @@ def scene_changes(candidate: Picture, reference: Picture) -> tuple[SceneChange, 
     """The values in which the scenes differ; None where one of the headers holds no scene."""
     if header_of(candidate) is None or header_of(reference) is None:
         return None
+    if candidate.attributes[SCENE_ATTRIBUTE] == reference.attributes[SCENE_ATTRIBUTE]:
+        return ()
     both = _seen(candidate, reference)
     try:
         return tuple(
@@ -112,6 +114,8 @@ def _seen(candidate: Picture, reference: Picture) -> list[dict[str, Any]]:
         are_shown = all(each.whole_numbers for each in pair)
         are_colored = are_shown and all(each.get("colors") == _BY_TRANSFER_FUNCTION for each in headers)
         left_out |= (set() if are_shown else {*SHOWING}) | (set() if are_colored else {"transfer_function"})
+    if headers[0].get("format") != headers[1].get("format"):  # texvol 0.3 wrote fewer parts
+        left_out |= headers[0].keys() ^ headers[1].keys()
     return [{key: value for key, value in each.items() if key not in left_out} for each in headers]
 
 

@@ -8,6 +8,7 @@ Every run of pytest loads this, wherever texvol is installed: so there are only 
 imported once a picture is checked. The ideas are elsewhere:
 
     names, references, tables      which reference, and which limits, hold for a picture
+    pending                        references that are to be written at the end
     candidates, repeats            what came out now
     checking                       one check
     oracle, plain_slabs            the bound of a picture without a reference

@@ -2,7 +2,7 @@
 
 A name has letters, digits, - _ . and / for subfolders, all ASCII, so that it is the same file on every system. It is
 one test's: two tests that share a name would share a reference by mistake. One test with several parameters may share
-it with itself, as a picture that has to be the same by two drivers does.
+it with itself, as a picture that has to be the same by two drivers does. Names that differ by case alone are one name.
 """
 
 from __future__ import annotations

@@ -18,7 +18,8 @@ def add_options(parser: pytest.Parser) -> None:
     group = parser.getgroup("texvol", "texvol: pictures")
     group.addoption(
         "--texvol-update", action="store_true",
-        help="write the references of pictures that are new or fail, and no others; not where CI is set",
+        help="write the references of pictures that are new or fail, and no others, once all tests have run; "
+        "nothing for a name that two tests share; not where CI is set",
     )  # fmt: skip
     group.addoption("--texvol-force-update", action="store_true", help="the same, even where CI is set")
     group.addoption(
