@@ -193,22 +193,28 @@ float largest_along(Ray ray) {
     float depth = first_depth(walk, front_of(ray), max(ray.slab, front_of(ray)), planes);
     vec4 values = vec4(sign_of_largest * value_at(ray.start + depth * ray.step));
     float largest = NOTHING_YET;
+#if MISSING
+    float vague = NOTHING_YET;
+#endif
     while (depth < ray.end && depth < back_of(ray) && largest < largest_of_all) {
         float next = max(next_depth(walk, back_of(ray), planes), depth);
         values = sign_of_largest * values_between(ray, depth, next, sign_of_largest * values.w);
         depth = next;
-#if MISSING
-        // The ends are extrapolated, and from far below nothing is left there of what float32 rounds. The next cells
-        // have the same ends.
-        float most = max(max(values.x, values.y), max(values.z, values.w));
-        bool far_below = min(min(values.x, values.y), min(values.z, values.w)) < -far_from && most < far_from;
-        float found = far_below ? largest_of(values, 0.0, 3.0) : largest_of(values, FROM, TO);
-        if (any_infinite(values)) found = most;
-#else
         float found = largest_of(values, FROM, TO);
+#if MISSING
+        if (any_infinite(values)) found = max(max(values.x, values.y), max(values.z, values.w));
+        // Extrapolated from far below, nothing is left at the ends of what most samples are but float32's rounding.
+        if (min(min(values.x, values.y), min(values.z, values.w)) < -far_from && found > -far_from) {
+            vague = max(vague, found);
+            found = largest_of(values, 0.0, 3.0);
+        }
 #endif
         if (is_there(found)) largest = max(largest, found);
     }
+#if MISSING
+    // Mostly the next cells know better.
+    if (largest < -far_from) largest = max(largest, vague);
+#endif
     return largest;
 }
 #endif

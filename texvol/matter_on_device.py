@@ -21,7 +21,7 @@ from texvol.scene import Scene
 from texvol.shaded_samples import Arriving
 from texvol.texture_store import BakedTexture, TextureStore, same
 from texvol.transfer import TransferFunction, proposed_for
-from texvol.value_storage import ULP
+from texvol.value_storage import FAR, ULP
 from texvol.value_texture import REFERENCE, ValueTexture
 from texvol.volume import Volume
 
@@ -153,9 +153,10 @@ class MatterOnDevice:
             return 0.0
         if scene.mode not in NUMBER_MODES:
             return min(baked.storage.condition * ULP, 1.0)
-        of_a_value = baked.storage.extent * baked.storage.scale * ULP
+        storage = baked.storage
+        of_a_value = storage.extent * storage.scale * ULP
         if scene.mode in ("mip", "minip"):
-            return _OF_A_CUBIC * of_a_value
+            return _OF_A_CUBIC * min(storage.farthest(baked.volume), FAR * storage.extent) * storage.scale * ULP
         attenuation = attenuation_of(scene.air)
         of_a_value *= 1.0 if attenuation is None else attenuation.per_value
         return of_a_value * (2 * scene.volume.radius if scene.mode == "xray" else 1.0)

@@ -33,7 +33,7 @@ from texvol.display import isosurface_color
 from texvol.lighting import Lighting
 from texvol.scene import Scene
 from texvol.transfer import TransferFunction
-from texvol.value_storage import HUGE, bulk_of
+from texvol.value_storage import FAR, HUGE, bulk_of
 from texvol.value_texture import ValueTexture
 from texvol.volume import Volume
 
@@ -43,9 +43,7 @@ NOTHING_YET = -3e38  # the largest value of none
 _ROUNDING = 2.0**-20  # of a value, more than interpolation loses
 _SAME = 2.0**-22  # of a stored value: half an ulp or two, which interpolation may take from equal texels
 _ALL_FINITE = 3e38
-# Times the interval of most values: from there on float32's rounding in a cell is beyond that of ordinary ones. A
-# surface lies within a thousandth of such a cell's face.
-_FAR, _FAR_FROM_SURFACE = 16.0, 1024.0
+_OFTEN_FAR = 16.0  # times the extent of most values: from there on the next cell may show in this one, by rounding
 Numbers = NDArray[np.float64]
 _MODES = {"xray": 1, "average": 1, "mip": 2, "minip": 2, "isosurface": 3}
 
@@ -107,7 +105,7 @@ class Projection:
 
     def _may_be_far(self, baked: ValueTexture) -> bool:
         """True if cells may hold values beside which float32 loses those of most samples."""
-        return _MODES[self.mode] != 1 and baked.storage.farthest(baked.volume) > _FAR * baked.storage.extent
+        return _MODES[self.mode] != 1 and baked.storage.farthest(baked.volume) > _OFTEN_FAR * baked.storage.extent
 
     def uniforms(self, baked: ValueTexture) -> dict[str, Any]:
         """Uniforms of the shader, but for those of light and rays."""
@@ -123,12 +121,12 @@ class Projection:
             low, high = baked.volume.value_range or (0.0, 0.0)
             sign, end = (1.0, high) if self.mode == "mip" else (-1.0, low)
             most = float(np.clip(sign * (end - baked.offset) / baked.scale, -2 * HUGE, _ALL_FINITE))
-            uniforms |= {"far_from": _FAR * baked.storage.extent} if uniforms.keys() & {"missing_from"} else {}
+            uniforms |= {"far_from": FAR * baked.storage.extent} if uniforms.keys() & {"missing_from"} else {}
             return uniforms | {"sign_of_largest": sign, "largest_of_all": most}
         assert self.isovalue is not None
         # No value that is stored lies beyond these.
         stored = float(np.clip((self.isovalue - baked.offset) / baked.scale, -2 * HUGE, 2 * HUGE))
-        uniforms |= {"far_from": _FAR_FROM_SURFACE * baked.storage.extent} if uniforms.keys() & {"missing_from"} else {}
+        uniforms |= {"far_from": FAR * baked.storage.extent} if uniforms.keys() & {"missing_from"} else {}
         uniforms |= {"isovalue": stored, "same": _SAME * abs(stored)}
         return uniforms if self.depth else uniforms | {"surface_color": self.color}
 

@@ -36,10 +36,12 @@ ULP = 2.0**-24  # the rounding of a float32, relative to itself
 WELL = 256.0  # a condition number of which the rounding, 1.5e-5 of a feature, hides in any picture
 _WELL_IN_16_BITS = 2048.0  # beyond it 1.2e-4 of a feature is worth twice the memory
 HOPELESS = 2.0**18  # the rounding is a 64th of a feature
-_FAR = 4096.0  # times the extent of the features
+# Times the extent of the features: from there on float32's rounding in a cell, 6e-5 of that extent, is beyond that of
+# ordinary cells. Where what is drawn begins or ends in such a cell it does so within a thousandth of the cell's face.
+FAR = 1024.0
 _LARGEST = 1e28  # magnitude of a finite texel: far from HUGE
 _LARGEST_BESIDE_INFINITE = 1e18  # likewise, where with a weight of 1e-12 HUGE is to be larger than all that is finite
-_LEAST = 1e-30  # width of a feature in texels: of much smaller ones devices take what is left for 0
+_LEAST = 1e-20  # width of a feature in texels: of much smaller ones devices take what is left for 0
 _CANDIDATES = 32  # features about which an offset is tried, steepest first
 _SAMPLES = 4096  # values looked at for where most lie
 _BULK_WIDTHS = 64.0  # from the middle of the densest half of all values, in widths of that half
@@ -108,7 +110,7 @@ class Storage:
         these are interpolated with the rounding of large numbers.
         """
         most = _WELL_IN_16_BITS if self.texel_format == "r16" else WELL
-        return self.condition <= most and self.farthest(volume) <= _FAR * self.extent
+        return self.condition <= most and self.farthest(volume) <= FAR * self.extent
 
     def farthest(self, volume: Volume) -> float:
         """Largest magnitude of a volume's finite texels."""
@@ -227,7 +229,7 @@ def _bulk(volume: Volume) -> tuple[float, float]:
     values = distinct(values[np.isfinite(values)])
     if not values.size:
         return volume.finite_range or (0.0, 0.0)
-    half = (values.size + 1) // 2
+    half = min(values.size // 2 + 1, values.size)
     first = int(np.argmin(values[half - 1 :] - values[: values.size - half + 1]))
     low, high = values[first], values[first + half - 1]
     middle, reach = 0.5 * low + 0.5 * high, _BULK_WIDTHS * (high - low)
