@@ -228,6 +228,16 @@ def test_what_is_missing_is_left_out_before_a_grid_is_resampled(tmp_path: Path) 
     assert np.nanmin(volume.values) >= 0
 
 
+def test_a_mask_of_integers_hides_where_it_is_0_or_missing(tmp_path: Path) -> None:
+    from texvol.mask import Mask
+
+    values = np.where(HOLES, 200, wave(6, "u1") // 100 * 255).astype(np.uint8)
+    for nodata in ("200", "255", "0", "17"):
+        tiff(tmp_path / "m.tif", values, extratags=[(42113, "s", 0, nodata, True)])
+        mask = Mask.of(load(tmp_path / "m.tif"))
+        np.testing.assert_array_equal(mask.array, (values != 0) & (values != int(nodata)))
+
+
 def test_steps_of_a_series(tmp_path: Path) -> None:
     np.save(tmp_path / "v.npy", np.stack([wave(6, "f4"), marked_by(-9999, "f4")]))
     with TimeSeries(tmp_path / "v.npy", missing=-9999) as series:

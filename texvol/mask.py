@@ -71,8 +71,8 @@ class Mask(KeepsArrays):
         """
         values = volume.values
         if fade is None:
-            weights = values != 0 if values.dtype.kind in "iu" else np.nan_to_num(values, nan=0.0)
-            return cls(weights, volume.name, volume.source)
+            weights = np.nan_to_num(values, nan=0.0)
+            return cls(weights != 0 if _were_integers(volume) else weights, volume.name, volume.source)
         low, high = (float(end) for end in fade)
         if not (np.isfinite(low) and np.isfinite(high) and low != high):
             raise InputError(
@@ -105,6 +105,16 @@ class Mask(KeepsArrays):
             raise InputError(
                 f"{self.name}: a mask is of its volume's size, and has {mine} samples where {volume.name} has {wanted}"
             )
+
+
+def _were_integers(volume: Volume) -> bool:
+    """True of integers, also of those that a reader made floats of because some are missing."""
+    if volume.values.dtype.kind in "iu":
+        return True
+    if not volume.has_missing or volume.finite_range is None or volume.finite_range[1] <= 1:
+        return False
+    known = volume.values[np.isfinite(volume.values)]
+    return bool((known == np.rint(known)).all())
 
 
 def _shape(weights: NDArray) -> str:

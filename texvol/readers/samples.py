@@ -12,9 +12,9 @@ from numpy.typing import ArrayLike, NDArray
 
 T = TypeVar("T")
 
-# Compressed samples are unpacked where that makes them so many times as large: deflate reaches 1032, LZW 1365, others
-# do so with empty volumes only. A header may be wrong by that without harm where it asks for no more than these bytes.
-_BEST_PACKING = 1500
+# Compressed samples are unpacked where that makes them no more than so many times as large: deflate reaches 1032, LZW
+# 1365, JPEG 2000 and LZMA some thousands where almost all samples are 0. So many bytes do no harm in any case.
+_BEST_PACKING = 10000
 _UNPACKED_ANYWAY = 2**26
 
 
