@@ -19,20 +19,20 @@ _SLICES, _ROWS, _COLUMNS = 2, 12, 16  # of the compressed ones, whose codings wa
 def seeds() -> Iterator[Seed]:
     """Series of slices, frames of one file, colours, and each coding."""
     small = np.arange(60, dtype="i2").reshape(3, 4, 5)
-    yield _series("dicom", [_slice(number, each) for number, each in enumerate(small)])
-    big = [_slice(number, each, syntax=uid.ImplicitVRLittleEndian) for number, each in enumerate(small)]
+    yield _series("dicom", [slice_of(number, each) for number, each in enumerate(small)])
+    big = [slice_of(number, each, syntax=uid.ImplicitVRLittleEndian) for number, each in enumerate(small)]
     yield _series("dicom", big)
-    yield Seed("dicom", {"v.dcm": _bytes(_frames(small))}, "v.dcm")
-    yield Seed("dicom", {"e.dcm": _bytes(_enhanced(small))}, "e.dcm")
+    yield Seed("dicom", {"v.dcm": file_of(_frames(small))}, "v.dcm")
+    yield Seed("dicom", {"e.dcm": file_of(_enhanced(small))}, "e.dcm")
     colors = np.arange(180, dtype="u1").reshape(3, 4, 5, 3)
-    yield _series("dicom", [_slice(number, each) for number, each in enumerate(colors)])
-    steps = [_slice(n // 2, small[n // 2], TemporalPositionIndex=n % 2, InstanceNumber=n + 1) for n in range(4)]
+    yield _series("dicom", [slice_of(number, each) for number, each in enumerate(colors)])
+    steps = [slice_of(n // 2, small[n // 2], TemporalPositionIndex=n % 2, InstanceNumber=n + 1) for n in range(4)]
     yield _series("dicom", steps, "series")
     for kind, syntax, dtype, encode in _codings():
         values = (np.arange(_SLICES * _ROWS * _COLUMNS) % 251).reshape(_SLICES, _ROWS, _COLUMNS).astype(dtype)
-        packed = [_slice(number, each, syntax, encode(each)) for number, each in enumerate(values)]
+        packed = [slice_of(number, each, syntax, encode(each)) for number, each in enumerate(values)]
         yield _series(f"dicom-{kind}", packed)
-    rle = [_slice(number, each) for number, each in enumerate(small)]
+    rle = [slice_of(number, each) for number, each in enumerate(small)]
     for one in rle:
         one.compress(uid.RLELossless, generate_instance_uid=False)
     yield _series("dicom-rle", rle)
@@ -49,7 +49,7 @@ def _codings() -> Iterator[tuple[str, uid.UID, str, Callable[[NDArray], bytes]]]
     yield "jpeg-2000", uid.JPEG2000Lossless, "u2", lambda each: codecs.jpeg2k_encode(each, codecformat="j2k", level=0)
 
 
-def _slice(
+def slice_of(
     number: int,
     pixels: NDArray,
     syntax: uid.UID = uid.ExplicitVRLittleEndian,
@@ -84,7 +84,7 @@ def _slice(
 
 
 def _frames(values: NDArray) -> FileDataset:
-    dataset = _slice(0, values[0], NumberOfFrames=len(values))
+    dataset = slice_of(0, values[0], NumberOfFrames=len(values))
     dataset.PixelData = values.tobytes()
     return dataset
 
@@ -110,10 +110,10 @@ def _enhanced(values: NDArray) -> FileDataset:
 
 
 def _series(kind: str, slices: list[FileDataset], reader: str = "volume") -> Seed:
-    return Seed(kind, {f"{number}.dcm": _bytes(one) for number, one in enumerate(slices)}, "", reader)
+    return Seed(kind, {f"{number}.dcm": file_of(one) for number, one in enumerate(slices)}, "", reader)
 
 
-def _bytes(dataset: FileDataset) -> bytes:
+def file_of(dataset: FileDataset) -> bytes:
     written = io.BytesIO()
     dataset.save_as(written, enforce_file_format=True)
     return written.getvalue()
