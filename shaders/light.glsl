@@ -56,7 +56,8 @@ Shade with_light(Shade shade, vec3 color, vec3 normal, vec3 to_light, vec3 to_ey
     float facing = dot(normal, to_light);
     shade.diffuse += held_diffuse * color * mix(1.0, max(facing, 0.0), believed);
 #if SPECULAR
-    float halfway = max(dot(normal, unit(to_light + to_eye)), 1e-30);
+    // Of a gradient whose square float32 does not hold the normal may be of any length.
+    float halfway = clamp(dot(normal, unit(to_light + to_eye)), 1e-30, 1.0);
     shade.specular += (facing > SQUARE ? held_specular * believed * pow(halfway, held_shininess) : 0.0) * color;
 #endif
     return shade;

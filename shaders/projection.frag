@@ -28,9 +28,13 @@ uniform float largest_finite;     // what is beyond stands for an infinity
 #if MODE == 2
 uniform float sign_of_largest;    // -1 where the least is looked for
 uniform float largest_of_all;     // times that sign; who has met it is done
+#if MISSING
+uniform float far_from;           // magnitude of values beside which float32 loses those that most samples have
+#endif
 #elif MODE == 3
 uniform float isovalue;
 uniform float same;               // what differs by less may have been the isovalue before it was interpolated
+uniform float far_from;           // distance of values from the isovalue that few samples have
 #if !DEPTH
 uniform vec3 surface_color;
 #endif
@@ -147,9 +151,11 @@ float largest_along(Ray ray) {
         float next = max(next_depth(walk, back_of(ray), planes), depth);
         values = sign_of_largest * values_between(ray, depth, next, sign_of_largest * values.w);
         depth = next;
-        float found = largest_of(cubic_through(values), FROM, TO);
+        float found = largest_of(values, FROM, TO);
 #if MISSING
-        if (any_infinite(values)) found = max(max(values.x, values.y), max(values.z, values.w));
+        // The ends are extrapolated: from far below nothing is left there of what float32 rounds.
+        bool far_below = min(min(values.x, values.y), min(values.z, values.w)) < -far_from;
+        if (far_below || any_infinite(values)) found = max(max(values.x, values.y), max(values.z, values.w));
 #endif
         if (is_there(found)) largest = max(largest, found);
     }
@@ -181,18 +187,20 @@ bool meets_surface(Ray ray, vec2 slabs, out float depth) {
         // Beside an infinity everything is: the surface is where that begins or ends.
         if (any_infinite(values)) above = vec4(dot(above, vec4(1.0)));
 #endif
-        vec4 cubic = cubic_through(above);
-        // The end may be a little before the plane at which the value reaches the isovalue and stays there.
+        // The end may be a little before the plane at which the value reaches the isovalue and stays there. Beside a
+        // far-off sample that would take every value for near.
         float off = min(PLACES * longest / (next - front), 1.0) * (TO - FROM) * abs(above.w - above.z);
+        vec4 size = abs(above);
+        if (max(max(size.x, size.y), max(size.z, size.w)) > far_from) off = 0.0;
         float t;
-        found = first_root(cubic, FROM, TO, max(same, off), t);
+        found = first_root(above, FROM, TO, max(same, off), t);
 #if MISSING
         // Between two pieces, whose ends are to rounding or of which one is infinite.
-        if (before * cubic_at(cubic, FROM) < 0.0) {
+        if (before * cubic_between(above, FROM) < 0.0) {
             found = true;
             t = FROM;
         }
-        before = cubic_at(cubic, TO);
+        before = cubic_between(above, TO);
 #endif
         depth = mix(front, next, (t - FROM) / (TO - FROM));
         front = next;

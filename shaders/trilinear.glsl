@@ -44,6 +44,12 @@ float cubic_at(vec4 cubic, float t) {
     return cubic.x + t * (cubic.y + (t - 1.0) * (cubic.z + (t - 2.0) * cubic.w));
 }
 
+// The cubic that has these values at t = 0, 1, 2 and 3, from the end that is nearer: beside one end it keeps the digits
+// of the value there, however far off the other one is.
+float cubic_between(vec4 values, float t) {
+    return t < 1.5 ? cubic_at(cubic_through(values), t) : cubic_at(cubic_through(values.wzyx), 3.0 - t);
+}
+
 // Where a cubic turns down, and where up. Neither is NaN; where it does not turn they may be anywhere.
 vec2 turns_of(vec4 cubic) {
     // The slope is b + 2 c t + 3 d t². They are divided by the largest, so that no square leaves float32.
@@ -62,21 +68,23 @@ vec2 turns_of(vec4 cubic) {
     return c > 0.0 ? vec2(far, near) : vec2(near, far);
 }
 
-// The largest value of a cubic from one t to another.
-float largest_of(vec4 cubic, float from, float to) {
-    float peak = cubic_at(cubic, clamp(turns_of(cubic).x, from, to));
-    return max(peak, max(cubic_at(cubic, from), cubic_at(cubic, to)));
+// The largest value from one t to another of the cubic that has these values at t = 0, 1, 2 and 3.
+float largest_of(vec4 values, float from, float to) {
+    float peak = cubic_between(values, clamp(turns_of(cubic_through(values)).x, from, to));
+    return max(peak, max(cubic_between(values, from), cubic_between(values, to)));
 }
 
-// Whether a cubic comes within `margin` of 0, or passes it, from one t to another; where it does first.
-bool first_root(vec4 cubic, float from, float to, float margin, out float root) {
+// Whether the cubic that has these values at t = 0, 1, 2 and 3 comes within `margin` of 0, or passes it, from one t to
+// another; where it does first.
+bool first_root(vec4 values, float from, float to, float margin, out float root) {
     const int MOST_STEPS = 24;    // each halves the interval at least every other time
-    vec2 turns = clamp(turns_of(cubic), from, to);
+    vec2 turns = clamp(turns_of(cubic_through(values)), from, to);
     // Of the three stretches on which it only rises or only falls, the first that ends on the other side.
-    float side = cubic_at(cubic, from) < 0.0 ? -1.0 : 1.0;
+    float side = cubic_between(values, from) < 0.0 ? -1.0 : 1.0;
     vec4 ends = vec4(from, min(turns.x, turns.y), max(turns.x, turns.y), to);
     vec4 above = side * vec4(
-        cubic_at(cubic, ends.x), cubic_at(cubic, ends.y), cubic_at(cubic, ends.z), cubic_at(cubic, ends.w)
+        cubic_between(values, ends.x), cubic_between(values, ends.y),
+        cubic_between(values, ends.z), cubic_between(values, ends.w)
     );
     bvec4 met = lessThanEqual(above, vec4(margin));
     root = from;
@@ -87,7 +95,7 @@ bool first_root(vec4 cubic, float from, float to, float margin, out float root) 
     root = stretch.y;
     for (int i = 0; i < MOST_STEPS && at.x > 0.0 && at.y < 0.0 && stretch.x < stretch.y; ++i) {
         root = mix(stretch.x, stretch.y, at.x / (at.x - at.y));
-        float there = side * cubic_at(cubic, root);
+        float there = side * cubic_between(values, root);
         if (there > 0.0) {
             stretch.x = root;
             at = vec2(there, 0.5 * at.y);

@@ -177,7 +177,7 @@ MISTAKES = {
     "planes half a sample off": ("trilinear.glsl", "(start * samples - 0.5)", "(start * samples)"),
     "what is crossed twice": (
         "trilinear.glsl",
-        "vec2 turns = clamp(turns_of(cubic), from, to);",
+        "vec2 turns = clamp(turns_of(cubic_through(values)), from, to);",
         "vec2 turns = vec2(from);",
     ),
     "no refinement": ("trilinear.glsl", "MOST_STEPS = 24", "MOST_STEPS = 0"),
@@ -192,7 +192,7 @@ def test_a_mistake_in_where_it_is_is_seen(mistake):
 
 
 def test_a_missing_margin_is_seen():
-    for mistake in [("projection.frag", "max(same, off), t)", "1e-30 * same, t)")]:
+    for mistake in [("projection.frag", "max(same, off), t)", "1e-30 * max(same, off), t)")]:
         with planted.planted(mistake) as wrong, pytest.raises(AssertionError):
             for projection in ("orthographic", "perspective"):
                 test_values_exactly_at_the_isovalue_are_met(wrong, projection, np.float64)

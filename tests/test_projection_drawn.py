@@ -281,11 +281,11 @@ MISTAKES = {
     "a plane is left out": (test_extremes_are_exact, LOST_PLANES),
     "no look between planes": (
         test_extremes_are_exact,
-        ("trilinear.glsl", "cubic_at(cubic, clamp(turns_of(cubic).x, from, to))", "cubic.x"),
+        ("trilinear.glsl", "cubic_between(values, clamp(turns_of(cubic_through(values)).x, from, to))", "values.x"),
     ),
     "the other turn": (
         test_extremes_are_exact,
-        ("trilinear.glsl", "turns_of(cubic).x, from", "turns_of(cubic).y, from"),
+        ("trilinear.glsl", "turns_of(cubic_through(values)).x, from", "turns_of(cubic_through(values)).y, from"),
     ),
     "end slabs unclipped": (test_sums_approach_those_of_the_oracle, *planted.UNCLIPPED_END_SLABS),
     "cosine left out": (

@@ -45,7 +45,7 @@ def scene_of(volume: Volume, matter: TransferFunction, *lights: Light, **more: o
 def cast(renderer: Renderer, scene: Scene, matter: TransferFunction, thickness: float) -> np.ndarray:
     """What arrives at the nodes, (z, y, x, lights), as the device finds it."""
     with renderer._context:
-        arriving = renderer._shadows.prepare([(scene, matter)], thickness)
+        arriving = renderer._device._shadows.prepare([(scene, matter)], thickness)
     assert arriving is not None
     return arriving[0]
 
@@ -200,7 +200,7 @@ def test_shadows_fall_from_one_volume_on_another(renderer: Renderer, light: Ligh
     matter = (FOG, replace(FOG, extinctions=np.array([3 * EXTINCTION])))
     scenes = [(scene_of(volume, each, light), each) for volume, each in zip((BOX, other), matter, strict=True)]
     with renderer._context:
-        found = renderer._shadows.prepare(scenes, 0.25)
+        found = renderer._device._shadows.prepare(scenes, 0.25)
     assert found is not None
     for volume, arriving in zip((BOX, other), found, strict=True):
         places = node_places(volume)

@@ -160,6 +160,10 @@ def _add_rendering(parser: argparse.ArgumentParser) -> None:
         "--max-error", type=texts.number, metavar="E", help="maximum absolute error wanted of the linear picture"
     )
     group.add_argument("--strict", action="store_true", help="status 1 if --max-error is not reached")
+    group.add_argument(
+        "--check", type=texts.pixels, metavar="N|all",
+        help="hold N random pixels, or all, against the oracle, and say what follows; also in --stats and the header",
+    )  # fmt: skip
     group.add_argument("--texture-format", choices=FORMATS, default="auto", help="texels of the 3D texture")
     group.add_argument("--target-format", choices=FORMATS, default="auto", help="pixels composited into")
     group.add_argument(
@@ -214,7 +218,8 @@ def _render(arguments: argparse.Namespace) -> None:
     with Renderer(arguments.backend, texture_memory=arguments.texture_memory) as renderer:
         picture, depth, more = None, None, {}
         if series is None and arguments.orbit is None:
-            picture = renderer.render(scene, scene_options.size, repeat=arguments.repeat, **accuracy)
+            once = {"repeat": arguments.repeat, "check": arguments.check}
+            picture = renderer.render(scene, scene_options.size, **once, **accuracy)
             depth = renderer.depth() if arguments.depth else None
         else:
             what, frames = _frames(scene, arguments.orbit, series, scene_options)
@@ -222,7 +227,8 @@ def _render(arguments: argparse.Namespace) -> None:
             size, output = scene_options.size, arguments.output
             more = {what: sequences.draw_frames(frames, renderer, size, accuracy, display, output, **how)}
         stats = renderer.stats if arguments.stats else {}
-        drawn = {"texvol:renderer": renderer.renderer_name}, renderer.settings
+        found = renderer.check
+        drawn = {"texvol:renderer": renderer.renderer_name} | (found.attributes if found else {}), renderer.settings
     # With the textures gone there is room for what writes pictures.
     files = {}
     if picture is not None:
@@ -235,6 +241,8 @@ def _render(arguments: argparse.Namespace) -> None:
         stats = stats | {"seconds": seconds | {"upload": 0.0} | stats["seconds"]} | more
         files[arguments.stats] = (json.dumps(stats, indent=2, allow_nan=False) + "\n").encode()
     writing.write_files(files)
+    if arguments.check and found:
+        say(found.sentence)
 
 
 def _scene(
@@ -276,6 +284,8 @@ def _check_rendering(arguments: argparse.Namespace, scene_options: options.Scene
     _check_apart(arguments, scene_options)
     if arguments.repeat < 1:
         raise InputError(f"--repeat draws at least once, and not {arguments.repeat} times")
+    if arguments.check and (arguments.orbit is not None or scene_options.all_times):
+        raise InputError("--check is of one picture: leave --orbit and --time all out")
     if arguments.orbit is not None and arguments.repeat > 1:
         raise InputError("--repeat draws one view again and again, and --orbit others: give one of them")
     film_formats.check_rate(arguments.output, arguments.fps)

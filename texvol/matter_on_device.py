@@ -19,7 +19,8 @@ from texvol.scene import Scene
 from texvol.shaded_samples import Arriving
 from texvol.texture_store import BakedTexture, TextureStore, same
 from texvol.transfer import TransferFunction, proposed_for
-from texvol.value_texture import ValueTexture, exact_format
+from texvol.value_storage import ULP
+from texvol.value_texture import REFERENCE, ValueTexture
 from texvol.volume import Volume
 
 Recipe = tuple[Any, ...]
@@ -77,11 +78,15 @@ class MatterOnDevice:
         camera = scene.camera_for(size)
         if texture_format == "auto":
             texture_format = self._cheapest_format(scene, transfer_function, thickness)
+        if texture_format == REFERENCE and scene.classification in ("slab", "extinction"):
+            texture_format = "rgba32f"
         texels = texels_of(scene, transfer_function, camera, thickness, texture_format)
-        recipe = (*texels, transfer_function, scene.classification)
+        recipe = (*texels, transfer_function, scene.classification, texture_format, scene.mode, scene.isovalue)
         if self.baked is None or not same(self.baked[0], recipe):
             self.baked = (recipe, bake(scene, transfer_function, camera, thickness, texture_format, arriving))
         baked = self.baked[1]
+        if isinstance(baked, ValueTexture):
+            texels = (*texels, baked.texel_format, baked.offset, baked.scale)
         if settings.skips(scene):
             steps = baked.steps if isinstance(baked, ValueTexture) else None
             self.empty_space.prepare(scene.volume, *shown_of(scene, transfer_function), scene.mask, steps)
@@ -130,11 +135,19 @@ class MatterOnDevice:
                 self.empty_space.release()
             self.textures, self.baked, self.empty_space, self._source = kept
 
+    @property
+    def lost_digits(self) -> float:
+        """By how much of a transfer function's narrowest interval rounding moves values; 0 where that hides."""
+        baked = self.baked[1] if self.baked else None
+        if not isinstance(baked, ValueTexture) or not baked.storage.is_hopeless:
+            return 0.0
+        return baked.storage.condition * ULP
+
     @staticmethod
     def _has_exact_values(baked: BakedTexture) -> bool:
         if not isinstance(baked, ValueTexture):
             return False
-        return baked.volume.labels or baked.texel_format == exact_format(baked.volume)
+        return baked.volume.labels or (baked.estimator is None and baked.steps is None and baked.vouches_for_itself)
 
     def release(self) -> None:
         """Give everything back."""

@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-ALL = "all"  # time steps
+ALL = "all"  # time steps, or pixels
 
 
 def size(text: str) -> tuple[int, int]:
@@ -86,6 +86,11 @@ def _count(text: str, what: str) -> int:
     if not re.fullmatch(r"\s*\+?\d{1,9}\s*", text) or int(text) < 1:
         raise argparse.ArgumentTypeError(f"a number of {what} from 1 upwards is wanted, and not {text!r}")
     return int(text)
+
+
+def pixels(text: str) -> int | str:
+    """Number of pixels from 1, or "all"."""
+    return ALL if text.strip().lower() == ALL else _count(text, "pixels")
 
 
 def frames_per_second(text: str) -> float:

@@ -29,7 +29,8 @@ from texvol.display import isosurface_color
 from texvol.lighting import Lighting
 from texvol.scene import Scene
 from texvol.transfer import TransferFunction
-from texvol.value_texture import HUGE, ValueTexture
+from texvol.value_storage import HUGE
+from texvol.value_texture import ValueTexture
 from texvol.volume import Volume
 
 # Stands where texels of values want a transfer function that nothing is asked of.
@@ -38,6 +39,7 @@ NOTHING_YET = -3e38  # the largest value of none
 _ROUNDING = 2.0**-20  # of a value, more than interpolation loses
 _SAME = 2.0**-22  # of a stored value: half an ulp or two, which interpolation may take from equal texels
 _ALL_FINITE = 3e38
+_FAR = 16.0  # times the interval of most values
 _MIXED = 1e-5  # of what infinities add up to: more than their sums lose
 Numbers = NDArray[np.float64]
 _MODES = {"xray": 1, "average": 1, "mip": 2, "minip": 2, "isosurface": 3}
@@ -110,11 +112,12 @@ class Projection:
             low, high = baked.volume.value_range or (0.0, 0.0)
             sign, end = (1.0, high) if self.mode == "mip" else (-1.0, low)
             most = float(np.clip(sign * (end - baked.offset) / baked.scale, -2 * HUGE, _ALL_FINITE))
+            uniforms |= {"far_from": baked.storage.far_from} if missing else {}
             return uniforms | {"sign_of_largest": sign, "largest_of_all": most}
         assert self.isovalue is not None
         # No value that is stored lies beyond these.
         stored = float(np.clip((self.isovalue - baked.offset) / baked.scale, -2 * HUGE, 2 * HUGE))
-        uniforms |= {"isovalue": stored, "same": _SAME * abs(stored)}
+        uniforms |= {"isovalue": stored, "same": _SAME * abs(stored), "far_from": _FAR * baked.storage.extent}
         return uniforms if self.depth else uniforms | {"surface_color": self.color}
 
     def numbers(self, drawn: NDArray[np.float32], baked: ValueTexture, slab_thickness: float) -> NDArray[np.float32]:

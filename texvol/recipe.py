@@ -75,12 +75,11 @@ def most_light_of(matter: Sequence[tuple[Scene, TransferFunction]]) -> float:
 def texels_of(
     scene: Scene, transfer_function: TransferFunction, camera: Camera, thickness: float, texture_format: str
 ) -> tuple[Any, ...]:
-    """What the texels of a scene depend on: where it is the same as before, so are they."""
+    """What the texels of a scene depend on, but for how values are stored: where it is the same, so are they."""
     gradient = (repr(scene.gradient),) if scene.needs_gradient else ()
     if scene.classification in ("slab", "extinction"):
         # Shadows are cast through parts of the slabs' thickness.
         baked_for = thickness if scene.classification == "slab" or casts_shadows(scene.lighting) else 0.0
         matter = (scene.volume, scene.mask, transfer_function, scene.classification, baked_for, texture_format)
         return (*matter, *gradient, seen_from(scene, camera)) if gradient else matter
-    kept = ("r16", "rgba32f") if gradient else ("r16",)
-    return (scene.volume, scene.mask, texture_format if texture_format in kept else accuracy.EXACT_VALUES, *gradient)
+    return (scene.volume, scene.mask, *gradient)

@@ -28,6 +28,7 @@ from texvol.scene import Scene
 from texvol.shaded_samples import Arriving, matter_of_samples, needs_samples
 from texvol.texture_store import BakedTexture, TextureStore
 from texvol.transfer import TransferFunction
+from texvol.value_storage import features_about
 
 VisiblePart = Callable[[bricks.Brick], "NDArray[np.float64] | None"]  # its corners in shares of the box; None: nothing
 
@@ -57,7 +58,9 @@ def bake(
     volume, classification = scene.volume, scene.classification
     if classification in ("post", "integrated"):
         estimator = scene.gradient if scene.needs_gradient else None
-        return value_texture.bake_values(volume, transfer_function, classification, texel_format, estimator, scene.mask)
+        features = None if scene.mode == "composite" else features_about(volume, scene.isovalue)
+        how = classification, texel_format, estimator, scene.mask, features
+        return value_texture.bake_values(volume, transfer_function, *how)
     recipe = volume, transfer_function, classification, slab_thickness, texel_format
     if not needs_samples(scene, transfer_function):
         return slab_texture.bake(*recipe, hidden=scene.mask.hidden if scene.mask else None)

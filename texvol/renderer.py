@@ -3,32 +3,32 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager, suppress
+import warnings
+from collections.abc import Callable
+from contextlib import ExitStack, suppress
 from dataclasses import asdict, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol import accuracy, error_control, slab_texture, slicing
-from texvol.compositor import Compositor, Drawing
+from texvol import accuracy, checking, error_control, slab_texture, slicing
+from texvol.compositor import Compositor
 from texvol.contexts import Context, open_context
 from texvol.display import NUMBER_MODES
 from texvol.error_search import ErrorSearch, smaller
-from texvol.errors import InputError, NoRoomError
-from texvol.geometry.drawn import DrawnGeometry
+from texvol.errors import AccuracyWarning, InputError, NoRoomError
 from texvol.hidden_samples import without_hidden
-from texvol.matter_on_device import MatterOnDevice, check_room
+from texvol.matter_on_device import check_room
 from texvol.modelled import modelled
-from texvol.projection import depth_of, projection_of
+from texvol.projection import depth_of
 from texvol.ranks import median
-from texvol.recipe import Settings, color_scale_of, most_light_of, stored_scene
-from texvol.render import Part, draw, over_background
+from texvol.recipe import Settings
+from texvol.render import draw, over_background
 from texvol.scene import Scene
-from texvol.shadows import Shadows
+from texvol.scene_on_device import SceneOnDevice
 from texvol.texture_memory import default_budget
-from texvol.value_texture import ValueTexture
+from texvol.value_texture import REFERENCE, ValueTexture
 
 Size = tuple[int, int]
 _REFERENCE_BYTES = 64 << 20  # of textures for a picture that an estimate is drawn from, at most
@@ -67,14 +67,13 @@ class Renderer:
         with self._context:
             self._compositor = (compositor or Compositor)(self._context)
             self._budget = int(texture_memory * 1e6) if texture_memory else default_budget(self._context)
-            self._matter = [MatterOnDevice(self._context, self._budget)]
-            self._shadows = Shadows(self._context, self._budget)
-            self._geometry = DrawnGeometry(self._context)
+            self._device = SceneOnDevice(self._context, self._budget)
             self._bricks_drawn = 0
-        self._seconds: dict[str, float] = {}
+        self._watch = self._device.watch
         self._last: tuple[Scene, Size, Settings] | None = None
         self._stats: dict[str, Any] = {}
         self._estimate: float | None = None  # of the last picture's error, where it has been worked out
+        self._check: checking.Check | None = None  # of the last picture
         self._notes: dict[float, tuple[dict[str, float], int]] = {}  # of pictures that may be chosen, by thickness
         self._error_search = ErrorSearch(self._noted, self._exactly)
 
@@ -91,6 +90,7 @@ class Renderer:
         early_termination: float | None = None,
         skip_empty: bool = True,
         repeat: int = 1,
+        check: int | str | None = None,
     ) -> NDArray[np.float32]:
         """The scene's picture: (height, width, 4) float32, premultiplied, linear, top row first.
 
@@ -114,12 +114,23 @@ class Renderer:
             Whether cells in which nothing shows are leapt over; the picture is the same.
         repeat : int
             How often to draw; `stats` has the median time.
+        check : int or "all", optional
+            Number of random pixels to hold against the oracle; `stats` has what was found, and what follows. With
+            `max_error` some are checked in any case where the oracle has been at work and takes under a tenth of a
+            second.
 
         Raises
         ------
         InputError
             If an argument is out of range, or the volume or the picture too large for the driver.
+
+        Warns
+        -----
+        AccuracyWarning
+            If the wanted error is not reached, by estimate or by a checked pixel; or if single precision cannot hold
+            the values at which the transfer function changes.
         """
+        check = checking.checked_count(check)
         size = self._compositor.checked_size(size)
         if scene.mask is not None:
             scene = without_hidden(scene)
@@ -128,7 +139,8 @@ class Renderer:
         wanted = accuracy.checked(scene, slab_thickness, sampling_rate, max_error)
         termination = accuracy.checked_termination(early_termination, max_error)
         settings = Settings(wanted, texture_format, accuracy.checked_target(target_format), termination, skip_empty)
-        self._seconds, self._stats, self._notes, self._estimate = {}, {}, {}, None
+        asked = scene
+        self._watch.seconds, self._stats, self._notes, self._estimate, self._check = {}, {}, {}, None, None
         with self._context:
             if max_error is not None:
                 # Any rounding of texels would hide in the differences that the choice goes by.
@@ -136,11 +148,16 @@ class Renderer:
                 choice = self._error_search.choose(scene, size, settings, max_error)
                 settings = replace(settings, slab_thickness=choice.slab_thickness)
                 picture, self._estimate = choice.picture, choice.estimated_error
-                self._seconds, self._bricks_drawn = self._notes[choice.slab_thickness]
+                self._watch.seconds, self._bricks_drawn = self._notes[choice.slab_thickness]
             if max_error is None or repeat > 1:
                 picture = self._draw(scene, size, settings, repeat)
         self._last = (scene, size, settings)
-        return picture if scene.mode in NUMBER_MODES else over_background(picture, scene.background)
+        if scene.mode not in NUMBER_MODES:
+            picture = over_background(picture, scene.background)
+        self._say_what_is_lost()
+        if check is not None or max_error is not None:
+            self._hold_against_oracle(picture, asked, check, max_error)
+        return picture
 
     def foresee(self, scene: Scene, size: Size, max_error: float) -> error_control.Choice:
         """Where `render` will begin to look for that error: what a picture of a sixteenth of the pixels asks for."""
@@ -149,6 +166,39 @@ class Renderer:
         scene = without_hidden(scene) if scene.mask is not None else scene
         with self._context:
             return self._error_search.foresee(scene, self._compositor.checked_size(size), settings, max_error)
+
+    def _say_what_is_lost(self) -> None:
+        """Warn of values that single precision does not tell apart, and add their rounding to the estimate."""
+        lost = self._device.lost_digits
+        if lost:
+            warnings.warn(
+                "single precision cannot hold the values at which the transfer function changes: they are so far apart "
+                f"that rounding moves values by up to {lost:.2g} of its narrowest interval",
+                AccuracyWarning,
+                stacklevel=3,
+            )
+            self._estimate = None if self._estimate is None else self._estimate + min(lost, 1.0)
+
+    def _hold_against_oracle(
+        self, picture: NDArray[np.float32], scene: Scene, count: int | str | None, wanted: float | None
+    ) -> None:
+        """Check some pixels, and warn where these are off by more than was wanted."""
+        with self._watch.timed("check"):
+            if count is not None:
+                self._check = checking.check_picture(picture, scene, count, wanted)
+            elif wanted is not None:
+                matter = self._device.matter[0].transfer_function(scene)
+                self._check = checking.check_in_passing(picture, scene, matter, wanted)
+        found = self._check
+        if wanted is None or found is None or not found.beyond:
+            return
+        said = "" if self._estimate is None else f", and {self._estimate:.2g} estimated"
+        warnings.warn(
+            f"an error of {wanted:g} was wanted{said}; of {found.pixels} checked pixels {found.beyond} are beyond, by "
+            f"up to {found.largest_error:.2g}",
+            AccuracyWarning,
+            stacklevel=3,
+        )
 
     def depth(self) -> NDArray[np.float64]:
         """Depth of the last picture's isosurface, shape (height, width): along the view from the plane of the eye.
@@ -184,7 +234,12 @@ class Renderer:
     @property
     def estimate(self) -> float | None:
         """Of the last picture's error, where that was wanted; unlike in `stats` nothing is drawn to know it."""
-        return error_control.if_finite(self._estimate)
+        return error_control.if_finite(self._at_least_as_checked(self._estimate))
+
+    @property
+    def check(self) -> checking.Check | None:
+        """What the last picture's pixels have said that were held against the oracle; None where none were."""
+        return self._check
 
     @property
     def settings(self) -> dict[str, Any]:
@@ -194,7 +249,7 @@ class Renderer:
     @property
     def seconds(self) -> dict[str, float]:
         """What `stats` has under the same name, at once: `bake`, `upload`, `draw`, `read` of the last `render`."""
-        return dict(self._seconds)
+        return dict(self._watch.seconds)
 
     @property
     def renderer_name(self) -> str:
@@ -211,10 +266,7 @@ class Renderer:
         if self._context.released:
             return
         with self._context:
-            for matter in self._matter:
-                matter.release()
-            self._shadows.release()
-            self._geometry.release()
+            self._device.release()
             self._compositor.release()
         self._context.release()
 
@@ -224,75 +276,26 @@ class Renderer:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _parts(self, scene: Scene, size: Size, settings: Settings, depth: bool = False) -> list[Part]:
-        """The scene's volumes as they are drawn, each with its textures."""
-        scenes = scene.each_alone(scene.camera_for(size))
-        self._have_matter(len(scenes))
-        with self._timed("bake"):
-            each_with = zip(self._matter, scenes, strict=True)
-            scenes = tuple(matter.drawn_scene(alone, scene, size, settings) for matter, alone in each_with)
-        matters = [(each, matter.transfer_function(each)) for each, matter in zip(scenes, self._matter, strict=True)]
-        scale = color_scale_of(matters)
-        with self._timed("bake"):
-            arriving = self._shadows.prepare(matters, settings.slab_thickness)
-        surfaces = None if depth else self._geometry.prepare(scene, size, settings.slab_thickness)
-        parts = []
-        for number, (alone, matter) in enumerate(zip(scenes, self._matter, strict=True)):
-            stored = stored_scene(alone)
-            with self._timed("bake"):
-                baked = matter.prepare(stored, size, settings, arriving[number] if arriving else None)
-            leaps = matter.empty_space.leaps if settings.skips(alone) else None
-            projection = projection_of(alone, depth=depth)
-            lit_when_drawn = isinstance(baked, ValueTexture) and not projection
-            lighting = scene.lighting if lit_when_drawn else None
-            drawing = Drawing(
-                baked,
-                alone.volume,
-                alone.camera_for(size),
-                settings.slab_thickness,
-                size,
-                1.0 if projection else scale,
-                settings.early_termination / most_light_of(matters),
-                leaps,
-                matter.empty_space.cells_per_box if leaps else (1.0, 1.0, 1.0),
-                lighting=projection.lighting if projection else lighting,
-                depth_cue=alone.depth_cue if not projection or projection.lighting else None,
-                projection=projection,
-                arriving=self._shadows.textures[number] if arriving and lit_when_drawn else None,
-                cutting=scene.cutting,
-                surfaces=surfaces,
-                origin=scene.volume.centre,
-            )
-            parts.append(Part(drawing, matter.textures, matter.visible_part(alone, settings)))
-        return parts
-
-    def _have_matter(self, count: int) -> None:
-        """As many as a scene has volumes."""
-        while len(self._matter) > count:
-            self._matter.pop().release()
-        while len(self._matter) < count:
-            self._matter.append(MatterOnDevice(self._context, self._budget))
-
     def _draw(
         self, scene: Scene, size: Size, settings: Settings, repeat: int = 1, depth: bool = False
     ) -> NDArray[np.float32]:
         """The picture, without background; or where its surface is."""
-        with self._baking():
-            parts = self._parts(scene, size, settings, depth)
+        with self._watch.baking():
+            parts = self._device.parts(scene, size, settings, depth)
             check_room(parts, self._budget)
             for _, textures, visible_part in parts:
                 if len(textures.bricks) == 1 and visible_part(textures.bricks[0]) is not None:
                     textures.resources(textures.bricks[0])
         times = []
         for _ in range(max(repeat, 1)):
-            start, spent = time.perf_counter(), self._texture_seconds()
-            with self._baking():
+            start, spent = time.perf_counter(), self._watch.of_textures()
+            with self._watch.baking():
                 self._bricks_drawn = draw(self._compositor, parts, settings.target_format)
-            times.append(time.perf_counter() - start - (self._texture_seconds() - spent))
+            times.append(time.perf_counter() - start - (self._watch.of_textures() - spent))
         # The first draw compiles the programs: warm draws are the others.
-        self._seconds["draw"] = median(times[1:] or times)
+        self._watch.seconds["draw"] = median(times[1:] or times)
         drawing = parts[0].drawing
-        with self._timed("read"):
+        with self._watch.timed("read"):
             drawn = self._compositor.picture(drawing.color_scale)
             if drawing.projection is None:
                 return drawn
@@ -302,18 +305,21 @@ class Renderer:
     def _noted(self, scene: Scene, size: Size, settings: Settings) -> NDArray[np.float32]:
         """The picture; what is said of it is kept for the case that it is chosen."""
         picture = self._draw(scene, size, settings)
-        self._notes[settings.slab_thickness] = dict(self._seconds), self._bricks_drawn
+        self._notes[settings.slab_thickness] = dict(self._watch.seconds), self._bricks_drawn
         return picture
 
     def _exactly(self, scene: Scene, size: Size, settings: Settings) -> NDArray[np.float32]:
-        """What stands for the integral: float32 throughout and no ray ended, so that their cost counts as error."""
-        exact = replace(settings, texture_format="rgba32f", target_format="rgba32f", early_termination=0.0)
+        """What stands for the integral: float32 throughout and no ray ended, so that their cost counts as error.
+
+        Where it tells, values are rounded otherwise than in the picture itself.
+        """
+        exact = replace(settings, texture_format=REFERENCE, target_format="rgba32f", early_termination=0.0)
         return self._draw(scene, size, exact)
 
     def _facts(self, scene: Scene, size: Size, settings: Settings) -> dict[str, Any]:
-        seconds, drawn = dict(self._seconds), self._bricks_drawn
-        counts = [matter.empty_space.counts for matter in self._matter] if settings.skips(scene) else [(0, 0)]
-        textures = [matter.textures for matter in self._matter]
+        seconds, drawn = dict(self._watch.seconds), self._bricks_drawn
+        counts = [matter.empty_space.counts for matter in self._device.matter] if settings.skips(scene) else [(0, 0)]
+        textures = [matter.textures for matter in self._device.matter]
         cells, visible_cells = map(sum, zip(*counts, strict=True))
         camera = scene.camera_for(size)
         facts = {
@@ -323,8 +329,8 @@ class Renderer:
             "slab_thickness": settings.slab_thickness,
             "slabs": slicing.slab_stacks(scene.box, camera, settings.slab_thickness, size).slab_count,
             "classification": scene.classification,
-            "texture_format": ", ".join(matter.baked[1].texel_format for matter in self._matter if matter.baked),
-            "halvings": self._matter[0].halvings(scene.volume),
+            "texture_format": ", ".join(matter.baked[1].texel_format for matter in self._device.matter if matter.baked),
+            "halvings": self._device.matter[0].halvings(scene.volume),
             "target_format": settings.target_format,
             "bricks_total": sum(len(each.bricks) for each in textures),
             "bricks_drawn": drawn,
@@ -336,8 +342,13 @@ class Renderer:
             "seconds": seconds,
         }
         facts["samples"], facts["samples_total"] = self._samples(scene, size, settings)
-        facts["estimated_error"] = error_control.if_finite(self._estimated_error(scene, size, settings))
-        return facts
+        estimate = self._at_least_as_checked(self._estimated_error(scene, size, settings))
+        facts["estimated_error"] = error_control.if_finite(estimate)
+        return facts | ({"check": self._check.facts} if self._check else {})
+
+    def _at_least_as_checked(self, estimate: float | None) -> float | None:
+        """An estimate of the largest error, which is at least that of a checked pixel."""
+        return estimate if estimate is None or self._check is None else max(estimate, self._check.largest_error)
 
     def _samples(self, scene: Scene, size: Size, settings: Settings) -> tuple[int | None, int | None]:
         """Slabs that were sampled, and slabs that the rays cross in the box; counted by drawing once more."""
@@ -353,7 +364,7 @@ class Renderer:
         return drawn, slicing.slabs_crossed(scene.volume, scene.camera_for(size), settings.slab_thickness, size)
 
     def _counted(self, scene: Scene, size: Size, settings: Settings) -> int:
-        parts = self._parts(scene, size, settings)
+        parts = self._device.parts(scene, size, settings)
         draw(self._compositor, [part.counting() for part in parts], "rgba32f")
         return int(self._compositor.picture()[..., 0].sum(dtype=np.float64))
 
@@ -365,7 +376,7 @@ class Renderer:
             small = smaller(size)
             picture = self._draw(scene, small, settings)
             with ExitStack() as aside:
-                for matter in self._matter:
+                for matter in self._device.matter:
                     aside.enter_context(matter.set_aside(None if scene.added else _REFERENCE_BYTES))
                 self._estimate = error_control.estimate_by_finer(
                     scene,
@@ -373,24 +384,5 @@ class Renderer:
                     settings.slab_thickness,
                     lambda other, thickness: self._exactly(other, small, replace(settings, slab_thickness=thickness)),
                 )
+            self._estimate += min(self._device.lost_digits, 1.0)
         return self._estimate
-
-    @contextmanager
-    def _baking(self) -> Iterator[None]:
-        """Add what the textures take inside to the seconds of this picture."""
-        before = {id(matter.textures): dict(matter.textures.seconds) for matter in self._matter}
-        yield
-        for matter in self._matter:
-            earlier = before.get(id(matter.textures), {})
-            for what, seconds in matter.textures.seconds.items():
-                if seconds > earlier.get(what, 0.0):
-                    self._seconds[what] = self._seconds.get(what, 0.0) + seconds - earlier.get(what, 0.0)
-
-    def _texture_seconds(self) -> float:
-        return sum(sum(matter.textures.seconds.values()) for matter in self._matter)
-
-    @contextmanager
-    def _timed(self, what: str) -> Iterator[None]:
-        start = time.perf_counter()
-        yield
-        self._seconds[what] = self._seconds.get(what, 0.0) + time.perf_counter() - start

@@ -6,7 +6,8 @@
 
 The value keeps the data's own type where the driver interpolates that exactly: 16 bits for integers of 8 and 16 (Mesa
 interpolates 8-bit texels with 8-bit weights, 7e-3 off; 16-bit ones to 1e-7), half and single precision as they are.
-What is wider is stored relative to the middle of its range, so that 1e9 ± 1 stays apart.
+What is wider, or would lose the digits that the transfer function looks at, is stored relative to an offset: see
+`value_storage`.
 
 Where light or matter asks for gradients a texel is gradient and value together, so that one fetch gives both: 16 bits
 each where the value is an integer of at most that, single precision otherwise.
@@ -17,7 +18,7 @@ a grid over the values says between which segments to search.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 from weakref import WeakKeyDictionary
@@ -34,19 +35,15 @@ from texvol.scene import Classification
 from texvol.slab_texture import Box
 from texvol.slicing import SLABS_PER_STACK
 from texvol.transfer import TransferFunction
+from texvol.value_storage import Features, Storage, features_of_matter, other_storage, storage_of, stored_values
 from texvol.volume import Volume
 
 _OPAQUE = 1e16  # extinction per smallest spacing that stands for all above: its square is a float32
-_INTEGERS = (np.uint8, np.int8, np.uint16, np.int16)
 _LAST = 3e38  # the end of the last segment
 _TABLE_WIDTH = 4096  # segments in a row of the table; more go into further rows
 _ON_A_STEP = 1e-3  # of 16 bits: float32 leaves a 256th of a step of numbers as large as the range
 _MOST_CELLS = 4096
 _MOST_RAMPS = 12  # for `integrated`: with twice as many segments are as fast
-# Stands for a value that is missing: NaN would be so with a weight of 0 as well, and at the edges of a texture drivers
-# take a neighbour with that. Hardly a weight is so small that it doesn't take it far past all values that there are.
-_MISSING = 3e38
-HUGE = 1e30  # stands for an infinite sample or value: any weight above 1e-24 takes it past every control point
 _PAST_HUGE = 1e31  # what infinities are not mistaken for: there a missing neighbour needs a weight of 3e-8 to be seen
 _PAST_ALL = 2.0  # times the largest stored value, if that is not 0
 # Interpolation may round equal texels down by half an ulp or two: without this a flat region that lies exactly on a
@@ -54,6 +51,9 @@ _PAST_ALL = 2.0  # times the largest stored value, if that is not 0
 _STEP_MARGIN = 2.0**-22
 # 16 bits of a gradient's component: 0 is a number of its own, so that nothing leans anywhere in a flat region.
 _NO_GRADIENT = 32767
+_MOST_GRADIENTS = 128.0  # the largest gradient in features, of which 16 bits still tell directions by a 256th
+_FARTHEST_GRADIENT = 1e12  # likewise, of which squares are still numbers
+REFERENCE = "reference"  # a texel format: values rounded otherwise, to see what rounding does
 _LARGEST: WeakKeyDictionary[Volume, dict[Estimator, float]] = WeakKeyDictionary()
 
 
@@ -67,8 +67,7 @@ class ValueTexture:
 
     volume: Volume
     texel_format: str
-    offset: float
-    scale: float
+    storage: Storage
     transfer_function: TransferFunction
     classification: Classification
     length_unit: float
@@ -78,7 +77,8 @@ class ValueTexture:
 
     def texels(self, box: Box = (slice(None),) * 3) -> NDArray:
         """Texels of a box of samples, shape (nz, ny, nx, 1), or 4: gradient and value."""
-        values = _stored_values(self.volume.values[box], self.texel_format, self.offset, self.scale)
+        storage = replace(self.storage, texel_format="r32f") if self.texel_format == "rgba32f" else self.storage
+        values = stored_values(self.volume.values[box], storage)
         if self.estimator is None:
             return values[..., np.newaxis]
         shares = gradients(self.volume, self.estimator, box)
@@ -99,10 +99,25 @@ class ValueTexture:
         return weights.astype(np.uint16) * np.uint16(65535) if weights.dtype == np.bool_ else weights
 
     @property
+    def offset(self) -> float:
+        """Value that a texel of 0 stands for, data units."""
+        return self.storage.offset
+
+    @property
+    def scale(self) -> float:
+        """Difference of values that a difference of 1 between texels stands for, data units."""
+        return self.storage.scale
+
+    @property
     def steps(self) -> tuple[float, float] | None:
         """The first of the values that texels can hold, and how far apart they are; None where they hold them all."""
         rounds = self.texel_format in ("r16", "rgba16") and self.volume.values.dtype.itemsize > 2
         return (self.offset, self.scale / 65535) if rounds else None
+
+    @property
+    def vouches_for_itself(self) -> bool:
+        """True if two pictures of these texels cannot both be wrong by the rounding of values."""
+        return self.storage.vouches_for_itself(self.volume)
 
     @property
     def missing_from(self) -> float:
@@ -270,22 +285,42 @@ def bake_values(
     texel_format: str = "exact",
     estimator: Estimator | None = None,
     mask: Mask | None = None,
+    features: Features | None = None,
 ) -> ValueTexture:
     """The volume's values as a texture, as they are or, in "r16" and "rgba16", rounded to 65536 steps of their range.
 
-    Nothing of it but the tables depends on the transfer function. With an estimator its gradients are beside them; a
-    mask has a texture of its own.
+    Of the transfer function nothing but the tables and, where that matters, offset and scale depend; or these depend on
+    other `features`. In `REFERENCE` values are rounded otherwise than they usually are. With an estimator its gradients
+    are beside the values; a mask has a texture of its own.
     """
-    kind, offset, scale = _storage(volume)
-    if texel_format in ("r16", "rgba16") and kind != "r16" and (span := span_in_16_bits(volume)):
-        assert volume.finite_range is not None
-        kind, offset, scale = "r16", volume.finite_range[0], span
-    largest = 0.0
+    features = features_of_matter(transfer_function, volume) if features is None else features
+    storage = storage_for(volume, features, texel_format)
+    kind, largest = storage.texel_format, 0.0
     if estimator is not None:
-        kind = "rgba16" if kind == "r16" and texel_format != "rgba32f" else "rgba32f"
         largest = known_largest_component(volume, estimator) or 1.0
+        fine = features.finest < largest / _MOST_GRADIENTS and volume.values.dtype.itemsize > 1
+        kind = "rgba16" if kind == "r16" and texel_format not in ("rgba32f", REFERENCE) and not fine else "rgba32f"
+        largest = _gradient_scale(largest, features.finest) if kind == "rgba32f" else largest
     unit = volume.smallest_spacing
-    return ValueTexture(volume, kind, offset, scale, transfer_function, classification, unit, estimator, largest, mask)
+    return ValueTexture(volume, kind, storage, transfer_function, classification, unit, estimator, largest, mask)
+
+
+def _gradient_scale(largest: float, finest: float) -> float:
+    """What gradients are stored relative to: so that those of features and the largest have squares in float32."""
+    if not largest > _FARTHEST_GRADIENT * finest:
+        return largest
+    return max(np.sqrt(largest) * np.sqrt(finest), largest / 1e18)
+
+
+def storage_for(volume: Volume, features: Features, texel_format: str) -> Storage:
+    """How values are stored in a texel format that was asked for."""
+    storage = storage_of(volume, features)
+    if texel_format == REFERENCE:
+        return storage if storage.vouches_for_itself(volume) else other_storage(volume, features)
+    if texel_format in ("r16", "rgba16") and storage.texel_format != "r16" and (span := span_in_16_bits(volume)):
+        assert volume.finite_range is not None
+        return Storage("r16", volume.finite_range[0], span)
+    return storage
 
 
 def known_largest_component(volume: Volume, estimator: Estimator) -> float:
@@ -309,49 +344,3 @@ def span_in_16_bits(volume: Volume) -> float | None:
         return None
     low, high = volume.finite_range or (0.0, 0.0)
     return high - low if 0 < high - low < np.inf else None
-
-
-def exact_format(volume: Volume) -> str:
-    """The texel format of values as they are."""
-    return _storage(volume)[0]
-
-
-def _storage(volume: Volume) -> tuple[str, float, float]:
-    """The texel format's name, and offset and scale that take what is fetched back to data units."""
-    dtype = volume.values.dtype
-    if dtype in _INTEGERS:
-        return "r16", float(np.iinfo(dtype).min), float(np.iinfo(dtype).max) - float(np.iinfo(dtype).min)
-    low, high = volume.finite_range or (0.0, 1.0)
-    if dtype in (np.float16, np.float32) and max(abs(low), abs(high)) < HUGE:
-        if volume.has_missing:
-            return "r32f", 0.0, 1.0
-        return "r16f" if dtype == np.float16 else "r32f", 0.0, 1.0
-    return "r32f", low / 2 + high / 2, (high / 2 - low / 2) or 1.0
-
-
-def _stored_values(values: NDArray, texel_format: str, offset: float, scale: float) -> NDArray:
-    """`values` as the texture holds them."""
-    if texel_format in ("r16", "rgba16") and values.dtype.itemsize > 2:
-        return np.rint((values - offset) * (65535 / scale)).astype(np.uint16)
-    if texel_format == "rgba32f":
-        return _finite(((values.astype(np.float64) - offset) / scale).astype(np.float32))
-    if values.dtype == np.uint8:
-        return values.astype(np.uint16) * np.uint16(257)
-    if values.dtype == np.int8:
-        return (values.astype(np.int16) + 128).astype(np.uint16) * np.uint16(257)
-    if values.dtype == np.uint16:
-        return values
-    if values.dtype == np.int16:
-        return values.view(np.uint16) ^ np.uint16(0x8000)
-    if (offset, scale) == (0.0, 1.0) and values.dtype in (np.float16, np.float32):
-        return _finite(values.astype(np.float32) if texel_format == "r32f" else values)
-    return _finite(((values.astype(np.float64) - offset) / scale).astype(np.float32))
-
-
-def _finite(texels: NDArray) -> NDArray:
-    """`texels` with finite stand-ins for infinities and NaN, which would be NaN wherever their weight is 0."""
-    if np.isfinite(texels).all():
-        return texels
-    most = min(HUGE, float(np.finfo(texels.dtype).max))
-    finite = np.where(np.isinf(texels), np.copysign(texels.dtype.type(most), texels), texels)
-    return finite if texels.dtype == np.float16 else np.where(np.isnan(finite), np.float32(_MISSING), finite)

@@ -25,6 +25,7 @@ Read on in `walk` (from cell to cell), `cells` (through one), `matter` (what a p
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
@@ -42,6 +43,8 @@ from texvol.transfer import TransferFunction
 from texvol.volume import Volume
 
 Numbers = NDArray[np.float64]
+Chosen = Callable[[Numbers], Numbers]  # rows of the pixels that are wanted, of something that a picture has for each
+_PACE: dict[tuple[object, ...], float] = {}  # seconds per pixel of each kind of scene that there was
 ROWS_AT_ONCE = 8  # rows of a picture that one thread does in one go; Ctrl-C waits for no more than these
 
 
@@ -64,17 +67,57 @@ def raycast(scene: Scene, size: tuple[int, int] = (512, 512)) -> NDArray[np.floa
     InputError
         If the size is not at least one pixel each way.
     """
-    width, height = size = checked_size(size)
+    return _timed(scene, checked_size(size), lambda of_all: of_all)
+
+
+def raycast_pixels(scene: Scene, size: tuple[int, int], pixels: NDArray[np.intp]) -> Numbers:
+    """Some pixels of `raycast`, shape (n, 4).
+
+    Parameters
+    ----------
+    size : (width, height)
+        Of the whole picture.
+    pixels : array of shape (n, 2)
+        Column and row of each, from the top left.
+    """
+    columns, rows = pixels.T
+    return _timed(scene, checked_size(size), lambda of_all: of_all[rows, columns][:, np.newaxis])[:, 0]
+
+
+def _timed(scene: Scene, size: tuple[int, int], chosen: Chosen) -> Numbers:
+    start = time.perf_counter()
+    picture = _raycast(scene, size, chosen)
+    kind, seconds = _kind_of(scene), (time.perf_counter() - start) / max(picture.shape[0] * picture.shape[1], 1)
+    _PACE[kind] = min(seconds, _PACE.get(kind, np.inf))
+    return picture
+
+
+def _kind_of(scene: Scene) -> tuple[object, ...]:
+    """What other functions are compiled for."""
+    volumes = tuple((each.values.dtype, each.labels, each.colors is None) for each in scene.volumes)
+    masks = tuple(mask and mask.array.dtype for mask in (scene.mask, *(each.mask for each in scene.added)))
+    graded = scene.transfer_function is not None and scene.transfer_function.needs_gradient
+    lit = (scene.lighting is not None, scene.depth_cue is not None, graded, scene.cutting.caps)
+    before = scene.classification in ("slab", "extinction")
+    return (scene.mode, before, volumes, masks, lit, tuple(type(each) for each in scene.geometry))
+
+
+def seconds_per_pixel(scene: Scene) -> float | None:
+    """Seconds that a pixel of a scene of this kind has taken; None where there was none, so that it may be compiled."""
+    return _PACE.get(_kind_of(scene))
+
+
+def _raycast(scene: Scene, size: tuple[int, int], chosen: Chosen) -> Numbers:
     if scene.mode != "composite":  # see `projection` for what masks do there
         from texvol.ray_casting.projection import project
 
-        return project(scene, size)
+        return project(scene, size, chosen)
     camera = scene.camera_for(size)
     trace = _tracer_for(scene, camera)
-    eyes, directions = camera.rays(size)
-    picture = np.zeros((height, width, 4))
+    eyes, directions = map(chosen, camera.rays(size))
+    picture = np.zeros((*eyes.shape[:2], 4))
 
-    trace_between = _between_surfaces(scene, camera, size)
+    trace_between = _between_surfaces(scene, camera, size, chosen)
 
     def trace_rows(rows: slice) -> None:
         starts, steps, s_of_eyes, ends = rays_of(scene, eyes[rows], directions[rows])
@@ -89,7 +132,7 @@ def raycast(scene: Scene, size: tuple[int, int] = (512, 512)) -> NDArray[np.floa
 
         trace_between(rows, ends, trace_stretch, picture[rows])
 
-    over_rows(trace_rows, height)
+    over_rows(trace_rows, len(picture))
     optical_depth = picture[..., 3].copy()
     picture[..., :3] += np.exp(-optical_depth)[..., np.newaxis] * np.array(scene.background)
     picture[..., 3] = -np.expm1(-optical_depth)  # 1 - exp(-1e-17) would be 0
@@ -97,14 +140,16 @@ def raycast(scene: Scene, size: tuple[int, int] = (512, 512)) -> NDArray[np.floa
 
 
 def _between_surfaces(
-    scene: Scene, camera: Camera, size: tuple[int, int]
+    scene: Scene, camera: Camera, size: tuple[int, int], chosen: Chosen
 ) -> Callable[[slice, Numbers, Callable[[Numbers, Numbers], None], Numbers], None]:
     """What has stretches of rows traced: the whole way where there are no surfaces, or from one to the next."""
     if not scene.geometry:
         return lambda rows, ends, trace_stretch, picture: trace_stretch(ends, picture)
     from texvol.ray_casting import surfaces
 
-    layers = surfaces.surface_layers(scene, camera, size)
+    layers = [
+        surfaces.Layer(chosen(layer.s), chosen(layer.color)) for layer in surfaces.surface_layers(scene, camera, size)
+    ]
 
     def trace_between(
         rows: slice, ends: Numbers, trace_stretch: Callable[[Numbers, Numbers], None], picture: Numbers

@@ -10,6 +10,7 @@ infinite sample has weight is infinite throughout, as for the post-classified or
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -33,6 +34,9 @@ _KINDS = {
 }
 
 
+Chosen = Callable[[NDArray[np.float64]], NDArray[np.float64]]  # rows of the pixels that are wanted
+
+
 class _Rays(NamedTuple):
     """Rays as `start` + s `step` in index space; s in world units, 0 where the ray is nearest to the centre."""
 
@@ -42,8 +46,10 @@ class _Rays(NamedTuple):
     ends: NDArray[np.float64]  # s from which and up to which it is seen
 
 
-def project(scene: Scene, size: tuple[int, int] = (512, 512)) -> NDArray[np.float64]:
-    """Picture of shape (height, width, 4), row 0 on top, of any mode but composite.
+def project(
+    scene: Scene, size: tuple[int, int] = (512, 512), chosen: Chosen = lambda of_all: of_all
+) -> NDArray[np.float64]:
+    """Picture of shape (height, width, 4), row 0 on top, of any mode but composite; or rows of chosen pixels.
 
     For xray, mip, minip and average R, G and B hold the number itself, in data units (times world units for xray), and
     A is 1; all are 0 where the ray meets no value. An infinite and a minus infinite stretch together make NaN. For
@@ -57,15 +63,16 @@ def project(scene: Scene, size: tuple[int, int] = (512, 512)) -> NDArray[np.floa
     size = checked_size(size)
     scene = without_hidden(scene)
     camera = scene.camera_for(size)
-    rays, numbers = _traced(scene, camera, size)
+    rays, numbers = _traced(scene, camera, size, chosen)
     number, way = numbers[..., 0], numbers[..., 1]
     if scene.mode == "isosurface":
         picture = _surface_picture(scene, camera, rays, number, way >= 0)
         if scene.geometry:
-            from texvol.ray_casting.surfaces import put_before, surface_layers
+            from texvol.ray_casting.surfaces import Layer, put_before, surface_layers
 
             until = np.where(way >= 0, number, np.inf)
-            put_before(surface_layers(scene, camera, size), until, picture)
+            layers = surface_layers(scene, camera, size)
+            put_before([Layer(chosen(layer.s), chosen(layer.color)) for layer in layers], until, picture)
         return picture
     if scene.mode == "average":
         number = np.divide(number, way, out=np.zeros_like(number), where=way > 0)
@@ -90,11 +97,13 @@ def isosurface_depth(scene: Scene, size: tuple[int, int] = (512, 512)) -> NDArra
     size = checked_size(size)
     scene = without_hidden(scene)
     camera = scene.camera_for(size)
-    rays, numbers = _traced(scene, camera, size)
+    rays, numbers = _traced(scene, camera, size, lambda of_all: of_all)
     return np.where(numbers[..., 1] >= 0, _depth(scene, camera, rays, numbers[..., 0]), np.inf)
 
 
-def _traced(scene: Scene, camera: Camera, size: tuple[int, int]) -> tuple[_Rays, NDArray[np.float64]]:
+def _traced(
+    scene: Scene, camera: Camera, size: tuple[int, int], chosen: Chosen
+) -> tuple[_Rays, NDArray[np.float64]]:
     """The rays of a picture, and what `project_rays` finds along each, shape (height, width, 2)."""
     from texvol.ray_casting import _position_rounding, over_rows, rays_of
 
@@ -103,16 +112,16 @@ def _traced(scene: Scene, camera: Camera, size: tuple[int, int]) -> tuple[_Rays,
     kind, sign = _KINDS[scene.mode]
     volume = scene.volume
     values = volume.values.astype(np.float32) if volume.values.dtype == np.float16 else volume.values
-    rays = _Rays(*rays_of(scene, *camera.rays(size)))
+    rays = _Rays(*rays_of(scene, *map(chosen, camera.rays(size))))
     rounding = _position_rounding(volume, camera.eye)
     isovalue = 0.0 if scene.isovalue is None else float(scene.isovalue)
-    numbers = np.empty((size[1], size[0], 2))
+    numbers = np.empty((*rays.eye.shape, 2))
 
     def trace_rows(rows: slice) -> None:
         start, step, ends = rays.start[rows], rays.step[rows], rays.ends[rows]
         project_rays(values, kind, sign, isovalue, start, step, ends, rounding, numbers[rows])
 
-    over_rows(trace_rows, size[1])
+    over_rows(trace_rows, len(numbers))
     return rays, numbers
 
 
