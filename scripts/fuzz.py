@@ -51,6 +51,7 @@ class Inputs:
         self._seeds = {kind: [each for each in known if each.kind == kind] for kind in self.kinds}
         self._cases = [each for each in cases() if each.kind in self.kinds]
         self._others = {kind: [*self._seeds[kind][0].files.values()] for kind in self.kinds}
+        self.root = ""  # where children put their files
         self._folder = ""
 
     def kind_of(self, number: int) -> str:
@@ -82,8 +83,6 @@ class Inputs:
         os.makedirs(folder, exist_ok=True)
         put(made, folder)
         return fuzz_readers.read(made.reader, os.path.join(folder, made.opened), made.options)
-
-    root: str = ""
 
     def warm(self) -> None:
         """Read every sound file, so that children have what reading them imports."""
@@ -127,8 +126,9 @@ def campaign(
 
     def keep(results: Results, found: Sequence[Finding]) -> None:
         for finding in found:
-            if finding.signature not in results.signatures:
-                results.signatures.add(finding.signature)
+            different = f"{inputs.kind_of(finding.number)} {finding.signature}"
+            if different not in results.signatures:
+                results.signatures.add(different)
                 _keep(inputs, finding, output)
 
     warnings.simplefilter("ignore")

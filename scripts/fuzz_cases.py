@@ -99,7 +99,7 @@ def _tiff() -> Iterator[Seed]:
 
     for sizes in ('SizeZ="100000000"', 'SizeZ="3" SizeT="100000000"', 'SizeC="2000000000" SizeZ="3"', 'SizeZ="-3"'):
         told = (
-            f'<?xml version="1.0"?><OME xmlns="http://www.openmicroscopy.org/Schemas/OME/2016-06"><Image ID="Image:0">'
+            '<?xml version="1.0"?><OME xmlns="http://www.openmicroscopy.org/Schemas/OME/2016-06"><Image ID="Image:0">'
         )
         told += f'<Pixels DimensionOrder="XYZCT" ID="Pixels:0" Type="int16" SizeX="5" SizeY="4" {sizes} '
         told += 'PhysicalSizeZ="2"><TiffData/></Pixels></Image></OME>'
@@ -247,7 +247,7 @@ _TEXTS = (
 def _json() -> Iterator[Seed]:
     points = '{"points": [{"value": 0, "color": [0, 0, 0], "extinction": %s}]}'
     for text in _TEXTS:
-        for whole in (text, points % text, points.replace("points", f"p{text}"), '{"materials": [%s]}' % text):
+        for whole in (text, points % text, points.replace("points", f"p{text}"), f'{{"materials": [{text}]}}'):
             yield _one("transfer", "t.json", whole.encode("utf-8", "surrogatepass"), "transfer")
         yield _one("header", "h.json", text.encode("utf-8", "surrogatepass"), "header")
         yield _one("header", "h.json", f'{{"volume": "v.npy", "dimensions": {text}, "spacing": [1, 2, 3]}}', "header")

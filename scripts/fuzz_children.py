@@ -34,7 +34,6 @@ NONE, READ, REFUSED, RAISED, SIGNAL, TIME, MEMORY, PRINTED, LEAKED, MESSAGE = (
     "none", "read", "refused", "other exception", "signal", "time", "memory", "printed", "leaked", "message"
 )  # fmt: skip
 OUTCOMES = (NONE, READ, REFUSED, RAISED, SIGNAL, TIME, MEMORY, PRINTED, LEAKED, MESSAGE)
-_FRAMES = 3  # innermost frames of a traceback that tell findings apart
 _LONGEST = 6000  # characters of a traceback that are kept
 _SLOWEST = struct.Struct("dq")  # seconds, number
 
@@ -125,7 +124,7 @@ def run(
 
 def _started(attempt: Attempt, numbers: Sequence[int], limits: Limits) -> _Child:
     shared = mmap.mmap(-1, _SLOWEST.size + len(numbers) + 1)
-    log, trace = (tempfile.TemporaryFile("w+", errors="replace") for _ in range(2))
+    log, trace = (tempfile.TemporaryFile("w+", errors="replace") for _ in range(2))  # noqa: SIM115 (as long as it)
     sys.stdout.flush()
     pid = os.fork()
     if pid == 0:
@@ -143,7 +142,7 @@ def _hangs(child: _Child, limits: Limits) -> bool:
     """True if a child has not ended by its own alarm, as one that blocks signals does not."""
     if child.made != child.seen[0]:
         child.seen = child.made, time.monotonic()
-    return time.monotonic() - child.seen[1] > limits.seconds + 5
+    return time.monotonic() - child.seen[1] > 2 * limits.seconds + 1
 
 
 def _end(child: _Child) -> int:
@@ -168,7 +167,7 @@ def _collected(child: _Child, results: Results, kind_of: Callable[[int], str]) -
     rest = child.numbers[made:]
     if rest:
         child.trace.seek(0)
-        found.append(_death(rest[0], status, child.trace.read()[-_LONGEST:]))
+        found.append(_death(rest[0], status, child.trace.read(_LONGEST)))
         outcomes.append(found[-1].outcome)
         rest = rest[1:]
     results.counts.update((kind_of(number), outcome) for number, outcome in zip(child.numbers, outcomes, strict=False))
@@ -185,8 +184,11 @@ def _death(number: int, status: int, trace: str) -> Finding:
         outcome, how = TIME, ""
     else:
         outcome, how = SIGNAL, f"exit status {os.WEXITSTATUS(status)}"
+    trace = trace.partition("Extension modules:")[0]
     frames = [line.strip() for line in trace.splitlines() if line.strip().startswith("File ")]
-    return Finding(number, outcome, f"{outcome} {how} {' < '.join(frames[:_FRAMES])}", trace)
+    own = [frame for frame in frames if f"{os.sep}texvol{os.sep}" in frame]
+    signature = " < ".join(frame.rpartition(os.sep)[2] for frame in [*frames[:1], *own[:1]])
+    return Finding(number, outcome, f"{outcome} {how} {signature}", trace)
 
 
 def _be_child(

@@ -14,22 +14,25 @@ import zlib
 from collections.abc import Callable, Sequence
 from random import Random
 
-_HEADER = 1500  # bytes in which headers lie, and most of the harm
-_MOST_TOKENS = 4000  # bytes of text that are taken apart
+_REACHES = (200, 1500, 1 << 30, 1 << 30)  # bytes: headers are where the harm is
+_MOST_TEXT = (200, 4000, 4000)  # bytes of text that are taken apart
 
 NUMBERS = (
-    b"0", b"1", b"-1", b"2", b"3", b"4", b"7", b"8", b"16", b"127", b"128", b"255", b"256", b"1000", b"65535", b"65536",
-    b"100000", b"1000000", b"100000000", b"2147483647", b"2147483648", b"-2147483648", b"4294967295", b"4294967296",
-    b"9223372036854775807", b"9223372036854775808", b"-9223372036854775808", b"18446744073709551616", b"1e-320", b"1e-30",
-    b"1e30", b"1e38", b"1e39", b"1e308", b"1e309", b"-1e308", b"nan", b"NaN", b"inf", b"-inf", b"Infinity", b"0.5", b"0x10",
-    b"-0", b"-0.0", b"1_000", b"007", b"1,5", b"\xd9\xa3", b"9" * 400, b"9" * 5000, b"", b"0." + b"0" * 400 + b"1", b"true",
+    b"0", b"1", b"-1", b"2", b"3", b"4", b"7", b"8", b"16", b"127", b"128", b"255", b"256", b"1000", b"65535",
+    b"65536", b"100000", b"1000000", b"100000000", b"2147483647", b"2147483648", b"-2147483648", b"4294967295",
+    b"4294967296", b"9223372036854775807", b"9223372036854775808", b"-9223372036854775808",
+    b"18446744073709551616", b"1e-320", b"1e-30", b"1e30", b"1e38", b"1e39", b"1e308", b"1e309", b"-1e308",
+    b"nan", b"NaN", b"inf", b"-inf", b"Infinity", b"0.5", b"0x10", b"-0", b"-0.0", b"1_000", b"007", b"1,5",
+    b"\xd9\xa3", b"9" * 400, b"9" * 5000, b"", b"0." + b"0" * 400 + b"1", b"true",
 )  # fmt: skip
 WORDS = (
-    b"null", b"true", b"None", b"[]", b"{}", b"[", b"]", b"{", b"}", b'"', b"'", b",", b":", b"=", b"#", b"\\", b"/", b"..",
-    b"../../../etc/passwd", b"/dev/zero", b"/proc/self/mem", b".", b"%d", b"%s", b"%099999d", b"%n", b"\x00", b"\xff\xfe",
-    b"\x1b[31m", b"\x1b]0;t\x07", b"\r", b"\n", b"\r\n", b"\n\n", b"\t", b"\xc3\x28", b"\xed\xa0\x80", b"\xe2\x80\xae", b"\\u0000",
-    b"\\ud800", b"&lt;", b"&#0;", b"<!--", b"]]>", b"A" * 300, b"[" * 3000, b'{"a":' * 2000, b"(" * 200, b"__class__",
-    b"int", b"float", b"double", b"uchar", b"short", b"raw", b"gzip", b"ascii", b"LIST", b"LOCAL", b"block", b"signed",
+    b"null", b"true", b"None", b"[]", b"{}", b"[", b"]", b"{", b"}", b'"', b"'", b",", b":", b"=", b"#", b"\\",
+    b"/", b"..", b"../../../etc/passwd", b"/dev/zero", b"/proc/self/mem", b".", b"%d", b"%s", b"%099999d",
+    b"%n", b"\x00", b"\xff\xfe", b"\x1b[31m", b"\x1b]0;t\x07", b"\r", b"\n", b"\r\n", b"\n\n", b"\t",
+    b"\xc3\x28", b"\xed\xa0\x80", b"\xe2\x80\xae", b"\\u0000", b"\\ud800", b"&lt;", b"&#0;", b"<!--", b"]]>",
+    b"A" * 300, b"[" * 3000, b'{"a":' * 2000,
+    b"(" * 200, b"__class__", b"int", b"float", b"double", b"uchar", b"short", b"raw",
+    b"gzip", b"ascii", b"LIST", b"LOCAL", b"block", b"signed",
 )  # fmt: skip
 _EXTREMES = tuple(
     struct.pack(form, number)
@@ -71,7 +74,7 @@ def _steps(content: bytes, random: Random, text: bool, others: Sequence[bytes]) 
 
 
 def _place(content: bytes, random: Random) -> int:
-    reach = len(content) if random.random() < 0.5 else min(len(content), _HEADER)
+    reach = min(len(content), random.choice(_REACHES))
     return random.randrange(reach) if reach else 0
 
 
@@ -134,7 +137,7 @@ def _spliced(content: bytes, other: bytes, random: Random) -> bytes:
 
 def _number(content: bytes, random: Random) -> bytes:
     """A number of the text becomes an extreme, or another of its numbers."""
-    found = list(_NUMBER.finditer(content[:_MOST_TOKENS]))
+    found = list(_NUMBER.finditer(content[: random.choice(_MOST_TEXT)]))
     if not found:
         return _extreme(content, random)
     one = random.choice(found)
@@ -144,7 +147,7 @@ def _number(content: bytes, random: Random) -> bytes:
 
 def _token(content: bytes, random: Random) -> bytes:
     """A token of the text goes, comes twice, changes places with another, or becomes another."""
-    found = list(_TOKEN.finditer(content[:_MOST_TOKENS]))
+    found = list(_TOKEN.finditer(content[: random.choice(_MOST_TEXT)]))
     if not found:
         return _inserted(content, random)
     one, other = sorted((random.choice(found), random.choice(found)), key=lambda match: match.start())
@@ -164,7 +167,8 @@ def _token(content: bytes, random: Random) -> bytes:
 
 def _line(content: bytes, random: Random) -> bytes:
     """A line of the text goes, comes twice, or changes places with another."""
-    lines = content[:_MOST_TOKENS].splitlines(keepends=True)
+    most = random.choice(_MOST_TEXT)
+    lines = content[:most].splitlines(keepends=True)
     if len(lines) < 2:
         return _token(content, random)
     one, other, how = random.randrange(len(lines)), random.randrange(len(lines)), random.randrange(4)
@@ -176,7 +180,7 @@ def _line(content: bytes, random: Random) -> bytes:
         lines[one], lines[other] = lines[other], lines[one]
     else:
         lines[one] = lines[one].rstrip(b"\r\n") + random.choice((b"", b"\r\n", b" \n", b"\x00\n", lines[other]))
-    return b"".join(lines) + content[_MOST_TOKENS:]
+    return b"".join(lines) + content[most:]
 
 
 _OF_BYTES: tuple[Step, ...] = (
