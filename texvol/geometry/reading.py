@@ -6,6 +6,7 @@ make it smooth; those of STL belong to triangles, which are flat anyway. Colours
 
 from __future__ import annotations
 
+import io
 import os
 import stat
 import warnings
@@ -16,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.errors import InputError
+from texvol.geometry.mesh_text import plain_obj, plain_ply, plain_stl
 from texvol.geometry.shapes import MESH_COLOR, Mesh
 from texvol.readers.faults import named_faults
 from texvol.readers.loading import silent_libraries
@@ -79,13 +81,24 @@ def _ply(file: BinaryIO) -> Parts:
     if file.read(3) != b"ply":
         raise FileFault("is named as PLY, and is none")
     file.seek(0)
-    loaded = load_ply(file, fix_texture=False, skip_materials=True)
+    loaded = load_ply(io.BytesIO(plain_ply(file.read())), fix_texture=False, skip_materials=True)
     elements = loaded["metadata"]["_ply_raw"]
+    _check_lists(elements)
     for name in ("vertex", "face"):
         said, held = elements.get(name, {}).get("length", 0), _rows(elements.get(name, {}).get("data"))
         if held < said:
             raise FileFault(f"is truncated: its header says {said} of element {name}, and {held} are there")
     return _parts(loaded)
+
+
+def _check_lists(elements: Mapping[str, Any]) -> None:
+    """FileFault if binary lists are not all as long as the first, which trimesh takes them for."""
+    for name, element in elements.items():
+        data = element.get("data")
+        for field in getattr(getattr(data, "dtype", None), "names", None) or ():
+            parts = data.dtype[field].names or ()
+            if parts == ("f0", "f1") and (data[field]["f0"] != np.prod(data.dtype[field]["f1"].shape, dtype=int)).any():
+                raise FileFault(f"has elements {name} whose lists are of other lengths than they say")
 
 
 def _rows(data: Any) -> int:
@@ -95,7 +108,7 @@ def _rows(data: Any) -> int:
 
 
 def _stl(file: BinaryIO) -> Parts:
-    from trimesh.exchange.stl import load_stl
+    from trimesh.exchange.stl import load_stl_ascii, load_stl_binary
 
     start = file.read(_STL_HEADER)
     size = os.fstat(file.fileno()).st_size
@@ -110,8 +123,9 @@ def _stl(file: BinaryIO) -> Parts:
             raise FileFault(f"is truncated or no STL: its header says {triangles} triangles, and there may be {held}")
         if begun != ended:
             raise FileFault("is truncated: it has a solid without an end")
+        return _parts(load_stl_ascii(io.BytesIO(plain_stl(lines))))
     file.seek(0)
-    return _parts(load_stl(file))
+    return _parts(load_stl_binary(file))
 
 
 def _obj(file: BinaryIO) -> Parts:
@@ -120,7 +134,11 @@ def _obj(file: BinaryIO) -> Parts:
     if b"\0" in file.read(1024):
         raise FileFault("is named as OBJ, and is no text")
     file.seek(0)
-    return _parts(load_obj(file, skip_materials=True, group_material=False, maintain_order=True))
+    text, triangles = plain_obj(file.read())
+    parts = _parts(load_obj(io.StringIO(text), skip_materials=True, group_material=False, maintain_order=True))
+    if len(parts["faces"]) != triangles:
+        raise FileFault(f"has faces of {triangles} triangles, and {len(parts['faces'])} of them can be made sense of")
+    return parts
 
 
 def _parts(loaded: Mapping[str, Any]) -> Parts:

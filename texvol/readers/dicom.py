@@ -7,7 +7,7 @@ first slice's position to the last one's, so that a tilted gantry's shear is kep
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.readers.colors import colored, is_colored, with_color
+from texvol.readers.dicom_pixels import pixels_of
 from texvol.readers.dicom_slices import Slice, slices_of
 from texvol.readers.samples import (
     Choice,
@@ -157,9 +158,9 @@ def _check_alike(slices: Sequence[Slice]) -> None:
             raise FileFault(f"its slices are of mixed sizes: {pair} have {sizes}")
         if (one.dtype, one.samples_per_pixel) != (first.dtype, first.samples_per_pixel):
             raise FileFault(f"its slices are of mixed types: {pair} have {first.dtype} and {one.dtype}")
-        if not np.allclose(one.axes, first.axes, rtol=0, atol=_SAME_ANGLE):
+        if one.axes != first.axes and not np.allclose(one.axes, first.axes, rtol=0, atol=_SAME_ANGLE):
             raise FileFault(f"its slices are of mixed directions: {pair} differ")
-        if not np.allclose(one.spacing, first.spacing, rtol=1e-3, atol=0):
+        if one.spacing != first.spacing and not np.allclose(one.spacing, first.spacing, rtol=1e-3, atol=0):
             raise FileFault(f"its slices are of mixed pixel spacing: {pair} have {first.spacing} and {one.spacing}")
 
 
@@ -241,8 +242,9 @@ def _values(ordered: Sequence[Slice], component: Any) -> NDArray:
         target = rescaled_type(first.dtype, 0.5, 0.0, max(one.bits for one in ordered))  # not exact: a float
     check_size([len(ordered), first.rows, first.columns], target.itemsize)
     values = np.empty((len(ordered), first.rows, first.columns), target)
-    for one, pixels, slot in zip(ordered, _pixels(ordered), values, strict=True):
-        rescale_into(slot, pixels[..., component] if first.samples_per_pixel != 1 else pixels, one.slope, one.intercept)
+    for number, pixels in pixels_of(ordered):
+        picked = pixels[..., component] if first.samples_per_pixel != 1 else pixels
+        rescale_into(values[number], picked, ordered[number].slope, ordered[number].intercept)
     return values
 
 
@@ -252,15 +254,6 @@ def _stored(ordered: Sequence[Slice]) -> NDArray:
     sizes = (len(ordered), first.rows, first.columns, first.samples_per_pixel)
     check_size(sizes, first.dtype.itemsize)
     values = np.empty(sizes, first.dtype)
-    for pixels, slot in zip(_pixels(ordered), values, strict=True):
-        slot[...] = pixels
+    for number, pixels in pixels_of(ordered):
+        values[number] = pixels
     return values
-
-
-def _pixels(ordered: Sequence[Slice]) -> Iterator[NDArray]:
-    """Stored pixels of each slice, read one file at a time."""
-    held, frames = "", np.empty(0)
-    for one in ordered:
-        if one.path != held:
-            held, frames = one.path, one.frames()
-        yield frames[one.frame]

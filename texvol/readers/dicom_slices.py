@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
+from math import prod
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.errors import missing_extra
-from texvol.readers.samples import FileFault, check_size
-from texvol.terminal import held_back_stderr
+from texvol.readers.samples import FileFault, check_size, check_unpacked
 
 Triple = tuple[float, float, float]
 
@@ -30,6 +29,8 @@ _GROUPS = {
 # Photometric interpretations that are red, green and blue, or become so when pydicom or a decoder unpacks them.
 _COLORS = ("RGB", "YBR_FULL", "YBR_FULL_422", "YBR_ICT", "YBR_RCT")
 
+_MOST_FRAMES = 2**16  # of a file
+
 # What tells slices at one place apart, first things first.
 _ORDER = ("TemporalPositionIndex", "TemporalPositionIdentifier", "EchoTime", "AcquisitionNumber", "InstanceNumber")
 
@@ -39,6 +40,8 @@ class Slice(NamedTuple):
 
     path: str
     frame: int
+    frames: int  # of the file
+    syntax: str  # transfer syntax of compressed frames; empty where they lie in the file as they are
     rows: int
     columns: int
     samples_per_pixel: int
@@ -64,11 +67,19 @@ class Slice(NamedTuple):
         """Whether its pixels are red, green and blue, which those of luminance and chrominance become when read."""
         return self.photometric in _COLORS
 
-    def frames(self) -> NDArray:
-        """Stored values of all frames of the slice's file, (frames, rows, columns[, samples]), unused bits cleared."""
-        pixels = _pixels(self)
-        shape = (-1, self.rows, self.columns) + ((self.samples_per_pixel,) if self.samples_per_pixel > 1 else ())
-        pixels = pixels.reshape(shape)
+    @property
+    def frame_shape(self) -> tuple[int, ...]:
+        """Shape of a frame's pixels as they are stored: rows, columns, and samples where there are several."""
+        return (self.rows, self.columns) + ((self.samples_per_pixel,) if self.samples_per_pixel > 1 else ())
+
+    @property
+    def frame_bytes(self) -> int:
+        """Bytes of a frame's pixels."""
+        return prod(self.frame_shape) * self.dtype.itemsize
+
+    def stored(self, pixels: NDArray) -> NDArray:
+        """Pixels of the frame as they were decoded, in its shape and with unused bits cleared."""
+        pixels = pixels.reshape(self.frame_shape)
         allocated = pixels.dtype.itemsize * 8
         if pixels.dtype.kind in "iu" and self.bits < allocated:
             # Up to the top, so that overlays kept in the unused bits go, and down again, which extends the sign.
@@ -82,12 +93,32 @@ def slices_of(path: str, header: Any) -> list[Slice]:
         count = int(header.get("NumberOfFrames") or 1)
         if not 1 <= count <= os.path.getsize(path):
             raise FileFault(f"its NumberOfFrames is {count}, in a file of {os.path.getsize(path)} bytes")
-        return [_slice(path, header, frame) for frame in range(count)]
+        if count > _MOST_FRAMES:
+            raise FileFault(f"its NumberOfFrames is {count}, and up to {_MOST_FRAMES} are read")
+        first = _slice(path, header, 0, count)
+        _check_held(path, first)
+        if count == 1:
+            return [first]
+        if header.get("PerFrameFunctionalGroupsSequence"):
+            return [first, *(_slice(path, header, frame, count) for frame in range(1, count))]
+        # Frames without groups of their own differ by where they lie.
+        places = np.array(first.position) + np.outer(_along(header, count), np.cross(*first.axes))
+        return [first._replace(frame=frame, position=tuple(place)) for frame, place in enumerate(places.tolist())]
     except FileFault as fault:
         raise FileFault(f"{os.path.basename(path)}: {fault}") from None
 
 
-def _slice(path: str, header: Any, frame: int) -> Slice:
+def _check_held(path: str, first: Slice) -> None:
+    """FileFault if the file is too small for its frames."""
+    needed, held = first.frames * first.frame_bytes, os.path.getsize(path)
+    if first.syntax:
+        check_unpacked(needed, held)
+    # Of chrominance at half the columns two thirds are stored.
+    elif needed * 2 // 3 > held:
+        raise FileFault(f"its pixels can't be read: its header needs {needed} bytes of them, and the file has {held}")
+
+
+def _slice(path: str, header: Any, frame: int, count: int) -> Slice:
     if "ModalityLUTSequence" in header:
         raise FileFault("its values go through a modality lookup table, which is not read")
     if "PALETTE" in str(header.get("PhotometricInterpretation", "")):
@@ -95,7 +126,7 @@ def _slice(path: str, header: Any, frame: int) -> Slice:
     rows, columns = int(header.Rows), int(header.get("Columns") or 0)
     samples = int(header.get("SamplesPerPixel") or 1)
     dtype, bits, high_bit = _stored_type(header)
-    check_size([int(header.get("NumberOfFrames") or 1), rows, columns, samples], dtype.itemsize)
+    check_size([count, rows, columns, samples], dtype.itemsize)
     orientation = _numbers(header, frame, "ImageOrientationPatient", 6)
     axes = (_unit_vector(orientation[:3]), _unit_vector(orientation[3:]))
     if abs(float(np.dot(*axes))) > 0.01:
@@ -108,6 +139,8 @@ def _slice(path: str, header: Any, frame: int) -> Slice:
     return Slice(
         path=path,
         frame=frame,
+        frames=count,
+        syntax=_packed_syntax(header),
         rows=rows,
         columns=columns,
         samples_per_pixel=samples,
@@ -115,7 +148,7 @@ def _slice(path: str, header: Any, frame: int) -> Slice:
         dtype=dtype,
         bits=bits,
         high_bit=high_bit,
-        position=_position(header, frame, axes),
+        position=_position(header, frame),
         axes=axes,
         spacing=(column_spacing, row_spacing),
         thickness=_thickness(header, frame),
@@ -123,6 +156,11 @@ def _slice(path: str, header: Any, frame: int) -> Slice:
         intercept=_number(header, frame, "RescaleIntercept", 0.0),
         order=tuple(_number(header, frame, key, 0.0) for key in _ORDER),
     )
+
+
+def _packed_syntax(header: Any) -> str:
+    syntax = getattr(getattr(header, "file_meta", None), "TransferSyntaxUID", None)
+    return str(syntax) if syntax is not None and syntax.is_transfer_syntax and syntax.is_encapsulated else ""
 
 
 def _stored_type(header: Any) -> tuple[np.dtype, int, int]:
@@ -195,37 +233,21 @@ def _thickness(header: Any, frame: int) -> float:
     return thickness if thickness > 0 else 1.0
 
 
-def _position(header: Any, frame: int, axes: tuple[Triple, Triple]) -> Triple:
-    """Where the first pixel's centre lies; of frames that do not say, along the normal from that of the file."""
-    position = np.array(_numbers(header, frame, "ImagePositionPatient", 3))
-    if not header.get("PerFrameFunctionalGroupsSequence") and int(header.get("NumberOfFrames") or 1) > 1:
-        offsets = header.get("GridFrameOffsetVector")
-        spacing = _number(header, frame, "SpacingBetweenSlices", 0.0) or _number(header, frame, "SliceThickness", 0.0)
-        if offsets is None and not spacing:
-            raise FileFault("its frames have no positions")
-        along = frame * spacing if offsets is None else float(offsets[frame]) - float(offsets[0])
-        position = position + along * np.cross(*axes)
-    x, y, z = (float(number) for number in position)
+def _position(header: Any, frame: int) -> Triple:
+    """Where the first pixel's centre lies; of frames that do not say, that of the file's first."""
+    x, y, z = _numbers(header, frame, "ImagePositionPatient", 3)
     return x, y, z
 
 
-def _pixels(one: Slice) -> NDArray:
-    import pydicom
-
-    name = os.path.basename(one.path)
-    dataset = pydicom.dcmread(one.path, force=True)
-    try:
-        with held_back_stderr() as printed:
-            pixels = np.asarray(dataset.pixel_array)
-            printed.seek(0)
-            complaints = printed.read().decode("utf-8", "replace").splitlines()
-    except Exception as error:
-        if "missing dependencies" in str(error):
-            kind = dataset.file_meta.TransferSyntaxUID.name
-            raise missing_extra("python-gdcm", "formats", f"{one.path}: unpacking {kind}") from error
-        raise FileFault(f"{name}: its pixels can't be read: {error}") from error
-    # Of a damaged picture the decoders print that it is damaged, and return grey for the rest.
-    damage = [line for line in complaints if "orrupt" in line or "remature" in line]
-    if damage:
-        raise FileFault(f"{name}: its pixels can't be read: {damage[0]}")
-    return pixels
+def _along(header: Any, count: int) -> NDArray[np.float64]:
+    """How far along the normal from the file's position its frames lie, where each does not say."""
+    offsets = header.get("GridFrameOffsetVector")
+    if offsets is not None:
+        along = np.atleast_1d(np.array(offsets, dtype=np.float64))[:count]
+        if len(along) < count:
+            raise FileFault(f"has {count} frames, and a GridFrameOffsetVector of {len(along)}")
+        return along - along[0]
+    spacing = _number(header, 0, "SpacingBetweenSlices", 0.0) or _number(header, 0, "SliceThickness", 0.0)
+    if not spacing:
+        raise FileFault("its frames have no positions")
+    return np.arange(count, dtype=np.float64) * spacing

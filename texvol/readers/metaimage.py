@@ -5,7 +5,6 @@ Read here and not by ITK, which prints on stderr, and opens whatever path a head
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -14,7 +13,7 @@ from numpy.typing import NDArray
 
 from texvol.readers.colors import colored, component_axis, is_colored, with_color
 from texvol.readers.samples import Choice, FileFault, Samples, by, check_size, grid_from_columns, once, pick
-from texvol.readers.stored import data_file, read_picked, read_stored
+from texvol.readers.stored import data_file, numbered_names, read_picked, read_stored
 
 _LONGEST_HEADER = 2**20
 
@@ -121,10 +120,7 @@ def _data_names(where: str, listed: Sequence[str]) -> list[str]:
     if words and words[0] == "LIST":
         return list(listed)
     if len(words) == 4 and "%" in words[0]:
-        first, last, step = (int(word) for word in words[1:])
-        if step < 1 or (last - first) // step > 10**6 or not re.fullmatch(r"[^%]*%0?\d{0,2}d[^%]*", words[0]):
-            raise FileFault(f"ElementDataFile = {where}: its numbers make no list of slices")
-        return [words[0] % number for number in range(first, last + 1, step)]
+        return numbered_names(words)
     return [where]
 
 

@@ -8,11 +8,13 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Sequence
+from math import prod
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol.readers.child_process import check_survived
 from texvol.readers.curvilinear import on_points
 from texvol.readers.netcdf_axes import (
     Dimension,
@@ -27,7 +29,7 @@ from texvol.readers.netcdf_axes import (
 )
 from texvol.readers.netcdf_header import check_classic, check_heaps
 from texvol.readers.rectilinear import Axis, axis_of, on_axes
-from texvol.readers.samples import Choice, FileFault, Samples, check_size, once, pick
+from texvol.readers.samples import Choice, FileFault, Samples, check_size, check_unpacked, once, pick
 from texvol.readers.unstructured import HINT
 from texvol.resampling import type_between
 
@@ -54,6 +56,8 @@ def _opened(path: str) -> Any:
         check_classic(path)
     else:
         check_heaps(path)
+    # A file that can't be opened stays open in the library, for as long as there is the process.
+    check_survived(lambda: netCDF4.Dataset(os.path.abspath(path)).close())
     return netCDF4.Dataset(os.path.abspath(path))
 
 
@@ -66,6 +70,8 @@ def _read(dataset: Any, choice: Choice) -> Samples:
     order = order_of(spatial)
     axes = [spatial[number] for number in order]  # z, y, x
     check_size([axis.size for axis in axes], max(variable.dtype.itemsize, 8))
+    # The library makes up what was never written.
+    check_unpacked(prod(axis.size for axis in axes) * variable.dtype.itemsize, os.path.getsize(dataset.filepath()))
     _check_chunks(variable)
     values = _values(variable, index).transpose(order)
     auxiliary = _auxiliary(dataset, variable, dimensions, spatial)
@@ -168,7 +174,15 @@ def _values(variable: Any, index: Sequence[int | slice]) -> NDArray:
         dtype = type_between(variable.dtype)
     else:
         return np.ma.getdata(values)
-    return np.ma.filled(values.astype(dtype), np.nan)
+    return _without_masked(values, dtype)
+
+
+def _without_masked(values: NDArray, dtype: np.dtype) -> NDArray:
+    """Values in that type, NaN where they are masked; in the same memory where the type is theirs."""
+    plain = np.ma.getdata(values).astype(dtype, copy=False)
+    if np.ma.is_masked(values):
+        plain[np.ma.getmaskarray(values)] = np.nan
+    return plain
 
 
 def _axis(dimension: Dimension) -> Axis:
@@ -186,7 +200,7 @@ def _coordinates(variable: Any, index: tuple[Any, ...]) -> NDArray:
     values = variable[index]
     if not np.ma.isMaskedArray(values):
         return np.asarray(values)
-    return np.ma.filled(values.astype(type_between(values.dtype)), np.nan)
+    return _without_masked(values, type_between(values.dtype))
 
 
 def _auxiliary(

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from texvol.readers.colors import colored, component_axis, is_colored, with_color
 from texvol.readers.samples import Choice, FileFault, Samples, by, check_size, grid_from_columns, once, pick, real_type
-from texvol.readers.stored import data_file, read_picked
+from texvol.readers.stored import data_file, numbered_names, read_picked, skip_lines
 
 _LONGEST_HEADER = 2**20
 
@@ -186,11 +186,7 @@ def _data_names(named: str, listed: Sequence[str]) -> list[str]:
     if words and words[0].upper() == "LIST":
         return list(listed)
     if len(words) in (4, 5) and "%" in words[0]:
-        first, last, step = (int(word) for word in words[1:4])
-        numbers = range(first, last + (1 if step > 0 else -1), step) if step else range(0)
-        if len(numbers) > 10**6:
-            raise FileFault(f"its data file pattern {named!r} names {len(numbers)} files")
-        return [words[0] % number for number in numbers]
+        return numbered_names(words[:4])
     return [named]
 
 
@@ -222,8 +218,7 @@ def _from_text(
     count = check_size(sizes, dtype.itemsize) // dtype.itemsize
     with open(path, "rb") as file:
         file.seek(offset)
-        for _ in range(lines):
-            file.readline()
+        skip_lines(file, lines, what)
         if (os.fstat(file.fileno()).st_size - file.tell()) < count:
             raise FileFault(f"{what} is too short to hold {count} samples as text")
         check_size(sizes, _WORD_BYTES)

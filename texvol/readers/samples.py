@@ -12,6 +12,11 @@ from numpy.typing import ArrayLike, NDArray
 
 T = TypeVar("T")
 
+# Compressed samples are unpacked where that makes them so many times as large: deflate reaches 1032, LZW 1365, others
+# do so with empty volumes only. A header may be wrong by that without harm where it asks for no more than these bytes.
+_BEST_PACKING = 1500
+_UNPACKED_ANYWAY = 2**26
+
 
 class FileFault(Exception):
     """What is wrong with the file being read, without its name; `load` adds that."""
@@ -85,6 +90,15 @@ def check_size(sizes: Sequence[int], item_bytes: int) -> int:
         room = in_bytes(available)
         raise FileFault(f"{by(sizes)} samples need {in_bytes(needed)} of memory, and this machine has {room}")
     return needed
+
+
+def check_unpacked(needed: int, packed: int) -> None:
+    """FileFault if `needed` bytes are more than `packed` compressed ones hold, beside what is held in no time."""
+    if needed > _UNPACKED_ANYWAY + _BEST_PACKING * packed:
+        raise FileFault(
+            f"holds {in_bytes(packed)}, and its header's dimensions need {in_bytes(needed)}: more than {_BEST_PACKING} "
+            "times that is not unpacked"
+        )
 
 
 def available_memory() -> int:

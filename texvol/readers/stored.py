@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import bz2
 import os
+import re
 import zlib
 from collections.abc import Iterator, Sequence
 from math import prod
@@ -18,8 +19,12 @@ from numpy.typing import NDArray
 
 from texvol.readers.samples import Choice, FileFault, by, check_size, in_bytes, native, once, real_type
 
-_BLOCK = 2**20  # bytes read, and unpacked, at a time
+_BLOCK = 2**20  # bytes unpacked at a time
+_PIECE = 2**15  # bytes read at a time: what follows a stream, of which there may be one every few bytes, is copied
 _LEADING = 2**26  # bytes that may precede the samples in a stream whose samples come last
+
+_MOST_FILES = 10**5  # that a pattern counts
+_PATTERN = re.compile(r"(?:[^%]|%%)*%0?\d{0,2}[diu](?:[^%]|%%)*")
 
 # Deflate packs at best 258 bytes into two bits: 1032 to 1 (RFC 1951). Bzip2 has no such bound worth using.
 _BEST_DEFLATE = 1032
@@ -99,15 +104,15 @@ def read_stored(
     needed = check_size(sizes, dtype.itemsize)
     with open(path, "rb") as file:
         file.seek(offset)
-        for _ in range(lines):
-            while (piece := file.readline(_BLOCK)) and not piece.endswith(b"\n"):
-                pass
+        skip_lines(file, lines, what)
         begin = file.tell()
         if encoding == "raw":
             return _read_plain(file, begin, dtype, sizes, needed, skip, what, part, parts)
         packed = os.fstat(file.fileno()).st_size - begin
         if encoding == "deflate" and needed > packed * _BEST_DEFLATE:
             raise FileFault(f"{what} holds {packed} compressed bytes; the header's dimensions need {in_bytes(needed)}")
+        if skip > _LEADING:
+            raise FileFault(f"the header skips {skip} bytes of what {what} unpacks to, and may skip {_LEADING}")
         if skip < 0:
             total = sum(len(block) for block in _bounded(unpacked(file, encoding), needed + _LEADING, what))
             if total < needed:
@@ -174,7 +179,7 @@ def unpacked(file: IO[bytes], encoding: str) -> Iterator[bytes]:
     """
     make = bz2.BZ2Decompressor if encoding == "bzip2" else lambda: zlib.decompressobj(zlib.MAX_WBITS | 32)
     magic = b"BZh" if encoding == "bzip2" else b"\x1f\x8b"
-    pending = file.read(_BLOCK)
+    pending = file.read(_PIECE)
     while True:
         stream: Any = make()
         while not stream.eof:
@@ -184,14 +189,45 @@ def unpacked(file: IO[bytes], encoding: str) -> Iterator[bytes]:
             pending = getattr(stream, "unconsumed_tail", b"")
             hungry = getattr(stream, "needs_input", not pending)
             if not stream.eof and hungry and not pending:
-                pending = file.read(_BLOCK)
+                pending = file.read(_PIECE)
                 if not pending and not block:
                     raise FileFault("is truncated: its compressed data end in the middle")
-        pending = stream.unused_data or file.read(_BLOCK)
+        pending = stream.unused_data or file.read(_PIECE)
         if len(pending) < len(magic):
-            pending += file.read(_BLOCK)
+            pending += file.read(_PIECE)
         if not pending.startswith(magic):
             return
+
+
+def skip_lines(file: IO[bytes], count: int, what: str) -> None:
+    """Read on to after so many lines; FileFault if there are fewer."""
+    held = os.fstat(file.fileno()).st_size
+    for number in range(count):
+        if file.tell() >= held:
+            raise FileFault(f"the header skips {count} lines of what {what} holds, and there are {number}")
+        while (piece := file.readline(_BLOCK)) and not piece.endswith(b"\n"):
+            pass
+
+
+def numbered_names(words: Sequence[str]) -> list[str]:
+    """Names of data files by a pattern such as "slice%03d.raw" and the first number, the last one and the step.
+
+    Raises
+    ------
+    FileFault
+        If they make no list, or one of more files than anybody has.
+    """
+    said = " ".join(words)
+    if not _PATTERN.fullmatch(words[0]):
+        raise FileFault(f"the names of its data files have one number of up to 99 digits, such as %03d: {said[:80]!r}")
+    try:
+        first, last, step = (int(word) for word in words[1:])
+    except ValueError:
+        raise FileFault(f"the numbers of its data files are first, last and step: {said[:80]!r}") from None
+    count = (last - first) // step + 1 if step else 0
+    if not 1 <= count <= _MOST_FILES:
+        raise FileFault(f"its data files number {count}, and 1 to {_MOST_FILES} are read: {said[:80]!r}")
+    return [words[0] % (first + number * step) for number in range(count)]
 
 
 def _bounded(blocks: Iterator[bytes], limit: int, what: str) -> Iterator[bytes]:

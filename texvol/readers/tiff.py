@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.readers.colors import colored, component_axis, is_colored, with_color
-from texvol.readers.samples import Choice, FileFault, Samples, by, check_size, pick, real_type
-from texvol.readers.tiff_pages import check_pages
+from texvol.readers.samples import Choice, FileFault, Samples, by, check_size, check_unpacked, pick, real_type
+from texvol.readers.tiff_pages import check_pages, check_planes
 
 _UNITS = {
     "micron": "µm",
@@ -55,6 +55,7 @@ def _file(path: str, choice: Choice) -> Samples:
     check_pages(path)
     with tifffile.TiffFile(path, _multifile=False) as tif:
         _refuse_several_files(tif)
+        check_planes(tif.ome_metadata or "", len(tif.pages))
         if not tif.series:
             raise FileFault("holds no image")
         series = tif.series[0]
@@ -110,6 +111,8 @@ def _refuse_several_files(tif: Any) -> None:
 def _check_pages(tif: Any, series: Any, path: str) -> None:
     """Raise FileFault if a page's data lie beyond the end of the file: tifffile would fill the gap with zeros."""
     held = os.path.getsize(path)
+    if int(series.keyframe.compression) != 1:
+        check_unpacked(int(series.nbytes), held)
     for number, page in enumerate(series.pages):
         if page is None:
             raise FileFault(f"page {number} is missing")

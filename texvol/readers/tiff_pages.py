@@ -1,14 +1,36 @@
-"""The chain of a TIFF's pages: each says where the next one is, the last one 0.
+"""The chain of a TIFF's pages, and what OME says that they are, held against the file before tifffile reads it.
 
-Held against the file before tifffile reads it, which on a broken chain takes the pages before the break for all.
+Each page says where the next one is, the last one 0; on a broken chain tifffile takes the pages before the break for
+all. Of OME's planes it makes a list, as long as the description says.
 """
 
 from __future__ import annotations
 
 import os
+import re
 import struct
+from math import prod
 
 from texvol.readers.samples import FileFault
+
+# Planes that OME may tell of for each page that there is, when a recording was broken off; and in any case.
+_PLANES_A_PAGE, _PLANES_ANYWAY = 100, 2**12
+
+
+def check_planes(ome: str, pages: int) -> None:
+    """Raise FileFault if OME's description has far more planes than the file has pages."""
+    told = 0
+    for pixels in re.findall(r"<(?:\w+:)?Pixels\b([^>]*)>", ome):
+        told += prod(_whole(pixels, f"Size{axis}") for axis in "ZCT")
+    for entry in re.findall(r"<(?:\w+:)?TiffData\b([^>]*)>", ome):
+        told += _whole(entry, "PlaneCount")
+    if told > max(_PLANES_A_PAGE * pages, _PLANES_ANYWAY):
+        raise FileFault(f"its OME description tells of {told} planes, and it has {pages} pages")
+
+
+def _whole(attributes: str, name: str) -> int:
+    found = re.search(rf'\b{name}\s*=\s*["\'](\d{{1,18}})["\']', attributes)
+    return int(found.group(1)) if found else 1
 
 
 def check_pages(path: str) -> None:
