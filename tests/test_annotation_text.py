@@ -67,7 +67,7 @@ def test_another_font_may_be_given(tmp_path: Path) -> None:
     assert (pictures[0] != pictures[1]).any()
     (tmp_path / "no.ttf").write_text("no font")
     for name in ("no.ttf", "absent.ttf"):
-        with pytest.raises(InputError, match=f"{name}: cannot be read as a font"):
+        with pytest.raises(InputError, match=f"{name}: cannot be read"):
             check(Annotation(title="Title", font=tmp_path / name), scene)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import resource
 from pathlib import Path
 from typing import Any
 from unittest.mock import Mock
@@ -216,3 +217,17 @@ def test_keys_are_those_that_a_window_tells_of() -> None:
     from texvol.window.screen import key_names
 
     assert set(key_names(glfw).values()) == KEYS
+
+
+def test_a_recording_on_a_full_disk_or_a_device_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="is no file but a device"):
+        Recorder("/dev/full")
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    recorder = Recorder(tmp_path / "a.jsonl")
+    recorder.add([Event("move", x=1, y=2)] * 100, 0.0)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (40, limits[1]))
+    try:
+        with pytest.raises(InputError, match=r"a.jsonl: cannot be written: File too large: the limit \(ulimit -f\)"):
+            recorder.close()
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)

@@ -37,7 +37,7 @@ from texvol.errors import AccuracyWarning, InputError, TexvolError
 from texvol.scene import Scene
 from texvol.scene_facts import scene_facts
 from texvol.shown_pictures import Display
-from texvol.terminal import say
+from texvol.terminal import complain, say
 from texvol.window.command import add_view
 
 if TYPE_CHECKING:
@@ -69,14 +69,14 @@ def main(line: Sequence[str] | None = None) -> int:
             warnings.simplefilter("always", AccuracyWarning)
             status = arguments.run(arguments)
         for warning in caught:
-            print(f"texvol: warning: {_one_line(warning.message)}", file=sys.stderr)
+            complain(f"warning: {warning.message}")
         missed = any(issubclass(warning.category, AccuracyWarning) for warning in caught)
         return status or int(missed and arguments.strict)
     except (TexvolError, MemoryError) as error:
-        print(f"texvol: error: {_one_line(error)}", file=sys.stderr)
+        complain(f"error: {_reason(error)}")
         return 2
     except termination.Terminated as ended:
-        print(f"texvol: {ended}", file=sys.stderr)
+        complain(ended)
         return ended.status
     except BrokenPipeError:
         # The reader of our output went away; nothing is left to say, and Python must not try at exit.
@@ -372,6 +372,5 @@ def _demo(arguments: argparse.Namespace) -> None:
         say(f"{Path(arguments.output).resolve()} drawn by {renderer.renderer_name} ({renderer.backend})")
 
 
-def _one_line(error: BaseException | str) -> str:
-    text = " ".join(str(error).split())
-    return text or ("not enough memory" if isinstance(error, MemoryError) else type(error).__name__)
+def _reason(error: BaseException) -> str:
+    return str(error).strip() or ("not enough memory" if isinstance(error, MemoryError) else type(error).__name__)

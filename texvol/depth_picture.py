@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from texvol import writing
 from texvol.errors import InputError
-from texvol.image import _scratch_file
+from texvol.image import scratch_file
 from texvol.terminal import one_line
 
 _HEADER_BYTES = 1 << 16  # room for what the file holds beside its pixels
@@ -47,7 +47,7 @@ def encoded(path: str | os.PathLike[str], depth: ArrayLike) -> bytes:
     spec.z_channel = 0
     spec.attribute("Compression", "zip")
     try:
-        with _scratch_file(".exr", pixels.nbytes + _HEADER_BYTES) as scratch:
+        with scratch_file(pixels.nbytes + _HEADER_BYTES) as scratch:
             output = oiio.ImageOutput.create("exr")
             if output is None:
                 raise InputError(f"{path}: this OpenImageIO writes no EXR: {one_line(oiio.geterror())}")
@@ -55,4 +55,4 @@ def encoded(path: str | os.PathLike[str], depth: ArrayLike) -> bytes:
                 raise InputError(f"{path}: cannot be encoded: {one_line(output.geterror())}")
             return Path(scratch).read_bytes()
     except OSError as error:
-        raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
+        raise InputError(f"{path}: cannot be written: {writing.reason_of(error)}") from None

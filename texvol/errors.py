@@ -1,8 +1,16 @@
 """What can go wrong outside the program, each with one line that a user can act on."""
 
+from texvol.shown_text import shown
+
 
 class TexvolError(Exception):
-    """Base of every error that texvol raises on purpose; the command line prints it as one line."""
+    """Base of every error that texvol raises on purpose; the command line prints it as one line.
+
+    Names of files and words of libraries are in it: what a terminal would obey is shown by its number.
+    """
+
+    def __str__(self) -> str:
+        return shown(super().__str__())
 
 
 class InputError(TexvolError, ValueError):

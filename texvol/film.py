@@ -38,6 +38,7 @@ _ENVIRONMENT = {
     "MALLOC_MMAP_THRESHOLD_": str(1 << 25),  # the most that glibc takes
     "MALLOC_TRIM_THRESHOLD_": str(1 << 26),
 }
+_SPEAKER = re.compile(r"^(\[[^]]* @ 0x[0-9a-f]+\] )+")  # the part of ffmpeg that a line is of, and its address
 _CONVERSION = re.compile(r"%%|%0?\d{0,2}d|%")
 
 
@@ -116,12 +117,13 @@ class Writer:
         fps: float = DEFAULT_FPS,
     ) -> None:
         job: dict[str, Any] = {"path": os.fspath(path), "size": size, "transparent": transparent}
-        self._scratch: Path | None = None
+        self._folder: Path | None = None  # of a film that is not whole yet
         count = min(max(len(os.sched_getaffinity(0)) // 2, 1), _MOST_PROCESSES, views)
         if is_film(path):
             count = 1
-            self._scratch = writing.beside(Path(os.path.realpath(path)))
-            job |= {"ffmpeg": film_formats.ffmpeg(), "fps": fps, "scratch": str(self._scratch)}
+            job |= {"ffmpeg": film_formats.ffmpeg(), "fps": fps}
+            self._folder = writing.folder_beside(Path(os.path.realpath(path)))
+            job["folder"] = str(self._folder)
         self._processes: list[_Process] = []
         self._added = 0
         try:
@@ -147,9 +149,8 @@ class Writer:
             process.hang_up()
         for process in self._processes:
             process.wait()
-        if self._scratch is not None:
-            with contextlib.suppress(OSError):
-                self._scratch.unlink()
+        if self._folder is not None:
+            writing.remove(self._folder)
 
     def __enter__(self) -> Writer:
         return self
@@ -167,8 +168,7 @@ class _Process:
         import multiprocessing.connection
         import subprocess
 
-        width, height = job["size"]
-        memory = _shared_memory(_SLOTS * width * height * 16)
+        memory = _shared_memory(job["path"], job["size"])
         try:
             self._slots = _pictures(memory, job["size"])
             self._connection, theirs = multiprocessing.connection.Pipe()
@@ -278,11 +278,19 @@ class _Film:
         import subprocess
         import tempfile
 
-        self._path, self._scratch = job["path"], Path(job["scratch"])
+        self._path, self._folder = job["path"], Path(job["folder"])
+        try:
+            writing.make(self._folder)
+        except OSError as error:
+            raise InputError(f"{self._path}: cannot be written: {writing.reason_of(error)}") from None
         self._errors = tempfile.TemporaryFile()  # noqa: SIM115  (closed with the process)
         command = film_formats.command(job["ffmpeg"], job["path"], job["size"], job["fps"])
         self._process = subprocess.Popen(
-            [*command, f"file:{self._scratch}"], stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=self._errors
+            [*command, f"file:{self._folder / 'film'}"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.DEVNULL,
+            stderr=self._errors,
+            restore_signals=False,  # SIGXFSZ stays ignored: ffmpeg says that the file is too large, and is not killed
         )
 
     def add(self, number: int, picture: NDArray[np.float32], attributes: dict[str, str]) -> None:
@@ -301,21 +309,22 @@ class _Film:
         if self._process.wait():
             raise self._failed()
         try:
-            os.replace(self._scratch, os.path.realpath(self._path))  # what a link points to
+            os.replace(self._folder / "film", os.path.realpath(self._path))  # what a link points to
         except OSError as error:
-            raise InputError(f"{self._path}: cannot be written: {error.strerror}") from None
+            raise InputError(f"{self._path}: cannot be written: {writing.reason_of(error)}") from None
+        writing.remove(self._folder)
 
     def drop(self) -> None:
         self._process.kill()
         self._process.wait()
-        with contextlib.suppress(OSError):
-            self._scratch.unlink()
+        writing.remove(self._folder)
 
     def _failed(self) -> InputError:
         status = self._process.wait()
         self._errors.seek(0)
         said = self._errors.read().decode(errors="replace").split("\n")
-        reason = next((line.strip() for line in said if line.strip()), f"ffmpeg ended with status {status}")
+        lines = (_SPEAKER.sub("", line).strip() for line in said)
+        reason = next(filter(None, lines), f"ffmpeg ended with status {status}")
         return InputError(f"{self._path}: the film cannot be written: {reason}")
 
 
@@ -348,21 +357,12 @@ def serve(connection_descriptor: int, memory_descriptor: int) -> None:
             connection.send((type(error).__name__, str(error) or type(error).__name__))
 
 
-def _shared_memory(size: int) -> int:
-    """Descriptor of so many bytes that another process can be given."""
-    import tempfile
-
-    if hasattr(os, "memfd_create"):
-        descriptor = os.memfd_create("texvol", 0)
-    else:
-        with tempfile.TemporaryFile() as file:
-            descriptor = os.dup(file.fileno())
+def _shared_memory(path: str, size: tuple[int, int]) -> int:
+    """Descriptor of memory for the pictures of one process, which that process can be given."""
     try:
-        os.ftruncate(descriptor, size)
+        return writing.memory_file(_SLOTS * size[0] * size[1] * 16)
     except OSError as error:
-        os.close(descriptor)
-        raise InputError(f"no room for pictures of {size >> 20} MiB: {error.strerror}") from None
-    return descriptor
+        raise InputError(f"{path}: cannot be written: {writing.reason_of(error)}") from None
 
 
 def _pictures(memory: int, size: tuple[int, int]) -> NDArray[np.float32]:

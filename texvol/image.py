@@ -8,7 +8,6 @@ a PNG without a background keeps its opacity and holds straight colour.
 from __future__ import annotations
 
 import os
-import tempfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from functools import cache, lru_cache
@@ -82,7 +81,7 @@ def encoded(
             return _quick_png(pixels, attributes or {})
         return _encoded(pixels, kind, attributes or {})
     except OSError as error:
-        raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
+        raise InputError(f"{path}: cannot be written: {writing.reason_of(error)}") from None
 
 
 def read(path: str | os.PathLike[str]) -> NDArray[np.float32]:
@@ -188,7 +187,7 @@ def _encoded(pixels: NDArray, kind: str, attributes: Mapping[str, str]) -> bytes
     else:
         spec.attribute("oiio:ColorSpace", "lin_rec709_scene")
         spec.attribute("Compression", "zip")
-    with _scratch_file(kind, pixels.nbytes + (1 << 16)) as scratch:
+    with scratch_file(pixels.nbytes + (1 << 16)) as scratch:
         output = oiio.ImageOutput.create(kind[1:])
         if output is None:
             raise InputError(f"this OpenImageIO writes no {kind}: {one_line(oiio.geterror())}")
@@ -198,22 +197,15 @@ def _encoded(pixels: NDArray, kind: str, attributes: Mapping[str, str]) -> bytes
 
 
 @contextmanager
-def _scratch_file(kind: str, most_bytes: int) -> Iterator[str]:
-    """Name of a file to encode into, in memory where the system can.
+def scratch_file(most_bytes: int) -> Iterator[str]:
+    """Name of a file in memory to encode into.
 
     Out of room libjpeg ends the process and libpng says nothing: so it is not the picture's own file, and room for
     `most_bytes` is made sure of first.
     """
-    if hasattr(os, "memfd_create"):
-        handle = os.memfd_create("texvol")
-        try:
-            os.ftruncate(handle, most_bytes)
-            os.ftruncate(handle, 0)
-            yield f"/proc/self/fd/{handle}"
-        finally:
-            os.close(handle)
-    else:
-        with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder) / f"picture{kind}"
-            path.write_bytes(bytes(most_bytes))
-            yield str(path)
+    handle = writing.memory_file(most_bytes)
+    try:
+        os.ftruncate(handle, 0)
+        yield f"/proc/self/fd/{handle}"
+    finally:
+        os.close(handle)

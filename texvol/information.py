@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol import resampling
+from texvol.shown_text import shown_line
 from texvol.volume import Volume
 
 PERCENTAGES = (0.1, 1, 5, 25, 50, 75, 95, 99, 99.9)
@@ -104,7 +105,7 @@ def text(facts: dict[str, Any]) -> str:
     page = [facts["name"], "", *(f"{name:<12}{value}" for name, value in rows)]
     if facts["value_range"] is not None and not facts["labels"]:
         page += ["", *_percentile_lines(facts), "", *_histogram_lines(facts["histogram"])]
-    return "\n".join(page)
+    return "\n".join(map(shown_line, page))
 
 
 def _labels(volume: Volume) -> dict[str, Any] | None:

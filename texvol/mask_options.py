@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from texvol.mask import Mask
+from texvol.shown_text import shown
 from texvol.spaces import turned
 from texvol.volume import Volume
 
@@ -90,8 +91,10 @@ def _warn_if_elsewhere(found: Volume, volume: Volume) -> None:
     farthest = float(np.abs(off @ as_read.index_from_world.T).max())
     if farthest > _OFF:
         warnings.warn(
-            f"{found.name}: the mask lies up to {farthest:.3g} voxels away from {volume.name}, by what the two files "
-            "say of their place; it is laid on the volume's samples all the same",
+            shown(
+                f"{found.name}: the mask lies up to {farthest:.3g} voxels away from {volume.name}, by what the two "
+                "files say of their place; it is laid on the volume's samples all the same"
+            ),
             stacklevel=2,
         )
 

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
+from texvol import text_files
 from texvol.errors import InputError
 from texvol.volume_options import beside
 
@@ -34,17 +35,9 @@ def read(path: str | os.PathLike[str], scene: Mapping[str, Option], reading: Map
     InputError
         If it can't be read, is no TOML, or has a key or a value that is none.
     """
-    import tomllib
-
     path = Path(path)
-    try:
-        content = tomllib.loads(path.read_text("utf-8"))
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: is not TOML: {error}") from None
     found = SceneFile({}, {})
-    for key, value in content.items():
+    for key, value in text_files.read_toml(path).items():
         name = key.replace("_", "-")
         if name == "volume":
             found.reading[name] = _volume(value, path)

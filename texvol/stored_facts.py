@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping
 from typing import Any, TypeVar
 
 from texvol import stored_parts as parts
+from texvol import text_files
 from texvol.errors import InputError
 from texvol.scene_facts import FORMAT
 
@@ -32,9 +32,9 @@ class Facts:
         """
         facts = cls({}, name)
         try:
-            content = json.loads(text) if len(text) <= MOST_CHARACTERS else None
-        except (ValueError, RecursionError) as error:
-            raise facts.fault(f"is not JSON: {error}") from None
+            content = text_files.parsed_json(text, "it") if len(text) <= MOST_CHARACTERS else None
+        except InputError as error:
+            raise facts.fault(str(error).removeprefix("it: ")) from None
         if not isinstance(content, dict):
             raise facts.fault(f"is not a JSON object of at most {MOST_CHARACTERS >> 20} MB")
         version = content.get("format", 1)

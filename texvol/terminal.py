@@ -8,18 +8,21 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import IO
 
+from texvol import shown_text
 from texvol.errors import InputError
+from texvol.shown_text import shown
 
-_LONGEST_LINE = 400
+_LONGEST_LINE = 400  # of a library
+_LONGEST_MESSAGE = 4000  # names the options of a scene, or all that is wrong with one
 
 
 def say(text: str) -> None:
-    """Print what was asked for; what the terminal cannot show becomes a question mark."""
+    """Print what was asked for; what the terminal cannot show becomes a question mark, what it would obey a number."""
     if sys.stdout is None:
         raise InputError("there is no standard output to write to")
     try:
         sys.stdout.reconfigure(errors="replace")  # type: ignore[union-attr]
-        print(text, flush=True)
+        print(shown(text), flush=True)
     except BrokenPipeError:
         raise
     except OSError as error:
@@ -27,10 +30,19 @@ def say(text: str) -> None:
         raise InputError(f"standard output cannot be written to: {error.strerror}") from None
 
 
+def complain(text: object) -> None:
+    """Print one line on stderr, of a length that a terminal can take."""
+    if sys.stderr is not None:
+        print(f"texvol: {_shortened(shown_text.one_line(text), _LONGEST_MESSAGE)}", file=sys.stderr, flush=True)
+
+
 def one_line(reason: object) -> str:
     """What a library says on one line, of a length that a terminal can take."""
-    line = " ".join(str(reason).split()) or "no reason given"
-    return line if len(line) <= _LONGEST_LINE else line[:_LONGEST_LINE] + " …"
+    return _shortened(shown_text.one_line(reason) or "no reason given", _LONGEST_LINE)
+
+
+def _shortened(line: str, longest: int) -> str:
+    return line if len(line) <= longest else line[:longest] + " …"
 
 
 @contextmanager

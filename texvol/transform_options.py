@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol import text_files
 from texvol.errors import InputError
 
 _LAST_ROW = (0.0, 0.0, 0.0, 1.0)
@@ -68,13 +69,7 @@ def transform_value(value: Any) -> TransformChoice:
 
 def _of_file(path: str) -> tuple[float, ...]:
     """Numbers of a text file: three or four rows of four; what follows a # is for people."""
-    try:
-        with open(path, encoding="utf-8") as file:
-            text = file.read(_LONGEST_FILE)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read as a transform: {error.strerror}") from None
-    except UnicodeDecodeError:
-        raise InputError(f"{path}: is no text, and a transform is 4 rows of 4 numbers") from None
+    text = text_files.read_text(path, "a transform, 4 rows of 4 numbers", _LONGEST_FILE)
     lines = (line.partition("#")[0] for line in text.splitlines())
     rows = [_numbers(re.split(r"[,\s]+", line.strip(" \t,"))) for line in lines if line.strip()]
     if len(rows) not in (3, 4) or not all(row is not None and len(row) == 4 for row in rows):

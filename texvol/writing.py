@@ -1,16 +1,23 @@
-"""Files written whole or not at all: beside their place first, then renamed."""
+"""Files written whole or not at all: in a private folder beside their place first, then renamed.
+
+The folder has a random name, is made new or not at all, and is its owner's alone, so that nobody else can put a link
+where a file is about to be written. What is written in it gets the permissions of any new file, and `os.replace`
+replaces a name and never writes through it.
+"""
 
 from __future__ import annotations
 
-import contextlib
+import errno
 import itertools
 import os
+import secrets
+import shutil
+import tempfile
 from collections.abc import Iterable, Mapping
+from contextlib import ExitStack
 from pathlib import Path
 
 from texvol.errors import InputError
-
-_numbers = itertools.count()
 
 
 def check_writable(path: str | os.PathLike[str]) -> None:
@@ -24,9 +31,12 @@ def check_writable(path: str | os.PathLike[str]) -> None:
             raise InputError(f"{path}: its folder {folder} does not exist")
         if path.exists() and not path.is_file():  # a name that is too long says so here
             raise InputError(f"{path}: is no file but a device or the like, and a file is to be written")
+        accessible = os.access(folder, os.W_OK)
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {error.strerror}") from None
-    if not os.access(folder, os.W_OK):
+    except ValueError as error:  # a NUL, or half of a surrogate pair
+        raise InputError(f"{os.fspath(path)!r}: is no name of a file: {error}") from None
+    if not accessible:
         raise InputError(f"{path}: its folder {folder} cannot be written to")
 
 
@@ -52,9 +62,22 @@ def check_apart(outputs: Mapping[str, str | None], read: Iterable[str | None], w
             raise InputError(f"{path}: {what}, and would be lost: give {option} another name")
 
 
-def beside(path: Path) -> Path:
-    """A name of our own in the same folder, for what is to be renamed to `path` when it is whole."""
-    return path.with_name(f".texvol-{os.getpid()}-{next(_numbers)}")
+def folder_beside(path: Path) -> Path:
+    """Name of a folder that is not there yet, in that of `path`, for a file that is renamed to `path` when it is whole.
+
+    Whoever writes the file makes the folder by `make`; whoever knows of it takes it away by `remove`.
+    """
+    return path.with_name(f".texvol-{secrets.token_hex(8)}")
+
+
+def make(folder: Path) -> None:
+    """Make such a folder, or raise OSError where anything has that name."""
+    folder.mkdir(0o700)
+
+
+def remove(folder: Path) -> None:
+    """Remove such a folder and what is in it, if it is still there."""
+    shutil.rmtree(folder, ignore_errors=True)
 
 
 def write_files(files: Mapping[str | os.PathLike[str], bytes]) -> None:
@@ -66,20 +89,52 @@ def write_files(files: Mapping[str | os.PathLike[str], bytes]) -> None:
         If one can't be written, a full disk included.
     """
     scratch: dict[Path, Path] = {}
+    with ExitStack() as folders:
+        try:
+            for name, content in files.items():
+                path = Path(os.path.realpath(name))  # what a link points to, not the link
+                check_writable(path)
+                try:
+                    folder = folder_beside(path)
+                    make(folder)
+                    folders.callback(remove, folder)
+                    scratch[path] = _written(folder / "file", content)
+                except OSError as error:
+                    raise InputError(f"{name}: cannot be written: {reason_of(error)}") from None
+            for path, written in scratch.items():
+                os.replace(written, path)
+        except OSError as error:
+            raise InputError(f"{error.filename2 or error.filename}: cannot be written: {reason_of(error)}") from None
+
+
+def _written(path: Path, content: bytes) -> Path:
+    """The path, with a new file there."""
+    with open(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW, 0o666), "wb") as file:
+        file.write(content)
+    return path
+
+
+def memory_file(size: int) -> int:
+    """Descriptor of a new file in memory with so many bytes, or OSError; limits on files hold for it, too."""
+    if hasattr(os, "memfd_create"):
+        descriptor = os.memfd_create("texvol", 0)
+    else:
+        with tempfile.TemporaryFile() as file:
+            descriptor = os.dup(file.fileno())
     try:
-        for name, content in files.items():
-            path = Path(os.path.realpath(name))  # what a link points to, not the link
-            check_writable(path)
-            scratch[path] = beside(path)
-            try:
-                scratch[path].write_bytes(content)
-            except OSError as error:
-                raise InputError(f"{name}: cannot be written: {error.strerror or error}") from None
-        for path, written in scratch.items():
-            os.replace(written, path)
+        os.ftruncate(descriptor, size)
     except OSError as error:
-        raise InputError(f"{error.filename2 or error.filename}: cannot be written: {error.strerror}") from None
-    finally:
-        for written in scratch.values():
-            with contextlib.suppress(OSError):
-                written.unlink()
+        os.close(descriptor)
+        raise OSError(error.errno, f"{reason_of(error)}; a scratch file of {size} bytes is needed") from None
+    return descriptor
+
+
+def reason_of(error: OSError) -> str:
+    """Why a file cannot be written, in words; with the limit on the size of files where that is what is met."""
+    reason = error.strerror or str(error)
+    if error.errno != errno.EFBIG or "ulimit" in reason:
+        return reason
+    import resource
+
+    limit, _ = resource.getrlimit(resource.RLIMIT_FSIZE)
+    return reason if limit == resource.RLIM_INFINITY else f"{reason}: the limit (ulimit -f) is {limit} bytes"

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.errors import InputError, missing_extra
+from texvol.text_files import check_regular
 
 ELLIPSIS = "…"
 _NO_LETTER = "\U0010ffff"  # that of no font, for which it draws what stands for letters that it lacks
@@ -110,6 +111,7 @@ class Lettering:
 
     def _font(self, size: float) -> Any:
         if size not in self._sized:
+            check_regular(self._path)
             try:
                 # The basic layout is the same on every machine; the other one depends on what libraries are there.
                 basic = self._library.Layout.BASIC

@@ -7,12 +7,13 @@ JUnit     properties of a test case, and lines [[ATTACHMENT|path]] in its output
 from __future__ import annotations
 
 import os
-import re
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from texvol.shown_text import markdown, one_line, shown, shown_line
 
 if TYPE_CHECKING:
     from texvol.comparison.outcome import Outcome
@@ -152,7 +153,7 @@ def properties(result: Result) -> list[tuple[str, str]]:
 
 def attachment(path: str) -> str:
     """The line in a test case's output that Jenkins and GitLab take for an attached file."""
-    return f"[[ATTACHMENT|{path}]]"
+    return f"[[ATTACHMENT|{shown_line(path)}]]"
 
 
 def _annotation(result: Result, environment: Mapping[str, str]) -> str:
@@ -174,7 +175,7 @@ def _in_workspace(file: str | None, environment: Mapping[str, str]) -> str | Non
 def _escaped(text: str, *, of_property: bool = False) -> str:
     """Text in a workflow command: its characters of control, and in a property what ends one, in percent."""
     special = "%\r\n:," if of_property else "%\r\n"
-    return "".join(f"%{ord(each):02X}" if each in special else each for each in text)
+    return "".join(f"%{ord(each):02X}" if each in special else each for each in shown(text))
 
 
 def _row(result: Result) -> str:
@@ -198,6 +199,5 @@ def _number(number: float | None) -> str:
 
 def _cell(text: str) -> str:
     """Text that is no Markdown and no HTML, on one line."""
-    line = " ".join(text.split())
-    line = line if len(line) <= _MOST_WORDS else line[: _MOST_WORDS - 1] + "…"
-    return re.sub(r"([\\`*_\[\]<>|#&~])", lambda found: f"&#{ord(found[1])};", line)
+    line = one_line(text)
+    return markdown(line if len(line) <= _MOST_WORDS else line[: _MOST_WORDS - 1] + "…")

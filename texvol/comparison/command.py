@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 from texvol import option_texts as texts
 from texvol import writing
 from texvol.errors import InputError
+from texvol.shown_text import shown_line
 from texvol.terminal import say
 
 if TYPE_CHECKING:
@@ -215,7 +216,7 @@ def in_words(outcome: Outcome) -> str:
     lines += [f"  {each}" for each in outcome.notes]
     if outcome.measures is not None:
         lines += ["", *_table(outcome)]
-    return "\n".join(lines)
+    return "\n".join(map(shown_line, lines))
 
 
 def _share(explained: float) -> str:

@@ -5,10 +5,11 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Mapping
 from functools import cache
-from html import escape
 from importlib.resources import files
 from string import Template
 from typing import Any
+
+from texvol.shown_text import escaped
 
 # Each has a sign besides its colour, which not everybody sees.
 SIGNS = {"broken": "✕", "different": "≠", "new": "+", "same": "✓"}
@@ -24,7 +25,7 @@ def part(name: str) -> str:
 def document(title: str, body: str, styles: Iterable[str], scripts: Iterable[str], data: str = "") -> str:
     """A whole page that needs nothing else, and is not allowed to ask for anything."""
     return Template(part("page.html")).substitute(
-        title=escape(title),
+        title=escaped(title),
         style="\n".join(map(part, styles)),
         body=body,
         data=data,
@@ -41,18 +42,18 @@ def data_element(name: str, content: Any) -> str:
 def status_sign(status: str) -> str:
     """The verdict as a word with a sign."""
     known = status if status in SIGNS else "broken"
-    return f'<span class="status {known}" data-sign="{SIGNS[known]}">{escape(status)}</span>'
+    return f'<span class="status {known}" data-sign="{SIGNS[known]}">{escaped(status)}</span>'
 
 
 def listed(sentences: Iterable[str]) -> str:
     """A list of sentences, or nothing."""
-    items = "".join(f"<li>{escape(each)}</li>" for each in sentences)
+    items = "".join(f"<li>{escaped(each)}</li>" for each in sentences)
     return f"<ul>{items}</ul>" if items else ""
 
 
 def fact_list(facts: Mapping[str, str]) -> str:
     """Names with what they are, or nothing."""
-    items = "".join(f"<dt>{escape(str(name))}</dt><dd>{escape(str(fact))}</dd>" for name, fact in facts.items())
+    items = "".join(f"<dt>{escaped(str(name))}</dt><dd>{escaped(str(fact))}</dd>" for name, fact in facts.items())
     return f"<dl>{items}</dl>" if items else ""
 
 

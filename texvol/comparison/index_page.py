@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from html import escape
 from typing import Any
 from urllib.parse import quote
 
 from texvol.comparison.entries import THUMBNAIL_DECADES
 from texvol.comparison.html_parts import SIGNS, STATUSES, document, fact_list, listed, number, status_sign
+from texvol.shown_text import escaped
 
 _HINT = (
     "A new picture has no reference yet. Look at it, and if it is right run "
@@ -49,7 +49,7 @@ def index_page(
     counts = {status: sum(_status(each) == status for each in ordered) for status in STATUSES}
     tested = f'<section id="self-test"><h2>What the limits catch</h2>\n{self_test}</section>' if self_test else ""
     made = f"<h2>Made with</h2>\n{fact_list(facts)}" if facts else ""
-    body = f"""<h1>{escape(title)}</h1>
+    body = f"""<h1>{escaped(title)}</h1>
 {_summary(counts)}
 {_filter(counts) if ordered else ""}
 {f'<p class="hint">{_HINT}</p>' if counts["new"] else ""}
@@ -118,18 +118,18 @@ def _filter(counts: Mapping[str, int]) -> str:
 def _article(entry: Mapping[str, Any], common: Mapping[str, str]) -> str:
     status, name = _status(entry), str(entry.get("name", "picture"))
     page = str(entry.get("page") or "")
-    link = f'<a href="{escape(quote(page))}">{escape(name)}</a>' if page else escape(name)
-    test = f'<p class="dim">{escape(str(entry["test"]))}</p>' if entry.get("test") else ""
+    link = f'<a href="{escaped(quote(page))}">{escaped(name)}</a>' if page else escaped(name)
+    test = f'<p class="dim">{escaped(str(entry["test"]))}</p>' if entry.get("test") else ""
     kinds, notes = entry.get("kinds") or (), entry.get("notes") or ()
-    oracle = f"<p><b>Oracle:</b> {escape(str(entry['oracle']))}</p>" if entry.get("oracle") else ""
+    oracle = f"<p><b>Oracle:</b> {escaped(str(entry['oracle']))}</p>" if entry.get("oracle") else ""
     own = {key: value for key, value in (entry.get("facts") or {}).items() if common.get(key) != value}
     return f"""<article data-status="{status}">
 <div class="thumbs">{_pictures(entry, page)}</div>
 <div class="words"><h3>{status_sign(status)} {link}</h3>{test}
 {listed(map(str, entry.get("violations") or ()))}
-{f'<p class="kinds">{escape("; ".join(map(str, kinds)))}</p>' if kinds else ""}{oracle}
+{f'<p class="kinds">{escaped("; ".join(map(str, kinds)))}</p>' if kinds else ""}{oracle}
 {_numbers(entry)}
-{f'<p class="dim">{escape("; ".join(map(str, notes)))}</p>' if notes else ""}
+{f'<p class="dim">{escaped("; ".join(map(str, notes)))}</p>' if notes else ""}
 {_own_facts(own)}</div></article>
 """
 
@@ -140,15 +140,15 @@ def _pictures(entry: Mapping[str, Any], page: str) -> str:
     for role in ("candidate", "reference", "difference"):
         if role not in thumbnails:
             continue
-        picture = f'<img src="{escape(thumbnails[role])}" alt="{role}" decoding="async">'
+        picture = f'<img src="{escaped(thumbnails[role])}" alt="{role}" decoding="async">'
         # The link of the name says where it goes; three more would only be in the way of the tab key.
-        linked = f'<a href="{escape(quote(page))}" tabindex="-1" aria-hidden="true">{picture}</a>' if page else picture
+        linked = f'<a href="{escaped(quote(page))}" tabindex="-1" aria-hidden="true">{picture}</a>' if page else picture
         figures.append(f"<figure>{linked}<figcaption>{role}</figcaption></figure>")
     return "".join(figures)
 
 
 def _numbers(entry: Mapping[str, Any]) -> str:
-    size = f"<span>{escape(str(entry['size']))} pixels</span>" if entry.get("size") else ""
+    size = f"<span>{escaped(str(entry['size']))} pixels</span>" if entry.get("size") else ""
     measures = entry.get("measures")
     if not measures:
         return f'<p class="numbers">{size}</p>' if size else ""

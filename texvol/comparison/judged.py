@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from texvol.comparison.outcome import SCENE_ATTRIBUTE, Outcome, with_truth
 from texvol.comparison.pictures import Picture
 from texvol.errors import InputError, TexvolError
+from texvol.text_files import parsed_json
 
 if TYPE_CHECKING:
     from texvol.stored_scene import StoredScene
@@ -95,8 +95,8 @@ def _scene_changes(outcome: Outcome) -> list[str]:
     facts: list[dict[str, Any]] = []
     for picture in (outcome.candidate, outcome.reference):
         try:
-            found = json.loads(picture.attributes.get(SCENE_ATTRIBUTE, ""))
-        except (ValueError, RecursionError):
+            found = parsed_json(picture.attributes.get(SCENE_ATTRIBUTE, ""), "the scene")
+        except ValueError:
             return []
         if not isinstance(found, dict):
             return []

@@ -22,11 +22,11 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from texvol import text_files
 from texvol.comparison.measures import Measures, without_infinities
 from texvol.comparison.pictures import Picture
 from texvol.errors import InputError
@@ -149,14 +149,7 @@ def read_limits(path: str | os.PathLike[str]) -> dict[str, Any]:
     InputError
         If it can't be read or is no TOML.
     """
-    import tomllib
-
-    try:
-        return tomllib.loads(Path(path).read_text("utf-8"))
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: is not TOML: {error}") from None
+    return text_files.read_toml(path)
 
 
 def violations(measures: Measures, limits: Limits) -> tuple[str, ...]:

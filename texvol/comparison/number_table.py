@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from html import escape
-
 from texvol.comparison.html_parts import number
 from texvol.comparison.limits import DRIVER_ATTRIBUTE, Limits
 from texvol.comparison.measures import Measures
 from texvol.comparison.outcome import Outcome
 from texvol.comparison.pictures import Picture
+from texvol.shown_text import escaped
 
 _ROWS = (
     ("maximum", "max_error"),
@@ -27,7 +26,7 @@ def number_tables(measures: Measures, limits: Limits) -> str:
 <div class="wide"><table class="limits"><caption hidden>What is held against limits</caption>
 <thead><tr><th scope="col">held against limits</th><th scope="col">measured</th><th scope="col">limit</th></tr></thead>
 <tbody>{_limit_rows(measures, limits)}</tbody></table></div>
-<p class="dim" style="margin-top: 6px">The limits are those of {escape(limits.source)}. What the files' number formats
+<p class="dim" style="margin-top: 6px">The limits are those of {escaped(limits.source)}. What the files' number formats
 round away is not counted in this table, and is in the next.</p>
 <div class="wide"><table class="numbers"><caption hidden>Differences</caption>
 <thead><tr><th scope="col">difference</th><th scope="col">all</th><th scope="col">colour</th>
@@ -55,7 +54,7 @@ def _limit_row(name: str, value: float, limit: float) -> str:
     sign = '<span title="over the limit">✕</span> ' if is_over else "✓ " if is_there else ""
     kind = ' class="over"' if is_over else ""
     return (
-        f'<tr><th scope="row">{escape(name)}</th><td{kind}>{sign}{number(value)}</td>'
+        f'<tr><th scope="row">{escaped(name)}</th><td{kind}>{sign}{number(value)}</td>'
         f"<td>{number(limit) if is_there else 'none'}</td></tr>"
     )
 
@@ -93,7 +92,7 @@ def file_table(outcome: Outcome) -> str:
     )
     cells = "".join(
         f'<tr><th scope="row">{name}</th>'
-        + "".join(f'<td class="words">{escape(each)}</td>' for each in texts)
+        + "".join(f'<td class="words">{escaped(each)}</td>' for each in texts)
         + "</tr>"
         for name, texts in rows
     )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
@@ -14,6 +13,7 @@ from texvol.comparison.limits import DRIVER_ATTRIBUTE, Limits, default_limits, v
 from texvol.comparison.measures import Measures, measure, without_infinities
 from texvol.comparison.pictures import Picture
 from texvol.comparison.three_way import ThreeWay, three_way
+from texvol.text_files import parsed_json
 
 SCENE_ATTRIBUTE = "texvol:scene"
 _NUMBER_MODES = ("xray", "mip", "minip", "average")  # display.NUMBER_MODES, without what it imports
@@ -149,8 +149,8 @@ def _holds_numbers(picture: Picture) -> bool:
     if picture.whole_numbers or SCENE_ATTRIBUTE not in picture.attributes:
         return False
     try:
-        facts = json.loads(picture.attributes[SCENE_ATTRIBUTE])
-    except (ValueError, RecursionError):
+        facts = parsed_json(picture.attributes[SCENE_ATTRIBUTE], "the scene")
+    except ValueError:
         return False
     return isinstance(facts, dict) and facts.get("mode") in _NUMBER_MODES
 

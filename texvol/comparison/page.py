@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Mapping
-from html import escape
 from typing import Any
 
 import numpy as np
@@ -27,6 +26,7 @@ from texvol.comparison.number_table import file_table, number_tables, worst_pixe
 from texvol.comparison.outcome import Outcome
 from texvol.comparison.pixel_data import candidate_data, level_data, reference_data
 from texvol.page_pictures import color_table
+from texvol.shown_text import escaped
 
 __all__ = ["comparison_page", "entry_of"]
 
@@ -51,9 +51,9 @@ def comparison_page(
     flip : bool
         Whether to show where ꟻLIP sees differences, which takes as long as all the rest.
     """
-    back = f'<p><a href="{escape(index)}">All pictures</a></p>' if index else ""
+    back = f'<p><a href="{escaped(index)}">All pictures</a></p>' if index else ""
     measures = outcome.measures
-    body = f"""{back}<h1>{escape(outcome.name)}</h1>
+    body = f"""{back}<h1>{escaped(outcome.name)}</h1>
 {_verdict(outcome)}
 {part("viewer.html")}
 {_histogram_section(outcome)}
@@ -73,10 +73,10 @@ def _verdict(outcome: Outcome) -> str:
     if outcome.three_way:
         said += ["<h2>The oracle's word</h2>", listed([outcome.three_way.words])]
     if measures and measures.max_error > 0:
-        said += ["<h2>Where most</h2>", f'<p class="most">{escape(worst_pixel_words(measures))}</p>']
+        said += ["<h2>Where most</h2>", f'<p class="most">{escaped(worst_pixel_words(measures))}</p>']
     if outcome.notes:
         said += ["<h2>Worth knowing</h2>", listed(outcome.notes)]
-    return f'<div class="verdict {escape(outcome.status)}">{"".join(said)}</div>'
+    return f'<div class="verdict {escaped(outcome.status)}">{"".join(said)}</div>'
 
 
 def _lead(outcome: Outcome) -> str:

@@ -25,6 +25,7 @@ from texvol.comparison.planting import PlantedRenderer
 from texvol.errors import ContextError
 from texvol.renderer import Renderer
 from texvol.scene_facts import scene_facts
+from texvol.shown_text import shown_line
 from texvol.stored_scene import AnyVolume, StoredScene
 
 DEFAULT_SIZE = (256, 256)
@@ -136,7 +137,7 @@ class SelfTest:
         ]
         heading = f"{self.name}, {width}x{height}, drawn by {self.driver}, limits {self.limits.source}"
         reasons = [f"{row.name}: {row.reason}" for row in self.rows if row.reason]
-        return "\n".join([heading, "", *table, "", *reasons, self.words])
+        return "\n".join(map(shown_line, [heading, "", *table, "", *reasons, self.words]))
 
     def page(self) -> str:
         """A page of its own with the table, small pictures of every mistake, and what it changes."""

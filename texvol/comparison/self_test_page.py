@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from html import escape
-
 import numpy as np
 from numpy.typing import NDArray
 
 from texvol.comparison.html_parts import document, listed, number
 from texvol.comparison.self_test import CAUGHT, FALSE_ALARM, MISSED, SAME, Row, SelfTest
 from texvol.page_pictures import data_url, png
+from texvol.shown_text import escaped
 
 STYLES = ("style.css", "self_test.css")
 # A sign beside the colour, which not everybody sees.
@@ -25,7 +24,7 @@ _MOST_GAIN = 20  # powers of two: a millionth is what rounding leaves, and shows
 def page(test: SelfTest) -> str:
     """A whole page."""
     title = f"What the limits catch: {test.name}"
-    return document(title, f"<h1>{escape(title)}</h1>{fragment(test)}", STYLES, ())
+    return document(title, f"<h1>{escaped(title)}</h1>{fragment(test)}", STYLES, ())
 
 
 def fragment(test: SelfTest) -> str:
@@ -38,7 +37,7 @@ def fragment(test: SelfTest) -> str:
     )
     rows = "".join(map(_table_row, test.rows))
     right = f'<img alt="the right picture" src="{_url(test.right)}"><figcaption><b>right</b></figcaption>'
-    return f"""<p><b>{escape(test.words)}.</b> {escape(about)}</p>
+    return f"""<p><b>{escaped(test.words)}.</b> {escaped(about)}</p>
 <div class="wide" tabindex="0"><table class="planted">
 <thead><tr>{"".join(f'<th scope="col"{kind}>{name}</th>' for name, kind in _HEAD)}</tr></thead>
 <tbody>{rows}</tbody></table></div>
@@ -55,15 +54,15 @@ def _table_row(row: Row) -> str:
     if measures is not None:
         numbers = [measures.max_error, measures.rms_error, measures.flip, measures.percent_over]  # type: ignore[list-item]
     cells = "".join(f"<td>{number(each, 2)}</td>" for each in numbers)
-    by, told = (f'<td class="words">{escape(each)}</td>' for each in (", ".join(row.caught_by), row.told))
-    name = f'<th scope="row">{escape(row.name)}</th>'
+    by, told = (f'<td class="words">{escaped(each)}</td>' for each in (", ".join(row.caught_by), row.told))
+    name = f'<th scope="row">{escaped(row.name)}</th>'
     return f'<tr>{name}<td class="words">{_outcome(row)}</td>{by}{cells}{told}</tr>'
 
 
 def _outcome(row: Row) -> str:
     kind = "good" if row.status in _GOOD else "bad" if row.status in _BAD else "none"
     sign = (_GOOD | _BAD).get(row.status, "")
-    return f'<span class="outcome {kind}">{sign} {escape(row.status)}</span>'
+    return f'<span class="outcome {kind}">{sign} {escaped(row.status)}</span>'
 
 
 def _card(row: Row, right: NDArray[np.float64]) -> str:
@@ -74,10 +73,10 @@ def _card(row: Row, right: NDArray[np.float64]) -> str:
     told = row.outcome.kinds if row.outcome else ()
     seen = "; ".join(each.words for each in told)
     return (
-        f'<figure class="card"><div class="pair"><img alt="{escape(row.name)}" src="{_url(row.picture)}">'
+        f'<figure class="card"><div class="pair"><img alt="{escaped(row.name)}" src="{_url(row.picture)}">'
         f'<img alt="difference times {gain:g}" src="{_url(difference * gain)}"></div>'
-        f"<figcaption><b>{escape(row.name)}</b>: {escape(row.words)}. {_outcome(row)}; difference × {gain:g}."
-        f"{f' Told from the pictures: {escape(seen)}.' if seen else ''}</figcaption></figure>"
+        f"<figcaption><b>{escaped(row.name)}</b>: {escaped(row.words)}. {_outcome(row)}; difference × {gain:g}."
+        f"{f' Told from the pictures: {escaped(seen)}.' if seen else ''}</figcaption></figure>"
     )
 
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import io
 import os
-import stat
 import warnings
 from collections.abc import Mapping
 from typing import Any, BinaryIO
@@ -22,6 +21,7 @@ from texvol.geometry.shapes import MESH_COLOR, Mesh
 from texvol.readers.faults import named_faults
 from texvol.readers.loading import silent_libraries
 from texvol.readers.samples import FileFault, check_size
+from texvol.text_files import check_regular
 
 FORMATS = {".ply": "PLY", ".stl": "STL", ".obj": "OBJ", ".vtp": "VTP"}
 READ = "PLY, STL, OBJ, VTP"
@@ -59,12 +59,10 @@ def load_mesh(
 
 
 def _read(kind: str, path: str) -> Parts:
-    about = os.stat(path)
-    if not stat.S_ISREG(about.st_mode):
-        raise FileFault("is a folder" if stat.S_ISDIR(about.st_mode) else "is not a regular file")
-    if not about.st_size:
+    size = check_regular(path)
+    if not size:
         raise FileFault("is empty")
-    check_size([about.st_size], _BYTES_PER_BYTE)
+    check_size([size], _BYTES_PER_BYTE)
     if kind == "VTP":
         from texvol.geometry import vtp
 

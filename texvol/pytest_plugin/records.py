@@ -20,6 +20,8 @@ from typing import Any
 
 import pytest
 
+from texvol.shown_text import shown
+
 # Worst first.
 STATUSES = ("broken", "different", "new", "refused", "updated", "same")
 FAILING = frozenset(STATUSES[:4])
@@ -31,7 +33,7 @@ class PictureError(AssertionError):
     """A picture that is not what it should be; `status` says in which way."""
 
     def __init__(self, message: str, status: str) -> None:
-        super().__init__(message)
+        super().__init__(shown(message))
         self.status = status
 
 

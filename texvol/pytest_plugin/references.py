@@ -17,6 +17,7 @@ from texvol.comparison.limits import DRIVER_ATTRIBUTE
 from texvol.comparison.pictures import Picture, read_picture
 from texvol.errors import InputError
 from texvol.pytest_plugin import repeats
+from texvol.text_files import parsed_json
 
 SUFFIXES = (".exr", ".png", ".tif", ".tiff", ".jpg", ".jpeg")
 FINGERPRINT_ATTRIBUTE = "texvol:fingerprint"
@@ -93,7 +94,7 @@ def attributes_of(picture: Picture) -> dict[str, str]:
 def fingerprint_of(picture: Picture) -> dict[str, str]:
     """The picture's own fingerprint, or that of what makes pictures now."""
     with suppress(KeyError, ValueError):
-        found = json.loads(picture.attributes[FINGERPRINT_ATTRIBUTE])
+        found = parsed_json(picture.attributes[FINGERPRINT_ATTRIBUTE], "the fingerprint")
         if isinstance(found, dict):
             return {str(name): str(fact) for name, fact in found.items()}
     return fingerprint.of_picture(driver_of(picture.attributes))

@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from texvol.comparison.pictures import Picture
+from texvol.text_files import parsed_json
 
 ATTRIBUTE = "texvol:repeats"
 
@@ -85,7 +86,7 @@ def header_of(pictures: Sequence[Picture], mean: Picture) -> dict[str, str]:
 def _noise_of_mean(reference: Picture) -> float:
     """What is left of the noise in a reference that is a mean; 0 where it does not say so."""
     try:
-        found = json.loads(reference.attributes.get(ATTRIBUTE, ""))
+        found = parsed_json(reference.attributes.get(ATTRIBUTE, ""), "the noise")
         return float(found["noise"]) / float(found["count"]) ** 0.5
-    except (ValueError, TypeError, KeyError, ZeroDivisionError, RecursionError):
+    except (ValueError, TypeError, KeyError, OverflowError, ZeroDivisionError):
         return 0.0

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from texvol import __version__, writing
+from texvol import __version__, text_files, writing
 from texvol.errors import InputError
 from texvol.pytest_plugin.records import Record, counted
 
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from texvol.comparison.outcome import Outcome
 
 FILE = "report.json"
+_MOST_BYTES = 1 << 30
 _PROGRAM = "texvol pictures"
 _MARK = b"<!-- written by pytest --texvol-report -->\n"
 _INDEX, _SUMMARY = "index.html", "summary.md"
@@ -147,8 +148,9 @@ def _relative(folder: Path, path: str) -> str:
 
 def _is_report(folder: Path) -> bool:
     try:
-        content = json.loads((folder / FILE).read_text("utf-8"))
-    except (OSError, ValueError):
+        text = text_files.read_text(folder / FILE, "JSON", _MOST_BYTES)
+        content = text_files.parsed_json(text, FILE)
+    except InputError:
         return False
     return isinstance(content, dict) and content.get("program") == _PROGRAM
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
-from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +15,7 @@ from texvol.pytest_plugin import junit, references, report
 from texvol.pytest_plugin.candidates import Maker
 from texvol.pytest_plugin.names import Claims
 from texvol.pytest_plugin.records import FAILING, RECORDS, plain
+from texvol.shown_text import escaped
 
 if TYPE_CHECKING:
     import pytest
@@ -68,7 +68,7 @@ class PictureSession:
         try:
             found = self_test.self_test(stored, candidate.size, outcome.limits)
         except TexvolError as error:
-            return {"self_test": f"<p>{escape(outcome.name)}: {escape(str(error))}</p>"}
+            return {"self_test": f"<p>{escaped(outcome.name)}: {escaped(str(error))}</p>"}
         return {"self_test": self_test_page.fragment(found)}
 
     def said(self, path: Path) -> str:

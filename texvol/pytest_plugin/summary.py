@@ -11,6 +11,7 @@ import pytest
 from texvol.errors import InputError
 from texvol.pytest_plugin import exit_status, options
 from texvol.pytest_plugin.records import Gathered, counted
+from texvol.shown_text import shown_line
 
 if TYPE_CHECKING:
     from texvol.pytest_plugin.records import Record
@@ -79,11 +80,11 @@ class Reporter:
             return
         terminalreporter.section("pictures")
         drivers = sorted({record["driver"] for record in records if record.get("driver")})
-        terminalreporter.write_line(f"{counted(records)}; drawn by {', '.join(drivers) or 'what is not said'}")
-        for line in [*_written(records), *notes]:
-            terminalreporter.write_line(line)
+        lines = [f"{counted(records)}; drawn by {', '.join(drivers) or 'what is not said'}", *_written(records), *notes]
         if folder is not None:
-            terminalreporter.write_line(f"report: {folder / 'index.html'}")
+            lines.append(f"report: {folder / 'index.html'}")
+        for line in lines:
+            terminalreporter.write_line(shown_line(line))
         from texvol.comparison import ci
 
         if ci.on_github():

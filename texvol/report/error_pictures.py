@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from html import escape
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,6 +15,7 @@ from texvol.convergence import (
 from texvol.report import words
 from texvol.report.measuring import Findings
 from texvol.report.pictures import data_url, decades, false_color, scale_bar
+from texvol.shown_text import escaped
 
 
 def error_section(findings: Findings) -> str:
@@ -79,6 +78,6 @@ def _errors_in_words(each: Measurement) -> str:
 def _figure(errors: NDArray, scale: tuple[int, int], role: str, what: str, size: str) -> str:
     picture = data_url(false_color(errors, scale))
     return (
-        f'<figure><img src="{picture}" alt="Errors of {escape(what)}"><figcaption><strong>{escape(role)}</strong><br>'
-        f"{escape(what)}<br>{escape(size)}</figcaption></figure>"
+        f'<figure><img src="{picture}" alt="Errors of {escaped(what)}"><figcaption><strong>{escaped(role)}</strong><br>'
+        f"{escaped(what)}<br>{escaped(size)}</figcaption></figure>"
     )

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from html import escape
-
 from texvol.convergence import Measurement
 from texvol.report import words
 from texvol.report.measuring import Findings
 from texvol.report.table import fronts
+from texvol.shown_text import escaped
 
 _HEAD = """<thead>
 <tr><th class="first" colspan="4"></th><th class="group" colspan="4">time</th>
@@ -36,9 +35,9 @@ def _row(each: Measurement, on_front: bool) -> str:
     texels = each.texture_format or (setting.texture_format if setting.formats else "–")
     target = each.target_format or (setting.target_format if setting.formats else "–")
     first = [setting.name, setting.rate, texels, target]
-    cells = f'<td class="first">{escape(first[0])}</td>' + "".join(f"<td>{escape(text)}</td>" for text in first[1:])
+    cells = f'<td class="first">{escaped(first[0])}</td>' + "".join(f"<td>{escaped(text)}</td>" for text in first[1:])
     if each.skipped:
-        return f'<tr>{cells}<td class="left words" colspan="9">left out: {escape(each.skipped)}</td></tr>'
+        return f'<tr>{cells}<td class="left words" colspan="9">left out: {escaped(each.skipped)}</td></tr>'
     times = [words.seconds(each.seconds), str(each.frames)]
     times += [words.seconds(each.bake_seconds), words.seconds(each.upload_seconds)]
     own = [words.max_of(each.discretisation), words.rms_of(each.discretisation), words.error(each.estimated_error)]

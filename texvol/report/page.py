@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from html import escape
 from importlib.resources import files
 from pathlib import Path
 from string import Template
@@ -17,6 +16,7 @@ from texvol.report.measuring import Findings
 from texvol.report.orders import order_section
 from texvol.report.pictures import data_url, png
 from texvol.scene import Scene
+from texvol.shown_text import escaped
 
 Plots = Mapping[str, Mapping[str, bytes]]  # metric → theme → PNG file
 
@@ -35,14 +35,14 @@ def html(findings: Findings, plots: Plots) -> str:
     ]
     scene = findings.scene
     return template.substitute(
-        title=escape(f"Speed against error: {', '.join(Path(volume.name).name for volume in scene.volumes)}"),
+        title=escaped(f"Speed against error: {', '.join(Path(volume.name).name for volume in scene.volumes)}"),
         version=__version__,
         date=f"{findings.started:%d %B %Y, %H:%M}",
         picture=data_url(png(findings.picture)),
-        picture_caption=f"<code>{escape(scene.classification)}</code> at rate 1, {_size(findings)} pixels, over the "
+        picture_caption=f"<code>{escaped(scene.classification)}</code> at rate 1, {_size(findings)} pixels, over the "
         "background",
         answer=_answer(findings),
-        facts="".join(f"<dt>{escape(name)}</dt><dd>{escape(fact)}</dd>" for name, fact in _facts(findings)),
+        facts="".join(f"<dt>{escaped(name)}</dt><dd>{escaped(fact)}</dd>" for name, fact in _facts(findings)),
         notes=_notes(findings),
         sections="\n".join(filter(None, sections)),
     )
@@ -51,7 +51,7 @@ def html(findings: Findings, plots: Plots) -> str:
 def _answer(findings: Findings) -> str:
     if not findings.has_errors:
         return "No error could be measured, so no setting can be recommended."
-    return escape(words.sentence(findings.ours, total_max, "the error of every pixel, all causes together,"))
+    return escaped(words.sentence(findings.ours, total_max, "the error of every pixel, all causes together,"))
 
 
 def _facts(findings: Findings) -> list[tuple[str, str]]:
@@ -94,7 +94,7 @@ def _volume_facts(scene: Scene) -> list[tuple[str, str]]:
 def _notes(findings: Findings) -> str:
     if not findings.notes:
         return ""
-    return f'<div class="notes">{"".join(f"<p>{escape(each)}</p>" for each in findings.notes)}</div>'
+    return f'<div class="notes">{"".join(f"<p>{escaped(each)}</p>" for each in findings.notes)}</div>'
 
 
 def _choice_section(findings: Findings) -> str:
@@ -103,7 +103,7 @@ def _choice_section(findings: Findings) -> str:
     columns = (total_max, total_rms, discretisation_max)
     rows = "".join(
         f'<tr><td class="first">{limit:g}</td>'
-        + "".join(f"<td>{escape(words.recommendation(findings.ours, each, limit))}</td>" for each in columns)
+        + "".join(f"<td>{escaped(words.recommendation(findings.ours, each, limit))}</td>" for each in columns)
         + "</tr>"
         for limit in words.LIMITS
     )
@@ -120,7 +120,7 @@ def _asked_section(findings: Findings) -> str:
     if not findings.asked:
         return ""
     rows = "".join(
-        f'<tr><td class="first">{escape(each.classification)}</td><td>{each.wanted:g}</td>'
+        f'<tr><td class="first">{escaped(each.classification)}</td><td>{each.wanted:g}</td>'
         f"<td>{each.slab_thickness / findings.scene.smallest_spacing:.3g}</td>"
         f"<td>{words.error(each.estimated_error)}</td><td>{words.error(each.true_error)}</td>"
         f"<td>{'–' if each.true_error is None else 'yes' if each.true_error <= each.wanted else 'no'}</td>"
@@ -158,8 +158,8 @@ discretisation error alone, which thinner slabs remove. Farther left is faster, 
 def _method_section(findings: Findings) -> str:
     truths, scene = findings.truths, findings.scene
     oracle = "" if truths.reason else f" Both integrals together took {words.seconds(truths.seconds)}."
-    facts = "".join(f"<dt>{escape(name)}</dt><dd>{escape(fact)}</dd>" for name, fact in findings.fingerprint.items())
-    command = f"<p>Made by <code>{escape(findings.command)}</code>.</p>" if findings.command else ""
+    facts = "".join(f"<dt>{escaped(name)}</dt><dd>{escaped(fact)}</dd>" for name, fact in findings.fingerprint.items())
+    command = f"<p>Made by <code>{escaped(findings.command)}</code>.</p>" if findings.command else ""
     return f"""<h2>How it was measured</h2>
 <p>Everything on this page was measured in one run, which took {words.seconds(findings.seconds)}, one setting after the
 other. Seconds of a frame are the median of the warm frames, from the request to the finished draw, and one read-back
@@ -169,7 +169,7 @@ taken from the exact integral along each ray, in float64: of the interpolated cl
 and <code>extinction</code>, of the classified interpolated samples for <code>post</code> and <code>integrated</code>
 (discretisation error), and of the latter for all (total error). The distance of the two integrals is the model
 error.{oracle}</p>
-<p>A slab is {scene.smallest_spacing:.5g} {escape(scene.volume.unit or "world units")} thick at rate 1. VTK's mappers
+<p>A slab is {scene.smallest_spacing:.5g} {escaped(scene.volume.unit or "world units")} thick at rate 1. VTK's mappers
 draw in a process of their own, with that as sample distance; theirs is the time of a render and its read-back in 8
 bits.</p>
 {command}<dl>{facts}</dl>"""

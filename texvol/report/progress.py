@@ -6,6 +6,8 @@ import sys
 from types import TracebackType
 from typing import Any
 
+from texvol.terminal import complain, one_line
+
 
 class Progress:
     """A bar with what is being done beside it; in a file or a pipe, a line for each step that was done."""
@@ -21,7 +23,8 @@ class Progress:
             from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
             from rich.progress import Progress as Bar
 
-            columns = (BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TextColumn("{task.description}"))
+            words = TextColumn("{task.description}", markup=False)
+            columns = (BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), words)
             self._bar = Bar(*columns, console=Console(stderr=True), transient=True)
             self._bar.start()
             self._task = self._bar.add_task("", total=None)
@@ -42,7 +45,7 @@ class Progress:
     def say(self, what: str) -> None:
         """What is being done now."""
         if self._bar is not None:
-            self._bar.update(self._task, description=what)
+            self._bar.update(self._task, description=one_line(what))
         else:
             self._line(what)
 
@@ -50,9 +53,9 @@ class Progress:
         """One step is done, with this outcome."""
         self._done += 1
         if self._bar is not None:
-            self._bar.update(self._task, advance=1, description=what)
+            self._bar.update(self._task, advance=1, description=one_line(what))
         else:
             self._line(f"{self._done}/{self._total} {what}")
 
     def _line(self, text: str) -> None:
-        print(f"texvol: {text}", file=sys.stderr, flush=True)
+        complain(text)

@@ -11,6 +11,7 @@ from texvol.comparison import Difference
 from texvol.convergence import PRECLASSIFIED, Measurement, Setting, pareto_front, total_max, total_rms
 from texvol.report.measuring import Findings
 from texvol.report.words import LIMITS, recommendation, rms_of, seconds
+from texvol.shown_text import markdown
 from texvol.volume import Volume
 
 COLUMNS = (
@@ -51,24 +52,24 @@ def markdown_text(findings: Findings) -> str:
     cells = {(each.setting.name, each.setting.sampling_rate): _cell(each) for each in plain}
     lines = [
         f"{', '.join(map(_samples, findings.scene.volumes))}, "
-        f"{'×'.join(map(str, findings.size))} pixels; {findings.fingerprint['GL_RENDERER']}, "
-        f"{findings.fingerprint['processor']}. Time of a warm frame, rms discretisation error, and rms total error "
-        f"where that is another; the model error of `slab` and `extinction` is {rms_of(model)}.",
+        f"{'×'.join(map(str, findings.size))} pixels; {markdown(findings.fingerprint['GL_RENDERER'])}, "
+        f"{markdown(findings.fingerprint['processor'])}. Time of a warm frame, rms discretisation error, and rms total "
+        f"error where that is another; the model error of `slab` and `extinction` is {rms_of(model)}.",
         "",
         "| slabs per voxel | " + " | ".join(f"{rate:g}" for rate in rates) + " |",
         "|---" * (len(rates) + 1) + "|",
     ]
     for name in names:
-        lines.append(f"| {name} | " + " | ".join(cells.get((name, rate), "–") for rate in rates) + " |")
+        lines.append(f"| {markdown(name)} | " + " | ".join(cells.get((name, rate), "–") for rate in rates) + " |")
     lines += ["", "| error | fastest for the maximum error | fastest for the rms error |", "|---|---|---|"]
     for limit in LIMITS:
         chosen = (recommendation(findings.ours, error_of, limit) for error_of in (total_max, total_rms))
-        lines.append(f"| {limit:g} | " + " | ".join(chosen) + " |")
+        lines.append(f"| {limit:g} | " + " | ".join(map(markdown, chosen)) + " |")
     return "\n".join(lines) + "\n"
 
 
 def _samples(volume: Volume) -> str:
-    return f"{Path(volume.name).name}, {'×'.join(map(str, volume.dimensions))} {volume.values.dtype}"
+    return f"{markdown(Path(volume.name).name)}, {'×'.join(map(str, volume.dimensions))} {volume.values.dtype}"
 
 
 def _cell(each: Measurement) -> str:

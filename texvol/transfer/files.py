@@ -49,14 +49,14 @@ What the numbers stand for:
 
 from __future__ import annotations
 
-import json
 import os
+from collections import Counter
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from texvol import text_files
 from texvol.errors import InputError
 from texvol.transfer import parsing
 from texvol.transfer.function import TransferFunction
@@ -89,16 +89,7 @@ def load(
         If the file can't be read, is not such a JSON object, has unknown keys or numbers out of range, or not those
         materials.
     """
-    path = Path(path)
-    try:
-        if path.stat().st_size > _MOST_BYTES:
-            raise InputError(f"{path}: {path.stat().st_size} bytes are no transfer function")
-        text = path.read_text("utf-8")
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
-    except UnicodeDecodeError:
-        raise InputError(f"{path}: is not JSON: it is not UTF-8 text") from None
-    return loads(text, str(path), volume, materials)
+    return loads(text_files.read_text(path, "JSON", _MOST_BYTES), os.fspath(path), volume, materials)
 
 
 def loads(
@@ -108,11 +99,7 @@ def loads(
     materials: Sequence[str] | None = None,
 ) -> TransferFunction:
     """The transfer function in a JSON text; see `load`."""
-    try:
-        content = json.loads(text, object_pairs_hook=_without_duplicates)
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"{name}: is not JSON: {error}") from None
-    return from_content(content, name, volume, materials)
+    return from_content(text_files.parsed_json(text, name), name, volume, materials)
 
 
 def from_content(
@@ -198,8 +185,8 @@ def _point(point: Any, place: int, emission: str) -> tuple[float, parsing.Weight
 def _materials(content: dict[str, Any], units: Units) -> list[Material]:
     found = [parsing.material(each, place, units) for place, each in enumerate(parsing.objects(content, "materials"))]
     names = [each.name for each in found]
-    for name in names:
-        if names.count(name) > 1:
+    for name, count in Counter(names).items():
+        if count > 1:
             raise InputError(f"the material {name!r} stands twice")
     return found
 
@@ -238,10 +225,3 @@ def _names(content: dict[str, Any], key: str) -> list[str]:
     if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
         raise InputError(f"{key} is a list of names of materials, and not {names!r}")
     return names
-
-
-def _without_duplicates(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    content = dict(pairs)
-    if len(content) != len(pairs):
-        raise ValueError("a key stands twice in one object")
-    return content

@@ -16,6 +16,7 @@ from texvol.transfer.materials import Material, Pair, Triple, boundary
 from texvol.transfer.units import Units
 
 _WEIGHTS = ("extinction", "opacity")
+_MOST = 1000  # materials, contours and the like: time goes with the square of their number
 
 
 @dataclass(frozen=True)
@@ -48,11 +49,13 @@ def objects(content: dict[str, Any], key: str) -> list[Any]:
     Raises
     ------
     InputError
-        If it is there and is no list of at least one object.
+        If it is there and is no list of at least one object, or of too many that are mixed with each other.
     """
     things = content.get(key, [])
     if not isinstance(things, list) or (key in content and not things):
         raise InputError(f"a transfer function has a list of {key}, and at least one")
+    if key != "points" and len(things) > _MOST:
+        raise InputError(f"a transfer function has at most {_MOST} {key}, and not {len(things)}")
     return things
 
 

@@ -73,7 +73,7 @@ class Event:
             return cls(**checked)
         except InputError:
             raise
-        except (KeyError, TypeError, ValueError) as error:
+        except (KeyError, OverflowError, TypeError, ValueError) as error:
             raise InputError(f"no event is {content!r}: {error}") from None
 
 

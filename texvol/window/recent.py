@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from texvol import writing
+from texvol import text_files, writing
 from texvol.errors import InputError
 from texvol.reading_options import READING
 from texvol.scene import Scene
@@ -20,6 +20,7 @@ from texvol.window.naming import called
 from texvol.window.scene_writing import volume_table
 
 _MOST = 10
+_MOST_BYTES = 1 << 20
 _TOLD = READING | {name: SCENE_OPTIONS[name] for name in ("spacing", "transform", "mask", "add")}
 
 
@@ -64,7 +65,7 @@ class Recent:
         found = cls(content["path"], {key: value for key, value in content.items() if key != "path"})
         try:
             _ = found.options, found.text
-        except (InputError, KeyError, TypeError, ValueError):
+        except (InputError, KeyError, OverflowError, TypeError, ValueError):
             return None
         return found
 
@@ -85,7 +86,7 @@ def place() -> Path:
 def files() -> list[Recent]:
     """The latest first; those that are gone are left out."""
     with suppress(OSError, ValueError, RuntimeError):
-        content = json.loads(place().read_text("utf-8"))
+        content = text_files.parsed_json(text_files.read_text(place(), "JSON", _MOST_BYTES), str(place()))
         found = map(Recent.from_json, content if isinstance(content, list) else [])
         return [each for each in found if each is not None and os.path.exists(each.path)][:_MOST]
     return []

@@ -14,17 +14,18 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, TextIO
 
-from texvol import image
+from texvol import image, text_files, writing
 from texvol.errors import InputError
 from texvol.window import saving
 from texvol.window.commands import is_command
 from texvol.window.events import Event
 
+_MOST_BYTES = 16 << 20  # an hour of moves
 ACTIONS = ("rest", "screenshot", "save", "command", "mark")
 
 
@@ -53,21 +54,16 @@ def read(path: str | os.PathLike[str]) -> list[Step]:
     InputError
         If it can't be read, or a line says nothing that can be played.
     """
-    try:
-        lines = Path(path).read_text("utf-8").splitlines()
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
-    except UnicodeDecodeError:
-        raise InputError(f"{path}: is no script: it is not UTF-8 text") from None
+    lines = text_files.read_text(path, "a script", _MOST_BYTES).splitlines()
     steps = []
     for number, line in enumerate(lines, start=1):
         if line.strip() and not line.lstrip().startswith("#"):
+            where = f"{path}:{number}"
+            content = text_files.parsed_json(line, f"{where}: a step is a JSON object, and not {line.strip()[:60]!r}")
             try:
-                steps.append(_step(json.loads(line)))
-            except (json.JSONDecodeError, RecursionError):
-                raise InputError(f"{path}:{number}: a step is a JSON object, and not {line.strip()[:60]!r}") from None
+                steps.append(_step(content))
             except ValueError as error:
-                raise InputError(f"{path}:{number}: {error}") from None
+                raise InputError(f"{where}: {error}") from None
     return sorted(steps, key=lambda step: step.t)
 
 
@@ -146,10 +142,12 @@ class Recorder:
     """Writes what happens as a script."""
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
+        writing.check_writable(path)
+        self._path = path
         try:
             self._file: TextIO = open(path, "w", encoding="utf-8")  # noqa: SIM115 (open for as long as the window)
         except OSError as error:
-            raise InputError(f"{path}: cannot be written: {error.strerror}") from None
+            raise InputError(f"{path}: cannot be written: {writing.reason_of(error)}") from None
         self._start: float | None = None
 
     def add(self, events: Iterable[Event], now: float) -> None:
@@ -157,8 +155,18 @@ class Recorder:
         self._start = now if self._start is None else self._start
         for event in events:
             content = {"t": round(now - self._start, 4)} | event.as_json()
-            self._file.write(json.dumps(content, ensure_ascii=False) + "\n")
+            with self._faults():
+                self._file.write(json.dumps(content, ensure_ascii=False) + "\n")
 
     def close(self) -> None:
         """No more events."""
-        self._file.close()
+        with self._faults():
+            self._file.close()
+
+    @contextmanager
+    def _faults(self) -> Iterator[None]:
+        """Raise InputError where the file cannot be written any more."""
+        try:
+            yield
+        except OSError as error:
+            raise InputError(f"{self._path}: cannot be written: {writing.reason_of(error)}") from None
