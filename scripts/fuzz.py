@@ -36,6 +36,7 @@ from texvol.errors import TexvolError
 
 BLOCK = 500  # inputs of a child
 _INFO = 0.1  # fraction of volumes that are asked for information as well
+_SLOW = ("dicom", "netcdf", "scene")  # kinds of which there is a third as many inputs
 
 
 class Inputs:
@@ -48,6 +49,7 @@ class Inputs:
         if unknown := set(kinds) - set(names):
             raise SystemExit(f"fuzz: there is no kind {', '.join(unknown)}; there are {', '.join(names)}")
         self.kinds = tuple(kinds) or tuple(names)
+        self._turns = [kind for turn in range(3) for kind in self.kinds if turn == 0 or not kind.startswith(_SLOW)]
         self._seeds = {kind: [each for each in known if each.kind == kind] for kind in self.kinds}
         self._cases = [each for each in cases() if each.kind in self.kinds]
         self._others = {kind: [*self._seeds[kind][0].files.values()] for kind in self.kinds}
@@ -58,7 +60,7 @@ class Inputs:
         """Kind of an input."""
         if number < len(self._cases):
             return self._cases[number].kind
-        return self.kinds[number % len(self.kinds)]
+        return self._turns[number % len(self._turns)]
 
     def made(self, number: int) -> Seed:
         """Input of a number."""
