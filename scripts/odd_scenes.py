@@ -99,7 +99,7 @@ def told(found: dict[str, Any]) -> str:
     return f"{line}: {', '.join(found['words'])}{said}"
 
 
-def drawn_again(path: Path) -> dict[int, dict[str, Any]]:
+def kept(path: Path) -> dict[int, dict[str, Any]]:
     """Outcomes that a file has, by number."""
     if not path.exists():
         return {}
@@ -144,7 +144,7 @@ def main() -> int:
     numbers = range(arguments.start, arguments.start + arguments.count)
     if arguments.only is not None:
         numbers = range(arguments.only, arguments.only + 1)
-    done = drawn_again(arguments.output) if arguments.output else {}
+    done = kept(arguments.output) if arguments.output else {}
     outcomes = [done[number] for number in numbers if number in done]
     with Renderer() as renderer:
         for found in run([number for number in numbers if number not in done], renderer, **how):
