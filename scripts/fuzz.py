@@ -6,8 +6,9 @@
 Input N depends on --seed, --kinds and N alone. First come files made by hand, then sound ones with random damage. They
 are read in forked children with limits of time and memory. Outcomes: read; refused (a TexvolError of one line); other
 exception; signal (or an exit); time (more than --limit seconds); memory (more than twice what the result takes, and
---memory MiB); printed (on standard output or error); leaked (a descriptor); message (of several lines, or none). The
-first input of each different finding lies in DIR, with what is known of its cause. Exit status 1 if there is any.
+--memory MiB); printed (on standard output or error); leaked (a descriptor); message (of several lines, or none). DIR
+gets the first input of each different finding, with what is known of its cause, and the counts so far. Exit status 1
+if there is any finding.
 """
 
 from __future__ import annotations
@@ -132,6 +133,8 @@ def campaign(
             if different not in results.signatures:
                 results.signatures.add(different)
                 _keep(inputs, finding, output)
+        if output is not None and output.is_dir():
+            (output / "counts.md").write_text(table(results.counts) + "\n", encoding="utf-8")
 
     warnings.simplefilter("ignore")
     inputs.warm()
@@ -196,6 +199,7 @@ def main() -> int:
     parser.add_argument("-o", "--output", type=Path, default=Path("fuzz"), metavar="DIR", help="where findings go")
     arguments = parser.parse_args()
     inputs = Inputs(arguments.seed, tuple(filter(None, arguments.kinds.split(","))))
+    arguments.output.mkdir(parents=True, exist_ok=True)
     if arguments.only is not None:
         return _again(inputs, arguments.only, arguments.output)
     count = arguments.count if arguments.count or arguments.seconds else 10_000
