@@ -36,7 +36,8 @@ from fuzz_seeds import Seed, seeds
 from texvol.errors import TexvolError
 
 BLOCK = 500  # inputs of a child
-_INFO = 0.1  # fraction of volumes that are asked for information as well
+_FURTHER = {"volume": "info", "picture": "diff"}  # what a fraction of the files are read for
+_FRACTION = 0.1
 _SLOW = ("dicom", "netcdf", "scene")  # kinds of which there is a third as many inputs
 
 
@@ -73,8 +74,8 @@ class Inputs:
         name = sound.opened if sound.opened and random.random() < 0.8 else random.choice([*sound.files])
         others = self._others[random.choice(self.kinds) if random.random() < 0.2 else kind]
         content = damaged(sound.files[name], random, text=sound.text and name == sound.opened, others=others)
-        asked = sound.reader == "volume" and random.random() < _INFO
-        return replace(sound, files={**sound.files, name: content}, reader="info" if asked else sound.reader)
+        reader = _FURTHER.get(sound.reader, sound.reader) if random.random() < _FRACTION else sound.reader
+        return replace(sound, files={**sound.files, name: content}, reader=reader)
 
     def attempt(self, number: int) -> int:
         """Bytes of what is read of an input, or TexvolError."""
@@ -98,9 +99,7 @@ class Inputs:
                 inner = Path(folder) / str(place)
                 inner.mkdir()
                 put(sound, str(inner))
-                fuzz_readers.read(
-                    "info" if sound.reader == "volume" else sound.reader, f"{inner}/{sound.opened}", sound.options
-                )
+                fuzz_readers.read(_FURTHER.get(sound.reader, sound.reader), f"{inner}/{sound.opened}", sound.options)
 
 
 def put(made: Seed, folder: str) -> None:

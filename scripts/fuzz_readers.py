@@ -9,14 +9,20 @@ from collections.abc import Callable, Mapping
 from typing import Any
 from unittest.mock import patch
 
+import numpy as np
 from fuzz_seeds import STEPS, VALUES
 
 from texvol import information, options
+from texvol.annotation.lettering import Lettering
+from texvol.comparison.judged import judged
 from texvol.comparison.limits import named_limits
-from texvol.comparison.pictures import read_picture
+from texvol.comparison.outcome import examine
+from texvol.comparison.pictures import Picture, read_picture
 from texvol.errors import InputError
 from texvol.geometry.reading import load_mesh
 from texvol.mask import Mask
+from texvol.pytest_plugin.references import fingerprint_of
+from texvol.pytest_plugin.repeats import repeats_of
 from texvol.readers import TimeSeries, load
 from texvol.scene_facts import ATTRIBUTE
 from texvol.stored_scene import scene_from_facts, stored_scene_of
@@ -73,6 +79,24 @@ def _picture(path: str) -> int:
         stored_scene_of(picture.attributes, name=path, volume=_VOLUME, mask=_MASK)
     # As wide as what it decodes to, whose four channels of float64 and their rounding are made of it.
     return picture.pixels.nbytes * 4
+
+
+def _diff(path: str) -> int:
+    picture = read_picture(path)
+    attributes = {ATTRIBUTE: '{"format": 2, "mode": "mip", "settings": {"slab_thickness": 1}}'}
+    reference = Picture.of_array(np.linspace(0, 1, 120, dtype=np.float32).reshape(5, 6, 4), "reference", attributes)
+    outcome = judged(examine(picture, reference))
+    json.dumps(outcome.as_json(), allow_nan=False)
+    repeats_of([picture, picture], picture, picture)
+    fingerprint_of(picture)
+    return picture.pixels.nbytes * 16
+
+
+def _font(path: str) -> int:
+    lettering = Lettering(path)
+    lettering.check("AHp 1", "the text")
+    lettering.fitted("AHp 1", 16, 30, 0.5)
+    return lettering.coverage("AHp 1", 16, 1)[0].nbytes
 
 
 def _mesh(path: str) -> int:
@@ -132,6 +156,8 @@ _READERS: dict[str, Callable[..., int]] = {
     "series": _series,
     "mask": _mask,
     "picture": _picture,
+    "diff": _diff,
+    "font": _font,
     "mesh": _mesh,
     "transfer": _transfer,
     "scene": _scene,

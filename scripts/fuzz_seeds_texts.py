@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import struct
 from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
 from fuzz_seeds import VALUES, Seed, written
@@ -30,6 +31,7 @@ def seeds() -> Iterator[Seed]:
     """All of them."""
     yield from _pictures()
     yield from _meshes()
+    yield _font()
     for text in _TRANSFERS:
         yield _text("transfer", "t.json", json.dumps(text), "transfer")
     yield Seed("scene", {"s.toml": _SCENE.encode(), **_BESIDE()}, "s.toml", "scene", text=True)
@@ -46,6 +48,14 @@ def seeds() -> Iterator[Seed]:
 
 def _text(kind: str, name: str, text: str, reader: str) -> Seed:
     return Seed(kind, {name: text.encode()}, name, reader, text=True)
+
+
+def _font() -> Seed:
+    import matplotlib
+
+    # The smallest font that there is for sure; some of its letters are what a text of numbers needs.
+    path = Path(matplotlib.get_data_path()) / "fonts" / "ttf" / "cmtt10.ttf"
+    return Seed("font", {"f.ttf": path.read_bytes()}, "f.ttf", "font")
 
 
 def _pictures() -> Iterator[Seed]:
