@@ -90,7 +90,10 @@ PLY = (
 
 @pytest.mark.parametrize(
     "rows",
-    [b"4 0 1 2\n", b"3 0 1\n", b"3 0 1 2 3\n", b"3 0 1 2\n4 0 1 2\n", b"3 0 1 2\n4 0 1 2 3\n5 0 1 2\n", b"255 0 1 2\n", b"3\n"],
+    [
+        b"4 0 1 2\n", b"3 0 1\n", b"3 0 1 2 3\n", b"3 0 1 2\n4 0 1 2\n", b"3 0 1 2\n4 0 1 2 3\n5 0 1 2\n",
+        b"255 0 1 2\n", b"3\n",
+    ],
 )  # fmt: skip
 def test_faces_of_ply_with_other_corners_than_they_say(tmp_path: Path, rows: bytes) -> None:
     header = PLY % (b"ascii", rows.count(b"\n"))

@@ -50,6 +50,13 @@ def test_the_threshold_lies_at_ten_times_the_range_of_the_others() -> None:
         assert len(lone_extremes(Volume(values))) == count
 
 
+def test_a_few_distinct_values_are_no_reason_to_find_more() -> None:
+    values = np.array([24, 25, 62, 99, 100, 137, 174, 175] * 8).reshape(4, 4, 4)
+    assert lone_extremes(Volume(values)) == ()
+    values[1, 2, 3] = -(2**63)
+    assert [each.value for each in lone_extremes(Volume(values))] == [-(2**63)]
+
+
 @pytest.mark.parametrize(
     "values",
     [

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol import resampling
+from texvol.lone_extremes import lone_extremes
 from texvol.shown_text import shown_line
 from texvol.volume import Volume
 
@@ -36,6 +37,9 @@ def facts(volume: Volume) -> dict[str, Any]:
 
     `labels` is None where values are measured; else their `count`, and of the first ones label and number of samples.
     `color` says whether each sample has a colour of its own, of which the value is how much there is.
+    `lone_extremes` are values at the ends of the range that are far from all others: of each the `value`, its number of
+    `samples`, how many `times` the range of the others (`others`) it is away from them, and the text that `--missing`
+    finds it by.
     """
     corners = volume.corners_from_centre + volume.centre
     low, high, mean, counts = _summary(volume.values)
@@ -66,6 +70,7 @@ def facts(volume: Volume) -> dict[str, Any]:
         "inf_count": counts["inf"],
         "value_range": None if low is None or high is None else [_number(low, is_whole), _number(high, is_whole)],
         "mean": _number(mean),
+        "lone_extremes": _lone(volume),
         "percentiles": percentiles,
         "percentile_samples": used,
         "histogram": {"edges": edges, "counts": bins},
@@ -95,6 +100,7 @@ def text(facts: dict[str, Any]) -> str:
         ("extinction", facts["extinction_unit"]),
         *(_label_rows(facts) if facts["labels"] else [_value_row(facts)]),
         *([("colour", "each sample has its own; values are how much of it there is")] if facts["color"] else []),
+        *((("alone" if number == 0 else "", line) for number, line in enumerate(_lone_lines(facts["lone_extremes"])))),
         ("not finite", f"{facts['nan_count']} NaN, {facts['inf_count']} infinite"),
         ("memory", f"data {_bytes(memory['data_bytes'])}; texture {textures}"),
         ("", f"texture with gradients {with_gradients}"),
@@ -118,9 +124,27 @@ def _labels(volume: Volume) -> dict[str, Any] | None:
     return {"count": len(found.labels), "first": [{"label": label, "samples": count} for label, count in first]}
 
 
+def _lone(volume: Volume) -> list[dict[str, Any]]:
+    return [
+        {"missing" if key == "text" else key: value for key, value in each._asdict().items()}
+        for each in lone_extremes(volume)
+    ]
+
+
 def _value_row(facts: dict[str, Any]) -> tuple[str, str]:
     extent = facts["value_range"]
     return "values", f"{_row(extent, ' to ')}, mean {_digits(facts['mean'])}" if extent else "none is finite"
+
+
+def _lone_lines(lone: list[dict[str, Any]]) -> list[str]:
+    """A line for each value that is far from all others."""
+    lines = []
+    for each in lone:
+        count = "1 sample" if each["samples"] == 1 else f"{each['samples']} samples"
+        low, high = each["others"]
+        far = f"far from all others ({_digits(low)} to {_digits(high)})"
+        lines.append(f"{each['missing']} in {count}, {far}: if it stands for no value, --missing {each['missing']}")
+    return lines
 
 
 def _label_rows(facts: dict[str, Any]) -> list[tuple[str, str]]:

@@ -17,6 +17,9 @@ from texvol.volume import Volume
 TIMES = 10.0  # the others' range, that a gap has to exceed
 MOST = 4  # distinct values at each end of the range that may be lone
 
+# Values at the lower and the upper end that are left out at a time. With more of them, a few distinct ones that happen
+# to lie close together would have all others for lone.
+_WAYS = ((0, 1), (1, 0), (0, 2), (1, 1), (2, 0))
 _CHUNK = 2**20  # samples looked at at a time
 _SPREAD = 2**16  # samples, evenly spread, that tell in most volumes that there is none
 
@@ -104,11 +107,10 @@ def _split(lowest: NDArray, highest: NDArray) -> tuple[int, int] | None:
 
 
 def _first_split(lowest: NDArray, highest: NDArray) -> tuple[int, int] | None:
-    """As few values at each end as make those left lie far from them; None if there are none."""
-    ways = sorted(
-        ((below, above) for below in range(len(lowest)) for above in range(len(highest)) if below + above), key=sum
-    )
-    for below, above in ways:
+    """One or two values, as few as can be, that are far from those left, and how many at each end; None if none are."""
+    for below, above in _WAYS:
+        if below >= len(lowest) or above >= len(highest):
+            continue
         first, last = float(lowest[below]), float(highest[len(highest) - 1 - above])
         least = TIMES * _between(first, last)
         is_far_below = not below or _between(float(lowest[below - 1]), first) > least

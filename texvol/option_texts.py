@@ -56,6 +56,24 @@ def number(text: str) -> float:
         raise argparse.ArgumentTypeError(f"a number is wanted, and not {text!r}") from None
 
 
+def sample_value(text: str) -> int | float:
+    """A value that samples may have: an integer with all its digits, or a number."""
+    if re.fullmatch(r"\s*[+-]?\d{1,40}\s*", text):
+        return int(text)
+    wanted = number(text)
+    if np.isnan(wanted):
+        raise argparse.ArgumentTypeError("a number is wanted, and not NaN: samples that are NaN are missing anyway")
+    return wanted
+
+
+def sample_values(value: object) -> list[int | float]:
+    """Values that samples may have, from a scene file's number or array of numbers."""
+    several = value if isinstance(value, list) else [value]
+    if any(isinstance(each, bool) or not isinstance(each, int | float | str) for each in several):
+        raise argparse.ArgumentTypeError(f"a number or an array of numbers is wanted, and not {value!r}")
+    return [sample_value(each if isinstance(each, str) else repr(each)) for each in several]
+
+
 def megabytes(text: str) -> float:
     """Megabytes of texture memory."""
     wanted = number(text)

@@ -33,6 +33,14 @@ READING = {
         ),
         SceneOption("labels", bool, "", "its values are labels: never mixed, each shown in a colour of its own"),
         SceneOption("color", bool, "", "its 3 or 4 components are colour; unless told, where the file calls them so"),
+        SceneOption(
+            "missing",
+            texts.sample_value,
+            "V",
+            "samples of this value are missing, as those are that the file marks; give it again for further values",
+            from_value=texts.sample_values,
+            repeated=True,
+        ),
     )
 }
 

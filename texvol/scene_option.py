@@ -19,6 +19,7 @@ class SceneOption(NamedTuple):
     help: str
     table: Callable[[Mapping[str, Any]], Any] | None = None  # of a scene file; such an option may be given repeatedly
     from_value: Callable[[Any], Any] | None = None  # of a scene file, where that is more than a text or numbers
+    repeated: bool = False  # given again for further ones, which make a list
 
     def add_to(self, group: argparse._ArgumentGroup) -> None:
         """Let the line have it; not given, it leaves nothing in the namespace."""
@@ -28,7 +29,7 @@ class SceneOption(NamedTuple):
             return
         group.add_argument(
             f"--{self.name}", type=self.convert, metavar=self.shown, help=self.help, default=argparse.SUPPRESS,
-            action="append" if self.table else "store",
+            action="append" if self.table or self.repeated else "store",
         )  # fmt: skip
 
     def from_file(self, value: Any) -> Any:

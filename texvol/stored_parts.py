@@ -23,7 +23,7 @@ from texvol.slab_texture import TEXEL_FORMATS
 _NUMBER = (int, float)
 # How a volume is read again, and of which type that is.
 SOURCE: dict[str, Any] = {"path": str, "absolute": str, "shape": list, "dtype": str, "series": str, "spacing": list}
-SOURCE |= {"variable": str, "resolution": list}
+SOURCE |= {"variable": str, "resolution": list, "missing": list}
 SOURCE |= {"channel": int, "time": int, "labels": bool, "color": bool}
 SOURCE |= {"built_in": str, "samples": int, "transform": list}
 _SETTINGS: dict[str, Any] = {
@@ -53,6 +53,8 @@ def source(content: Any) -> dict[str, Any]:
     for key, kind in (("shape", (int,)), ("resolution", (int,)), ("spacing", _NUMBER)):
         if key in found and not (len(found[key]) == 3 and all(type(each) in kind for each in found[key])):
             raise InputError(f"{key} is three numbers, and not {quoted(found[key])}")
+    for each in found.get("missing", ()):
+        number(each)
     if "transform" in found:
         found["transform"] = array(found["transform"], (4, 4))
     return found

@@ -162,6 +162,8 @@ class _Amend(argparse.Action):
         if not so_far:
             raise argparse.ArgumentError(self, "it is of the volume that --add adds: give --add FILE before it")
         value = not (option_string or "").startswith("--no-") if self.nargs == 0 else values
+        if _OF_ADDED[self.const].repeated:
+            value = [*so_far[-1].chosen.get(self.const, ()), value]
         so_far[-1] = so_far[-1].with_option(self.const, value)
         namespace.add = so_far
 

@@ -10,7 +10,9 @@ import os
 from collections.abc import Sequence
 
 from texvol.readers.detection import FORMATS
+from texvol.readers.faults import named_faults
 from texvol.readers.loading import ARGUMENTS, read, volume_of
+from texvol.readers.missing import marks_of
 from texvol.readers.samples import Choice
 from texvol.readers.time_series import TimeSeries, time_steps
 from texvol.volume import Volume
@@ -31,6 +33,7 @@ def load(
     resolution: Sequence[int] | None = None,
     labels: bool = False,
     color: bool | None = None,
+    missing: float | Sequence[float] | None = None,
 ) -> Volume:
     """The volume that a file, or a folder of slices, holds.
 
@@ -59,6 +62,9 @@ def load(
     color : bool, optional
         Whether 3 or 4 components are colours, and a fourth opacity: see `Volume`. Unless told, they are where the file
         calls them so and no channel is chosen. Whole numbers are taken as sRGB, floats as linear.
+    missing : number or sequence of numbers, optional
+        Samples of these values are missing, beside those that the file itself marks: they become NaN, and integers
+        float32, or float64 where that has not the digits. Of an array, masked ones are (`numpy.ma.masked_equal`).
 
     Returns
     -------
@@ -84,4 +90,6 @@ def load(
         labels=bool(labels),
         color=color,
     )
+    with named_faults(name, "a volume", "formats"):
+        choice = choice._replace(missing=marks_of(missing))
     return volume_of(name, read(name, choice), choice, spacing)

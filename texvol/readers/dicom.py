@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from texvol.readers.colors import colored, is_colored, with_color
 from texvol.readers.dicom_pixels import pixels_of
 from texvol.readers.dicom_slices import Slice, slices_of
+from texvol.readers.missing import noted, without_where
 from texvol.readers.samples import (
     Choice,
     FileFault,
@@ -65,10 +66,11 @@ def read(path: str, choice: Choice) -> Samples:
         index = pick(axes, sizes, choice._replace(time=None))
         if is_colored(axes):
             return Samples(**colored(_stored(ordered), axes, index, said, bits=first.bits), **place)
-        return Samples(_values(ordered, index[3]), **place)
+        return Samples(_values(ordered, index[3], choice)[0], **place)
     with_color("ZYX", [], None, choice, "")
     pick("ZYX", [len(ordered), first.rows, first.columns], choice._replace(time=None))
-    return Samples(_values(ordered, slice(None)), **place)
+    values, notes = _values(ordered, slice(None), choice)
+    return Samples(values, **place, notes=notes)
 
 
 def _slices(path: str, choice: Choice) -> list[Slice]:
@@ -232,8 +234,8 @@ def _grid(ordered: Sequence[Slice]) -> dict[str, Any]:
     return {"spacing": (*first.spacing, lengths[2]), "origin": first.position, "direction": direction}
 
 
-def _values(ordered: Sequence[Slice], component: Any) -> NDArray:
-    """Rescaled samples of all slices, read one file at a time."""
+def _values(ordered: Sequence[Slice], component: Any, choice: Choice) -> tuple[NDArray, tuple[str, ...]]:
+    """Rescaled samples of all slices, read one file at a time, without padding; and what to note about that."""
     first = ordered[0]
     target = rescaled_type(first.dtype, first.slope, first.intercept, first.bits)
     if (first.slope, first.intercept) == (1.0, 0.0):
@@ -242,10 +244,23 @@ def _values(ordered: Sequence[Slice], component: Any) -> NDArray:
         target = rescaled_type(first.dtype, 0.5, 0.0, max(one.bits for one in ordered))  # not exact: a float
     check_size([len(ordered), first.rows, first.columns], target.itemsize)
     values = np.empty((len(ordered), first.rows, first.columns), target)
+    padded: dict[int, NDArray[np.uint8]] = {}
     for number, pixels in pixels_of(ordered):
         picked = pixels[..., component] if first.samples_per_pixel != 1 else pixels
-        rescale_into(values[number], picked, ordered[number].slope, ordered[number].intercept)
-    return values
+        one = ordered[number]
+        rescale_into(values[number], picked, one.slope, one.intercept)
+        if one.padding is not None and not choice.labels and one.samples_per_pixel == 1:
+            padded[number] = np.packbits((picked >= one.padding[0]) & (picked <= one.padding[1]))
+    if not any(bits.any() for bits in padded.values()):
+        return values, ()
+    marked, count = without_where(values, lambda number, part: _is_padded(padded.get(number), part))
+    return marked, noted(count, "Pixel Padding Value")
+
+
+def _is_padded(bits: NDArray[np.uint8] | None, part: NDArray) -> NDArray:
+    if bits is None:
+        return np.zeros(part.shape, np.bool_)
+    return np.unpackbits(bits, count=part.size).astype(np.bool_).reshape(part.shape)
 
 
 def _stored(ordered: Sequence[Slice]) -> NDArray:

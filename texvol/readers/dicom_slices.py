@@ -56,6 +56,7 @@ class Slice(NamedTuple):
     slope: float
     intercept: float
     order: tuple[float, ...]  # among slices at one place
+    padding: tuple[int, int] | None  # stored values from one to the other pad what was not recorded
 
     @property
     def name(self) -> str:
@@ -155,7 +156,23 @@ def _slice(path: str, header: Any, frame: int, count: int) -> Slice:
         slope=slope,
         intercept=_number(header, frame, "RescaleIntercept", 0.0),
         order=tuple(_number(header, frame, key, 0.0) for key in _ORDER),
+        padding=_padding(header, dtype),
     )
+
+
+def _padding(header: Any, dtype: np.dtype) -> tuple[int, int] | None:
+    """Smallest and largest stored value of padding; None where a file has none (DICOM PS3.3, C.7.5.1.1.2)."""
+    value, limit = (header.get(key) for key in ("PixelPaddingValue", "PixelPaddingRangeLimit"))
+    if value is None or value == "":
+        return None
+    ends = [_as_stored(int(end), dtype) for end in (value, value if limit in (None, "") else limit)]
+    return min(ends), max(ends)
+
+
+def _as_stored(number: int, dtype: np.dtype) -> int:
+    """A number in the pixels' type: some files write those below 0 as if there were no sign, or the reverse."""
+    wrapped = number % 2 ** (8 * dtype.itemsize)
+    return wrapped - 2 ** (8 * dtype.itemsize) if wrapped > np.iinfo(dtype).max else wrapped
 
 
 def _packed_syntax(header: Any) -> str:

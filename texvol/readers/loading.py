@@ -10,13 +10,18 @@ from typing import Any
 
 from texvol.readers.detection import format_of
 from texvol.readers.faults import named_faults
+from texvol.readers.missing import without_chosen
 from texvol.readers.samples import Choice, FileFault, Samples
 from texvol.volume import Volume
 
 # Of `texvol.readers.load`, which a volume's source keeps.
-ARGUMENTS = ("shape", "dtype", "series", "channel", "time", "variable", "resolution", "spacing", "labels", "color")
+ARGUMENTS = (
+    *("shape", "dtype", "series", "channel", "time", "variable", "resolution", "spacing", "labels", "color"),
+    "missing",
+)
 
 _WITHOUT_LIBRARY = ("NPY", "raw")  # that could print anything
+_RESAMPLED = ("netCDF", "VTR", "VTS")  # which leave out what is missing themselves, before it is mixed with the rest
 
 
 def read(name: str, choice: Choice) -> Samples:
@@ -42,6 +47,8 @@ def _check(choice: Choice) -> None:
         raise FileFault("its samples are labels or colours, and not both: --labels or --color")
     if choice.color and choice.channel is not None:
         raise FileFault("one channel has no colour: --channel or --color")
+    if choice.missing and choice.labels:
+        raise FileFault("labels are names, and none is missing: --label-look LABEL=0 hides one, and --missing does not")
 
 
 def volume_of(name: str, samples: Samples, choice: Choice, spacing: Sequence[float] | None) -> Volume:
@@ -66,6 +73,7 @@ def _source(path: str, choice: Choice, spacing: Sequence[float] | None) -> dict[
     """How the volume is read again."""
     told = {key: getattr(choice, key) for key in ARGUMENTS if key != "spacing"}
     told["labels"] = choice.labels or None
+    told["missing"] = list(choice.missing) or None
     told["spacing"] = None if spacing is None else [float(number) for number in spacing]
     place = {"path": path, "absolute": os.path.abspath(path)}
     return place | {name: told[name] for name in ARGUMENTS if told[name] is not None}
@@ -76,7 +84,14 @@ def _read(kind: str, path: str, choice: Choice) -> Samples:
     with nullcontext() if kind in _WITHOUT_LIBRARY else silent_libraries():
         module = import_module(f"texvol.readers.{kind.lower()}")
         samples: Samples = module.read(path, choice)
-    return samples
+        if not choice.missing:
+            return samples
+        if samples.colors is not None:
+            raise FileFault("no colour stands for a missing sample: --missing is for numbers, which --channel N reads")
+        if kind in _RESAMPLED:
+            return samples
+        values, notes = without_chosen(samples.values, choice)
+        return samples._replace(values=values, notes=(*samples.notes, *notes))
 
 
 @contextmanager

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from texvol.readers.child_process import check_survived
 from texvol.readers.curvilinear import on_points
+from texvol.readers.missing import without_chosen
 from texvol.readers.netcdf_axes import (
     Dimension,
     attribute,
@@ -73,7 +74,7 @@ def _read(dataset: Any, choice: Choice) -> Samples:
     # The library makes up what was never written.
     check_unpacked(prod(axis.size for axis in axes) * variable.dtype.itemsize, os.path.getsize(dataset.filepath()))
     _check_chunks(variable)
-    values = _values(variable, index).transpose(order)
+    values, about = without_chosen(_values(variable, index, choice).transpose(order), choice)
     auxiliary = _auxiliary(dataset, variable, dimensions, spatial)
     if auxiliary:
         parts = zip(dimensions, index, strict=True)
@@ -87,7 +88,7 @@ def _read(dataset: Any, choice: Choice) -> Samples:
         coordinates = [axis.coordinate for axis in axes]
     names = [axis.name if each is None else each.name for axis, each in zip(axes, coordinates, strict=True)]
     units = [unit_of(each) for each in coordinates[::-1]]
-    return samples._replace(**_named(names[::-1], units), **_times(dimensions), notes=(note, *_notes(units)))
+    return samples._replace(**_named(names[::-1], units), **_times(dimensions), notes=(note, *about, *_notes(units)))
 
 
 def _chosen(dataset: Any, wanted: str | None) -> tuple[Any, str]:
@@ -161,12 +162,17 @@ def _check_chunks(variable: Any) -> None:
         check_size(chunks, variable.dtype.itemsize)
 
 
-def _values(variable: Any, index: Sequence[int | slice]) -> NDArray:
-    """The samples that `index` picks, of a type that holds NaN if the file says how it marks or scales them."""
+def _values(variable: Any, index: Sequence[int | slice], choice: Choice) -> NDArray:
+    """The samples that `index` picks, of a type that holds NaN if the file says how it marks or scales them.
+
+    Of labels those that are missing are 0: there is none.
+    """
     variable.set_auto_maskandscale(True)
     variable.set_always_mask(False)
     attributes = variable.ncattrs()
     values = variable[tuple(index)]
+    if choice.labels and np.ma.isMaskedArray(values):
+        return np.ma.filled(values, 0)
     is_scaled = "scale_factor" in attributes or "add_offset" in attributes
     if variable.dtype.kind == "f" and not is_scaled:
         dtype = variable.dtype.newbyteorder("=")

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.readers.colors import colored, component_axis, is_colored, with_color
+from texvol.readers.missing import parsed, without_marked
 from texvol.readers.samples import Choice, FileFault, Samples, by, check_size, grid_from_columns, once, pick, real_type
 from texvol.readers.stored import data_file, numbered_names, read_picked, skip_lines
 
@@ -36,6 +37,9 @@ _TYPES = {
 }
 _ENCODINGS = {"raw": "raw", "gzip": "deflate", "gz": "deflate", "bzip2": "bzip2", "bz2": "bzip2"}
 _TEXT_ENCODINGS = ("ascii", "text", "txt", "hex")
+
+# The format has no mark of its own but NaN; as key/value pairs these mean what they mean in netCDF.
+_MARKS = ("_FillValue", "missing_value")
 
 _SPACES = {
     "ras": "right-anterior-superior",
@@ -65,7 +69,11 @@ def read(path: str, choice: Choice) -> Samples:
     values = _samples(path, header, sizes[::-1], index, choice, offset, listed)
     spatial = [axis for axis, letter in enumerate(axes[::-1]) if letter in "XYZ"]
     grid = _grid(header, spatial) | _times(header, axes[::-1], sizes)
-    return Samples(**grid, **colored(values, axes, index, said)) if is_colored(axes) else Samples(values, **grid)
+    if is_colored(axes):
+        return Samples(**grid, **colored(values, axes, index, said))
+    marks = parsed(str(header[key]) for key in _MARKS if key in header)
+    marked, notes = without_marked(values, marks, f"the header's {' and '.join(_MARKS)}", choice)
+    return Samples(marked, **grid, notes=notes)
 
 
 def _header(path: str) -> tuple[Mapping[str, Any], int, list[str]]:

@@ -46,6 +46,7 @@ class Choice(NamedTuple):
     resolution: tuple[int, ...] | None = None
     labels: bool = False
     color: bool | None = None
+    missing: tuple[int | float, ...] = ()
     counting: bool = False
     kept: dict[Any, Any] | None = None
 

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.readers.colors import colored, component_axis, is_colored, with_color
+from texvol.readers.missing import parsed, without_marked
 from texvol.readers.samples import Choice, FileFault, Samples, by, check_size, check_unpacked, pick, real_type
 from texvol.readers.tiff_pages import check_pages, check_planes
 
@@ -38,6 +39,7 @@ _UNITS = {
 }
 
 # Values of the tags PhotometricInterpretation, Compression and ExtraSamples (TIFF 6.0).
+_GDAL_NODATA = 42113
 _RGB, _YCBCR, _JPEG, _ASSOCIATED = 2, 6, 7, 1
 
 # tifffile's letters for axes, in those of `pick`: I, Q and R are sequences of pages without a name.
@@ -77,7 +79,14 @@ def _file(path: str, choice: Choice) -> Samples:
         more = _calibration(tif) | _times(tif, steps)
         if is_colored(axes):
             return Samples(**more, **colored(values, axes, index, said, associated=_is_associated(series.keyframe)))
-        return Samples(values, **more)
+        marked, notes = without_marked(values, _marks(series.keyframe), "tag GDAL_NODATA", choice)
+        return Samples(marked, **more, notes=notes)
+
+
+def _marks(page: Any) -> tuple[int | float, ...]:
+    """Values that stand for a missing one, by GDAL's tag."""
+    tag = page.tags.get(_GDAL_NODATA)
+    return () if tag is None else parsed([str(tag.value).strip("\0")])
 
 
 def _axes(axes: str) -> str:
@@ -223,16 +232,18 @@ def _folder(path: str, choice: Choice) -> Samples:
     if is_colored(first.axes):
         index = [slice(None)] * 4
         return Samples(**colored(values, first.axes, index, first.said, associated=first.associated))
-    return Samples(values)
+    marked, notes = without_marked(values, first.marks, "tag GDAL_NODATA", choice)
+    return Samples(marked, notes=notes)
 
 
 class _Slice(NamedTuple):
-    """A folder's slice: pixels, axes of a stack of them, by what it calls them colour, if opacity is multiplied in."""
+    """A folder's slice: pixels, axes of a stack, by what it calls them colour, if opacity is multiplied in, no data."""
 
     pixels: NDArray
     axes: str
     said: str
     associated: bool
+    marks: tuple[int | float, ...]
 
 
 def _slice_of(file: str, choice: Choice) -> _Slice:
@@ -247,11 +258,13 @@ def _slice_of(file: str, choice: Choice) -> _Slice:
             raise FileFault(f"has shape {by(tif.series[0].shape)}; a slice is one page, of one channel or of colour")
         check_size(page.shape, real_type(np.dtype(page.dtype)).itemsize)
         _check_pages(tif, tif.series[0], file)
-        return _Slice(np.asarray(page.asarray(maxworkers=1)), axes, said, _is_associated(page))
+        return _Slice(np.asarray(page.asarray(maxworkers=1)), axes, said, _is_associated(page), _marks(page))
 
 
 def _check_alike(name: str, first: _Slice, one: _Slice) -> None:
     """Raise FileFault unless a slice is as the first, `name`, is."""
+    if one.marks != first.marks:
+        raise FileFault(f"its slices have several values that stand for none: {name} and it have others (GDAL_NODATA)")
     if one[1:] != first[1:]:
         raise FileFault(f"its slices are of mixed kinds: {name} and it are not both of one channel, or of colours")
     if one.pixels.shape != first.pixels.shape:

@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.errors import InputError
-from texvol.readers.loading import read, volume_of
-from texvol.readers.samples import Choice, TimeSteps
+from texvol.readers.loading import ARGUMENTS, read, volume_of
+from texvol.readers.missing import marks_of
+from texvol.readers.samples import Choice, FileFault, TimeSteps
 from texvol.volume import Volume
 
 
@@ -136,7 +137,12 @@ def _choice(options: dict[str, Any]) -> Choice:
             told[key] = tuple(told[key])
     if "series" in told:
         told["series"] = str(told["series"])
-    known = {"shape", "dtype", "series", "channel", "time", "variable", "resolution", "labels", "color"}
+    if "missing" in told:
+        try:
+            told["missing"] = marks_of(told["missing"])
+        except FileFault as fault:
+            raise InputError(str(fault)) from None
+    known = {*ARGUMENTS} - {"spacing"}
     if unknown := set(told) - known:
         raise TypeError(f"unexpected options: {', '.join(sorted(unknown))}")
     return Choice(**told)

@@ -15,12 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.readers.colors import colored, is_colored, with_color
+from texvol.readers.missing import noted, without_chosen, without_where
 from texvol.readers.samples import Choice, FileFault, by, check_size, pick
 from texvol.readers.vti_arrays import Appended, read_array
 
 _TYPES = {"Int8": "i1", "Int16": "i2", "Int32": "i4", "Int64": "i8", "Float32": "f4", "Float64": "f8"}
 _TYPES |= {"UInt8": "u1", "UInt16": "u2", "UInt32": "u4", "UInt64": "u8"}
 _COLOR_NAMES = ("rgb", "rgba", "color", "colors", "colour", "colours")
+_GHOSTS, _HIDDEN_POINT, _HIDDEN_CELL = "vtkGhostType", 2, 32  # vtkDataSetAttributes
 _HINT = "; --variable NAME chooses"
 _LONGEST_HEADER = 2**20  # bytes in which appended data begin, unless other arrays stand inline before them
 
@@ -78,7 +80,26 @@ def read_whole(path: str, kind: str, choice: Choice) -> Whole:
     if is_colored(axes):
         found = colored(whole.values, axes, index, said)
         return whole._replace(**found | {"notes": (*notes, *found["notes"])})
-    return whole
+    marked, about = _without_blank(whole, data, sizes, choice)
+    if kind != "ImageData":  # left out before the grid becomes a regular one
+        marked, more = without_chosen(marked, choice)
+        about += more
+    return whole._replace(values=marked, notes=(*notes, *about))
+
+
+def _without_blank(
+    whole: Whole, data: list[ElementTree.Element | None], sizes: list[int], choice: Choice
+) -> tuple[NDArray, tuple[str, ...]]:
+    """Values without those of points or cells that VTK's array of ghosts hides, and what to note about that."""
+    ghosts = [None if each is None else each.find(f"DataArray[@Name='{_GHOSTS}']") for each in data]
+    if choice.labels or any(array is None for array in ghosts):
+        return whole.values, ()
+    found = [array for array in ghosts if array is not None]
+    what = (whole.root, whole.appended, whole.extent, whole.pieces, found)
+    kinds = _assembled(*what, np.dtype(np.uint8), [*sizes[:3], 1], whole.at_points)[..., 0]
+    bit = _HIDDEN_POINT if whole.at_points else _HIDDEN_CELL
+    marked, count = without_where(whole.values, lambda number, part: (kinds[number] & bit) != 0)
+    return marked, noted(count, f"array {_GHOSTS}")
 
 
 def _document(path: str) -> tuple[ElementTree.Element, Appended | None]:
@@ -114,7 +135,7 @@ def sizes_of(extent: list[int], at_points: bool) -> list[int]:
 
 def _array(data: ElementTree.Element | None, wanted: str | None) -> ElementTree.Element:
     """The array that is wanted, else the one marked as scalars, else the only one there is."""
-    arrays = [] if data is None else data.findall("DataArray")
+    arrays = [] if data is None else [each for each in data.findall("DataArray") if each.get("Name") != _GHOSTS]
     named = {array.get("Name", ""): array for array in arrays}
     if wanted is not None and wanted not in named:
         raise FileFault(f"--variable {wanted}: it has no such array; it has {', '.join(named) or 'none'}")
