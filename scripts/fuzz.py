@@ -38,7 +38,7 @@ from texvol.errors import TexvolError
 BLOCK = 500  # inputs of a child
 _FURTHER = {"volume": "info", "picture": "diff"}  # what a fraction of the files are read for
 _FRACTION = 0.1
-_SLOW = ("dicom", "netcdf", "scene")  # kinds of which there is a third as many inputs
+_SLOW = ("dicom", "netcdf", "scene")  # kinds of which there is a sixth as many inputs: reading them forks
 
 
 class Inputs:
@@ -51,7 +51,7 @@ class Inputs:
         if unknown := set(kinds) - set(names):
             raise SystemExit(f"fuzz: there is no kind {', '.join(unknown)}; there are {', '.join(names)}")
         self.kinds = tuple(kinds) or tuple(names)
-        self._turns = [kind for turn in range(3) for kind in self.kinds if turn == 0 or not kind.startswith(_SLOW)]
+        self._turns = [kind for turn in range(6) for kind in self.kinds if turn == 0 or not kind.startswith(_SLOW)]
         self._seeds = {kind: [each for each in known if each.kind == kind] for kind in self.kinds}
         self._cases = [each for each in cases() if each.kind in self.kinds]
         self._others = {kind: [*self._seeds[kind][0].files.values()] for kind in self.kinds}

@@ -101,6 +101,8 @@ def run(
     running: dict[int, _Child] = {}
     again: list[Sequence[int]] = []
     poll = select.poll()
+    gc.collect()
+    gc.freeze()  # children leave what they share alone, and do not copy it
     try:
         while True:
             while len(running) < jobs and (numbers := again.pop() if again else next(pending, None)):
@@ -118,6 +120,7 @@ def run(
                 results.findings += found
                 report(results, found)
     finally:
+        gc.unfreeze()
         for child in running.values():
             _end(child)
 
@@ -197,8 +200,6 @@ def _be_child(
     os.setpgid(0, 0)  # so that what it starts is ended with it
     printed = _with_limits(limits, trace)
     clear_refs = os.open("/proc/self/clear_refs", os.O_WRONLY)
-    gc.collect()
-    gc.freeze()
     handles = _handles()
     for place, number in enumerate(numbers):
         os.pwrite(clear_refs, b"5", 0)  # the peak of resident memory begins anew
