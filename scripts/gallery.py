@@ -74,17 +74,17 @@ def scene_of(entry: Entry, data: Path, size: Size) -> Scene | None:
     arguments, chosen = parsed(entry, str(path), size)
     read = reading_options.load_volume
     volume: Volume = built_in(entry.volume) if entry.is_built_in else read(arguments, chosen.spacing)
-    scene = chosen.scene(volume)
+    scene = chosen.scene(volume, in_8_bits=True)
     if entry.transfer_function is None:
         return scene
     own = from_content(entry.transfer_function, entry.name, volume)
-    return replace(scene, transfer_function=own)
+    return replace(scene, transfer_function=own, coloring="tf")
 
 
 def shown(picture: NDArray, scene: Scene, entry: Entry) -> NDArray[np.float32]:
     """A picture of the entry's scene as it is seen: numbers through the window or the colours of the entry."""
     window = parsed(entry, "", (1, 1))[1].window
-    return display.shown(picture, scene, window=window, use_transfer_function=entry.transfer_function is not None)
+    return display.shown(picture, scene, window=window)
 
 
 def averaged(picture: NDArray[np.float32], times: int) -> NDArray[np.float32]:

@@ -152,12 +152,17 @@ def depths() -> Iterator[HardCase]:
             yield HardCase(full_name, scene(dense, camera), bounds.any_depth, why, 1.0, slack=slack)
 
 
+def _with_one(volume: Volume, odd: float) -> Volume:
+    """The volume with another value at one sample."""
+    values = volume.values.copy()
+    values[4, 4, 5] = odd
+    return Volume(values, volume.spacing, volume.origin, volume.direction, name=volume.name)
+
+
 def kinds_of_values() -> Iterator[HardCase]:
     far = Volume(1e9 - 1 + 2 * ramp(kind=np.float64).values)
     flat = Volume(np.full((8, 9, 10), 0.3, np.float32))
-    hole, infinite = ramp(), ramp()
-    hole.values[4, 4, 5] = np.nan
-    infinite.values[4, 4, 5] = np.inf
+    hole, infinite = (_with_one(ramp(), odd) for odd in (np.nan, np.inf))
     for kind in CLASSIFICATIONS:
         scenes = {
             "values 1e9 ± 1 in float64": Scene(far, linear_matter(far, values=(1e9 - 1, 1e9 + 1))),

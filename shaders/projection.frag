@@ -4,7 +4,8 @@
 // Switches: MODE 1: the integral of the value, and the way on which there is one; 2: the largest value, or least;
 //                3: the first surface of one value.
 //           DEPTH 1: in place of that surface's colour, its depth.
-//           MISSING 1: there may be NaN, which is nothing, or infinities.
+//           MISSING 1: there may be NaN, which is nothing, or infinities, or values far beyond most others; 2: there are
+//                infinities, of which none is to be stepped over by the integral.
 //           PERSPECTIVE, BRICKS, HALF_SPACES, STRETCH: see ray.glsl. LEAPS 1: what `leaps` shows to be without the surface is leapt over.
 //           GRADIENT, LIT, CUE and those of lights: see volume_texture.glsl and seen.glsl.
 //           COUNT 1: red is how many slabs were looked at for the surface.
@@ -18,12 +19,15 @@
 #endif
 
 #if MODE == 1
-uniform float bias;               // a value in the middle of them: sums of what differs from it keep their digits
-#else
+uniform float bias;               // a typical value, or that of air: sums of what differs from it keep their digits
+uniform float least;              // of an X-ray of what is above air, the value of that, which lower ones count as
+#endif
+#define WALKS (MODE != 1 || MISSING == 2)
+#if WALKS
 uniform vec3 samples;             // of the volume, along x, y and z
+#endif
 #if MISSING
 uniform float largest_finite;     // what is beyond stands for an infinity
-#endif
 #endif
 #if MODE == 2
 uniform float sign_of_largest;    // -1 where the least is looked for
@@ -34,7 +38,9 @@ uniform float far_from;           // magnitude of values beside which float32 lo
 #elif MODE == 3
 uniform float isovalue;
 uniform float same;               // what differs by less may have been the isovalue before it was interpolated
-uniform float far_from;           // distance of values from the isovalue that few samples have
+#if MISSING
+uniform float far_from;           // distance from the isovalue beside which float32 loses that of most samples
+#endif
 #if !DEPTH
 uniform vec3 surface_color;
 #endif
@@ -67,15 +73,21 @@ vec3 middle_of(Ray ray, float slab, out float share) {
 }
 
 #if MODE == 1
-// What a share of a slab adds to the integral, to the way, and to the integral without signs.
-vec3 part(float value, float share) {
-    return is_there(value) ? share * vec3(value - bias, 1.0, abs(value - bias)) : vec3(0.0);
+// What a share of a slab adds to the integral, to the way, and to the ways along which the value is infinite, and minus that.
+vec4 part(float value, float share) {
+    if (!is_there(value)) return vec4(0.0);
+#if MISSING
+    if (value > largest_finite) return vec4(0.0, share, share, 0.0);
+    if (value < -largest_finite) return vec4(0.0, share, 0.0, share);
+#endif
+    return vec4(share * (max(value, least) - bias), share, 0.0, 0.0);
 }
 
-vec3 integral_along(Ray ray) {
+#if MISSING != 2
+vec4 integral_along(Ray ray) {
     float share;
     float value = value_at(middle_of(ray, ray.slab, share));
-    vec3 sum = part(value, share);
+    vec4 sum = part(value, share);
     float last = ray.end - 1.0;
     float slab = ray.slab + 1.0;
     if (last >= slab) {
@@ -84,7 +96,7 @@ vec3 integral_along(Ray ray) {
     }
     // The whole ones between them, two at a time, since the loop itself takes time; at the end there may be one.
     while (slab < last) {
-        vec3 some = vec3(0.0);
+        vec4 some = vec4(0.0);
         float turns_end = min(slab + MOST_AT_ONCE, last);
         while (slab < turns_end) {
             float next = value_at(ray.start + (slab + 1.5) * ray.step);
@@ -99,8 +111,9 @@ vec3 integral_along(Ray ray) {
     return sum;
 }
 #endif
+#endif
 
-#if MODE != 1
+#if WALKS
 // Depth at which the ray enters the box, and at which it leaves.
 float front_of(Ray ray) {
     return ray.first_slab + ray.first_share;
@@ -112,7 +125,7 @@ float back_of(Ray ray) {
 
 // The value from one depth to another with no plane of samples between them, as a cubic in t from FROM to TO.
 #if MISSING
-// Beside NaN and infinities the ends may already be that: looked up in the middles of quarters.
+// Beside NaN, infinities and far-off values the ends may already be that: looked up in the middles of quarters.
 const float FROM = -0.5;
 const float TO = 3.5;
 
@@ -140,6 +153,39 @@ vec4 values_between(Ray ray, float front, float back, float at_front) {
 
 #endif
 
+#if MODE == 1 && MISSING == 2
+// From one plane between cells to the next: all of such a piece is infinite, or nothing of it. Where air may lie within
+// the values it ends with the slab, too, since what is above air is no cubic.
+vec4 integral_along(Ray ray) {
+    const vec4 SHARES = vec4(13.0, 11.0, 11.0, 13.0) / 48.0;  // of the looks in the mean of the cubic
+    SampleWalk walk = sample_walk(ray.start, ray.step, samples);
+    vec3 planes;
+    float depth = max(ray.slab, front_of(ray));
+    float last = min(ray.end, back_of(ray));
+    first_depth(walk, depth, depth, planes);
+    vec4 sum = vec4(0.0);
+    vec4 some = vec4(0.0);
+    float pieces = 0.0;
+    while (depth < last) {
+        float end = least < -largest_finite ? last : min(floor(depth) + 1.0, last);
+        float next = max(next_depth(walk, end, planes), depth);
+        vec4 values = values_between(ray, depth, next, 0.0);
+        vec4 shares = (next - depth) * SHARES;
+        some += part(values.x, shares.x) + part(values.y, shares.y);
+        some += part(values.z, shares.z) + part(values.w, shares.w);
+        depth = next;
+        pieces += 1.0;
+        if (pieces == MOST_AT_ONCE) {
+            sum += some;
+            some = vec4(0.0);
+            pieces = 0.0;
+        }
+        if (depth >= last) break;
+    }
+    return sum + some;
+}
+#endif
+
 #if MODE == 2
 float largest_along(Ray ray) {
     SampleWalk walk = sample_walk(ray.start, ray.step, samples);
@@ -151,11 +197,15 @@ float largest_along(Ray ray) {
         float next = max(next_depth(walk, back_of(ray), planes), depth);
         values = sign_of_largest * values_between(ray, depth, next, sign_of_largest * values.w);
         depth = next;
-        float found = largest_of(values, FROM, TO);
 #if MISSING
-        // The ends are extrapolated: from far below nothing is left there of what float32 rounds.
-        bool far_below = min(min(values.x, values.y), min(values.z, values.w)) < -far_from;
-        if (far_below || any_infinite(values)) found = max(max(values.x, values.y), max(values.z, values.w));
+        // The ends are extrapolated, and from far below nothing is left there of what float32 rounds. The next cells
+        // have the same ends.
+        float most = max(max(values.x, values.y), max(values.z, values.w));
+        bool far_below = min(min(values.x, values.y), min(values.z, values.w)) < -far_from && most < far_from;
+        float found = far_below ? largest_of(values, 0.0, 3.0) : largest_of(values, FROM, TO);
+        if (any_infinite(values)) found = most;
+#else
+        float found = largest_of(values, FROM, TO);
 #endif
         if (is_there(found)) largest = max(largest, found);
     }
@@ -187,20 +237,26 @@ bool meets_surface(Ray ray, vec2 slabs, out float depth) {
         // Beside an infinity everything is: the surface is where that begins or ends.
         if (any_infinite(values)) above = vec4(dot(above, vec4(1.0)));
 #endif
-        // The end may be a little before the plane at which the value reaches the isovalue and stays there. Beside a
-        // far-off sample that would take every value for near.
+        // The end may be a little before the plane at which the value reaches the isovalue and stays there.
         float off = min(PLACES * longest / (next - front), 1.0) * (TO - FROM) * abs(above.w - above.z);
+        vec2 ends = vec2(FROM, TO);
+#if MISSING
+        // Beside a far-off sample that would take every value for near, and nothing is left of what is extrapolated.
         vec4 size = abs(above);
-        if (max(max(size.x, size.y), max(size.z, size.w)) > far_from) off = 0.0;
+        if (max(max(size.x, size.y), max(size.z, size.w)) > far_from) {
+            off = 0.0;
+            ends = vec2(0.0, 3.0);
+        }
+#endif
         float t;
-        found = first_root(above, FROM, TO, max(same, off), t);
+        found = first_root(above, ends.x, ends.y, max(same, off), t);
 #if MISSING
         // Between two pieces, whose ends are to rounding or of which one is infinite.
-        if (before * cubic_between(above, FROM) < 0.0) {
+        if (before * cubic_between(above, ends.x) < 0.0) {
             found = true;
             t = FROM;
         }
-        before = cubic_between(above, TO);
+        before = cubic_between(above, ends.y);
 #endif
         depth = mix(front, next, (t - FROM) / (TO - FROM));
         front = next;
@@ -229,7 +285,7 @@ void main() {
     Ray ray = ray_through(gl_FragCoord.xy, slab_range);
     if (ray.slab >= ray.end) discard;
 #if MODE == 1
-    number = vec4(integral_along(ray) * ray.obliquity, 1.0);
+    number = integral_along(ray) * ray.obliquity;
 #elif MODE == 2
     float largest = largest_along(ray);
     number = vec4(largest, 0.0, 0.0, largest > NOTHING_YET ? 1.0 : 0.0);

@@ -74,7 +74,10 @@ class Project:
         from texvol.pytest_plugin import references
 
         stored = Picture.of_array(picture, name, {key.replace("__", ":"): text for key, text in attributes.items()})
-        return references.write(references.Reference(self.references / f"{name}.exr", False), stored)
+        path = self.references / f"{name}.exr"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(references.encoded(path, stored))
+        return path
 
     def stored(self, name: str = "waves") -> Picture:
         return read_picture(self.references / f"{name}.exr")

@@ -30,13 +30,13 @@ STEP = TransferFunction(
 
 
 def content(**scene: Any) -> Content:
-    return content_of(Scene(RAMP, **scene), "", None, False)
+    return content_of(Scene(RAMP, **scene), "", None)
 
 
 def drawn(scene: Scene) -> tuple[np.ndarray, dict[str, Any]]:
     """The legend over black with white ink, and where its numbers are written."""
     sheet, _ = blank(scene, SIZE)
-    draw_legends(sheet, [content_of(scene, "", None, False)])
+    draw_legends(sheet, [content_of(scene, "", None)])
     return sheet.over(np.zeros((SIZE[1], SIZE[0], 4)), (0, 0, 0)), dict(zip(sheet.texts, sheet.written, strict=True))
 
 
@@ -111,7 +111,7 @@ def test_volumes_of_one_value_or_none_have_a_legend(values: np.ndarray) -> None:
     for mode in ("composite", "mip"):
         scene = Scene(Volume(values), mode=mode)  # type: ignore[arg-type]
         sheet, _ = blank(scene, SIZE)
-        draw_legends(sheet, [content_of(scene, "", None, False)])
+        draw_legends(sheet, [content_of(scene, "", None)])
         assert sheet.texts
 
 
@@ -119,7 +119,7 @@ def test_what_depends_on_the_gradient_is_shown_where_there_is_most_of_it() -> No
     text = """{"points": [{"value": 0, "color": [0, 0, 1], "extinction": 1}], "gradient": [[0, 0], [10, 0.5]],
                "contours": [{"value": 0.25, "world_thickness": 1, "color": [1, 0, 0], "extinction": 2}]}"""
     scene = Scene(RAMP, transfer.loads(text))
-    bar = content_of(scene, "", None, False).bar
+    bar = content_of(scene, "", None).bar
     assert bar is not None
     assert bar.opacities is not None
     assert bar.opacity_of == ("opacity of", "2 mm", "at full gradient")  # ln 10 / 2 = 1.15
@@ -138,11 +138,11 @@ def test_materials_are_named() -> None:
     assert scene.transfer_function is not None
     again = transfer.loads(json.dumps(scene.transfer_function.as_json()))
     for (_, color), wanted in zip(
-        content_of(Scene(RAMP, again), "", None, False).entries, [(1, 1, 0), (1, 1, 1)], strict=True
+        content_of(Scene(RAMP, again), "", None).entries, [(1, 1, 0), (1, 1, 1)], strict=True
     ):
         np.testing.assert_array_equal(color, wanted)
     # Between them is nothing, and no colour of it.
-    bar = content_of(scene, "", None, False).bar
+    bar = content_of(scene, "", None).bar
     assert bar is not None
     assert np.isnan(bar.colors(np.array([0.45]))).all()
     assert np.isfinite(bar.colors(np.array([0.1, 0.9]))).all()
@@ -155,25 +155,27 @@ def test_modes_of_numbers_show_their_window() -> None:
         assert found.bar is not None
         assert (found.bar.low, found.bar.high) == (0, 1)
     scene = Scene(RAMP, mode="xray")
-    found = content_of(scene, "", (10, 4), False)
+    found = content_of(scene, "", (10, 4))
     assert found.caption == "value × mm"
     assert found.bar is not None
     assert (found.bar.low, found.bar.high) == (8, 12)
     np.testing.assert_allclose(
         found.bar.colors(np.array([8, 9.0, 12])), linear_from_srgb(np.array([[0], [0.25], [1]])) * [1, 1, 1]
     )
-    assert content_of(scene, "HU", (10, 4), False).caption == "HU × mm"
+    assert content_of(scene, "HU", (10, 4)).caption == "HU × mm"
     with pytest.raises(InputError, match="the legend of mode xray needs the window"):
-        content_of(scene, "", None, False)
-    colored = Scene(RAMP, STEP, mode="mip")
-    bar = content_of(colored, "", None, True).bar
+        content_of(scene, "", None)
+    for air, said in ((-100.5, "HU above −100.5 × mm"), (0, "HU × mm"), ("hounsfield", "mm of water")):
+        assert content_of(Scene(RAMP, mode="xray", air=air), "HU", (10, 4)).caption == said
+    colored = Scene(RAMP, STEP, mode="mip", coloring="tf")
+    bar = content_of(colored, "", None).bar
     assert bar is not None
     np.testing.assert_array_equal(bar.colors(np.array([0.75])), [(0.9, 0.6, 0.1)])
 
 
 def test_an_isosurface_shows_its_colour_and_value() -> None:
     scene = Scene(RAMP, mode="isosurface", isovalue=-0.25)
-    found = content_of(scene, "HU", None, False)
+    found = content_of(scene, "HU", None)
     ((name, color),) = found.entries
     assert name == "HU = −0.25"
     np.testing.assert_array_equal(color, display.ISOSURFACE_COLOR)
@@ -188,7 +190,7 @@ def test_what_has_no_room_is_left_out() -> None:
     found = []
     for width in (400, 60, 20):
         sheet, view = blank(scene, (width, 400))
-        place_all(sheet, view, scene, Annotation(legend=True), None, False)
+        place_all(sheet, view, scene, Annotation(legend=True), None)
         found.append(("opacity of" in sheet.texts, "value" in sheet.texts))
     assert found == [(True, True), (False, True), (False, False)]
 
@@ -196,7 +198,7 @@ def test_what_has_no_room_is_left_out() -> None:
 def test_a_name_of_the_values_stands_above() -> None:
     scene = Scene(RAMP, FOG)
     sheet, view = blank(scene, SIZE)
-    place_all(sheet, view, scene, Annotation(legend=True, value_name="CT number (HU)"), None, False)
+    place_all(sheet, view, scene, Annotation(legend=True, value_name="CT number (HU)"), None)
     assert "CT number (HU)" in sheet.texts
     assert "value" not in sheet.texts
 

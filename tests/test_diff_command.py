@@ -115,15 +115,30 @@ def test_eight_bits_of_a_picture_are_the_same_picture(here: Path, capsys: pytest
         assert 1e-4 < facts["measures"]["parts"]["all"]["max_error"] < 0.01
 
 
-def test_eight_bits_without_opacity_are_compared_by_colour_and_other_channels_fail(
+def test_eight_bits_without_opacity_are_the_picture_over_its_background(
     here: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     picture = smooth((200, 150))
     image.write("a.png", picture)
-    status, facts = as_json(capsys, "a.png", store("a.exr", picture))
-    assert status == 1 and facts["status"] == "broken"
-    assert facts["violations"] == ["the candidate has 3 channels, the reference 4"]
-    assert facts["measures"]["parts"]["all"]["max_error"] < 0.01
+    store("a.exr", picture)
+    for pair in (("a.png", "a.exr"), ("a.exr", "a.png")):
+        status, facts = as_json(capsys, *pair)
+        assert status == 0 and not facts["violations"]
+        assert "a.png has no opacity" in facts["notes"][0] and "black is taken" in facts["notes"][0]
+        assert facts["measures"]["parts"]["all"]["max_error"] < 0.01
+
+
+@pytest.mark.parametrize("kind", ["png", "exr"])
+def test_a_format_that_would_have_held_opacity_has_lost_it(
+    here: Path, capsys: pytest.CaptureFixture[str], kind: str
+) -> None:
+    picture = smooth((200, 150))
+    store("a.exr", picture), store("a.png", picture)
+    write(Path("b.exr"), picture[..., :3])
+    image.write("b.png", picture)
+    for pair in ((f"b.{kind}", "a.png"), ("a.png", f"b.{kind}")):
+        status, facts = as_json(capsys, *pair)
+        assert status == 1 and facts["status"] == "broken" and "channels" in facts["violations"][0]
 
 
 @pytest.mark.parametrize("way", ["candidate", "reference"])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import OpenImageIO as oiio
 import pytest
@@ -11,7 +13,7 @@ from texvol.display import checked_window, found_window, shown
 from texvol.errors import InputError
 from texvol.image import eight_bits, linear_from_srgb
 from texvol.scene import Scene
-from texvol.transfer import TransferFunction
+from texvol.transfer import TransferFunction, proposed_for
 from texvol.volume import Volume
 
 RAMP = Volume(np.arange(-4.0, 4.0).reshape(2, 2, 2) * 10)  # -40 … 30
@@ -90,17 +92,19 @@ def test_the_colours_of_the_transfer_function_are_shown_opaque_if_asked_for(mode
     scene = Scene(RAMP, COLORS, mode=mode)
     picture = numbers(-100, 0, 2.5, 10, np.inf)
     expected = [[1, 0, 0, 1], [1, 0, 0, 1], [0.75, 0, 0.25, 1], [0, 0, 1, 1], [0, 0, 1, 1]]
-    np.testing.assert_allclose(shown(picture, scene, use_transfer_function=True)[0], expected, atol=1e-7)
+    colored = replace(scene, coloring="tf")
+    np.testing.assert_allclose(shown(picture, colored)[0], expected, atol=1e-7)
     assert np.ptp(shown(picture, scene)[0, :, :3], axis=-1).max() == 0  # nobody asked
-    assert levels(picture, scene, window=(0, 10), use_transfer_function=True) == [0, 128, 191, 255, 255]
-    assert levels(numbers(-40, 30), Scene(RAMP, mode="mip"), use_transfer_function=True) == [0, 255]  # there is none
+    assert levels(picture, colored, window=(0, 10)) == [0, 128, 191, 255, 255]
+    proposed = Scene(RAMP, proposed_for(RAMP), mode="mip", coloring="tf")
+    np.testing.assert_array_equal(shown(picture, replace(proposed, transfer_function=None)), shown(picture, proposed))
 
 
 def test_colours_are_straight_however_a_transfer_function_holds_them():
     premultiplied = TransferFunction([0, 10], [[0, 0, 0], [0.8, 0.4, 0]], [0, 4], premultiplied=True)
     gas = TransferFunction([0, 10], [[0, 0, 0], [8, 4, 0]], [0, 0], emissive=True)
     for transfer, expected in [(premultiplied, [[0, 0, 0], [0.2, 0.1, 0]]), (gas, [[0, 0, 0], [0.5, 0.25, 0]])]:
-        picture = shown(numbers(0, 5), Scene(RAMP, transfer, mode="mip"), use_transfer_function=True)
+        picture = shown(numbers(0, 5), Scene(RAMP, transfer, mode="mip", coloring="tf"))
         np.testing.assert_allclose(picture[0, :, :3], expected, rtol=1e-6)
 
 

@@ -138,7 +138,7 @@ def test_without_options_nothing_is_modelled() -> None:
     assert not plain.needs_gradient
     assert not scene("--light", "depth", "--depth-cue", "1,1,1,1").needs_gradient
     assert chosen().window is None
-    assert not chosen().chose_transfer_function
+    assert chosen().coloring == "grey"
 
 
 FILE = 'light = ["head", "0,0,1"]\nambient = 0.5\nshadows = true\ngradient = "zucker-hummel"\ndepth-cue = 0.2\n'
@@ -188,7 +188,7 @@ def test_what_classifies_nothing_needs_no_transfer_function(mode: list[str], mon
     monkeypatch.setattr(transfer, "proposed_for", lambda volume: pytest.fail("nobody needs a proposal"))
     assert scene(*mode).transfer_function is None
     with_colors = chosen(*mode, "--tf", "viridis")
-    assert with_colors.chose_transfer_function
+    assert with_colors.coloring == "tf"
     assert with_colors.scene(VOLUME).transfer_function.name == "viridis"
 
 
@@ -382,7 +382,7 @@ def test_help_lists_every_option_once_in_its_group(command: str, capsys: pytest.
         "cutting:": "clip crop caps",
         "geometry:": "mesh",
         "annotation:": "annotate title value-name font",
-        "projection mode:": "mode isovalue window",
+        "projection mode:": "mode isovalue air window coloring",
     }
     for title, names in groups.items():
         first = at[title] + 1

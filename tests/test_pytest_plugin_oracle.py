@@ -14,6 +14,8 @@ from picture_project import Project, said
 from scenes import BONE, FOG, inside, random_volume, smooth_volume
 
 from texvol import Lighting, Scene, image, raycast
+from texvol.comparison.limits import TWO_DRIVERS
+from texvol.comparison.measures import flip
 from texvol.comparison.outcome import Outcome
 from texvol.comparison.pictures import Picture
 from texvol.cutting import ClipPlane
@@ -223,6 +225,47 @@ def test_oracle(check_picture):
     with patch.dict("os.environ", RATE="4"):
         result = project.run()
     assert result.ret == 1 and "better" in said(result)
+
+
+def test_a_bound_that_lets_plain_errors_pass_warns(project: Project) -> None:
+    project.write(
+        test_it=f"""{DEMO}
+def test_coarse(check_picture):
+    outcome = check_picture(demo_scene(), "coarse", size=(32, 24), sampling_rate=0.1, oracle=True)
+    assert outcome.measures.max_error > 0.2
+
+def test_fine(check_picture):
+    check_picture(demo_scene(), "fine", size=(32, 24), sampling_rate=2, oracle=True)
+
+def test_told(check_picture):
+    check_picture(np.zeros((24, 32, 4)), "told", scene=demo_scene(), max_error=2.0, oracle=True)
+"""
+    )
+    result = project.run("--texvol-report", "report")
+    result.assert_outcomes(passed=3, warnings=2)
+    text = said(result)
+    assert "AccuracyWarning: the bound of picture 'coarse' is 0." in text and "larger sampling_rate" in text
+    assert "the bound of picture 'told' is 2" in text and "'fine'" not in text
+    # The warning is at the test's own line.
+    assert "test_it.py:" in text.partition("AccuracyWarning: the bound of picture 'coarse'")[0].splitlines()[-1]
+    index = (project.folder / "report/index.html").read_text("utf-8")
+    assert "plain to see" in index
+
+
+@pytest.mark.parametrize("ground", [0.0, 0.05, 0.2, 0.5, 1.0])
+def test_an_error_of_a_loose_bound_is_seen_on_every_ground(ground: float) -> None:
+    even = np.full((32, 32, 4), ground, np.float32)
+    off = even + np.float32(oracle.LOOSE if ground < 1 else -oracle.LOOSE)
+    assert flip(off, even) > 2 * TWO_DRIVERS.flip
+
+
+def test_a_header_that_contradicts_the_scene_of_the_test_is_said(maker: Maker) -> None:
+    drawn = maker.renderer().render(SCENES["bone"], SIZE, sampling_rate=4)
+    header = scene_facts("", replace(SCENES["bone"], background=(1.0, 0.0, 0.0)), checksum=True)
+    picture = Picture.of_array(drawn, "picture", header)
+    request = Request("scene", 1, None, SCENES["bone"], None, {"max_error": 0.05}, oracle.ACCURACY)
+    outcome = oracle.examined(maker.candidate(picture, request), {"max_error": 0.05}, maker, "scene")
+    assert outcome.scene_words == ("the scenes differ in background: (1, 0, 0) instead of (0, 0, 0)",)
 
 
 def test_options_reach_what_they_are_for(project: Project) -> None:

@@ -114,7 +114,9 @@ def test_a_picture_by_ramps_is_that_by_segments(
     random = np.random.default_rng(seed)
     volume = random_volume(seed, (7, 6, 5))
     if random.random() < 0.3:
-        volume.values[random.random(volume.values.shape) < 0.1] = np.nan
+        values = volume.values.copy()
+        values[random.random(values.shape) < 0.1] = np.nan
+        volume = Volume(values, volume.spacing, name=volume.name)
     matter = matter_of(random, segments, emissive)
     camera = Camera.framing(volume, projection)  # type: ignore[arg-type]
     scene = Scene(volume, matter, camera, classification=classification)

@@ -17,12 +17,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from scenes import BONE, smooth_volume
 
 from texvol import image
 from texvol.__main__ import main
 from texvol.comparison import Difference
-from texvol.convergence import Measurement, Setting, total_max
+from texvol.convergence import Asked, ErrorOf, Measurement, Setting, discretisation_max, total_max
 from texvol.report import check_folder, words
 from texvol.report.pictures import decades, false_color
 
@@ -157,6 +159,87 @@ def measured(seconds: float, error: float, rate: float) -> Measurement:
 def test_the_answer_is_a_sentence(errors: list[float], said: str) -> None:
     measurements = [measured(number, error, number) for number, error in enumerate(errors, 1)]
     assert words.sentence(measurements, total_max, "it") == said
+
+
+def asked(wanted: float, true_error: float | None, classification: str = "post") -> Asked:
+    return Asked(classification, wanted, 2.0, 0.5, wanted, true_error)
+
+
+def test_what_max_error_keeps_is_kept() -> None:
+    said = words.sentence([measured(1, 0.008, 1)], total_max, "it", [asked(0.003, 0.0028), asked(0.001, 0.0012)])
+    assert said == (
+        "To keep it within 0.01 use post at rate 1 (1 s a frame); within 0.003 use post with --max-error 0.003 "
+        "(2 s with the search); none keeps it within 0.001."
+    )
+
+
+ERRORS = st.sampled_from(
+    [*(limit * nudge for limit in words.LIMITS for nudge in (0.5, 0.99, 1, 1.004, 1.2))]
+) | st.floats(1e-5, 0.1)
+MEASURED = st.builds(
+    lambda classification, rate, own, more, seconds: Measurement(
+        Setting(classification, rate),
+        1.0,
+        seconds=seconds,
+        discretisation=Difference(own, own / 10, own / 20, (0, 0), 0),
+        total=Difference(
+            *((own, own / 10, own / 20) if classification == "post" else (more, more / 9, more / 20)), (0, 0), 0
+        ),
+    ),
+    st.sampled_from(["slab", "post"]),
+    st.sampled_from([0.5, 1.0, 2.0]),
+    ERRORS,
+    ERRORS,
+    st.floats(1e-3, 1),
+)
+ASKED = st.builds(asked, st.sampled_from(words.LIMITS), st.none() | ERRORS, st.sampled_from(["slab", "post"]))
+
+
+def kept_by(limit: float, measurements: list[Measurement], answers: list[Asked], error_of: ErrorOf) -> set[str]:
+    """Settings that a table shows within a limit, by the digits that it shows."""
+    shown = {each.setting.words for each in measurements if float(words.error(error_of(each))) <= limit}
+    if error_of is discretisation_max:
+        rows = [each for each in answers if each.true_error is not None]
+    else:
+        rows = [each for each in answers if each.true_error is not None and each.classification == "post"]
+    return shown | {
+        f"{each.classification} with --max-error {each.wanted:g}"
+        for each in rows
+        if float(words.error(each.true_error)) <= limit
+    }
+
+
+@given(st.lists(MEASURED, max_size=5), st.lists(ASKED, max_size=5))
+@settings(max_examples=400, deadline=None)
+def test_every_sentence_agrees_with_the_tables(measurements: list[Measurement], answers: list[Asked]) -> None:
+    said = words.sentence(measurements, total_max, "it", answers)
+    own = words.of_discretisation(measurements, total_max, answers)
+    missed = re.search(r"(?:none keeps it|No setting keeps it) within ([^.;]*(?:\.\d+[^.;]*)*)", said)
+    for limit in words.LIMITS:
+        total = kept_by(limit, measurements, answers, total_max)
+        is_missed = missed is not None and f"{limit:g}" in re.split(", | or ", missed[1])
+        assert is_missed == (not total), said
+        if total:
+            use = next(
+                each for each in re.split("; |To keep it ", said) if re.search(rf"within .*{limit:g}\b.* use ", each)
+            )
+            assert re.search(r" use (.*?) \(", use)[1] in total, (use, total)  # type: ignore[index]
+        alone = kept_by(limit, measurements, answers, discretisation_max)
+        named = f"{limit:g}" in re.findall(r"0\.\d+(?= (?:and|by)|, )", own)
+        assert named == (bool(alone) and not total), own
+        for error_of in (total_max, discretisation_max):
+            cell = words.recommendation(measurements, error_of, limit, answers)
+            found = kept_by(limit, measurements, answers, error_of)
+            assert cell.startswith(("none; ", "not measured")) == (not found), cell
+            assert not found or any(cell.startswith(each) for each in found), cell
+            if nearest := re.search(r"came nearest with ([^,]*)", cell):
+                assert float(nearest[1]) > limit
+
+
+@given(ERRORS)
+def test_a_shown_error_is_within_the_limits_that_it_keeps(number: float) -> None:
+    for limit in words.LIMITS:
+        assert (float(words.error(number)) <= limit) == (number <= limit)
 
 
 def test_numbers_are_short() -> None:

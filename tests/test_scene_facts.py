@@ -76,6 +76,8 @@ SCENES = {
     "emissive": Scene(VOLUME, EMISSIVE, classification="extinction"),
     "premultiplied, opaque": Scene(VOLUME, PREMULTIPLIED, classification="post"),
     **{mode: Scene(SHEARED, mode=mode) for mode in ("xray", "mip", "minip", "average")},
+    "attenuation": Scene(VOLUME, mode="xray", air="hounsfield"),
+    "above air, coloured": Scene(VOLUME, FOG, mode="xray", air=1 / 3, coloring="tf"),
     "cut": Scene(VOLUME, BONE, clip=(ClipPlane((1, -2, 1 / 3), -7.5),), crop=((1, 6.5), (-np.inf, 7.3), (0, np.inf))),
     "capped": Scene(VOLUME, FOG, classification="post", clip=(ClipPlane((0, 1, 1), 4.1),), caps=True),
     "isosurface": Scene(VOLUME, FOG, mode="isosurface", isovalue=0.43, lighting=LIT, depth_cue=DepthCue()),
@@ -216,7 +218,8 @@ def test_the_oracle_s_picture_has_a_scene_and_no_slabs(tmp_path, monkeypatch):
 def test_eight_bits_of_numbers_are_shown_as_they_were(renderer, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     np.save("noise.npy", VOLUME.values * 1000)
-    for options in ([], ["--window", "400,300"], ["--tf", "inferno"]):
+    xray = ["--mode", "xray", "--air", "500"]
+    for options in ([], ["--window", "400,300"], ["--tf", "inferno"], ["--coloring", "tf"], xray):
         assert main(["render", "noise.npy", "-o", "noise.png", "--size", "24x20", "--mode", "mip", *options]) == 0
         found, picture = stored("noise.png"), read_picture("noise.png")
         shown = found.in_eight_bits(renderer.render(found.scene, SIZE, **found.settings))[..., :3]

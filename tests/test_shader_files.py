@@ -294,6 +294,8 @@ def test_every_projection_compiles(context: Context, mode: int, way: int, bricks
     plain = common | {"DEPTH": 0, "CUE": 0, "LEAPS": 0, "COUNT": 0, "WEIGHTS": 0}
     if mode != 3:
         load("projection", context, plain)
+        if mode == 1 and missing:
+            load("projection", context, plain | {"MISSING": 2})
         return
     for number, lights in enumerate(LIGHTS[1:]):
         others = {"GRADIENT": 1 + way, "CUE": number % 2, "LEAPS": 1 - number % 3 // 2, "COUNT": int(number % 4 == 3)}

@@ -29,7 +29,7 @@ OBEYED = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069\u200
 
 
 def test_characters_of_control_and_of_direction_are_numbers() -> None:
-    """All of the category Cc, and all that Unicode says are explicit directions; nothing else."""
+    """All of the categories Cc and Cs, and all that Unicode says are explicit directions; nothing else."""
     for number in range(0x110000):
         letter = chr(number)
         is_direction = unicodedata.bidirectional(letter) in (
@@ -44,7 +44,7 @@ def test_characters_of_control_and_of_direction_are_numbers() -> None:
             "PDI",
         )
         is_mark = letter in "\u061c\u200e\u200f"
-        if unicodedata.category(letter) == "Cc" or is_direction or is_mark:
+        if unicodedata.category(letter) in ("Cc", "Cs") or is_direction or is_mark:
             assert shown_line(letter) == (f"\\x{number:02x}" if number < 256 else f"\\u{number:04x}")
             assert shown(letter) == (letter if letter in "\n\t" else shown_line(letter))
         else:
@@ -174,15 +174,17 @@ def test_the_tables_of_a_report_are_markdown_of_ours_alone() -> None:
     assert "|" not in first and "*" not in first and "_" not in first.replace("`", "")
 
 
-def test_the_page_of_a_report_shows_and_runs_nothing() -> None:
+def test_the_page_of_a_report_may_ask_for_nothing() -> None:
     section = page._method_section(findings())
     assert "<img" not in section and not OBEYED.search(section)
-    text = (Path(page.__file__).parent / "page.html").read_text("utf-8")
-    policy = re.search(r'http-equiv="Content-Security-Policy" content="([^"]*)"', text)
-    assert policy is not None
-    rules = dict(rule.strip().split(" ", 1) for rule in policy[1].split(";"))
-    assert rules["default-src"] == "'none'" and "script-src" not in rules
-    assert rules["img-src"] == "data:"  # its pictures are within it
+    policies = []
+    for path in (Path(page.__file__).parent / "page.html", Path(ci.__file__).parent / "pages" / "page.html"):
+        found = re.search(r'http-equiv="Content-Security-Policy" content="([^"]*)"', path.read_text("utf-8"))
+        assert found is not None
+        policies.append(found[1])
+    assert policies[0] == policies[1]  # as on the pages of a comparison
+    rules = dict(rule.strip().split(" ", 1) for rule in policies[0].split(";"))
+    assert rules["default-src"] == "'none'" and rules["img-src"] == "data:"
 
 
 def test_a_python_warning_of_a_mask_is_safe(folder: Path) -> None:
@@ -194,3 +196,10 @@ def test_a_python_warning_of_a_mask_is_safe(folder: Path) -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert "voxels away" in done.stderr and not OBEYED.search(done.stderr)
+
+
+def test_a_name_that_is_no_utf_8_can_be_written_on_a_page() -> None:
+    """As Python has it: each byte that is none as half of a surrogate pair."""
+    name = b"a\xff.npy".decode("utf-8", "surrogateescape")
+    for text in (escaped(name), markdown(name).replace("&#92;", "\\"), shown(name), str(InputError(name))):
+        assert text.encode("utf-8") == rb"a\udcff.npy"

@@ -112,7 +112,7 @@ def test_a_scene_that_is_written_is_read_again(volume: texvol.Volume, tmp_path: 
 def test_how_it_is_shown_is_written_too(volume: texvol.Volume, tmp_path: Path) -> None:
     path = tmp_path / "scene.toml"
     annotation = Annotation(box=True, scale_bar=True, title='a "title" \\ ü', value_name="HU")
-    showing = Showing((THIRD, 2.0), True, False, annotation)
+    showing = Showing((THIRD, 2.0), False, annotation)
     saving.save_scene(str(path), document(scene_of(volume, "mip"), showing), SIZE)
     read = options.SceneOptions.of(scene=str(path))
     assert read.window == (THIRD, 2.0) and read.annotation == annotation and read.chose_view

@@ -173,3 +173,25 @@ def test_an_orbit_under_a_limit_ends_with_one_true_line(tmp_path: Path) -> None:
         "a scratch file of 8192 bytes is needed\n"
     )
     assert os.listdir(tmp_path) == ["v.npy"]
+
+
+@pytest.mark.parametrize(
+    "name, reason",
+    [
+        ("pipe.png", "is no file but a device or the like, and a file is to be written"),
+        ("folder.png", "is a folder, and a file is to be written"),
+        ("no/a.png", "its folder {folder}/no does not exist"),
+    ],
+)
+def test_where_nothing_can_be_written_is_said(tmp_path: Path, name: str, reason: str) -> None:
+    os.mkfifo(tmp_path / "pipe.png")
+    (tmp_path / "folder.png").mkdir()
+    with pytest.raises(InputError) as caught:
+        writing.check_writable(tmp_path / name)
+    assert str(caught.value) == f"{tmp_path / name}: {reason.format(folder=tmp_path)}"
+
+
+@pytest.mark.parametrize("name", ["a\0b.png", "a\ud800.png"])
+def test_a_name_that_no_file_can_have_is_refused(name: str) -> None:
+    with pytest.raises(InputError, match="is no name of a file"):
+        image.write(name, PICTURE)

@@ -44,6 +44,7 @@ from texvol.scene import Scene
 from texvol.slab_texture import texel_classifier
 from texvol.threads import in_threads
 from texvol.transfer import TransferFunction
+from texvol.value_storage import features_of_matter
 from texvol.volume import Volume
 
 Axes = tuple[int, ...]  # of x, y, z
@@ -57,6 +58,7 @@ _LEAST_RAYS = 64  # that meet matter: what few of them say is chance
 _FINER = 4  # slabs in one for what stands for the integral
 _SHARPENED = 3 / 16
 _LARGEST = 1e30  # magnitude of values: sums of some are numbers in float32
+_LEAST_WIDTH = 1 / 1024  # of what a transfer function looks at, in ranges of the values
 _LAYERS = 8  # halved at once: few enough for the cache
 _HALVED: WeakKeyDictionary[Volume, dict[Axes, Volume]] = WeakKeyDictionary()
 
@@ -79,7 +81,10 @@ def may_be_coarser(scene: Scene, transfer_function: TransferFunction, slab_thick
     # Last of all what takes a look at every value.
     if volume.has_missing or volume.value_range is None:
         return False
-    return max(abs(end) for end in volume.value_range) < _LARGEST
+    low, high = volume.value_range
+    # Halved values are rounded to 65536 steps of their range; a far-off sample leaves few for all others.
+    fine = features_of_matter(transfer_function, volume).finest < _LEAST_WIDTH * (high - low)
+    return max(abs(low), abs(high)) < _LARGEST and not fine
 
 
 def coarsest(volume: Volume, transfer_function: TransferFunction, slab_thickness: float) -> Volume:

@@ -36,12 +36,13 @@ from texvol.comparison.command import add_diff
 from texvol.errors import AccuracyWarning, InputError, TexvolError
 from texvol.scene import Scene
 from texvol.scene_facts import scene_facts
-from texvol.shown_pictures import Display
+from texvol.shown_pictures import Display, is_exact
 from texvol.terminal import complain, say
 from texvol.window.command import add_view
 
 if TYPE_CHECKING:
     from texvol.readers import TimeSeries
+    from texvol.renderer import Renderer
     from texvol.volume import Volume
 
 FORMATS = ("auto", "rgba8", "rgba16f", "rgba32f")
@@ -222,18 +223,16 @@ def _render(arguments: argparse.Namespace) -> None:
             picture = renderer.render(scene, scene_options.size, **once, **accuracy)
             depth = renderer.depth() if arguments.depth else None
         else:
-            what, frames = _frames(scene, arguments.orbit, series, scene_options)
-            how = {"transparent": scene_options.transparent, "fps": arguments.fps}
-            size, output = scene_options.size, arguments.output
-            more = {what: sequences.draw_frames(frames, renderer, size, accuracy, display, output, **how)}
+            frames = _frames(scene, arguments.orbit, series, scene_options)
+            more = _draw_frames(*frames, renderer, accuracy, display, scene_options, arguments)
         stats = renderer.stats if arguments.stats else {}
-        found = renderer.check
-        drawn = {"texvol:renderer": renderer.renderer_name} | (found.attributes if found else {}), renderer.settings
+        found, settings = renderer.check, renderer.settings
+        facts = {"texvol:renderer": renderer.renderer_name} | (found.attributes if found else {})
     # With the textures gone there is room for what writes pictures.
     files = {}
     if picture is not None:
         shown = display.of(picture, scene, arguments.output)
-        facts = drawn[0] | display.facts(scene_options.volume, scene, arguments.output, drawn[1])
+        facts |= display.facts(scene_options.volume, scene, arguments.output, settings)
         files[arguments.output] = image.encoded(arguments.output, shown, facts, transparent=scene_options.transparent)
     if depth is not None:
         files[arguments.depth] = depth_picture.encoded(arguments.depth, depth)
@@ -241,8 +240,23 @@ def _render(arguments: argparse.Namespace) -> None:
         stats = stats | {"seconds": seconds | {"upload": 0.0} | stats["seconds"]} | more
         files[arguments.stats] = (json.dumps(stats, indent=2, allow_nan=False) + "\n").encode()
     writing.write_files(files)
-    if arguments.check and found:
+    if found is not None and arguments.check:
         say(found.sentence)
+
+
+def _draw_frames(
+    what: str,
+    frames: sequences.Frames,
+    renderer: Renderer,
+    accuracy: dict[str, Any],
+    display: Display,
+    scene_options: options.SceneOptions,
+    arguments: argparse.Namespace,
+) -> dict[str, Any]:
+    """Draw and write a sequence; what `--stats` says of it."""
+    how = {"transparent": scene_options.transparent, "fps": arguments.fps}
+    size, output = scene_options.size, arguments.output
+    return {what: sequences.draw_frames(frames, renderer, size, accuracy, display, output, **how)}
 
 
 def _scene(
@@ -258,7 +272,8 @@ def _scene(
     if series is not None:
         film.check_output(arguments.output, len(series), size)
         adapting_to = scene_options.placed(sequences.standing_for(series))
-    scene = scene_options.scene(volume, orbit=orbit, adapting_to=adapting_to)
+    in_8_bits = not is_exact(arguments.output)
+    scene = scene_options.scene(volume, orbit=orbit, adapting_to=adapting_to, in_8_bits=in_8_bits)
     return display.prepared(scene, size, chose_view=scene_options.chose_view or orbit)
 
 
@@ -296,7 +311,7 @@ def _raycast(arguments: argparse.Namespace) -> None:
     image.check_writable(arguments.output)
     _check_depth(arguments, scene_options)
     _check_apart(arguments, scene_options)
-    scene = scene_options.scene(scene_options.load())
+    scene = scene_options.scene(scene_options.load(), in_8_bits=not is_exact(arguments.output))
 
     from texvol.ray_casting import raycast
     from texvol.ray_casting.projection import isosurface_depth
@@ -366,8 +381,7 @@ def _demo(arguments: argparse.Namespace) -> None:
     with Renderer(arguments.backend) as renderer:
         scene = demo_scene()
         picture = renderer.render(scene, (512, 512), sampling_rate=2)
-        exact = Path(arguments.output).suffix.lower() == ".exr"
-        facts = scene_facts("demo", scene, settings=renderer.settings, checksum=exact)
+        facts = scene_facts("demo", scene, settings=renderer.settings, checksum=is_exact(arguments.output))
         image.write(arguments.output, picture, {"texvol:renderer": renderer.renderer_name} | facts)
         say(f"{Path(arguments.output).resolve()} drawn by {renderer.renderer_name} ({renderer.backend})")
 

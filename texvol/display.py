@@ -15,12 +15,12 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from texvol.air import attenuation_of
 from texvol.errors import InputError
 from texvol.image import linear_from_srgb
-from texvol.scene import Scene
+from texvol.scene import NUMBER_MODES, Scene
 from texvol.transfer import TransferFunction
 
-NUMBER_MODES = ("xray", "mip", "minip", "average")
 ISOSURFACE_COLOR = (0.75, 0.69, 0.6)  # linear, warm; with the default light's highlight of 0.2 still below white
 # Of the larger of the numbers: what a thousand float32 additions may make of one number. No contrast is made of that.
 _SAME = 2.0**-16
@@ -47,6 +47,17 @@ def checked_window(window: str | Sequence[float]) -> Window:
     return numbers[0], numbers[1]
 
 
+def number_colors(scene: Scene, window: Window | None) -> TransferFunction | None:
+    """The transfer function whose colours numbers have in 8 bits; None where they are grey, as in any window."""
+    if window is not None or scene.coloring == "grey":
+        return None
+    if scene.transfer_function is None:
+        from texvol.transfer import proposed_for
+
+        return proposed_for(scene.volume)
+    return scene.transfer_function
+
+
 def found_window(picture: NDArray, scene: Scene) -> Window:
     """(centre, width) where nobody chose one: the range of the finite values; for xray and average of the numbers.
 
@@ -65,9 +76,18 @@ def found_window(picture: NDArray, scene: Scene) -> Window:
     return low / 2 + high / 2, 2 * min(half, float(np.finfo(np.float64).max) / 2)
 
 
-def shown(
-    picture: NDArray, scene: Scene, *, window: Window | None = None, use_transfer_function: bool = False
-) -> NDArray[np.float32]:
+def possible_range(scene: Scene) -> tuple[float, float]:
+    """The least and the largest finite number that a picture of the scene may hold, of any view."""
+    low, high = scene.volume.finite_range or (0.0, 1.0)
+    if scene.mode != "xray":
+        return low, high
+    if (attenuation := attenuation_of(scene.air)) is not None:
+        low, high = (attenuation.per_value * max(end - attenuation.air, 0.0) for end in (low, high))
+    longest = 2 * scene.volume.radius
+    return min(low * longest, 0.0), max(high * longest, 0.0)
+
+
+def shown(picture: NDArray, scene: Scene, *, window: Window | None = None) -> NDArray[np.float32]:
     """A picture of numbers as a linear premultiplied one of colours, (height, width, 4), before the background.
 
     Pictures of other modes are colours already, and come back as they are.
@@ -75,12 +95,12 @@ def shown(
     Parameters
     ----------
     picture : array of shape (height, width, 4)
-        What `render` or `raycast` made of `scene`.
+        What `render` or `raycast` made of `scene`. Of coloring "tf" numbers have the straight colours of its transfer
+        function, opaque, unless there is a window.
     window : (centre, width), optional
         What is black to white; see the module. Infinite numbers are black or white, what is no number is black.
-    use_transfer_function : bool
-        Without a window, whether numbers have the straight colours of the scene's transfer function, opaque. Otherwise
-        a window is found, see `found_window`; where all numbers are the same they are mid-grey.
+        Unless it is given numbers that are grey are shown in one that is found, see `found_window`; where all numbers
+        are the same they are mid-grey.
     """
     if scene.mode not in NUMBER_MODES:
         return picture.astype(np.float32)
@@ -88,8 +108,8 @@ def shown(
     result = np.zeros(picture.shape, np.float32)
     result[..., :3] = scene.background
     result[met, 3] = 1.0
-    if window is None and use_transfer_function and scene.transfer_function is not None:
-        result[met, :3] = straight_colors(scene.transfer_function, numbers[met])
+    if (transfer := number_colors(scene, window)) is not None:
+        result[met, :3] = straight_colors(transfer, numbers[met])
     else:
         result[met, :3] = _grey(numbers[met], window or found_window(picture, scene))[:, np.newaxis]
     return result

@@ -38,6 +38,7 @@ ORDER = 1.0
 SAFETY = 1.5
 ROUNDING = 2e-6  # of a picture in float32, relative to its largest number, or 1
 SURFACE_ROUNDING = 2e-5
+EXTREME_ROUNDING = 4e-6
 _MOST_HALVINGS = 6  # of slabs: what is drawn then takes a few times as long as the picture
 _COARSEST_RATE, _FINEST_RATE = 1 / 16, 64  # slabs per smallest spacing
 
@@ -101,6 +102,8 @@ def thickness_for_error(
     *,
     converges_alone: bool = False,
     finest: float = _FINEST_RATE,
+    rounding: Callable[[], float] = lambda: 0.0,
+    relative: float = ROUNDING,
 ) -> Choice:
     """The coarsest slab thickness, among halvings of the spacing, whose picture is within `wanted` by estimate.
 
@@ -118,6 +121,10 @@ def thickness_for_error(
         Whether the reference is another scene than the picture's, better at the same thickness.
     finest : float
         Slabs per smallest spacing that a picture may have, see `finest_rate`; a reference may have twice as many.
+    rounding : callable, optional
+        Gives what the rounding of values adds to the error of what was drawn last, whatever its slabs.
+    relative : float
+        What all other rounding costs, relative to the largest number of a picture, or 1: see `rounding_of`.
     """
     begin = begin or Begin()
     drawn: dict[float, NDArray[np.float32]] = {}  # by rate: on the way back some come again
@@ -132,9 +139,9 @@ def thickness_for_error(
 
     held: _HeldAgainstItsFiner | _HeldAgainstAnother
     if converges_alone:
-        held = _HeldAgainstAnother(reference_at, wanted, begin, 2 * finest)
+        held = _HeldAgainstAnother(reference_at, wanted, begin, 2 * finest, rounding)
     else:
-        held = _HeldAgainstItsFiner(reference_at)
+        held = _HeldAgainstItsFiner(reference_at, rounding, relative)
     rate = max(begin.rate, 1.0)  # below, samples could slip through
     while (error := held.error(at(rate), rate)) > wanted and rate < finest:
         rate = min(rate * 2 ** _fewest_halvings(held.of_the_picture(error), held.of_the_picture(wanted)), finest)
@@ -160,8 +167,8 @@ def _fewest_halvings(error: float, wanted: float) -> int:
 class _HeldAgainstItsFiner:
     """A picture is held against one of half its thickness."""
 
-    def __init__(self, draw: Draw) -> None:
-        self._draw = draw
+    def __init__(self, draw: Draw, rounding: Callable[[], float], relative: float) -> None:
+        self._draw, self._rounding, self._relative = draw, rounding, relative
         self.rate = 0.0  # of the finer one
 
     def error(self, picture: NDArray[np.float32], rate: float) -> float:
@@ -172,7 +179,7 @@ class _HeldAgainstItsFiner:
 
     def error_of_coarser(self, picture: NDArray[np.float32], rate: float) -> float:
         """The same, for one that is coarser than the last."""
-        return estimate(picture, self._finer, round(np.log2(self.rate / rate)))
+        return estimate(picture, self._finer, round(np.log2(self.rate / rate)), self._relative) + self._rounding()
 
     def least_of_coarser(self, error: float) -> float:
         """What the estimate will be for slabs of twice the thickness, at least, where that of these is `error`."""
@@ -186,8 +193,10 @@ class _HeldAgainstItsFiner:
 class _HeldAgainstAnother:
     """Pictures are held against one that converges by itself, and is drawn as finely as that takes."""
 
-    def __init__(self, draw: Draw, wanted: float, begin: Begin, finest: float) -> None:
-        self._draw, self._wanted, self._finest = draw, wanted, finest
+    def __init__(
+        self, draw: Draw, wanted: float, begin: Begin, finest: float, rounding: Callable[[], float]
+    ) -> None:
+        self._draw, self._wanted, self._finest, self._rounding = draw, wanted, finest, rounding
         self.rate = max(begin.reference, 2.0) / 2  # so that nothing slips through the coarser one of the pair either
         self._picture = draw(self.rate)
         self._refine()
@@ -203,7 +212,8 @@ class _HeldAgainstAnother:
 
     def error_of_coarser(self, picture: NDArray[np.float32], rate: float) -> float:
         """The same, by the reference as it is."""
-        return largest_difference(picture, self._picture) + self._off + _rounding_in(self._picture)
+        known = self._off + _rounding_in(self._picture) + self._rounding()
+        return largest_difference(picture, self._picture) + known
 
     def least_of_coarser(self, error: float) -> float:
         """What the estimate will be for slabs of twice the thickness, at least, where that of these is `error`."""
@@ -234,7 +244,12 @@ def _thinnest(scene: Scene) -> float:
 
 
 def rounding_of(scene: Scene) -> float:
-    """What float32 costs: on a surface the place's rounding, through gradient and highlight, tells most."""
+    """What float32 costs: on a surface the place's rounding, through gradient and highlight, tells most.
+
+    Extremes are those of cubics through four values, each of which is rounded.
+    """
+    if scene.mode in ("mip", "minip"):
+        return EXTREME_ROUNDING
     return SURFACE_ROUNDING if scene.mode == "isosurface" else ROUNDING
 
 

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.error_control import Begin, Choice, converging, finest_rate, thickness_for_error
+from texvol.error_control import Begin, Choice, converging, finest_rate, rounding_of, thickness_for_error
 from texvol.errors import AccuracyWarning
 from texvol.recipe import Settings
 from texvol.scene import Scene
@@ -33,10 +33,12 @@ class ErrorSearch:
     ----------
     draw, draw_exactly : callable
         Draw a scene as the settings have it, and without what they leave out or round.
+    rounding : callable
+        Gives what the rounding of values adds to the error of a scene that was drawn last.
     """
 
-    def __init__(self, draw: Draw, draw_exactly: Draw) -> None:
-        self._draw, self._draw_exactly = draw, draw_exactly
+    def __init__(self, draw: Draw, draw_exactly: Draw, rounding: Callable[[Scene], float]) -> None:
+        self._draw, self._draw_exactly, self._rounding = draw, draw_exactly, rounding
         self._last: tuple[Scene, tuple[Size, Settings, float], Choice] | None = None
 
     def foresee(self, scene: Scene, size: Size, settings: Settings, wanted: float) -> Choice:
@@ -83,4 +85,6 @@ class ErrorSearch:
             begin,
             converges_alone=reference is not scene,
             finest=finest_rate(scene),
+            rounding=lambda: self._rounding(scene),
+            relative=rounding_of(scene),
         )

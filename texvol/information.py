@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol import resampling
+from texvol.air import hounsfield_by
 from texvol.lone_extremes import lone_extremes
 from texvol.shown_text import shown_line
 from texvol.volume import Volume
@@ -36,7 +37,9 @@ def facts(volume: Volume) -> dict[str, Any]:
     gradient. `resampling` is None where the samples are the file's own, and `notes` are what its reader chose.
 
     `labels` is None where values are measured; else their `count`, and of the first ones label and number of samples.
-    `color` says whether each sample has a colour of its own, of which the value is how much there is.
+    `hounsfield` is what says that values are Hounsfield units: "file", "values" where they look like it and the file
+    names no unit, or None. `color` says whether each sample has a colour of its own, of which the value is how much
+    there is.
     `lone_extremes` are values at the ends of the range that are far from all others: of each the `value`, its number of
     `samples`, how many `times` the range of the others (`others`) it is away from them, and the text that `--missing`
     finds it by.
@@ -52,7 +55,7 @@ def facts(volume: Volume) -> dict[str, Any]:
         "dimensions": list(volume.dimensions),
         "type": volume.values.dtype.name,
         "spacing": _numbers(volume.spacing),
-        "unit": volume.unit,
+        **_units(volume),
         "space": volume.space,
         "origin": _numbers(volume.origin),
         "direction": [_numbers(row) for row in volume.direction],
@@ -99,6 +102,7 @@ def text(facts: dict[str, Any]) -> str:
         ("direction", "; ".join(_row(row) for row in facts["direction"])),
         ("extinction", facts["extinction_unit"]),
         *(_label_rows(facts) if facts["labels"] else [_value_row(facts)]),
+        *([("value unit", _unit_row(facts))] if facts["value_unit"] or facts["hounsfield"] else []),
         *([("colour", "each sample has its own; values are how much of it there is")] if facts["color"] else []),
         *((("alone" if number == 0 else "", line) for number, line in enumerate(_lone_lines(facts["lone_extremes"])))),
         ("not finite", f"{facts['nan_count']} NaN, {facts['inf_count']} infinite"),
@@ -112,6 +116,10 @@ def text(facts: dict[str, Any]) -> str:
     if facts["value_range"] is not None and not facts["labels"]:
         page += ["", *_percentile_lines(facts), "", *_histogram_lines(facts["histogram"])]
     return "\n".join(map(shown_line, page))
+
+
+def _units(volume: Volume) -> dict[str, str | None]:
+    return {"unit": volume.unit, "value_unit": volume.value_unit, "hounsfield": hounsfield_by(volume) or None}
 
 
 def _labels(volume: Volume) -> dict[str, Any] | None:
@@ -134,6 +142,12 @@ def _lone(volume: Volume) -> list[dict[str, Any]]:
 def _value_row(facts: dict[str, Any]) -> tuple[str, str]:
     extent = facts["value_range"]
     return "values", f"{_row(extent, ' to ')}, mean {_digits(facts['mean'])}" if extent else "none is finite"
+
+
+def _unit_row(facts: dict[str, Any]) -> str:
+    if facts["hounsfield"] == "values":
+        return "taken for Hounsfield units, by their range and the share of air; the file names no unit"
+    return "HU, Hounsfield units" if facts["hounsfield"] else facts["value_unit"]
 
 
 def _lone_lines(lone: list[dict[str, Any]]) -> list[str]:

@@ -42,6 +42,7 @@ _TABLE_KEYS: dict[str, tuple[str, ...]] = {
 _OWN_COLOR = Lighting((), ambient=1.0, diffuse=0.0, specular=0.0)
 _FOR_MODES = {
     "isovalue": ("isosurface",),
+    "air": ("xray",),
     "window": NUMBER_MODES,
     **dict.fromkeys(("caps", "add", "label-look"), ("composite",)),
 }
@@ -186,8 +187,15 @@ def depth_cue_of(chosen: Mapping[str, Any]) -> DepthCue | None:
 
 
 def overridden(file: Mapping[str, Any], line: Mapping[str, Any]) -> dict[str, Any]:
-    """Options of the scene file and the line; a mode of the line drops what the file says for another."""
+    """Options of the scene file and the line; the line drops what the file says that its own options are not for.
+
+    These are options for another mode, and one of two ways to show numbers: as grey, or in colours.
+    """
     kept = dict(file)
+    if "tf" in line or "window" in line:
+        kept.pop("coloring", None)
+    if line.get("coloring") == "tf":
+        kept.pop("window", None)
     if "mode" in line:
         kept = {name: kept[name] for name in kept if line["mode"] in _FOR_MODES.get(name, MODES)}
     return kept | dict(line)
@@ -199,6 +207,8 @@ def check_mode(chosen: Mapping[str, Any]) -> None:
     for name, modes in _FOR_MODES.items():
         if name in chosen and now not in modes:
             raise InputError(f"--{name} is for --mode {' or '.join(modes)}, and the mode is {now}")
+    if "window" in chosen and chosen.get("coloring") == "tf":
+        raise InputError("--window is for --coloring grey, and the coloring is tf: leave one of them out")
     if now == "isosurface" and "isovalue" not in chosen:
         raise InputError("--mode isosurface needs --isovalue V, in data units")
 

@@ -1,13 +1,14 @@
 """Extreme values far from all others, as fill values and hot pixels are: what `--missing` is for.
 
 The values at an end of the range are *lone* where the gap between them and the others is many times as wide as the
-whole range of the others. Up to a few distinct values at each end may be so, each in any number of samples.
+whole range of the others, or wider where they are known for what they are. Up to a few distinct values at each end may
+be so, each in any number of samples.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,11 +16,15 @@ from numpy.typing import NDArray
 from texvol.volume import Volume
 
 TIMES = 10.0  # the others' range, that a gap has to exceed
+TIMES_OF_MARKS = 1.0  # the same for values that programs mark missing samples by
 MOST = 4  # distinct values at each end of the range that may be lone
 
 # Values at the lower and the upper end that are left out at a time. With more of them, a few distinct ones that happen
 # to lie close together would have all others for lone.
 _WAYS = ((0, 1), (1, 0), (0, 2), (1, 1), (2, 0))
+# Nodata values of GDAL's and ArcGIS' files, fill values of netCDF, GRIB and others; beside the ends of wider types.
+_MARKS = (-999, -9999, -99999, -999999, -32767, -2147483647, 1e15, 1e20, 1e30, 1e35, 1e36, 9.96921e36, 9.999e20)
+
 _CHUNK = 2**20  # samples looked at at a time
 _SPREAD = 2**16  # samples, evenly spread, that tell in most volumes that there is none
 
@@ -91,7 +96,7 @@ def _spread_over_range(volume: Volume) -> bool:
         return False
     # All values but `MOST` at each end are among the others, whose range is then this or more.
     of_others = _between(float(known[MOST]), float(known[-1 - MOST]))
-    return not _between(low, high) > TIMES * of_others
+    return not _between(low, high) > TIMES_OF_MARKS * of_others
 
 
 def _split(lowest: NDArray, highest: NDArray) -> tuple[int, int] | None:
@@ -112,12 +117,24 @@ def _first_split(lowest: NDArray, highest: NDArray) -> tuple[int, int] | None:
         if below >= len(lowest) or above >= len(highest):
             continue
         first, last = float(lowest[below]), float(highest[len(highest) - 1 - above])
-        least = TIMES * _between(first, last)
+        are_marks = all(map(_is_mark, (*lowest[:below], *highest[len(highest) - above :])))
+        least = (TIMES_OF_MARKS if are_marks else TIMES) * _between(first, last)
         is_far_below = not below or _between(float(lowest[below - 1]), first) > least
         is_far_above = not above or _between(last, float(highest[len(highest) - above])) > least
         if first < last and is_far_below and is_far_above:
             return below, above
     return None
+
+
+def _is_mark(value: Any) -> bool:
+    """True of a value that programs mark missing samples by."""
+    if value.dtype.itemsize == 1:
+        return False
+    limits = np.iinfo(value.dtype) if value.dtype.kind in "iu" else np.finfo(value.dtype)
+    known = (float(limits.min), float(limits.max), *_MARKS)
+    number = float(value)
+    # To the digits of single precision, in which many were written.
+    return any(number == mark or abs(number / mark - 1) < 1e-6 for mark in known if mark)
 
 
 def _ends(values: NDArray, *, lowest: bool) -> NDArray:

@@ -16,17 +16,18 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from texvol.errors import InputError
+from texvol.kept_arrays import KeepsArrays, Unchanged, read_only, shared
 from texvol.volume import Volume
 
 
 @dataclass(frozen=True, eq=False)
-class Mask:
+class Mask(KeepsArrays):
     """Weights of a volume's samples.
 
     Parameters
     ----------
     weights : array of shape (nz, ny, nx)
-        Booleans, or numbers from 0 to 1.
+        Booleans, or numbers from 0 to 1; read-only, as the values of a volume are.
     name : str
         What messages call it, usually its file.
     source : mapping
@@ -42,6 +43,7 @@ class Mask:
     weights: ArrayLike
     name: str = "mask"
     source: Mapping[str, Any] = field(default_factory=dict)
+    _unchanged: Unchanged = field(default_factory=Unchanged, init=False, repr=False)
 
     def __post_init__(self) -> None:
         weights = np.asarray(self.weights)
@@ -54,7 +56,11 @@ class Mask:
                     f"{self.name}: weights lie in [0, 1], and {_range(weights)}; a mask of other numbers needs the two "
                     "between which it fades in"
                 )
-        object.__setattr__(self, "weights", np.ascontiguousarray(weights))
+        kept = read_only(np.ascontiguousarray(weights))
+        watched = [] if self.source else shared((kept, self.weights))
+        object.__setattr__(self, "_unchanged", Unchanged(*watched))
+        object.__setattr__(self, "weights", kept)
+        object.__setattr__(self, "source", dict(self.source))
 
     @classmethod
     def of(cls, volume: Volume, fade: Sequence[float] | None = None) -> Mask:
@@ -76,6 +82,10 @@ class Mask:
         source = {**volume.source, "fade": [low, high]} if volume.source else {}
         return cls(np.nan_to_num(shares, nan=0.0), volume.name, source)
 
+    def check_unchanged(self) -> None:
+        """Raise InputError if the array that it was made of has been changed since something was made of it."""
+        self._unchanged.check(self.name, "weights")
+
     @property
     def array(self) -> NDArray[np.bool_] | NDArray[np.float32]:
         """The weights: booleans, or single precision."""
@@ -85,6 +95,7 @@ class Mask:
     @cached_property
     def hidden(self) -> NDArray[np.bool_]:
         """Where the weight is 0."""
+        self.check_unchanged()
         return self.array == 0
 
     def check_fits(self, volume: Volume) -> None:

@@ -10,7 +10,9 @@ from typing import Any
 import numpy as np
 
 from texvol import accuracy, bricks, coarser
+from texvol.air import attenuation_of
 from texvol.contexts import Context
+from texvol.display import NUMBER_MODES
 from texvol.empty_space import EmptySpace
 from texvol.errors import NoRoomError
 from texvol.recipe import Settings, shown_of, texels_of
@@ -23,6 +25,7 @@ from texvol.value_storage import ULP
 from texvol.value_texture import REFERENCE, ValueTexture
 from texvol.volume import Volume
 
+_OF_A_CUBIC = 3.0  # times the rounding of the four values that it is found from
 Recipe = tuple[Any, ...]
 
 
@@ -137,11 +140,25 @@ class MatterOnDevice:
 
     @property
     def lost_digits(self) -> float:
-        """By how much of a transfer function's narrowest interval rounding moves values; 0 where that hides."""
+        """By how much of a transfer function's narrowest interval rounding moves values."""
+        return self.baked[1].storage.condition * ULP if self.baked and isinstance(self.baked[1], ValueTexture) else 0.0
+
+    def rounding(self, scene: Scene) -> float:
+        """Error of a picture by the rounding of values, at most.
+
+        0 where another picture, of values that are rounded otherwise, tells better.
+        """
         baked = self.baked[1] if self.baked else None
-        if not isinstance(baked, ValueTexture) or not baked.storage.is_hopeless:
+        if not isinstance(baked, ValueTexture) or not (baked.vouches_for_itself or baked.storage.is_hopeless):
             return 0.0
-        return baked.storage.condition * ULP
+        if scene.mode not in NUMBER_MODES:
+            return min(baked.storage.condition * ULP, 1.0)
+        of_a_value = baked.storage.extent * baked.storage.scale * ULP
+        if scene.mode in ("mip", "minip"):
+            return _OF_A_CUBIC * of_a_value
+        attenuation = attenuation_of(scene.air)
+        of_a_value *= 1.0 if attenuation is None else attenuation.per_value
+        return of_a_value * (2 * scene.volume.radius if scene.mode == "xray" else 1.0)
 
     @staticmethod
     def _has_exact_values(baked: BakedTexture) -> bool:

@@ -13,6 +13,7 @@ def modelled(scene: Scene, camera: Camera) -> list[str]:
         "perspective": camera.projection == "perspective",
         "background": any(scene.background) and scene.mode in ("composite", "isosurface"),
         scene.mode: scene.mode != "composite",
+        "air": scene.air is not None,
         "clip planes": bool(scene.clip),
         "crop box": scene.crop is not None,
         "caps": scene.cutting.caps,

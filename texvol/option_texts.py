@@ -8,6 +8,8 @@ from collections.abc import Callable
 
 import numpy as np
 
+from texvol.air import HOUNSFIELD, Air, checked_air
+
 ALL = "all"  # time steps, or pixels
 
 
@@ -54,6 +56,18 @@ def number(text: str) -> float:
         return float(text)
     except ValueError:
         raise argparse.ArgumentTypeError(f"a number is wanted, and not {text!r}") from None
+
+
+def air(text: str) -> Air:
+    """The value of air, "hounsfield", or None from "none"."""
+    word = text.strip().lower()
+    if word in ("none", HOUNSFIELD):
+        return None if word == "none" else HOUNSFIELD
+    try:
+        return checked_air(float(text))
+    except ValueError:  # InputError is one
+        wanted = f"a finite number, {HOUNSFIELD} or none"
+        raise argparse.ArgumentTypeError(f"the value of air must be {wanted}, got {text!r}") from None
 
 
 def sample_value(text: str) -> int | float:

@@ -31,6 +31,7 @@ from texvol import orbit as turning
 from texvol import reading_options as reading
 from texvol import scene_file, transfer, volume_options
 from texvol.added_volume import common_box
+from texvol.air import Air, air_in_8_bits
 from texvol.annotation import Annotation
 from texvol.camera import Camera
 from texvol.errors import InputError
@@ -70,8 +71,8 @@ class SceneOptions:
         What is seen of the volume.
     window : (centre, width), optional
         In data units, for 8-bit pictures of a mode whose pixels are numbers.
-    chose_transfer_function : bool
-        Whether there is one that such pictures are to take their colours from.
+    coloring : "grey" or "tf"
+        Whether such pictures take their colours from the transfer function.
     """
 
     def __init__(self, arguments: argparse.Namespace) -> None:
@@ -91,7 +92,8 @@ class SceneOptions:
         self.spacing: tuple[float, float, float] | None = chosen.get("spacing")
         self.transparent = "background" in chosen and chosen["background"] is None
         self.window: tuple[float, float] | None = chosen.get("window")
-        self.chose_transfer_function = "tf" in chosen
+        by_default = "tf" if "tf" in chosen and self.window is None else "grey"
+        self.coloring: str = chosen.get("coloring", by_default)
         lit.check_mode(chosen)
         for each in (chosen, *(added.chosen for added in chosen.get("add", ()))):
             volume_options.check_look(each)
@@ -174,10 +176,13 @@ class SceneOptions:
         told = {name: value for name, value in reading.chosen(self._reading).items() if name != "time"}
         return TimeSeries(self.volume, spacing=self.spacing, **told)
 
-    def scene(self, volume: Volume, *, orbit: bool = False, adapting_to: Volume | None = None) -> Scene:
+    def scene(
+        self, volume: Volume, *, orbit: bool = False, adapting_to: Volume | None = None, in_8_bits: bool = False
+    ) -> Scene:
         """The scene that the options make of `volume`; its camera frames one picture, or all of an orbit.
 
-        A transfer function adapts to the values of `adapting_to`, where there is another volume for that.
+        A transfer function adapts to the values of `adapting_to`, where there is another volume for that; and so does
+        the air of an X-ray, which the picture's format decides on where nobody says it.
         """
         chosen = self._chosen
         choices = chosen.get("add", ())
@@ -202,6 +207,8 @@ class SceneOptions:
             depth_cue=lit.depth_cue_of(chosen),
             mode=self.mode,  # type: ignore[arg-type]
             isovalue=chosen.get("isovalue"),
+            air=self._air(adapting_to or volume, in_8_bits),
+            coloring=self.coloring,  # type: ignore[arg-type]
             clip=tuple(chosen.get("clip", ())),
             crop=chosen.get("crop"),
             caps=chosen.get("caps", False),
@@ -209,6 +216,12 @@ class SceneOptions:
             mask=volume_options.masked(chosen, volume),
             added=added,
         )
+
+    def _air(self, volume: Volume, in_8_bits: bool) -> Air:
+        if "air" in self._chosen or self.mode != "xray":
+            found: Air = self._chosen.get("air")
+            return found
+        return air_in_8_bits(volume) if in_8_bits else None
 
     def _transfer_function(self, volume: Volume) -> TransferFunction | None:
         matter = volume_options.matter_of(self._chosen, volume)

@@ -28,6 +28,7 @@ from texvol.render import draw, over_background
 from texvol.scene import Scene
 from texvol.scene_on_device import SceneOnDevice
 from texvol.texture_memory import default_budget
+from texvol.value_storage import HOPELESS, ULP
 from texvol.value_texture import REFERENCE, ValueTexture
 
 Size = tuple[int, int]
@@ -75,7 +76,7 @@ class Renderer:
         self._estimate: float | None = None  # of the last picture's error, where it has been worked out
         self._check: checking.Check | None = None  # of the last picture
         self._notes: dict[float, tuple[dict[str, float], int]] = {}  # of pictures that may be chosen, by thickness
-        self._error_search = ErrorSearch(self._noted, self._exactly)
+        self._error_search = ErrorSearch(self._noted, self._exactly, self._device.rounding)
 
     def render(
         self,
@@ -132,6 +133,7 @@ class Renderer:
         """
         check = checking.checked_count(check)
         size = self._compositor.checked_size(size)
+        scene.check_unchanged()
         if scene.mask is not None:
             scene = without_hidden(scene)
         if texture_format not in ("auto", *slab_texture.TEXEL_FORMATS):
@@ -168,16 +170,15 @@ class Renderer:
             return self._error_search.foresee(scene, self._compositor.checked_size(size), settings, max_error)
 
     def _say_what_is_lost(self) -> None:
-        """Warn of values that single precision does not tell apart, and add their rounding to the estimate."""
+        """Warn of values that single precision does not tell apart."""
         lost = self._device.lost_digits
-        if lost:
+        if lost >= HOPELESS * ULP:
             warnings.warn(
                 "single precision cannot hold the values at which the transfer function changes: they are so far apart "
                 f"that rounding moves values by up to {lost:.2g} of its narrowest interval",
                 AccuracyWarning,
                 stacklevel=3,
             )
-            self._estimate = None if self._estimate is None else self._estimate + min(lost, 1.0)
 
     def _hold_against_oracle(
         self, picture: NDArray[np.float32], scene: Scene, count: int | str | None, wanted: float | None
@@ -384,5 +385,5 @@ class Renderer:
                     settings.slab_thickness,
                     lambda other, thickness: self._exactly(other, small, replace(settings, slab_thickness=thickness)),
                 )
-            self._estimate += min(self._device.lost_digits, 1.0)
+            self._estimate += self._device.rounding(scene)
         return self._estimate

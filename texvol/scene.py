@@ -10,6 +10,7 @@ from typing import Literal, get_args
 import numpy as np
 
 from texvol.added_volume import AddedVolume, common_box
+from texvol.air import Air, checked_air
 from texvol.camera import Camera
 from texvol.cutting import ClipPlane, Cutting, Range, checked_crop
 from texvol.errors import InputError
@@ -25,6 +26,9 @@ Classification = Literal["slab", "extinction", "post", "integrated"]
 CLASSIFICATIONS: tuple[str, ...] = get_args(Classification)
 Mode = Literal["composite", "xray", "mip", "minip", "average", "isosurface"]
 MODES: tuple[str, ...] = get_args(Mode)
+NUMBER_MODES = ("xray", "mip", "minip", "average")  # whose pictures hold numbers, and no light
+Coloring = Literal["grey", "tf"]
+COLORINGS: tuple[str, ...] = get_args(Coloring)
 
 
 @dataclass(frozen=True)
@@ -65,6 +69,12 @@ class Scene:
         What of the volume is hidden, or faded.
     added : sequence of AddedVolume
         Further volumes; in mode composite.
+    air : float or "hounsfield", optional
+        In mode xray, the value of air: what is integrated is how much the value is above it, see `texvol.air`. Without
+        it that is the value itself.
+    coloring : "grey" or "tf"
+        How pictures of 8 bits show the numbers of xray, mip, minip and average: as grey, or in the colours that the
+        transfer function has for them.
     """
 
     volume: Volume
@@ -83,6 +93,8 @@ class Scene:
     geometry: tuple[Mesh | Lines, ...] = ()
     mask: Mask | None = None
     added: tuple[AddedVolume, ...] = ()
+    air: Air = None
+    coloring: Coloring = "grey"
 
     def __post_init__(self) -> None:
         if not isinstance(self.volume, Volume):
@@ -95,11 +107,22 @@ class Scene:
             raise InputError(f"scene: classification is one of {wanted}, and not {self.classification!r}")
         if self.mode not in MODES:
             raise InputError(f"scene: mode is one of {', '.join(MODES)}, and not {self.mode!r}")
+        if self.coloring not in COLORINGS:
+            raise InputError(f"scene: coloring must be one of {', '.join(COLORINGS)}, got {self.coloring!r}")
         self._check_isovalue()
+        self._check_air()
         self._check_matter()
         self._check_cutting()
         self._check_geometry()
         self._check_volumes()
+
+    def check_unchanged(self) -> None:
+        """Raise InputError if an array of a volume or a mask was changed in place since something was made of it."""
+        for volume in self.volumes:
+            volume.check_unchanged()
+        for mask in (self.mask, *(each.mask for each in self.added)):
+            if mask is not None:
+                mask.check_unchanged()
 
     @property
     def volumes(self) -> tuple[Volume, ...]:
@@ -154,6 +177,14 @@ class Scene:
             raise InputError(f"scene: an isovalue is for mode isosurface, and the mode is {self.mode}")
         if self.mode == "isosurface" and not (self.isovalue is not None and np.isfinite(self.isovalue)):
             raise InputError(f"scene: mode isosurface needs a finite isovalue, and it is {self.isovalue!r}")
+
+    def _check_air(self) -> None:
+        try:
+            object.__setattr__(self, "air", checked_air(self.air))
+        except InputError as error:
+            raise InputError(f"scene: {error}") from None
+        if self.air is not None and self.mode != "xray":
+            raise InputError(f"scene: air is for mode xray, and the mode is {self.mode}")
 
     def _check_cutting(self) -> None:
         object.__setattr__(self, "clip", tuple(self.clip))

@@ -8,10 +8,11 @@ many digits as it takes to read the same one.
     dimensions, spacing, origin, direction, type, kind, checksum
     mask                                    its name, source and checksum
     added                                   further volumes, each an object with these and a transfer_function
-    classification, background, mode, isovalue, gradient, lighting, depth_cue, camera, transfer_function
+    classification, background, mode, isovalue, air, gradient, lighting, depth_cue, camera, transfer_function
     clip, crop, caps, geometry
+    colors                                  "transfer function" where 8 bits show numbers in its colours
     settings                                how it was drawn: arguments of `Renderer.render`; none from the oracle
-    window, colors                          what 8 bits show of numbers: (centre, width), or "transfer function"
+    window                                  in which 8 bits show numbers as grey: (centre, width)
 
 Places are those after a volume was moved; its source says how. What has no meaning for a scene is left out.
 """
@@ -32,7 +33,7 @@ import numpy as np
 from texvol import __version__
 from texvol.added_volume import AddedVolume
 from texvol.mask import Mask
-from texvol.scene import Scene
+from texvol.scene import NUMBER_MODES, Scene
 from texvol.transfer import TransferFunction
 from texvol.volume import Volume
 
@@ -60,7 +61,7 @@ def scene_facts(
     settings : mapping
         Arguments with which `Renderer.render` draws the picture again: `Renderer.settings`.
     display : mapping
-        `window` or `colors`, of a picture of numbers.
+        `window`, of a picture of numbers.
     checksum : bool
         Whether to say which values the volume has, which takes as long as reading through them.
     """
@@ -135,9 +136,13 @@ def _shown(scene: Scene) -> dict[str, Any]:
     facts: dict[str, Any] = {"classification": scene.classification, "background": scene.background}
     if scene.mode != "composite":
         facts |= {"mode": scene.mode} | ({"isovalue": scene.isovalue} if scene.isovalue is not None else {})
+        facts |= {"air": scene.air} if scene.air is not None else {}
     transfer_function = scene.transfer_function
-    if scene.mode == "composite":
+    is_colored = scene.mode in NUMBER_MODES and scene.coloring == "tf"
+    if scene.mode == "composite" or is_colored:
         transfer_function = _matter(transfer_function, scene.volume)
+    if is_colored:
+        facts["colors"] = BY_TRANSFER_FUNCTION
     if scene.needs_gradient or _matter_needs_gradient(scene):
         facts["gradient"] = asdict(scene.gradient)
     facts |= {

@@ -8,7 +8,7 @@ from texvol import mesh_options as geometry
 from texvol import option_texts as texts
 from texvol.annotation import PARTS
 from texvol.lighting import Lighting
-from texvol.scene import CLASSIFICATIONS, MODES
+from texvol.scene import CLASSIFICATIONS, COLORINGS, MODES
 from texvol.scene_option import SceneOption
 from texvol.volume_options import ADD, LOOK, OF_ADDED, PLACE, OfAdded
 
@@ -148,8 +148,19 @@ GROUPS: tuple[tuple[str, str | None, tuple[SceneOption | OfAdded, ...]], ...] = 
             ),
             SceneOption("isovalue", lit.finite, "V", "value of the isosurface, data units"),
             SceneOption(
+                "air", texts.air, "V|hounsfield|none",
+                "xray integrates what values are above V; hounsfield: attenuation relative to water, max(0, 1 + HU / "
+                "1000); none: the values themselves. In 8-bit pictures hounsfield where the data are Hounsfield units "
+                "(see texvol info), else the least value; in EXR none",
+            ),
+            SceneOption(
                 "window", lit.window, "CENTRE,WIDTH",
-                "values from black to white in 8-bit pictures of xray, mip, minip and average",
+                "numbers from black to white in 8-bit pictures of xray, mip, minip and average",
+            ),
+            SceneOption(
+                "coloring", texts.choice(*COLORINGS), "HOW",
+                "8-bit pictures of xray, mip, minip and average: grey (default), or tf (default where --tf is given "
+                "and no --window): in the colours that the transfer function has for the numbers",
             ),
         ),
     ),

@@ -33,8 +33,12 @@ class SceneOnDevice:
 
     @property
     def lost_digits(self) -> float:
-        """By how much of a transfer function's narrowest interval rounding moves values; 0 where that hides."""
-        return max((matter.lost_digits for matter in self.matter), default=0.0)
+        """`MatterOnDevice.lost_digits`, the most of all volumes."""
+        return max(matter.lost_digits for matter in self.matter)
+
+    def rounding(self, scene: Scene) -> float:
+        """`MatterOnDevice.rounding` of all volumes."""
+        return sum(matter.rounding(scene) for matter in self.matter)
 
     def parts(self, scene: Scene, size: tuple[int, int], settings: Settings, depth: bool = False) -> list[Part]:
         """The scene's volumes as they are drawn, each with its textures."""

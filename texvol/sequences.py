@@ -86,6 +86,7 @@ def _like(first: Volume, values: NDArray) -> Volume:
         tuple(first.origin),
         first.direction,
         unit=first.unit,
+        value_unit=first.value_unit,
         name=first.name,
         labels=first.labels,
         colors=first.colors,

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from texvol.annotation import Annotation, annotate, check, with_room
 from texvol.display import NUMBER_MODES
 from texvol.scene import Scene
-from texvol.scene_facts import BY_TRANSFER_FUNCTION, scene_facts
+from texvol.scene_facts import scene_facts
 from texvol.slicing import slabs_crossed
 from texvol.volume import Volume
 
@@ -52,6 +52,11 @@ def emptiness(picture: NDArray, scene: Scene) -> str | None:
     return "nothing of the volume shows, and the picture is empty"
 
 
+def is_exact(path: str) -> bool:
+    """True if a file of that name holds the numbers of a picture as they are, and not what 8 bits show of them."""
+    return Path(path).suffix.lower() == ".exr"
+
+
 class Display:
     """What files of 8 bits show; where nobody chose a window of numbers, the first picture's is that of all.
 
@@ -60,9 +65,13 @@ class Display:
 
     def __init__(self, scene_options: SceneOptions, annotation: Annotation | None = None) -> None:
         self._window = scene_options.window
-        self._by_transfer_function = scene_options.chose_transfer_function and self._window is None
         self._transparent = scene_options.transparent
         self._annotation = annotation or Annotation()
+
+    @property
+    def window(self) -> tuple[float, float] | None:
+        """(centre, width) of pictures of numbers, where it was chosen, or has been found."""
+        return self._window
 
     def prepared(self, scene: Scene, size: tuple[int, int], *, chose_view: bool) -> Scene:
         """The scene, framed so that annotation has room beside the box, unless somebody chose the view.
@@ -82,7 +91,7 @@ class Display:
         """The picture for a file of that name; with a warning where it is empty, or without one of its volumes."""
         if message := emptiness(picture, scene):
             warnings.warn(message, stacklevel=2)
-        if Path(path).suffix.lower() == ".exr":
+        if is_exact(path):
             return picture
         if scene.mode in NUMBER_MODES:
             picture = self._numbers(picture, scene)
@@ -96,22 +105,18 @@ class Display:
             self._annotation,
             transparent=self._transparent,
             window=self._window,
-            use_transfer_function=self._by_transfer_function,
         )
 
     def _numbers(self, picture: NDArray, scene: Scene) -> NDArray:
         from texvol import display
 
-        if self._window is None and not self._by_transfer_function:
+        if self._window is None and scene.coloring == "grey":
             self._window = display.found_window(picture, scene)
-        return display.shown(picture, scene, window=self._window, use_transfer_function=self._by_transfer_function)
+        return display.shown(picture, scene, window=self._window)
 
     def facts(self, name: str, scene: Scene, path: str, settings: Mapping[str, Any] | None = None) -> dict[str, str]:
         """What the header of a picture file of that name says of its scene, and of how it is shown."""
         shown: dict[str, Any] = {}
         if scene.mode in NUMBER_MODES and self._window is not None:
             shown = {"window": self._window}
-        elif scene.mode in NUMBER_MODES and self._by_transfer_function:
-            shown = {"colors": BY_TRANSFER_FUNCTION}
-        exact = Path(path).suffix.lower() == ".exr"
-        return scene_facts(name, scene, settings=settings or {}, display=shown, checksum=exact)
+        return scene_facts(name, scene, settings=settings or {}, display=shown, checksum=is_exact(path))

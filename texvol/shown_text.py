@@ -1,7 +1,8 @@
 """Text of others, names and headers and what libraries say, made safe to show: on a terminal, in HTML and in Markdown.
 
 A terminal obeys characters of control (ECMA-48: C0, DEL, C1), and everything that lays out Unicode those that turn the
-direction of writing around (UAX #9), so that a text may look like another. Each is shown by its number: `\\x1b`.
+direction of writing around (UAX #9), so that a text may look like another. Each is shown by its number: `\\x1b`. So is
+what a file's name has of bytes that are no UTF-8.
 """
 
 from __future__ import annotations
@@ -10,9 +11,10 @@ import html
 import re
 
 _CONTROLS = r"\x00-\x1f\x7f-\x9f"
+_NO_LETTERS = "\ud800-\udfff"  # bytes of a name that is not UTF-8 (PEP 383), which can't be written
 _DIRECTIONS = "\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069"
-_OBEYED = re.compile(f"[{_CONTROLS}{_DIRECTIONS}]")
-_OBEYED_IN_LINES = re.compile(f"(?![\n\t])[{_CONTROLS}{_DIRECTIONS}]")
+_OBEYED = re.compile(f"[{_CONTROLS}{_DIRECTIONS}{_NO_LETTERS}]")
+_OBEYED_IN_LINES = re.compile(f"(?![\n\t])[{_CONTROLS}{_DIRECTIONS}{_NO_LETTERS}]")
 _MARKDOWN = re.compile(r"([\\`*_\[\]<>|#&~])")
 
 

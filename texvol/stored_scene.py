@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from texvol import stored_parts as parts
 from texvol.added_volume import AddedVolume
+from texvol.air import checked_air
 from texvol.camera import Camera
 from texvol.cutting import checked_crop
 from texvol.display import NUMBER_MODES, checked_window, shown
@@ -34,8 +35,8 @@ from texvol.transfer.files import from_content
 __all__ = ["AnyVolume", "StoredScene", "scene_from_facts", "stored_scene_of"]
 _ALWAYS = (*ALWAYS, "classification", "background")
 _KEYS = dict.fromkeys(
-    (*KEYS, "classification", "background", "format", "added", "mode", "isovalue", "gradient", "lighting", "depth_cue")
-    + ("camera", "transfer_function", "clip", "crop", "caps", "geometry", "settings", "window", "colors")
+    (*KEYS, "classification", "background", "format", "added", "mode", "isovalue", "air", "gradient", "lighting")
+    + ("depth_cue", "camera", "transfer_function", "clip", "crop", "caps", "geometry", "settings", "window", "colors")
 )
 
 
@@ -50,8 +51,6 @@ class StoredScene:
         Arguments with which `Renderer.render` draws the very picture again; empty where the oracle drew it.
     window : (centre, width), optional
         What 8 bits show of numbers.
-    by_transfer_function : bool
-        Whether numbers in 8 bits have the colours of the transfer function.
     name : str
         What messages call it: the picture.
     """
@@ -59,7 +58,6 @@ class StoredScene:
     scene: Scene
     settings: Mapping[str, Any] = field(default_factory=dict)
     window: tuple[float, float] | None = None
-    by_transfer_function: bool = False
     name: str = "scene"
 
     @property
@@ -75,8 +73,7 @@ class StoredScene:
     def in_eight_bits(self, picture: NDArray) -> NDArray[np.float64]:
         """What a file of 8 bits is meant to hold of the scene's picture: colours in [0, 1], linear, premultiplied."""
         if self.shows_numbers:
-            by_matter = self.by_transfer_function
-            picture = shown(picture, self.scene, window=self.window, use_transfer_function=by_matter)
+            picture = shown(picture, self.scene, window=self.window)
         return np.clip(np.asarray(picture, np.float64), 0.0, 1.0)
 
 
@@ -136,13 +133,12 @@ def scene_from_facts(
     facts = Facts.of(text, name, _KEYS, _ALWAYS)
     settings = facts.part("settings", parts.settings) or {}
     window = facts.part("window", lambda each: checked_window(parts.numbers(each, 2)))
-    colors = facts.part("colors", _colors)
     described = _described(facts, folder)
     # Last, since it may take long to read them.
     found = found_volume(facts, volume, folder)
     described |= {"mask": found_mask(facts, found, mask, folder), "added": found_added(facts, added, folder)}
     scene = facts.checked(lambda: Scene(found, **described))
-    return StoredScene(scene, settings, window, colors == BY_TRANSFER_FUNCTION, name)
+    return StoredScene(scene, settings, window, name)
 
 
 def _described(facts: Facts, folder: str | os.PathLike[str] | None) -> dict[str, Any]:
@@ -158,6 +154,8 @@ def _described(facts: Facts, folder: str | os.PathLike[str] | None) -> dict[str,
         "depth_cue": facts.part("depth_cue", lambda each: parts.made(DepthCue, each)),
         "background": facts.part("background", lambda each: parts.numbers(each, 3)),
         "isovalue": facts.part("isovalue", parts.number),
+        "air": facts.part("air", _air),
+        "coloring": facts.part("colors", _coloring) or "grey",
         "gradient": facts.part("gradient", lambda each: parts.made(Estimator, each)) or Estimator(),
         "clip": facts.part("clip", parts.clip_planes) or (),
         "crop": facts.part("crop", checked_crop),
@@ -166,7 +164,11 @@ def _described(facts: Facts, folder: str | os.PathLike[str] | None) -> dict[str,
     } | {key: facts.content[key] for key in ("classification", "mode") if key in facts.content}
 
 
-def _colors(content: Any) -> str:
+def _air(content: Any) -> Any:
+    return checked_air(content)
+
+
+def _coloring(content: Any) -> str:
     if content != BY_TRANSFER_FUNCTION:
         raise InputError(f"{BY_TRANSFER_FUNCTION} is wanted, and not {parts.quoted(content)}")
-    return BY_TRANSFER_FUNCTION
+    return "tf"

@@ -28,6 +28,15 @@ _LARGEST = sys.float_info.max
 _NO_CHARACTER = re.compile("[\0\ud800-\udfff]")
 
 
+def check_name(path: str | os.PathLike[str]) -> None:
+    """Raise InputError where no file can have that name: it has a NUL, or half of a surrogate pair."""
+    try:
+        if b"\0" in os.fsencode(path):
+            raise InputError(f"{os.fspath(path)!r}: is no name of a file: it has a NUL")
+    except UnicodeEncodeError as error:
+        raise InputError(f"{os.fspath(path)!r}: is no name of a file: {error}") from None
+
+
 def check_regular(path: str | os.PathLike[str]) -> int:
     """Bytes of the regular file at `path`, which may be a link to one.
 
@@ -36,12 +45,11 @@ def check_regular(path: str | os.PathLike[str]) -> int:
     InputError
         If there is none, or it is a folder, a pipe, a socket or a device.
     """
+    check_name(path)
     try:
         about = os.stat(path)
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}") from None
-    except ValueError as error:  # a NUL, or half of a surrogate pair
-        raise InputError(f"{os.fspath(path)!r}: is no name of a file: {error}") from None
     if stat.S_ISDIR(about.st_mode):
         raise InputError(f"{path}: is a folder")
     if not stat.S_ISREG(about.st_mode):

@@ -17,7 +17,7 @@ as κ is small; else as float32 about the offset that makes κ least.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -38,6 +38,8 @@ _WELL_IN_16_BITS = 2048.0  # beyond it 1.2e-4 of a feature is worth twice the me
 HOPELESS = 2.0**18  # the rounding is a 64th of a feature
 _FAR = 4096.0  # times the extent of the features
 _LARGEST = 1e28  # magnitude of a finite texel: far from HUGE
+_LARGEST_BESIDE_INFINITE = 1e18  # likewise, where with a weight of 1e-12 HUGE is to be larger than all that is finite
+_LEAST = 1e-30  # width of a feature in texels: of much smaller ones devices take what is left for 0
 _CANDIDATES = 32  # features about which an offset is tried, steepest first
 _SAMPLES = 4096  # values looked at for where most lie
 _BULK_WIDTHS = 64.0  # from the middle of the densest half of all values, in widths of that half
@@ -97,6 +99,7 @@ class Storage:
     scale: float
     condition: float = 0.0
     extent: float = np.inf  # of the features, in texels
+    largest: float = _LARGEST  # magnitude of a finite texel
 
     def vouches_for_itself(self, volume: Volume) -> bool:
         """True if two pictures of the same texels cannot both be wrong by rounding: it is far below what shows.
@@ -104,14 +107,16 @@ class Storage:
         Not so where rounding is coarse beside a feature, nor beside values far beyond all features: cells next to
         these are interpolated with the rounding of large numbers.
         """
-        low, high = volume.finite_range or (0.0, 0.0)
-        farthest = max(abs(low - self.offset), abs(high - self.offset)) / self.scale
-        return self.condition <= WELL and farthest <= self.far_from
+        most = _WELL_IN_16_BITS if self.texel_format == "r16" else WELL
+        return self.condition <= most and self.farthest(volume) <= _FAR * self.extent
 
-    @property
-    def far_from(self) -> float:
-        """Magnitude of texels from which on they are far beyond all that the picture depends on."""
-        return min(_FAR * self.extent, _LARGEST)
+    def farthest(self, volume: Volume) -> float:
+        """Largest magnitude of a volume's finite texels."""
+        low, high = volume.finite_range or (0.0, 0.0)
+        with np.errstate(over="ignore"):
+            return float(
+                max(abs(low / self.scale - self.offset / self.scale), abs(high / self.scale - self.offset / self.scale))
+            )
 
     @property
     def is_hopeless(self) -> bool:
@@ -138,7 +143,8 @@ def other_storage(volume: Volume, features: Features) -> Storage:
         placed = _placed(volume, features)
     # Not by round numbers, which would move values from one number of float32 to another without rounding.
     offset = placed.offset + 0.3183098861837907 * (features.finest if np.isfinite(features.finest) else placed.scale)
-    return features.storage("r32f", offset, 1.2533141373155 * placed.scale)
+    other = features.storage("r32f", offset, 1.2533141373155 * placed.scale)
+    return replace(other, largest=placed.largest)
 
 
 def stored_values(values: NDArray, storage: Storage) -> NDArray:
@@ -157,7 +163,7 @@ def stored_values(values: NDArray, storage: Storage) -> NDArray:
     with np.errstate(over="ignore"):
         placed = (values.astype(np.float64) - offset) / scale
     # Finite values stay apart from what stands for infinities.
-    np.clip(placed, -_LARGEST, _LARGEST, out=placed, where=np.isfinite(values))
+    np.clip(placed, -storage.largest, storage.largest, out=placed, where=np.isfinite(values))
     return _finite(placed.astype(np.float32))
 
 
@@ -237,9 +243,10 @@ def _usual_storage(volume: Volume, features: Features) -> Storage | None:
         return features.storage("r16", low, high - low)
     low, high = volume.finite_range or (0.0, 1.0)
     if dtype in (np.float16, np.float32):
-        if max(abs(low), abs(high)) >= HUGE:
+        if max(abs(low), abs(high)) > _largest_of(volume) or features.finest < _LEAST:
             return None
-        narrow = dtype == np.float16 and not volume.has_missing
+        # Half precision has no number that stands out for what is missing or infinite.
+        narrow = dtype == np.float16 and not volume.has_missing and volume.value_range == volume.finite_range
         return features.storage("r16f" if narrow else "r32f", 0.0, 1.0)
     offset = low / 2 + high / 2
     return features.storage("r32f", offset, (high / 2 - low / 2) or 1.0)
@@ -249,12 +256,18 @@ def _placed(volume: Volume, features: Features) -> Storage:
     """Storage in single precision about the features."""
     low, high = volume.finite_range or (0.0, 1.0)
     offset = features.best_offset() if features.widths.size else low / 2 + high / 2
-    farthest = max(high / _LARGEST - offset / _LARGEST, offset / _LARGEST - low / _LARGEST)
+    largest = _largest_of(volume)
+    farthest = max(high / largest - offset / largest, offset / largest - low / largest)
     extent = features.extent(offset)
     extent = extent if extent < np.inf else (high / 2 - low / 2) or 1.0
     # Where a far-off value would leave the range of float32 the features go down in it, as far as all digits are kept.
     scale = max(extent, min(farthest, extent * 1e30))
-    return features.storage("r32f", offset, scale)
+    return replace(features.storage("r32f", offset, scale), largest=largest)
+
+
+def _largest_of(volume: Volume) -> float:
+    """Magnitude that finite texels may have."""
+    return _LARGEST if volume.value_range == volume.finite_range else _LARGEST_BESIDE_INFINITE
 
 
 def _changes(values: NDArray[np.float64], numbers: NDArray[np.float64]) -> tuple[NDArray, NDArray, NDArray]:
@@ -277,6 +290,5 @@ def _finite(texels: NDArray) -> NDArray:
     """`texels` with finite stand-ins for infinities and NaN, which would be NaN wherever their weight is 0."""
     if np.isfinite(texels).all():
         return texels
-    most = min(HUGE, float(np.finfo(texels.dtype).max))
-    finite = np.where(np.isinf(texels), np.copysign(texels.dtype.type(most), texels), texels)
-    return finite if texels.dtype == np.float16 else np.where(np.isnan(finite), np.float32(MISSING), finite)
+    finite = np.where(np.isinf(texels), np.copysign(np.float32(HUGE), texels), texels)
+    return np.where(np.isnan(finite), np.float32(MISSING), finite)

@@ -14,25 +14,28 @@ import sys
 from collections.abc import Mapping, Sequence
 from copy import copy
 from functools import cached_property
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from texvol.errors import InputError
+from texvol.kept_arrays import KeepsArrays, Unchanged, read_only, shared
 
 LARGEST_LABEL = 1 << 24
 _OF_THE_BOX = ("box_corner", "box_edges", "centre", "corners_from_centre", "radius")
 
 
-class Volume:
+class Volume(KeepsArrays):
     """A scalar field on a regular grid.
 
     Parameters
     ----------
     values : array of shape (nz, ny, nx)
-        Any real type up to 64 bits. Held as it is, in native byte order; NaN marks a sample that is not there.
+        Any real type up to 64 bits. Held as it is, in native byte order; NaN marks a sample that is not there. It is
+        not copied, and `Volume.values` is read-only: what changes is another volume, `Volume(array, …)`, for which
+        nothing is copied either. That the array itself was changed is noticed when a picture is drawn, but for a few
+        samples of many (see `texvol.kept_arrays`), and is an error then.
     spacing : (x, y, z)
         Distance of neighbouring samples in world units; positive and finite.
     origin : (x, y, z)
@@ -41,6 +44,8 @@ class Volume:
         Column a is the world direction of grid axis a. It may mirror or shear, not be singular.
     unit : str
         Name of the world unit, such as "mm"; empty where the file does not say.
+    value_unit : str
+        Name of the unit of the values, such as "HU" for Hounsfield units; empty where the file does not say.
     space : str
         What the world axes point to, such as "right-anterior-superior"; empty where the file does not say.
     name : str
@@ -73,21 +78,23 @@ class Volume:
         direction: ArrayLike | None = None,
         *,
         unit: str = "",
+        value_unit: str = "",
         space: str = "",
         name: str = "volume",
-        source: Mapping[str, Any] = MappingProxyType({}),
+        source: Mapping[str, Any] | None = None,
         resampling: Mapping[str, Any] | None = None,
         notes: Sequence[str] = (),
         labels: bool = False,
         colors: ArrayLike | None = None,
     ) -> None:
         self.name = name
-        self.source = source
-        self.resampling = resampling
+        self.source = dict(source or {})
+        self.resampling = None if resampling is None else dict(resampling)
         self.notes = tuple(notes)
         self.unit = unit
+        self.value_unit = value_unit
         self.space = self.own_space = space  # the latter stays what the file says, see `spaces.turned`
-        self.values = _real_samples(values, name)
+        self.values = read_only(_real_samples(values, name))
         self.spacing = _triple(spacing, "spacing", name)
         if not (self.spacing > 0).all():
             raise InputError(f"{name}: spacing must be positive along every axis, and is {_text(self.spacing)}")
@@ -100,6 +107,8 @@ class Volume:
         self.colors = None if colors is None else _sample_colors(colors, self.values, name)
         if labels:
             _check_labels(self.values, self.colors, name)
+        # Of a file nobody else has the samples.
+        self._unchanged = Unchanged(*([] if source else shared((self.values, values), (self.colors, colors))))
 
     def moved(self, matrix: ArrayLike) -> Volume:
         """The same samples elsewhere: `matrix`, of shape (4, 4), takes where they lie in the world to where they go.
@@ -129,6 +138,13 @@ class Volume:
         if self.source:
             other.source = {**self.source, "transform": (numbers @ self.source.get("transform", np.eye(4))).tolist()}
         return other
+
+    def check_unchanged(self) -> None:
+        """Raise InputError if the array that it was made of has been changed since something was made of its samples.
+
+        Pictures ask for it; see `texvol.kept_arrays`.
+        """
+        self._unchanged.check(self.name, "samples")
 
     @property
     def dimensions(self) -> tuple[int, int, int]:
@@ -181,6 +197,7 @@ class Volume:
     @cached_property
     def value_range(self) -> tuple[float, float] | None:
         """Smallest and largest value, infinities included, or None where every sample is NaN."""
+        self.check_unchanged()
         # fmin and fmax pass over NaN, and a whole-array minimum is several times faster where there is none.
         low, high = float(self.values.min()), float(self.values.max())
         if np.isnan(low) or np.isnan(high):
@@ -190,6 +207,7 @@ class Volume:
     @cached_property
     def has_missing(self) -> bool:
         """Whether any sample is NaN."""
+        self.check_unchanged()
         return self.values.dtype.kind == "f" and bool(np.isnan(self.values.min()))  # which NaN is the minimum of
 
     @cached_property
@@ -213,7 +231,7 @@ def _sample_colors(colors: ArrayLike, values: NDArray, name: str) -> NDArray[np.
         raise InputError(f"{name}: colours are of shape {(*values.shape, 3)}, and are of {straight.shape}")
     if not (straight.min() >= 0 and straight.max() <= 1):  # NaN is neither
         raise InputError(f"{name}: colours lie in [0, 1], and go from {straight.min():g} to {straight.max():g}")
-    return straight
+    return read_only(straight)
 
 
 def _check_labels(values: NDArray, colors: NDArray | None, name: str) -> None:
@@ -254,7 +272,7 @@ def _triple(numbers: Sequence[float], what: str, name: str) -> NDArray[np.float6
         raise InputError(f"{name}: {what} is three numbers x, y, z, and is {numbers!r}")
     if not np.isfinite(triple).all():
         raise InputError(f"{name}: {what} must be finite, and is {_text(triple)}")
-    return triple
+    return read_only(triple)
 
 
 def _regular_matrix(numbers: ArrayLike, name: str) -> NDArray[np.float64]:
@@ -272,7 +290,7 @@ def _regular_matrix(numbers: ArrayLike, name: str) -> NDArray[np.float64]:
     if not (lengths > 0).all() or not abs(np.linalg.det(matrix / lengths)) > 1e-6:
         rows = "; ".join(_text(row) for row in matrix)
         raise InputError(f"{name}: direction must not be singular, and its rows are {rows}")
-    return matrix
+    return read_only(matrix)
 
 
 def _text(triple: NDArray[np.float64]) -> str:

@@ -17,11 +17,13 @@ from collections.abc import Iterable, Mapping
 from contextlib import ExitStack
 from pathlib import Path
 
+from texvol import text_files
 from texvol.errors import InputError
 
 
 def check_writable(path: str | os.PathLike[str]) -> None:
     """Raise InputError if no file can be written to `path`: asked before the work of making one."""
+    text_files.check_name(path)
     path = Path(path)
     folder = path.parent
     try:
@@ -34,8 +36,6 @@ def check_writable(path: str | os.PathLike[str]) -> None:
         accessible = os.access(folder, os.W_OK)
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {error.strerror}") from None
-    except ValueError as error:  # a NUL, or half of a surrogate pair
-        raise InputError(f"{os.fspath(path)!r}: is no name of a file: {error}") from None
     if not accessible:
         raise InputError(f"{path}: its folder {folder} cannot be written to")
 
@@ -92,6 +92,7 @@ def write_files(files: Mapping[str | os.PathLike[str], bytes]) -> None:
     with ExitStack() as folders:
         try:
             for name, content in files.items():
+                text_files.check_name(name)
                 path = Path(os.path.realpath(name))  # what a link points to, not the link
                 check_writable(path)
                 try:

@@ -45,7 +45,6 @@ def annotated(
     annotation: Annotation,
     transparent: bool,
     window: tuple[float, float] | None,
-    use_transfer_function: bool,
 ) -> NDArray:
     """The picture with its annotation; see `annotate`."""
     letters = check_drawable(annotation, scene)
@@ -53,7 +52,7 @@ def annotated(
     # A page is white more often than not.
     sheet = Sheet(size, letters, WHITE if transparent else scene.background, annotation.color, annotation.font_size)
     view = View(scene.camera_for(size), framed(scene), size)
-    place_all(sheet, view, scene, annotation, window, use_transfer_function)
+    place_all(sheet, view, scene, annotation, window)
     return sheet.over(picture, scene.background)
 
 
@@ -73,7 +72,6 @@ def place_all(
     scene: Scene,
     annotation: Annotation,
     window: tuple[float, float] | None,
-    use_transfer_function: bool,
 ) -> None:
     """Draw on the sheet what is asked for and has room."""
     if annotation.box:
@@ -84,7 +82,7 @@ def place_all(
     if annotation.orientation:
         draw_orientation(sheet, view)
     if annotation.legend:
-        contents = contents_of(scene, annotation.value_name, window, use_transfer_function, sheet.letters)
+        contents = contents_of(scene, annotation.value_name, window, sheet.letters)
         for text in (text for content in contents for text in texts_of(content)):
             sheet.letters.check(text, "legend")
         draw_legends(sheet, contents, beside_letters=annotation.orientation)

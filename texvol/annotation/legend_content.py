@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol.air import HOUNSFIELD
 from texvol.annotation import rounding
-from texvol.display import Window, isosurface_color, straight_colors
+from texvol.display import Window, isosurface_color, number_colors, straight_colors
 from texvol.errors import InputError
 from texvol.image import linear_from_srgb
 from texvol.scene import Scene
@@ -44,8 +45,8 @@ class Content:
     entries: tuple[tuple[str, Numbers | None], ...] = ()
 
 
-def content_of(scene: Scene, value_name: str, window: Window | None, use_transfer_function: bool) -> Content:
-    """What the legend of a scene says; `window` and `use_transfer_function` as for `display.shown`.
+def content_of(scene: Scene, value_name: str, window: Window | None) -> Content:
+    """What the legend of a scene says; `window` as for `display.shown`.
 
     Raises
     ------
@@ -65,15 +66,20 @@ def content_of(scene: Scene, value_name: str, window: Window | None, use_transfe
         looks: tuple[Numbers | None, ...] = tuple(np.array(color) for color in transfer.material_colors)
         looks = looks or (None,) * len(transfer.materials)
         return Content(name, _matter(transfer, scene.volume), tuple(zip(transfer.materials, looks, strict=True)))
-    if value_name.strip():
-        caption = value_name.strip() + (f" × {scene.volume.unit or 'length'}" if scene.mode == "xray" else "")
-    else:
-        caption = _NUMBERS.get(scene.mode, f"value × {scene.volume.unit or 'length'}")
-    if window is None and use_transfer_function and scene.transfer_function is not None:
-        given = scene.transfer_function
+    caption = _of_xray(scene, name) if scene.mode == "xray" else value_name.strip() or _NUMBERS[scene.mode]
+    if (given := number_colors(scene, window)) is not None:
         low, high = _shown_range(given, scene.volume)
         return Content(caption, ColorBar(low, high, lambda values: straight_colors(given, values)))
     return Content(caption, _grey(scene, window))
+
+
+def _of_xray(scene: Scene, name: str) -> str:
+    """What the numbers of an X-ray are."""
+    length = scene.volume.unit or "length"
+    if scene.air == HOUNSFIELD:
+        return f"{length} of water"
+    above = "" if scene.air is None or scene.air == 0 else f" above {rounding.plain(scene.air)}"
+    return f"{name}{above} × {length}"
 
 
 def texts_of(content: Content) -> list[str]:

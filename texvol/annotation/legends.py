@@ -18,9 +18,7 @@ from texvol.volume import Volume
 _CHOSEN = ("variable", "series", "channel", "time")  # of a file, that tell its volumes apart
 
 
-def contents_of(
-    scene: Scene, value_name: str, window: Window | None, use_transfer_function: bool, letters: Lettering
-) -> list[Content]:
+def contents_of(scene: Scene, value_name: str, window: Window | None, letters: Lettering) -> list[Content]:
     """What the legends of a scene say, in the order of its volumes; arguments as for `content_of`.
 
     Several are called after their files, but for one that `value_name` says; volumes with colours of their own have
@@ -36,7 +34,7 @@ def contents_of(
         if each.volume.labels:
             contents.append(_labels(each, name))
         else:
-            contents.append(content_of(each, name, window, use_transfer_function))
+            contents.append(content_of(each, name, window))
     return contents
 
 

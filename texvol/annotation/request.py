@@ -139,7 +139,6 @@ def annotate(
     *,
     transparent: bool = False,
     window: tuple[float, float] | None = None,
-    use_transfer_function: bool = False,
 ) -> NDArray:
     """The picture with its annotation, shape (height, width, 4), of the same type.
 
@@ -154,8 +153,8 @@ def annotate(
     size : (width, height)
     transparent : bool
         Whether the picture keeps its opacity and shows whatever page it lies on.
-    window, use_transfer_function
-        How the numbers of xray, mip, minip and average became colours; see `display.shown`. For the legend.
+    window : (centre, width), optional
+        In which the numbers of xray, mip, minip and average are shown; see `display.shown`. For the legend.
 
     Raises
     ------
@@ -168,7 +167,7 @@ def annotate(
         return picture
     from texvol.annotation.drawing import annotated
 
-    return annotated(picture, scene, annotation, transparent, window, use_transfer_function)
+    return annotated(picture, scene, annotation, transparent, window)
 
 
 def _field(part: str) -> str:

@@ -79,7 +79,7 @@ def _free(scene: Scene, size: tuple[int, int], annotation: Annotation) -> tuple[
     asked = np.array([part for wanted, part in parts if wanted]).reshape(-1, 4)
     left, right, top, bottom = (sheet.em * asked.sum(axis=0)).tolist()
     if annotation.legend and scene.mode not in ("xray", "average"):
-        contents = contents_of(scene, annotation.value_name, None, False, sheet.letters)
+        contents = contents_of(scene, annotation.value_name, None, sheet.letters)
         right += legends_width(sheet, contents) + _LEGEND_AIR * sheet.em * bool(contents)
     elif annotation.legend:
         right += 2 * _LETTERS[0] * sheet.em + _LEGEND_AIR * sheet.em  # what it says is known only from the picture

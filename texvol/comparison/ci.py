@@ -67,7 +67,7 @@ class Result:
             outcome.name,
             outcome.status,
             outcome.violations,
-            tuple(kind.words for kind in outcome.kinds),
+            (*outcome.scene_words, *(kind.words for kind in outcome.kinds)),
             measures.max_error if measures else None,
             measures.rms_error if measures else None,
             page=page,

@@ -42,8 +42,8 @@ def add_diff(commands: Any) -> None:
         "diff",
         help="whether a picture is the same as another, and if not, what changed",
         description="Holds a candidate against a reference: EXR, PNG, TIFF, JPEG; in linear light, colour "
-        "premultiplied. Differences that the files' number formats round away don't count. Exit status 0: the same "
-        "within the limits, 1: different, 2: unreadable.",
+        "premultiplied. What the files' number formats can't hold does not count. Says in which parts the scenes in "
+        "their headers differ. Exit status 0: the same within the limits, 1: different, 2: unreadable.",
     )
     parser.add_argument("candidate", metavar="CANDIDATE", nargs="?", help="picture that came out now")
     parser.add_argument("reference", metavar="REFERENCE", nargs="?", help="picture that it is held against")
@@ -59,7 +59,8 @@ def add_diff(commands: Any) -> None:
     oracle.add_argument(
         "--oracle", action=argparse.BooleanOptionalAction,
         help="say whether the candidate is nearer to the truth than the reference, by ray casting the scene that is in "
-        "their headers; done of itself where pictures differ and the scene's volume is found",
+        "their headers, or of two scenes how far each is from the truth of its own; done of itself where pictures "
+        "differ and the scene's volume is found",
     )  # fmt: skip
     oracle.add_argument("--volume", metavar="FILE", help="the scene's volume, where it is no longer where it was")
     oracle.add_argument(
@@ -191,8 +192,10 @@ def _difference_picture(path: str, outcome: Outcome, gain: float | None) -> byte
     import numpy as np
 
     from texvol import image
+    from texvol.comparison.compared import compared_pixels
 
-    difference = np.abs(outcome.candidate.pixels - outcome.reference.pixels) * np.float32(1 if gain is None else gain)
+    ours, theirs = compared_pixels(outcome)
+    difference = np.abs(ours - theirs) * np.float32(1 if gain is None else gain)
     return image.encoded(path, difference, {"texvol:gain": f"{1 if gain is None else gain:g}"})
 
 
@@ -210,7 +213,7 @@ def _status(outcome: Outcome, *, detailed: bool) -> int:
 def in_words(outcome: Outcome) -> str:
     """What a terminal shows of an outcome."""
     lines = [f"{outcome.status}: {outcome.candidate.name}, held against {outcome.reference.name}"]
-    lines += [f"  {each}" for each in outcome.violations]
+    lines += [f"  {each}" for each in (*outcome.violations, *outcome.scene_words)]
     lines += [f"  {each.words}{_share(each.explained)}" for each in outcome.kinds]
     lines += [f"  {outcome.three_way.words}"] if outcome.three_way and not outcome.is_equal else []
     lines += [f"  {each}" for each in outcome.notes]

@@ -7,12 +7,13 @@ from functools import reduce
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.comparison.outcome import Outcome, on_one_range
+from texvol.comparison.common_form import on_common_form
+from texvol.comparison.outcome import Outcome
 
 
 def compared_pixels(outcome: Outcome) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """The pixels that were held against each other: cut where one format ends at 1, opaque where one has no opacity."""
-    ours, theirs = on_one_range(outcome.candidate, outcome.reference)
+    """The pixels that were held against each other, in the form that both formats can hold."""
+    ours, theirs = on_common_form(outcome.candidate, outcome.reference)
     return ours.pixels, theirs.pixels
 
 

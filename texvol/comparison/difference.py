@@ -34,7 +34,11 @@ def compare(candidate: ArrayLike, reference: ArrayLike) -> Difference:
     """
     candidate, reference = np.asarray(candidate, np.float64), np.asarray(reference, np.float64)
     if candidate.shape != reference.shape or candidate.ndim != 3:
-        raise InputError(f"pictures of one shape (h, w, channels) are wanted: {candidate.shape} and {reference.shape}")
+        hint = ""
+        if candidate.ndim == reference.ndim == 3 and candidate.shape[:2] == reference.shape[:2]:
+            hint = "; to compare colours alone, give picture[..., :3] of both"
+        shapes = f"{candidate.shape} and {reference.shape}"
+        raise InputError(f"pictures of one shape (h, w, channels) are wanted: {shapes}{hint}")
     if candidate.size == 0:
         raise InputError("pictures without pixels can't be compared")
     broken = ~(np.isfinite(candidate) & np.isfinite(reference)).all(axis=2)

@@ -52,7 +52,7 @@ def entry_of(outcome: Outcome, *, test: str = "", page: str = "", facts: Mapping
         "violations": list(outcome.violations),
         "kinds": [each.words for each in outcome.kinds],
         "oracle": outcome.three_way.words if outcome.three_way else None,
-        "notes": list(outcome.notes),
+        "notes": [*outcome.scene_words, *outcome.notes],
         "thumbnails": _thumbnails(outcome),
     }
 
@@ -107,7 +107,7 @@ def excess(measures: Measures | None, limits: Limits) -> float | None:
         (measures.beyond_max, limits.hard_max),
         (measures.outlier, limits.outlier),
         (measures.beyond_rms, limits.rms),
-        (measures.flip, limits.flip),
+        (measures.beyond_flip, limits.flip),
     )
     shares = [_share(number, limit) for number, limit in pairs if limit < np.inf]
     return max(shares, default=0.0)

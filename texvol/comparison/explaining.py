@@ -27,6 +27,7 @@ def mistakes_that_explain(
     *,
     eight_bits: bool = False,
     has_opacity: bool = True,
+    is_straight: bool = False,
     allowance: NDArray | float = 0.0,
     backend: str = "auto",
 ) -> tuple[Kind, ...]:
@@ -40,11 +41,13 @@ def mistakes_that_explain(
         What it should show.
     eight_bits, has_opacity : bool
         Whether the candidate ends at 1, and whether its fourth channel means anything.
+    is_straight : bool
+        Whether it also ends at its opacity, as straight colour in 8 bits does.
     allowance : float or array of the candidate's shape
         What its number format rounds away.
     """
     pixels = np.asarray(candidate, np.float64)
-    seen = _Seen(stored, eight_bits, 4 if has_opacity else 3)
+    seen = _Seen(stored, eight_bits, eight_bits and is_straight, 4 if has_opacity else 3)
     with PlantedRenderer(backend) as renderer:
         bench = Bench(renderer, stored, (pixels.shape[1], pixels.shape[0]))
         right = seen.of(bench.right)
@@ -68,10 +71,13 @@ class _Seen:
 
     stored: StoredScene
     eight_bits: bool
+    ends_at_opacity: bool
     channels: int
 
     def of(self, picture: NDArray) -> NDArray[np.float64]:
         shown = self.stored.in_eight_bits(picture) if self.eight_bits else picture.astype(np.float64)
+        if self.ends_at_opacity:
+            shown[..., :3] = np.minimum(shown[..., :3], shown[..., 3:])
         return shown[..., : self.channels]
 
 

@@ -1,83 +1,161 @@
-"""What the scene in the pictures' headers adds to a comparison: the oracle's word, and which mistake it may be."""
+"""What the scenes in the pictures' headers add to a comparison: the oracle's word, and which mistake it may be.
+
+Each picture is held against the oracle of its own scene. Where the scenes are the same that is one truth, and it says
+which of the two is nearer to it; see `three_way` for where they are not.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from texvol.comparison.outcome import SCENE_ATTRIBUTE, Outcome, with_truth
+from numpy.typing import NDArray
+
+from texvol.comparison.common_form import SCENE_ATTRIBUTE, CommonForm, header_of, on_common_form
+from texvol.comparison.outcome import Outcome, with_truth
 from texvol.comparison.pictures import Picture
+from texvol.comparison.three_way import each_by_its_own, supposing, truth_of
 from texvol.errors import InputError, TexvolError
-from texvol.text_files import parsed_json
 
 if TYPE_CHECKING:
+    from texvol.scene import Scene
     from texvol.stored_scene import StoredScene
 
-# What of the header does not change the picture that is wanted.
-_NO_SCENE = ("format", "source", "settings", "checksum", "type", "volume")
+_ROLES = ("candidate", "reference")
 
 
-def judged(outcome: Outcome, *, volume: str | None = None, required: bool = False) -> Outcome:
-    """The outcome with the oracle's word, as far as a scene and its volume are found.
+def judged(
+    outcome: Outcome,
+    *,
+    volume: str | None = None,
+    required: bool = False,
+    scene: Scene | None = None,
+    explain: bool = True,
+) -> Outcome:
+    """The outcome with the oracle's word, as far as scenes and their volumes are found.
 
     Parameters
     ----------
     volume : path, optional
-        The scene's volume, where it is no longer where it was.
+        The scenes' volume, where it is no longer where it was.
     required : bool
         Whether it is an error if there is no scene; otherwise a note says why nothing was asked.
+    scene : Scene, optional
+        The candidate's, where it is at hand; the reference's may have the same volumes.
+    explain : bool
+        Whether to look for mistakes of a renderer that make the candidate of its scene.
 
     Raises
     ------
     InputError, MissingExtraError
         If `required` and there is no scene, or its volume is not found, or the oracle's library is missing.
     """
-    held = [each for each in (outcome.reference, outcome.candidate) if SCENE_ATTRIBUTE in each.attributes]
-    if not held and required:
+    has_scene = [SCENE_ATTRIBUTE in each.attributes for each in (outcome.candidate, outcome.reference)]
+    if not any(has_scene) and required:
         names = f"{outcome.candidate.name} and {outcome.reference.name}"
         raise InputError(f"{names}: there is no scene in their headers ({SCENE_ATTRIBUTE}) for the oracle to draw")
-    if not held or outcome.measures is None:
+    if not any(has_scene) or outcome.measures is None:
         return outcome
-    notes = [*outcome.notes, *_scene_changes(outcome)]
+    found, faults = _scenes(outcome, volume, scene)
+    if not found and required:
+        raise next(iter(faults.values()))
     try:
-        stored = _stored(held[0], volume)
-        outcome = with_truth(outcome, _truth(outcome, stored))
-        outcome = replace(outcome, kinds=_explained(outcome, stored, volume) + outcome.kinds)
+        if not found:
+            raise next(iter(faults.values()))
+        outcome = _with_verdict(outcome, found, faults)
+        outcome = replace(outcome, notes=(*outcome.notes, *_taken_as_they_are(outcome)))
+        if explain:
+            outcome = replace(outcome, kinds=_explained(outcome, found.get("candidate")) + outcome.kinds)
     except TexvolError as error:
         if required:
             raise
-        notes.append(f"the oracle was not asked: {error}")
-    return replace(outcome, notes=tuple(notes))
+        outcome = replace(outcome, notes=(*outcome.notes, f"the oracle was not asked: {error}"))
+    return outcome
 
 
-def _stored(picture: Picture, volume: str | None) -> StoredScene:
+def _scenes(
+    outcome: Outcome, volume: str | None, scene: Scene | None
+) -> tuple[dict[str, StoredScene], dict[str, TexvolError]]:
+    """The scenes of candidate and reference, and why one that is in a header is not found."""
+    found: dict[str, StoredScene] = {}
+    faults: dict[str, TexvolError] = {}
+    for role, picture in zip(_ROLES, (outcome.candidate, outcome.reference), strict=True):
+        if SCENE_ATTRIBUTE not in picture.attributes:
+            continue
+        try:
+            found[role] = _stored(picture, volume, scene)
+        except TexvolError as error:
+            faults[role] = error
+    return found, faults
+
+
+def _stored(picture: Picture, volume: str | None, scene: Scene | None) -> StoredScene:
+    """The scene of a picture, of the volumes that are at hand where these are its."""
     from texvol.stored_scene import stored_scene_of
 
-    folder = Path(picture.name).resolve().parent
-    return stored_scene_of(picture.attributes, name=picture.name, folder=folder, volume=volume)
+    how: dict[str, Any] = {"name": picture.name, "folder": Path(picture.name).resolve().parent}
+    if scene is None:
+        return stored_scene_of(picture.attributes, volume=volume, **how)
+    at_hand: dict[str, Any] = {"volume": scene.volume, "mask": scene.mask, "added": scene.added}
+    try:
+        return stored_scene_of(picture.attributes, **how, **at_hand)
+    except TexvolError as error:
+        try:
+            return stored_scene_of(picture.attributes, **how)
+        except TexvolError:
+            raise error from None
 
 
-def _truth(outcome: Outcome, stored: StoredScene) -> Any:
-    from texvol.comparison.three_way import truth_of
-
-    both = outcome.candidate, outcome.reference
-    height, width = outcome.reference.pixels.shape[:2]
-    return truth_of(
-        stored,
-        (width, height),
-        eight_bits=any(each.whole_numbers for each in both),
-        has_opacity=all(each.has_opacity for each in both),
+def _with_verdict(outcome: Outcome, found: Mapping[str, StoredScene], faults: Mapping[str, TexvolError]) -> Outcome:
+    changes = outcome.scene_changes
+    if changes is None:
+        who = next(iter(found))
+        outcome = with_truth(outcome, _truth(outcome, found[who]))
+        if outcome.three_way is None or len(found) == 2:
+            return outcome
+        other = _ROLES[1 - _ROLES.index(who)]
+        return replace(outcome, three_way=supposing(outcome.three_way, f"the {who}", f"the {other}"))
+    if not changes:
+        return with_truth(outcome, _truth(outcome, found.get("reference") or found["candidate"]))
+    truths = [_truth(outcome, found[role]) if role in found else None for role in _ROLES]
+    reasons = [f"the {role} was not judged, since {fault}" for role, fault in faults.items()]
+    ours, theirs = on_common_form(outcome.candidate, outcome.reference)
+    scale = outcome.measures.scale if outcome.measures else 1.0
+    said = each_by_its_own(
+        ours.pixels / scale,
+        theirs.pixels / scale,
+        [None if truth is None else truth / scale for truth in truths],
+        has_opacity=ours.has_opacity and theirs.has_opacity,
+        reasons=reasons,
     )
+    return replace(outcome, three_way=said)
 
 
-def _explained(outcome: Outcome, stored: StoredScene, volume: str | None) -> tuple[Any, ...]:
+def _taken_as_they_are(outcome: Outcome) -> list[str]:
+    """A note on pictures whose header does not say which values the volume had: a PNG's does not."""
+    headers = {each.name: header_of(each) for each in (outcome.candidate, outcome.reference)}
+    unknown = [name for name, header in headers.items() if header is not None and _may_have_changed(header)]
+    if not unknown:
+        return []
+    return [f"{' and '.join(unknown)}: the header does not say which values the volume had; the file is taken as it is"]
+
+
+def _may_have_changed(header: Mapping[str, Any]) -> bool:
+    source = header.get("source")
+    return "checksum" not in header and not (isinstance(source, dict) and "built_in" in source)
+
+
+def _truth(outcome: Outcome, stored: StoredScene) -> NDArray:
+    height, width = outcome.reference.pixels.shape[:2]
+    return truth_of(stored, (width, height), form=CommonForm.of_pair(outcome.candidate, outcome.reference))
+
+
+def _explained(outcome: Outcome, own: StoredScene | None) -> tuple[Any, ...]:
     """Mistakes of a renderer that make the candidate of its scene, where it differs and was drawn in slabs."""
     candidate = outcome.candidate
-    if SCENE_ATTRIBUTE not in candidate.attributes or outcome.status != "different":
-        return ()
-    own = stored if candidate.attributes == outcome.reference.attributes else _stored(candidate, volume)
-    if not own.settings or own.shows_numbers:
+    if own is None or outcome.status != "different" or not own.settings or own.shows_numbers:
         return ()
     from texvol.comparison.explaining import mistakes_that_explain
 
@@ -86,32 +164,6 @@ def _explained(outcome: Outcome, stored: StoredScene, volume: str | None) -> tup
         own,
         eight_bits=candidate.whole_numbers,
         has_opacity=candidate.has_opacity,
+        is_straight=candidate.is_straight,
         allowance=candidate.rounding,
     )
-
-
-def _scene_changes(outcome: Outcome) -> list[str]:
-    """Notes where the headers describe different scenes, or ways to draw them."""
-    facts: list[dict[str, Any]] = []
-    for picture in (outcome.candidate, outcome.reference):
-        try:
-            found = parsed_json(picture.attributes.get(SCENE_ATTRIBUTE, ""), "the scene")
-        except ValueError:
-            return []
-        if not isinstance(found, dict):
-            return []
-        facts.append(found)
-    notes = []
-    changed = [key for key in _changed(*facts) if key not in _NO_SCENE]
-    if changed:
-        notes.append(f"their scenes are not the same: {', '.join(changed).replace('_', ' ')} changed")
-    ours, theirs = (each.get("settings") for each in facts)
-    if isinstance(ours, dict) and isinstance(theirs, dict) and ours and theirs:
-        names = _changed(ours, theirs)
-        said = [f"{name.replace('_', ' ')} {ours.get(name)} instead of {theirs.get(name)}" for name in names]
-        notes += [f"they were not drawn alike: {', '.join(said)}"] if said else []
-    return notes
-
-
-def _changed(ours: dict[str, Any], theirs: dict[str, Any]) -> list[str]:
-    return [key for key in {**ours, **theirs} if ours.get(key) != theirs.get(key)]

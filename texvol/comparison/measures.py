@@ -131,7 +131,11 @@ def measure(candidate: Picture, reference: Picture, limit: float, scale: float |
     return Measures(
         parts=_parts(difference, channels),
         beyond_max=float(beyond.max()),
-        beyond_rms=_beyond_rms(difference[..., :channels], rounding[0][..., :channels], rounding[1][..., :channels]),
+        beyond_rms=_beyond_rms(
+            difference[..., :channels],
+            *(each[..., :channels] for each in rounding),
+            is_one_grid=candidate.grid == reference.grid,
+        ),
         outlier=float(np.inf if broken.any() else _outlier(*seen, beyond)),
         limit=limit,
         percent_over=100 * float((beyond.max(axis=2) > limit).mean()),
@@ -209,12 +213,13 @@ def _quantiles_with_infinities(numbers: NDArray[np.float64]) -> NDArray[np.float
     return np.quantile(numbers, (0.99, 0.999), method="higher")
 
 
-def _beyond_rms(difference: NDArray[np.float64], ours: NDArray, theirs: NDArray) -> float:
+def _beyond_rms(difference: NDArray[np.float64], ours: NDArray, theirs: NDArray, *, is_one_grid: bool = True) -> float:
     """The rms difference that rounding does not explain.
 
     Rounding to steps of 2q adds q²/3 on average to the squared difference, and at most q², if only one picture is
     rounded. If both are, and differ by δ beforehand, a share δ / 2q of the pixels changes by 2q: 2qδ on average; so
-    what is left is the δ that solves mean d² = δ² + δ mean 2q, q the mean of the two.
+    what is left is the δ that solves mean d² = δ² + δ mean 2q, q the mean of the two. Pictures on two grids, such as
+    straight and premultiplied colour, round independently: at most q² of each.
     """
     if not np.isfinite(difference).all():
         return np.inf
@@ -222,6 +227,8 @@ def _beyond_rms(difference: NDArray[np.float64], ours: NDArray, theirs: NDArray)
     one, other = (float(np.square(each).mean()) for each in (ours, theirs))
     if min(one, other) < 0.01 * max(one, other) or max(one, other) == 0:
         return float(np.sqrt(max(mean_square - max(one, other), 0.0)))
+    if not is_one_grid:
+        return float(np.sqrt(max(mean_square - one - other, 0.0)))
     step = float((ours + theirs).mean())
     return float(np.sqrt(mean_square + step**2 / 4) - step / 2)
 

@@ -43,7 +43,7 @@ def _limit_rows(measures: Measures, limits: Limits) -> str:
         ("largest difference", measures.beyond_max, limits.hard_max),
         ("farthest outside of its neighbours", measures.outlier, limits.outlier),
         ("rms", measures.beyond_rms, limits.rms),
-        ("ꟻLIP, mean", measures.flip, limits.flip),
+        ("ꟻLIP, mean", measures.beyond_flip, limits.flip),
     )
     cells = "".join(_limit_row(*each) for each in rows)
     return cells + f'<tr><th scope="row">SSIM</th><td>{number(measures.ssim, 6)}</td><td>none</td></tr>'

@@ -8,15 +8,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol.comparison.common_form import CommonForm, header_of, holds_numbers, on_common_form
 from texvol.comparison.kinds import Kind, kinds_of
 from texvol.comparison.limits import DRIVER_ATTRIBUTE, Limits, default_limits, violations
 from texvol.comparison.measures import Measures, measure, without_infinities
 from texvol.comparison.pictures import Picture
+from texvol.comparison.scene_changes import SceneChange, drawing_changes, in_words, listed, scene_changes
 from texvol.comparison.three_way import ThreeWay, three_way
-from texvol.text_files import parsed_json
 
-SCENE_ATTRIBUTE = "texvol:scene"
-_NUMBER_MODES = ("xray", "mip", "minip", "average")  # display.NUMBER_MODES, without what it imports
+_SEEN_LIGHT = 1 / 255  # a level of 8 bits: less is rounding
 
 
 @dataclass(frozen=True)
@@ -33,6 +33,8 @@ class Outcome:
         Sentences; empty where all is within the limits.
     notes : tuple of str
         What else a reader should know.
+    scene_changes : tuple of SceneChange or None
+        The values in which the scenes of the two headers differ; None where a header holds no scene.
     """
 
     name: str
@@ -45,11 +47,17 @@ class Outcome:
     kinds: tuple[Kind, ...] = ()
     three_way: ThreeWay | None = None
     notes: tuple[str, ...] = ()
+    scene_changes: tuple[SceneChange, ...] | None = None
 
     @property
     def is_equal(self) -> bool:
         """Whether no pixel differs at all."""
         return self.measures is not None and self.measures.max_error == 0
+
+    @property
+    def scene_words(self) -> tuple[str, ...]:
+        """A sentence for each part in which the scenes differ."""
+        return tuple(in_words(self.scene_changes or ()))
 
     @property
     def passed(self) -> bool:
@@ -67,6 +75,7 @@ class Outcome:
             "violations": list(self.violations),
             "kinds": [without_infinities(asdict(each)) for each in self.kinds],
             "oracle": None if self.three_way is None else without_infinities(asdict(self.three_way)),
+            "scene_changes": None if self.scene_changes is None else [asdict(each) for each in self.scene_changes],
             "notes": list(self.notes),
         }
 
@@ -93,19 +102,25 @@ def examine(
     """
     limits = limits or default_limits(candidate, reference)
     name = name or candidate.name
+    changes = scene_changes(candidate, reference)
     if candidate.pixels.shape != reference.pixels.shape:
         sizes = [f"{each.pixels.shape[1]} × {each.pixels.shape[0]}" for each in (candidate, reference)]
         unlike = (f"the candidate has {sizes[0]} pixels, the reference {sizes[1]}",)
-        return Outcome(name, candidate, reference, None, limits, unlike, "broken", notes=_notes(candidate, reference))
-    ours, theirs = on_one_range(candidate, reference)
-    holds_numbers = _holds_numbers(candidate) or _holds_numbers(reference)
-    measures = measure(ours, theirs, limits.max_abs, number_range(theirs) if holds_numbers else None)
+        notes = _notes(candidate, reference)
+        return Outcome(name, candidate, reference, None, limits, unlike, "broken", notes=notes, scene_changes=changes)
+    form = CommonForm.of_pair(candidate, reference)
+    ours, theirs = form.of(candidate), form.of(reference)
+    are_numbers = form.display is None and (holds_numbers(candidate) or holds_numbers(reference))
+    measures = measure(ours, theirs, limits.max_abs, number_range(theirs) if are_numbers else None)
     scale = measures.scale
-    broken = _what_is_broken(candidate, reference, measures)
+    shown = (ours, theirs) if form.display else (candidate, reference)
+    broken = (*_lost_channels(candidate, reference), *_not_finite(*shown), *filter(None, [form.reason]))
     over = violations(measures, limits)
     status = "broken" if broken else "different" if over else "same"
-    notes = _notes(candidate, reference, scale)
-    found = Outcome(name, candidate, reference, measures, limits, broken + over, status, notes=notes)
+    notes = _notes(candidate, reference, scale, form)
+    found = Outcome(
+        name, candidate, reference, measures, limits, broken + over, status, notes=notes, scene_changes=changes
+    )
     found = explained(found) if explain else found
     return found if truth is None else with_truth(found, truth)
 
@@ -115,7 +130,7 @@ def explained(outcome: Outcome) -> Outcome:
     measures = outcome.measures
     if measures is None or not measures.max_error > 0:
         return outcome
-    ours, theirs = on_one_range(outcome.candidate, outcome.reference)
+    ours, theirs = on_common_form(outcome.candidate, outcome.reference)
     scale = np.float32(measures.scale)
     kinds = kinds_of(
         ours.pixels / scale,
@@ -127,10 +142,10 @@ def explained(outcome: Outcome) -> Outcome:
 
 
 def with_truth(outcome: Outcome, truth: NDArray) -> Outcome:
-    """The outcome with what the oracle says; `truth` is on the range of the pictures, see `three_way.truth_of`."""
+    """The outcome with what the oracle says; `truth` has the form of the pictures, see `CommonForm.of_truth`."""
     if outcome.measures is None:
         return outcome
-    ours, theirs = on_one_range(outcome.candidate, outcome.reference)
+    ours, theirs = on_common_form(outcome.candidate, outcome.reference)
     scale = outcome.measures.scale
     both = ours.has_opacity and theirs.has_opacity
     said = three_way(ours.pixels / scale, theirs.pixels / scale, truth / scale, has_opacity=both)
@@ -144,35 +159,22 @@ def number_range(picture: Picture) -> float:
     return float(np.ptp(numbers)) or float(np.abs(numbers).max(initial=0.0)) or 1.0 if numbers.size else 1.0
 
 
-def _holds_numbers(picture: Picture) -> bool:
-    """Whether the scene in the header is one of a mode whose floating-point pictures hold the volume's own numbers."""
-    if picture.whole_numbers or SCENE_ATTRIBUTE not in picture.attributes:
-        return False
-    try:
-        facts = parsed_json(picture.attributes[SCENE_ATTRIBUTE], "the scene")
-    except ValueError:
-        return False
-    return isinstance(facts, dict) and facts.get("mode") in _NUMBER_MODES
+def _lost_channels(candidate: Picture, reference: Picture) -> tuple[str, ...]:
+    """A sentence where one picture lacks channels that its format would have held.
+
+    PNG, TIFF and JPEG of a picture with opacity are often opaque: the picture over its background. An EXR or an array
+    holds what it was given.
+    """
+    if candidate.channels == reference.channels:
+        return ()
+    poorer = min(candidate, reference, key=lambda each: each.channels)
+    if candidate.container != reference.container and poorer.container not in ("EXR", "array"):
+        return ()
+    return (f"the candidate has {candidate.channels} channels, the reference {reference.channels}",)
 
 
-def on_one_range(candidate: Picture, reference: Picture) -> tuple[Picture, Picture]:
-    """Both, cut to [0, 1] where one of them can hold no more; without opacity where one has none."""
-    pair = [candidate, reference]
-    if candidate.whole_numbers != reference.whole_numbers:
-        pair = [_replaced(each, np.clip(each.pixels, 0, 1)) for each in pair]
-    if candidate.has_opacity != reference.has_opacity:
-        pair = [_replaced(each, np.dstack([each.pixels[..., :3], np.ones(each.pixels.shape[:2])])) for each in pair]
-    return pair[0], pair[1]
-
-
-def _replaced(picture: Picture, pixels: NDArray) -> Picture:
-    return replace(picture, pixels=np.asarray(pixels, np.float32))
-
-
-def _what_is_broken(candidate: Picture, reference: Picture, measures: Measures) -> tuple[str, ...]:
+def _not_finite(candidate: Picture, reference: Picture) -> tuple[str, ...]:
     broken = []
-    if candidate.channels != reference.channels:
-        broken.append(f"the candidate has {candidate.channels} channels, the reference {reference.channels}")
     for role, picture in (("candidate", candidate), ("reference", reference)):
         wrong = ~np.isfinite(picture.pixels).all(axis=2)
         if wrong.any():
@@ -183,14 +185,19 @@ def _what_is_broken(candidate: Picture, reference: Picture, measures: Measures) 
     return tuple(broken)
 
 
-def _notes(candidate: Picture, reference: Picture, scale: float = 1.0) -> tuple[str, ...]:
+def _notes(
+    candidate: Picture, reference: Picture, scale: float = 1.0, form: CommonForm | None = None
+) -> tuple[str, ...]:
     notes = [
         f"the {role} is a JPEG, which does not hold the pixels that were written"
         for role, picture in (("candidate", candidate), ("reference", reference))
         if picture.lossy
     ]
     if candidate.has_opacity != reference.has_opacity:
-        notes.append("only one of them has opacity, so that colours alone are compared")
+        notes.append(_over_background(candidate, reference))
+    if form is not None and form.display is not None:
+        notes.append("one of them shows numbers, and those of the other one are shown in the same way")
+    notes += [_cut_light(form, candidate, reference)] if form is not None and form.cut is not None else []
     if candidate.whole_numbers != reference.whole_numbers:
         notes.append("one of them ends at 1, so both are cut to 0 … 1")
     if scale != 1.0:
@@ -198,7 +205,34 @@ def _notes(candidate: Picture, reference: Picture, scale: float = 1.0) -> tuple[
     drivers = [each.attributes.get(DRIVER_ATTRIBUTE) for each in (candidate, reference)]
     if all(drivers) and drivers[0] != drivers[1]:
         notes.append(f"drawn by {drivers[0]}, the reference by {drivers[1]}")
-    return tuple(notes)
+    drawn = [each.words for each in drawing_changes(candidate, reference)]
+    notes += [f"they were not drawn alike: {listed(drawn)}"] if drawn else []
+    return tuple(filter(None, notes))
+
+
+def _over_background(candidate: Picture, reference: Picture) -> str:
+    """Which of the two is opaque, and over which background the other one is."""
+    opaque, other = (candidate, reference) if reference.has_opacity else (reference, candidate)
+    words = f"{opaque.name} has no opacity, so that colours alone are compared, each over its background"
+    if "background" in (header_of(other) or {}):
+        return words
+    return f"{words}; that of {other.name} is not known, and black is taken"
+
+
+def _cut_light(form: CommonForm, candidate: Picture, reference: Picture) -> str:
+    """How much light is not compared, since straight colour in whole numbers can't be brighter than 1."""
+    floats = [each.pixels for each in (candidate, reference) if not each.whole_numbers]
+    if not floats or form.cut is None:
+        return ""
+    beyond = np.where(form.cut, floats[0][..., :3] - floats[0][..., 3:], 0)
+    most = float(np.nan_to_num(beyond, posinf=0.0, neginf=0.0).max())
+    if not most > _SEEN_LIGHT:
+        return ""
+    pixels = int((beyond > _SEEN_LIGHT).any(axis=2).sum())
+    return (
+        f"light beyond opacity is not compared, in {pixels} pixels by up to {most:.3g}: straight colour in whole "
+        "numbers ends at 1"
+    )
 
 
 def _described(picture: Picture) -> dict[str, Any]:

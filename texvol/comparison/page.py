@@ -68,6 +68,8 @@ def comparison_page(
 def _verdict(outcome: Outcome) -> str:
     measures = outcome.measures
     said = [f'<p class="lead">{status_sign(outcome.status)} {_lead(outcome)}</p>', listed(outcome.violations)]
+    if outcome.scene_words:
+        said += ["<h2>Of two scenes</h2>", listed(outcome.scene_words)]
     if outcome.kinds:
         said += ["<h2>What kind of difference</h2>", listed(each.words for each in outcome.kinds)]
     if outcome.three_way:

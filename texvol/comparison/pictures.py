@@ -40,6 +40,12 @@ class Picture:
         Half a step of the number format at each pixel, in linear light; 0 for float32.
     whole_numbers : bool
         Whether the format ends at 1, as 8 bits do.
+    is_straight : bool
+        Whether colour is that before it is multiplied by opacity, also where the format stores the encoded product.
+    grid : str
+        The numbers that the format rounds to: two pictures of one grid that are nearly the same round alike.
+    container : str
+        "EXR", "PNG", "TIFF", "JPEG" or "array".
     lossy : bool
         Whether the file is a JPEG, whose pixels are not those that were written.
     words : str
@@ -55,6 +61,9 @@ class Picture:
     has_opacity: bool
     rounding: NDArray[np.float32]
     whole_numbers: bool = False
+    is_straight: bool = False
+    grid: str = ""
+    container: str = "array"
     lossy: bool = False
     words: str = "array"
     attributes: Mapping[str, str] = field(default_factory=dict)
@@ -114,6 +123,11 @@ class _Kind:
         number = f"{self.bits} bits" if self.bits else floating
         encoding = f"gamma {self.gamma:.3g}" if self.gamma else "sRGB" if self.is_srgb else "linear"
         return f"{self.container}, {number}, {encoding}, {names}"
+
+    def grid(self, channels: int) -> str:
+        """What decides to which numbers it rounds."""
+        _, *numbers = self.words(channels).split(", ")
+        return ", ".join([*numbers, "straight"] if self.has_opacity and self.is_straight else numbers)
 
     def light(self, encoded: NDArray[np.float32]) -> NDArray[np.float32]:
         """Linear light of what is stored, mirrored below 0, where powers have no value."""
@@ -267,20 +281,22 @@ def _decoded(pixels: NDArray, kind: _Kind, name: str, attributes: Mapping[str, s
     color = pixels[..., : 3 if channels > 2 else 1].astype(np.float32)
     opacity = pixels[..., -1:].astype(np.float32) if kind.has_opacity else np.ones((*pixels.shape[:2], 1), np.float32)
     color_rounding: NDArray = np.zeros((1, 1, 1), np.float32)
-    opacity_rounding: NDArray = np.zeros((1, 1, 1), np.float32)
     is_encoded = kind.is_srgb or kind.gamma > 0
+    half_step: NDArray = np.full((1, 1, 1), 0.5 / kind.steps if kind.steps else 0.0, np.float32)
+    opacity_rounding: NDArray = half_step * kind.has_opacity * np.ones_like(opacity)
     if is_encoded and kind.has_opacity and not kind.is_straight:
+        # Both numbers of the quotient are rounded.
         color = np.divide(color, opacity, out=np.zeros_like(color), where=opacity > 0)
-    half_step = 0.5 / kind.steps if kind.steps else 0.0
+        half_step = np.divide(half_step * (1 + color), opacity, out=np.zeros_like(color), where=opacity > 0)
     if kind.steps:
-        opacity_rounding = np.float32(half_step) * np.ones_like(opacity) if kind.has_opacity else opacity_rounding
         color_rounding = _half_step_of_light(color, half_step, kind)
     elif kind.number == "float16":
         color_rounding = _half_spacing(color)
         opacity_rounding = _half_spacing(opacity) if kind.has_opacity else opacity_rounding
     color = kind.light(color)
     if kind.has_opacity and (kind.is_straight or is_encoded):
-        color_rounding = color_rounding * opacity + color * opacity_rounding
+        # Of an opacity that was rounded to 0 no colour is known.
+        color_rounding = color_rounding * opacity + np.where(opacity > 0, color, 1) * opacity_rounding
         color = color * opacity
     shape = (*pixels.shape[:2], 3)
     linear = np.concatenate([np.broadcast_to(color, shape), opacity], axis=2)
@@ -291,6 +307,9 @@ def _decoded(pixels: NDArray, kind: _Kind, name: str, attributes: Mapping[str, s
         kind.has_opacity,
         np.concatenate(rounded, axis=2).astype(np.float32),
         whole_numbers=kind.steps > 0,
+        is_straight=kind.has_opacity and (kind.is_straight or is_encoded),
+        grid=kind.grid(channels),
+        container=kind.container,
         lossy=kind.container == "JPEG",
         words=kind.words(channels),
         attributes=dict(attributes),
@@ -304,9 +323,11 @@ def _half_spacing(numbers: NDArray[np.float32]) -> NDArray[np.float32]:
         return np.nan_to_num(np.spacing(np.abs(numbers).astype(np.float16)).astype(np.float32) / 2)
 
 
-def _half_step_of_light(encoded: NDArray[np.float32], half_step: float, kind: _Kind) -> NDArray[np.float32]:
+def _half_step_of_light(
+    encoded: NDArray[np.float32], half_step: NDArray[np.float32], kind: _Kind
+) -> NDArray[np.float32]:
     """The larger of the ways that half a step of what is stored, up or down, is in linear light."""
     middle = kind.light(encoded)
-    up = kind.light(encoded + np.float32(half_step)) - middle
-    down = middle - kind.light(np.maximum(encoded - np.float32(half_step), 0))
+    up = kind.light(encoded + half_step) - middle
+    down = middle - kind.light(np.maximum(encoded - half_step, 0))
     return np.asarray(np.maximum(up, down), np.float32)

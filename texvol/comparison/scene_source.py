@@ -58,5 +58,4 @@ def small_size(size: tuple[int, int]) -> tuple[int, int]:
 
 def _stored(scene_options: SceneOptions, volume: Volume, name: str) -> StoredScene:
     """A scene that is not drawn yet."""
-    by_matter = scene_options.chose_transfer_function and scene_options.window is None
-    return StoredScene(scene_options.scene(volume), {}, scene_options.window, by_matter, name)
+    return StoredScene(scene_options.scene(volume), {}, scene_options.window, name)

@@ -8,18 +8,23 @@ forgets one wrong pixel among a million, the maximum forgets all pixels but one.
     max    20 %, over the same. The largest of n normal errors varies by 1.28 / (2 ln n) of itself: two standard
            deviations in the same picture.
 
+Of two scenes each picture is held against the truth of its own, and neither better nor worse is said: an error may have
+changed since the scene did. Where one of the scenes is not known, nor is whether the other's truth holds for both.
+
 Better: one of them fell, and neither rose. Worse: one rose, and neither fell; or the candidate is not finite, whatever
 the reference is. Sideways: neither changed, or they contradict each other.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from texvol.comparison.common_form import CommonForm
 from texvol.comparison.difference import Difference, compare
 
 if TYPE_CHECKING:
@@ -29,20 +34,26 @@ RMS_CHANGE, MAX_CHANGE = 0.05, 0.2
 # Of the brightest pixel: float32 sums some hundreds of slabs to 2^-22, and another driver to another 2^-22.
 ROUNDING = 2.0**-20
 BETTER, WORSE, SIDEWAYS = "better", "worse", "sideways"
+OTHER_SCENE, UNKNOWN = "other scene", "unknown"
 
 
 @dataclass(frozen=True)
 class ThreeWay:
     """What came of holding a candidate and its reference against the truth."""
 
-    candidate_error: Difference  # of the candidate from the truth
-    reference_error: Difference
-    verdict: str  # "better", "worse" or "sideways"
+    candidate_error: Difference | None  # of the candidate from the truth; None where that is not known
+    reference_error: Difference | None
+    verdict: str  # "better", "worse" or "sideways"; "other scene" or "unknown" where that can't be said
     words: str
 
 
 def truth_of(
-    stored: StoredScene, size: tuple[int, int], *, eight_bits: bool = False, has_opacity: bool = True
+    stored: StoredScene,
+    size: tuple[int, int],
+    *,
+    eight_bits: bool = False,
+    has_opacity: bool = True,
+    form: CommonForm | None = None,
 ) -> NDArray[np.float64]:
     """The oracle's picture of a scene, shape (height, width, 4), as a file would be read that had no error.
 
@@ -53,6 +64,8 @@ def truth_of(
         Whether the files hold whole numbers, which end at 1, and in which numbers are shown as grey or colours.
     has_opacity : bool
         Whether the files have one; if not it is 1.
+    form : CommonForm, optional
+        That of a pair of pictures, which says these two and more.
 
     Raises
     ------
@@ -61,12 +74,8 @@ def truth_of(
     """
     from texvol.ray_casting import raycast
 
-    truth = raycast(stored.scene, size)
-    if eight_bits:
-        truth = stored.in_eight_bits(truth)
-    if not has_opacity:
-        truth[..., 3] = 1.0
-    return truth
+    form = form or CommonForm(ends_at_one=eight_bits, has_opacity=has_opacity)
+    return form.of_truth(raycast(stored.scene, size), stored)
 
 
 def three_way(candidate: ArrayLike, reference: ArrayLike, truth: ArrayLike, *, has_opacity: bool = True) -> ThreeWay:
@@ -91,6 +100,58 @@ def three_way(candidate: ArrayLike, reference: ArrayLike, truth: ArrayLike, *, h
     ours, theirs = (compare(each, pictures[2]) for each in pictures[:2])
     verdict, reason = _verdict(ours, theirs, ROUNDING * max(1.0, float(np.abs(pictures[2]).max())))
     return ThreeWay(ours, theirs, verdict, f"{_TITLES[verdict]}: {reason}")
+
+
+def each_by_its_own(
+    candidate: ArrayLike,
+    reference: ArrayLike,
+    truths: Sequence[ArrayLike | None],
+    *,
+    has_opacity: bool = True,
+    reasons: Sequence[str] = (),
+) -> ThreeWay:
+    """Two pictures of unlike scenes, each held against the truth of its own scene.
+
+    Parameters
+    ----------
+    candidate, reference : array of shape (height, width, 4)
+        As in `three_way`.
+    truths : pair of array or None
+        Of the candidate's scene and of the reference's; None where it can't be drawn.
+    reasons : sequence of str
+        Why it can't.
+
+    Returns
+    -------
+    ThreeWay
+        Of verdict "other scene"; or that of `three_way` where both truths are the same but for rounding, as where a
+        part of the scene differs that does not show.
+    """
+    channels = 4 if has_opacity else 3
+    pictures = [np.asarray(each, np.float64)[..., :channels] for each in (candidate, reference)]
+    known = [None if each is None else np.asarray(each, np.float64)[..., :channels] for each in truths]
+    if known[0] is not None and known[1] is not None:
+        apart = compare(*_without_common_infinities(known[0], known[1]))
+        if apart.max_error <= ROUNDING * max(1.0, float(np.abs(known[1][np.isfinite(known[1])]).max(initial=0.0))):
+            return three_way(candidate, reference, np.asarray(truths[1]), has_opacity=has_opacity)
+        reasons = [*reasons, f"the two oracles are rms {apart.rms_error:.2g} apart, at most {apart.max_error:.2g}"]
+    errors = [
+        None if truth is None else compare(*_without_common_infinities(picture, truth))
+        for picture, truth in zip(pictures, known, strict=True)
+    ]
+    said = [
+        f"the {role} is rms {error.rms_error:.2g}, at most {error.max_error:.2g}, from the oracle of its own scene"
+        for role, error in zip(("candidate", "reference"), errors, strict=True)
+        if error is not None
+    ]
+    words = "the scenes are not the same, so that neither better nor worse can be said: " + "; ".join([*said, *reasons])
+    return ThreeWay(errors[0], errors[1], OTHER_SCENE, words)
+
+
+def supposing(found: ThreeWay, who: str, other: str) -> ThreeWay:
+    """A verdict where only one of the pictures says of which scene it is: that of `who` may not be that of `other`."""
+    words = f"{other} does not say which scene it shows, so that it can't be judged; if it is that of {who}: "
+    return replace(found, verdict=UNKNOWN, words=words + found.words.partition(": ")[2])
 
 
 _TITLES = {

@@ -19,7 +19,7 @@ from typing import Any
 
 import moderngl
 
-from texvol.contexts import native
+from texvol.contexts import native, trial
 from texvol.contexts.egl import Egl
 from texvol.contexts.osmesa import OSMesa
 from texvol.errors import ContextError, InputError
@@ -29,6 +29,7 @@ __all__ = ["BACKENDS", "Context", "open_context"]
 BACKENDS = ("auto", "egl", "osmesa")
 
 _LIBRARIES: tuple[type[Egl] | type[OSMesa], ...] = (Egl, OSMesa)  # in the order of "auto"
+_tried: set[str] = set()  # back ends of which a context does not end the process
 _opening = threading.RLock()  # a finaliser may open and close contexts too
 
 
@@ -105,17 +106,36 @@ def open_context(backend: str = "auto") -> Context:
     """
     if backend not in BACKENDS:
         raise InputError(f"backend is {backend!r}; wanted one of {', '.join(BACKENDS)}")
-    reasons = []
+    reasons: list[str] = []
     with _opening:
         with suppress(ContextError):
             _loaded(Egl)  # also for OSMesa, so that an EGL context, whose ever it is, is left and restored
         for library in _LIBRARIES:
             if backend in ("auto", library.backend):
                 try:
+                    _try(library)
                     return _open(library)
                 except ContextError as reason:
                     reasons.append(f"{library.backend}: {reason} (packages: {library.packages})")
     raise ContextError(f"no OpenGL {native.VERSION_NAME} context; {' | '.join(reasons)}")
+
+
+def attempt(backend: str) -> None:
+    """Open a context of that back end, draw to it and close it; this process may die of it, see `trial`."""
+    with suppress(ContextError):
+        context = _open(next(each for each in _LIBRARIES if each.backend == backend))
+        with context:
+            target = context.gl.framebuffer([context.gl.texture((1, 1), 4, dtype="f4")])
+            target.clear(1.0)
+            target.read(dtype="f4")
+        context.release()
+
+
+def _try(library: type[Egl] | type[OSMesa]) -> None:
+    """Raise ContextError if the first context of a library would end this process."""
+    if library.backend not in _tried:
+        trial.check(library.backend)
+        _tried.add(library.backend)
 
 
 def _open(library: type[Egl] | type[OSMesa]) -> Context:

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from texvol.errors import InputError
+from texvol.kept_arrays import KeepsArrays
 
 Triple = tuple[float, float, float]
 MESH_COLOR: Triple = (0.75, 0.69, 0.6)  # as an isosurface of no transfer function
@@ -23,7 +24,7 @@ WIDEST = 1000.0  # pixels
 
 
 @dataclass(frozen=True, eq=False)
-class Mesh:
+class Mesh(KeepsArrays):
     """A surface of triangles.
 
     Parameters
@@ -77,7 +78,7 @@ class Mesh:
 
 
 @dataclass(frozen=True, eq=False)
-class Lines:
+class Lines(KeepsArrays):
     """Straight lines between points, of one width in the picture; never lit.
 
     A pixel belongs to a line if its middle is no farther than half the width from it in the picture: ends and joints

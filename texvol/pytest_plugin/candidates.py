@@ -142,7 +142,7 @@ class Maker:
             raise InputError(
                 f"a picture is an array, a path, a Scene or a function that returns one, and {_what(thing)} came"
             )
-        return Candidate(_labelled(picture, request), scene=request.scene)
+        return Candidate(_with_scene(_labelled(picture, request), request.scene), scene=request.scene)
 
     def _drawn(self, scene: Scene, request: Request) -> Candidate:
         from texvol.scene_facts import scene_facts
@@ -156,6 +156,16 @@ class Maker:
         attributes |= scene_facts(scene.volume.name, scene, settings=renderer.settings, checksum=True)
         picture = _labelled(Picture.of_array(pixels, request.name, attributes), request)
         return Candidate(picture, (), scene, renderer.settings, {}, renderer)
+
+
+def _with_scene(picture: Picture, scene: Scene | None) -> Picture:
+    """The picture with the scene that the test names, where its header holds none."""
+    from texvol.scene_facts import ATTRIBUTE, scene_facts
+
+    if scene is None or ATTRIBUTE in picture.attributes:
+        return picture
+    facts = scene_facts(scene.volume.name, scene, checksum=True)
+    return replace(picture, attributes={**picture.attributes, ATTRIBUTE: facts[ATTRIBUTE]})
 
 
 def _labelled(picture: Picture, request: Request) -> Picture:

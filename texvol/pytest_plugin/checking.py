@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import sys
+import warnings
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from texvol.comparison.judged import judged
 from texvol.comparison.limits import ONE_DRIVER, Limits
-from texvol.comparison.outcome import Outcome, examine, explained, with_truth
+from texvol.comparison.outcome import Outcome, examine, explained
 from texvol.comparison.pictures import Picture
-from texvol.errors import InputError, MissingExtraError, TexvolError
+from texvol.errors import AccuracyWarning, InputError, MissingExtraError
 from texvol.pytest_plugin import messages, names, options, oracle, references
 from texvol.pytest_plugin.candidates import Candidate, Request, UnreadableError
 from texvol.pytest_plugin.records import PictureError
@@ -96,18 +98,21 @@ class _Run:
         self._folder = names.references_of(item.path, item.config)
         self._limits_file = names.limits_of(self._folder, item.config)
         self._reference = Reference(self._folder / f"{self._name}.exr", False)
+        self._key = names.name_key(self._folder, self._name)
 
     def outcome_of(self, thing: Any, *, against_oracle: bool) -> Outcome:
         """The outcome of the check, told to the session; or what it raises."""
         __tracebackhide__ = True
         try:
-            self._session.claims.claim(str(self._folder / self._name), self._test)
+            self._key = self._session.claims.claim(self._folder, self._name, self._test)
             if against_oracle:
                 return self._held_against_oracle(thing)
             return self._held_against_stored(thing)
         except UnreadableError as error:
             raise self._failed_alone("broken", [f"picture {self._name!r} is broken", str(error)]) from None
         except (InputError, MissingExtraError) as error:
+            if isinstance(error, names.SharedNameError) and options.updates(self._item.config):
+                self._session.pending.refuse(self._key, str(error))
             self._session.keep(self._item, self._record("refused", [str(error)]))
             if callable(thing):
                 raise  # it may be the test's own error
@@ -122,30 +127,40 @@ class _Run:
         accuracy = {key: self._request.options[key] for key in oracle.ACCURACY if key in self._request.options}
         candidate = self._session.maker.candidate(thing, replace(self._request, of_any=oracle.ACCURACY))
         outcome = oracle.examined(candidate, accuracy, self._session.maker, self._name)
-        return self._told(candidate, outcome, None, "the oracle")
+        outcome = self._told(candidate, outcome, None, "the oracle")
+        if words := oracle.loose_words(outcome):
+            warnings.warn_explicit(words, AccuracyWarning, *self._place)
+        return outcome
 
     def _held_against_stored(self, thing: Any) -> Outcome:
         __tracebackhide__ = True
         rules = Tables.read(self._limits_file).rules_for(self._name)
         self._reference = references.find(self._folder, self._name)
         candidate = self._session.maker.candidate(thing, self._request)
-        if not self._reference.exists:
-            return self._new(candidate)
+        return self._held_against(candidate, rules)
+
+    def _held_against(self, candidate: Candidate, rules: Rules) -> Outcome:
+        __tracebackhide__ = True
+        reference = self._waiting() or self._reference
+        if not reference.exists:
+            return self._new(candidate, rules)
         try:
-            stored = self._reference.read()
+            stored = reference.read()
         except InputError as error:
-            return self._unreadable_reference(candidate, str(error))
+            return self._unreadable_reference(candidate, str(error), rules)
         try:
             limits = self._limits(rules, candidate.picture, stored)
         except InputError:
             if not self._may_write(candidate):
                 raise
-            return self._written(candidate, examine(candidate.picture, stored, ONE_DRIVER, name=self._name))
+            return self._written(candidate, examine(candidate.picture, stored, ONE_DRIVER, name=self._name), rules)
         repeats = tuple(references.like_stored(each, stored) for each in candidate.repeats)
         candidate = replace(candidate, picture=references.like_stored(candidate.picture, stored), repeats=repeats)
         outcome = self._examined(candidate, stored, limits)
         if not outcome.passed and self._may_write(candidate):
-            return self._written(candidate, outcome)
+            return self._written(candidate, outcome, rules)
+        if not outcome.passed and self._waiting():
+            self._session.pending.doubt(self._key, self._test)
         return self._told(candidate, outcome, stored, self._said(self._reference.path))
 
     def _limits(self, rules: Rules, picture: Picture, stored: Picture) -> Limits:
@@ -166,19 +181,11 @@ class _Run:
             return outcome
         # What kind of difference it is, and who is nearer to the truth, takes longer: for those that fail.
         outcome = explained(outcome)
-        truth = self._truth(candidate, outcome)
-        return outcome if truth is None else with_truth(outcome, truth)
+        if candidate.scene is None or outcome.status != "different":
+            return outcome
+        return judged(outcome, scene=candidate.scene, explain=False)
 
-    def _truth(self, candidate: Candidate, outcome: Outcome) -> Any:
-        """The oracle's picture, where there is one to be had."""
-        if candidate.scene is None or outcome.status != "different" or candidate.picture.whole_numbers:
-            return None
-        try:
-            return oracle.truth_of(candidate.scene, candidate.size)
-        except TexvolError:
-            return None
-
-    def _new(self, candidate: Candidate) -> Outcome:
+    def _new(self, candidate: Candidate, rules: Rules) -> Outcome:
         __tracebackhide__ = True
         alone = self._alone(candidate.picture, "new", ("there is no reference yet",))
         if not candidate.is_finite:
@@ -187,15 +194,15 @@ class _Run:
             lines = [f"picture {self._name!r} is broken, and has no reference", *broken.violations[:1]]
             raise self._failed(candidate, alone, lines, "")
         if self._may_write(candidate):
-            return self._written(candidate, alone)
+            return self._written(candidate, alone, rules)
         lines = [f"picture {self._name!r} is new: there is no reference {self._said(self._reference.path)} yet"]
         raise self._failed(candidate, alone, lines, "")
 
-    def _unreadable_reference(self, candidate: Candidate, reason: str) -> Outcome:
+    def _unreadable_reference(self, candidate: Candidate, reason: str, rules: Rules) -> Outcome:
         __tracebackhide__ = True
         alone = self._alone(candidate.picture, "broken", (reason,))
         if self._may_write(candidate):
-            return self._written(candidate, alone)
+            return self._written(candidate, alone, rules)
         raise self._failed(candidate, alone, [f"picture {self._name!r} has a broken reference", reason], "")
 
     def _alone(self, picture: Picture, status: str, violations: tuple[str, ...]) -> Outcome:
@@ -204,13 +211,20 @@ class _Run:
 
     def _may_write(self, candidate: Candidate) -> bool:
         """Whether the reference is to be written: only where it is asked for, once, and what is no picture never."""
-        key = str(self._reference.path.with_suffix(""))
-        return options.updates(self._item.config) and candidate.is_finite and key not in self._session.written
+        return options.updates(self._item.config) and candidate.is_finite and not self._waiting()
 
-    def _written(self, candidate: Candidate, outcome: Outcome) -> Outcome:
-        """The candidate is the reference from now on."""
-        path = references.write(self._reference, candidate.picture)
-        self._session.written.add(str(self._reference.path.with_suffix("")))
+    def _waiting(self) -> Reference | None:
+        """The picture that is to be the reference when the run has ended."""
+        return self._session.pending.of(self._key) if options.updates(self._item.config) else None
+
+    def _written(self, candidate: Candidate, outcome: Outcome, rules: Rules) -> Outcome:
+        """The candidate is the reference from now on, and lies in its place when the run has ended."""
+        __tracebackhide__ = True
+        path = references.place_of(self._reference, candidate.picture)
+        replaced = self._reference.path if self._reference.exists else None
+        content = references.encoded(path, candidate.picture)
+        if not self._session.pending.keep(self._key, path, replaced, content):
+            return self._held_against(candidate, rules)  # another process was quicker
         words = f"wrote {self._said(path)}"
         record = self._record("updated", [words], outcome, candidate)
         self._session.keep(self._item, record, outcome, self._facts(candidate, None, words))
@@ -266,12 +280,13 @@ class _Run:
             "message": lines,
             "max_error": measures.max_error if measures else None,
             "rms_error": measures.rms_error if measures else None,
-            "kinds": [kind.words for kind in outcome.kinds] if outcome else [],
+            "kinds": [*outcome.scene_words, *(kind.words for kind in outcome.kinds)] if outcome else [],
             "driver": references.driver_of(picture.attributes) if picture else None,
             "fingerprint": references.fingerprint_of(picture) if picture else {},
             "reference": self._said(self._reference.path),
             "limits": str(self._limits_file),
             "folder": str(self._folder),
+            "key": self._key,
             "page": None,
             "candidate": None,
             **(self._session.self_test(candidate, outcome) if candidate and outcome else {}),

@@ -11,7 +11,7 @@ _MOST_LINES = 3  # of each: the rest is on the page
 
 def difference(outcome: Outcome, repeats: str) -> list[str]:
     """Lines on a picture that is different or broken."""
-    lines = [f"picture {outcome.name!r} is {outcome.status}", *_some(outcome.violations)]
+    lines = [f"picture {outcome.name!r} is {outcome.status}", *_some(outcome.violations), *outcome.scene_words]
     lines += _some(tuple(kind.words for kind in outcome.kinds))
     if outcome.measures is not None and outcome.measures.max_error > 0:
         (column, row), (ours, theirs) = outcome.measures.worst_pixel, outcome.measures.worst_values

@@ -54,6 +54,15 @@ def limits_of(references: Path, config: pytest.Config) -> Path:
     return base / given if given else references / "limits.toml"
 
 
+class SharedNameError(InputError):
+    """Two tests that have one name for their pictures."""
+
+
+def name_key(folder: Path, name: str) -> str:
+    """Key of a reference's name in a run: the same for the same file, on whatever system."""
+    return f"{os.path.realpath(folder)}/{name.lower()}"
+
+
 class Claims:
     """Whose a name is, in this process and, through files that say so, in the others of the same run.
 
@@ -68,13 +77,31 @@ class Claims:
         self._owners: dict[str, str] = {}
         self._pages: dict[str, int] = {}
 
-    def claim(self, key: str, test: str) -> None:
-        """Make `key` (a reference without its suffix) the test's, or raise InputError that names the other one."""
-        function = test.split("[", 1)[0]
-        owner = self._owners.get(key) or self._owner_elsewhere(key, function)
-        self._owners[key] = owner
+    def claim(self, folder: Path, name: str, test: str) -> str:
+        """Make a reference's name the test's; the key that it has in this run.
+
+        Names that differ by case alone are one, as they are one file on some systems; so are folders by any path.
+
+        Raises
+        ------
+        SharedNameError
+            If it is another test's, or the same test's in another spelling.
+        """
+        key = name_key(folder, name)
+        path, _, rest = test.partition("::")
+        function = f"{path}::{rest.split('[', 1)[0]}"
+        mine = f"{function}\n{name}"
+        owned = self._owners.get(key) or self._owner_elsewhere(key, mine)
+        self._owners[key] = owned
+        owner, _, spelled = owned.partition("\n")
+        if spelled != name:
+            raise SharedNameError(
+                f"pictures {spelled!r} and {name!r} differ by case alone, and are one file on some systems "
+                f"({owner} and {function}): rename one"
+            )
         if owner != function:
-            raise InputError(f"picture {Path(key).name!r} is checked by two tests, {owner} and {function}: rename one")
+            raise SharedNameError(f"picture {name!r} is checked by two tests, {owner} and {function}: rename one")
+        return key
 
     def first(self, key: str) -> bool:
         """Whether nobody in the run has asked for that key yet."""

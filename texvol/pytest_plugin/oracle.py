@@ -22,10 +22,14 @@ from texvol.display import NUMBER_MODES
 from texvol.errors import InputError, missing_extra
 from texvol.pytest_plugin import plain_slabs
 from texvol.pytest_plugin.candidates import Candidate, Maker
+from texvol.scene_facts import ATTRIBUTE, scene_facts
 
 if TYPE_CHECKING:
     from texvol.scene import Scene
 
+# A picture that is off by so much everywhere has FLIP 0.11 on white, where the eye sees least, and more on every other
+# ground: twice what the looser limits of `texvol diff` allow. Whoever looks sees an error that such a bound lets pass.
+LOOSE = 1 / 16
 ACCURACY = ("max_error", "slab_thickness", "sampling_rate")
 ORACLE = "ray casting, float64"
 # Of a format's numbers, what one blend rounds away: half a step of 8 bits where it is kept between 0 and 1, twice that
@@ -58,7 +62,7 @@ def examined(candidate: Candidate, options: Mapping[str, Any], maker: Maker, nam
     MissingExtraError
         If the oracle's library is not installed.
     """
-    candidate = _with_scene(candidate)
+    given, candidate = candidate.scene, _with_scene(candidate)
     scene = candidate.scene
     if scene is None:
         raise InputError(f"picture {name!r}: oracle=True needs a scene: hand one over, or say scene= of what it shows")
@@ -69,7 +73,9 @@ def examined(candidate: Candidate, options: Mapping[str, Any], maker: Maker, nam
         candidate = replace(candidate, stats=candidate.renderer.stats)
     truth = truth_of(scene, candidate.size)
     bound = _bound(candidate, scene, truth, options, maker)
-    header = {key: text for key, text in candidate.picture.attributes.items() if key == "texvol:scene"}
+    header = {key: text for key, text in candidate.picture.attributes.items() if key == ATTRIBUTE}
+    if given is not None and candidate.renderer is None:  # which a file's own header may contradict
+        header = {ATTRIBUTE: scene_facts(scene.volume.name, scene, checksum=True)[ATTRIBUTE]}
     attributes = {DRIVER_ATTRIBUTE: ORACLE} | header
     reference = Picture.of_array(truth, "the oracle", attributes)
     if candidate.picture.channels != reference.channels:
@@ -78,7 +84,24 @@ def examined(candidate: Candidate, options: Mapping[str, Any], maker: Maker, nam
     most = max(bound.color, bound.opacity) / scale
     limits = Limits(most, 0.0, most, np.inf, most, np.inf, bound.words)
     outcome = examine(candidate.picture, reference, limits, name=name)
-    return _parts_apart(outcome, bound, scale)
+    return _with_note(_parts_apart(outcome, bound, scale))
+
+
+def loose_words(outcome: Outcome) -> str:
+    """What is to be said of a bound that lets errors pass which are plain to see; empty of a tighter one."""
+    limits = outcome.limits
+    if not limits.max_abs > LOOSE:
+        return ""
+    unit = " of the numbers' range" if outcome.measures is not None and outcome.measures.scale != 1 else ""
+    return (
+        f"the bound of picture {outcome.name!r} is {limits.max_abs:.2g}{unit} ({limits.source}), so loose that errors "
+        f"pass which are plain to see (from {LOOSE:.2g} on): draw it with a larger sampling_rate, or with max_error"
+    )
+
+
+def _with_note(outcome: Outcome) -> Outcome:
+    words = loose_words(outcome)
+    return replace(outcome, notes=(*outcome.notes, words)) if words else outcome
 
 
 def truth_of(scene: Scene, size: tuple[int, int]) -> NDArray[np.float64]:
@@ -92,8 +115,6 @@ def truth_of(scene: Scene, size: tuple[int, int]) -> NDArray[np.float64]:
 
 def _with_scene(candidate: Candidate) -> Candidate:
     """The candidate with the scene in its header, where the test does not say which."""
-    from texvol.scene_facts import ATTRIBUTE
-
     if candidate.scene is not None or ATTRIBUTE not in candidate.picture.attributes:
         return candidate
     from texvol.stored_scene import stored_scene_of

@@ -80,6 +80,15 @@ class Gathered:
             else:
                 self.other_failures += 1
 
+    def refuse(self, reasons: Mapping[str, str]) -> None:
+        """Pictures that were to be written, and were not: by their claimed name, and why."""
+        for record in self._records.values():
+            if record["status"] == "updated" and record.get("key") in reasons:
+                message = f"{record['reference']} was not written: {reasons[record['key']]}"
+                record |= {"status": "refused", "message": [message]}
+                if "entry" in record:
+                    record["entry"] |= {"status": "broken", "violations": [message]}
+
     @property
     def records(self) -> list[Record]:
         """Worst first; among equals by how far they are off, then by name."""

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol import fingerprint, image, writing
+from texvol import fingerprint, image
 from texvol.comparison.limits import DRIVER_ATTRIBUTE
 from texvol.comparison.pictures import Picture, read_picture
 from texvol.errors import InputError
@@ -21,6 +21,7 @@ from texvol.text_files import parsed_json
 
 SUFFIXES = (".exr", ".png", ".tif", ".tiff", ".jpg", ".jpeg")
 FINGERPRINT_ATTRIBUTE = "texvol:fingerprint"
+CONTAINER_ATTRIBUTE = "texvol:container"  # of the picture that the reference was made of, before it was stored
 _KEPT = ("Software", "texvol:scene", DRIVER_ATTRIBUTE, repeats.ATTRIBUTE)
 
 
@@ -33,7 +34,8 @@ class Reference:
 
     def read(self) -> Picture:
         """The picture; InputError where it can't be read."""
-        return read_picture(self.path)
+        picture = read_picture(self.path)
+        return replace(picture, container=picture.attributes.get(CONTAINER_ATTRIBUTE, picture.container))
 
 
 def find(folder: Path, name: str) -> Reference:
@@ -51,31 +53,15 @@ def find(folder: Path, name: str) -> Reference:
     return Reference(there[0], True) if there else Reference(folder / f"{name}.exr", False)
 
 
-def write(reference: Reference, picture: Picture) -> Path:
-    """Write the picture as the reference; where it lies now.
+def place_of(reference: Reference, picture: Picture) -> Path:
+    """Where the picture is the reference.
 
     A PNG of colours stays one; of every other format the EXR takes the place, which holds all that there is.
-
-    Raises
-    ------
-    InputError
-        If it can't be written.
     """
     path = reference.path
-    if path.suffix.lower() != ".png" or picture.channels < 3:
-        path = path.with_suffix(".exr") if path.suffix.lower() in SUFFIXES else path
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"{path.parent}: cannot be made: {error.strerror}") from None
-    writing.write_files({path: encoded(path, picture)})
-    if path != reference.path and reference.exists:
-        try:
-            reference.path.unlink()
-        except OSError as error:
-            reason = f"cannot be removed, and {path.name} takes its place: {error.strerror}"
-            raise InputError(f"{reference.path}: {reason}") from None
-    return path
+    if path.suffix.lower() == ".png" and picture.channels >= 3:
+        return path
+    return path.with_suffix(".exr") if path.suffix.lower() in SUFFIXES else path
 
 
 def encoded(path: Path, picture: Picture) -> bytes:
@@ -88,7 +74,10 @@ def encoded(path: Path, picture: Picture) -> bytes:
 def attributes_of(picture: Picture) -> dict[str, str]:
     """What a header is to say: scene and driver where they are known, and the fingerprint."""
     kept = {name: picture.attributes[name] for name in _KEPT if name in picture.attributes}
-    return kept | {FINGERPRINT_ATTRIBUTE: json.dumps(fingerprint_of(picture))}
+    return kept | {
+        FINGERPRINT_ATTRIBUTE: json.dumps(fingerprint_of(picture)),
+        CONTAINER_ATTRIBUTE: picture.container,
+    }
 
 
 def fingerprint_of(picture: Picture) -> dict[str, str]:

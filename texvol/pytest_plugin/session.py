@@ -14,6 +14,7 @@ from texvol.errors import InputError, TexvolError
 from texvol.pytest_plugin import junit, references, report
 from texvol.pytest_plugin.candidates import Maker
 from texvol.pytest_plugin.names import Claims
+from texvol.pytest_plugin.pending import Pending
 from texvol.pytest_plugin.records import FAILING, RECORDS, plain
 from texvol.shown_text import escaped
 
@@ -42,15 +43,19 @@ class PictureSession:
         The report's.
     shared : path or None
         For what workers tell each other.
+    pending : Pending
+        References that are to be written.
     """
 
-    def __init__(self, config: pytest.Config, scratch: Path, folder: Path | None, shared: Path | None) -> None:
+    def __init__(
+        self, config: pytest.Config, scratch: Path, folder: Path | None, shared: Path | None, pending: Pending
+    ) -> None:
         self._start = config.invocation_params.dir
         self._scratch, self._folder = scratch, folder
         self._self_tests = bool(config.option.texvol_self_test)
         self.claims = Claims(shared)
         self.maker = Maker()
-        self.written: set[str] = set()
+        self.pending = pending
 
     def close(self) -> None:
         """Give the renderer back."""

@@ -50,6 +50,7 @@ class Reporter:
     def pytest_sessionfinish(self, session: pytest.Session) -> None:
         """Write what there is of a report, and choose the status; pytest has written its own files by now."""
         gathered, config = self._gathered, self._config
+        self._write_references(session)
         if options.own_exit_status(config):
             session.exitstatus = exit_status.status_of(
                 int(session.exitstatus), gathered.picture_failures, gathered.other_failures
@@ -71,6 +72,18 @@ class Reporter:
             from texvol.pytest_plugin.stale import stale_tables
 
             self._notes += stale_tables(session, gathered.records)
+
+    def _write_references(self, session: pytest.Session) -> None:
+        """Put what --texvol-update made in its place, now that no test can complain any more."""
+        if not options.updates(self._config):
+            return
+        from texvol.pytest_plugin import workers
+
+        done = workers.pending_of(workers.shared_folder(self._config)).commit()
+        self._gathered.refuse(done.refused)
+        self._notes += [f"not written: {reason}" for reason in done.refused.values()]
+        if done.faults:
+            session.exitstatus = int(session.exitstatus) or 1
 
     def pytest_terminal_summary(self, terminalreporter: Any) -> None:
         """What was compared, drawn by what, and where to look."""

@@ -13,6 +13,7 @@ import pytest
 from texvol.pytest_plugin import options
 
 if TYPE_CHECKING:
+    from texvol.pytest_plugin.pending import Pending
     from texvol.pytest_plugin.session import PictureSession
 
 _SHARED = pytest.StashKey[str]()
@@ -20,11 +21,22 @@ _SHARED = pytest.StashKey[str]()
 
 def told(config: pytest.Config) -> dict[str, Any]:
     """What the process that sums up tells a worker."""
-    if _SHARED not in config.stash:
-        # A name alone: the folder is made once a picture is checked.
-        config.stash[_SHARED] = os.path.join(tempfile.gettempdir(), f"texvol-pictures-{os.urandom(12).hex()}")
     folder = options.report_folder(config)
-    return {"report": str(folder) if folder else None, "shared": config.stash[_SHARED]}
+    return {"report": str(folder) if folder else None, "shared": str(shared_folder(config))}
+
+
+def shared_folder(config: pytest.Config) -> Path:
+    """The folder that all processes of this run share; it is made once somebody writes there."""
+    if _SHARED not in config.stash:
+        config.stash[_SHARED] = os.path.join(tempfile.gettempdir(), f"texvol-pictures-{os.urandom(12).hex()}")
+    return Path(config.stash[_SHARED])
+
+
+def pending_of(shared: Path) -> Pending:
+    """The references that are to be written at the end of this run."""
+    from texvol.pytest_plugin.pending import Pending
+
+    return Pending(shared / "references")
 
 
 def open_session(config: pytest.Config, factory: pytest.TempPathFactory) -> PictureSession:
@@ -38,6 +50,7 @@ def open_session(config: pytest.Config, factory: pytest.TempPathFactory) -> Pict
         factory.getbasetemp() / "pictures-of-texvol",
         Path(folder) if folder else options.report_folder(config),
         Path(shared) if shared else None,
+        pending_of(Path(shared) if shared else shared_folder(config)),
     )
 
 

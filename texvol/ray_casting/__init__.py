@@ -33,6 +33,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.camera import Camera
+from texvol.kept_arrays import read_only
 from texvol.ray_casting.bernstein import EPSILON
 from texvol.ray_casting.caps import caps_within, put_in_front, thin_ends
 from texvol.ray_casting.common_places import middle_of
@@ -85,6 +86,7 @@ def raycast_pixels(scene: Scene, size: tuple[int, int], pixels: NDArray[np.intp]
 
 
 def _timed(scene: Scene, size: tuple[int, int], chosen: Chosen) -> Numbers:
+    scene.check_unchanged()
     start = time.perf_counter()
     picture = _raycast(scene, size, chosen)
     kind, seconds = _kind_of(scene), (time.perf_counter() - start) / max(picture.shape[0] * picture.shape[1], 1)
@@ -183,7 +185,7 @@ def _tracer_for(scene: Scene, camera: Camera) -> Callable[[Numbers, Numbers, Num
         return rows_tracer(scene, transfer, camera, rounding)
     matter = matter_of(transfer)
     preclassified = scene.classification in ("slab", "extinction")
-    values = volume.values.astype(np.float32) if volume.values.dtype == np.float16 else volume.values
+    values = read_only(volume.values.astype(np.float32)) if volume.values.dtype == np.float16 else volume.values
 
     def trace(
         starts: Numbers, steps: Numbers, ends: Numbers, eyes: Numbers, directions: Numbers, picture: Numbers

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.camera import Camera
+from texvol.kept_arrays import read_only
 from texvol.ray_casting.compiling import compiled_and_kept, sources, uncounted, woven_in
 from texvol.ray_casting.lit_cells import cross_postclassified, cross_preclassified, load_cell
 from texvol.ray_casting.lit_cuts import most_cuts
@@ -79,7 +80,7 @@ def rows_tracer(
 ) -> Callable[[Numbers, Numbers, Numbers, Numbers, Numbers, Numbers], None]:
     """What traces rows of rays: starts and steps in index space, their ends, s of the eyes, directions, the picture."""
     lit = lit_scene(scene, transfer, camera)
-    values, gradients = scene.volume.values.astype(np.float64, copy=False), gradients_of(scene)
+    values, gradients = read_only(scene.volume.values.astype(np.float64, copy=False)), gradients_of(scene)
     preclassified = scene.classification in ("slab", "extinction")
     chosen = FURTHER + 2 * len(transfer.graded) + len(transfer.contours)
 

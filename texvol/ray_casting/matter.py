@@ -40,7 +40,8 @@ def matter_of(transfer: TransferFunction) -> Matter:
     of_segments = np.append(seen, seen[-1]) | np.append(seen[0], seen)
     visible_before = np.append(0, np.cumsum(of_segments)).astype(np.int64)
     glow = bool(transfer.emissive), bool(transfer.glows)
-    return Matter(transfer.values, transfer.colors, transfer.extinctions, *glow, visible_before)
+    values, colors, extinctions = transfer.values.copy(), transfer.colors.copy(), transfer.extinctions.copy()
+    return Matter(values, colors, extinctions, *glow, visible_before)
 
 
 @compiled

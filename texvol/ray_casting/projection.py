@@ -1,11 +1,13 @@
 """The oracle of the projection modes: what the value is along each ray, without a step length, in float64.
 
-    xray        ∫ v ds                     average    ∫ v ds / ∫ ds
+    xray        ∫ v ds, or what of it is   average    ∫ v ds / ∫ ds
+                above air, see `texvol.air`
     mip, minip  the highest, lowest v      isosurface the first place where v is or passes the isovalue, lit
 
 The value v is trilinear, so a cubic in s between two faces of cells: its integral has a closed form, it is highest at
-an end or where it turns, and between two turns it meets a value once. NaN is no value and no way. A cell in which an
-infinite sample has weight is infinite throughout, as for the post-classified oracle. What a mask hides is NaN.
+an end or where it turns, and between two turns it meets a value once: a surface's, or that of air, at which its
+integral is cut. NaN is no value and no way. A cell in which an infinite sample has weight is infinite throughout, as
+for the post-classified oracle. What a mask hides is NaN.
 """
 
 from __future__ import annotations
@@ -16,13 +18,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol.air import attenuation_of
 from texvol.camera import Camera
 from texvol.display import isosurface_color
 from texvol.errors import InputError
 from texvol.hidden_samples import without_hidden
+from texvol.kept_arrays import read_only
 from texvol.lighting import Lighting
 from texvol.ray_casting.projection_shading import answer, gradients_at
-from texvol.ray_casting.projection_walk import HIGHEST, INTEGRAL, SURFACE, project_rays
+from texvol.ray_casting.projection_walk import ABOVE, HIGHEST, INTEGRAL, SURFACE, project_rays
 from texvol.scene import Scene, checked_size
 
 _KINDS = {
@@ -74,6 +78,8 @@ def project(
             layers = surface_layers(scene, camera, size)
             put_before([Layer(chosen(layer.s), chosen(layer.color)) for layer in layers], until, picture)
         return picture
+    if (attenuation := attenuation_of(scene.air)) is not None:
+        number = attenuation.per_value * number
     if scene.mode == "average":
         number = np.divide(number, way, out=np.zeros_like(number), where=way > 0)
     picture = np.zeros((*way.shape, 4))
@@ -111,15 +117,17 @@ def _traced(
         raise InputError(f"a projection mode is one of {', '.join(_KINDS)}, and not {scene.mode}")
     kind, sign = _KINDS[scene.mode]
     volume = scene.volume
-    values = volume.values.astype(np.float32) if volume.values.dtype == np.float16 else volume.values
+    values = read_only(volume.values.astype(np.float32)) if volume.values.dtype == np.float16 else volume.values
     rays = _Rays(*rays_of(scene, *map(chosen, camera.rays(size))))
     rounding = _position_rounding(volume, camera.eye)
-    isovalue = 0.0 if scene.isovalue is None else float(scene.isovalue)
+    level = 0.0 if scene.isovalue is None else float(scene.isovalue)
+    if (attenuation := attenuation_of(scene.air)) is not None:
+        kind, level = ABOVE, attenuation.air
     numbers = np.empty((*rays.eye.shape, 2))
 
     def trace_rows(rows: slice) -> None:
         start, step, ends = rays.start[rows], rays.step[rows], rays.ends[rows]
-        project_rays(values, kind, sign, isovalue, start, step, ends, rounding, numbers[rows])
+        project_rays(values, kind, sign, level, start, step, ends, rounding, numbers[rows])
 
     over_rows(trace_rows, len(numbers))
     return rays, numbers

@@ -9,7 +9,7 @@ from math import copysign, inf, isfinite, isnan, nan
 
 import numpy as np
 
-from texvol.ray_casting.bernstein import crossing, mix, trilinear, turning_points, value_and_slope
+from texvol.ray_casting.bernstein import crossing, mix, restricted, trilinear, turning_points, value_and_slope
 from texvol.ray_casting.cells import _value_beside_gaps
 from texvol.ray_casting.compiling import compiled
 
@@ -47,6 +47,40 @@ def mean_of(corners, beside, entry, leave):
         return beside
     a, b, c, d = trilinear(corners, entry, leave)
     return a / 4 + b / 4 + c / 4 + d / 4  # the sum itself may be too large for a number
+
+
+@compiled
+def mean_above(corners, beside, entry, leave, air):
+    """Mean along the way of how much the value is above `air`, and of 0 where it is below: cut where it passes that."""
+    if beside != 0.0:
+        return max(beside, 0.0)
+    a, b, c, d = trilinear(corners, entry, leave)
+    above = a - air, b - air, c - air, d - air
+    if min(above) >= 0.0:
+        return above[0] / 4 + above[1] / 4 + above[2] / 4 + above[3] / 4
+    if max(above) <= 0.0:
+        return 0.0
+    turns = turning_points(above)
+    mean, start = 0.0, 0.0
+    for span in range(3):
+        end = turns[span] if span < 2 else 1.0
+        if start < end:
+            mean += _positive_part(above, start, end)
+            start = end
+    return mean
+
+
+@compiled
+def _positive_part(cubic, start, end):
+    """Integral of max(0, cubic) from `start` to `end`, between which the cubic only rises or only falls."""
+    first, last = value_and_slope(cubic, start)[0], value_and_slope(cubic, end)[0]
+    if max(first, last) <= 0.0:
+        return 0.0
+    if min(first, last) < 0.0:
+        cut = crossing(cubic, 0.0, start, end)
+        start, end = (start, cut) if first > 0.0 else (cut, end)
+    a, b, c, d = restricted(cubic, start, end)
+    return max((end - start) * (a + b + c + d) / 4, 0.0)
 
 
 @compiled

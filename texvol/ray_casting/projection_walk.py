@@ -12,31 +12,34 @@ from texvol.ray_casting.projection_cells import (
     first_hit,
     highest_of,
     load_corners,
+    mean_above,
     mean_of,
     value_beside_gaps,
 )
 from texvol.ray_casting.walk import _clipped, _first_cell, _in_cell, _next_cell
 
-INTEGRAL, HIGHEST, SURFACE = 0, 1, 2
+INTEGRAL, HIGHEST, SURFACE, ABOVE = 0, 1, 2, 3
 
 
 @compiled
-def _cross(kind, isovalue, corners, beside, entry, leave, length, number, way, side):
+def _cross(kind, level, corners, beside, entry, leave, length, number, way, side):
     """(number, way, side) behind a cell, see `project_rays`; `way` is less than 0 before a surface is found."""
     if kind == SURFACE:
-        share, side = first_hit(corners, beside, entry, leave, isovalue, side)
+        share, side = first_hit(corners, beside, entry, leave, level, side)
         return share * length, (0.0 if share < NO_HIT else -1.0), side
     if isnan(beside):
         return number, way, side
     if kind == INTEGRAL:
         number += length * mean_of(corners, beside, entry, leave)
+    elif kind == ABOVE:
+        number += length * mean_above(corners, beside, entry, leave, level)
     else:
         number = highest_of(corners, beside, entry, leave, number)
     return number, way + length, side
 
 
 @compiled
-def _walk(values, kind, sign, isovalue, start, step, ends, rounding, corners):
+def _walk(values, kind, sign, level, start, step, ends, rounding, corners):
     """The two numbers of one ray, `start` + s `step` for s between its ends, see `project_rays`."""
     here, last = _clipped(start, step, values.shape, ends)
     number, way, side = (-inf if kind == HIGHEST else 0.0), (-1.0 if kind == SURFACE else 0.0), nan
@@ -51,7 +54,7 @@ def _walk(values, kind, sign, isovalue, start, step, ends, rounding, corners):
             load_corners(values, sign, i, j, k, corners)
             entry, leave = _in_cell(start, step, here, i, j, k), _in_cell(start, step, there, i, j, k)
             beside = value_beside_gaps(corners, entry, leave, rounding)
-            number, way, side = _cross(kind, isovalue, corners, beside, entry, leave, there - here, number, way, side)
+            number, way, side = _cross(kind, level, corners, beside, entry, leave, there - here, number, way, side)
             if kind == SURFACE and way >= 0.0:
                 return here + number, way
         if next_i <= there:
@@ -66,11 +69,12 @@ def _walk(values, kind, sign, isovalue, start, step, ends, rounding, corners):
 
 def _projector(sources):
     @compiled_and_kept
-    def project_rays(values, kind, sign, isovalue, starts, steps, ends, rounding, numbers):
+    def project_rays(values, kind, sign, level, starts, steps, ends, rounding, numbers):
         """Two numbers for each of rays (rows, columns, 3) in index space, into `numbers` (rows, columns, 2).
 
         Of the values times `sign`, and with the length of the way where there are any: the INTEGRAL, or the HIGHEST
-        one. SURFACE: the s where `isovalue` is first met, and a number less than 0 where it is not.
+        one; or, ABOVE, the integral of how much they are above `level`. SURFACE: the s where `level` is first met, and
+        a number less than 0 where it is not.
         """
         sources  # noqa: B018 - numba keeps one result per set of closed-over values; by itself it watches this file only
         corners = np.empty(8)
@@ -80,7 +84,7 @@ def _projector(sources):
                     values,
                     kind,
                     sign,
-                    isovalue,
+                    level,
                     starts[row, column],
                     steps[row, column],
                     ends[row, column],

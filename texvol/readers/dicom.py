@@ -57,7 +57,7 @@ def read(path: str, choice: Choice) -> Samples:
     _check_alike(slices)
     ordered = _in_order(slices, choice)
     first = ordered[0]
-    place = _grid(ordered) | {"unit": "mm", "space": "left-posterior-superior"}
+    place = _grid(ordered) | {"unit": "mm", "space": "left-posterior-superior", "value_unit": first.value_unit}
     if first.samples_per_pixel != 1:
         sizes = [len(ordered), first.rows, first.columns, first.samples_per_pixel]
         said = f"photometric interpretation {first.photometric}" if first.is_color else ""

@@ -23,6 +23,7 @@ _GROUPS = {
     "SpacingBetweenSlices": "PixelMeasuresSequence",
     "RescaleSlope": "PixelValueTransformationSequence",
     "RescaleIntercept": "PixelValueTransformationSequence",
+    "RescaleType": "PixelValueTransformationSequence",
     "TemporalPositionIndex": "FrameContentSequence",
 }
 
@@ -55,6 +56,7 @@ class Slice(NamedTuple):
     thickness: float
     slope: float
     intercept: float
+    value_unit: str  # empty where the file does not say
     order: tuple[float, ...]  # among slices at one place
     padding: tuple[int, int] | None  # stored values from one to the other pad what was not recorded
 
@@ -155,9 +157,23 @@ def _slice(path: str, header: Any, frame: int, count: int) -> Slice:
         thickness=_thickness(header, frame),
         slope=slope,
         intercept=_number(header, frame, "RescaleIntercept", 0.0),
+        value_unit=_value_unit(header, frame),
         order=tuple(_number(header, frame, key, 0.0) for key in _ORDER),
         padding=_padding(header, dtype),
     )
+
+
+def _value_unit(header: Any, frame: int) -> str:
+    """Unit of the rescaled values; Hounsfield units are those of CT that names no type (DICOM PS3.3, C.8.2.1.1.2).
+
+    That holds where water may be 0, which air is below: stored values have a sign, or the intercept is negative. "US"
+    is the standard's word for values whose unit is not specified.
+    """
+    kind = str(_found(header, frame, "RescaleType") or header.get("Units") or "").strip()
+    if kind or header.get("Modality") != "CT":
+        return "" if kind == "US" else kind
+    may_be_negative = bool(header.get("PixelRepresentation")) or _number(header, frame, "RescaleIntercept", 0.0) < 0
+    return "HU" if may_be_negative and _found(header, frame, "RescaleIntercept") is not None else ""
 
 
 def _padding(header: Any, dtype: np.dtype) -> tuple[int, int] | None:

@@ -59,6 +59,7 @@ def volume_of(name: str, samples: Samples, choice: Choice, spacing: Sequence[flo
         samples.origin,
         samples.direction,
         unit=samples.unit,
+        value_unit=samples.value_unit,
         space=samples.space,
         name=name,
         source=_source(name, choice, spacing),

@@ -88,7 +88,8 @@ def _read(dataset: Any, choice: Choice) -> Samples:
         coordinates = [axis.coordinate for axis in axes]
     names = [axis.name if each is None else each.name for axis, each in zip(axes, coordinates, strict=True)]
     units = [unit_of(each) for each in coordinates[::-1]]
-    return samples._replace(**_named(names[::-1], units), **_times(dimensions), notes=(note, *about, *_notes(units)))
+    said = _said(variable, (note, *about), units)
+    return samples._replace(**_named(names[::-1], units), **_times(dimensions), **said)
 
 
 def _chosen(dataset: Any, wanted: str | None) -> tuple[Any, str]:
@@ -251,6 +252,11 @@ def _named(names: Sequence[str], units: Sequence[str]) -> dict[str, Any]:
     """Unit and space of the world, whose axes x, y, z are these."""
     described = [f"{name} ({unit})" if unit else name for name, unit in zip(names, units, strict=True)]
     return {"unit": units[0] if len(set(units)) == 1 else "", "space": ", ".join(described)}
+
+
+def _said(variable: Any, notes: Sequence[str], units: Sequence[str]) -> dict[str, Any]:
+    """Unit of the values, and notes."""
+    return {"value_unit": attribute(variable, "units"), "notes": (*notes, *_notes(units))}
 
 
 def _notes(units: Sequence[str]) -> tuple[str, ...]:

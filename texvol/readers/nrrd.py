@@ -260,11 +260,12 @@ def _dtype(header: Mapping[str, Any], encoding: str) -> np.dtype:
 
 
 def _grid(header: Mapping[str, Any], spatial: Sequence[int]) -> dict[str, Any]:
-    """Spacing, origin, direction, unit and space of three spatial axes."""
+    """Spacing, origin, direction, units and space of three spatial axes."""
     directions = header.get("space directions")
     space = str(header.get("space", "")).lower()
     units = header.get("space units") or header.get("units") or []
-    grid: dict[str, Any] = {"space": _SPACES.get(space, space), "unit": _unit(units)}
+    value_unit = str(header.get("sample units", "")).strip('" ')
+    grid: dict[str, Any] = {"space": _SPACES.get(space, space), "unit": _unit(units), "value_unit": value_unit}
     if directions is not None:
         columns = np.array([directions[axis] for axis in spatial], dtype=np.float64).T
         if columns.shape != (3, 3):

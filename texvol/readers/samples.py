@@ -63,6 +63,7 @@ class Samples(NamedTuple):
     origin: Sequence[float] = (0.0, 0.0, 0.0)
     direction: ArrayLike | None = None
     unit: str = ""
+    value_unit: str = ""
     space: str = ""
     resampling: Mapping[str, Any] | None = None
     notes: tuple[str, ...] = ()

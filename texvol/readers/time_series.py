@@ -68,6 +68,11 @@ class TimeSeries(Sequence[Volume]):
         self._choice = _choice(options)._replace(kept=self._kept)
         self._when: tuple[NDArray[np.float64] | None, str] | None = None
 
+    def __getstate__(self) -> dict[str, Any]:
+        """All but what is kept of the file, which is opened again in a copy or another process."""
+        kept: dict[Any, Any] = {}
+        return {**vars(self), "_kept": kept, "_choice": self._choice._replace(kept=kept)}
+
     def __len__(self) -> int:
         return self._steps
 

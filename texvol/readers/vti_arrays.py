@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import binascii
 import os
+import re
 import zlib
 from math import prod
 from typing import NamedTuple, Protocol
@@ -57,7 +58,7 @@ class _Raw:
 
 class _Base64:
     def __init__(self, text: bytes, at: int = 0) -> None:
-        self.text, self.at, self.last = text, at, 0
+        self.text, self.at, self.last = memoryview(text), at, 0
 
     def take(self, count: int) -> bytes:
         length = (count + 2) // 3 * 4
@@ -98,7 +99,9 @@ def read_array(
 
 def _run(array: ElementTree.Element, form: str, appended: Appended | None) -> _Run:
     if form == "binary":
-        return _Base64(b"".join((array.text or "").encode("ascii").split()))
+        text = (array.text or "").strip().encode("ascii")
+        # Joined only where something stands between, as a copy may be as large as the volume.
+        return _Base64(b"".join(text.split()) if re.search(rb"\s", text) else text)
     offset = int(array.get("offset", 0))
     if form != "appended" or appended is None or offset < 0:
         raise FileFault(f"its array {array.get('Name')!r} has format {form!r} and no data")

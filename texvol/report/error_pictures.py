@@ -48,7 +48,10 @@ def chosen_settings(findings: Findings) -> list[tuple[str, Measurement]]:
     """What each picture is for, and its setting: best first, then VTK's best, then the worst."""
     ours, error = findings.ours, discretisation_max
     chosen = [("Most accurate", most_accurate(ours, error))]
-    chosen += [(f"Fastest within {limit:g}", fastest_within(ours, error, limit)) for limit in reversed(words.LIMITS)]
+    chosen += [
+        (f"Fastest within {limit:g} of its own integral", fastest_within(ours, error, limit))
+        for limit in reversed(words.LIMITS)
+    ]
     chosen += [("Default", next((each for each in ours if _is_default(findings, each)), None))]
     theirs = [each for each in findings.measurements if each.setting.renderer != OURS]
     chosen += [("VTK's most accurate", most_accurate(theirs, error))]

@@ -51,7 +51,9 @@ def html(findings: Findings, plots: Plots) -> str:
 def _answer(findings: Findings) -> str:
     if not findings.has_errors:
         return "No error could be measured, so no setting can be recommended."
-    return escaped(words.sentence(findings.ours, total_max, "the error of every pixel, all causes together,"))
+    what = "the error of every pixel, all causes together,"
+    said = words.sentence(findings.ours, total_max, what, findings.asked)
+    return escaped(f"{said} {words.of_discretisation(findings.ours, total_max, findings.asked)}".strip())
 
 
 def _facts(findings: Findings) -> list[tuple[str, str]]:
@@ -103,12 +105,15 @@ def _choice_section(findings: Findings) -> str:
     columns = (total_max, total_rms, discretisation_max)
     rows = "".join(
         f'<tr><td class="first">{limit:g}</td>'
-        + "".join(f"<td>{escaped(words.recommendation(findings.ours, each, limit))}</td>" for each in columns)
+        + "".join(
+            f"<td>{escaped(words.recommendation(findings.ours, each, limit, findings.asked))}</td>" for each in columns
+        )
         + "</tr>"
         for limit in words.LIMITS
     )
     return f"""<h2>Which setting for which error</h2>
-<p>The fastest setting of texvol that stays within each limit. The rate is in slabs per smallest spacing; formats are
+<p>The fastest setting of texvol that stays within each limit; where none of those measured does, what
+<code>--max-error</code> reached. The rate is in slabs per smallest spacing; formats are
 chosen automatically unless named.</p>
 <div class="wide"><table class="choice"><thead><tr><th class="first">limit</th>
 <th class="first">maximum error, total</th><th class="first">rms error, total</th>

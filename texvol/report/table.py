@@ -63,7 +63,7 @@ def markdown_text(findings: Findings) -> str:
         lines.append(f"| {markdown(name)} | " + " | ".join(cells.get((name, rate), "–") for rate in rates) + " |")
     lines += ["", "| error | fastest for the maximum error | fastest for the rms error |", "|---|---|---|"]
     for limit in LIMITS:
-        chosen = (recommendation(findings.ours, error_of, limit) for error_of in (total_max, total_rms))
+        chosen = (recommendation(findings.ours, error_of, limit, findings.asked) for error_of in (total_max, total_rms))
         lines.append(f"| {limit:g} | " + " | ".join(map(markdown, chosen)) + " |")
     return "\n".join(lines) + "\n"
 

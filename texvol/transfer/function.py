@@ -26,6 +26,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from texvol.errors import InputError
+from texvol.kept_arrays import KeepsArrays, read_only
 from texvol.transfer import pieces
 from texvol.transfer.graded import Contour, Graded
 from texvol.transfer.pieces import LARGEST_VALUE, ROUNDING
@@ -42,7 +43,7 @@ class Classified(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class TransferFunction:
+class TransferFunction(KeepsArrays):
     """Control points (value, colour or emission, extinction), in data and world units.
 
     Parameters
@@ -89,7 +90,7 @@ class TransferFunction:
 
     def __post_init__(self) -> None:
         for field in ("values", "colors", "extinctions"):
-            object.__setattr__(self, field, np.array(getattr(self, field), dtype=np.float64))
+            object.__setattr__(self, field, read_only(np.array(getattr(self, field), dtype=np.float64)))
         for field in ("graded", "contours", "materials", "material_colors"):
             object.__setattr__(self, field, tuple(getattr(self, field)))
         count = self.values.shape[0] if self.values.ndim == 1 else 0
@@ -106,7 +107,7 @@ class TransferFunction:
                 f"{self.name}: {len(self.materials)} names of materials have {len(self.material_colors)} colours"
             )
         if self.modulation is not None:
-            object.__setattr__(self, "modulation", _modulation(self.modulation, self.name))
+            object.__setattr__(self, "modulation", read_only(_modulation(self.modulation, self.name)))
 
     def _check_numbers(self) -> None:
         if not np.isfinite(self.values).all():

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from texvol.errors import InputError
+from texvol.kept_arrays import KeepsArrays, read_only
 from texvol.transfer import pieces
 from texvol.transfer.pieces import LARGEST_VALUE, ROUNDING
 
@@ -22,7 +23,7 @@ Matter = tuple[NDArray[np.float64], NDArray[np.float64]]  # emission (…, 3) an
 
 
 @dataclass(frozen=True, eq=False)
-class Graded:
+class Graded(KeepsArrays):
     """Points by value, piecewise linear, nothing before the first and after the last, times a ramp in |∇f|.
 
     Attributes
@@ -51,7 +52,7 @@ class Graded:
 
     def __post_init__(self) -> None:
         for field in ("values", "emissions", "extinctions"):
-            object.__setattr__(self, field, np.array(getattr(self, field), dtype=np.float64))
+            object.__setattr__(self, field, read_only(np.array(getattr(self, field), dtype=np.float64)))
         count = self.values.size
         shapes = self.values.shape, self.emissions.shape, self.extinctions.shape
         if count == 0 or shapes != ((count,), (count, 3), (count,)):

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from texvol.air import hounsfield_by, hounsfield_range
 from texvol.errors import InputError
 from texvol.transfer.files import from_content
 from texvol.transfer.function import TransferFunction
@@ -201,9 +202,11 @@ def proposed_beside(volume: Volume, number: int) -> TransferFunction:
 
 
 def _is_hounsfield(volume: Volume) -> bool:
-    """Whether the values look like Hounsfield units: air near -1000 and something denser than water."""
-    low, high = volume.finite_range or (0.0, 0.0)
-    return -4096 <= low <= -500 and 100 <= high <= 32767
+    """True if the file says that the values are Hounsfield units, or their range is one of such.
+
+    Who asks for a preset of CT says by that that it is one.
+    """
+    return hounsfield_by(volume) == "file" or hounsfield_range(volume)
 
 
 def _from_points(points: list[Point], volume: Volume, values: str, name: str) -> TransferFunction:

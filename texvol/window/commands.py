@@ -8,7 +8,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from texvol.window import additions, navigation, saving
+from texvol.scene import COLORINGS, MODES
+from texvol.window import additions, editing, navigation, saving
 from texvol.window.document import Document, Home
 from texvol.window.navigation import View
 
@@ -69,7 +70,7 @@ def _add(desk: Desk, path: str) -> None:
         additions.browse_to_add(desk)
 
 
-_ONE_OF = {"axis": tuple(navigation.AXES), "tab": TABS}
+_ONE_OF = {"axis": tuple(navigation.AXES), "tab": TABS, "mode": MODES, "coloring": COLORINGS}
 _OF_WINDOW: dict[str, Callable[[Desk, str], None]] = {
     "help": _toggle("help"),
     "panels": _toggle("panels"),
@@ -132,6 +133,14 @@ def _copy(desk: Desk, document: Document, _: str) -> None:
     desk.attempt(copy)
 
 
+def _mode(desk: Desk, document: Document, mode: str) -> None:
+    desk.change(**editing.with_mode(document.scene, mode))
+
+
+def _coloring(desk: Desk, document: Document, coloring: str) -> None:
+    desk.change(**editing.with_coloring(document.scene, coloring))
+
+
 def _mask(desk: Desk, document: Document, path: str) -> None:
     if path:
         additions.mask(desk, document.scene.volume, path)
@@ -145,6 +154,8 @@ _OF_DOCUMENT: dict[str, Callable[[Desk, Document, str], None]] = {
     "axis": _axis,
     "projection": _projection,
     "mask": _mask,
+    "mode": _mode,
+    "coloring": _coloring,
     "undo": lambda desk, document, _: document.undo(),
     "redo": lambda desk, document, _: document.redo(),
     "save": _save,

@@ -254,9 +254,9 @@ def opened(arguments: argparse.Namespace, size: tuple[int, int]) -> Document:
     options = SceneOptions(arguments)
     options.size = size
     volume = options.load()
-    scene = _with_all_matter(options.scene(volume))
+    scene = _with_all_matter(options.scene(volume, in_8_bits=True))
     check(options.annotation, scene)
-    showing = Showing(options.window, options.chose_transfer_function, options.transparent, options.annotation)
+    showing = Showing(options.window, options.transparent, options.annotation)
     origin = Origin(options.volume, arguments.scene, options.transfer_function)
     document = Document(scene, origin, showing, size)
     if not options.chose_view:

@@ -1,4 +1,4 @@
-"""A transfer function's control points as they are edited: moved, added, taken away, coloured, made denser.
+"""A transfer function's control points as they are edited: moved, added, taken away, coloured, made denser; the mode.
 
 Colours are straight and linear here, whatever the function holds; of a premultiplied point colour × extinction is
 stored, and a point of no extinction has the colour of its neighbour. What depends on the gradient is left as it is.
@@ -12,6 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol import transfer
+from texvol.air import air_in_8_bits
 from texvol.scene import Scene
 from texvol.transfer import TransferFunction
 
@@ -112,6 +114,29 @@ class Curve:
 def matter_of(scene: Scene, number: int) -> TransferFunction | None:
     """The transfer function of a scene's volume by its number; 0 is the scene's own."""
     return scene.transfer_function if number == 0 else scene.added[number - 1].transfer_function
+
+
+def with_mode(scene: Scene, mode: str) -> dict[str, Any]:
+    """Parts of the scene in another mode, with what that needs and without what it has no meaning for."""
+    parts: dict[str, Any] = {"mode": mode, "isovalue": None, "caps": False, "air": None}
+    if mode == "xray":
+        parts["air"] = air_in_8_bits(scene.volume)
+    if mode == "isosurface":
+        low, high = scene.volume.finite_range or (0.0, 1.0)
+        parts["isovalue"] = (low + high) / 2
+        if scene.lighting is not None and scene.lighting.shadows:
+            parts["lighting"] = replace(scene.lighting, shadows=False)
+    if mode == "composite" and scene.transfer_function is None:
+        parts["transfer_function"] = transfer.proposed_for(scene.volume)
+    return parts
+
+
+def with_coloring(scene: Scene, coloring: str) -> dict[str, Any]:
+    """Parts of the scene with numbers shown as grey, or in the colours of a transfer function, which it has then."""
+    parts: dict[str, Any] = {"coloring": coloring}
+    if coloring == "tf" and scene.transfer_function is None:
+        parts["transfer_function"] = transfer.proposed_for(scene.volume)
+    return parts
 
 
 def with_matter(scene: Scene, number: int, matter: TransferFunction) -> dict[str, Any]:

@@ -21,15 +21,12 @@ class Showing:
     Attributes
     ----------
     window : (centre, width), optional
-        Of pictures that hold numbers.
-    chose_transfer_function : bool
-        Whether such pictures take their colours from it.
+        Of pictures that hold numbers, where they are grey.
     transparent : bool
         Whether files let through what lies behind.
     """
 
     window: tuple[float, float] | None = None
-    chose_transfer_function: bool = False
     transparent: bool = False
     annotation: Annotation = field(default_factory=Annotation)
 

@@ -222,7 +222,8 @@ class Easel:
     def _send(self, job: Job, picture: NDArray, settings: Any, start: float, final: bool = True, **facts: Any) -> None:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # a view that misses the volume is no surprise here
-            shown = _display(job).of(picture, job.scene, "window.png")
+            display = _display(job)
+            shown = display.of(picture, job.scene, "window.png")
         camera, thickness = job.scene.camera_for(job.size), settings["slab_thickness"]
         facts |= {
             "settings": dict(settings),
@@ -231,6 +232,7 @@ class Easel:
             "modelled": modelled(job.scene, camera),
             "classification": job.scene.classification,
             "renderer": self._renderer.renderer_name,
+            "window": display.window,
         }
         pixels = image.eight_bits(shown)
         self._answer(Answer("picture", job.number, final, pixels, facts))

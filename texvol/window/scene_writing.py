@@ -24,7 +24,7 @@ from texvol.gradient import CENTRAL, Estimator
 from texvol.light_options import AMBIENT
 from texvol.lighting import DepthCue
 from texvol.mask import Mask
-from texvol.scene import Scene
+from texvol.scene import NUMBER_MODES, Scene
 from texvol.transfer import TransferFunction
 from texvol.window.jobs import Showing
 
@@ -190,9 +190,11 @@ def _mode(scene: Scene, showing: Showing) -> dict[str, Any]:
     found: dict[str, Any] = {"mode": scene.mode} if scene.mode != "composite" else {}
     if scene.isovalue is not None:
         found["isovalue"] = scene.isovalue
-    if showing.window is not None and scene.mode not in ("composite", "isosurface"):
-        found["window"] = list(showing.window)
-    return found
+    if scene.mode == "xray":
+        found["air"] = "none" if scene.air is None else scene.air
+    window = showing.window if scene.mode in NUMBER_MODES else None
+    found["coloring"] = scene.coloring if window is None else "grey"
+    return found | ({} if window is None else {"window": list(window)})
 
 
 def _annotation(annotation: Annotation) -> dict[str, Any]:

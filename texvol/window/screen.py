@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol.contexts import trial
 from texvol.errors import InputError, missing_extra
 from texvol.window.events import BUTTONS, Event
 
@@ -43,6 +44,8 @@ class Screen:
     ------
     InputError
         If there is no display, or no OpenGL 3.3 on it.
+    ContextError
+        If the driver would end the process.
     """
 
     def __init__(self, size: tuple[int, int], title: str, put: Callable[[Event], None]) -> None:
@@ -61,6 +64,7 @@ class Screen:
                 (glfw.STENCIL_BITS, 0),
             ):
                 glfw.window_hint(hint, value)
+            trial.check("egl")  # the driver is the same one, and would end this process in the same way
             self._window = glfw.create_window(*_fitting(glfw, size), title, None, None)
         if not self._window:
             glfw.terminate()

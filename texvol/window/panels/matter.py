@@ -1,4 +1,4 @@
-"""The transfer function over the histogram; classification and mode."""
+"""The transfer function over the histogram, below classification and mode."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ import numpy as np
 from imgui_bundle import imgui, implot
 
 from texvol import transfer
-from texvol.display import NUMBER_MODES
+from texvol.display import number_colors
 from texvol.image import linear_from_srgb, srgb_from_linear
-from texvol.scene import CLASSIFICATIONS, MODES, Scene
+from texvol.scene import NUMBER_MODES, Scene
 from texvol.transfer import TransferFunction
 from texvol.volume import Volume
 from texvol.window import editing
@@ -21,7 +21,7 @@ from texvol.window.document import Document
 from texvol.window.editing import Curve, extinction_of, opacity_of
 from texvol.window.histogram import Histogram
 from texvol.window.naming import volume_called
-from texvol.window.panels import axis, labels, parts, steps
+from texvol.window.panels import axis, labels, mode, parts, steps
 
 # Of the panel: in one of 600 pixels all that is edited of a point, and of the whole curve, is seen without scrolling.
 _PLOT_SHARE = 0.26
@@ -39,7 +39,7 @@ _NO_BUTTON = 4  # that a mouse has
 def show(desk: Desk, document: Document) -> None:
     """The tab."""
     scene = document.scene
-    _mode(desk, scene)
+    mode.show(desk, scene)
     imgui.separator_text("Transfer function")
     number = _which(desk, scene)
     matter = editing.matter_of(scene, number)
@@ -48,7 +48,7 @@ def show(desk: Desk, document: Document) -> None:
     if matter is None:
         imgui.text_disabled("There is none: the mode shows numbers." if number == 0 else "There is none.")
         return
-    if scene.mode in NUMBER_MODES and not document.showing.chose_transfer_function:
+    if scene.mode in NUMBER_MODES and number_colors(scene, document.showing.window) is None:
         imgui.text_disabled("The mode shows numbers, and none of this.")
     if scene.volumes[number].labels:
         labels.show(desk, scene, matter, number)
@@ -78,54 +78,6 @@ def _edits(state: dict[str, Any], volume: Volume) -> None:
         state["edited"] = volume
         for key in ("named", "curve_of", "length", "density", "look_of"):
             state.pop(key, None)
-
-
-def _mode(desk: Desk, scene: Scene) -> None:
-    mode = parts.choice("mode", scene.mode, MODES)
-    if mode != scene.mode:
-        _change_mode(desk, scene, mode)
-        return
-    if scene.mode == "composite":
-        kind = parts.choice("classification", scene.classification, CLASSIFICATIONS)
-        if kind != scene.classification:
-            desk.change(classification=kind)
-    if scene.mode == "isosurface" and scene.isovalue is not None:
-        low, high = scene.volume.finite_range or (0.0, 1.0)
-        changed, value = parts.slider("isovalue", scene.isovalue, low, high)
-        if changed:
-            desk.change("isovalue", isovalue=value)
-    if scene.mode in NUMBER_MODES:
-        _window(desk, scene)
-
-
-def _change_mode(desk: Desk, scene: Scene, mode: str) -> None:
-    more: dict[str, Any] = {"mode": mode, "isovalue": None, "caps": False}
-    if mode == "isosurface":
-        low, high = scene.volume.finite_range or (0.0, 1.0)
-        more["isovalue"] = (low + high) / 2
-        if scene.lighting is not None and scene.lighting.shadows:
-            from dataclasses import replace
-
-            more["lighting"] = replace(scene.lighting, shadows=False)
-    if mode == "composite" and scene.transfer_function is None:
-        more["transfer_function"] = transfer.proposed_for(scene.volume)
-    desk.change(**more)
-
-
-def _window(desk: Desk, scene: Scene) -> None:
-    """Values from black to white."""
-    assert desk.document is not None
-    showing = desk.document.showing
-    found = imgui.checkbox("find black and white", showing.window is None)
-    low, high = scene.volume.finite_range or (0.0, 1.0)
-    if found[0]:
-        desk.document.show(window=None if found[1] else ((low + high) / 2, max(high - low, 1e-300)))
-    elif showing.window is not None:
-        centre, width = showing.window
-        changed, centre = parts.slider("centre", centre, low, high)
-        wider, width = parts.slider("width", width, 1e-3 * (high - low), 2 * (high - low))
-        if changed or wider:
-            desk.document.show(window=(centre, max(width, 1e-300)))
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,175 @@
+"""The form in which two pictures are compared: that of the format that holds less, applied to both.
+
+numbers    of xray, mip, minip and average: where one picture holds them and the other one whole numbers, they are
+           shown as grey or colours, as the header of the latter says
+range      cut to 0 … 1 where one holds whole numbers
+straight   where one holds straight colour in whole numbers, which ends at 1, premultiplied colour ends at the
+           opacity; only in those channels that the format has at its end is the other picture cut there, too
+opacity    left out where one has none: that one is the picture over its background, and so are the colours of
+           the other, whose background texvol has put into them already
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.comparison.pictures import Picture
+from texvol.errors import InputError, TexvolError
+from texvol.text_files import parsed_json
+
+if TYPE_CHECKING:
+    from texvol.stored_scene import StoredScene
+
+SCENE_ATTRIBUTE = "texvol:scene"
+NUMBER_MODES = ("xray", "mip", "minip", "average")  # display.NUMBER_MODES, without what it imports
+SHOWING = ("window", "colors")  # parts of a header that say how numbers are shown
+_ROUNDING = 2.0**-20  # of straight colour 1, which is read as opacity times 1 in float32
+
+
+@dataclass(frozen=True)
+class CommonForm:
+    """What both pictures of a pair can hold.
+
+    Attributes
+    ----------
+    ends_at_one, has_opacity : bool
+    cut : array of shape (height, width, 3) or None
+        Channels in which straight colour is at its end, so that premultiplied colour is cut at the opacity.
+    display : StoredScene or None
+        How numbers are shown; None where no numbers are to become colours.
+    reason : str
+        Why numbers can't be shown that have to be; empty where there are none, or they can.
+    """
+
+    ends_at_one: bool
+    has_opacity: bool
+    cut: NDArray[np.bool_] | None = None
+    display: StoredScene | None = None
+    reason: str = ""
+
+    @classmethod
+    def of_pair(cls, candidate: Picture, reference: Picture) -> CommonForm:
+        """The form of two pictures of one size."""
+        pair = candidate, reference
+        display, reason = _display(*pair)
+        both = all(each.has_opacity for each in pair)
+        masks = [mask for each in pair if (mask := _at_the_end(each)) is not None] if both else []
+        return cls(
+            ends_at_one=any(each.whole_numbers for each in pair),
+            has_opacity=both,
+            cut=np.logical_or.reduce(masks) if masks else None,
+            display=display,
+            reason=reason,
+        )
+
+    def of(self, picture: Picture) -> Picture:
+        """One picture of the pair in this form."""
+        pixels = picture.pixels
+        if self.display is not None and not picture.whole_numbers:
+            pixels = self.display.in_eight_bits(pixels).astype(np.float32)
+        pixels = self._cut(pixels, picture.whole_numbers)
+        if not self.has_opacity and picture.has_opacity:
+            pixels = np.dstack([pixels[..., :3], np.ones(pixels.shape[:2], np.float32)])
+        return picture if pixels is picture.pixels else replace(picture, pixels=np.asarray(pixels, np.float32))
+
+    def of_truth(self, truth: NDArray[np.float64], stored: StoredScene) -> NDArray[np.float64]:
+        """The oracle's picture of a scene in this form, shape (height, width, 4)."""
+        if self.ends_at_one:
+            shown = self.display or stored
+            scene = replace(stored.scene, coloring=shown.scene.coloring)
+            truth = replace(stored, window=shown.window, scene=scene).in_eight_bits(truth)
+        truth = np.array(self._cut(truth, False), np.float64)
+        if not self.has_opacity:
+            truth[..., 3] = 1.0
+        return truth
+
+    def _cut(self, pixels: NDArray, holds_whole_numbers: bool) -> NDArray:
+        """Pixels that end where those of the pair do; whole numbers do so already."""
+        if not self.ends_at_one or holds_whole_numbers:
+            return pixels
+        pixels = np.clip(pixels, 0, 1)
+        if self.cut is not None:
+            most = np.where(self.cut, pixels[..., 3:], 1)
+            pixels = np.concatenate([np.minimum(pixels[..., :3], most), pixels[..., 3:]], axis=2)
+        return pixels
+
+
+def on_common_form(candidate: Picture, reference: Picture) -> tuple[Picture, Picture]:
+    """Both pictures in the form that they are compared in."""
+    form = CommonForm.of_pair(candidate, reference)
+    return form.of(candidate), form.of(reference)
+
+
+def header_of(picture: Picture) -> dict[str, Any] | None:
+    """The scene in a picture's header as it stands there, or None where there is none that is a JSON object."""
+    try:
+        found = parsed_json(picture.attributes.get(SCENE_ATTRIBUTE, ""), picture.name)
+    except InputError:
+        return None
+    return found if isinstance(found, dict) else None
+
+
+def holds_numbers(picture: Picture) -> bool:
+    """True if the scene in the header is one of a mode whose floating-point pictures hold the volume's own numbers."""
+    if picture.whole_numbers:
+        return False
+    header = header_of(picture)
+    return header is not None and header.get("mode") in NUMBER_MODES
+
+
+def _at_the_end(picture: Picture) -> NDArray[np.bool_] | None:
+    """Channels in which straight colour is as large as whole numbers hold it; None where colour is not stored so."""
+    if not (picture.whole_numbers and picture.is_straight):
+        return None
+    opacity = picture.pixels[..., 3:]
+    return np.asarray(np.abs(picture.pixels[..., :3] - opacity) <= _ROUNDING * opacity)
+
+
+def _display(candidate: Picture, reference: Picture) -> tuple[StoredScene | None, str]:
+    """How numbers are shown, where one picture holds them and the other one shows them; else, or if unknown, None."""
+    for numbers, colors in ((candidate, reference), (reference, candidate)):
+        if colors.whole_numbers and holds_numbers(numbers):
+            own, other = header_of(numbers) or {}, header_of(colors) or {}
+            if not _says_how(other):
+                other = own | {key: other[key] for key in ("background", "transfer_function") if key in other}
+            try:
+                found = _shown_as(other, colors.name) if _says_how(other) else _as_found(numbers)
+            except TexvolError as error:
+                return None, f"{numbers.name} holds numbers, and how {colors.name} shows them is not known: {error}"
+            return found, ""
+    return None, ""
+
+
+def _says_how(header: Mapping[str, Any]) -> bool:
+    return header.get("mode") in NUMBER_MODES and any(header.get(key) is not None for key in SHOWING)
+
+
+def _shown_as(header: Mapping[str, Any], name: str) -> StoredScene:
+    """The display of a header, in a scene of no other use: its volume is a single sample."""
+    from texvol.scene import Scene
+    from texvol.scene_facts import scene_facts
+    from texvol.stored_scene import scene_from_facts
+    from texvol.volume import Volume
+
+    volume = Volume(np.zeros((1, 1, 1), np.float32))
+    plain = json.loads(scene_facts("", Scene(volume, mode="mip"))[SCENE_ATTRIBUTE])
+    kept = ("mode", "background", "transfer_function", *SHOWING)
+    text = json.dumps(plain | {key: header[key] for key in kept if key in header})
+    return scene_from_facts(text, name=name, volume=volume)
+
+
+def _as_found(numbers: Picture) -> StoredScene:
+    """The display that is found where nobody chose one; needs the volume, whose range may be the window."""
+    from texvol.display import found_window
+    from texvol.stored_scene import stored_scene_of
+
+    folder = Path(numbers.name).resolve().parent
+    stored = stored_scene_of(numbers.attributes, name=numbers.name, folder=folder)
+    return replace(stored, window=found_window(numbers.pixels, stored.scene))

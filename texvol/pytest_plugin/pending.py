@@ -1,0 +1,138 @@
+"""References that are to be written: kept apart until all tests have run, and nobody complained.
+
+Which names tests have is known only once they ran. So a run with --texvol-update writes into a folder of its own, which
+the workers of pytest-xdist share, and the process that sums up puts the pictures in their places at the end: all but
+those of a name that two tests share, and those that would replace a reference while a test with other parameters gave
+another picture of that name.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import tempfile
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+from texvol import writing
+from texvol.errors import InputError
+from texvol.pytest_plugin.references import Reference
+
+_INFO, _SHARED, _UNLIKE = ".json", ".shared", ".unlike"
+
+
+@dataclass(frozen=True)
+class Committed:
+    """References that were written, and by claimed name why others were not."""
+
+    written: tuple[Path, ...]
+    refused: dict[str, str]
+    faults: tuple[str, ...]  # of writing itself
+
+
+class Pending:
+    """Pictures that wait in a folder, each under the name that its test claimed.
+
+    Parameters
+    ----------
+    folder : path
+        Made when it is first needed.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+
+    def of(self, key: str) -> Reference | None:
+        """The picture that waits to be the reference of a claimed name."""
+        info = self._read(self._file(key, _INFO))
+        return Reference(Path(info["picture"]), True) if info else None
+
+    def keep(self, key: str, target: Path, replaced: Path | None, content: bytes) -> bool:
+        """Keep a picture for its place `target`; False if one waits already, which another process made.
+
+        Raises
+        ------
+        InputError
+            If its folder can't be written to.
+        """
+        _check_place(target)
+        self._folder.mkdir(exist_ok=True, mode=0o700, parents=True)
+        picture = self._file(key, f"-{os.urandom(4).hex()}{target.suffix}")
+        writing.write_files({picture: content})
+        old = str(replaced) if replaced else None
+        info = {"key": key, "picture": str(picture), "target": str(target), "replaced": old}
+        if self._put(self._file(key, _INFO), json.dumps(info)):
+            return True
+        picture.unlink()
+        return False
+
+    def refuse(self, key: str, reason: str) -> None:
+        """Two tests share the name: nothing is written."""
+        self._put(self._file(key, _SHARED), json.dumps({"reason": reason}))
+
+    def doubt(self, key: str, test: str) -> None:
+        """A test gave another picture than the one that waits: it does not replace what is there."""
+        self._put(self._file(key, _UNLIKE), json.dumps({"reason": f"{test} gives another picture of that name"}))
+
+    def commit(self) -> Committed:
+        """Put the pictures in their places."""
+        written, refused, faults = [], {}, []
+        for file in sorted(self._folder.glob(f"*{_INFO}")):
+            info = self._read(file)
+            key, target = info["key"], Path(info["target"])
+            shared, unlike = (self._read(self._file(key, each)) for each in (_SHARED, _UNLIKE))
+            if shared or (unlike and info["replaced"]):
+                refused[key] = (shared or unlike)["reason"]
+                continue
+            try:
+                _put_in_place(Path(info["picture"]), target, Path(info["replaced"]) if info["replaced"] else None)
+                written.append(target)
+            except InputError as error:
+                refused[key] = str(error)
+                faults.append(str(error))
+        return Committed(tuple(written), refused, tuple(faults))
+
+    def _file(self, key: str, ending: str) -> Path:
+        return self._folder / f"{hashlib.sha256(key.encode()).hexdigest()}{ending}"
+
+    def _put(self, file: Path, text: str) -> bool:
+        """Write a file whole, and only once; False if it is there."""
+        self._folder.mkdir(exist_ok=True, mode=0o700, parents=True)
+        with tempfile.NamedTemporaryFile("w", dir=self._folder, delete=False, encoding="utf-8") as scratch:
+            scratch.write(text)
+        try:
+            file.hardlink_to(scratch.name)
+        except FileExistsError:
+            return False
+        finally:
+            Path(scratch.name).unlink()
+        return True
+
+    @staticmethod
+    def _read(file: Path) -> dict[str, str]:
+        with suppress(FileNotFoundError):
+            return dict(json.loads(file.read_text("utf-8")))
+        return {}
+
+
+def _check_place(target: Path) -> None:
+    """Raise InputError where the picture can't be written later."""
+    there = next(folder for folder in target.parents if os.path.lexists(folder))
+    if not there.is_dir() or not os.access(there, os.W_OK):
+        reason = "cannot be written to" if there.is_dir() else "is no folder"
+        raise InputError(f"{target.parent}: cannot be made: {there} {reason}")
+    if there == target.parent:
+        writing.check_writable(target)
+
+
+def _put_in_place(picture: Path, target: Path, replaced: Path | None) -> None:
+    """Write the reference; remove the one of another format whose place it takes."""
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        writing.write_files({target: picture.read_bytes()})
+        if replaced is not None and replaced != target:
+            replaced.unlink()
+    except OSError as error:
+        raise InputError(f"{error.filename or target}: cannot be written or replaced: {error.strerror}") from None
