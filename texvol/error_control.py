@@ -193,9 +193,7 @@ class _HeldAgainstItsFiner:
 class _HeldAgainstAnother:
     """Pictures are held against one that converges by itself, and is drawn as finely as that takes."""
 
-    def __init__(
-        self, draw: Draw, wanted: float, begin: Begin, finest: float, rounding: Callable[[], float]
-    ) -> None:
+    def __init__(self, draw: Draw, wanted: float, begin: Begin, finest: float, rounding: Callable[[], float]) -> None:
         self._draw, self._wanted, self._finest, self._rounding = draw, wanted, finest, rounding
         self.rate = max(begin.reference, 2.0) / 2  # so that nothing slips through the coarser one of the pair either
         self._picture = draw(self.rate)

@@ -107,9 +107,7 @@ def isosurface_depth(scene: Scene, size: tuple[int, int] = (512, 512)) -> NDArra
     return np.where(numbers[..., 1] >= 0, _depth(scene, camera, rays, numbers[..., 0]), np.inf)
 
 
-def _traced(
-    scene: Scene, camera: Camera, size: tuple[int, int], chosen: Chosen
-) -> tuple[_Rays, NDArray[np.float64]]:
+def _traced(scene: Scene, camera: Camera, size: tuple[int, int], chosen: Chosen) -> tuple[_Rays, NDArray[np.float64]]:
     """The rays of a picture, and what `project_rays` finds along each, shape (height, width, 2)."""
     from texvol.ray_casting import _position_rounding, over_rows, rays_of
 
