@@ -71,6 +71,19 @@ def test_another_font_may_be_given(tmp_path: Path) -> None:
             check(Annotation(title="Title", font=tmp_path / name), scene)
 
 
+def test_a_font_whose_letters_are_damaged_is_refused(tmp_path: Path) -> None:
+    """FreeType opens it, and fails at the first outline."""
+    import matplotlib
+
+    sound = (Path(matplotlib.get_data_path()) / "fonts" / "ttf" / "cmtt10.ttf").read_bytes()
+    tables = {sound[at : at + 4]: at for at in range(12, 12 + 16 * int.from_bytes(sound[4:6]), 16)}
+    begin, length = (int.from_bytes(sound[tables[b"glyf"] + at :][:4]) for at in (8, 12))
+    damaged = tmp_path / "damaged.ttf"
+    damaged.write_bytes(sound[:begin] + b"\x7f" * length + sound[begin + length :])
+    with pytest.raises(InputError, match="damaged.ttf: cannot be read as a font"):
+        check(Annotation(title="Title", font=damaged), Scene(crooked()))
+
+
 @pytest.mark.parametrize("missing", ["PIL", "matplotlib"])
 def test_a_missing_library_is_named_with_its_extra(missing: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, missing, None)

@@ -13,6 +13,7 @@ from scenes import random_volume
 from texvol import spaces
 from texvol.__main__ import main
 from texvol.comparison.pictures import read_picture
+from texvol.errors import InputError
 from texvol.stored_scene import stored_scene_of
 from texvol.volume import Volume
 
@@ -127,3 +128,30 @@ def test_labels_of_any_step_have_a_colour() -> None:
     np.save("series.npy", steps)
     line = ["--time", "all", "--labels", "--label-look", "3=0.5,7=#ff0000:1", "--size", "12x12"]
     assert main(["render", "series.npy", "-o", "f_%d.png", *line]) == 0
+
+
+@pytest.mark.parametrize(
+    ("matrix", "reason"),
+    [
+        (np.eye(4)[::-1], "last row"),
+        (np.zeros((3, 3)), "last row"),
+        (np.zeros(7), "last row"),
+        (np.diag([1.0, 1, 0, 1]), "singular"),
+        (np.diag([1e300, 1, 1, 1]), "finite|1e-90 and 1e90|singular"),
+        (np.diag([1e100, 1e100, 1e100, 1]), "1e-90 and 1e90"),
+        (np.diag([1e-100, 1e-100, 1e-100, 1]), "1e-90 and 1e90"),
+    ],
+)
+def test_a_place_that_is_none_is_refused_in_one_line(matrix: np.ndarray, reason: str) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with pytest.raises(InputError, match=reason) as caught:
+            random_volume(3).moved(matrix)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("direction", [np.full((3, 3), np.nan), np.zeros((3, 3)), np.zeros((4, 4)), np.zeros(3)])
+def test_a_direction_that_is_none_is_refused_in_one_line(direction: np.ndarray) -> None:
+    with pytest.raises(InputError, match="direction") as caught:
+        Volume(np.zeros((2, 2, 2)), direction=direction)
+    assert "\n" not in str(caught.value)

@@ -95,12 +95,7 @@ class Volume(KeepsArrays):
         self.value_unit = value_unit
         self.space = self.own_space = space  # the latter stays what the file says, see `spaces.turned`
         self.values = read_only(_real_samples(values, name))
-        self.spacing = _triple(spacing, "spacing", name)
-        if not (self.spacing > 0).all():
-            raise InputError(f"{name}: spacing must be positive along every axis, and is {_text(self.spacing)}")
-        # Squares and cubes of lengths have to be numbers, too.
-        if not ((self.spacing > 1e-90) & (self.spacing < 1e90)).all():
-            raise InputError(f"{name}: spacing must lie between 1e-90 and 1e90, and is {_text(self.spacing)}")
+        self.spacing = _positive(_triple(spacing, "spacing", name), name)
         self.origin = _triple(origin, "origin", name)
         self.direction = _regular_matrix(np.eye(3) if direction is None else direction, name)
         self.labels = labels
@@ -124,17 +119,19 @@ class Volume(KeepsArrays):
         except (TypeError, ValueError):
             numbers = np.empty(0)
         if numbers.shape != (4, 4) or not np.isfinite(numbers).all() or (numbers[3] != (0, 0, 0, 1)).any():
-            raise InputError(f"{self.name}: {wanted}, and it is {np.array2string(numbers, separator=', ')}")
-        axes = numbers[:3, :3] @ self.world_from_index
-        spacing = np.linalg.norm(axes, axis=0)
-        with np.errstate(divide="ignore", invalid="ignore"):
+            raise InputError(f"{self.name}: {wanted}, and it is {_rows(numbers)}")
+        name = f"{self.name}, transformed"
+        with np.errstate(all="ignore"):  # what is too large for float64 is refused below
+            axes = numbers[:3, :3] @ self.world_from_index
+            spacing = np.linalg.norm(axes, axis=0)
             direction = np.where(spacing > 0, axes / spacing, 0.0)
-        _regular_matrix(direction, f"{self.name}, transformed")
+            origin = numbers[:3, :3] @ self.origin + numbers[:3, 3]
+        _regular_matrix(direction, name)
         other = copy(self)
         for derived in ("world_from_index", "index_from_world", *_OF_THE_BOX):
             other.__dict__.pop(derived, None)
-        other.spacing, other.direction = spacing, direction
-        other.origin = numbers[:3, :3] @ self.origin + numbers[:3, 3]
+        other.spacing, other.direction = _positive(spacing, name), direction
+        other.origin = _triple(origin, "origin", name)
         if self.source:
             other.source = {**self.source, "transform": (numbers @ self.source.get("transform", np.eye(4))).tolist()}
         return other
@@ -263,7 +260,7 @@ def _real_samples(values: ArrayLike, name: str) -> NDArray:
     return np.ascontiguousarray(samples, dtype=samples.dtype.newbyteorder("="))
 
 
-def _triple(numbers: Sequence[float], what: str, name: str) -> NDArray[np.float64]:
+def _triple(numbers: ArrayLike, what: str, name: str) -> NDArray[np.float64]:
     try:
         triple = np.array(numbers, dtype=np.float64)
     except (TypeError, ValueError):
@@ -275,23 +272,34 @@ def _triple(numbers: Sequence[float], what: str, name: str) -> NDArray[np.float6
     return read_only(triple)
 
 
+def _positive(spacing: NDArray[np.float64], name: str) -> NDArray[np.float64]:
+    """A spacing whose squares and cubes are numbers, too, or InputError."""
+    if not (spacing > 0).all():
+        raise InputError(f"{name}: spacing must be positive along every axis, and is {_text(spacing)}")
+    if not ((spacing > 1e-90) & (spacing < 1e90)).all():
+        raise InputError(f"{name}: spacing must lie between 1e-90 and 1e90, and is {_text(spacing)}")
+    return spacing
+
+
 def _regular_matrix(numbers: ArrayLike, name: str) -> NDArray[np.float64]:
     try:
         matrix = np.array(numbers, dtype=np.float64)
     except (TypeError, ValueError):
         matrix = np.empty(0)
     if matrix.shape != (3, 3) or not np.isfinite(matrix).all():
-        raise InputError(
-            f"{name}: direction is a finite 3 x 3 matrix, and is {np.array2string(matrix, separator=', ')}"
-        )
+        raise InputError(f"{name}: direction is a finite 3 x 3 matrix, and is {_rows(matrix)}")
     # Relative to the columns' lengths the determinant is the volume of a unit parallelepiped: under 1e-6 two axes
     # lie within an angle of 1e-6 of each other and the box is flat.
     lengths = np.linalg.norm(matrix, axis=0)
     if not (lengths > 0).all() or not abs(np.linalg.det(matrix / lengths)) > 1e-6:
-        rows = "; ".join(_text(row) for row in matrix)
-        raise InputError(f"{name}: direction must not be singular, and its rows are {rows}")
+        raise InputError(f"{name}: direction must not be singular, and its rows are {_rows(matrix)}")
     return read_only(matrix)
 
 
 def _text(triple: NDArray[np.float64]) -> str:
     return ", ".join(f"{number:g}" for number in triple)
+
+
+def _rows(matrix: NDArray[np.float64]) -> str:
+    """The rows of a matrix on one line; of any other array its shape."""
+    return "; ".join(map(_text, matrix)) if matrix.ndim == 2 and matrix.size <= 16 else f"of shape {matrix.shape}"

@@ -10,6 +10,8 @@ from __future__ import annotations
 import os
 import unicodedata
 from bisect import bisect_right
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -21,6 +23,7 @@ from texvol.errors import InputError, missing_extra
 from texvol.text_files import check_regular
 
 ELLIPSIS = "…"
+_MOST_EMS = 256  # area of a letter in squares of the font's size; more is a broken font
 _NO_LETTER = "\U0010ffff"  # that of no font, for which it draws what stands for letters that it lacks
 
 
@@ -61,10 +64,10 @@ class Lettering:
 
     def box(self, text: str, size: float) -> Box:
         """How much room a line of text takes at `size` pixels per em."""
-        font = self._font(size)
-        above, below = -font.getbbox("H", anchor="ls")[1], font.getbbox("p", anchor="ls")[3]
-        _, top, right, bottom = font.getbbox(text, anchor="ls")
-        return Box(max(font.getlength(text), right), above, below, max(above, -top), max(bottom, 0))
+        with self._opened(size) as font:
+            above, below = -font.getbbox("H", anchor="ls")[1], font.getbbox("p", anchor="ls")[3]
+            _, top, right, bottom = font.getbbox(text, anchor="ls")
+            return Box(max(font.getlength(text), right), above, below, max(above, -top), max(bottom, 0))
 
     def coverage(self, text: str, size: float, outline: int = 0) -> tuple[NDArray[np.float64], int, int]:
         """Coverage of a line of text, and where its upper left pixel lies from the left end of the base line.
@@ -76,13 +79,15 @@ class Lettering:
         """
         from PIL import Image, ImageDraw
 
-        font = self._font(size)
-        left, top, right, bottom = font.getbbox(text, anchor="ls")
-        left, top = int(np.floor(left)) - outline - 1, int(np.floor(top)) - outline - 1
-        right, bottom = int(np.ceil(right)) + outline + 1, int(np.ceil(bottom)) + outline + 1
-        image = Image.new("L", (right - left, bottom - top))
-        ImageDraw.Draw(image).text((-left, -top), text, 255, font, anchor="ls", stroke_width=outline)
-        return np.asarray(image, np.float64) / 255, left, top
+        with self._opened(size) as font:
+            left, top, right, bottom = font.getbbox(text, anchor="ls")
+            left, top = int(np.floor(left)) - outline - 1, int(np.floor(top)) - outline - 1
+            right, bottom = int(np.ceil(right)) + outline + 1, int(np.ceil(bottom)) + outline + 1
+            if (right - left) * (bottom - top) > _MOST_EMS * (len(text) + 1) * (size + outline + 1) ** 2:
+                raise InputError(f"{self._path}: cannot be read as a font: its letters are many times their size")
+            image = Image.new("L", (right - left, bottom - top))
+            ImageDraw.Draw(image).text((-left, -top), text, 255, font, anchor="ls", stroke_width=outline)
+            return np.asarray(image, np.float64) / 255, left, top
 
     def check(self, text: str, what: str) -> None:
         """Raise InputError where the text can't be drawn."""
@@ -109,16 +114,20 @@ class Lettering:
         kept = bisect_right(range(1, most), width, key=lambda n: self.box(text[:n] + ELLIPSIS, size).width)
         return (text[:kept].rstrip() + ELLIPSIS if kept else ""), size
 
-    def _font(self, size: float) -> Any:
-        if size not in self._sized:
-            check_regular(self._path)
-            try:
+    @contextmanager
+    def _opened(self, size: float) -> Iterator[Any]:
+        """The font at `size` pixels per em; what is wrong with it, a letter's outline included, is an InputError."""
+        try:
+            if size not in self._sized:
+                check_regular(self._path)
                 # The basic layout is the same on every machine; the other one depends on what libraries are there.
                 basic = self._library.Layout.BASIC
                 self._sized[size] = self._library.truetype(self._path, size, layout_engine=basic)
-            except OSError as error:
-                raise InputError(f"{self._path}: cannot be read as a font: {error}") from None
-        return self._sized[size]
+            yield self._sized[size]
+        except InputError:
+            raise
+        except (OSError, ValueError, OverflowError, MemoryError) as error:
+            raise InputError(f"{self._path}: cannot be read as a font: {error}") from None
 
     def _has(self, letter: str) -> bool:
         if letter not in self._known:

@@ -1,0 +1,151 @@
+"""Damaged files are read or refused; the campaign that says so finds each kind of fault where there is one."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import fuzz
+import fuzz_readers
+import pytest
+from fuzz_children import LEAKED, MEMORY, MESSAGE, PRINTED, RAISED, READ, REFUSED, SIGNAL, TIME, Limits, run
+from fuzz_mutations import damaged
+
+from texvol import InputError
+from texvol.comparison import pictures
+from texvol.geometry import reading
+from texvol.readers.detection import FORMATS
+
+COUNT = 8000  # of damaged files: about a minute
+SEED = 18
+
+
+@pytest.fixture(scope="module")
+def inputs() -> fuzz.Inputs:
+    return fuzz.Inputs(SEED)
+
+
+@pytest.mark.slow
+def test_damaged_files_are_read_or_refused(inputs: fuzz.Inputs, tmp_path: Path) -> None:
+    results = fuzz.campaign(inputs, range(COUNT), output=tmp_path)
+    found = "\n\n".join(f"{inputs.kind_of(each.number)} {each.number}: {each.text}" for each in results.findings[:5])
+    assert not results.findings, f"{fuzz.table(results.counts)}\n{found}"
+    assert results.counts.total() == COUNT
+    for kind in inputs.kinds:  # else the damage is so slight, or so great, that nothing is learned of the reader
+        assert results.counts[kind, READ] > 0.02 * COUNT / len(inputs.kinds), kind
+        assert results.counts[kind, REFUSED] > 0.1 * COUNT / len(inputs.kinds) or kind == "recent", kind
+
+
+def test_every_format_that_is_read_is_among_the_kinds(inputs: fuzz.Inputs) -> None:
+    known = " ".join(inputs.kinds)
+    for name in (*FORMATS, "dicom-rle", "dicom-jpeg", "dicom-jpeg-ls", "dicom-lossless", "dicom-jpeg-2000"):
+        assert name.lower() in known
+    endings = {Path(made.opened).suffix for made in map(inputs.made, range(3000)) if made.reader in ("mesh", "picture")}
+    assert endings >= set(reading.FORMATS)
+    assert endings >= {".exr", ".png", ".tif", ".jpg"}
+    assert set(pictures.FORMATS.values()) == {"EXR", "PNG", "TIFF", "JPEG"}
+
+
+def test_an_input_depends_on_its_number_alone(inputs: fuzz.Inputs) -> None:
+    again = fuzz.Inputs(SEED)
+    numbers = (0, 700, 3001, 999_999)
+    assert [inputs.made(number) for number in numbers[::-1]] == [again.made(number) for number in numbers][::-1]
+    others = fuzz.Inputs(SEED + 1)
+    assert others.made(3001) != inputs.made(3001)
+
+
+def test_damage_is_done_to_headers_and_to_samples() -> None:
+    from random import Random
+
+    sound = b"sizes: 5 4 3\nencoding: raw\n\n" + bytes(range(200)) * 10
+    found = {damaged(sound, Random(seed)) for seed in range(2000)}
+    assert len(found) > 1800
+    assert sum(each.startswith(sound[:30]) for each in found) > 1000
+    assert sum(each.endswith(sound[-1900:]) for each in found) > 100
+    assert any(b"2147483647" in each for each in found)
+
+
+KEPT: list[object] = []
+
+
+def refuse() -> int:
+    raise InputError("no")
+
+
+def refuse_in_two_lines() -> int:
+    raise InputError("no\nno")
+
+
+def fail() -> int:
+    return {}["missing"]
+
+
+def take_memory(result: int) -> int:
+    held = bytearray(300 << 20)
+    return result + 0 * len(held)
+
+
+def block_signals() -> int:
+    signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGALRM])
+    time.sleep(60)
+    return 0
+
+
+def say() -> int:
+    os.write(2, b"Corrupt data\n")
+    return 0
+
+
+def leak() -> int:
+    KEPT.append(open(os.devnull))  # noqa: SIM115 (it is the fault)
+    return 0
+
+
+FAULTS: dict[str, tuple[str, Callable[[], int]]] = {
+    "a result": (READ, lambda: 0),
+    "a large result": (READ, lambda: take_memory(300 << 20)),
+    "a refusal": (REFUSED, refuse),
+    "an exception": (RAISED, fail),
+    "an exit": (RAISED, lambda: exit(0)),
+    "an abort": (SIGNAL, lambda: os.abort()),
+    "an end without a word": (SIGNAL, lambda: os._exit(0)),
+    "a crash": (SIGNAL, lambda: os.kill(os.getpid(), signal.SIGSEGV)),  # type: ignore[dict-item,return-value]
+    "a hang": (TIME, lambda: time.sleep(60)),  # type: ignore[dict-item,return-value]
+    "a hang without signals": (TIME, block_signals),
+    "memory": (MEMORY, lambda: take_memory(0)),
+    "two lines": (MESSAGE, refuse_in_two_lines),
+    "words of a library": (PRINTED, say),
+    "an open file": (LEAKED, leak),
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_a_planted_fault_is_found_and_the_others_go_on(fault: str) -> None:
+    outcome, attempt = FAULTS[fault]
+    results = run(lambda number: attempt() if number == 3 else 0, [range(7)], lambda _: "kind", Limits(seconds=2.0))
+    expected = {("kind", READ): 6} | {("kind", outcome): 7 if outcome == READ else 1}
+    assert dict(results.counts) == expected
+    assert [finding.number for finding in results.findings] == ([] if outcome in (READ, REFUSED) else [3])
+
+
+def test_a_fault_planted_in_a_reader_is_kept_as_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    sound = fuzz_readers.named_limits
+
+    def faulty(path: str) -> object:
+        if b"inf" in Path(path).read_bytes():
+            os.abort()
+        return sound(path)
+
+    monkeypatch.setattr(fuzz_readers, "named_limits", faulty)
+    inputs = fuzz.Inputs(SEED, ("transform", "limits"))
+    monkeypatch.setattr(inputs, "warm", lambda: None)
+    start = 1000  # beyond those made by hand
+    results = fuzz.campaign(inputs, range(start, start + 100), output=tmp_path)
+    assert results.counts["limits", SIGNAL] > 5
+    assert results.counts.total() == 100
+    folder = next(tmp_path.glob("limits-signal-*"))
+    assert b"inf" in (folder / "l.toml").read_bytes()
+    assert "Aborted" in (folder / "about.txt").read_text()
