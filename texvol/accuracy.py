@@ -75,7 +75,8 @@ def checked_target(target_format: str, mode: str = "composite") -> str:
     if target_format not in ("auto", *TARGET_FORMATS):
         raise InputError(f"target format is auto, rgba8, rgba16f or rgba32f, and not {target_format!r}")
     if mode in NUMBER_MODES and target_format not in ("auto", "rgba32f"):
-        raise InputError(f"target format must be auto or rgba32f in mode {mode}, got {target_format}: numbers need digits")
+        wanted = f"target format must be auto or rgba32f in mode {mode}, whose numbers need digits"
+        raise InputError(f"{wanted}, got {target_format}")
     return "rgba32f" if target_format == "auto" else target_format
 
 
