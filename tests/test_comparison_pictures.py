@@ -276,3 +276,26 @@ def test_it_reads_without_a_standard_error(tmp_path: Path) -> None:
         cwd=tmp_path, env={**os.environ}, stdout=subprocess.PIPE, text=True, timeout=60, check=True,
     )  # fmt: skip
     assert done.stdout.strip() == "PNG, 8 bits, sRGB, RGB"
+
+
+def test_a_header_cannot_ask_for_more_than_the_file_holds(tmp_path: Path) -> None:
+    spec = oiio.ImageSpec(2, 2, 4, "float")
+    spec.full_width = spec.full_height = 8000
+    output = oiio.ImageOutput.create(str(tmp_path / "wide.exr"))
+    assert output.open(str(tmp_path / "wide.exr"), spec)
+    assert output.write_image(np.zeros((2, 2, 4), np.float32))
+    output.close()
+    with pytest.raises(InputError, match="8000 × 8000 pixels of 4 channels: more than they can be"):
+        read_picture(tmp_path / "wide.exr")
+
+
+def test_names_of_channels_are_shown_on_one_line(tmp_path: Path) -> None:
+    spec = oiio.ImageSpec(2, 2, 4, "float")
+    spec.channelnames = ("G", "B", "A", "\n\n")
+    output = oiio.ImageOutput.create(str(tmp_path / "odd.exr"))
+    assert output.open(str(tmp_path / "odd.exr"), spec)
+    assert output.write_image(np.zeros((2, 2, 4), np.float32))
+    output.close()
+    with pytest.raises(InputError) as refused:
+        read_picture(tmp_path / "odd.exr")
+    assert "\n" not in str(refused.value)

@@ -22,6 +22,9 @@ from texvol.terminal import held_back_stderr, one_line
 
 FORMATS = {"openexr": "EXR", "png": "PNG", "tiff": "TIFF", "jpeg": "JPEG"}
 _MOST_PIXELS = 1 << 28  # four channels of float32 are 4 GB: more is a broken header
+# Compressed pixels are unpacked where that makes them no more than so many times as large: deflate reaches 1032. So
+# many bytes do no harm in any case.
+_BEST_PACKING, _UNPACKED_ANYWAY = 2000, 1 << 24
 _LINEAR, _SRGB = ("lin", "linear", "scene_linear", "raw"), ("srgb", "g22", "rec709", "gamma")
 
 
@@ -218,7 +221,12 @@ def _kind_of(spec: Any, format_name: str, name: str) -> _Kind:
         raise InputError(f"{name}: is of format {format_name}, and {', '.join(FORMATS.values())} are compared")
     if spec.deep:
         raise InputError(f"{name}: is a deep EXR, with several samples in a pixel, and flat ones are compared")
-    if max(spec.width * spec.height, spec.full_width * spec.full_height) > _MOST_PIXELS or spec.depth > 1:
+    pixels = max(spec.width * spec.height, spec.full_width * spec.full_height)
+    held = os.path.getsize(name)
+    if 4 * spec.nchannels * pixels > _UNPACKED_ANYWAY + _BEST_PACKING * held:
+        size = f"{spec.full_width} × {spec.full_height} pixels of {spec.nchannels} channels"
+        raise InputError(f"{name}: holds {held} bytes, and its header says {size}: more than they can be")
+    if pixels > _MOST_PIXELS or spec.depth > 1:
         size = f"{spec.full_width} × {spec.full_height} × {spec.depth}"
         raise InputError(f"{name}: {size} pixels are too many to compare")
     number = {"half": "float16", "float": "float32", "double": "float64"}.get(str(spec.format), str(spec.format))
@@ -233,7 +241,7 @@ def _kind_of(spec: Any, format_name: str, name: str) -> _Kind:
         if space.upper() not in ("RGB", "YCBCR", "GRAY", "GREY", "PALETTE"):
             raise InputError(f"{name}: holds {space}, and RGB, RGBA and grey are compared")
     if spec.nchannels > 4 or (spec.nchannels in (2, 4)) != (spec.alpha_channel == spec.nchannels - 1):
-        found = ", ".join(spec.channelnames)
+        found = ", ".join(each if each.isprintable() else repr(each) for each in spec.channelnames)
         raise InputError(f"{name}: has channels {found}; RGB, RGBA, grey, and grey with opacity are compared")
     kind = _Kind(container, number, spec.alpha_channel >= 0, bits=_bits(spec, number))
     kind.is_srgb, kind.gamma = _encoding(spec, whole_numbers=kind.bits > 0)
