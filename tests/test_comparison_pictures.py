@@ -276,3 +276,34 @@ def test_it_reads_without_a_standard_error(tmp_path: Path) -> None:
         cwd=tmp_path, env={**os.environ}, stdout=subprocess.PIPE, text=True, timeout=60, check=True,
     )  # fmt: skip
     assert done.stdout.strip() == "PNG, 8 bits, sRGB, RGB"
+
+
+def test_tiles_that_are_far_larger_than_their_picture_are_refused(tmp_path: Path) -> None:
+    """A tile is unpacked as a whole: half a gigabyte for these few pixels."""
+    path = tmp_path / "a.exr"
+    spec = oiio.ImageSpec(20, 10, 4, oiio.HALF)
+    spec.tile_width = spec.tile_height = 16
+    output = oiio.ImageOutput.create(str(path))
+    assert output.open(str(path), spec)
+    assert output.write_image(np.zeros((10, 20, 4), np.float32))
+    output.close()
+    assert read_picture(path).pixels.shape == (10, 20, 4)
+    content = path.read_bytes()
+    tiles = content.index(b"tiles\0tiledesc\0") + len(b"tiles\0tiledesc\0") + 4
+    path.write_bytes(content[:tiles] + (8192).to_bytes(4, "little") * 2 + content[tiles + 8 :])
+    with pytest.raises(InputError, match="tiles of 8192 × 8192 pixels, and a picture of 20 × 10"):
+        read_picture(path)
+
+
+def test_names_of_channels_do_not_break_the_line(tmp_path: Path) -> None:
+    path = tmp_path / "a.exr"
+    spec = oiio.ImageSpec(3, 2, 5, oiio.FLOAT)
+    spec.channelnames = ("R", "G", "B", "A", "Z\n\x1b[31m")
+    output = oiio.ImageOutput.create(str(path))
+    assert output.open(str(path), spec)
+    assert output.write_image(np.zeros((2, 3, 5), np.float32))
+    output.close()
+    with pytest.raises(InputError, match="has channels") as caught:
+        read_picture(path)
+    assert "\n" not in str(caught.value)
+    assert "\x1b" not in str(caught.value)
