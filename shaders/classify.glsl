@@ -97,7 +97,8 @@ Segment segment_at(int index) {
 
 // Number of control points at or below the value.
 int segment_of(float value) {
-    int cell = clamp(int((value - grid_low) * grid_per_value), 0, grid_cells - 1);
+    // Clamped before: a far-off value's cell is beyond all integers.
+    int cell = int(clamp((value - grid_low) * grid_per_value, 0.0, float(grid_cells - 1)));
     vec4 range = texelFetch(segment_grid, ivec2(cell, 0), 0);
     int first = int(range.x);
     int last = int(range.y);

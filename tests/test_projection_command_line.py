@@ -196,3 +196,16 @@ def test_wrong_use_is_one_line_and_writes_nothing(volume, command, options, mess
 def test_a_depth_is_of_one_picture(volume, capsys):
     assert run("render", "v.npy", *ISO, "--orbit", "2", "-o", "f%d.png", "--depth", "d.exr") == 2
     assert "leave --orbit out" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("mode", ["xray", "mip", "minip", "average"])
+def test_a_target_that_does_not_hold_numbers_is_refused(
+    tmp_path: Path, mode: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    np.save(tmp_path / "v.npy", np.arange(27, dtype=np.float32).reshape(3, 3, 3) - 9)
+    line = ["render", str(tmp_path / "v.npy"), "-o", str(tmp_path / "v.exr"), "--size", "8x8", "--mode", mode]
+    for target in ("rgba8", "rgba16f"):
+        assert main([*line, "--target-format", target]) == 2
+        assert f"target format must be auto or rgba32f in mode {mode}" in capsys.readouterr().err
+    assert not (tmp_path / "v.exr").exists()
+    assert main([*line, "--target-format", "rgba32f"]) == 0

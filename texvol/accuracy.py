@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol import value_texture
+from texvol.display import NUMBER_MODES
 from texvol.errors import InputError
 from texvol.lighting import Lighting
 from texvol.scene import Classification, Scene
@@ -60,7 +61,7 @@ def checked_termination(early_termination: float | None, max_error: float | None
     return early_termination
 
 
-def checked_target(target_format: str) -> str:
+def checked_target(target_format: str, mode: str = "composite") -> str:
     """The format of the target: what was asked for, or single precision.
 
     Any smaller target rounds each blend to 2^-11 or worse, more than the usual error of a whole picture; and with few
@@ -69,10 +70,13 @@ def checked_target(target_format: str) -> str:
     Raises
     ------
     InputError
-        If there is no such format.
+        If there is no such format, or it does not hold the numbers of a mode.
     """
     if target_format not in ("auto", *TARGET_FORMATS):
         raise InputError(f"target format is auto, rgba8, rgba16f or rgba32f, and not {target_format!r}")
+    if mode in NUMBER_MODES and target_format not in ("auto", "rgba32f"):
+        wanted = f"target format must be auto or rgba32f in mode {mode}, whose numbers need digits"
+        raise InputError(f"{wanted}, got {target_format}")
     return "rgba32f" if target_format == "auto" else target_format
 
 

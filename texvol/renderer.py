@@ -140,7 +140,8 @@ class Renderer:
             raise InputError(f"texture format is auto, rgba8, rgba16f or rgba32f, and not {texture_format!r}")
         wanted = accuracy.checked(scene, slab_thickness, sampling_rate, max_error)
         termination = accuracy.checked_termination(early_termination, max_error)
-        settings = Settings(wanted, texture_format, accuracy.checked_target(target_format), termination, skip_empty)
+        target = accuracy.checked_target(target_format, scene.mode)
+        settings = Settings(wanted, texture_format, target, termination, skip_empty)
         asked = scene
         self._watch.seconds, self._stats, self._notes, self._estimate, self._check = {}, {}, {}, None, None
         with self._context:
