@@ -6,6 +6,7 @@ import argparse
 import json
 import os
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from typing import Any
 from unittest.mock import patch
 
@@ -18,7 +19,7 @@ from texvol.comparison.judged import judged
 from texvol.comparison.limits import named_limits
 from texvol.comparison.outcome import examine
 from texvol.comparison.pictures import Picture, read_picture
-from texvol.errors import InputError
+from texvol.errors import InputError, TexvolError
 from texvol.geometry.reading import load_mesh
 from texvol.mask import Mask
 from texvol.pytest_plugin.references import fingerprint_of
@@ -76,7 +77,8 @@ def _mask(path: str, fade: tuple[float, float] | None = None) -> int:
 def _picture(path: str) -> int:
     picture = read_picture(path)
     if ATTRIBUTE in picture.attributes:
-        stored_scene_of(picture.attributes, name=path, volume=_VOLUME, mask=_MASK)
+        with suppress(TexvolError):  # the picture has been read all the same
+            stored_scene_of(picture.attributes, name=path, volume=_VOLUME, mask=_MASK)
     # As wide as what it decodes to, whose four channels of float64 and their rounding are made of it.
     return picture.pixels.nbytes * 4
 

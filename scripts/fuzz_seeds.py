@@ -7,9 +7,10 @@ their coding wants more.
 from __future__ import annotations
 
 import gzip
+import re
 import tempfile
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,10 @@ from numpy.typing import NDArray
 
 VALUES = np.arange(60, dtype="i2").reshape(3, 4, 5)
 STEPS = np.arange(120, dtype="i2").reshape(2, 3, 4, 5)
+_TIMES = re.compile(
+    rb"\d{4}:\d\d:\d\d \d\d:\d\d:\d\d|# on \d{4}-\d\d-\d\d \d\d:\d\d:\d\d"
+    rb"|uuid:[0-9a-f]{8}(?:-[0-9a-f]{4}){3}-[0-9a-f]{12}"
+)
 TURN = np.array([[0.8, -0.6, 0], [0.6, 0.8, 0], [0, 0, -1.0]])
 
 
@@ -41,7 +46,15 @@ def seeds() -> list[Seed]:
 
     makers = (_nrrd, _nifti, _metaimage, _tiff, _mrc, _plain, _masks)
     makers += (fuzz_seeds_dicom.seeds, fuzz_seeds_grids.seeds, fuzz_seeds_texts.seeds)
-    return [seed for make in makers for seed in make()]
+    found = (seed for make in makers for seed in make())
+    return [replace(seed, files={name: _undated(each) for name, each in seed.files.items()}) for seed in found]
+
+
+def _undated(content: bytes) -> bytes:
+    """Content without the time at which it was made, and names made of it, so that it is the same whenever it is."""
+    if content.startswith(b"\x1f\x8b"):
+        return content[:4] + bytes(4) + content[8:]
+    return _TIMES.sub(lambda found: re.sub(rb"[0-9a-f]", b"0", found.group()), content)
 
 
 def written(name: str, write: Callable[[Path], object]) -> bytes:
@@ -165,6 +178,7 @@ def _mrc() -> Iterator[Seed]:
                 file.set_data(values)
                 file.set_volume()
                 file.voxel_size = (2, 3, 4)
+                file.header.label[:] = b""  # would say when it was made
 
         yield of("mrc", name, write)
 

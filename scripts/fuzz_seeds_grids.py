@@ -51,7 +51,9 @@ def _grid(ending: str) -> vtkDataSet:
     elif ending == ".vtr":
         grid = vtkRectilinearGrid()
         for name, size in zip("XYZ", (nx, ny, nz), strict=True):
-            getattr(grid, f"Set{name}Coordinates")(numpy_to_vtk(np.arange(size) ** 1.5, deep=True))
+            places = numpy_to_vtk(np.arange(size) ** 1.5, deep=True)
+            places.SetName(name)
+            getattr(grid, f"Set{name}Coordinates")(places)
     else:
         grid = vtkStructuredGrid()
         z, y, x = np.meshgrid(*(np.arange(size, dtype="f8") for size in VALUES.shape), indexing="ij")

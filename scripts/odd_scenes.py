@@ -1,7 +1,7 @@
 """Random scenes, each as odd as it gets, held against the oracle: was the error what the renderer said it was?
 
     python scripts/odd_scenes.py [--count N] [--far-off] [--seed N] [-o FILE.jsonl]
-    python scripts/odd_scenes.py --only N [--far-off]
+    python scripts/odd_scenes.py --only N … [--far-off]
 
 A scene is an outlier where its picture is farther from the oracle than LOOSE times the estimate or what was wanted, and
 farther than FLOOR of the size of its numbers. Where the renderer said so, by its estimate or by a warning, the estimate
@@ -53,8 +53,12 @@ def outcome(odd: OddScene, renderer: Renderer) -> dict[str, Any]:
         return found | {"verdict": REFUSED, "said": [str(error)]}
     except Exception:
         return found | {"verdict": FAILED, "said": [traceback.format_exc()]}
-    found |= {"error": largest_difference(picture, truth), "estimate": stats["estimated_error"]}
-    found |= {"scale": size_of(truth), "seconds": round(time.perf_counter() - begin, 3)}
+    off, scale = differences(picture, truth), size_of(truth)
+    bound = odd.options.get("max_error", FLOOR * scale)
+    found |= {"error": float(off.max()), "scale": scale, "pixels": int((off > bound).any(axis=2).sum())}
+    estimate = stats["estimated_error"]
+    found |= {"estimate": None if estimate is None else float(estimate)}
+    found["seconds"] = round(time.perf_counter() - begin, 3)
     return found | {"verdict": verdict(found, odd.options.get("max_error"))}
 
 
@@ -72,15 +76,15 @@ def verdict(found: dict[str, Any], wanted: float | None) -> str:
     return KNEW if said else UNKNOWN
 
 
-def largest_difference(picture: NDArray, truth: NDArray) -> float:
-    """Largest difference of two pictures; infinite where only one of them is a number, or infinite."""
+def differences(picture: NDArray, truth: NDArray) -> NDArray[np.float64]:
+    """Absolute differences of two pictures; infinite where only one of them is a number, or infinite."""
     picture = picture.astype(np.float64)
     with np.errstate(invalid="ignore", over="ignore"):
         # Numbers beyond single precision are infinite in a picture of it.
         truth = np.where(np.isnan(truth), truth, truth.astype(np.float32).astype(np.float64))
         same = (picture == truth) | (np.isnan(picture) & np.isnan(truth))
         off = np.where(same, 0.0, np.abs(picture - truth))
-    return float(np.where(np.isnan(off), np.inf, off).max())
+    return np.where(np.isnan(off), np.inf, off)
 
 
 def size_of(truth: NDArray) -> float:
@@ -94,7 +98,8 @@ def told(found: dict[str, Any]) -> str:
     line = f"{found['number']}: {found['verdict']}"
     if "error" in found:
         estimate = "none" if found["estimate"] is None else f"{found['estimate']:.3g}"
-        line += f", error {found['error']:.3g}, estimate {estimate}, size {found['scale']:.3g}"
+        line += f", error {found['error']:.3g} ({found['pixels']} pixels beyond), estimate {estimate}, "
+        line += f"size {found['scale']:.3g}"
     said = f" [{found['said'][0][-150:]}]" if found["said"] else ""
     return f"{line}: {', '.join(found['words'])}{said}"
 
@@ -137,13 +142,13 @@ def main() -> int:
     parser.add_argument("--start", type=int, default=0, metavar="N", help="number of the first scene")
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="another seed makes other scenes")
     parser.add_argument("--far-off", action="store_true", help="every scene has far-off samples and a wanted error")
-    parser.add_argument("--only", type=int, metavar="N", help="only scene N")
+    parser.add_argument("--only", type=int, nargs="+", metavar="N", help="only these scenes")
     parser.add_argument("-o", "--output", type=Path, metavar="FILE.jsonl", help="where outcomes are kept")
     arguments = parser.parse_args()
     how = {"seed": arguments.seed, "far_off": arguments.far_off}
-    numbers = range(arguments.start, arguments.start + arguments.count)
+    numbers: Sequence[int] = range(arguments.start, arguments.start + arguments.count)
     if arguments.only is not None:
-        numbers = range(arguments.only, arguments.only + 1)
+        numbers = arguments.only
     done = kept(arguments.output) if arguments.output else {}
     outcomes = [done[number] for number in numbers if number in done]
     with Renderer() as renderer:

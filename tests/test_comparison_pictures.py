@@ -289,13 +289,32 @@ def test_a_header_cannot_ask_for_more_than_the_file_holds(tmp_path: Path) -> Non
         read_picture(tmp_path / "wide.exr")
 
 
-def test_names_of_channels_are_shown_on_one_line(tmp_path: Path) -> None:
-    spec = oiio.ImageSpec(2, 2, 4, "float")
-    spec.channelnames = ("G", "B", "A", "\n\n")
-    output = oiio.ImageOutput.create(str(tmp_path / "odd.exr"))
-    assert output.open(str(tmp_path / "odd.exr"), spec)
-    assert output.write_image(np.zeros((2, 2, 4), np.float32))
+def test_tiles_that_are_far_larger_than_their_picture_are_refused(tmp_path: Path) -> None:
+    """A tile is unpacked as a whole: half a gigabyte for these few pixels."""
+    path = tmp_path / "a.exr"
+    spec = oiio.ImageSpec(20, 10, 4, oiio.HALF)
+    spec.tile_width = spec.tile_height = 16
+    output = oiio.ImageOutput.create(str(path))
+    assert output.open(str(path), spec)
+    assert output.write_image(np.zeros((10, 20, 4), np.float32))
     output.close()
-    with pytest.raises(InputError) as refused:
-        read_picture(tmp_path / "odd.exr")
-    assert "\n" not in str(refused.value)
+    assert read_picture(path).pixels.shape == (10, 20, 4)
+    content = path.read_bytes()
+    tiles = content.index(b"tiles\0tiledesc\0") + len(b"tiles\0tiledesc\0") + 4
+    path.write_bytes(content[:tiles] + (8192).to_bytes(4, "little") * 2 + content[tiles + 8 :])
+    with pytest.raises(InputError, match="tiles of 8192 × 8192 pixels, and a picture of 20 × 10"):
+        read_picture(path)
+
+
+def test_names_of_channels_do_not_break_the_line(tmp_path: Path) -> None:
+    path = tmp_path / "a.exr"
+    spec = oiio.ImageSpec(3, 2, 5, oiio.FLOAT)
+    spec.channelnames = ("R", "G", "B", "A", "Z\n\x1b[31m")
+    output = oiio.ImageOutput.create(str(path))
+    assert output.open(str(path), spec)
+    assert output.write_image(np.zeros((2, 3, 5), np.float32))
+    output.close()
+    with pytest.raises(InputError, match="has channels") as caught:
+        read_picture(path)
+    assert "\n" not in str(caught.value)
+    assert "\x1b" not in str(caught.value)

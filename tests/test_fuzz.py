@@ -13,6 +13,7 @@ import fuzz_readers
 import pytest
 from fuzz_children import LEAKED, MEMORY, MESSAGE, PRINTED, RAISED, READ, REFUSED, SIGNAL, TIME, Limits, run
 from fuzz_mutations import damaged
+from fuzz_seeds import seeds
 
 from texvol import InputError
 from texvol.comparison import pictures
@@ -51,6 +52,7 @@ def test_every_format_that_is_read_is_among_the_kinds(inputs: fuzz.Inputs) -> No
 
 def test_an_input_depends_on_its_number_alone(inputs: fuzz.Inputs) -> None:
     again = fuzz.Inputs(SEED)
+    assert seeds() == seeds()
     numbers = (0, 700, 3001, 999_999)
     assert [inputs.made(number) for number in numbers[::-1]] == [again.made(number) for number in numbers][::-1]
     others = fuzz.Inputs(SEED + 1)

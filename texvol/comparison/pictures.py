@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from texvol.errors import InputError
 from texvol.image import linear_from_srgb
+from texvol.shown_text import shown_line
 from texvol.terminal import held_back_stderr, one_line
 
 FORMATS = {"openexr": "EXR", "png": "PNG", "tiff": "TIFF", "jpeg": "JPEG"}
@@ -25,6 +26,7 @@ _MOST_PIXELS = 1 << 28  # four channels of float32 are 4 GB: more is a broken he
 # Compressed pixels are unpacked where that makes them no more than so many times as large: deflate reaches 1032. So
 # many bytes do no harm in any case.
 _BEST_PACKING, _UNPACKED_ANYWAY = 2000, 1 << 24
+_LARGEST_TILE = 1 << 20  # pixels, of a picture that is smaller: tiles are unpacked as a whole
 _LINEAR, _SRGB = ("lin", "linear", "scene_linear", "raw"), ("srgb", "g22", "rec709", "gamma")
 
 
@@ -229,6 +231,9 @@ def _kind_of(spec: Any, format_name: str, name: str) -> _Kind:
     if pixels > _MOST_PIXELS or spec.depth > 1:
         size = f"{spec.full_width} × {spec.full_height} × {spec.depth}"
         raise InputError(f"{name}: {size} pixels are too many to compare")
+    if spec.tile_width * spec.tile_height * max(spec.tile_depth, 1) > max(spec.width * spec.height, _LARGEST_TILE):
+        tile = f"{spec.tile_width} × {spec.tile_height}"
+        raise InputError(f"{name}: has tiles of {tile} pixels, and a picture of {spec.width} × {spec.height}")
     number = {"half": "float16", "float": "float32", "double": "float64"}.get(str(spec.format), str(spec.format))
     if number not in ("uint8", "uint16", "float16", "float32", "float64"):
         raise InputError(f"{name}: has pixels of type {number}; 8 or 16 bits, half, float and double are compared")
@@ -241,7 +246,7 @@ def _kind_of(spec: Any, format_name: str, name: str) -> _Kind:
         if space.upper() not in ("RGB", "YCBCR", "GRAY", "GREY", "PALETTE"):
             raise InputError(f"{name}: holds {space}, and RGB, RGBA and grey are compared")
     if spec.nchannels > 4 or (spec.nchannels in (2, 4)) != (spec.alpha_channel == spec.nchannels - 1):
-        found = ", ".join(each if each.isprintable() else repr(each) for each in spec.channelnames)
+        found = shown_line(", ".join(spec.channelnames))
         raise InputError(f"{name}: has channels {found}; RGB, RGBA, grey, and grey with opacity are compared")
     kind = _Kind(container, number, spec.alpha_channel >= 0, bits=_bits(spec, number))
     kind.is_srgb, kind.gamma = _encoding(spec, whole_numbers=kind.bits > 0)
