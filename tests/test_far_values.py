@@ -232,3 +232,37 @@ def test_a_lost_offset_is_seen(renderer: Renderer) -> None:
         pytest.raises(AssertionError),
     ):
         test_a_hot_pixel_makes_no_surface_of_what_lies_above_the_isovalue(wrong)
+
+
+@pytest.mark.parametrize("classification", ["post", "integrated"])
+@pytest.mark.parametrize("kind", [np.float32, np.float64])
+def test_opaque_steps_and_denormal_values_are_found_beside_far_ones(
+    renderer: Renderer, classification: str, kind: type
+) -> None:
+    values = (1e-40 * wave()).astype(kind)
+    values[8, 8, 8] = 1e8
+    places = 1e-40 * np.array([0, 0.6, 0.6, 1])
+    matter = TransferFunction(places, np.vstack([np.eye(3), np.ones(3)]), np.array([0, 0.2, np.inf, np.inf]))
+    scene = Scene(Volume(values), matter, VIEW, classification=classification)
+    difference = np.abs(renderer.render(scene, SIZE, sampling_rate=16) - raycast(scene, SIZE)).max(axis=2)
+    # Rays that touch the edge of what is opaque may miss it.
+    assert (difference > 0.02).mean() < 0.01
+    assert np.median(difference) < 1e-3
+
+
+@pytest.mark.parametrize("mode", ["xray", "average", "mip", "minip"])
+def test_pictures_of_numbers_hold_far_values_beside_denormal_ones(renderer: Renderer, mode: str) -> None:
+    values = 1e-40 * wave()
+    values[:5] = 9.97e36
+    scene = Scene(Volume(values), camera=VIEW, mode=mode)
+    picture, truth = renderer.render(scene, SIZE, sampling_rate=8), raycast(scene, SIZE)
+    np.testing.assert_allclose(picture, truth, rtol=2e-2, atol=2e-3 * truth.max())
+
+
+def test_most_values_of_few_kinds_are_all_of_them() -> None:
+    values = np.zeros((4, 4, 4), np.float32)
+    values[2:] = 100
+    assert bulk_of(Volume(values)) == (0, 100)
+    values[0, 0, 0] = 50
+    values[3, 3, 3] = 1e8
+    assert bulk_of(Volume(values)) == (0, 100)

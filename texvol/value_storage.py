@@ -53,12 +53,13 @@ class Features:
     """Intervals of values in which a picture changes: arrays of shape (n,) in data units.
 
     `widths` is over what distance all of a change would take place at an interval's slope, `highest - lowest` where
-    all of it does take place there.
+    all of it does take place there. `all_shows` where pictures hold the values themselves, also those in no interval.
     """
 
     lowest: NDArray[np.float64]
     highest: NDArray[np.float64]
     widths: NDArray[np.float64]
+    all_shows: bool = False
 
     def condition(self, offset: float) -> float:
         """Condition number of values stored relative to an offset."""
@@ -196,7 +197,9 @@ def features_about(volume: Volume, isovalue: float | None) -> Features:
     """The interval of most values, or an isovalue that counts as that wide."""
     low, high = bulk_of(volume)
     width = (high - low) or max(abs(high), abs(isovalue or 0.0)) or 1.0
-    return _features([low], [high], [width]) if isovalue is None else _features([isovalue], [isovalue], [width])
+    if isovalue is not None:
+        return _features([isovalue], [isovalue], [width])
+    return replace(_features([low], [high], [width]), all_shows=True)
 
 
 def bulk_of(volume: Volume) -> tuple[float, float]:
@@ -250,8 +253,8 @@ def _usual_storage(volume: Volume, features: Features) -> Storage | None:
         # Half precision has no number that stands out for what is missing or infinite.
         narrow = dtype == np.float16 and not volume.has_missing and volume.value_range == volume.finite_range
         return features.storage("r16f" if narrow else "r32f", 0.0, 1.0)
-    offset = low / 2 + high / 2
-    return features.storage("r32f", offset, (high / 2 - low / 2) or 1.0)
+    offset, scale = low / 2 + high / 2, (high / 2 - low / 2) or 1.0
+    return features.storage("r32f", offset, scale) if features.finest / scale >= _LEAST else None
 
 
 def _placed(volume: Volume, features: Features) -> Storage:
@@ -263,7 +266,7 @@ def _placed(volume: Volume, features: Features) -> Storage:
     extent = features.extent(offset)
     extent = extent if extent < np.inf else (high / 2 - low / 2) or 1.0
     # Where a far-off value would leave the range of float32 the features go down in it, as far as all digits are kept.
-    scale = max(extent, min(farthest, extent * 1e30))
+    scale = max(extent, farthest if features.all_shows else min(farthest, extent * 1e30))
     return replace(features.storage("r32f", offset, scale), largest=largest)
 
 
@@ -285,7 +288,8 @@ def _changes(values: NDArray[np.float64], numbers: NDArray[np.float64]) -> tuple
 
 
 def _features(low: Iterable[float], high: Iterable[float], widths: Iterable[float]) -> Features:
-    return Features(*(np.array(each, np.float64) for each in (low, high, widths)))
+    lowest, highest, over = (np.array(each, np.float64) for each in (low, high, widths))
+    return Features(lowest, highest, over)
 
 
 def _finite(texels: NDArray) -> NDArray:
