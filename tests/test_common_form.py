@@ -31,7 +31,8 @@ SCENES = {
     "lit": ("--light", "1,1,1", "--specular", "4", *TRANSPARENT),
     "glowing": ("--tf", "glow.json", *TRANSPARENT),
     "isosurface": ("--mode", "isosurface", "--isovalue", "0.5", "--specular", "3", *TRANSPARENT),
-    "xray": ("--mode", "xray", "--background", "0.2,0.5,0.9"),
+    "xray": ("--mode", "xray", "--air", "none", "--background", "0.2,0.5,0.9"),
+    "xray above air": ("--mode", "xray", "--air", "0.2", "--background", "0.2,0.5,0.9"),
     "mip": ("--mode", "mip", *TRANSPARENT),
     "minip in colours": ("--mode", "minip", "--tf", "viridis"),
     "average in a window": ("--mode", "average", "--window", "0.4,0.3"),
@@ -67,6 +68,14 @@ def test_a_png_is_the_picture_that_the_exr_is(folder: Path, monkeypatch: pytest.
     for outcome in both_ways(png, exr):
         assert outcome.status == "same", outcome.violations
         assert not outcome.scene_changes
+
+
+def test_an_xray_that_each_format_takes_its_own_air_for_is_two_scenes(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    png, exr = map(read_picture, drawn(folder, monkeypatch, "--mode", "xray"))
+    for outcome in both_ways(png, exr):
+        assert [change.part for change in outcome.scene_changes] == ["air"]
 
 
 @pytest.mark.parametrize("scene", ["plain", "lit", "isosurface", "xray", "mip", "minip in colours"])

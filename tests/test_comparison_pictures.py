@@ -278,6 +278,17 @@ def test_it_reads_without_a_standard_error(tmp_path: Path) -> None:
     assert done.stdout.strip() == "PNG, 8 bits, sRGB, RGB"
 
 
+def test_a_header_cannot_ask_for_more_than_the_file_holds(tmp_path: Path) -> None:
+    spec = oiio.ImageSpec(2, 2, 4, "float")
+    spec.full_width = spec.full_height = 8000
+    output = oiio.ImageOutput.create(str(tmp_path / "wide.exr"))
+    assert output.open(str(tmp_path / "wide.exr"), spec)
+    assert output.write_image(np.zeros((2, 2, 4), np.float32))
+    output.close()
+    with pytest.raises(InputError, match="8000 × 8000 pixels of 4 channels: more than they can be"):
+        read_picture(tmp_path / "wide.exr")
+
+
 def test_tiles_that_are_far_larger_than_their_picture_are_refused(tmp_path: Path) -> None:
     """A tile is unpacked as a whole: half a gigabyte for these few pixels."""
     path = tmp_path / "a.exr"

@@ -23,6 +23,9 @@ from texvol.terminal import held_back_stderr, one_line
 
 FORMATS = {"openexr": "EXR", "png": "PNG", "tiff": "TIFF", "jpeg": "JPEG"}
 _MOST_PIXELS = 1 << 28  # four channels of float32 are 4 GB: more is a broken header
+# Compressed pixels are unpacked where that makes them no more than so many times as large: deflate reaches 1032. So
+# many bytes do no harm in any case.
+_BEST_PACKING, _UNPACKED_ANYWAY = 2000, 1 << 24
 _LARGEST_TILE = 1 << 20  # pixels, of a picture that is smaller: tiles are unpacked as a whole
 _LINEAR, _SRGB = ("lin", "linear", "scene_linear", "raw"), ("srgb", "g22", "rec709", "gamma")
 
@@ -220,7 +223,12 @@ def _kind_of(spec: Any, format_name: str, name: str) -> _Kind:
         raise InputError(f"{name}: is of format {format_name}, and {', '.join(FORMATS.values())} are compared")
     if spec.deep:
         raise InputError(f"{name}: is a deep EXR, with several samples in a pixel, and flat ones are compared")
-    if max(spec.width * spec.height, spec.full_width * spec.full_height) > _MOST_PIXELS or spec.depth > 1:
+    pixels = max(spec.width * spec.height, spec.full_width * spec.full_height)
+    held = os.path.getsize(name)
+    if 4 * spec.nchannels * pixels > _UNPACKED_ANYWAY + _BEST_PACKING * held:
+        size = f"{spec.full_width} × {spec.full_height} pixels of {spec.nchannels} channels"
+        raise InputError(f"{name}: holds {held} bytes, and its header says {size}: more than they can be")
+    if pixels > _MOST_PIXELS or spec.depth > 1:
         size = f"{spec.full_width} × {spec.full_height} × {spec.depth}"
         raise InputError(f"{name}: {size} pixels are too many to compare")
     if spec.tile_width * spec.tile_height * max(spec.tile_depth, 1) > max(spec.width * spec.height, _LARGEST_TILE):
