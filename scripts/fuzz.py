@@ -17,6 +17,7 @@ import argparse
 import itertools
 import json
 import os
+import shutil
 import sys
 import tempfile
 import time
@@ -81,7 +82,7 @@ class Inputs:
         """Bytes of what is read of an input, or TexvolError."""
         made = self.made(number)
         if not self._folder:
-            self._folder = tempfile.mkdtemp(prefix=f"{os.getpid()}-", dir=self.root)
+            self._folder = os.path.join(self.root, str(os.getpid()))
         # A folder for each seed: a file of another one is not there.
         folder = os.path.join(self._folder, f"{made.kind}-{'-'.join(sorted(made.files))[:99]}-{made.reader}")
         os.makedirs(folder, exist_ok=True)
@@ -132,6 +133,9 @@ def campaign(
             if different not in results.signatures:
                 results.signatures.add(different)
                 _keep(inputs, finding, output)
+        for folder in Path(inputs.root).iterdir():  # of children that have ended
+            if not Path("/proc", folder.name).exists():
+                shutil.rmtree(folder, ignore_errors=True)
         if output is not None and output.is_dir():
             (output / "counts.md").write_text(table(results.counts) + "\n", encoding="utf-8")
 
