@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from texvol import Camera, Lighting, Renderer, Scene, TransferFunction, Volume, raycast
 from texvol.errors import AccuracyWarning
+from texvol.transfer import proposed_for
 from texvol.value_storage import (
     WELL,
     Storage,
@@ -268,3 +269,11 @@ def test_most_values_of_few_kinds_are_all_of_them() -> None:
     values[0, 0, 0] = 50
     values[3, 3, 3] = 1e8
     assert bulk_of(Volume(values)) == (0, 100)
+
+
+@pytest.mark.parametrize("value", [1000031.6, 0.1, 1e30, -3.3e-5])
+def test_a_constant_beside_a_far_value_has_a_proposal(value: float) -> None:
+    values = np.full((6, 10, 11), value, np.float32)
+    values[3, 4, 5] = 0.01 * value
+    proposed = proposed_for(Volume(values))
+    assert (np.diff(proposed.values) >= 0).all()

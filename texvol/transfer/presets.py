@@ -212,7 +212,9 @@ def _is_hounsfield(volume: Volume) -> bool:
 def _from_points(points: list[Point], volume: Volume, values: str, name: str) -> TransferFunction:
     units = Units(volume, values, "box")
     places, colors, extinctions = (np.array(column, np.float64) for column in zip(*points, strict=True))
-    return TransferFunction(units.placed(places), colors, extinctions * units.per_length, name=name)
+    # In a range of no width rounding may put a point before the last one.
+    values_of_points = np.maximum.accumulate(units.placed(places))
+    return TransferFunction(values_of_points, colors, extinctions * units.per_length, name=name)
 
 
 def _ramp(name: str) -> list[Point]:
