@@ -271,9 +271,9 @@ def test_most_values_of_few_kinds_are_all_of_them() -> None:
     assert bulk_of(Volume(values)) == (0, 100)
 
 
-@pytest.mark.parametrize("value", [1000031.6, 0.1, 1e30, -3.3e-5])
-def test_a_constant_beside_a_far_value_has_a_proposal(value: float) -> None:
-    values = np.full((6, 10, 11), value, np.float32)
-    values[3, 4, 5] = 0.01 * value
-    proposed = proposed_for(Volume(values))
-    assert (np.diff(proposed.values) >= 0).all()
+def test_a_constant_beside_a_far_value_has_a_proposal() -> None:
+    for value in np.random.default_rng(0).uniform(0, 1e6, 100):
+        values = np.full((2, 8, 8), value)
+        values[1, 4, 5] = 0.01 * value
+        proposed = proposed_for(Volume(values))
+        assert (np.diff(proposed.values) >= 0).all()
