@@ -39,7 +39,7 @@ _SLOWEST = struct.Struct("dq")  # seconds, number
 
 
 class Limits(NamedTuple):
-    """What an attempt may take: wall-clock seconds; resident bytes beyond twice the result; bytes of address space."""
+    """Limits of an attempt: wall-clock seconds; resident bytes beyond twice the result; bytes of address space."""
 
     seconds: float = 10.0
     memory: int = 64 << 20

@@ -63,7 +63,7 @@ def outcome(odd: OddScene, renderer: Renderer) -> dict[str, Any]:
 
 
 def verdict(found: dict[str, Any], wanted: float | None) -> str:
-    """Whether the error is within what was wanted or estimated, and if not, whether that was said."""
+    """Verdict on an error: within what was wanted or estimated, said to be larger, or neither."""
     error, estimate = found["error"], found["estimate"]
     estimate = np.inf if estimate is None else estimate
     said = bool(found["said"]) or estimate * LOOSE >= error

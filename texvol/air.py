@@ -1,4 +1,4 @@
-"""What an X-ray integrates: the value itself, or what of it is above that of air.
+"""Integrand of an X-ray: the value itself, or what of it is above the value of air.
 
     air = None           ∫ v ds                        data units times world units
     air = V              ∫ max(0, v - V) ds            the same; air of value V, and what is below, lets all through
@@ -28,14 +28,14 @@ _ENOUGH = 0.02  # of the samples: air around a body, and the body
 
 
 class Attenuation(NamedTuple):
-    """What is integrated: how much values are above that of air, times a factor."""
+    """Integrand of an X-ray with air: the excess of the value over that of air, times a factor."""
 
     air: float  # data units
     per_value: float
 
 
 def attenuation_of(air: Air) -> Attenuation | None:
-    """What an X-ray integrates; None where that is the value itself."""
+    """Return the integrand of an X-ray; None where that is the value itself."""
     if air is None:
         return None
     if air == HOUNSFIELD:
@@ -67,7 +67,7 @@ def air_in_8_bits(volume: Volume) -> Air:
 
 
 def hounsfield_by(volume: Volume) -> Literal["", "file", "values"]:
-    """What says that values are Hounsfield units: the file, or where the file names no unit, the values themselves."""
+    """Return "file" or "values", whichever says that values are Hounsfield units; "" where neither does."""
     if volume.labels or volume.colors is not None:
         return ""
     if volume.value_unit:

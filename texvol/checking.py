@@ -37,7 +37,7 @@ _ORACLE = 1e-9  # how far the oracle may be off
 
 @dataclass(frozen=True)
 class Check:
-    """What a check has found.
+    """Findings of a check.
 
     Attributes
     ----------
@@ -157,7 +157,7 @@ def check_in_passing(
 
 
 def _check_of(errors: NDArray[np.float64], total: int, limit: float | None) -> Check:
-    """What the errors of some pixels say of all."""
+    """Return what follows from the errors of some pixels for all."""
     n, largest = len(errors), float(errors.max())
     limit = largest if limit is None else limit
     beyond = int(np.count_nonzero(~(errors <= limit + _ORACLE)))

@@ -242,9 +242,10 @@ def _thinnest(scene: Scene) -> float:
 
 
 def rounding_of(scene: Scene) -> float:
-    """What float32 costs: on a surface the place's rounding, through gradient and highlight, tells most.
+    """Rounding of float32, relative to the largest number of a picture.
 
-    Extremes are those of cubics through four values, each of which is rounded.
+    On a surface the place's rounding tells most, through gradient and highlight. Extremes are those of cubics through
+    four values, each of which is rounded.
     """
     if scene.mode in ("mip", "minip"):
         return EXTREME_ROUNDING

@@ -100,7 +100,7 @@ def _spread_over_range(volume: Volume) -> bool:
 
 
 def _split(lowest: NDArray, highest: NDArray) -> tuple[int, int] | None:
-    """How many values at each end are lone; None where none are.
+    """Count the lone values at each end; None where there are none.
 
     Both arrays are ascending: the smallest distinct values, and the largest. Those that are lone beside all others are
     left out first, and then those that are among what is left: -9999 beside 1e20 is only seen to be so without it.

@@ -76,7 +76,7 @@ def sample_value(text: str) -> int | float:
         return int(text)
     wanted = number(text)
     if np.isnan(wanted):
-        raise argparse.ArgumentTypeError("a number is wanted, and not NaN: samples that are NaN are missing anyway")
+        raise argparse.ArgumentTypeError("the value must be a number, got NaN: samples that are NaN are missing anyway")
     return wanted
 
 
@@ -84,7 +84,7 @@ def sample_values(value: object) -> list[int | float]:
     """Values that samples may have, from a scene file's number or array of numbers."""
     several = value if isinstance(value, list) else [value]
     if any(isinstance(each, bool) or not isinstance(each, int | float | str) for each in several):
-        raise argparse.ArgumentTypeError(f"a number or an array of numbers is wanted, and not {value!r}")
+        raise argparse.ArgumentTypeError(f"the values must be a number or an array of numbers, got {value!r}")
     return [sample_value(each if isinstance(each, str) else repr(each)) for each in several]
 
 

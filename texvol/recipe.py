@@ -75,7 +75,7 @@ def most_light_of(matter: Sequence[tuple[Scene, TransferFunction]]) -> float:
 def texels_of(
     scene: Scene, transfer_function: TransferFunction, camera: Camera, thickness: float, texture_format: str
 ) -> tuple[Any, ...]:
-    """What the texels of a scene depend on, but for how values are stored: where it is the same, so are they."""
+    """Cache key of a scene's texels, without the storage of values."""
     gradient = (repr(scene.gradient),) if scene.needs_gradient else ()
     if scene.classification in ("slab", "extinction"):
         # Shadows are cast through parts of the slabs' thickness.

@@ -240,7 +240,7 @@ class Renderer:
 
     @property
     def check(self) -> checking.Check | None:
-        """What the last picture's pixels have said that were held against the oracle; None where none were."""
+        """Check of the last picture against the oracle; None where no pixel was checked."""
         return self._check
 
     @property
@@ -311,7 +311,7 @@ class Renderer:
         return picture
 
     def _exactly(self, scene: Scene, size: Size, settings: Settings) -> NDArray[np.float32]:
-        """What stands for the integral: float32 throughout and no ray ended, so that their cost counts as error.
+        """Draw what stands for the integral: float32 throughout and no ray ended, so that their cost counts as error.
 
         Where it tells, values are rounded otherwise than in the picture itself.
         """

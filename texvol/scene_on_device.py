@@ -16,7 +16,7 @@ from texvol.value_texture import ValueTexture
 
 
 class SceneOnDevice:
-    """What pictures of one scene after another have in common on the device; methods need the context to be current.
+    """GPU cache of the scene that was drawn last; methods need the context to be current.
 
     Parameters
     ----------

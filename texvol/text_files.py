@@ -111,7 +111,7 @@ def read_toml(path: str | os.PathLike[str]) -> dict[str, Any]:
 
 
 def parsed_json(text: str, name: str) -> Any:
-    """What a JSON text says; `name` begins messages.
+    """Return the content of a JSON text; `name` begins messages.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""How a texture holds values: texel format, offset and scale, so that single precision keeps the digits that matter.
+"""Storage of values in a texture: format, offset and scale, so that single precision keeps the digits that matter.
 
 A texel s stands for the value `offset + scale * s`. Drivers interpolate in float32, which rounds s by up to 2^-24 |s|.
 What is drawn depends on the value in a few intervals only, its *features*: where a transfer function rises or falls,

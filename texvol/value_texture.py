@@ -306,14 +306,14 @@ def bake_values(
 
 
 def _gradient_scale(largest: float, finest: float) -> float:
-    """What gradients are stored relative to: so that those of features and the largest have squares in float32."""
+    """Scale of stored gradients with which the squares of the features' and of the largest are numbers in float32."""
     if not largest > _FARTHEST_GRADIENT * finest:
         return largest
     return max(np.sqrt(largest) * np.sqrt(finest), largest / 1e18)
 
 
 def storage_for(volume: Volume, features: Features, texel_format: str) -> Storage:
-    """How values are stored in a texel format that was asked for."""
+    """Return the storage of values in a texel format that was asked for."""
     storage = storage_of(volume, features)
     if texel_format == REFERENCE:
         return storage if storage.vouches_for_itself(volume) else other_storage(volume, features)

@@ -74,7 +74,7 @@ def content_of(scene: Scene, value_name: str, window: Window | None) -> Content:
 
 
 def _of_xray(scene: Scene, name: str) -> str:
-    """What the numbers of an X-ray are."""
+    """Name of the numbers of an X-ray."""
     length = scene.volume.unit or "length"
     if scene.air == HOUNSFIELD:
         return f"{length} of water"

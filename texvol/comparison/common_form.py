@@ -35,7 +35,7 @@ _ROUNDING = 2.0**-20  # of straight colour 1, which is read as opacity times 1 i
 
 @dataclass(frozen=True)
 class CommonForm:
-    """What both pictures of a pair can hold.
+    """Form that both pictures of a pair can hold.
 
     Attributes
     ----------
@@ -133,7 +133,7 @@ def _at_the_end(picture: Picture) -> NDArray[np.bool_] | None:
 
 
 def _display(candidate: Picture, reference: Picture) -> tuple[StoredScene | None, str]:
-    """How numbers are shown, where one picture holds them and the other one shows them; else, or if unknown, None."""
+    """Display of numbers, where one picture holds them and the other one shows them; None elsewhere, or if unknown."""
     for numbers, colors in ((candidate, reference), (reference, candidate)):
         if colors.whole_numbers and holds_numbers(numbers):
             own, other = header_of(numbers) or {}, header_of(colors) or {}

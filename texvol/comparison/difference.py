@@ -38,7 +38,7 @@ def compare(candidate: ArrayLike, reference: ArrayLike) -> Difference:
         if candidate.ndim == reference.ndim == 3 and candidate.shape[:2] == reference.shape[:2]:
             hint = "; to compare colours alone, give picture[..., :3] of both"
         shapes = f"{candidate.shape} and {reference.shape}"
-        raise InputError(f"pictures of one shape (h, w, channels) are wanted: {shapes}{hint}")
+        raise InputError(f"pictures must have one shape (h, w, channels): {shapes}{hint}")
     if candidate.size == 0:
         raise InputError("pictures without pixels can't be compared")
     broken = ~(np.isfinite(candidate) & np.isfinite(reference)).all(axis=2)

@@ -211,7 +211,7 @@ def _notes(
 
 
 def _over_background(candidate: Picture, reference: Picture) -> str:
-    """Which of the two is opaque, and over which background the other one is."""
+    """Return a note on which of the two is opaque, and over which background the other one is put."""
     opaque, other = (candidate, reference) if reference.has_opacity else (reference, candidate)
     words = f"{opaque.name} has no opacity, so that colours alone are compared, each over its background"
     if "background" in (header_of(other) or {}):
@@ -220,7 +220,7 @@ def _over_background(candidate: Picture, reference: Picture) -> str:
 
 
 def _cut_light(form: CommonForm, candidate: Picture, reference: Picture) -> str:
-    """How much light is not compared, since straight colour in whole numbers can't be brighter than 1."""
+    """Return a note on the light that is not compared, since straight colour in whole numbers ends at 1."""
     floats = [each.pixels for each in (candidate, reference) if not each.whole_numbers]
     if not floats or form.cut is None:
         return ""

@@ -130,7 +130,7 @@ class _Kind:
         return f"{self.container}, {number}, {encoding}, {names}"
 
     def grid(self, channels: int) -> str:
-        """What decides to which numbers it rounds."""
+        """Key of the numbers that the format rounds to."""
         _, *numbers = self.words(channels).split(", ")
         return ", ".join([*numbers, "straight"] if self.has_opacity and self.is_straight else numbers)
 

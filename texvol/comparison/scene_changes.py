@@ -103,7 +103,7 @@ def listed(words: Sequence[str]) -> str:
 
 
 def _seen(candidate: Picture, reference: Picture) -> list[dict[str, Any]]:
-    """What the pictures show of both headers."""
+    """Parts of both headers that the pictures show."""
     pair = candidate, reference
     headers = [header_of(each) or {} for each in pair]
     left_out = {*_NO_SCENE}
@@ -142,7 +142,7 @@ def _compared_keys(ours: Mapping[str, Any], theirs: Mapping[str, Any]) -> list[s
 
 
 def _file(path: Any) -> str:
-    """What a file is called, wherever it is."""
+    """Name of a file without its folder."""
     return os.path.basename(str(path).rstrip("/\\"))
 
 

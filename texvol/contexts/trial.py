@@ -32,7 +32,7 @@ _LONGEST = 40  # characters of a value in a message
 
 
 def unusual(environment: Mapping[str, str] = os.environ) -> list[str]:
-    """What asks the driver for something, as NAME=VALUE or the name of a file."""
+    """Settings of the driver that are found, as NAME=VALUE or the name of a file."""
     found = [
         f"{name}={value if len(value) <= _LONGEST else value[:_LONGEST] + '…'}"
         for name, value in environment.items()

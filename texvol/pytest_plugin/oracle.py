@@ -88,7 +88,7 @@ def examined(candidate: Candidate, options: Mapping[str, Any], maker: Maker, nam
 
 
 def loose_words(outcome: Outcome) -> str:
-    """What is to be said of a bound that lets errors pass which are plain to see; empty of a tighter one."""
+    """Warning of a bound that lets errors pass which are plain to see; empty for a tighter one."""
     limits = outcome.limits
     if not limits.max_abs > LOOSE:
         return ""

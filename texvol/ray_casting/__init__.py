@@ -95,7 +95,7 @@ def _timed(scene: Scene, size: tuple[int, int], chosen: Chosen) -> Numbers:
 
 
 def _kind_of(scene: Scene) -> tuple[object, ...]:
-    """What other functions are compiled for."""
+    """Key of the functions that are compiled for a scene."""
     volumes = tuple((each.values.dtype, each.labels, each.colors is None) for each in scene.volumes)
     masks = tuple(mask and mask.array.dtype for mask in (scene.mask, *(each.mask for each in scene.added)))
     graded = scene.transfer_function is not None and scene.transfer_function.needs_gradient

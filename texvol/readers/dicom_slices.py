@@ -273,7 +273,7 @@ def _position(header: Any, frame: int) -> Triple:
 
 
 def _along(header: Any, count: int) -> NDArray[np.float64]:
-    """How far along the normal from the file's position its frames lie, where each does not say."""
+    """Offsets of frames along the normal from the file's position, where the frames do not say."""
     offsets = header.get("GridFrameOffsetVector")
     if offsets is not None:
         along = np.atleast_1d(np.array(offsets, dtype=np.float64))[:count]

@@ -37,7 +37,7 @@ def show(desk: Desk, scene: Scene) -> None:
 
 
 def _air(desk: Desk, scene: Scene) -> None:
-    """What is integrated."""
+    """Integrand."""
     now = scene.air if scene.air == HOUNSFIELD else _NO_AIR if scene.air is None else _VALUE
     chosen = parts.choice("integrates", str(now), (HOUNSFIELD, _VALUE, _NO_AIR))
     low, high = scene.volume.finite_range or (0.0, 1.0)
