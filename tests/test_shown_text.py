@@ -161,6 +161,7 @@ def findings() -> Any:
         fingerprint=evil,
         measurements=[],
         ours=[],
+        asked=[],
         truths=truths,
         seconds=1.0,
         command=HTML + EVIL,

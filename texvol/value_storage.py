@@ -44,6 +44,7 @@ _LARGEST_BESIDE_INFINITE = 1e18  # likewise, where with a weight of 1e-12 HUGE i
 _LEAST = 1e-20  # width of a feature in texels: of much smaller ones devices take what is left for 0
 _CANDIDATES = 32  # features about which an offset is tried, steepest first
 _SAMPLES = 4096  # values looked at for where most lie
+_FEW, _SELDOM = 16, 64  # different values; one part in so many of all samples
 _BULK_WIDTHS = 64.0  # from the middle of the densest half of all values, in widths of that half
 _BULK: WeakKeyDictionary[Volume, tuple[float, float]] = WeakKeyDictionary()
 
@@ -228,8 +229,13 @@ def _bulk(volume: Volume) -> tuple[float, float]:
     if flat.size > _SAMPLES:
         x, y, z = spread_samples(volume, _SAMPLES).T
         flat = volume.values[z, y, x]
-    values = flat.astype(np.float64)
-    values = distinct(values[np.isfinite(values)])
+    samples = flat.astype(np.float64)
+    samples = samples[np.isfinite(samples)]
+    values = distinct(samples)
+    if values.size <= _FEW:
+        # One of few kinds is far off if hardly any sample has it, and not since there are few others.
+        often = np.array([np.count_nonzero(samples == each) for each in values]) >= samples.size / _SELDOM
+        values = values[often]
     if not values.size:
         return volume.finite_range or (0.0, 0.0)
     half = min(values.size // 2 + 1, values.size)
@@ -266,7 +272,9 @@ def _placed(volume: Volume, features: Features) -> Storage:
     extent = features.extent(offset)
     extent = extent if extent < np.inf else (high / 2 - low / 2) or 1.0
     # Where a far-off value would leave the range of float32 the features go down in it, as far as all digits are kept.
-    scale = max(extent, farthest if features.all_shows else min(farthest, extent * 1e30))
+    # Pictures hold no numbers beyond 3.4e38, and show all others.
+    most = max(extent * 1e30, 1e40 / largest if features.all_shows else 0.0)
+    scale = max(extent, min(farthest, most))
     return replace(features.storage("r32f", offset, scale), largest=largest)
 
 
