@@ -6,6 +6,7 @@ import json
 import subprocess
 import sys
 import warnings
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,7 @@ import pytest
 from test_far_values import SIZE, VIEW, matter_to, wave
 from test_quick_png import header
 
-from texvol import Renderer, Scene, Volume, raycast
+from texvol import Renderer, Scene, TransferFunction, Volume, raycast
 from texvol.checking import ATTRIBUTE, Check, check_picture, chosen_pixels, errors_of, share_at_most
 from texvol.command_line import main
 from texvol.errors import AccuracyWarning, InputError
@@ -143,6 +144,19 @@ def test_marching_knows_its_own_error(classification: str) -> None:
     assert (errors <= 4 * off + 1e-6).all()
     assert off.max() < 0.02
     assert not can_march(plain_scene(mode="mip"), matter_to(1.0))
+
+
+def test_what_steps_may_pass_over_is_not_marched() -> None:
+    """A spike of a thousandth of the range: the picture sees it, and short steps would not."""
+    places = np.array([0, 0.5, 0.5005, 0.501, 1])
+    spike = TransferFunction(places, np.ones((5, 3)), np.array([0, 0, 300, 0, 0]))
+    scene = Scene(Volume(np.random.default_rng(3).random((12, 12, 12))), spike, VIEW, classification="integrated")
+    assert not can_march(scene, spike)
+    # Steps see nothing of it, all of them alike, and the oracle does.
+    pixels = chosen_pixels(SIZE, 30)
+    found, off = march_pixels(scene, spike, SIZE, pixels)
+    assert (np.abs(found - raycast_pixels(scene, SIZE, pixels)).max(axis=1) > 4 * off + 0.01).any()
+    assert can_march(replace(scene, classification="slab"), spike)
 
 
 def test_a_wanted_error_is_taken_back_where_pixels_disagree() -> None:

@@ -16,15 +16,17 @@ from numpy.typing import NDArray
 
 from texvol.scene import Scene
 from texvol.transfer import TransferFunction
+from texvol.value_storage import bulk_of
 from texvol.volume import Volume
 
 Numbers = NDArray[np.float64]
 _STEPS = 2048  # along each ray; together with the rays that are asked for some 50 ms
+_STEPS_BETWEEN = 2.0  # between two control points, where the value goes through most of its range in a voxel
 _STEPS_BEFORE = 512  # where eight samples are classified for each step
 
 
 def can_march(scene: Scene, transfer_function: TransferFunction) -> bool:
-    """True for one volume of finite values in plain matter of finite extinction."""
+    """True for one volume of finite values in plain matter of finite extinction, of which steps pass over nothing."""
     volume = scene.volume
     if scene.mode != "composite" or scene.added or scene.geometry or scene.mask is not None or scene.cutting.caps:
         return False
@@ -32,11 +34,19 @@ def can_march(scene: Scene, transfer_function: TransferFunction) -> bool:
         return False
     if volume.labels or volume.colors is not None or volume.value_range is None:
         return False
-    return bool(
-        not volume.has_missing
-        and np.isfinite(volume.value_range).all()
-        and np.isfinite(transfer_function.extinctions).all()
-    )
+    if volume.has_missing or not np.isfinite(volume.value_range).all():
+        return False
+    return bool(np.isfinite(transfer_function.extinctions).all()) and not _may_pass_over(scene, transfer_function)
+
+
+def _may_pass_over(scene: Scene, transfer_function: TransferFunction) -> bool:
+    """True if the value may go through all that lies between two control points within a step."""
+    if scene.classification in ("slab", "extinction"):
+        return False
+    low, high = bulk_of(scene.volume)
+    voxels = float(np.linalg.norm(scene.volume.dimensions)) / _STEPS
+    gaps = np.diff(transfer_function.values)
+    return bool(gaps[gaps > 0].min(initial=np.inf) < _STEPS_BETWEEN * voxels * (high - low))
 
 
 def march_pixels(
