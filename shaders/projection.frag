@@ -187,6 +187,12 @@ vec4 integral_along(Ray ray) {
 #endif
 
 #if MODE == 2
+#if MISSING
+const float ORDINARY = 1.0 / 64.0;       // of `far_from`: most samples are nearer
+const float FARTHER = 16.0;              // likewise: before that what is extrapolated is known to a hundredth of most values
+const float ROUNDED = 1.0 / 262144.0;    // of the farthest value, 2^-18: more than extrapolation loses
+#endif
+
 float largest_along(Ray ray) {
     SampleWalk walk = sample_walk(ray.start, ray.step, samples);
     vec3 planes;
@@ -204,7 +210,8 @@ float largest_along(Ray ray) {
 #if MISSING
         if (any_infinite(values)) found = max(max(values.x, values.y), max(values.z, values.w));
         // Extrapolated from far below, nothing is left at the ends of what most samples are but float32's rounding.
-        if (min(min(values.x, values.y), min(values.z, values.w)) < -far_from && found > -far_from) {
+        float least = min(min(values.x, values.y), min(values.z, values.w));
+        if (least < -FARTHER * far_from && found > -max(ORDINARY * far_from, -ROUNDED * least)) {
             vague = max(vague, found);
             found = largest_of(values, 0.0, 3.0);
         }
@@ -213,7 +220,7 @@ float largest_along(Ray ray) {
     }
 #if MISSING
     // Mostly the next cells know better.
-    if (largest < -far_from) largest = max(largest, vague);
+    if (largest < -ORDINARY * far_from) largest = max(largest, vague);
 #endif
     return largest;
 }

@@ -277,3 +277,21 @@ def test_a_constant_beside_a_far_value_has_a_proposal() -> None:
         values[1, 4, 5] = 0.01 * value
         proposed = proposed_for(Volume(values))
         assert (np.diff(proposed.values) >= 0).all()
+
+
+def test_a_maximum_between_far_and_ordinary_values_is_found(renderer: Renderer) -> None:
+    """Cells that all touch a far value: what rays find there is neither far nor ordinary."""
+    values = np.random.default_rng(5).uniform(300, 301, (5, 10, 5)).astype(np.float32)
+    values[::2] = -9700
+    scene = Scene(Volume(values), camera=Camera.framing(Volume(values)), mode="mip")
+    picture, truth = renderer.render(scene, SIZE), raycast(scene, SIZE)
+    assert ((truth[..., 0] < 0) & (truth[..., 0] > -1000)).any()
+    assert np.abs(picture - truth).max() <= 4e-6 * 9700
+    assert np.abs(picture - truth).max() <= renderer.stats["estimated_error"]
+
+
+def test_a_surface_far_from_most_values_is_found(renderer: Renderer) -> None:
+    values = 1e6 + np.random.default_rng(6).random((6, 3, 13))
+    values[::2] = 3.6e5
+    scene = Scene(Volume(values), camera=Camera.framing(Volume(values)), mode="isosurface", isovalue=5e5)
+    assert np.abs(renderer.render(scene, SIZE) - raycast(scene, SIZE)).max() <= 2e-5

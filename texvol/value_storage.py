@@ -195,10 +195,11 @@ def features_of_matter(transfer_function: TransferFunction, volume: Volume) -> F
 
 
 def features_about(volume: Volume, isovalue: float | None) -> Features:
-    """The interval of most values, or an isovalue that counts as that wide."""
+    """The interval of most values, or an isovalue that counts as wide as that, and as it is far from it."""
     low, high = bulk_of(volume)
     width = (high - low) or max(abs(high), abs(isovalue or 0.0)) or 1.0
     if isovalue is not None:
+        width = max(width, isovalue - high, low - isovalue)
         return _features([isovalue], [isovalue], [width])
     return replace(_features([low], [high], [width]), all_shows=True)
 
