@@ -42,7 +42,7 @@ def truth(volume: Volume, air) -> np.ndarray:
 
 
 def levels(name: str) -> np.ndarray:
-    """What a PNG holds, as shares, (h, w)."""
+    """Return the grey of a PNG from 0 to 1, shape (h, w)."""
     return oiio.ImageBuf(name).get_pixels(oiio.FLOAT)[..., 0]
 
 

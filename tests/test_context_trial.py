@@ -1,4 +1,4 @@
-"""What the environment asks of the driver ends no process but one that was made for it, and is said on one line."""
+"""Driver settings of the environment that crash a driver end a trial process only, and give one line."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ Kinds = tuple[Kind, ...]
 
 
 def eight_bits(pixels: np.ndarray) -> np.ndarray:
-    """What a PNG holds of premultiplied linear pixels."""
+    """Return premultiplied linear pixels as a PNG holds them."""
     color = planted.encoded(np.clip(planted.straight(pixels), 0, 1))
     return np.rint(255 * np.dstack([color, np.clip(pixels[..., 3], 0, 1)])).astype(np.uint8)
 

@@ -41,7 +41,7 @@ def run(*line: str) -> int:
 
 
 def above_least(volume: Volume, mode: str) -> dict[str, float]:
-    """What of a scene is said by nobody, and is so in pictures of 8 bits."""
+    """Return the fields of a scene that nobody chose, as pictures of 8 bits have them."""
     return {"air": float(volume.finite_range[0])} if mode == "xray" else {}
 
 
@@ -51,7 +51,7 @@ def scene(volume: Volume, mode: str, **options) -> Scene:
 
 
 def levels(name: str) -> np.ndarray:
-    """What a PNG holds, as shares, (h, w, channels)."""
+    """Return the channels of a PNG from 0 to 1, shape (h, w, channels)."""
     return oiio.ImageBuf(name).get_pixels(oiio.FLOAT)
 
 

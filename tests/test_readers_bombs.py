@@ -116,7 +116,7 @@ def test_a_netcdf_variable_that_was_never_written(tmp_path: Path, capfd: pytest.
 
 
 def test_many_small_streams_in_one_take_no_time(tmp_path: Path) -> None:
-    """What follows each of them was copied once, a megabyte for every twenty bytes."""
+    """The rest of the file is not copied for each stream, a megabyte for every twenty bytes."""
     (tmp_path / "v.raw.gz").write_bytes(gzip.compress(b"") * 200_000 + gzip.compress(DATA))
     start = time.perf_counter()
     assert load(tmp_path / "v.raw.gz", shape=(5, 4, 3), dtype="i2").dimensions == (5, 4, 3)

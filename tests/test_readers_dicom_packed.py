@@ -65,7 +65,7 @@ def test_damaged_frames_are_refused_or_read_and_end_nothing(
     """Bits, bytes and lengths; of lossless JPEG and JPEG-LS ended the process before."""
     random = np.random.default_rng(5)
     stream = STREAMS[kind][1](STREAMS[kind][2])
-    refusals = 0
+    refusals, opened = 0, open_files()
     for number in range(40):
         damaged = bytearray(stream[: int(random.integers(1, len(stream)))] if number % 4 == 0 else stream)
         for at in random.integers(0, min(len(damaged), 700 if number % 2 else 60), 1 + number % 9):
@@ -77,7 +77,7 @@ def test_damaged_frames_are_refused_or_read_and_end_nothing(
             refused(path, capfd)
             refusals += 1
     assert refusals > 20
-    assert open_files() == open_files()
+    assert open_files() == opened
 
 
 def open_files() -> int:

@@ -1,4 +1,4 @@
-"""What names, headers and libraries say is shown, and obeyed by no terminal, browser or Markdown."""
+"""Text of names, headers and libraries is shown as it stands; no terminal, browser or Markdown obeys it."""
 
 from __future__ import annotations
 

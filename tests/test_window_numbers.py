@@ -52,7 +52,7 @@ def seen(easel: Any, document: Document) -> tuple[np.ndarray, Any]:
 
 
 def pixels_of(name: str) -> np.ndarray:
-    """What a PNG file holds."""
+    """Return the pixels of a PNG file."""
     return oiio.ImageBuf(name).get_pixels(oiio.UINT8)[..., :3]
 
 

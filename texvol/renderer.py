@@ -196,8 +196,8 @@ class Renderer:
             return
         said = "" if self._estimate is None else f", and {self._estimate:.2g} estimated"
         warnings.warn(
-            f"an error of {wanted:g} was wanted{said}; of {found.pixels} checked pixels {found.beyond} are beyond, by "
-            f"up to {found.largest_error:.2g}",
+            f"an error of {wanted:g} was wanted{said}; of {found.pixels} checked pixels {found.beyond} are beyond, "
+            f"with errors of up to {found.largest_error:.2g}",
             AccuracyWarning,
             stacklevel=3,
         )

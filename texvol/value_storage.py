@@ -111,16 +111,18 @@ class Storage:
         Not so where rounding is coarse beside a feature, nor beside values far beyond all features: cells next to
         these are interpolated with the rounding of large numbers.
         """
-        most = _WELL_IN_16_BITS if self.texel_format == "r16" else WELL
-        return self.condition <= most and self.farthest(volume) <= FAR * self.extent
+        return self.is_well and self.farthest(volume) <= FAR * self.extent
+
+    @property
+    def is_well(self) -> bool:
+        """True if rounding of values inside the features hides in any picture."""
+        return self.condition <= (_WELL_IN_16_BITS if self.texel_format == "r16" else WELL)
 
     def farthest(self, volume: Volume) -> float:
         """Largest magnitude of a volume's finite texels."""
-        low, high = volume.finite_range or (0.0, 0.0)
         with np.errstate(over="ignore"):
-            return float(
-                max(abs(low / self.scale - self.offset / self.scale), abs(high / self.scale - self.offset / self.scale))
-            )
+            ends = np.array(volume.finite_range or (0.0, 0.0)) / self.scale
+            return float(np.abs(ends - self.offset / self.scale).max())
 
     @property
     def is_hopeless(self) -> bool:
@@ -131,7 +133,7 @@ class Storage:
 def storage_of(volume: Volume, features: Features) -> Storage:
     """Storage of a volume's values, none of them rounded more than to single precision."""
     usual = _usual_storage(volume, features)
-    if usual is not None and usual.condition <= (_WELL_IN_16_BITS if usual.texel_format == "r16" else WELL):
+    if usual is not None and usual.is_well:
         return usual
     placed = _placed(volume, features)
     return usual if usual is not None and usual.condition <= placed.condition else placed

@@ -46,7 +46,7 @@ class Content:
 
 
 def content_of(scene: Scene, value_name: str, window: Window | None) -> Content:
-    """What the legend of a scene says; `window` as for `display.shown`.
+    """Contents of the legend of a scene; `window` as for `display.shown`.
 
     Raises
     ------

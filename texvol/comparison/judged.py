@@ -1,4 +1,4 @@
-"""What the scenes in the pictures' headers add to a comparison: the oracle's word, and which mistake it may be.
+"""Judgement of a comparison by the scenes in the headers: the oracle's word, and which mistake it may be.
 
 Each picture is held against the oracle of its own scene. Where the scenes are the same that is one truth, and it says
 which of the two is nearer to it; see `three_way` for where they are not.
