@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scenes import inside
+from scenes import inside, path_lengths
 
 from texvol.camera import Camera
+from texvol.ray_casting.projection import project
 from texvol.scene import Scene
 from texvol.volume import Volume
 
@@ -82,3 +83,17 @@ def same_depths(depth: np.ndarray, expected: np.ndarray, volume: Volume, toleran
     difference = np.abs(depth[met] - expected[met]) / volume.radius
     assert (difference < tolerance).mean() > 0.99
     assert np.median(difference) < 1e-6
+
+
+def orders_of_sums(renderer, scene, size=(64, 64)):
+    """Orders of convergence of a picture of sums, from rates 1, 2, 4 and 8, by the rms error.
+
+    Through the silhouettes, where a ray's path is shorter than a slab, errors are no power of its thickness yet.
+    """
+    expected = project(scene, size)[..., 0]
+    whole = path_lengths(scene.volume, scene.camera, size) > 8
+    errors = []
+    for rate in (1, 2, 4, 8):
+        picture = renderer.render(scene, size, sampling_rate=rate)[..., 0]
+        errors.append(np.sqrt(np.mean((picture - expected)[whole] ** 2)))
+    return np.log2(np.array(errors[:-1]) / errors[1:])

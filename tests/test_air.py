@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from projected import CAMERAS, SIZE, every_grid, every_view, noise, scene_of, with_gaps
+from projected import CAMERAS, SIZE, every_grid, every_view, noise, orders_of_sums, scene_of, with_gaps
 from scenes import path_lengths, smooth_volume
 
 from texvol.air import HOUNSFIELD, air_in_8_bits, attenuation_of, hounsfield_by
@@ -81,13 +81,7 @@ def test_what_is_above_air_converges_with_order_2(renderer, projection, air):
     """In the slab in which the value passes that of air the kink costs what a plane of samples does."""
     volume = smooth_volume(24)
     scene = xray(volume, air, projection)
-    expected = project(scene, (64, 64))[..., 0]
-    whole = path_lengths(volume, scene.camera, (64, 64)) > 8
-    errors = []
-    for rate in (1, 2, 4, 8):
-        picture = renderer.render(scene, (64, 64), sampling_rate=rate)[..., 0]
-        errors.append(np.sqrt(np.mean((picture - expected)[whole] ** 2)))
-    orders = np.log2(np.array(errors[:-1]) / errors[1:])
+    orders = orders_of_sums(renderer, scene)
     assert ((orders > 1.8) & (orders < 2.35)).all(), orders
 
 

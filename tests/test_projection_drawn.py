@@ -17,6 +17,7 @@ from projected import (
     every_number,
     every_view,
     noise,
+    orders_of_sums,
     rounding,
     same_depths,
     scene_of,
@@ -77,14 +78,7 @@ def test_sums_approach_those_of_the_oracle(renderer, mode, grid, view):
 def test_sums_converge_with_order_2(renderer, mode, projection):
     volume = smooth_volume(24)
     scene = scene_of(volume, mode, projection)
-    expected = project(scene, (64, 64))[..., 0]
-    # Through the silhouettes, where a ray's way is shorter than a slab, errors are no power of it yet.
-    whole = path_lengths(volume, scene.camera, (64, 64)) > 8
-    errors = []
-    for rate in (1, 2, 4, 8):
-        picture = renderer.render(scene, (64, 64), sampling_rate=rate)[..., 0]
-        errors.append(np.sqrt(np.mean((picture - expected)[whole] ** 2)))
-    orders = np.log2(np.array(errors[:-1]) / errors[1:])
+    orders = orders_of_sums(renderer, scene)
     assert ((orders > 1.8) & (orders < 2.3)).all(), orders
 
 
