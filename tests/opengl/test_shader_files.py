@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from texvol.opengl.compositor import NO_LIGHT, NOTHING_SPECIAL
 from texvol.opengl.contexts import Context
 from texvol.opengl.shaders import FOLDER, ShaderError, _with_files, load_program, set_uniforms
+from texvol.opengl.uniforms import NO_LIGHT, NOTHING_SPECIAL
 from texvol.textures.ramps import NUMBERS_OF_RAMPS
 
 VERTEX = """// comments may stand first

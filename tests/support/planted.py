@@ -111,7 +111,7 @@ def slabs_per_blend(count: int) -> Iterator[None]:
     def stacks(volume, camera, slab_thickness, size, per_stack=count, *part):  # type: ignore[no-untyped-def]
         return slab_stacks(volume, camera, slab_thickness, size, count, *part)
 
-    with patch("texvol.rendering.render.slicing.slab_stacks", stacks):
+    with patch("texvol.rendering.render.slab_stacks", stacks):
         yield
 
 
