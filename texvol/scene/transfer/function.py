@@ -134,10 +134,46 @@ class TransferFunction(KeepsArrays):
     def load(
         cls, path: str | os.PathLike[str], volume: Volume | None = None, materials: Sequence[str] | None = None
     ) -> TransferFunction:
-        """The transfer function in a JSON file, see `texvol.scene.transfer.files.load`."""
-        from texvol.scene.transfer.files import load
+        """Read a JSON file.
 
-        return load(path, volume, materials)
+        Parameters
+        ----------
+        volume : Volume, optional
+            Needed if the file speaks of percentiles, range, matter, box, voxels or relative gradients.
+        materials : sequence of str, optional
+            Names of the materials to show. The others are left out, but for contours and boundaries that refer to them.
+
+        Raises
+        ------
+        InputError
+            If the file cannot be read, is not such a JSON object, has unknown keys or numbers out of range, or does
+            not have those materials; see `texvol.scene.transfer.files` for the format.
+        """
+        from texvol.scene.transfer import files
+
+        return files.load(path, volume, materials, cls)
+
+    @classmethod
+    def loads(
+        cls,
+        text: str,
+        name: str = "transfer function",
+        volume: Volume | None = None,
+        materials: Sequence[str] | None = None,
+    ) -> TransferFunction:
+        """Read a JSON text; see `load`."""
+        from texvol.scene.transfer import files
+
+        return files.loads(text, name, volume, materials, cls)
+
+    @classmethod
+    def from_content(
+        cls, content: Any, name: str, volume: Volume | None = None, materials: Sequence[str] | None = None
+    ) -> TransferFunction:
+        """Return the transfer function that a parsed JSON text describes; see `load`."""
+        from texvol.scene.transfer import files
+
+        return files.from_content(content, name, volume, materials, cls)
 
     @property
     def needs_gradient(self) -> bool:
@@ -171,10 +207,8 @@ class TransferFunction(KeepsArrays):
         return most
 
     def as_json(self) -> dict[str, Any]:
-        """What a transfer-function file holds of it, in data and world units, see `texvol.scene.transfer.writing`."""
-        from texvol.scene.transfer.writing import content_of
-
-        return content_of(self)
+        """Return the content of a transfer-function file, in data and world units; reading it gives the same again."""
+        return _content_of(self)
 
     def classify(self, values: ArrayLike, magnitudes: ArrayLike | None = None) -> Classified:
         """Emission and extinction of each value; both 0 where the value is NaN.
@@ -311,6 +345,56 @@ def _modulation(pairs: ArrayLike, name: str) -> NDArray[np.float64]:
         before, after = modulation[fallen[0] : fallen[0] + 2, 0]
         raise InputError(f"{name}: gradient magnitudes must ascend, and {after:g} follows {before:g}")
     return modulation
+
+
+def _content_of(function: TransferFunction) -> dict[str, Any]:
+    """Return the content of a transfer-function file; an infinite extinction is written as opacity 1."""
+    points = [
+        _point_of(function, value, color, extinction)
+        for value, color, extinction in zip(function.values, function.colors, function.extinctions, strict=True)
+    ]
+    content: dict[str, Any] = {"points": points}
+    if function.glows:
+        content["emission"] = "emissive" if function.emissive else "premultiplied"
+    if function.modulation is not None:
+        content["gradient"] = function.modulation.tolist()
+    if function.graded:
+        content["graded"] = [
+            {
+                "points": [
+                    {"value": float(value), "emission": emission.tolist(), "extinction": float(extinction)}
+                    for value, emission, extinction in zip(
+                        graded.values, graded.emissions, graded.extinctions, strict=True
+                    )
+                ],
+                "gradient": [float(graded.start), float(graded.full)],
+            }
+            for graded in function.graded
+        ]
+    if function.contours:
+        content["contours"] = [
+            {
+                "value": float(contour.value),
+                "world_thickness": float(contour.thickness),
+                "emission": list(contour.emission),
+                "extinction": float(contour.extinction),
+            }
+            for contour in function.contours
+        ]
+    if function.materials:
+        content["material_names"] = list(function.materials)
+    if function.material_colors:
+        content["material_colors"] = [list(color) for color in function.material_colors]
+    return content
+
+
+def _point_of(
+    function: TransferFunction, value: float, color: NDArray[np.float64], extinction: float
+) -> dict[str, Any]:
+    opaque = bool(np.isinf(extinction))
+    glows = function.emissive or (function.premultiplied and not opaque)
+    point = {"value": float(value), "emission" if glows else "color": color.tolist()}
+    return point | ({"opacity": 1.0} if opaque else {"extinction": float(extinction)})
 
 
 # Transfer function of pictures of the values themselves, in which nothing is classified.
