@@ -200,8 +200,8 @@ class Renderer:
             return
         said = "" if self._estimate is None else f", {self._estimate:.2g} estimated"
         warnings.warn(
-            f"requested error of {wanted:g} not reached{said}: of {found.pixels} checked pixels {found.beyond} are beyond, "
-            f"with errors of up to {found.largest_error:.2g}",
+            f"requested error of {wanted:g} not reached{said}: of {found.pixels} checked pixels {found.beyond} are "
+            f"beyond, with errors of up to {found.largest_error:.2g}",
             AccuracyWarning,
             stacklevel=3,
         )
