@@ -1,4 +1,4 @@
-// The transfer function after interpolation: which matter is at a place of some value, and what a slab of it looks like.
+// The transfer function after interpolation: which medium is at a place of some value, and what a slab of it looks like.
 //
 // Matter is (r, g, b, extinction), and r, g, b straight colour, or emission where that is a number of its own.
 // A sum of ramps where that is exact to rounding, which costs next to nothing for a few of them; otherwise segments
@@ -7,7 +7,7 @@
 //
 // Switches: RAMPS n: how many ramps there are; 0: segments.
 //           MISSING 1: there may be NaN, which is nothing.
-//           EMISSIVE 1: what glows is a number of its own, 2: likewise, and opaque matter shows its straight colour;
+//           EMISSIVE 1: what glows is a number of its own, 2: likewise, and opaque medium shows its straight colour;
 //                    0: it is colour times extinction.
 
 #include "optics.glsl"
@@ -16,17 +16,17 @@
 // Stands for an infinite extinction: opaque over any length but 0, and what glows is nothing beside it.
 const float OPAQUE = 1e24;
 
-// Colour and opacity over a path in matter of straight colour.
-vec4 color_of_straight(vec4 matter, float path_length) {
-    float opacity = opacity_from_depth(matter.a * path_length);
-    return vec4(matter.rgb * opacity, opacity);
+// Colour and opacity over a path in medium of straight colour.
+vec4 color_of_straight(vec4 medium, float path_length) {
+    float opacity = opacity_from_depth(medium.a * path_length);
+    return vec4(medium.rgb * opacity, opacity);
 }
 
 // The same where r, g, b is emission.
-vec4 color_of_glowing(vec4 matter, float path_length) {
-    float depth = matter.a * path_length;
+vec4 color_of_glowing(vec4 medium, float path_length) {
+    float depth = medium.a * path_length;
     float opacity = opacity_from_depth(depth);
-    return vec4(matter.rgb * (path_length * mean_transmittance(depth, opacity)), opacity);
+    return vec4(medium.rgb * (path_length * mean_transmittance(depth, opacity)), opacity);
 }
 
 #if RAMPS
@@ -55,17 +55,20 @@ void load_ramps() {
 }
 
 // NaN is nothing.
-vec4 matter_of_value(float value) {
-    vec4 matter = held_base;
-#define ADD(rise, place, i) matter += rise * clamp((value - place.x) * place.y, 0.0, 1.0);
+vec4 medium_of_value(float value) {
+    vec4 medium = held_base;
+#define ADD(rise, place, i) medium += rise * clamp((value - place.x) * place.y, 0.0, 1.0);
     EACH_RAMP(ADD)
 #if MISSING
-    matter = value == value ? matter : vec4(0.0);
+    medium = value == value ? medium : vec4(0.0);
 #endif
-    return matter;
+    return medium;
 }
 
 #else
+
+void load_ramps() {
+}
 
 uniform sampler2D segments;       // three rows for each 4096 of them, see value_texture.py
 uniform sampler2D segment_grid;   // first and last segment that a value in the cell may lie in
@@ -128,18 +131,18 @@ bool is_opaque(Segment segment, float value) {
     return segment.opaque == 1.0 || (segment.opaque == 2.0 && value > segment.start);
 }
 
-// What shows of matter behind which nothing does.
+// What shows of medium behind which nothing does.
 vec4 opaque_color(vec3 color) {
     return vec4(EMISSIVE == 1 ? vec3(0.0) : color, 1.0);
 }
 
 // NaN is nothing.
-vec4 matter_of_value(float value) {
+vec4 medium_of_value(float value) {
     Segment segment = segment_at(segment_of(value));
     float share = share_of(segment, value);
-    vec4 matter = vec4(color_at(segment, share), extinction_at(segment, share));
-    if (is_opaque(segment, value)) matter = vec4(matter.rgb * (EMISSIVE == 2 ? OPAQUE : 1.0), OPAQUE);
-    return value == value ? matter : vec4(0.0);
+    vec4 medium = vec4(color_at(segment, share), extinction_at(segment, share));
+    if (is_opaque(segment, value)) medium = vec4(medium.rgb * (EMISSIVE == 2 ? OPAQUE : 1.0), OPAQUE);
+    return value == value ? medium : vec4(0.0);
 }
 
 #endif

@@ -1,7 +1,7 @@
 // The transfer function integrated along a slab on which the value goes linearly from one end to the other.
 //
 // Switches: RAMPS, MISSING, EMISSIVE: see classify.glsl. By ramps nothing is looked up: stretches end where one does.
-//           LIT: see matter.glsl.
+//           LIT: see medium.glsl.
 
 #include "classify.glsl"
 
@@ -23,7 +23,7 @@ vec3 depths_per_opacity(vec3 x) {
 }
 #endif
 
-// How far along a stretch matter is seen on average, in shares of the stretch, weighted with what is seen: the mean of
+// How far along a stretch medium is seen on average, in shares of the stretch, weighted with what is seen: the mean of
 // t(A) over the opacities A from 0 to that of the whole stretch, where t is where the depth in front is -log(1 - A).
 // Extinction is linear, so that t solves a quadratic equation.
 float mean_place(float extinction_in_front, float extinction_behind, float depth, float opacity) {
@@ -74,13 +74,13 @@ vec3 emissive_color(vec3 front, vec3 behind, float extinction_in_front, float ex
     return color * (path_length / parts);
 }
 
-float way_depth;                  // optical depth of all stretches since it was last set to 0
+float crossed_depth;                  // optical depth of all stretches since it was last set to 0
 
-// Colour and opacity of a stretch along which matter goes linearly from `front` to `behind`.
+// Colour and opacity of a stretch along which medium goes linearly from `front` to `behind`.
 vec4 stretch_color(vec4 front, vec4 behind, float path_length) {
     float depth = 0.5 * (front.a + behind.a) * path_length;
     float opacity = opacity_from_depth(depth);
-    way_depth += depth;
+    crossed_depth += depth;
 #if EMISSIVE
     return vec4(emissive_color(front.rgb, behind.rgb, front.a, behind.a, path_length), opacity);
 #else
@@ -112,16 +112,16 @@ vec4 color_between_values(float front, float behind, float path_length) {
     float end = sign * behind;
     float value = sign * front;
     float rise = end - value;
-    vec4 matter = matter_of_value(front);
+    vec4 medium = medium_of_value(front);
     vec4 color = vec4(0.0);
     for (;;) {
         float next = next_bend(sign, value, end);
-        vec4 next_matter = matter_of_value(sign * next);
+        vec4 next_matter = medium_of_value(sign * next);
         float length = rise > 1e-37 ? path_length * ((next - value) / rise) : path_length;
-        color = over(color, stretch_color(matter, next_matter, length));
+        color = over(color, stretch_color(medium, next_matter, length));
         if (next >= end) return color;
         value = next;
-        matter = next_matter;
+        medium = next_matter;
     }
 }
 
@@ -148,7 +148,7 @@ vec4 color_between_values(float front, float behind, float path_length) {
         float share = behind == front ? 1.0 : clamp((next - value) / (behind - front), 0.0, 1.0);
         if (share > 0.0) {
             if (is_opaque(segment, max(value, next))) {
-                way_depth += OPAQUE;
+                crossed_depth += OPAQUE;
                 return over(color, opaque_color(color_at(segment, share_of(segment, value))));
             }
             color = over(color, stretch_color(matter_in(segment, value), matter_in(segment, next), path_length * share));

@@ -9,29 +9,15 @@
 // Switches: LINES 1: there are lines. HALF_SPACES: see depths.glsl.
 //           LIT, CUE, PERSPECTIVE and those of lights: see seen.glsl; without light shapes show their colours.
 
-#include "precision.glsl"
+#include "half_spaces.glsl"
+#include "pixel_ray.glsl"
 #include "seen.glsl"
+#include "view.glsl"
 
 uniform bool finds_depth;         // or shows what is at the nearest depth
-uniform sampler2D behind;         // the place behind which
-uniform sampler2D in_front_of;    // and that in front of which
+uniform sampler2D behind;         // positions behind which a shape is looked for
+uniform sampler2D in_front_of;    // and those in front of which it is
 uniform sampler2D nearest;        // depth
-uniform vec2 picture_middle;      // pixels
-uniform float eye_depth;
-#if HALF_SPACES || POINT_LIGHTS
-// As in ray.glsl.
-uniform real3 point;
-uniform real3 point_per_column;
-uniform real3 point_per_row;
-uniform real3 velocity;
-#if PERSPECTIVE
-uniform real3 velocity_per_column;
-uniform real3 velocity_per_row;
-#endif
-#endif
-#if HALF_SPACES
-uniform real4 half_spaces[HALF_SPACES];
-#endif
 
 // See surface.vert.
 flat in float number;
@@ -100,55 +86,40 @@ bool comes_before(float depth, vec4 other) {
     return depth < other.y || (depth == other.y && number < other.x);
 }
 
-#if HALF_SPACES || POINT_LIGHTS
-// In the box.
-real3 position_at(real2 pixel, real depth) {
-    real3 way = velocity;
-#if PERSPECTIVE
-    way += pixel.x * velocity_per_column + pixel.y * velocity_per_row;
-#endif
-    return point + pixel.x * point_per_column + pixel.y * point_per_row + depth * way;
-}
-#endif
-
-bool is_kept(real2 pixel, real depth) {
-#if HALF_SPACES
-    real3 position = position_at(pixel, depth);
-    for (int i = 0; i < HALF_SPACES; ++i) {
-        if (dot(half_spaces[i].xyz, position) + half_spaces[i].w < 0.0) return false;
-    }
-#endif
-    return true;
-}
-
 // Premultiplied colour and opacity of the shape.
-vec4 color_at(vec3 weights, vec2 pixel, real depth) {
+vec4 color_at(vec3 weights, vec2 pixel, float depth, vec3 position) {
     vec3 shown = look.rgb;
 #if LIT
     if (kind.x > 0.0) {
         vec3 normal = weights.x * normals[0] + weights.y * normals[1] + weights.z * normals[2];
-        vec3 position = vec3(0.0);
-#if POINT_LIGHTS
-        position = vec3(position_at(real2(pixel), depth));
-#endif
         Shade shade = shade_at(-normal, to_eye_from(pixel), position);
         shown = shown * shade.diffuse + shade.specular;
     }
 #endif
-    return cued(vec4(shown * look.a, look.a), float(depth));
+    return cued(vec4(shown * look.a, look.a), depth);
+}
+
+// True if the ray of `pixel` meets the primitive, at `depth`; and the weights of a triangle's corners there.
+bool meets_primitive(real2 pixel, out real depth, out vec3 weights) {
+    weights = vec3(0.0);
+#if LINES
+    if (kind.z > 0.0) return meets_line(pixel, depth);
+#endif
+    return meets_triangle(pixel, depth, weights);
 }
 
 void main() {
-    vec2 pixel = gl_FragCoord.xy - picture_middle;
+    vec2 pixel = pixel_at(gl_FragCoord.xy);
     real depth;
-    vec3 weights = vec3(0.0);
-    bool met;
-#if LINES
-    if (kind.z > 0.0) met = meets_line(real2(pixel), depth);
-    else
+    vec3 weights;
+    bool is_met = meets_primitive(real2(pixel), depth, weights);
+    vec3 position = vec3(0.0);
+#if HALF_SPACES || POINT_LIGHTS
+    real3 exact_position = position_at(pixel_ray(pixel), depth);
+    is_met = is_met && (kind.y == 0.0 || is_kept(exact_position));
+    position = vec3(exact_position);
 #endif
-    met = meets_triangle(real2(pixel), depth, weights);
-    if (!met || depth < eye_depth || (kind.y > 0.0 && !is_kept(real2(pixel), depth))) discard;
+    if (!is_met || depth < eye_depth) discard;
 
     float rounded = float(depth);
     vec4 after = texelFetch(behind, ivec2(gl_FragCoord.xy), 0);
@@ -163,6 +134,6 @@ void main() {
         return;
     }
     if (rounded != texelFetch(nearest, ivec2(gl_FragCoord.xy), 0).r) discard;
-    color = color_at(weights, pixel, depth);
+    color = color_at(weights, pixel, rounded, position);
     place = vec4(number, rounded, float(depth - real(rounded)), float(done | bit));
 }
