@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import texvol
-from texvol import Camera, Scene, TransferFunction, Volume, transfer
+from texvol import Camera, Scene, TransferFunction, Volume
+from texvol.scene import transfer
 
 SIZE = (512, 512)
 VIEW = np.array([0.6, 0.45, -0.66])  # along which the built-in scenes are seen
@@ -165,7 +166,7 @@ def _name(scene: Scene) -> str:
     """A name that is different for different scenes."""
     volume, points = scene.volume, scene.transfer_function
     assert points is not None
-    facts = hashlib.sha256(repr((volume.dimensions, volume.spacing.tolist(), scene.camera)).encode())
+    metadata = hashlib.sha256(repr((volume.dimensions, volume.spacing.tolist(), scene.camera)).encode())
     for numbers in (volume.values, points.values, points.colors, points.extinctions):
-        facts.update(np.ascontiguousarray(numbers).data)
-    return facts.hexdigest()[:16]
+        metadata.update(np.ascontiguousarray(numbers).data)
+    return metadata.hexdigest()[:16]

@@ -1,6 +1,6 @@
 // Colour and opacity of slabs along which the transfer function is integrated, alone or in runs.
 //
-// Switches: CLASSIFICATION 3, and those of medium.glsl. LEAPS: see slab_runs.glsl.
+// Switches: CLASSIFICATION 3, and those of medium.glsl. SKIPS: see slab_runs.glsl.
 
 #include "medium.glsl"
 #include "compositing.glsl"

@@ -1,12 +1,12 @@
 // The first surface of one value that a ray meets.
 //
 // Switches: DEPTH 1: the depth of the surface in place of its colour.
-//           LEAPS 1: slabs that `leaps` shows to be without the surface are skipped.
+//           SKIPS 1: slabs that `skips` shows to be without the surface are skipped.
 //           LIT, CUE, PERSPECTIVE and those of lights: see seen.glsl. MISSING: see value_pieces.glsl.
 
 #include "value_pieces.glsl"
 #include "seen.glsl"
-#if LEAPS
+#if SKIPS
 #include "skip.glsl"
 #endif
 
@@ -112,12 +112,12 @@ vec4 first_surface(BoxWalk walk, vec2 slabs, vec2 pixel, out bool is_met, out fl
     is_met = false;
     looked_at = 0.0;
     float slab = slabs.x;
-#if LEAPS
+#if SKIPS
     CellWalk cells = cell_walk(walk.start, walk.step);
 #endif
     while (slab < slabs.y && !is_met) {
         vec2 run = vec2(slab, slabs.y);
-#if LEAPS
+#if SKIPS
         run = full_run(cells, slab, slabs.y);
         if (run.x == NOWHERE) break;
 #endif

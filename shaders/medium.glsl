@@ -6,9 +6,9 @@
 //           LIT 1: light falls on the medium. MODULATIONS, GRADED, CONTOURS: see graded.glsl; HEAD_LIGHT and the like: see
 //           light.glsl. CUE: see seen.glsl.
 
+#include "volume_texture.glsl"
 #include "optics.glsl"
 #include "held.glsl"
-#include "volume_texture.glsl"
 #include "seen.glsl"
 
 #if CLASSIFICATION <= 1

@@ -3,8 +3,8 @@
 //
 // Switches: MODE 1: the integral of the value, see line_integral.glsl; 2: the largest value, or the least one, see
 //                extreme_value.glsl; 3: the first surface of one value, see isosurface.glsl.
-//           DEPTH, LEAPS, COUNT, LIT, CUE and those of lights: see isosurface.glsl. MISSING: see value_pieces.glsl.
-//           PERSPECTIVE, BRICKS, HALF_SPACES, STRETCH: see stack_walk.glsl. GRADIENT: see volume_texture.glsl.
+//           DEPTH, SKIPS, COUNT, LIT, CUE and those of lights: see isosurface.glsl. MISSING: see value_pieces.glsl.
+//           PERSPECTIVE, BRICKS, HALF_SPACES, INTERVAL: see stack_walk.glsl. GRADIENT: see volume_texture.glsl.
 
 #include "stack_walk.glsl"
 #include "value_pieces.glsl"

@@ -4,7 +4,7 @@
 //           AT_ONCE: slabs of a run that are sampled at a time, 2 or 4.
 //           WHOLE_SLABS: texels of CLASSIFICATION 0 stand for the path through a whole slab as they are, 1; or for a little
 //           less of the path, and nothing is opaque, 2.
-//           LEAPS: see slab_runs.glsl.
+//           SKIPS: see slab_runs.glsl.
 
 #include "medium.glsl"
 #include "compositing.glsl"
@@ -12,7 +12,7 @@
 
 // True if the slabs that the box cuts short are sampled in runs with the others, and not apart from them. Where empty space
 // is skipped, what is done once for each ray costs most; texels that stand for whole slabs make no shorter ones in a run.
-const bool CUT_IN_RUNS = LEAPS != 0 && !(CLASSIFICATION == 0 && WHOLE_SLABS == 1);
+const bool CUT_IN_RUNS = SKIPS != 0 && !(CLASSIFICATION == 0 && WHOLE_SLABS == 1);
 
 #if AT_ONCE == 4
 #define Slabs vec4

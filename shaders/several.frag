@@ -4,7 +4,7 @@
 // back. Depth 0 is in the middle of the first volume's box.
 //
 // Switches: VOLUMES: how many there are; those of volume_walk.glsl are each one's own.
-//           PERSPECTIVE, HALF_SPACES, STRETCH: see visible.glsl. COUNT: see compositing.glsl.
+//           PERSPECTIVE, HALF_SPACES, INTERVAL: see visible.glsl. COUNT: see compositing.glsl.
 //           CAPS 1: where half spaces cut a medium open it is opaque.
 //           HALVES 1: pieces are halves of slabs, on which values are taken to be linear.
 

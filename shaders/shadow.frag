@@ -22,8 +22,8 @@ uniform mat3 box_from_other;      // from fractions of the other box to fraction
 uniform vec3 other_corner;
 #endif
 uniform vec3 to_light;            // position of the light, or the direction to it at length 1; from the middle of the box
-uniform mat3 box_from_place;      // of positions and directions from the middle of the box, in units of its radius
-uniform mat3 place_from_box;
+uniform mat3 box_from_position;      // of positions and directions from the middle of the box, in units of its radius
+uniform mat3 position_from_box;
 uniform float part_length;        // at most, in those units
 uniform float length_per_unit;    // of the transfer function's unit of length
 
@@ -43,11 +43,11 @@ Ray light_ray(vec3 position, out float light_depth) {
     vec3 direction = to_light;
     light_depth = 1e30;
 #if POINT
-    direction = to_light - place_from_box * (position - 0.5);
+    direction = to_light - position_from_box * (position - 0.5);
     light_depth = length(direction);
     direction /= max(light_depth, 1e-30);
 #endif
-    return Ray(position, box_from_place * direction);
+    return Ray(position, box_from_position * direction);
 }
 
 // Interval of depths at which a ray is in the box, which it leaves along each axis through the face that it goes to; from a node

@@ -2,7 +2,7 @@
 
 // Per cell: 2 r + (1 where there may be a medium); all cells less than r away are alike, among those that a ray may come to.
 // The first half along an axis is for rays that go up along it, the second half for those that go down.
-uniform usampler3D leaps;
+uniform usampler3D skips;
 flat uniform vec3 cells_per_box;
 
 // A ray through the cells, in coordinates that grow along it: where it goes downwards they are mirrored at 0.
@@ -26,16 +26,16 @@ CellWalk cell_walk(vec3 start, vec3 step) {
     walk.depth_per_cell = 1.0 / max(walk.direction, vec3(1e-30));
     walk.depth_at_zero = -walk.start * walk.depth_per_cell;
     walk.sign = sign;
-    vec3 cells = vec3(textureSize(leaps, 0) / 2);
+    vec3 cells = vec3(textureSize(skips, 0) / 2);
     walk.lowest = mix(cells, vec3(0.0), greaterThan(sign, vec3(0.0)));
     walk.highest = walk.lowest + cells - 1.0;
     walk.first = walk.lowest + min(sign, vec3(0.0));
     return walk;
 }
 
-// Entry of a cell in `leaps`; rounding may put the cell beside the box.
+// Entry of a cell in `skips`; rounding may put the cell beside the box.
 uint entry_of(CellWalk walk, vec3 cell) {
-    return texelFetch(leaps, ivec3(clamp(walk.sign * cell + walk.first, walk.lowest, walk.highest)), 0).r;
+    return texelFetch(skips, ivec3(clamp(walk.sign * cell + walk.first, walk.lowest, walk.highest)), 0).r;
 }
 
 // True if there may be a medium from `depth` on, which becomes the depth at which that may change, and `cell` the cell in which

@@ -1,10 +1,10 @@
 // Runs of consecutive slabs of a ray that are sampled, with empty space skipped between them; and how far the ray has come.
 //
-// Switches: LEAPS 1: slabs that `leaps` shows to be empty are skipped.
+// Switches: SKIPS 1: slabs that `skips` shows to be empty are skipped.
 //           CLASSIFICATION: see medium.glsl. Slabs of 3 touch the cells between their planes; others are sampled in the middle.
 
 #include "box_walk.glsl"
-#if LEAPS
+#if SKIPS
 #include "skip.glsl"
 #if CLASSIFICATION == 2
 flat uniform float slabs_ahead;        // of the medium, that are looked for before they are sampled
@@ -24,7 +24,7 @@ struct Progress {
 
 struct SlabRuns {
     vec2 run;                     // first slab of the run to be sampled, and the one after its last; NOWHERE: there is none
-#if LEAPS
+#if SKIPS
     CellWalk cells;
 #if CLASSIFICATION != 3
     float base;                   // first slab of the ray
@@ -39,7 +39,7 @@ struct SlabRuns {
 // depths of the first and the last sample.
 SlabRuns slab_runs(BoxWalk walk, float base, vec2 sampled) {
     SlabRuns runs;
-#if LEAPS
+#if SKIPS
     runs.cells = cell_walk(walk.start, walk.step);
 #if CLASSIFICATION != 3
     runs.base = base;
@@ -51,7 +51,7 @@ SlabRuns slab_runs(BoxWalk walk, float base, vec2 sampled) {
 
 // Look for the first run from the next slab on.
 void find_run(inout SlabRuns runs, Progress progress) {
-#if !LEAPS
+#if !SKIPS
     runs.run = vec2(progress.slab, progress.end);
 #elif CLASSIFICATION == 3
     runs.run = full_run(runs.cells, progress.slab, progress.end);
@@ -65,7 +65,7 @@ void find_run(inout SlabRuns runs, Progress progress) {
 // At the end of a run go on with the next one that is known: so neighbours in a vector of pixels do not wait for each
 // other's runs.
 void continue_run(inout SlabRuns runs, inout Progress progress) {
-#if LEAPS && CLASSIFICATION != 3
+#if SKIPS && CLASSIFICATION != 3
     if (progress.slab >= runs.run.y) {
         runs.known_until = max(runs.known_until, progress.slab);  // of several slabs at once the last may lie beyond
         runs.run = take_run(runs.next, runs.base);
@@ -76,7 +76,7 @@ void continue_run(inout SlabRuns runs, inout Progress progress) {
 
 // Behind the last run that is known go on where nothing is known yet.
 void leave_run(SlabRuns runs, inout Progress progress) {
-#if LEAPS && CLASSIFICATION != 3
+#if SKIPS && CLASSIFICATION != 3
     if (progress.slab >= runs.base + NO_SLAB) progress.slab = runs.known_until;
 #endif
 }

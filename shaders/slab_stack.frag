@@ -3,7 +3,7 @@
 // the slab and the box, and the slabs are composited in registers, front to back.
 //
 // Switches: CLASSIFICATION, and those of medium.glsl. AT_ONCE, WHOLE_SLABS: see sampled_slabs.glsl.
-//           PERSPECTIVE, BRICKS, HALF_SPACES, STRETCH: see stack_walk.glsl. LEAPS: see slab_runs.glsl.
+//           PERSPECTIVE, BRICKS, HALF_SPACES, INTERVAL: see stack_walk.glsl. SKIPS: see slab_runs.glsl.
 //           CAPS 1: where half spaces cut the medium open it is opaque. COUNT: see compositing.glsl.
 
 #include "stack_walk.glsl"

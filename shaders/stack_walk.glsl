@@ -1,7 +1,7 @@
 // The slabs of a volume that a pixel's ray crosses, and which of them a polygon draws.
 //
 // Switches: BRICKS 1: slabs are drawn whose middle lies in the brick's own part of the box.
-//           PERSPECTIVE: see pixel_ray.glsl. HALF_SPACES, STRETCH: see visible.glsl.
+//           PERSPECTIVE: see pixel_ray.glsl. HALF_SPACES, INTERVAL: see visible.glsl.
 
 #include "pixel_ray.glsl"
 #include "box_walk.glsl"

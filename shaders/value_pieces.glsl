@@ -2,7 +2,7 @@
 //
 // Switches: MISSING 1: values may be missing, infinite, or far beyond most others; 2: there are infinities, and an integral must
 //                not step over any of them.
-//           GRADIENT, WEIGHTS, BRICKS: see volume_texture.glsl. HALF_SPACES, STRETCH: see visible.glsl.
+//           GRADIENT, WEIGHTS, BRICKS: see volume_texture.glsl. HALF_SPACES, INTERVAL: see visible.glsl.
 
 #include "box_walk.glsl"
 #include "volume_texture.glsl"

@@ -3,14 +3,14 @@
 // Glow is what a piece of the ray emits as if it absorbed nothing, and its optical depth: where volumes overlap, glows add up.
 //
 // Switches: CLASSIFICATION: see medium.glsl; 0 does not occur, since opacities do not add up.
-//           LEAPS 1: slabs that `leaps` shows to be empty are skipped.
+//           SKIPS 1: slabs that `skips` shows to be empty are skipped.
 //           FACES 1: every sample fills a box of its own, and pieces end where the ray leaves one.
 //           BRICKS 1: the texture is a part of the volume, and what lies in that part is drawn.
 
 #include "box_walk.glsl"
 #include "medium.glsl"
 #include "pixel_ray.glsl"
-#if LEAPS
+#if SKIPS
 #include "skip.glsl"
 #else
 const float NOWHERE = 1e9;
@@ -129,7 +129,7 @@ vec2 next_run(BoxWalk walk, float slab) {
     float end = walk.last_slab + 1.0;
     slab = max(slab, walk.first_slab);
     if (slab >= end) return vec2(NOWHERE);
-#if LEAPS
+#if SKIPS
     return full_run(cell_walk(walk.start, walk.step), slab, end);
 #else
     return vec2(slab, end);

@@ -20,9 +20,10 @@ from vtkmodules.util.numpy_support import numpy_to_vtk
 from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkIOXML import vtkXMLImageDataWriter
 
-from texvol import InputError, Volume, information, load
-from texvol.readers import TimeSeries, time_steps
-from texvol.transfer import PRESETS, preset, proposed_for
+from texvol import InputError, Volume, load
+from texvol.cli import information
+from texvol.formats.readers import TimeSeries, time_steps
+from texvol.scene.transfer import PRESETS, preset, proposed_for
 
 NX, NY, NZ = marked.DIMENSIONS
 ROUNDING = 2.0**-23  # of single precision, relative to 1; a rounding of the table's entry, and one of the reader's
@@ -48,10 +49,10 @@ def encoded(linear: NDArray) -> NDArray:
 def check(volume: Volume, samples: NDArray) -> None:
     """Fail unless the volume shows the components as they are."""
     whole = samples.dtype.kind == "u"
-    shares = samples / np.iinfo(samples.dtype).max if whole else samples.astype("f8")
-    colors = decoded(shares[..., :3]) if whole else shares[..., :3]
-    brightest = shares[..., :3].max(axis=-1)
-    amounts = shares[..., 3] if samples.shape[-1] == 4 else brightest if whole else encoded(brightest)
+    fractions = samples / np.iinfo(samples.dtype).max if whole else samples.astype("f8")
+    colors = decoded(fractions[..., :3]) if whole else fractions[..., :3]
+    brightest = fractions[..., :3].max(axis=-1)
+    amounts = fractions[..., 3] if samples.shape[-1] == 4 else brightest if whole else encoded(brightest)
     assert volume.colors is not None and volume.values.dtype == np.float32 and not volume.labels
     np.testing.assert_allclose(volume.colors, colors, rtol=0, atol=ROUNDING)
     np.testing.assert_allclose(volume.values, amounts, rtol=0, atol=ROUNDING)
@@ -269,7 +270,7 @@ def test_colours_of_a_nifti_file_are_not_scaled(tmp_path: Path) -> None:
 
 
 def test_a_sample_that_is_not_there_has_no_colour() -> None:
-    from texvol.readers.colors import colored
+    from texvol.formats.readers.colors import colored
 
     samples = components(4, "f4")
     samples[1, 2, 3, 0] = np.nan
@@ -343,8 +344,8 @@ def test_presets_tint_colours(name: str) -> None:
 
 def test_information_speaks_of_colours(tmp_path: Path) -> None:
     volume = load(as_npy(tmp_path, components(3)), color=True)
-    facts = information.facts(volume)
-    assert facts["color"] is True and facts["memory"]["data_bytes"] == 4 * 4 * NX * NY * NZ
-    page = information.text(facts)
+    metadata = information.metadata(volume)
+    assert metadata["color"] is True and metadata["memory"]["data_bytes"] == 4 * 4 * NX * NY * NZ
+    page = information.text(metadata)
     assert "colour      each sample has its own" in page and "sRGB of 8 bits" in page
-    assert information.facts(Volume(np.zeros((2, 2, 2))))["color"] is False
+    assert information.metadata(Volume(np.zeros((2, 2, 2))))["color"] is False

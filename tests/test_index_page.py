@@ -14,10 +14,11 @@ from browser import Browser, Page
 from compared_pictures import blob, filled, outcome_of
 from test_comparison_page import ODD, Parsed
 
-from texvol import image
 from texvol.comparison.entries import entry_of, entry_without_reference
 from texvol.comparison.index_page import index_page
 from texvol.comparison.pictures import Picture
+from texvol.formats.pictures import image
+from texvol.util import color
 
 LONG = "a-name-without-a-place-to-break-it-" * 9
 
@@ -63,9 +64,11 @@ def test_counts_and_signs_do_not_need_colours() -> None:
 
 
 def test_an_entry_says_what_is_known() -> None:
-    facts = {"driver": "of all", "Python": "3.11"}
-    entry = entry_of(outcome_of(blob(64, 48, 0.3), blob(64, 48)), test="test_x", facts={**facts, "driver": "<own>"})
-    text = " ".join(Parsed(index_page([entry], facts=facts)).text.split())
+    metadata = {"driver": "of all", "Python": "3.11"}
+    entry = entry_of(
+        outcome_of(blob(64, 48, 0.3), blob(64, 48)), test="test_x", metadata={**metadata, "driver": "<own>"}
+    )
+    text = " ".join(Parsed(index_page([entry], metadata=metadata)).text.split())
     for each in (*entry["violations"], *entry["kinds"], "test_x", "64 × 48 pixels", "ꟻLIP", "SSIM", "of all", "<own>"):
         assert each in text
     assert text.count("3.11") == 1, "what is the same for all is said once"
@@ -85,7 +88,7 @@ def test_any_number_of_pictures_makes_a_page(count: int) -> None:
 
 
 def test_names_are_text() -> None:
-    entry = entry_of(outcome_of(blob(9, 9, 1), blob(9, 9), ODD), test=ODD, page=ODD, facts={ODD: ODD})
+    entry = entry_of(outcome_of(blob(9, 9, 1), blob(9, 9), ODD), test=ODD, page=ODD, metadata={ODD: ODD})
     parsed = Parsed(index_page([entry], title=ODD))
     assert parsed.text.count(ODD) == 6
     assert all(each.startswith("data:image/") or "<" not in each for each in parsed.addresses)
@@ -131,11 +134,11 @@ def test_thumbnails_are_means_and_small_pictures_stay_as_they_are(tmp_path: Path
     seen = thumbnail(entry, "candidate", tmp_path)
     # Half of the light; a JPEG is within a level or two of it.
     assert seen.shape == (64, 128, 3)
-    assert seen == pytest.approx(float(image.srgb_from_linear(np.array(0.5))), abs=2.5 / 255)
+    assert seen == pytest.approx(float(color.srgb_from_linear(np.array(0.5))), abs=2.5 / 255)
     assert set(entry["thumbnails"]) == {"candidate"}, "a reference that is equal is not shown twice"
     tiny = np.dstack([np.arange(18).reshape(2, 3, 3) / 17, np.ones((2, 3))]).astype(np.float32)
     seen = thumbnail(entry_of(outcome_of(tiny, tiny)), "candidate", tmp_path)
-    assert seen == pytest.approx(image.srgb_from_linear(tiny[..., :3]), abs=0.6 / 255)
+    assert seen == pytest.approx(color.srgb_from_linear(tiny[..., :3]), abs=0.6 / 255)
 
 
 def test_what_is_no_number_is_magenta_in_a_thumbnail(tmp_path: Path) -> None:
@@ -157,7 +160,7 @@ def shown(page: Page) -> list[str]:
 @pytest.mark.parametrize("width", [1280, 400])
 def test_the_page_in_a_browser(browser: Browser, tmp_path: Path, width: int, dark: bool) -> None:
     entries = [*one_of_each(), {**off_by(0.2, LONG), "test": LONG, "violations": [LONG]}]
-    (tmp_path / "index.html").write_text(index_page(entries, title=LONG, facts={"driver": LONG}), "utf-8")
+    (tmp_path / "index.html").write_text(index_page(entries, title=LONG, metadata={"driver": LONG}), "utf-8")
     page = Page(browser, tmp_path / "index.html", width, dark=dark)
     assert page.tell("document.documentElement.scrollWidth") <= width
     assert page.tell("[...document.images].every(e => e.complete && e.naturalWidth > 0)")

@@ -10,15 +10,15 @@ import pytest
 from projected import CAMERAS, GRIDS, SIZE, every_grid, every_view, noise, same_depths, scene_of, with_gaps
 from scenes import smooth_volume
 
-from texvol.camera import Camera
-from texvol.errors import InputError
-from texvol.gradient import Estimator
-from texvol.lighting import DepthCue, Light, Lighting
 from texvol.ray_casting.projection import isosurface_depth, project
-from texvol.renderer import Renderer
-from texvol.scene import Scene
-from texvol.transfer import TransferFunction
-from texvol.volume import Volume
+from texvol.rendering.renderer import Renderer
+from texvol.scene.camera import Camera
+from texvol.scene.gradient import Estimator
+from texvol.scene.lighting import DepthCue, Light, Lighting
+from texvol.scene.scene import Scene
+from texvol.scene.transfer import TransferFunction
+from texvol.scene.volume import Volume
+from texvol.util.errors import InputError
 
 
 @pytest.fixture(scope="module")
@@ -45,7 +45,7 @@ def test_isosurfaces_are_where_they_are(renderer, grid, view):
 @pytest.mark.parametrize("kind", ["nan", "inf", "-inf"])
 def test_an_isosurface_beside_gaps_is_where_it_is(renderer, kind, projection):
     volume = with_gaps(kind)
-    scene = scene_of(volume, "isosurface", projection, share=0.75)
+    scene = scene_of(volume, "isosurface", projection, fraction=0.75)
     expected = isosurface_depth(scene, (63, 51))
     renderer.render(scene, (63, 51))
     same_depths(renderer.depth(), expected, volume)
@@ -117,7 +117,7 @@ def test_skipping_what_is_empty_changes_nothing(renderer, view):
     values = np.zeros((40, 33, 37), np.uint8)
     values[20:26, 8:15, 10:30] = np.random.default_rng(0).integers(90, 250, (6, 7, 20))
     volume = Volume(values, **GRIDS["sheared"])
-    scene = scene_of(volume, "isosurface", view, share=0.5)
+    scene = scene_of(volume, "isosurface", view, fraction=0.5)
     skipped = renderer.render(scene, (64, 64))
     depth, stats = renderer.depth(), renderer.stats
     everything = renderer.render(scene, (64, 64), skip_empty=False)
@@ -181,7 +181,7 @@ MISTAKES = {
         "vec2 turns = vec2(from);",
     ),
     "no refinement": ("trilinear.glsl", "MOST_STEPS = 24", "MOST_STEPS = 0"),
-    "a margin of a thousandth": ("projection.frag", "max(same, off), t)", "max(0.001 + same, off), t)"),
+    "a margin of a thousandth": ("isosurface.glsl", "= max(same, off);", "= max(0.001 + same, off);"),
 }
 
 
@@ -192,7 +192,7 @@ def test_a_mistake_in_where_it_is_is_seen(mistake):
 
 
 def test_a_missing_margin_is_seen():
-    for mistake in [("projection.frag", "max(same, off), t)", "1e-30 * max(same, off), t)")]:
+    for mistake in [("isosurface.glsl", "= max(same, off);", "= 1e-30 * max(same, off);")]:
         with planted.planted(mistake) as wrong, pytest.raises(AssertionError):
             for projection in ("orthographic", "perspective"):
                 test_values_exactly_at_the_isovalue_are_met(wrong, projection, np.float64)

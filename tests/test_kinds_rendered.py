@@ -14,12 +14,12 @@ from gallery_volumes import built_in
 from real_data import real_volume
 from scenes import BONE, FOG, random_volume, smooth_volume
 
-from texvol import image
 from texvol.comparison.kinds import kinds_of
-from texvol.readers import load
-from texvol.renderer import Renderer
-from texvol.scene import Scene
-from texvol.transfer import TransferFunction
+from texvol.formats.pictures import image
+from texvol.formats.readers import load
+from texvol.rendering.renderer import Renderer
+from texvol.scene.scene import Scene
+from texvol.scene.transfer import TransferFunction
 
 SIZE = (160, 150)
 SWAPPED_ORDER = (("optics.glsl", "return front + (1.0 - front.a) * back;", "return back + (1.0 - back.a) * front;"),)
@@ -64,9 +64,9 @@ def test_over_in_the_wrong_order(name: str, renderer: Renderer) -> None:
 @pytest.mark.parametrize("name", SCENES)
 def test_slabs_of_another_thickness(name: str, ratio: float, renderer: Renderer) -> None:
     scene = SCENES[name]()
-    matter = scene.transfer_function
-    assert matter is not None
-    thicker = replace(matter, extinctions=matter.extinctions * ratio)
+    medium = scene.transfer_function
+    assert medium is not None
+    thicker = replace(medium, extinctions=medium.extinctions * ratio)
     first = kinds_of(drawn(renderer, replace(scene, transfer_function=thicker)), drawn(renderer, scene))[0]
     assert first.name == "scaled opacity"
     # Texels of slabs mix opacities, and not depths: that is another 1e-2.

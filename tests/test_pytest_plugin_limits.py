@@ -8,12 +8,12 @@ import pytest
 from picture_project import Project, said, spots, waves
 
 from texvol.comparison.limits import ONE_DRIVER, TWO_DRIVERS
-from texvol.errors import InputError
 from texvol.pytest_plugin.tables import Tables
+from texvol.util.errors import InputError
 
 pytest_plugins = ("pytester", "picture_project")
 
-REASON = 'reason = "outlines are a matter of rounding"'
+REASON = 'reason = "outlines are a medium of rounding"'
 
 
 def tables(folder: Path, text: str) -> Tables:

@@ -12,8 +12,8 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 
-from texvol import image, quick_png
 from texvol.comparison.pictures import read_picture
+from texvol.formats.pictures import image, quick_png
 
 TEXTS = {"texvol:scene": '{"volume": "Schädel", "n": 1}', "texvol:renderer": "a\nb", "Software": "texvol"}
 
@@ -42,8 +42,12 @@ def header(path: Path) -> dict[str, object]:
     source = oiio.ImageInput.open(str(path))
     spec = source.spec()
     source.close()
-    facts = {each.name: each.value for each in spec.extra_attribs}
-    return facts | {"channels": list(spec.channelnames), "format": str(spec.format), "size": (spec.width, spec.height)}
+    metadata = {each.name: each.value for each in spec.extra_attribs}
+    return metadata | {
+        "channels": list(spec.channelnames),
+        "format": str(spec.format),
+        "size": (spec.width, spec.height),
+    }
 
 
 @pytest.mark.parametrize("transparent", [False, True])

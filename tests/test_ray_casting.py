@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from texvol.camera import Camera
-from texvol.errors import InputError
 from texvol.ray_casting import raycast
-from texvol.scene import Scene
-from texvol.transfer import TransferFunction
-from texvol.volume import Volume
+from texvol.scene.camera import Camera
+from texvol.scene.scene import Scene
+from texvol.scene.transfer import TransferFunction
+from texvol.scene.volume import Volume
+from texvol.util.errors import InputError
 
 BOTH = pytest.mark.parametrize("classification", ["extinction", "post"])
 # Some hundred pieces of a few ulps (2e-16) each, and ray positions to 1e-14 of a cell: 1e-12 leaves room.
@@ -214,8 +214,8 @@ def test_a_spike_in_the_transfer_function_is_not_missed(width):
 def test_a_transfer_function_of_many_points_is_that_of_few():
     few = TransferFunction([0, 8], [[1, 0, 0], [0, 0, 1]], [0.1, 0.5])
     values = np.linspace(0, 8, 1001)
-    share = values[:, None] / 8
-    many = TransferFunction(values, (1 - share) * [1, 0, 0] + share * [0, 0, 1], 0.1 + 0.05 * values)
+    fraction = values[:, None] / 8
+    many = TransferFunction(values, (1 - fraction) * [1, 0, 0] + fraction * [0, 0, 1], 0.1 + 0.05 * values)
     volume = ramp_volume()
     np.testing.assert_allclose(middle_ray(volume, many, "post"), middle_ray(volume, few, "post"), **EXACT)
 
@@ -331,7 +331,7 @@ def test_a_picture_without_pixels_is_refused(size):
 
 
 def test_a_scene_without_transfer_function_takes_the_proposed_one():
-    transfer = pytest.importorskip("texvol.transfer")
+    transfer = pytest.importorskip("texvol.scene.transfer")
     if not hasattr(transfer, "proposed_for"):
         pytest.skip("no proposal yet")
     volume = ramp_volume()

@@ -15,7 +15,8 @@ from real_data import real_volume
 from refusal import refused
 from scipy.interpolate import RegularGridInterpolator
 
-from texvol import InputError, information, load
+from texvol import InputError, load
+from texvol.cli import information
 
 FORMS = ["NETCDF4", "NETCDF4_CLASSIC", "NETCDF3_CLASSIC", "NETCDF3_64BIT_OFFSET", "NETCDF3_64BIT_DATA"]
 Z, Y, X = 30.5 - 4 * np.arange(3.0), -20 + 3 * np.arange(4.0), 10 + 2 * np.arange(5.0)
@@ -46,7 +47,7 @@ def test_levels_and_latitudes_that_decrease_stay_in_the_files_order(tmp_path: Pa
     np.testing.assert_array_equal(np.diag(volume.direction), [1, -1, -1])
     assert volume.unit == ""
     assert volume.space == "lon (degrees_east), lat (degrees_north), lev (hPa)"
-    assert "different units (degrees_east, degrees_north, hPa)" in information.text(information.facts(volume))
+    assert "different units (degrees_east, degrees_north, hPa)" in information.text(information.metadata(volume))
 
 
 @pytest.mark.parametrize("order", [(0, 1, 2), (2, 1, 0), (1, 2, 0)])
@@ -98,7 +99,7 @@ def test_the_first_variable_that_is_a_volume_is_read_and_named(tmp_path: Path) -
     marked.check(volume, position=POSITION)
     note = "variable first (the first one, K), the first of 3: first, second, model/third; --variable NAME chooses"
     assert volume.notes == (note,)
-    assert note in information.text(information.facts(volume))
+    assert note in information.text(information.metadata(volume))
 
 
 def test_a_variable_is_chosen_by_name(tmp_path: Path) -> None:

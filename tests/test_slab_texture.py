@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from scenes import BONE, FOG, constant, random_volume, smooth_volume
 
-from texvol import optics
-from texvol.accuracy import cheapest_texel_format
-from texvol.slab_texture import SlabTexture, bake
-from texvol.transfer import TransferFunction
-from texvol.value_texture import bake_values
-from texvol.volume import Volume
+from texvol.scene import optics
+from texvol.scene.transfer import TransferFunction
+from texvol.scene.volume import Volume
+from texvol.textures.slab_texture import SlabTexture, bake
+from texvol.textures.texel_format import cheapest_texel_format
+from texvol.textures.value_texture import bake_values
 
 
 def unscaled(texture: SlabTexture) -> np.ndarray:
@@ -54,12 +54,12 @@ def test_tables_and_arithmetic_give_the_same_texels() -> None:
 @pytest.mark.parametrize("dtype", [np.uint8, np.int16, np.float32, np.float64])
 def test_texels_of_a_box_are_those_of_the_whole_there(dtype: type) -> None:
     values = np.random.default_rng(4).uniform(0, 100, (19, 18, 17)).astype(dtype)
-    matter = TransferFunction(100 * BONE.values, BONE.colors, BONE.extinctions)
+    medium = TransferFunction(100 * BONE.values, BONE.colors, BONE.extinctions)
     box = (slice(3, 9), slice(0, 18), slice(5, 6))
     for texture in (
-        bake(Volume(values), matter, "slab", 0.5, "rgba16f"),
-        bake(Volume(values), matter, "extinction", 0.5),
-        bake_values(Volume(values), matter, "post"),
+        bake(Volume(values), medium, "slab", 0.5, "rgba16f"),
+        bake(Volume(values), medium, "extinction", 0.5),
+        bake_values(Volume(values), medium, "post"),
     ):
         np.testing.assert_array_equal(texture.texels(box), texture.texels()[box])
         assert texture.texels(box).shape == (6, 18, 1, texture.components)

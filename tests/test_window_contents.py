@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 from windows import PATIENCE, ball, display, eight_bits, script, texvol, viewed  # noqa: F401 (display is a fixture)
 
-from texvol import transfer
 from texvol.annotation import Annotation, with_room
-from texvol.errors import InputError
+from texvol.formats.readers import load
 from texvol.geometry import Mesh, save_mesh
-from texvol.readers import load
+from texvol.scene import transfer
+from texvol.util.errors import InputError
 from texvol.window import additions, contents, navigation, recent, saving
 from texvol.window import script as scripts
 from texvol.window.commands import TABS, is_command
@@ -281,7 +281,7 @@ def test_recent_files_keep_every_volume_and_how_it_was_read(folder: Path) -> Non
     recent.add("ball.npy", recent.how(again.scene))
     assert len(recent.files()) == 1, "it is the same again"
     for text in ('[{"path": "ball.npy", "add": [{"no": 1}]}]', '[{"path": "ball.npy", "add": 3}]'):
-        recent.place().write_text(text)
+        recent.position().write_text(text)
         assert recent.files() == []
 
 

@@ -12,10 +12,10 @@ import pytest
 from windows import ball, display, eight_bits, script, texvol, viewed  # noqa: F401 (display is a fixture)
 
 from texvol.__main__ import main
-from texvol.air import HOUNSFIELD
-from texvol.image import read
-from texvol.options import SceneOptions
-from texvol.scene import COLORINGS, NUMBER_MODES
+from texvol.formats.pictures.image import read
+from texvol.options.scene_options import SceneOptions
+from texvol.scene.air import HOUNSFIELD
+from texvol.scene.scene import COLORINGS, NUMBER_MODES
 from texvol.window import editing, saving
 from texvol.window.commands import is_command
 from texvol.window.document import Document, opened_file
@@ -48,7 +48,7 @@ def seen(easel: Any, document: Document) -> tuple[np.ndarray, Any]:
     answers.clear()
     drawing.paint(Job(1, "rest", document.scene, SIZE, {"max_error": 0.02}, document.showing))
     assert answers[-1].final and answers[-1].pixels is not None, answers[-1].text
-    return answers[-1].pixels, answers[-1].facts["settings"]
+    return answers[-1].pixels, answers[-1].metadata["settings"]
 
 
 def pixels_of(name: str) -> np.ndarray:
@@ -105,7 +105,7 @@ def test_the_line_wins_over_what_was_saved(folder) -> None:
     def chosen(*line: str, file: str = "s.toml") -> tuple[str, Any]:
         import argparse
 
-        from texvol.options import add_scene_options
+        from texvol.options.scene_options import add_scene_options
 
         parser = argparse.ArgumentParser()
         add_scene_options(parser)

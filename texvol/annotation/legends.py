@@ -8,12 +8,12 @@ import numpy as np
 
 from texvol.annotation.legend_content import Content, content_of
 from texvol.annotation.lettering import Lettering
-from texvol.display import Window, straight_colors
-from texvol.errors import InputError
-from texvol.label_counts import label_counts
-from texvol.scene import Scene
-from texvol.transfer import proposed_for
-from texvol.volume import Volume
+from texvol.scene.display import Window, straight_colors
+from texvol.scene.label_counts import label_counts
+from texvol.scene.scene import Scene
+from texvol.scene.transfer import proposed_for
+from texvol.scene.volume import Volume
+from texvol.util.errors import InputError
 
 _CHOSEN = ("variable", "series", "channel", "time")  # of a file, that tell its volumes apart
 
@@ -40,12 +40,12 @@ def contents_of(scene: Scene, value_name: str, window: Window | None, letters: L
 
 def _labels(scene: Scene, name: str) -> Content:
     """The labels that are seen, by their colours; by names where the transfer function has some."""
-    matter = scene.transfer_function or proposed_for(scene.volume)
-    names, colors = matter.materials, [np.array(color) for color in matter.material_colors]
+    medium = scene.transfer_function or proposed_for(scene.volume)
+    names, colors = medium.materials, [np.array(color) for color in medium.material_colors]
     if not colors:
         labels = label_counts(scene.volume).labels.astype(np.float64)
-        seen = labels[matter.classify(labels).extinction > 0]
-        names, colors = tuple(f"{label:.0f}" for label in seen), list(straight_colors(matter, seen))
+        seen = labels[medium.classify(labels).extinction > 0]
+        names, colors = tuple(f"{label:.0f}" for label in seen), list(straight_colors(medium, seen))
     entries = zip((each.removeprefix("label ") for each in names), colors, strict=True)
     return Content(name.strip() or "label", None, tuple(entries))
 

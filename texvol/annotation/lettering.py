@@ -19,8 +19,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.errors import InputError, missing_extra
-from texvol.text_files import check_regular
+from texvol.util.errors import InputError, missing_extra
+from texvol.util.text_files import check_regular
 
 ELLIPSIS = "…"
 _MOST_EMS = 256  # area of a letter in squares of the font's size; more is a broken font
@@ -99,7 +99,7 @@ class Lettering:
                     f"{what}: the font {self.name} has no letter {letter!r} (U+{ord(letter):04X}): give a font that has"
                 )
 
-    def fitted(self, text: str, size: float, width: float, least_share: float) -> tuple[str, float]:
+    def fitted(self, text: str, size: float, width: float, least_fraction: float) -> tuple[str, float]:
         """The text and a size at which it is no wider than `width`: smaller, down to `least_share`, and then cut.
 
         Empty where not even a letter fits.
@@ -107,7 +107,7 @@ class Lettering:
         natural = self.box(text, size).width
         if natural <= width:
             return text, size
-        size = max(size * width / natural, size * least_share)
+        size = max(size * width / natural, size * least_fraction)
         if self.box(text, size).width <= width:
             return text, size
         most = min(len(text), int(width))  # letters of a pixel each say nothing

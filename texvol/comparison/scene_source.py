@@ -6,10 +6,10 @@ import os
 from pathlib import Path
 
 from texvol.comparison.pictures import read_picture
-from texvol.errors import InputError
-from texvol.options import SceneOptions
-from texvol.stored_scene import AnyVolume, StoredScene, stored_scene_of
-from texvol.volume import Volume
+from texvol.options.scene_options import SceneOptions
+from texvol.provenance.stored_scene import AnyVolume, StoredScene, stored_scene_of
+from texvol.scene.volume import Volume
+from texvol.util.errors import InputError
 
 PICTURES = (".exr", ".png", ".jpg", ".jpeg")  # a TIFF is a volume: as a picture it has no scene
 LONGEST_SIDE = 256  # of a picture drawn again for a test, pixels
@@ -52,8 +52,8 @@ def scene_of(path: str | os.PathLike[str], *, volume: AnyVolume = None) -> tuple
 
 def small_size(size: tuple[int, int]) -> tuple[int, int]:
     """A size of the same shape that is quick to draw."""
-    share = min(1.0, LONGEST_SIDE / max(size))
-    return max(1, round(size[0] * share)), max(1, round(size[1] * share))
+    fraction = min(1.0, LONGEST_SIDE / max(size))
+    return max(1, round(size[0] * fraction)), max(1, round(size[1] * fraction))
 
 
 def _stored(scene_options: SceneOptions, volume: Volume, name: str) -> StoredScene:

@@ -10,9 +10,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.errors import InputError, missing_extra
-from texvol.geometry.shapes import Mesh
-from texvol.volume import Volume
+from texvol.scene.shapes import Mesh
+from texvol.scene.volume import Volume
+from texvol.util.errors import InputError, missing_extra
 
 # What stands for an infinite value, in ranges of the finite ones: the surface is this much nearer to the finite side.
 _INFINITE = 2.0**20
@@ -76,11 +76,11 @@ def _above(volume: Volume, value: float) -> tuple[NDArray[np.float32], NDArray[n
     return np.pad(above, 1, mode="edge"), np.pad(missing, 1, mode="edge") if missing.any() else missing
 
 
-def _is_beside(missing: NDArray[np.bool_], places: NDArray) -> NDArray[np.bool_]:
+def _is_beside(missing: NDArray[np.bool_], positions: NDArray) -> NDArray[np.bool_]:
     """Whether places lie in cells of which a corner is missing."""
-    cells = np.minimum(np.floor(places).astype(int), np.array(missing.shape) - 2)
+    cells = np.minimum(np.floor(positions).astype(int), np.array(missing.shape) - 2)
     z, y, x = cells.T
-    found = np.zeros(len(places), np.bool_)
+    found = np.zeros(len(positions), np.bool_)
     for corner in range(8):
         found |= missing[z + (corner & 1), y + (corner >> 1 & 1), x + (corner >> 2)]
     return found

@@ -12,12 +12,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol import fingerprint, image
 from texvol.comparison.limits import DRIVER_ATTRIBUTE
 from texvol.comparison.pictures import Picture, read_picture
-from texvol.errors import InputError
+from texvol.formats.pictures import image
 from texvol.pytest_plugin import repeats
-from texvol.text_files import parsed_json
+from texvol.util import fingerprint
+from texvol.util.errors import InputError
+from texvol.util.text_files import parsed_json
 
 SUFFIXES = (".exr", ".png", ".tif", ".tiff", ".jpg", ".jpeg")
 FINGERPRINT_ATTRIBUTE = "texvol:fingerprint"
@@ -53,7 +54,7 @@ def find(folder: Path, name: str) -> Reference:
     return Reference(there[0], True) if there else Reference(folder / f"{name}.exr", False)
 
 
-def place_of(reference: Reference, picture: Picture) -> Path:
+def position_of(reference: Reference, picture: Picture) -> Path:
     """Where the picture is the reference.
 
     A PNG of colours stays one; of every other format the EXR takes the place, which holds all that there is.

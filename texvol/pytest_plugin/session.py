@@ -8,15 +8,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from texvol import writing
 from texvol.comparison import ci
-from texvol.errors import InputError, TexvolError
 from texvol.pytest_plugin import junit, references, report
 from texvol.pytest_plugin.candidates import Maker
 from texvol.pytest_plugin.names import Claims
 from texvol.pytest_plugin.pending import Pending
 from texvol.pytest_plugin.records import FAILING, RECORDS, plain
-from texvol.shown_text import escaped
+from texvol.util import writing
+from texvol.util.errors import InputError, TexvolError
+from texvol.util.shown_text import escaped
 
 if TYPE_CHECKING:
     import pytest
@@ -67,7 +67,7 @@ class PictureSession:
             return {}
         self._self_tests = False
         from texvol.comparison import self_test, self_test_page
-        from texvol.stored_scene import StoredScene
+        from texvol.provenance.stored_scene import StoredScene
 
         stored = StoredScene(candidate.scene, candidate.settings, name=outcome.name)
         try:
@@ -86,7 +86,7 @@ class PictureSession:
         item: pytest.Item,
         record: dict[str, Any],
         outcome: Outcome | None = None,
-        facts: Mapping[str, str] = {},
+        metadata: Mapping[str, str] = {},
         picture: Picture | None = None,
     ) -> Kept:
         """Keep what is known of a check, for pytest's report; write what there is to look at.
@@ -108,10 +108,10 @@ class PictureSession:
             assert kept.page is not None
             _make_folder(kept.page.parent)
             back = os.path.relpath(root / "index.html", kept.page.parent) if self._folder else None
-            report.write_page(kept.page, outcome, facts, back)
+            report.write_page(kept.page, outcome, metadata, back)
             record = record | {"page": str(kept.page)}
         if self._folder:
-            record = record | report.entry(record, outcome, facts, f"{page}.html" if has_page else "")
+            record = record | report.entry(record, outcome, metadata, f"{page}.html" if has_page else "")
         record = plain(record)
         item.stash.setdefault(RECORDS, []).append(record)
         self._tell_junit(item, record)

@@ -1,7 +1,7 @@
 """The oracle of the projection modes: what the value is along each ray, without a step length, in float64.
 
     xray        ∫ v ds, or what of it is   average    ∫ v ds / ∫ ds
-                above air, see `texvol.air`
+                above air, see `texvol.scene.air`
     mip, minip  the highest, lowest v      isosurface the first place where v is or passes the isovalue, lit
 
 The value v is trilinear, so a cubic in s between two faces of cells: its integral has a closed form, it is highest at
@@ -18,16 +18,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.air import attenuation_of
-from texvol.camera import Camera
-from texvol.display import isosurface_color
-from texvol.errors import InputError
-from texvol.hidden_samples import without_hidden
-from texvol.kept_arrays import read_only
-from texvol.lighting import Lighting
 from texvol.ray_casting.projection_shading import answer, gradients_at
 from texvol.ray_casting.projection_walk import ABOVE, HIGHEST, INTEGRAL, SURFACE, project_rays
-from texvol.scene import Scene, checked_size
+from texvol.scene.air import attenuation_of
+from texvol.scene.camera import Camera
+from texvol.scene.display import isosurface_color
+from texvol.scene.hidden_samples import without_hidden
+from texvol.scene.lighting import Lighting
+from texvol.scene.scene import Scene, checked_size
+from texvol.util.errors import InputError
+from texvol.util.kept_arrays import read_only
 
 _KINDS = {
     "xray": (INTEGRAL, 1.0),
@@ -68,23 +68,23 @@ def project(
     scene = without_hidden(scene)
     camera = scene.camera_for(size)
     rays, numbers = _traced(scene, camera, size, chosen)
-    number, way = numbers[..., 0], numbers[..., 1]
+    number, direction = numbers[..., 0], numbers[..., 1]
     if scene.mode == "isosurface":
-        picture = _surface_picture(scene, camera, rays, number, way >= 0)
+        picture = _surface_picture(scene, camera, rays, number, direction >= 0)
         if scene.geometry:
             from texvol.ray_casting.surfaces import Layer, put_before, surface_layers
 
-            until = np.where(way >= 0, number, np.inf)
+            until = np.where(direction >= 0, number, np.inf)
             layers = surface_layers(scene, camera, size)
             put_before([Layer(chosen(layer.s), chosen(layer.color)) for layer in layers], until, picture)
         return picture
     if (attenuation := attenuation_of(scene.air)) is not None:
         number = attenuation.per_value * number
     if scene.mode == "average":
-        number = np.divide(number, way, out=np.zeros_like(number), where=way > 0)
-    picture = np.zeros((*way.shape, 4))
-    picture[way > 0, :3] = (_KINDS[scene.mode][1] * number[way > 0])[:, np.newaxis]
-    picture[way > 0, 3] = 1.0
+        number = np.divide(number, direction, out=np.zeros_like(number), where=direction > 0)
+    picture = np.zeros((*direction.shape, 4))
+    picture[direction > 0, :3] = (_KINDS[scene.mode][1] * number[direction > 0])[:, np.newaxis]
+    picture[direction > 0, 3] = 1.0
     return picture
 
 
@@ -109,7 +109,7 @@ def isosurface_depth(scene: Scene, size: tuple[int, int] = (512, 512)) -> NDArra
 
 def _traced(scene: Scene, camera: Camera, size: tuple[int, int], chosen: Chosen) -> tuple[_Rays, NDArray[np.float64]]:
     """The rays of a picture, and what `project_rays` finds along each, shape (height, width, 2)."""
-    from texvol.ray_casting import _position_rounding, over_rows, rays_of
+    from texvol.ray_casting.raycast import _position_rounding, over_rows, rays_of
 
     if scene.mode not in _KINDS:
         raise InputError(f"a projection mode is one of {', '.join(_KINDS)}, and not {scene.mode}")

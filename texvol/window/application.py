@@ -8,8 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from texvol import image, writing
-from texvol.errors import InputError
+from texvol.formats.pictures import image
+from texvol.util import color, writing
+from texvol.util.errors import InputError
 from texvol.window import panels
 from texvol.window.desk import MOST_PANEL, Desk
 from texvol.window.director import Director, Wanted
@@ -18,7 +19,7 @@ from texvol.window.events import Event, Queue
 from texvol.window.interface import Interface
 from texvol.window.painter import Painter
 from texvol.window.parcels import Shared
-from texvol.window.probe import at_point, first_matter
+from texvol.window.probe import at_point, first_medium
 from texvol.window.quality import DEFAULT_ERROR, DEFAULT_FRAMES_PER_SECOND, SETTLED, Pace
 from texvol.window.screen import Screen, Texture, Textures
 from texvol.window.script import Action, Player, Recorder
@@ -271,7 +272,7 @@ class Application:
         if outcome.view is not document.view:
             desk.attempt(lambda: document.look(outcome.view))
         if outcome.clicked:
-            point = first_matter(document.scene, desk.room.place(*outcome.clicked))
+            point = first_medium(document.scene, desk.room.position(*outcome.clicked))
             if point is not None:
                 from texvol.window import navigation
 
@@ -281,7 +282,7 @@ class Application:
             desk.run(command)
         desk.probed = None
         if desk.preferences.probe and ours["mouse"] and desk.room.holds(*desk.steering.cursor):
-            point = first_matter(document.scene, desk.room.place(*desk.steering.cursor))
+            point = first_medium(document.scene, desk.room.position(*desk.steering.cursor))
             desk.probed = None if point is None else at_point(document.scene, point)
         if not imgui_is_active() and not desk.gripping:
             document.history.end_stroke()
@@ -348,7 +349,7 @@ class Application:
             self._shots += [plan.screenshot] if plan.screenshot else []
         while self._shots:
             path = self._shots.pop()
-            linear = image.linear_from_srgb(self._screen.read() / 255.0)
+            linear = color.linear_from_srgb(self._screen.read() / 255.0)
             picture = np.concatenate([linear, np.ones((*linear.shape[:2], 1))], axis=2).astype(np.float32)
             writing.write_files({path: image.encoded(path, picture, {})})
 

@@ -9,7 +9,7 @@ from typing import Any, Literal
 from numpy.typing import NDArray
 
 from texvol.annotation import Annotation
-from texvol.scene import Scene
+from texvol.scene.scene import Scene
 
 Size = tuple[int, int]
 
@@ -80,5 +80,5 @@ class Answer:
     number: int
     final: bool = True
     pixels: NDArray | None = None
-    facts: Mapping[str, Any] = field(default_factory=dict)
+    metadata: Mapping[str, Any] = field(default_factory=dict)
     text: str = ""

@@ -1,0 +1,229 @@
+"""Fields on grids that are not regular, as samples on one that is, and how far these are from the field's own samples.
+
+Both ways between grids go through index space. With u the index of a point in a grid of n samples along each axis,
+
+    f(u) = Σ w_c(u) f_c,        w_c the trilinear weights of the 8 samples around u,
+
+clamped to the outermost samples as `Volume` does it. A sample that is not finite is missing: the others' weights are
+scaled to 1, and where they hold less than half of it the point is missing too, so that a field with holes keeps its
+extent on average.
+
+The error of a resampling is measured: f - f' at all samples of the source, f' being what texvol draws, the field
+between the new samples.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+MOST_SAMPLES = 512  # along an axis, unless the source has more
+MOST_REFINED = 4  # times the source's samples along an axis: what is finer shows only the interpolation
+
+_LEAST_WEIGHT = 0.5 - 1e-9  # of what is there; a point halfway between two samples is the one's that is there
+_CHUNK = 2**16  # points at a time: their intermediates stay in the cache
+_SNAP = 1e-9  # of a sample: an index this near to a whole one is that one, what remains is rounding
+
+
+class Weights:
+    """Where along an axis of a grid points lie: between which samples, and how far.
+
+    Parameters
+    ----------
+    index : array of shape (m,)
+        Where, in samples from 0; clamped to the outermost ones.
+    count : int
+        Samples that the grid has along the axis.
+    """
+
+    def __init__(self, index: NDArray[np.float64], count: int) -> None:
+        index = np.clip(index, 0.0, count - 1.0)
+        whole = np.round(index)
+        index = np.where(np.abs(index - whole) < _SNAP, whole, index)
+        self.first = np.minimum(index.astype(np.intp), max(count - 2, 0))
+        self.second = np.minimum(self.first + 1, count - 1)
+        self.upper = index - self.first
+        self.lower = 1.0 - self.upper
+
+
+def slices_at(values: NDArray, index: Sequence[NDArray[np.float64]]) -> Iterator[NDArray[np.float64]]:
+    """The field on a grid of points whose axes run along its own, slice by slice.
+
+    Parameters
+    ----------
+    values : array of shape (nz, ny, nx)
+    index : three arrays
+        Indices x, y, z of the points; those along z do not decrease.
+
+    Yields
+    ------
+    array of shape (my, mx)
+        For each index along z; NaN where the field is missing.
+    """
+    x, y, z = (Weights(each, count) for each, count in zip(index, values.shape[::-1], strict=True))
+    held: dict[int, tuple[NDArray[np.float64], NDArray[np.float64] | None]] = {}
+
+    def plane(k: int) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
+        """Weighted sum of what is there, and the weights' sum unless all of it is there."""
+        if k not in held:
+            source = values[k].astype(np.float64)
+            there = np.isfinite(source)
+            if there.all():
+                held[k] = _across(source, x, y), None
+            else:
+                held[k] = _across(np.where(there, source, 0.0), x, y), _across(there.astype(np.float64), x, y)
+        return held[k]
+
+    for first, second, lower, upper in zip(z.first, z.second, z.lower, z.upper, strict=True):
+        for k in [k for k in held if k not in (first, second)]:
+            del held[k]
+        (total, weight), (other_total, other_weight) = plane(int(first)), plane(int(second))
+        result = lower * total + upper * other_total
+        if weight is not None or other_weight is not None:
+            present = lower * (1.0 if weight is None else weight) + upper * (
+                1.0 if other_weight is None else other_weight
+            )
+            result = _normalised(result, present)
+        yield result
+
+
+def _across(plane: NDArray[np.float64], x: Weights, y: Weights) -> NDArray[np.float64]:
+    rows = plane[y.first] * y.lower[:, np.newaxis] + plane[y.second] * y.upper[:, np.newaxis]
+    return rows[:, x.first] * x.lower + rows[:, x.second] * x.upper
+
+
+def _normalised(total: NDArray[np.float64], present: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.where(present >= _LEAST_WEIGHT, total / np.maximum(present, _LEAST_WEIGHT), np.nan)
+
+
+def nearest(index: NDArray[np.float64]) -> NDArray[np.intp]:
+    """The samples whose labels points have: those that they lie nearest to, half-way the upper ones."""
+    return np.floor(index + 0.5).astype(np.intp)
+
+
+def labels_at(values: NDArray, index: NDArray[np.float64]) -> NDArray:
+    """The labels of points anywhere; `index` of shape (m, 3) is clamped to the outermost samples."""
+    x, y, z = (np.clip(nearest(index[:, axis]), 0, values.shape[2 - axis] - 1) for axis in range(3))
+    found: NDArray = values[z, y, x]
+    return found
+
+
+def sampled_at(values: NDArray, index: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The field at points anywhere.
+
+    Parameters
+    ----------
+    values : array of shape (nz, ny, nx)
+    index : array of shape (m, 3)
+        Indices x, y, z of the points.
+
+    Returns
+    -------
+    array of shape (m,)
+        NaN where the field is missing.
+    """
+    result = np.empty(len(index))
+    for begin in range(0, len(index), _CHUNK):
+        part = index[begin : begin + _CHUNK]
+        axes = [Weights(part[:, axis], values.shape[2 - axis]) for axis in range(3)]
+        total, present = np.zeros(len(part)), np.zeros(len(part))
+        for corner in range(8):
+            at, weight = [], np.ones(len(part))
+            for axis, each in enumerate(axes):
+                is_upper = corner >> axis & 1
+                at.append(each.second if is_upper else each.first)
+                weight = weight * (each.upper if is_upper else each.lower)
+            sample = values[at[2], at[1], at[0]].astype(np.float64)
+            there = np.isfinite(sample)
+            total += np.where(there, sample, 0.0) * weight
+            present += there * weight
+        result[begin : begin + _CHUNK] = _normalised(total, present)
+    return result
+
+
+class Difference:
+    """What a resampling lost, from the source's samples and the new field at their places, taken part by part."""
+
+    def __init__(self) -> None:
+        self._largest = self._mean_square = 0.0
+        self._compared = self._lost = self._filled = 0
+        self._low, self._high = np.inf, -np.inf
+
+    def add(self, source: NDArray, field: NDArray[np.float64]) -> None:
+        """Take some of the samples in."""
+        there, drawn = np.isfinite(source), np.isfinite(field)
+        both = there & drawn
+        self._lost += int((there & ~drawn).sum())
+        self._filled += int((drawn & ~there).sum())
+        if there.any():
+            finite = source[there]
+            self._low, self._high = min(self._low, float(finite.min())), max(self._high, float(finite.max()))
+        if both.any():
+            errors = np.abs(source[both].astype(np.float64) - field[both])
+            self._compared += errors.size
+            self._largest = max(self._largest, float(errors.max()))
+            # Divided before it is squared: squares of values near 1e200 would be infinite.
+            scale = float(errors.max()) or 1.0
+            mean = float(((errors / scale) ** 2).mean()) * scale**2
+            self._mean_square += (mean - self._mean_square) * (errors.size / self._compared)
+
+    def metadata(self) -> dict[str, Any]:
+        """The error, in data units and as a share of the source's range of values, and of how many samples."""
+        extent = self._high - self._low
+        is_known = self._compared > 0
+        largest, rms = self._largest, float(np.sqrt(self._mean_square))
+        return {
+            "max_error": largest if is_known else None,
+            "rms_error": rms if is_known else None,
+            "max_error_share": largest / extent if is_known and extent > 0 else None,
+            "rms_error_share": rms / extent if is_known and extent > 0 else None,
+            "compared": self._compared,
+            "lost": self._lost,
+            "filled": self._filled,
+        }
+
+
+def type_between(dtype: np.dtype) -> np.dtype:
+    """Type of values between samples of `dtype`: float32 where these have 16 bits or are float32, else float64."""
+    return np.dtype(np.float32 if dtype.itemsize <= (4 if dtype.kind == "f" else 2) else np.float64)
+
+
+def resolution_for(extent: float, finest: float, samples: int) -> int:
+    """How many samples an axis gets unless the user says: as many as its finest spacing needs, within the bounds."""
+    needed = extent / finest if finest > 0 else np.inf
+    # A whole number of finest spacings, but for rounding, needs no further sample.
+    wanted = int(np.ceil(min(needed, 2.0**31) - 1e-6)) + 1
+    return max(2, min(wanted, MOST_REFINED * samples, max(MOST_SAMPLES, samples)))
+
+
+def text(metadata: dict[str, Any]) -> list[str]:
+    """Lines for people about what a volume's `resampling` says."""
+    source, made = (" x ".join(map(str, metadata[key])) for key in ("samples", "dimensions"))
+    lines = [f"from a {metadata['grid']} grid of {source} samples to a regular one of {made} ({metadata['chosen_by']})"]
+    if "changed" in metadata:
+        changed, compared = metadata["changed"], metadata["compared"]
+        lines.append(f"{changed} of {compared} samples of the source lie where another label is nearest")
+    elif metadata["max_error"] is None:
+        lines.append("error not known: no sample of the source lies where the new field has a value")
+    else:
+        lines.append(
+            f"error at the source's samples: max {_amount(metadata, 'max_error')}, rms {_amount(metadata, 'rms_error')}"
+        )
+    nothing = "0" if "changed" in metadata else "NaN"
+    for key, what in (
+        ("lost", "samples of the source lie where the new field is missing"),
+        ("filled", "missing samples of the source lie where the new field has a value"),
+        ("outside", f"of the new samples lie outside of the source's grid and are {nothing}"),
+        ("flat_cells", "cells of the source have no volume and hold nothing"),
+    ):
+        if metadata.get(key):
+            lines.append(f"{metadata[key]} {what}")
+    return lines
+
+
+def _amount(metadata: dict[str, Any], key: str) -> str:
+    fraction = metadata[f"{key}_share"]
+    return f"{metadata[key]:.4g}" + ("" if fraction is None else f" ({100 * fraction:.3g} % of the range)")

@@ -1,0 +1,76 @@
+"""What is linear in the value between points: a step's right side holds at the step."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+LARGEST_VALUE = 8e307
+ROUNDING = 2.0**-20  # of a value, more than interpolation loses
+
+
+def slopes(values: NDArray[np.float64], numbers: NDArray[np.float64]) -> NDArray[np.float64]:
+    """What `numbers`, shape (n, k), gain per unit of value after each point, shape (n - 1, k); 0 on a step."""
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        gained: NDArray[np.float64] = np.diff(numbers, axis=0) / np.diff(values)[:, np.newaxis]
+    gained[~np.isfinite(gained)] = 0.0
+    return gained
+
+
+def inside(values: NDArray[np.float64], numbers: NDArray[np.float64], positions: ArrayLike) -> NDArray[np.float64]:
+    """`numbers` at `places`, shape (…, k); 0 before the first value, after the last, and where a place is NaN."""
+    positions = np.asarray(positions, np.float64)
+    held = (positions >= values[0]) & (positions <= values[-1])
+    found = sides(values, numbers, np.where(held, positions, values[0]))
+    return np.where(held[..., np.newaxis], np.maximum(found, 0.0), 0.0)
+
+
+def sides(
+    values: NDArray[np.float64], numbers: NDArray[np.float64], positions: NDArray[np.float64], right: bool = True
+) -> NDArray[np.float64]:
+    """`numbers` just right (or left) of `places`, shape (…, k); beyond the outer points those of the outer points."""
+    segment = np.searchsorted(values, positions, side="right" if right else "left")
+    # A place on a point takes that point's numbers themselves: on its left side those of the end, with no rounding.
+    at_start = np.clip(segment - 1, 0, values.size - 1)
+    at_end = np.clip(segment, 0, values.size - 1)
+    gained = np.vstack([slopes(values, numbers), np.zeros((1, numbers.shape[1]))])
+    on_line = (
+        numbers[at_start] + gained[at_start] * (np.clip(positions, values[0], values[-1]) - values[at_start])[..., None]
+    )
+    on_line = np.where((segment == 0)[..., None], numbers[0], on_line)
+    return np.where((~np.bool_(right) & (positions == values[at_end]))[..., None], numbers[at_end], on_line)
+
+
+def shows_between(
+    values: NDArray[np.float64],
+    is_more: NDArray[np.bool_],
+    opaque: NDArray[np.bool_],
+    lowest: NDArray[np.float64],
+    highest: NDArray[np.float64],
+) -> NDArray[np.bool_]:
+    """Whether any value from `lowest` to `highest` is more than nothing; False where either is NaN.
+
+    `is_more` says of each point whether it is more than nothing, `opaque` whether its extinction is infinite. Both ends
+    are widened by what rounding may do to a value on its way, where a step is that near.
+    """
+    # On a line from 0 a rounding is nothing; beside an infinite point the values up to its neighbours are opaque.
+    point_shows = is_more.copy()
+    point_shows[:-1] |= opaque[1:]
+    point_shows[1:] |= opaque[:-1]
+    with np.errstate(invalid="ignore", over="ignore"):
+        below = np.where(np.isfinite(lowest), lowest - ROUNDING * np.abs(lowest), lowest)
+        above = np.where(np.isfinite(highest), highest + ROUNDING * np.abs(highest), highest)
+    first = np.searchsorted(values, below, side="left")
+    last = np.searchsorted(values, above, side="right")
+    before = np.concatenate([[0], np.cumsum(point_shows)])
+    shows: NDArray[np.bool_] = np.asarray(before[np.maximum(first, last)] > before[first])
+    # Without a point between them, both ends lie on one line, which is 0 throughout or but for its end.
+    left = np.searchsorted(values, lowest, side="right")
+    line_shows = np.concatenate([is_more[:1], is_more[:-1] | is_more[1:], is_more[-1:]])
+    at_start = np.maximum(left - 1, 0)
+    shows |= line_shows[left] & ((highest > values[at_start]) | is_more[at_start] | (left == 0))
+    # Or the last of the points ends in a line that the higher end is on.
+    left = np.searchsorted(values, highest, side="right")
+    at_start = np.maximum(left - 1, 0)
+    shows |= line_shows[left] & ((highest > values[at_start]) | is_more[at_start])
+    return shows & ~(np.isnan(lowest) | np.isnan(highest))
