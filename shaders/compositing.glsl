@@ -1,7 +1,7 @@
 // Composition of a ray's slabs in registers, front to back.
 //
-// Loops that end at their condition are left at their end as well: a driver that draws pixels as a vector goes through the
-// body once more to find out that no pixel has anything left to do.
+// Loops that end at their condition are left at their end as well: a driver that draws pixels as a vector goes
+// through the body once more to find out that no pixel has anything left to do.
 //
 // Switches: COUNT 1: red of the target is the number of slabs that were sampled.
 
@@ -12,7 +12,8 @@ flat uniform float least_transmittance;  // a ray that transmits no more than th
 
 const float MOST_AT_ONCE = 64.0;  // slabs composited before they are put behind the others: sums of few keep digits
 
-// Opacity at which slabs may stop that are put behind an opacity; more than 1 where they may not. One slab is drawn at least.
+// Opacity at which slabs may stop that are put behind an opacity; more than 1 where they may not. One slab is drawn
+// at least.
 float sufficient_opacity(float in_front) {
     float enough = 2.0;
     if (least_transmittance > 0.0) enough = max(1.0 - least_transmittance / (1.0 - in_front), 1e-7);

@@ -14,13 +14,13 @@ uniform float far_from;           // magnitude of values beside which float32 lo
 const float NOTHING_YET = -3e38;
 
 #if MISSING
-const float ORDINARY = 1.0 / 64.0;       // of `far_from`: most samples are nearer
-const float FARTHER = 16.0;              // likewise: before that what is extrapolated is known to a hundredth of most values
-const float ROUNDED = 1.0 / 262144.0;    // of the farthest value, 2^-18: more than extrapolation loses
+const float ORDINARY = 1.0 / 64.0;     // of `far_from`: most samples are nearer
+const float FARTHER = 16.0;            // likewise: up to that, extrapolated values keep a hundredth of most values
+const float ROUNDED = 1.0 / 262144.0;  // of the farthest value, 2^-18: more than extrapolation loses
 
-// The largest value of a piece of a ray, given its cubic at t = 0, 1, 2 and 3. Where the ends of the piece are extrapolated from
-// far below, nothing is left there of what most samples are but float32's rounding: then the largest value without the ends is
-// returned, and `vague` becomes at least that with them.
+// The largest value of a piece of a ray, given its cubic at t = 0, 1, 2 and 3. Where the ends of the piece are
+// extrapolated from far below, nothing is left there of what most samples are but float32's rounding: then the
+// largest value without the ends is returned, and `vague` becomes at least that with them.
 float largest_of_piece(vec4 values, inout float vague) {
     float found = largest_of(values, FROM, TO);
     if (largest_size(values) > largest_finite) found = max(max(values.x, values.y), max(values.z, values.w));

@@ -1,4 +1,4 @@
-// Media that depend on the magnitude of the gradient; the formulas are in transfer/graded.py.
+// Media that depend on the magnitude of the gradient; the formulas are in scene/transfer/graded.py.
 //
 // Switches: MODULATIONS n: number of ramps whose sum multiplies the medium of the control points.
 //           GRADED n: number of pieces that are linear in the value, each times a ramp by magnitude.
@@ -11,15 +11,16 @@ uniform vec3 modulations[MODULATIONS];   // what a ramp adds, where it starts, a
 #if GRADED
 uniform vec4 graded_starts[GRADED];      // emission and extinction at the start of a piece, and at its end
 uniform vec4 graded_ends[GRADED];
-uniform vec3 graded_positions[GRADED];      // from which value on it holds, up to which value, and where its line starts
+uniform vec3 graded_positions[GRADED];   // values from and up to which a piece holds, and where its line starts
 uniform vec3 graded_slopes[GRADED];      // 1 / width of the line; start and 1 / width of the ramp by magnitude
 #endif
 #if CONTOURS
 uniform vec4 contour_media[CONTOURS];  // emission and extinction
-uniform vec3 contour_positions[CONTOURS];   // value, distance to it that counts as none, and 1 / thickness in values per magnitude
+// Value, distance to it that counts as none, and 1 / thickness in values per magnitude.
+uniform vec3 contour_positions[CONTOURS];
 #endif
 
-// 0 up to `start`, 1 from the end of the ramp on, and linear between them.
+// 0 up to `start`, 1 from the end of the ramp on, linear between them.
 float ramp(float at, float start, float per_width) {
     return clamp((at - start) * per_width, 0.0, 1.0);
 }

@@ -8,9 +8,9 @@
 
 const bool CUT_IN_RUNS = false;   // slabs that the box cuts short are integrated apart from the others
 
-// Colour and opacity of a slab between three texels: two lines through three values have a quarter of the error of one line
-// where the value bends inside a slab. The slab's middle is at `position` and `depth`, and `step` and `depth_step` go from its
-// front to its back.
+// Colour and opacity of a slab between three texels: two lines through three values have a quarter of the error of
+// one line where the value bends inside a slab. The slab's middle is at `position` and `depth`, and `step` and
+// `depth_step` go from its front to its back.
 vec4 color_through(
     vec4 front, vec4 middle, vec4 behind, float length, vec3 position, vec3 step, float depth, float depth_step) {
     vec4 first = color_between(front, middle, 0.5 * length, position - 0.25 * step, depth - 0.25 * depth_step);
@@ -41,7 +41,8 @@ vec2 sampled_depths(BoxWalk walk, Progress progress) {
     return vec2(progress.slab, progress.end);
 }
 
-// Colour and opacity of slabs from the start of a run on, some of them or until they are `enough`; `progress` goes on behind.
+// Colour and opacity of slabs from the start of a run on, some of them or until they are `enough`; `progress` goes
+// on behind.
 vec4 run_color(BoxWalk walk, inout SlabRuns runs, inout Progress progress, float enough) {
     vec4 color = vec4(0.0);
     float most = progress.samples + MOST_AT_ONCE;

@@ -29,7 +29,8 @@ struct Piece {
     float margin;                 // values this near to the isovalue count as it
 };
 
-// The piece between two depths, whose values are at t = 0, 1, 2 and 3; depth grows by `longest` over the longest edge of the box.
+// The piece between two depths, whose values are at t = 0, 1, 2 and 3; depth grows by `longest` over the longest
+// edge of the box.
 Piece piece_of(vec4 values, float length, float longest) {
     Piece piece;
     piece.above = values - isovalue;
@@ -51,8 +52,8 @@ Piece piece_of(vec4 values, float length, float longest) {
     return piece;
 }
 
-// True if a piece meets the surface, at `t`. `before` is how much the value was above the isovalue at the end of the piece in
-// front of it, or NaN, and becomes that of this piece.
+// True if a piece meets the surface, at `t`. `before` is how much the value was above the isovalue at the end of the
+// piece in front of it, or NaN, and becomes that of this piece.
 bool meets_piece(Piece piece, inout float before, out float t) {
     bool is_met = first_root(piece.above, piece.ends.x, piece.ends.y, piece.margin, t);
 #if MISSING
@@ -105,8 +106,8 @@ vec4 surface_at(BoxWalk walk, float depth, vec2 pixel) {
 #endif
 }
 
-// The surface as the ray of `pixel` sees it in the slabs that are drawn; `is_met` is false where there is none, and `looked_at` is
-// the number of slabs in which it was looked for.
+// The surface as the ray of `pixel` sees it in the slabs that are drawn; `is_met` is false where there is none, and
+// `looked_at` is the number of slabs in which it was looked for.
 vec4 first_surface(BoxWalk walk, vec2 slabs, vec2 pixel, out bool is_met, out float looked_at) {
     vec4 surface = vec4(0.0);
     is_met = false;

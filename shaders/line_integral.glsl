@@ -12,8 +12,8 @@ uniform vec3 samples;             // of the volume, along x, y and z
 
 const float MOST_AT_ONCE = 64.0;  // pieces summed up before they are added to the others: sums of few keep digits
 
-// Integral over a fraction of a slab: of the value less the bias; the path length on which there is a value; and the path lengths
-// on which the value is infinite, and minus infinite.
+// Integral over a fraction of a slab: of the value less the bias; the path length on which there is a value; and the
+// path lengths on which the value is infinite, and minus infinite.
 vec4 part_of_integral(float value, float fraction) {
     if (!is_there(value)) return vec4(0.0);
     if (is_infinite(value)) return vec4(0.0, fraction, value > 0.0 ? fraction : 0.0, value > 0.0 ? 0.0 : fraction);
@@ -61,8 +61,9 @@ vec4 with_piece(vec4 sum, BoxWalk walk, float front, float back) {
     return sum;
 }
 
-// The same over the slabs that are drawn, from one plane of samples to the next: all of such a piece is infinite, or nothing of
-// it. Where there may be air within the values a piece ends with the slab, too: what is above air is no cubic.
+// The same over the slabs that are drawn, from one plane of samples to the next: all of such a piece is infinite, or
+// nothing of it. Where there may be air within the values a piece ends with the slab, too: what is above air is no
+// cubic.
 vec4 integral_along(BoxWalk walk, vec2 slabs) {
     SampleWalk planes_walk = sample_walk(walk.start, walk.step, samples);
     vec3 planes;

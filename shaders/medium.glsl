@@ -1,10 +1,10 @@
 // The medium at a position in the box as it is seen: classified, lit, and mixed with the colour of the depth cue.
 //
 // Switches: CLASSIFICATION 0: texels hold slab-integrated colour and opacity, 1: emission and extinction, 2: the value,
-//                          classified in the middle of each slab, 3: the value, integrated from plane to middle to plane.
+//                          classified in the middle of each slab, 3: the value, integrated over halves of slabs.
 //           MISSING, EMISSIVE, RAMPS: see classify.glsl. GRADIENT, WEIGHTS: see volume_texture.glsl.
-//           LIT 1: light falls on the medium. MODULATIONS, GRADED, CONTOURS: see graded.glsl; HEAD_LIGHT and the like: see
-//           light.glsl. CUE: see seen.glsl.
+//           LIT 1: light falls on the medium; HEAD_LIGHT and the like: see light.glsl. CUE: see seen.glsl.
+//           MODULATIONS, GRADED, CONTOURS: see graded.glsl.
 
 #include "volume_texture.glsl"
 #include "optics.glsl"
@@ -15,7 +15,7 @@
 flat uniform vec4 texel_scale;         // texels are stored relative to this
 vec4 held_scale = HELD(texel_scale);
 #endif
-flat uniform float slab_length;        // slab thickness, in the unit of length of the texels or of the transfer function
+flat uniform float slab_length;        // slab thickness, in the unit of length of texels or transfer function
 #if CLASSIFICATION >= 2
 #include "classify.glsl"
 #include "graded.glsl"

@@ -1,5 +1,5 @@
-// Types `real`, `real2`, `real3` and `real4`: double precision where the driver has it, single precision where it has not, or
-// where the program included single_precision.glsl first.
+// Types `real`, `real2`, `real3` and `real4`: double precision where the driver has it, single precision where it
+// has not, or where the program included single_precision.glsl first.
 
 #ifndef real
 #extension GL_ARB_gpu_shader_fp64 : enable

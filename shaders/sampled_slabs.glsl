@@ -2,16 +2,17 @@
 //
 // Switches: CLASSIFICATION 0, 1 or 2, and those of medium.glsl.
 //           AT_ONCE: slabs of a run that are sampled at a time, 2 or 4.
-//           WHOLE_SLABS: texels of CLASSIFICATION 0 stand for the path through a whole slab as they are, 1; or for a little
-//           less of the path, and nothing is opaque, 2.
+//           WHOLE_SLABS: texels of CLASSIFICATION 0 stand for the path through a whole slab as they are, 1; or for a
+//           little less of the path, and nothing is opaque, 2.
 //           SKIPS: see slab_runs.glsl.
 
 #include "medium.glsl"
 #include "compositing.glsl"
 #include "slab_runs.glsl"
 
-// True if the slabs that the box cuts short are sampled in runs with the others, and not apart from them. Where empty space
-// is skipped, what is done once for each ray costs most; texels that stand for whole slabs make no shorter ones in a run.
+// True if the slabs that the box cuts short are sampled in runs with the others, and not apart from them. Where
+// empty space is skipped, what is done once for each ray costs most; texels that stand for whole slabs make no
+// shorter ones in a run.
 const bool CUT_IN_RUNS = SKIPS != 0 && !(CLASSIFICATION == 0 && WHOLE_SLABS == 1);
 
 #if AT_ONCE == 4
@@ -22,7 +23,8 @@ const vec4 NUMBERS = vec4(0.0, 1.0, 2.0, 3.0);
 const vec2 NUMBERS = vec2(0.0, 1.0);
 #endif
 
-// Premultiplied colour and opacity of the medium in a texel over a path; `length` is in slabs where texels stand for slabs.
+// Premultiplied colour and opacity of the medium in a texel over a path; `length` is in slabs where texels stand for
+// slabs.
 #if CLASSIFICATION == 0
 vec4 slab_color(vec4 texel, float length, vec3 position) {
     texel *= held_scale;
@@ -54,7 +56,7 @@ vec4 slab_color_in_run(vec4 texel, float length, float fraction, vec3 position, 
 #if CLASSIFICATION == 0
     if (WHOLE_SLABS == 1) return cued(texel * (held_scale * fraction), depth);
     if (WHOLE_SLABS == 2 && !CUT_IN_RUNS) {
-        // A + (1 - A) (1 - e^-x), where x is the optical depth of what `length` is more: an error in that counts little.
+        // A + (1 - A) (1 - e^-x), where x is the optical depth of the path beyond 1: an error of x counts little.
         texel *= held_scale;
         float more = (length - 1.0) * depth_per_opacity(texel.a);
         more *= (1.0 - texel.a) * mean_transmittance_of_shallow(more * texel.a);
@@ -100,7 +102,8 @@ void middles_of(BoxWalk walk, float slab, float end, out Slabs middles, out Slab
     fractions.x = backs.x - front;
 }
 
-// `color` over the slabs from `slab` on, AT_ONCE of them: the loop itself takes time. At the very end there may be fewer.
+// `color` over the slabs from `slab` on, AT_ONCE of them: the loop itself takes time. At the very end there may be
+// fewer.
 vec4 over_slabs(vec4 color, BoxWalk walk, float slab, float end) {
     Slabs middles, there;
     middles_of(walk, slab, end, middles, there);
@@ -124,7 +127,8 @@ vec4 over_slabs(vec4 color, BoxWalk walk, float slab, float end) {
     return color;
 }
 
-// Colour and opacity of slabs from the start of a run on, some of them or until they are `enough`; `progress` goes on behind.
+// Colour and opacity of slabs from the start of a run on, some of them or until they are `enough`; `progress` goes
+// on behind.
 vec4 run_color(BoxWalk walk, inout SlabRuns runs, inout Progress progress, float enough) {
     vec4 color = vec4(0.0);
     float most = progress.samples + MOST_AT_ONCE;

@@ -1,7 +1,7 @@
 // Appearance of a medium from the eye: the light on it, and the colour that a depth cue mixes in.
 //
-// Switches: LIT 1: light falls on the medium; see light.glsl. CUE 1: colours are mixed with another one, the more the deeper.
-//           PERSPECTIVE 1: rays diverge.
+// Switches: LIT 1: light falls on the medium; see light.glsl. PERSPECTIVE 1: rays diverge.
+//           CUE 1: colours are mixed with another one, the more the deeper they are.
 
 #include "held.glsl"
 #if LIT

@@ -1,7 +1,7 @@
 #version 330
-// Colour and opacity of a stack of slabs on a pixel's ray through several volumes: slab by slab, and piece by piece where the
-// ray enters or leaves one of them, emissions and optical depths add up, and the pieces are composited in registers, front to
-// back. Depth 0 is in the middle of the first volume's box.
+// Colour and opacity of a stack of slabs on a pixel's ray through several volumes: slab by slab, and piece by piece
+// where the ray enters or leaves one of them, emissions and optical depths add up, and the pieces are composited in
+// registers, front to back. Depth 0 is in the middle of the first volume's box.
 //
 // Switches: VOLUMES: how many there are; those of volume_walk.glsl are each one's own.
 //           PERSPECTIVE, HALF_SPACES, INTERVAL: see visible.glsl. COUNT: see compositing.glsl.
@@ -21,8 +21,8 @@ out vec4 stack_color;
 
 const float BEYOND = 1e9;         // slabs
 
-// Of each volume: the slabs that the ray crosses; those from the next on in which it may show; and, for the slab that is drawn,
-// whether it does and the texel at its front.
+// Of each volume: the slabs that the ray crosses; those from the next on in which it may show; and, for the slab
+// that is drawn, whether it does and the texel at its front.
 #each VOLUMES
 BoxWalk walk_@;
 vec2 run_@;
@@ -36,7 +36,8 @@ vec4 color_of(vec4 glow) {
     return vec4(glow.rgb * mean_transmittance(glow.a, opacity), opacity);
 }
 
-// Set the walk of each volume; return the first slab that the ray crosses in any of them, and the slab behind the last one.
+// Set the walk of each volume; return the first slab that the ray crosses in any of them, and the slab behind the
+// last one.
 vec2 walk_volumes(vec2 window_position) {
     vec2 pixel = pixel_at(window_position);
     float obliquity = obliquity_of(pixel);
@@ -69,7 +70,8 @@ float next_shown(float slab) {
     return next;
 }
 
-// The first slab from `slab` on, up to `most`, in which a volume begins or ceases to show, or which the ray enters or leaves.
+// The first slab from `slab` on, up to `most`, in which a volume begins or ceases to show, or which the ray enters
+// or leaves.
 float next_change(float slab, float most) {
     float next = most;
 #each VOLUMES
@@ -128,7 +130,8 @@ vec4 glow_of_whole(float slab, float from, float to) {
     return glow;
 }
 
-// `color` over the whole slabs from `slab` on, up to `until` or until they are `enough`; `slab` and `samples` go on behind.
+// `color` over the whole slabs from `slab` on, up to `until` or until they are `enough`; `slab` and `samples` go on
+// behind.
 vec4 over_whole_slabs(vec4 color, inout float slab, inout float samples, float until, float enough) {
     enter_whole_slabs(slab);
     while (slab < until && color.a < enough) {

@@ -1,9 +1,9 @@
 #version 330
 // Optical depth between a node of the box and a light, as much of it as lies in one brick; a pixel for each node.
 //
-// Nodes lie in the middles of a grid of cells: pixel (i, j + k ny) is node (i, j, k). The path is cut into parts of one length, and
-// each part belongs to the brick in which its middle is. Of several volumes each is a box for itself, and the depths between a
-// node of any of them and a light add up.
+// Nodes lie in the middles of a grid of cells: pixel (i, j + k ny) is node (i, j, k). The path is cut into parts of
+// one length, and each part belongs to the brick in which its middle is. Of several volumes each is a box for
+// itself, and the depths between a node of any of them and a light add up.
 //
 // Switches: POINT 1: the light is at a position, 0: it comes from a direction.
 //           ELSEWHERE 1: the nodes are those of another box.
@@ -21,7 +21,7 @@ uniform ivec3 nodes;
 uniform mat3 box_from_other;      // from fractions of the other box to fractions of this one
 uniform vec3 other_corner;
 #endif
-uniform vec3 to_light;            // position of the light, or the direction to it at length 1; from the middle of the box
+uniform vec3 to_light;            // position of the light from the middle of the box, or direction to it at length 1
 uniform mat3 box_from_position;      // of positions and directions from the middle of the box, in units of its radius
 uniform mat3 position_from_box;
 uniform float part_length;        // at most, in those units
@@ -38,7 +38,8 @@ vec3 node_position(ivec2 pixel) {
     return position;
 }
 
-// Ray from a position in the box to the light, whose depth is the distance in units of the box's radius; and the light's depth.
+// Ray from a position in the box to the light, whose depth is the distance in units of the box's radius; and the
+// light's depth.
 Ray light_ray(vec3 position, out float light_depth) {
     vec3 direction = to_light;
     light_depth = 1e30;
@@ -50,8 +51,8 @@ Ray light_ray(vec3 position, out float light_depth) {
     return Ray(position, box_from_position * direction);
 }
 
-// Interval of depths at which a ray is in the box, which it leaves along each axis through the face that it goes to; from a node
-// of another box it may enter.
+// Interval of depths at which a ray is in the box, which it leaves along each axis through the face that it goes to;
+// from a node of another box it may enter.
 vec2 depths_in_box(Ray ray) {
     vec3 ahead = mix(ray.position, 1.0 - ray.position, greaterThan(ray.direction, vec3(0.0)));
     vec3 speed = max(abs(ray.direction), vec3(1e-30));

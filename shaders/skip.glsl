@@ -1,7 +1,8 @@
-// Empty-space skipping: the box is divided into cells, and each knows how far on all cells are as empty, or as full, as itself.
+// Empty-space skipping: the box is divided into cells, and each knows how far on all cells are as empty, or as full,
+// as itself.
 
-// Per cell: 2 r + (1 where there may be a medium); all cells less than r away are alike, among those that a ray may come to.
-// The first half along an axis is for rays that go up along it, the second half for those that go down.
+// Per cell: 2 r + (1 where there may be a medium); all cells less than r away are alike, among those that a ray may
+// come to. The first half along an axis is for rays that go up along it, the second half for those that go down.
 uniform usampler3D skips;
 flat uniform vec3 cells_per_box;
 
@@ -38,8 +39,8 @@ uint entry_of(CellWalk walk, vec3 cell) {
     return texelFetch(skips, ivec3(clamp(walk.sign * cell + walk.first, walk.lowest, walk.highest)), 0).r;
 }
 
-// True if there may be a medium from `depth` on, which becomes the depth at which that may change, and `cell` the cell in which
-// it does.
+// True if there may be a medium from `depth` on, which becomes the depth at which that may change, and `cell` the
+// cell in which it does.
 bool is_full_until(CellWalk walk, inout vec3 cell, inout float depth) {
     uint entry = entry_of(walk, cell);
     vec3 beyond = cell + float(entry >> 1u);
@@ -54,8 +55,9 @@ bool is_full_until(CellWalk walk, inout vec3 cell, inout float depth) {
 
 const float NOWHERE = 1e9;
 
-// The first slab from `slab` on that touches a cell in which there may be a medium, and the first slab behind it that touches no
-// such cell, or the next one: rounding may end a cell where the slab begins. NOWHERE if there is none before `end`.
+// The first slab from `slab` on that touches a cell in which there may be a medium, and the first slab behind it
+// that touches no such cell, or the next one: rounding may end a cell where the slab begins. NOWHERE if there is
+// none before `end`.
 vec2 full_run(CellWalk walk, float slab, float end) {
     float depth = slab;
     vec3 cell = floor(walk.start + depth * walk.direction);
@@ -80,13 +82,13 @@ vec2 full_run(CellWalk walk, float slab, float end) {
     return vec2(first, max(min(ceil(until), end), first + 1.0));
 }
 
-// Runs of slabs in which there may be a medium, front to back. A run is one number, so that more of them fit beside what else a
-// ray has to remember: its first slab and the one after its last, counted from `base`, the ray's first, of which a stack has
-// fewer than MOST_SLABS (slicing.py). A float32 counts to the square of that.
+// Runs of slabs in which there may be a medium, front to back. A run is one number, so that more of them fit beside
+// what else a ray has to remember: its first slab and the one after its last, counted from `base`, the ray's first,
+// of which a stack has fewer than MOST_SLABS (slicing/slabs.py). A float32 counts to the square of that.
 struct Runs {
     float first, second, third, fourth, fifth, sixth;
 };
-const float MOST_RUNS = 6.0;      // at a time: neighbours in a vector of pixels wait for each other before they look for more
+const float MOST_RUNS = 6.0;      // at a time; before the next search pixels of one vector wait for each other
 const float MOST_SLABS = 4096.0;
 const float NO_RUN = MOST_SLABS * MOST_SLABS - 1.0;  // behind all runs
 const float NO_SLAB = MOST_SLABS - 1.0;
@@ -109,9 +111,9 @@ void put_run(inout Runs runs, float count, float run) {
     if (count == 5.0) runs.sixth = run;
 }
 
-// The next runs for samples in the middle of slabs, from `slab` on, of `most` full slabs or some more. Return the slab from which
-// on nothing is known yet. The search goes from sample to sample, so that no cell between two of them is asked; `sampled` are
-// the depths of the first and the last sample, where the box cuts slabs short.
+// The next runs for samples in the middle of slabs, from `slab` on, of `most` full slabs or some more. Return the
+// slab from which on nothing is known yet. The search goes from sample to sample, so that no cell between two of
+// them is asked; `sampled` are the depths of the first and the last sample, where the box cuts slabs short.
 float find_runs(CellWalk walk, float base, float slab, float end, vec2 sampled, float most, out Runs runs) {
     float full_from = NOWHERE;
     float count = 0.0;

@@ -1,7 +1,9 @@
-// Runs of consecutive slabs of a ray that are sampled, with empty space skipped between them; and how far the ray has come.
+// Runs of consecutive slabs of a ray that are sampled, with empty space skipped between them; and how far the ray
+// has come.
 //
 // Switches: SKIPS 1: slabs that `skips` shows to be empty are skipped.
-//           CLASSIFICATION: see medium.glsl. Slabs of 3 touch the cells between their planes; others are sampled in the middle.
+//           CLASSIFICATION: see medium.glsl. Slabs of 3 are in all cells between their planes, others are in the cells
+//           of their middles.
 
 #include "box_walk.glsl"
 #if SKIPS
@@ -23,7 +25,7 @@ struct Progress {
 };
 
 struct SlabRuns {
-    vec2 run;                     // first slab of the run to be sampled, and the one after its last; NOWHERE: there is none
+    vec2 run;                     // first slab of the run, and the one after its last; NOWHERE: there is no run
 #if SKIPS
     CellWalk cells;
 #if CLASSIFICATION != 3
@@ -35,8 +37,8 @@ struct SlabRuns {
 #endif
 };
 
-// Runs of the slabs of a ray, before the first of them is looked for. `base` is the first slab of the ray, and `sampled` the
-// depths of the first and the last sample.
+// Runs of the slabs of a ray, before the first of them is looked for. `base` is the first slab of the ray, and
+// `sampled` the depths of the first and the last sample.
 SlabRuns slab_runs(BoxWalk walk, float base, vec2 sampled) {
     SlabRuns runs;
 #if SKIPS

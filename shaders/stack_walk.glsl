@@ -8,8 +8,8 @@
 #include "obliquity.glsl"
 #include "brick.glsl"
 
-// First slab that is drawn on a ray by a polygon and brick, and the slab behind the last one: `stack` are the slabs of the
-// polygon. The first is not before the second where there is none.
+// First slab that is drawn on a ray by a polygon and brick, and the slab behind the last one: `stack` are the slabs
+// of the polygon. The first is not before the second where there is none.
 vec2 drawn_slabs(BoxWalk walk, Ray ray, vec2 stack) {
     vec2 slabs = vec2(max(walk.first_slab, stack.x), min(walk.last_slab + 1.0, stack.y));
 #if BRICKS
@@ -30,8 +30,8 @@ vec2 drawn_slabs(BoxWalk walk, Ray ray, vec2 stack) {
     return slabs;
 }
 
-// Slabs of the box on the ray through the pixel at a position in the window, and in `drawn` the slabs of those that are drawn.
-// Path lengths are in the unit of the slab's thickness.
+// Slabs of the box on the ray through the pixel at a position in the window, and in `drawn` the slabs of those that
+// are drawn. Path lengths are in the unit of the slab's thickness.
 BoxWalk stack_walk(vec2 window_position, vec2 stack, float thickness, out vec2 drawn) {
     vec2 pixel = pixel_at(window_position);
     Ray ray = pixel_ray(pixel);

@@ -1,12 +1,13 @@
 #version 330
-// Where a pixel's ray meets a triangle or a line, and what it sees there; the formulas are in geometry/on_screen.py.
+// The depth at which a pixel's ray meets a triangle or a line, and the colour that it sees there; the formulas are in
+// opengl/surfaces/on_screen.py.
 //
-// A *place* is the number of a primitive, its depth in float32 and what that leaves of it, and as bits the lines that are
-// done with. In a pixel places follow each other by depth in float32, and at one depth by number. The same program first
-// finds the depth of the nearest place behind one and in front of another, and then shows what is there: so that it
-// finds the same depth to the last bit both times.
+// A *position* on a ray is the number of a primitive, the depth in float32, the rest that float32 leaves of the
+// depth, and as bits the lines that the ray has passed. In a pixel positions are ordered by depth in float32, and at
+// one depth by number. The same program first finds the depth of the nearest position behind one position and in
+// front of another, and then shows the primitive there: so that it finds the same depth to the last bit both times.
 //
-// Switches: LINES 1: there are lines. HALF_SPACES: see depths.glsl.
+// Switches: LINES 1: there are lines. HALF_SPACES: see half_spaces.glsl.
 //           LIT, CUE, PERSPECTIVE and those of lights: see seen.glsl; without light shapes show their colours.
 
 #include "half_spaces.glsl"
@@ -14,10 +15,10 @@
 #include "seen.glsl"
 #include "view.glsl"
 
-uniform bool finds_depth;         // or shows what is at the nearest depth
-uniform sampler2D behind;         // positions behind which a shape is looked for
-uniform sampler2D in_front_of;    // and those in front of which it is
-uniform sampler2D nearest;        // depth
+uniform bool finds_depth;         // true: find the nearest depth; false: show the primitive there
+uniform sampler2D behind;         // positions behind which a primitive is looked for
+uniform sampler2D in_front_of;    // positions in front of which it is looked for
+uniform sampler2D nearest;        // depths that were found
 
 // See surface.vert.
 flat in float number;
@@ -28,22 +29,23 @@ flat in vec4 low[3];
 #if LIT
 flat in vec3 normals[3];
 #endif
-layout(location = 0) out vec4 color;  // premultiplied; or the depth
+layout(location = 0) out vec4 color;  // premultiplied colour and opacity; or the depth
 layout(location = 1) out vec4 ray_position;
 
-const float TIE = 1.0 / 4096.0;   // TIE of on_screen.py
+const float TIE = 1.0 / 4096.0;   // pixels; TIE of on_screen.py
 
+// Numbers of the primitive.
 real4 row(int index) {
     return real4(high[index]) + real4(low[index]);
 }
 
-// Whether a weight of 0 counts as inside: it does on one side of an edge.
+// True if a weight is inside of an edge; a weight of 0 is so for one of the two triangles at the edge.
 bool is_inside(real weight, real4 edge) {
     bool owns = edge.x > 0.0 || (edge.x == 0.0 && (edge.y > 0.0 || (edge.y == 0.0 && edge.z > 0.0)));
     return weight > 0.0 || (weight == 0.0 && owns);
 }
 
-// Depth at which the ray meets the triangle, if it does, and the weights of its corners.
+// True if the ray of a pixel meets the triangle, at `depth`, where the corners have these weights.
 bool meets_triangle(real2 pixel, out real depth, out vec3 weights) {
     real4 a = row(0);
     real4 b = row(1);
@@ -58,26 +60,26 @@ bool meets_triangle(real2 pixel, out real depth, out vec3 weights) {
 }
 
 #if LINES
-// Depth of the line where it is nearest to the pixel, if that is within its width.
+// True if a pixel is within the width of the line; `depth` is that of the line where it is nearest to the pixel.
 bool meets_line(real2 pixel, out real depth) {
     real4 a = row(0);
     real4 b = row(1);
     real radius = row(2).x;
-    real2 ray = b.xy - a.xy;
+    real2 line = b.xy - a.xy;
     real2 from_start = pixel - a.xy;
-    real square = dot(ray, ray);
-    real along = square > 0.0 ? clamp(dot(from_start, ray) / square, real(0.0), real(1.0)) : real(0.0);
+    real square = dot(line, line);
+    real along = square > 0.0 ? clamp(dot(from_start, line) / square, real(0.0), real(1.0)) : real(0.0);
     real at_a = (real(1.0) - along) * a.z;
     real at_b = along * b.z;
     depth = (at_a * a.w + at_b * b.w) / (at_a + at_b);
-    real2 off = from_start - along * ray;
+    real2 off = from_start - along * line;
     if (along <= 0.0 || along >= 1.0) return dot(off, off) <= radius * radius;
-    real across = (ray.x * from_start.y - ray.y * from_start.x) / sqrt(square);
+    real across = (line.x * from_start.y - line.y * from_start.x) / sqrt(square);
     return across >= -radius - TIE && across < radius - TIE;
 }
 #endif
 
-// Where a primitive comes at a depth, beside a place.
+// True if the primitive at a depth comes behind another position, or in front of it.
 bool comes_after(float depth, vec4 other) {
     return depth > other.y || (depth == other.y && number > other.x);
 }
@@ -86,7 +88,7 @@ bool comes_before(float depth, vec4 other) {
     return depth < other.y || (depth == other.y && number < other.x);
 }
 
-// Premultiplied colour and opacity of the shape.
+// Premultiplied colour and opacity of the shape at a position in the box.
 vec4 color_at(vec3 weights, vec2 pixel, float depth, vec3 position) {
     vec3 shown = look.rgb;
 #if LIT

@@ -1,7 +1,7 @@
 // The value along a ray, piece by piece: between two planes of samples it is a cubic.
 //
-// Switches: MISSING 1: values may be missing, infinite, or far beyond most others; 2: there are infinities, and an integral must
-//                not step over any of them.
+// Switches: MISSING 1: values may be missing, infinite, or far beyond most others; 2: there are infinities, and an
+//                integral must not step over any of them.
 //           GRADIENT, WEIGHTS, BRICKS: see volume_texture.glsl. HALF_SPACES, INTERVAL: see visible.glsl.
 
 #include "box_walk.glsl"
@@ -12,8 +12,8 @@
 uniform float largest_finite;     // larger magnitudes stand for infinities
 #endif
 
-// Where a piece begins and ends, in t of the cubic: beside missing, infinite and far-off values its ends may already be such
-// values, so that it is looked up in the middles of four quarters.
+// Where a piece begins and ends, in t of the cubic: beside missing, infinite and far-off values its ends may already
+// be such values, so that it is looked up in the middles of four quarters.
 const float FROM = MISSING != 0 ? -0.5 : 0.0;
 const float TO = MISSING != 0 ? 3.5 : 3.0;
 
@@ -51,8 +51,8 @@ vec2 box_depths(BoxWalk walk) {
     return vec2(walk.first_slab + walk.first_fraction, walk.last_slab + walk.last_fraction);
 }
 
-// Values at t = 0, 1, 2 and 3 of the cubic between two depths with no plane of samples between them. `at_front` is the value at
-// t = 0 where that is the front.
+// Values at t = 0, 1, 2 and 3 of the cubic between two depths with no plane of samples between them. `at_front` is
+// the value at t = 0 where that is the front.
 vec4 values_between(BoxWalk walk, float front, float back, float at_front) {
     vec3 start = walk_position(walk, front);
     vec3 step = ((back - front) / (TO - FROM)) * walk.step;

@@ -1,6 +1,8 @@
-// One of several volumes on a pixel's ray: the slabs of its box that the ray crosses, and the glow of a piece of the ray there.
+// One of several volumes on a pixel's ray: the slabs of its box that the ray crosses, and the glow of a piece of the
+// ray there.
 //
-// Glow is what a piece of the ray emits as if it absorbed nothing, and its optical depth: where volumes overlap, glows add up.
+// Glow is what a piece of the ray emits as if it absorbed nothing, and its optical depth: where volumes overlap,
+// glows add up.
 //
 // Switches: CLASSIFICATION: see medium.glsl; 0 does not occur, since opacities do not add up.
 //           SKIPS 1: slabs that `skips` shows to be empty are skipped.
@@ -97,8 +99,8 @@ vec4 texel_between(BoxWalk walk, float slab, float fraction) {
 #endif
 }
 
-// Glow of the piece of a slab from one fraction to another. `front` is `texel_between` at the first, and becomes that at the
-// second.
+// Glow of the piece of a slab from one fraction to another. `front` is `texel_between` at the first, and becomes
+// that at the second.
 vec4 glow_of_piece(BoxWalk walk, float slab, float from, float to, inout vec4 front) {
     float length = (to - from) * walk.path_length;
     float middle = slab + 0.5 * (from + to);
