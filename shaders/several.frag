@@ -3,6 +3,10 @@
 // where the ray enters or leaves one of them, emissions and optical depths add up, and the pieces are composited in
 // registers, front to back. Depth 0 is in the middle of the first volume's box.
 //
+// A single volume is drawn by this program only where it has labels, which pieces end at. Others are drawn by
+// slab_stack.frag: slab-integrated opacities do not add up, so that this program cannot draw them; and it would take 1.2
+// to 1.7 times as long to classify after interpolation, and 1.1 to 1.2 times as long to integrate (Mesa's software driver).
+//
 // Switches: VOLUMES: how many there are; those of volume_walk.glsl are each one's own.
 //           PERSPECTIVE, HALF_SPACES, INTERVAL: see visible.glsl. COUNT: see compositing.glsl.
 //           CAPS 1: where half spaces cut a medium open it is opaque.

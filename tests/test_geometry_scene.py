@@ -232,7 +232,7 @@ def test_no_geometry_imports_compiles_and_allocates_nothing(tmp_path: Path) -> N
         "renderer.render(texvol.Scene(texvol.Volume(np.random.rand(5, 5, 5)), mode='MODE', isovalue=VALUE), (8, 8))\n"
         "renderer.stats['estimated_error']\n"
         "assert renderer._device._geometry._surfaces is None\n"
-        "assert all(not dict(key[1:])['STRETCH'] for key in renderer._compositor._programs)\n"
+        "assert all(not dict(key[1:])['INTERVAL'] for key in renderer._compositor._programs)\n"
         "texvol.raycast(texvol.Scene(texvol.Volume(np.random.rand(5, 5, 5)), mode='MODE', isovalue=VALUE), (4, 4))\n"
         "print(*sys.modules)\n"
     )
