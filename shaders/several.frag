@@ -23,8 +23,6 @@
 flat in vec2 slab_range;
 out vec4 stack_color;
 
-const float BEYOND = 1e9;         // slabs
-
 // Of each volume: the slabs that the ray crosses; those from the next on in which it may show; and, for the slab
 // that is drawn, whether it does and the texel at its front.
 #each VOLUMES
@@ -46,7 +44,7 @@ vec2 walk_volumes(vec2 window_position) {
     vec2 pixel = pixel_at(window_position);
     float obliquity = obliquity_of(pixel);
     Visible visible = visible_depths(pixel_ray_0(pixel), window_position);
-    vec2 slabs = vec2(BEYOND, -BEYOND);
+    vec2 slabs = vec2(NOWHERE, -NOWHERE);
 #each VOLUMES
     prepare_medium(pixel);
     walk_@ = volume_walk(pixel, visible, obliquity);
@@ -66,7 +64,7 @@ vec4 cap_color(float slab) {
 
 // The first slab from `slab` on in which any volume may show; the run of each is that which ends behind `slab`.
 float next_shown(float slab) {
-    float next = BEYOND;
+    float next = NOWHERE;
 #each VOLUMES
     if (slab >= run_@.y) run_@ = next_run(walk_@, slab);
     next = min(next, max(run_@.x, slab));
