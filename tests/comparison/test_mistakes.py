@@ -251,7 +251,7 @@ def test_a_replacement_that_is_stale_is_an_error_and_leaves_the_renderer_whole(r
         pass
     with pytest.raises(ShaderError, match=r"slab_stack\.frag"):
         Bench(renderer, StoredScene(SCENES["slab"]), SIZE).draw(
-            Planted((("slab_stack.frag", "stack_color = vec4(0.0);", "no GLSL"),))
+            Planted((("slab_stack.frag", "progress.color = over(progress.color, color);", "no GLSL"),))
         )
     assert renderer.render(SCENES["slab"], SIZE).any()
 

@@ -164,7 +164,7 @@ def test_a_wanted_error_is_taken_back_where_pixels_disagree() -> None:
     raycast(scene, (16, 16))  # so that the oracle is at hand
     raycast(scene, (16, 16))
     with planted.planted(MISTAKE) as wrong:
-        with pytest.warns(AccuracyWarning, match=r"requested error of 0.01 not reached.* of \d+ checked pixels \d+ are beyond"):
+        with pytest.warns(AccuracyWarning, match=r"error of 0.01 not reached.* of \d+ checked pixels \d+ are beyond"):
             picture = wrong.render(scene, SIZE, max_error=0.01)
         error = np.abs(picture - raycast(scene, SIZE)).max()
         assert wrong.stats["check"]["pixels"] == 64

@@ -281,7 +281,7 @@ def test_every_sheet_behind_another_is_met(
 
 
 def test_a_run_has_room_for_all_slabs_of_a_stack() -> None:
-    text = (FOLDER / "leap.glsl").read_text(encoding="utf-8")
+    text = (FOLDER / "skip.glsl").read_text(encoding="utf-8")
     found = re.search(r"const float MOST_SLABS = ([\d.]+);", text)
     assert found
     assert float(found[1]) - 1 > SLABS_PER_STACK  # which stands for no run
