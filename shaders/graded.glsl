@@ -37,6 +37,20 @@ float modulation_of(float magnitude) {
 }
 #endif
 
+#if GRADED
+// Weight of a piece at a value: 0 outside of its ends, and else the ramp by magnitude.
+float piece_weight(float value, float magnitude, vec3 place, vec3 slope) {
+    return value >= place.x && value < place.y ? ramp(magnitude, slope.y, slope.z) : 0.0;
+}
+#endif
+
+#if CONTOURS
+// Distance to a contour, 1 where the contour ends.
+float contour_distance(float value, float magnitude, vec3 place) {
+    return max(abs(value - place.x) - place.y, 0.0) * place.z / max(magnitude, 1e-30);
+}
+#endif
+
 #if GRADED || CONTOURS
 // Emission and extinction of all that depends on value and gradient together.
 vec4 graded_matter(float value, float magnitude) {
@@ -46,14 +60,14 @@ vec4 graded_matter(float value, float magnitude) {
     for (int i = 0; i < GRADED; ++i) {
         vec3 place = graded_places[i];
         vec3 slope = graded_slopes[i];
-        float weight = value >= place.x && value < place.y ? ramp(magnitude, slope.y, slope.z) : 0.0;
+        float weight = piece_weight(value, magnitude, place, slope);
         matter += weight * mix(graded_starts[i], graded_ends[i], ramp(value, place.z, slope.x));
     }
 #endif
 #if CONTOURS
     for (int i = 0; i < CONTOURS; ++i) {
         vec3 place = contour_places[i];
-        float away = max(abs(value - place.x) - place.y, 0.0) * place.z / max(magnitude, 1e-30);
+        float away = contour_distance(value, magnitude, place);
         matter += contour_matters[i] * max(1.0 - away, 0.0);
     }
 #endif

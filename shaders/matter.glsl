@@ -46,6 +46,24 @@ const bool GLOWS = EMISSIVE != 0 || GRADED != 0 || CONTOURS != 0;
 #endif
 
 #if CLASSIFICATION == 2
+// Matter of the control points times the factor of its modulation; extinction times colour is then emission times it.
+vec4 modulated(vec4 matter, float factor) {
+    return matter * vec4(EMISSIVE != 0 ? vec3(factor) : vec3(1.0), factor);
+}
+
+// Matter of the control points with emission in place of colour.
+vec4 with_emission(vec4 matter) {
+    if (EMISSIVE == 0) matter.rgb *= matter.a;
+    return matter;
+}
+
+#if LIT
+// Matter in its light.
+vec4 lit_matter(vec4 matter, Shade shade) {
+    return vec4(matter.rgb * shade.diffuse + (GLOWS ? matter.a : 1.0) * shade.specular, matter.a);
+}
+#endif
+
 // Matter of a texel, in its light.
 vec4 matter_of(vec4 texel, vec3 position) {
     float value = value_of(texel);
@@ -54,15 +72,14 @@ vec4 matter_of(vec4 texel, vec3 position) {
     vec3 gradient = gradient_of(texel);
 #if MODULATIONS
     float factor = modulation_of(magnitude_of(gradient));
-    matter *= vec4(EMISSIVE != 0 ? vec3(factor) : vec3(1.0), factor);
+    matter = modulated(matter, factor);
 #endif
 #if GRADED || CONTOURS
-    if (EMISSIVE == 0) matter.rgb *= matter.a;
+    matter = with_emission(matter);
     matter += value == value ? graded_matter(value, magnitude_of(gradient)) : vec4(0.0);
 #endif
 #if LIT
-    Shade shade = shade_at(gradient, to_eye, position);
-    matter.rgb = matter.rgb * shade.diffuse + (GLOWS ? matter.a : 1.0) * shade.specular;
+    matter = lit_matter(matter, shade_at(gradient, to_eye, position));
 #endif
 #endif
     return matter;

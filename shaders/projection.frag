@@ -229,6 +229,14 @@ float largest_along(Ray ray) {
 #if MODE == 3
 const float PLACES = 1.0 / 4194304.0;  // of the box: what float32 leaves of a place in it, 2^-22
 
+#if MISSING
+// True if any of these differences from the isovalue is that of a far-off sample.
+bool any_far(vec4 above) {
+    vec4 size = abs(above);
+    return max(max(size.x, size.y), max(size.z, size.w)) > far_from;
+}
+#endif
+
 // Whether the ray meets the surface in these slabs, or in a cell that they touch; at which depth.
 bool meets_surface(Ray ray, vec2 slabs, out float depth) {
     SampleWalk walk = sample_walk(ray.start, ray.step, samples);
@@ -255,8 +263,7 @@ bool meets_surface(Ray ray, vec2 slabs, out float depth) {
         vec2 ends = vec2(FROM, TO);
 #if MISSING
         // Beside a far-off sample that would take every value for near, and nothing is left of what is extrapolated.
-        vec4 size = abs(above);
-        if (max(max(size.x, size.y), max(size.z, size.w)) > far_from) {
+        if (any_far(above)) {
             off = 0.0;
             ends = vec2(0.0, 3.0);
         }
