@@ -90,11 +90,10 @@ def planted(*mistakes: Mistake) -> Iterator[Renderer]:
     functions = [mistake for mistake in mistakes if not isinstance(mistake, Attribute)]
     with ExitStack() as stack:
         folder = stack.enter_context(wrong_shaders(*functions))
-        stack.enter_context(patch("texvol.rendering.renderer.Compositor", partial(Compositor, shaders=folder)))
         for mistake in mistakes:
             if isinstance(mistake, Attribute):
                 stack.enter_context(patch(mistake.name, mistake.value))
-        yield stack.enter_context(Renderer())
+        yield stack.enter_context(Renderer(compositor=partial(Compositor, shaders=folder)))
 
 
 @contextmanager

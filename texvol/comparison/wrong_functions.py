@@ -38,14 +38,14 @@ def wrong_shaders(*functions: WrongFunction) -> Iterator[Path]:
         return
     texts = {path.name: path.read_text(encoding="utf-8") for path in FOLDER.iterdir() if path.is_file()}
     for function in functions:
-        texts |= _with_wrong_function(texts, *function)
+        texts |= with_wrong_function(texts, *function)
     with tempfile.TemporaryDirectory(prefix="texvol-") as name:
         for file, text in texts.items():
             (Path(name) / file).write_text(text, encoding="utf-8")
         yield Path(name)
 
 
-def _with_wrong_function(texts: dict[str, str], signature: str, body: str) -> dict[str, str]:
+def with_wrong_function(texts: dict[str, str], signature: str, body: str) -> dict[str, str]:
     """The file that has the function, with the wrong one behind it."""
     wanted = _SIGNATURE.fullmatch(signature)
     if wanted is None:
