@@ -1,4 +1,4 @@
-"""The mistakes that planted_mistakes.py plants: those in Python by package, from top to bottom, then those in shaders."""
+"""The mistakes that planted_mistakes.py plants: in Python by package, from top to bottom, then in shaders."""
 
 from __future__ import annotations
 

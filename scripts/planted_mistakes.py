@@ -5,9 +5,9 @@
     python scripts/planted_mistakes.py --check          only see that every mistake fits the present source
     python scripts/planted_mistakes.py --write          also write texvol/docs/planted-mistakes.md
 
-A mistake changes one function. In Python it is found by its name, and the text that is replaced must stand in it exactly
-once; in a shader by its signature, see texvol/comparison/wrong_functions.py. The tests of a mistake are green without it;
-with it a test must fail, in an assertion or with an exception: a mistake that keeps pytest from collecting is no proof.
+A mistake changes one function. In Python the function is found by its name, and the text that is replaced must stand
+in it exactly once; in a shader by its signature, see texvol/comparison/wrong_functions.py. The tests of a mistake are
+green without it. With it a test must fail: a mistake that only keeps pytest from collecting tests is no proof.
 
 Exit status: 0 every mistake turned a test red, 1 some did not, 2 a mistake does not fit the source, or a test is red
 without one.
@@ -31,7 +31,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from planted_mistake_list import MISTAKES
-from planted_mistake_sources import Mistake, changed_files, uncovered
+from planted_mistake_sources import DoesNotFitError, Mistake, changed_files, uncovered
+
+from texvol.opengl.shaders import ShaderError
 
 REPOSITORY = Path(__file__).parents[1]
 PAGE = "texvol/docs/planted-mistakes.md"
@@ -57,6 +59,10 @@ class Outcome:
     def is_red(self) -> bool:
         """True if a test ran and failed."""
         return self.status == 1 and bool(self.failed)
+
+
+class RedWithoutMistakeError(Exception):
+    """Tests are not green without a mistake."""
 
 
 @contextmanager
@@ -153,10 +159,12 @@ def run_all(mistakes: list[Mistake], copies: int) -> list[tuple[Mistake, Outcome
             trees.put(stack.enter_context(copy_of_tree(folder / str(number))))
         threads = stack.enter_context(ThreadPoolExecutor(copies))
         tests = list(dict.fromkeys(mistake.tests for mistake in mistakes))
+        red = []
         for name, outcome in zip(tests, threads.map(clean_run, tests), strict=True):
-            if not outcome.is_green:
-                raise SystemExit(f"{name}: is not green without a mistake:\n{outcome.output[-2000:]}")
-            print(f"green {outcome.seconds:5.1f} s  {name}", flush=True)
+            print(f"{'green' if outcome.is_green else 'RED  '} {outcome.seconds:5.1f} s  {name}", flush=True)
+            red += [] if outcome.is_green else [f"{name}: {outcome.output[-2000:]}"]
+        if red:
+            raise RedWithoutMistakeError("\n\n".join(red))
         return list(zip(mistakes, threads.map(red_run, mistakes), strict=True))
 
 
@@ -171,9 +179,9 @@ def page_of(outcomes: list[tuple[Mistake, Outcome]], seconds: float) -> str:
     lines = [
         "# Planted mistakes",
         "",
-        "A test that cannot fail holds nothing. `python scripts/planted_mistakes.py --write` plants the mistakes of this",
-        "table one after the other in a copy of the source tree, at least one in each package and in each shader file,",
-        "runs some tests, which are green without it, and names the first test that fails.",
+        "A test that cannot fail proves nothing. `python scripts/planted_mistakes.py --write` plants the mistakes of",
+        "this table one after the other in a copy of the source tree, at least one in each package and in each shader",
+        "file. For each mistake it runs some tests, which are green without it, and names the first test that fails.",
         "",
         f"{red} of {len(outcomes)} mistakes turned a test red, in {seconds / 60:.0f} minutes.",
         "",
@@ -185,7 +193,7 @@ def page_of(outcomes: list[tuple[Mistake, Outcome]], seconds: float) -> str:
 
 
 def main() -> int:
-    """Plant the mistakes that are asked for."""
+    """Plant the mistakes that are asked for; the exit status."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
     parser.add_argument("--only", default="", metavar="TEXT", help="mistakes whose place or words contain TEXT")
     parser.add_argument("--check", action="store_true", help="only see that every mistake fits the source")
@@ -194,15 +202,17 @@ def main() -> int:
     arguments = parser.parse_args()
     start = time.perf_counter()
     chosen = [mistake for mistake in MISTAKES if arguments.only in str(mistake)]
-    for mistake in chosen:
-        changed_files(REPOSITORY, mistake)
-    missing = uncovered(REPOSITORY, MISTAKES)
-    if missing:
-        raise SystemExit(f"no mistake is planted in {', '.join(missing)}")
-    if arguments.check:
-        print(f"{len(chosen)} mistakes fit the source")
-        return 0
-    outcomes = run_all(chosen, arguments.copies)
+    try:
+        missing = uncovered(REPOSITORY, MISTAKES)
+        if missing:
+            raise DoesNotFitError(f"no mistake is planted in {', '.join(missing)}")
+        if arguments.check:
+            print(f"{len(MISTAKES)} mistakes fit the source")
+            return 0
+        outcomes = run_all(chosen, arguments.copies)
+    except (DoesNotFitError, ShaderError, RedWithoutMistakeError) as error:
+        print(error, file=sys.stderr)
+        return 2
     seconds = time.perf_counter() - start
     red = sum(outcome.is_red for _, outcome in outcomes)
     print(f"{red} of {len(outcomes)} mistakes turned a test red, in {seconds / 60:.1f} minutes")
