@@ -61,7 +61,7 @@ _UPPER = (
         "test_pytest_plugin_names.py -k 'share_a_name_with_itself'",
     ),
     Mistake(
-        *("pytest_plugin", "references:place_of"),
+        *("pytest_plugin", "references:position_of"),
         *("picture.channels >= 3", "picture.channels >= 1"),
         "a grey picture replaces a PNG, which loses its digits",
         "test_pytest_plugin.py -k 'whatever_is_a_picture'",
@@ -157,13 +157,13 @@ _UPPER = (
         "test_annotation_parts.py -k 'scale_bar'",
     ),
     Mistake(
-        *("provenance", "metadata:Facts.of"),
+        *("provenance", "metadata:Metadata.of"),
         *("version not in (1, FORMAT)", "version in (1, FORMAT)"),
         "headers of the present format are refused",
         "test_scene_facts.py -k 'tampered or is_none'",
     ),
     Mistake(
-        *("provenance", "volumes:places"),
+        *("provenance", "volumes:positions"),
         *("if folder is not None and path:", "if folder is not None and not path:"),
         "a volume is not looked for beside its picture",
         "test_stored_volumes.py -k 'beside'",
@@ -250,7 +250,7 @@ _LOWER = (
         "test_slab_texture.py",
     ),
     Mistake(
-        *("textures", "slab_texture:_texels_of_matter"),
+        *("textures", "slab_texture:_texels_of_medium"),
         *("glow = emission * length_unit", "glow = emission"),
         "the emission of a texel is not that of its unit of length",
         "test_slab_texture.py",

@@ -94,24 +94,13 @@ def planted(tree: Path, mistake: Mistake) -> Iterator[None]:
 
 def run_tests(tree: Path, tests: str) -> Outcome:
     """Run some tests of a tree: names of files in tests/, wherever they are, and options of pytest, variables first."""
-    environment = os.environ | {"PYTHONPATH": str(tree), "PYTHONDONTWRITEBYTECODE": "1"}
+    environment = os.environ | {"PYTHONPATH": str(tree), "PYTHONDONTWRITEBYTECODE": "1", "PYTEST_ADDOPTS": ""}
     words = re.findall(r"'[^']*'|\S+", tests)
     environment |= dict(word.split("=", 1) for word in words if re.match(r"[A-Z_]+=", word))
     words = [word.strip("'") for word in words if not re.match(r"[A-Z_]+=", word)]
     arguments = [str(_test_file(tree, word)) if word.endswith(".py") else word for word in words]
-    command = [
-        sys.executable,
-        "-m",
-        "pytest",
-        "-x",
-        "-q",
-        "-p",
-        "no:cacheprovider",
-        "-p",
-        "no:xdist",
-        "-rf",
-        *arguments,
-    ]
+    options = ["-o", "addopts=", "-p", "no:cacheprovider", "-p", "no:xdist"]
+    command = [sys.executable, "-m", "pytest", "-x", "-rf", *options, *arguments]
     start = time.perf_counter()
     try:
         done = subprocess.run(

@@ -38,11 +38,11 @@ def _linear(optical_depth: ArrayLike) -> NDArray[np.float64]:
     return np.minimum(np.asarray(optical_depth, dtype=np.float64), 1.0)
 
 
-_TEXELS_OF_MATTER = slab_texture._texels_of_matter
+_TEXELS_OF_MEDIUM = slab_texture._texels_of_medium
 
 
 def _straight(*arguments: Any) -> NDArray[np.float64]:
-    texels = _TEXELS_OF_MATTER(*arguments)
+    texels = _TEXELS_OF_MEDIUM(*arguments)
     return np.concatenate([texels[:, :3] / np.maximum(texels[:, 3:], 1e-300), texels[:, 3:]], axis=1)
 
 
@@ -50,7 +50,7 @@ LINEAR_OPACITY: tuple[Mistake, ...] = (
     mistakes.LINEAR_OPACITY,
     Attribute("texvol.scene.optics.opacity_from_depth", _linear),
 )
-UNCLIPPED_END_SLABS: tuple[Mistake, ...] = mistakes.UNCLIPPED_END_SLABS
+UNCLIPPED_END_SLABS: tuple[Mistake, ...] = (mistakes.UNCLIPPED_END_SLABS,)
 MISSING_COSINE: tuple[Mistake, ...] = (mistakes.MISSING_COSINE,)
 BACKS_ALPHA_IN_REGISTERS: tuple[Mistake, ...] = (mistakes.ALPHA_OF_THE_BACK,)
 BACKS_ALPHA_IN_BLEND: tuple[Mistake, ...] = (
@@ -69,9 +69,9 @@ NORMAL_TO_HIGHER_VALUES: Mistake = (
 )
 # Texels of `extinction` with the straight colour, weighted by opacity only after the fetch.
 STRAIGHT_COLOUR: tuple[Mistake, ...] = (
-    Attribute("texvol.textures.slab_texture._texels_of_matter", _straight),
+    Attribute("texvol.textures.slab_texture._texels_of_medium", _straight),
     (
-        "vec4 slab_color(vec4 texel, float length)",
+        "vec4 slab_color(vec4 texel, float length, vec3 position)",
         "texel *= held_scale; float opacity = opacity_from_depth(texel.a * length); "
         "return vec4(texel.rgb * opacity, opacity);",
     ),

@@ -173,35 +173,35 @@ def test_a_depth_cue_on_even_matter_is_its_closed_form(
 def entry_depths(volume: Volume, origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
     """Way of each ray to the box."""
     unit_from_world = volume.index_from_world / np.array(volume.dimensions)[:, np.newaxis]
-    place, way = (origins - volume.box_corner) @ unit_from_world.T, directions @ unit_from_world.T
+    position, direction = (origins - volume.box_corner) @ unit_from_world.T, directions @ unit_from_world.T
     with np.errstate(divide="ignore"):
-        return np.minimum(-place / way, (1 - place) / way).max(axis=2)
+        return np.minimum(-position / direction, (1 - position) / direction).max(axis=2)
 
 
 @kinds
 @pytest.mark.parametrize(
-    "near, far, share", [(-1e300, -1e299, 1.0), (1e9, 1e10, 0.0), (0.0, 1e-3, 1.0), (0.0, 1e300, 0.0)]
+    "near, far, fraction", [(-1e300, -1e299, 1.0), (1e9, 1e10, 0.0), (0.0, 1e-3, 1.0), (0.0, 1e300, 0.0)]
 )
 def test_beyond_its_range_a_depth_cue_is_all_or_nothing(
-    renderer: Renderer, kind: Classification, near: float, far: float, share: float
+    renderer: Renderer, kind: Classification, near: float, far: float, fraction: float
 ) -> None:
     volume = linear()
     cue = DepthCue(0.5, (0.1, 0.2, 0.7), near, far)
     plain = Scene(volume, even(), framed(volume), classification=kind)
     picture, unlit = drawn(renderer, replace(plain, depth_cue=cue)), drawn(renderer, plain)
-    t = 0.5 * share
+    t = 0.5 * fraction
     expected = (1 - t) * unlit[..., :3] + t * unlit[..., 3:] * np.array(cue.color)
     assert largest(picture[..., :3] - expected) < ROUNDING
 
 
 # Planted mistakes.
 
-WITH_LIGHT = "Shade with_light(Shade shade, vec3 color, vec3 normal, vec3 to_light, vec3 to_eye, float believed)"
+WITH_LIGHT = "Shade with_light(Shade shade, vec3 color, vec3 normal, vec3 to_light, vec3 to_eye, float confidence)"
 SHADER_MISTAKES: dict[str, tuple[planted.Mistake, str]] = {
     "gradient transposed": (("vec3 gradient_of(vec4 texel)", "return gradient_of_right(texel).bgr;"), "one side"),
     "normal to higher values": (planted.NORMAL_TO_HIGHER_VALUES, "one side"),
     "light swapped": (
-        (WITH_LIGHT, "return with_light_right(shade, color.bgr, normal, to_light, to_eye, believed);"),
+        (WITH_LIGHT, "return with_light_right(shade, color.bgr, normal, to_light, to_eye, confidence);"),
         "one side",
     ),
     "halfway not of length 1": (
@@ -212,21 +212,21 @@ SHADER_MISTAKES: dict[str, tuple[planted.Mistake, str]] = {
         "no fading",
     ),
     "fade ignored": (
-        (WITH_LIGHT, "return with_light_right(shade, color, normal, to_light, to_eye, min(1e6 * believed, 1.0));"),
+        (WITH_LIGHT, "return with_light_right(shade, color, normal, to_light, to_eye, min(1e6 * confidence, 1.0));"),
         "two of them, fading",
     ),
     "one side only": (("vec3 lit_normal(vec3 normal, vec3 to_eye)", "return normal;"), "head"),
     "highlights on what faces away": (
         (
-            "float highlight_of(float facing, float halfway, float believed)",
-            "return highlight_of_right(1.0, halfway, believed);",
+            "float highlight_of(float facing, float halfway, float confidence)",
+            "return highlight_of_right(1.0, halfway, confidence);",
         ),
         "shininess 0, one side",
     ),
     "highlights coloured by matter": (
         (
-            "vec4 lit_matter(vec4 matter, Shade shade)",
-            "return vec4(matter.rgb * (shade.diffuse + shade.specular), matter.a);",
+            "vec4 lit_medium(vec4 medium, Shade shade)",
+            "return vec4(medium.rgb * (shade.diffuse + shade.specular), medium.a);",
         ),
         "shininess 0",
     ),

@@ -35,18 +35,12 @@ _TEXEL_AT = "vec4 texel_at(vec3 position)"
 ALPHA_OF_THE_BACK: WrongFunction = (_OVER, "return front + (1.0 - back.a) * back;")
 HALF_A_TEXEL: WrongFunction = (
     _TEXEL_AT,
-    "return textureLod(texels, in_texture(position) + 0.5 / vec3(textureSize(texels, 0)), 0.0);",
+    "return textureLod(texels, texture_position(position) + 0.5 / vec3(textureSize(texels, 0)), 0.0);",
 )
-UNCLIPPED_END_SLABS: tuple[WrongFunction, ...] = (
-    (
-        "Ray ray_through(vec2 place, vec2 slab_range)",
-        "Ray ray = ray_through_right(place, slab_range); ray.first_share = 0.0; ray.last_share = 1.0; return ray;",
-    ),
-    (
-        "BoxWalk box_walk(vec2 pixel, float obliquity, real2 seen, bool is_cut)",
-        "BoxWalk walk = box_walk_right(pixel, obliquity, seen, is_cut); "
-        "walk.first_share = 0.0; walk.last_share = 1.0; return walk;",
-    ),
+UNCLIPPED_END_SLABS: WrongFunction = (
+    "BoxWalk walk_through(Ray ray, real2 interval, float path_length)",
+    "BoxWalk walk = walk_through_right(ray, interval, path_length); "
+    "walk.first_fraction = 0.0; walk.last_fraction = 1.0; return walk;",
 )
 # The uniform has to stay in use, or setting it is an error.
 MISSING_COSINE: WrongFunction = ("float obliquity_of(vec2 pixel)", "return 1.0 + 1e-20 * obliquity_of_right(pixel);")
@@ -57,7 +51,7 @@ WRONG_BY = 0.5  # of one pixel
 
 def other_axes(order: str) -> WrongFunction:
     """A look-up of texels with the axes in another order, such as zyx."""
-    return (_TEXEL_AT, f"return textureLod(texels, in_texture(position).{order}, 0.0);")
+    return (_TEXEL_AT, f"return textureLod(texels, texture_position(position).{order}, 0.0);")
 
 
 class DoesNotApply(Exception):
@@ -98,7 +92,7 @@ class Bench:
         return bool((np.abs(picture - self.right)[finite] <= self.rounding).all())
 
     @property
-    def matter(self) -> TransferFunction:
+    def medium(self) -> TransferFunction:
         """What the scene is made of, also where it does not say."""
         return self.scene.transfer_function or proposed_for(self.scene.volume)
 
@@ -130,7 +124,7 @@ class Bench:
         if not condition:
             raise DoesNotApply(otherwise)
 
-    def needs_matter(self) -> None:
+    def needs_medium(self) -> None:
         """Raise DoesNotApply where values are seen, and no matter."""
         self.needs(self.scene.mode == "composite", f"mode {self.scene.mode} composites nothing")
 
@@ -178,12 +172,12 @@ def _dropped_slab(bench: Bench) -> Pixels:
 
 
 def _swapped_order(bench: Bench) -> Pixels:
-    bench.needs_matter()
+    bench.needs_medium()
     return bench.draw(Planted(((_OVER, "return over_right(back, front);"),), under=OVER_WHAT_IS_THERE))
 
 
 def _alpha_of_the_back(bench: Bench) -> Pixels:
-    bench.needs_matter()
+    bench.needs_medium()
     return bench.draw(Planted((ALPHA_OF_THE_BACK,), under=UNDER_BY_ITS_OWN_ALPHA))
 
 
@@ -201,7 +195,7 @@ def _other_axis(bench: Bench) -> Pixels:
 
 
 def _unclipped_end_slabs(bench: Bench) -> Pixels:
-    return bench.draw(Planted(UNCLIPPED_END_SLABS))
+    return bench.draw(Planted((UNCLIPPED_END_SLABS,)))
 
 
 def _missing_cosine(bench: Bench) -> Pixels:
@@ -211,20 +205,20 @@ def _missing_cosine(bench: Bench) -> Pixels:
 
 
 def _linear_opacity(bench: Bench) -> Pixels:
-    bench.needs_matter()
+    bench.needs_medium()
     if bench.scene.classification != "slab" or bench.draws_pieces:
         return bench.draw(Planted((LINEAR_OPACITY,)))
-    matter = linear_in_depth(bench.matter, float(bench.settings["slab_thickness"]))
-    return bench.draw(scene=replace(bench.scene, transfer_function=matter))
+    medium = linear_in_depth(bench.medium, float(bench.settings["slab_thickness"]))
+    return bench.draw(scene=replace(bench.scene, transfer_function=medium))
 
 
 def _double_thickness(bench: Bench) -> Pixels:
-    bench.needs_matter()
+    bench.needs_medium()
     added = tuple(
         replace(each, transfer_function=times(each.transfer_function or proposed_for(each.volume), 2.0))
         for each in bench.scene.added
     )
-    return bench.draw(scene=replace(bench.scene, transfer_function=times(bench.matter, 2.0), added=added))
+    return bench.draw(scene=replace(bench.scene, transfer_function=times(bench.medium, 2.0), added=added))
 
 
 def _eight_bit_target(bench: Bench) -> Pixels:

@@ -19,9 +19,9 @@ from pathlib import Path
 from texvol.opengl.shaders import FOLDER, ShaderError
 
 WrongFunction = tuple[str, str]  # signature and body
-# Functions begin and end at the first column, and their parameters stand on one line.
-_FUNCTION = re.compile(r"^(\w+) (\w+)\(([^()\n]*)\) \{\n(.*?)^\}\n", re.MULTILINE | re.DOTALL)
-_SIGNATURE = re.compile(r"(\w+) (\w+)\(([^()\n]*)\)")
+# Functions begin and end at the first column.
+_FUNCTION = re.compile(r"^(\w+) (\w+)\(([^()]*)\) \{\n(.*?)^\}\n", re.MULTILINE | re.DOTALL)
+_SIGNATURE = re.compile(r"(\w+) (\w+)\(([^()]*)\)")
 
 
 @contextmanager
