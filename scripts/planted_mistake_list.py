@@ -70,7 +70,7 @@ _UPPER = (
         *("pytest_plugin", "repeats:noise_of"),
         *("(len(pictures) - 1)", "len(pictures)"),
         "the noise of repeats is divided by n instead of n - 1",
-        "test_pytest_plugin_report.py test_pytest_plugin_ci.py test_pytest_plugin_limits.py -k 'repeat'",
+        "test_pytest_plugin_report.py -k 'systematic_difference'",
     ),
     Mistake(
         *("report", "orders:slope"),
@@ -133,10 +133,10 @@ _UPPER = (
         "test_command_line.py -k 'picture_and_its_oracle'",
     ),
     Mistake(
-        *("options", "texts:transmittance"),
-        *("0 <= wanted < 1", "0 <= wanted <= 1"),
-        "an early termination of 1 is accepted",
-        "test_light_options.py test_early_termination.py test_command_line.py -k 'wrong'",
+        *("options", "texts:sample_value"),
+        *("return int(text)", "return float(text)"),
+        "a missing value of many digits is rounded",
+        "test_missing.py",
     ),
     Mistake(
         *("annotation", "rounding:round_down"),
