@@ -1,0 +1,325 @@
+"""Shader files become programs, and whatever is missing or wrong is named with its file and line."""
+
+from __future__ import annotations
+
+import itertools
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from texvol.opengl.contexts import Context
+from texvol.opengl.shaders import ShaderError, _with_files, load_program, set_uniforms
+from texvol.opengl.uniforms import NO_LIGHT, NOTHING_SPECIAL
+from texvol.textures.ramps import NUMBERS_OF_RAMPS
+
+VERTEX = """// comments may stand first
+#version 330
+in vec2 corner;
+void main() { gl_Position = vec4(corner, 0.0, 1.0); }
+"""
+FRAGMENT = """#version 330
+#include "half.glsl"
+#include "twice.glsl"
+uniform float brightness;
+uniform float unused;
+out vec4 color;
+void main() {
+    color = vec4(twice(half_of(brightness)));
+}
+"""
+HALF = "float half_of(float x) { return x / 2.0; }\n"
+TWICE = '#include "half.glsl"\nfloat twice(float x) { return 4.0 * half_of(x); }\n'
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """Shader files of one program, `plain`."""
+    files = {"plain.vert": VERTEX, "plain.frag": FRAGMENT, "half.glsl": HALF, "twice.glsl": TWICE}
+    for name, text in files.items():
+        (tmp_path / name).write_text(text)
+    return tmp_path
+
+
+def one_pixel(context: Context, program: object) -> float:
+    """Red of a pixel that the program draws."""
+    gl = context.gl
+    corners = gl.buffer(np.array([-1, -1, 3, -1, -1, 3], "f4"))
+    target = gl.framebuffer([gl.texture((1, 1), 4, dtype="f4")])
+    target.use()
+    gl.vertex_array(program, [(corners, "2f", "corner")]).render()
+    red = float(np.frombuffer(target.read(components=4, dtype="f4"), np.float32)[0])
+    gl.screen.use()
+    return red
+
+
+def test_an_include_is_put_in_its_place_once(context: Context, folder: Path) -> None:
+    program = load_program(context.gl, "plain", folder=folder)  # half.glsl twice would be a redefinition
+    set_uniforms(program, {"brightness": 0.75})
+    assert one_pixel(context, program) == 0.75
+
+
+def test_a_switch_is_defined_with_its_value(context: Context, folder: Path) -> None:
+    (folder / "plain.frag").write_text(
+        "#version 330\nout vec4 c;\n#if LEVEL > 2\nvoid main() { c = vec4(LEVEL); }\n#endif\n"
+    )
+    assert one_pixel(context, load_program(context.gl, "plain", defines={"LEVEL": 3}, folder=folder)) == 3.0
+
+
+def test_an_unknown_switch_is_an_error(context: Context, folder: Path) -> None:
+    (folder / "plain.frag").write_text(FRAGMENT + "// SHINY is mentioned in a comment only\n")
+    with pytest.raises(ShaderError, match=r"^plain\.vert and plain\.frag have no switch SHINY$"):
+        load_program(context.gl, "plain", defines={"SHINY": 1}, folder=folder)
+
+
+@pytest.mark.parametrize("condition", ["#if SHINY", "#ifdef SHINY", "#if defined(SHINY) && 1", "#if 0\n#elif SHINY"])
+def test_a_switch_without_a_value_is_an_error(context: Context, folder: Path, condition: str) -> None:
+    (folder / "plain.frag").write_text(f"{FRAGMENT}{condition}\n#endif\n")
+    with pytest.raises(ShaderError, match=r"need a value for SHINY$"):
+        load_program(context.gl, "plain", folder=folder)
+
+
+def test_a_macro_that_the_file_defines_itself_is_no_switch(context: Context, folder: Path) -> None:
+    (folder / "plain.frag").write_text(
+        FRAGMENT + "#define OWN 1\n#if OWN && __VERSION__ >= 330 && !defined GL_ES\n#endif\n"
+    )
+    load_program(context.gl, "plain", folder=folder)
+
+
+@pytest.mark.parametrize(
+    ("file", "text", "position"),
+    [
+        ("plain.vert", VERTEX + "wrong;\n", "plain.vert:5: "),
+        ("plain.frag", FRAGMENT + "wrong;\n", "plain.frag:10: "),
+        ("plain.frag", FRAGMENT.replace("half_of(b", "wrong(b"), "plain.frag:8: "),
+        ("half.glsl", HALF + "\nwrong;\n", "half.glsl:3: "),
+        ("twice.glsl", TWICE + "wrong;\n", "twice.glsl:3: "),
+    ],
+)
+def test_a_compile_error_names_file_and_line(
+    context: Context, folder: Path, file: str, text: str, position: str
+) -> None:
+    (folder / file).write_text(text)
+    with pytest.raises(ShaderError, match=rf"(?m)^{re.escape(position)}"):
+        load_program(context.gl, "plain", defines={}, folder=folder)
+
+
+def test_lines_are_counted_from_the_file_also_below_switches(context: Context, folder: Path) -> None:
+    (folder / "plain.frag").write_text("#version 330\n#if A + B\n#endif\nwrong;\n")
+    with pytest.raises(ShaderError, match=r"(?m)^plain\.frag:4: "):
+        load_program(context.gl, "plain", defines={"A": 1, "B": 2}, folder=folder)
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        "0:20012(3): error: `x' undeclared",  # Mesa
+        "0(20012) : error C1503: undefined variable",  # NVIDIA
+        "ERROR: 0:20012: 'x' : undeclared identifier",  # AMD, Intel, Apple
+    ],
+)
+def test_the_messages_of_each_vendor_are_understood(message: str) -> None:
+    assert _with_files(message, ["slab.vert", "slab.frag"]).startswith("slab.frag:12: ")
+    assert _with_files(message, ["slab.vert"]) == message
+
+
+def test_a_link_error_names_both_files(context: Context, folder: Path) -> None:
+    (folder / "plain.frag").write_text(
+        "#version 330\nfloat elsewhere();\nout vec4 c;\nvoid main() { c = vec4(elsewhere()); }\n"
+    )
+    with pytest.raises(ShaderError, match=r"plain\.vert and plain\.frag"):
+        load_program(context.gl, "plain", folder=folder)
+
+
+@pytest.mark.parametrize(
+    ("file", "text", "message"),
+    [
+        ("plain.frag", '#version 330\n\n#include "lost.glsl"\n', r"plain\.frag:3: lost\.glsl is not in "),
+        ("twice.glsl", '#include "lost.glsl"\n', r"twice\.glsl:1: lost\.glsl is not in "),
+        ("plain.frag", "void main() {}\n", r"plain\.frag has no #version line"),
+    ],
+)
+def test_a_missing_part_is_named(context: Context, folder: Path, file: str, text: str, message: str) -> None:
+    (folder / file).write_text(text)
+    with pytest.raises(ShaderError, match=message):
+        load_program(context.gl, "plain", folder=folder)
+
+
+def test_a_missing_file_is_named(context: Context, folder: Path) -> None:
+    with pytest.raises(ShaderError, match=r"other\.vert cannot be read: No such file"):
+        load_program(context.gl, "other", folder=folder)
+
+
+def test_stages_may_come_from_other_files(context: Context, folder: Path) -> None:
+    (folder / "plain.vert").rename(folder / "shared.vert")
+    load_program(context.gl, "plain", vertex="shared.vert", folder=folder)
+
+
+@pytest.mark.parametrize("name", ["unused", "brightnes", "corner"])  # dropped by the linker, misspelled, not a uniform
+def test_a_uniform_that_the_program_lacks_is_an_error(context: Context, folder: Path, name: str) -> None:
+    program = load_program(context.gl, "plain", folder=folder)
+    with pytest.raises(ShaderError, match=f"no uniform {name}; it has brightness$"):
+        set_uniforms(program, {"brightness": 1.0, name: 1.0})
+
+
+def test_a_uniform_of_another_shape_is_named(context: Context, folder: Path) -> None:
+    program = load_program(context.gl, "plain", folder=folder)
+    with pytest.raises(ShaderError, match=r"uniform brightness cannot be \(1, 2\)"):
+        set_uniforms(program, {"brightness": (1, 2)})
+
+
+EITHER = (0, 1)
+UNCUT = {"HALF_SPACES": 0}
+WHOLE = UNCUT | {"INTERVAL": 0}
+MEDIUM = NO_LIGHT | NOTHING_SPECIAL | WHOLE | {"CAPS": 0, "AT_ONCE": 2}
+# What each classification asks for beside the switches that any may have; whole slabs are those of parallel rays.
+CHOICES: dict[int, list[dict[str, int]]] = {
+    0: [{"WHOLE_SLABS": whole, "PERSPECTIVE": direction} for whole, direction in ((0, 0), (0, 1), (1, 0), (2, 1))],
+    1: [{"PERSPECTIVE": direction, "SHALLOW": direction} for direction in EITHER],
+    2: [
+        {"RAMPS": ramps, "EMISSIVE": emissive, "MISSING": missing, "PERSPECTIVE": direction}
+        | {"AT_ONCE": 4 if ramps else 2, "SHALLOW": ramps % 2}
+        for ramps, emissive, missing, direction in itertools.product((0, *NUMBERS_OF_RAMPS), EITHER, EITHER, EITHER)
+    ],
+    3: [
+        {"RAMPS": ramps, "EMISSIVE": emissive, "PERSPECTIVE": direction}
+        for ramps, emissive, direction in itertools.product((0, 2, 12), EITHER, EITHER)
+    ],
+}
+
+
+@pytest.mark.parametrize("classification", CHOICES)
+@pytest.mark.parametrize("bricks, skips, count", list(itertools.product(EITHER, repeat=3)))
+def test_every_combination_of_switches_compiles(
+    context: Context, classification: int, bricks: int, skips: int, count: int
+) -> None:
+    common = MEDIUM | {"CUE": 0, "BRICKS": bricks, "SKIPS": skips, "COUNT": count}
+    for choice in CHOICES[classification]:
+        load_program(context.gl, "slab_stack", defines=common | {"CLASSIFICATION": classification} | choice)
+
+
+ONE_LIGHT = {"LIT": 1, "HEAD_LIGHT": 1}
+# The switches of light on their own, and all together.
+LIGHTS: list[dict[str, int]] = [
+    {},
+    {"LIT": 1},
+    *(ONE_LIGHT | {"SPECULAR": specular, "TWO_SIDED": sides} for specular in EITHER for sides in EITHER),
+    {"LIT": 1, "DIRECTIONAL_LIGHTS": 1},
+    {"LIT": 1, "POINT_LIGHTS": 1},
+    {"LIT": 1, "DIRECTIONAL_LIGHTS": 2, "POINT_LIGHTS": 2, "SHADOWS": 1},
+    {"LIT": 1, "HEAD_LIGHT": 1, "DIRECTIONAL_LIGHTS": 9, "POINT_LIGHTS": 3, "SPECULAR": 1, "TWO_SIDED": 1},
+]
+GRADED: list[dict[str, int]] = [
+    {},
+    *({"MODULATIONS": modulations, "GRADED": graded, "CONTOURS": contours}
+      for modulations, graded, contours in itertools.product((0, 3), repeat=3)),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("classification", [2, 3])
+@pytest.mark.parametrize("lights", LIGHTS, ids=str)
+def test_every_light_on_matter_compiles(context: Context, classification: int, lights: dict[str, int]) -> None:
+    for direction, bricks, cue in itertools.product(EITHER, repeat=3):
+        directions = {"PERSPECTIVE": direction, "BRICKS": bricks, "CUE": cue, "SKIPS": 1, "COUNT": 0}
+        switches = {"CLASSIFICATION": classification, "GRADIENT": 1 + bricks, "RAMPS": 2 * cue}
+        load_program(context.gl, "slab_stack", defines=MEDIUM | directions | switches | lights)
+
+
+@pytest.mark.parametrize("emissive, ramps", [(0, 2), (0, 0), (1, 0), (2, 2), (2, 0)])
+@pytest.mark.parametrize("graded", GRADED, ids=str)
+def test_all_graded_matter_compiles(context: Context, emissive: int, ramps: int, graded: dict[str, int]) -> None:
+    directions = {"PERSPECTIVE": 1, "BRICKS": 0, "CUE": 1, "SKIPS": 1, "COUNT": 0}
+    switches = {"EMISSIVE": emissive, "GRADIENT": 1} | graded
+    for lights in ({}, LIGHTS[-1]):
+        classifications = [{"CLASSIFICATION": 2, "RAMPS": ramps}]
+        if not graded.get("GRADED") and not graded.get("CONTOURS"):  # integrated is for what depends on the value alone
+            classifications.append({"CLASSIFICATION": 3, "RAMPS": ramps})
+        for each in classifications:
+            defines = MEDIUM | directions | switches | lights | each
+            load_program(context.gl, "slab_stack", defines=defines)
+
+
+# For what is at a place of a volume, whatever draws it.
+OF_SLABS = ("WHOLE_SLABS", "CAPS", "AT_ONCE", *WHOLE)
+OF_A_VOLUME: list[dict[str, int]] = [
+    {name: value for name, value in (MEDIUM | each).items() if name not in OF_SLABS}
+    | {"CUE": 1, "PERSPECTIVE": 1, "BRICKS": 0}
+    for each in (
+        *({"CLASSIFICATION": classification} for classification in range(4)),
+        {"CLASSIFICATION": 2, "RAMPS": 2, "WEIGHTS": 1},
+        {"CLASSIFICATION": 2, "GRADIENT": 1} | LIGHTS[-1] | GRADED[-1],
+        {"CLASSIFICATION": 3, "GRADIENT": 2, "WEIGHTS": 1} | LIGHTS[-1],
+        {"CLASSIFICATION": 3, "RAMPS": 2},
+    )
+]
+
+
+@pytest.mark.parametrize("planes", [1, 9])
+@pytest.mark.parametrize("direction, bricks", list(itertools.product(EITHER, repeat=2)))
+def test_every_cut_compiles(context: Context, planes: int, direction: int, bricks: int) -> None:
+    cut = {"PERSPECTIVE": direction, "BRICKS": bricks, "HALF_SPACES": planes, "CUE": 0, "SKIPS": 1, "COUNT": 0}
+    for caps, classification in itertools.product(EITHER, range(4)):
+        load("slab_stack", context, MEDIUM | cut | {"CAPS": caps, "CLASSIFICATION": classification})
+    load("slab_stack", context, MEDIUM | cut | {"CAPS": 1, "CLASSIFICATION": 3, "GRADIENT": 1} | LIGHTS[-1])
+    for mode in (1, 2, 3):
+        medium = {"MODE": mode, "MISSING": 0, "GRADIENT": int(mode == 3), "DEPTH": 0, "SKIPS": 0, "WEIGHTS": 0}
+        load("projection", context, NO_LIGHT | WHOLE | cut | medium)
+    shadow = NOTHING_SPECIAL | {
+        "POINT": direction,
+        "BRICKS": bricks,
+        "HALF_SPACES": planes,
+        "RAMPS": 2,
+        "ELSEWHERE": direction,
+    }
+    shadow.pop("WHOLE_SLABS")
+    load_program(context.gl, "shadow", defines=shadow, vertex="corner.vert")
+
+
+@pytest.mark.parametrize("classification", [0, 1])
+def test_a_depth_cue_on_classified_texels_compiles(context: Context, classification: int) -> None:
+    common = MEDIUM | {"BRICKS": 0, "SKIPS": 1, "COUNT": 0, "CUE": 1}
+    for direction in EITHER:
+        load_program(
+            context.gl, "slab_stack", defines=common | {"CLASSIFICATION": classification, "PERSPECTIVE": direction}
+        )
+
+
+@pytest.mark.parametrize("point, bricks", list(itertools.product(EITHER, repeat=2)))
+def test_every_shadow_compiles(context: Context, point: int, bricks: int) -> None:
+    common = NOTHING_SPECIAL | UNCUT | {"POINT": point, "BRICKS": bricks, "ELSEWHERE": bricks}
+    common.pop("WHOLE_SLABS")
+    for ramps, emissive, missing in ((2, 0, 0), (0, 0, 1), (3, 2, 1)):
+        medium = {"RAMPS": ramps, "EMISSIVE": emissive, "MISSING": missing}
+        for graded in GRADED:
+            gradients = ({"GRADIENT": 1}, {"GRADIENT": 2}) if graded else ({},)
+            for gradient in gradients:
+                load_program(context.gl, "shadow", defines=common | medium | graded | gradient, vertex="corner.vert")
+
+
+@pytest.mark.parametrize("mode", [1, 2, 3])
+@pytest.mark.parametrize("direction, bricks, missing", list(itertools.product(EITHER, repeat=3)))
+def test_every_projection_compiles(context: Context, mode: int, direction: int, bricks: int, missing: int) -> None:
+    common = (
+        NO_LIGHT | WHOLE | {"MODE": mode, "PERSPECTIVE": direction, "BRICKS": bricks, "MISSING": missing, "GRADIENT": 0}
+    )
+    plain = common | {"DEPTH": 0, "CUE": 0, "SKIPS": 0, "COUNT": 0, "WEIGHTS": 0}
+    if mode != 3:
+        load("projection", context, plain)
+        if mode == 1 and missing:
+            load("projection", context, plain | {"MISSING": 2})
+        return
+    for number, lights in enumerate(LIGHTS[1:]):
+        others = {
+            "GRADIENT": 1 + direction,
+            "CUE": number % 2,
+            "SKIPS": 1 - number % 3 // 2,
+            "COUNT": int(number % 4 == 3),
+        }
+        load("projection", context, plain | others | lights)
+    load("projection", context, plain | {"GRADIENT": 1, "DEPTH": 1, "SKIPS": 1})
+
+
+def load(name: str, context: Context, defines: dict[str, int]) -> None:
+    """Compile a program that has the vertices of slab stacks."""
+    load_program(context.gl, name, defines=defines, vertex="slab_stack.vert")

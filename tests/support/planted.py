@@ -1,0 +1,114 @@
+"""Renderers with mistakes planted in them: wrong functions of shaders, wrong attributes of modules.
+
+A renderer with a cure switched off, or with one of the usual mistakes, shows that a check can fail. A mistake names the
+function that is wrong; if that is gone, planting it is an error.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from functools import partial
+from typing import Any, NamedTuple
+from unittest.mock import patch
+
+import moderngl
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from texvol.comparison import mistakes
+from texvol.comparison.wrong_functions import WrongFunction, wrong_shaders
+from texvol.opengl.compositor import Compositor
+from texvol.rendering.renderer import Renderer
+from texvol.slicing.slabs import slab_stacks
+from texvol.textures import slab_texture
+
+
+class Attribute(NamedTuple):
+    """An attribute of a module or class, by its full name, and what stands in its place."""
+
+    name: str
+    value: Any
+
+
+Mistake = WrongFunction | Attribute
+
+
+def _linear(optical_depth: ArrayLike) -> NDArray[np.float64]:
+    return np.minimum(np.asarray(optical_depth, dtype=np.float64), 1.0)
+
+
+_TEXELS_OF_MEDIUM = slab_texture._texels_of_medium
+
+
+def _straight(*arguments: Any) -> NDArray[np.float64]:
+    texels = _TEXELS_OF_MEDIUM(*arguments)
+    return np.concatenate([texels[:, :3] / np.maximum(texels[:, 3:], 1e-300), texels[:, 3:]], axis=1)
+
+
+LINEAR_OPACITY: tuple[Mistake, ...] = (
+    mistakes.LINEAR_OPACITY,
+    Attribute("texvol.scene.optics.opacity_from_depth", _linear),
+)
+UNCLIPPED_END_SLABS: tuple[Mistake, ...] = (mistakes.UNCLIPPED_END_SLABS,)
+MISSING_COSINE: tuple[Mistake, ...] = (mistakes.MISSING_COSINE,)
+BACKS_ALPHA_IN_REGISTERS: tuple[Mistake, ...] = (mistakes.ALPHA_OF_THE_BACK,)
+BACKS_ALPHA_IN_BLEND: tuple[Mistake, ...] = (
+    Attribute("texvol.opengl.compositor.Compositor.under", (moderngl.ONE_MINUS_SRC_ALPHA, moderngl.ONE)),
+)
+SWAPPED_ORDER: tuple[Mistake, ...] = (("vec4 over(vec4 front, vec4 back)", "return over_right(back, front);"),)
+HALF_TEXEL_SHIFT: tuple[Mistake, ...] = (mistakes.HALF_A_TEXEL,)
+SWAPPED_AXES: tuple[Mistake, ...] = (mistakes.other_axes("zyx"),)
+PLANES_HALF_A_SAMPLE_OFF: Mistake = (
+    "SampleWalk sample_walk(vec3 start, vec3 step, vec3 samples)",
+    "return sample_walk_right(start + 0.5 / samples, step, samples);",
+)
+NORMAL_TO_HIGHER_VALUES: Mistake = (
+    "vec3 normal_of(vec3 gradient, float magnitude)",
+    "return normal_of_right(-gradient, magnitude);",
+)
+# Texels of `extinction` with the straight colour, weighted by opacity only after the fetch.
+STRAIGHT_COLOUR: tuple[Mistake, ...] = (
+    Attribute("texvol.textures.slab_texture._texels_of_medium", _straight),
+    (
+        "vec4 slab_color(vec4 texel, float length, vec3 position)",
+        "texel *= held_scale; float opacity = opacity_from_depth(texel.a * length); "
+        "return vec4(texel.rgb * opacity, opacity);",
+    ),
+)
+
+
+@contextmanager
+def planted(*mistakes: Mistake) -> Iterator[Renderer]:
+    """A renderer of its own that has the mistakes in it.
+
+    Raises
+    ------
+    ShaderError, AttributeError
+        If a function or attribute no longer exists.
+    """
+    functions = [mistake for mistake in mistakes if not isinstance(mistake, Attribute)]
+    with ExitStack() as stack:
+        folder = stack.enter_context(wrong_shaders(*functions))
+        for mistake in mistakes:
+            if isinstance(mistake, Attribute):
+                stack.enter_context(patch(mistake.name, mistake.value))
+        yield stack.enter_context(Renderer(compositor=partial(Compositor, shaders=folder)))
+
+
+@contextmanager
+def one_slab_per_blend() -> Iterator[None]:
+    """Every slab blended by itself into the target, and none composited in registers."""
+    with slabs_per_blend(1):
+        yield
+
+
+@contextmanager
+def slabs_per_blend(count: int) -> Iterator[None]:
+    """As many slabs composited in registers, and then blended into the target."""
+
+    def stacks(volume, camera, slab_thickness, size, per_stack=count, *part):  # type: ignore[no-untyped-def]
+        return slab_stacks(volume, camera, slab_thickness, size, count, *part)
+
+    with patch("texvol.rendering.render.slab_stacks", stacks):
+        yield
