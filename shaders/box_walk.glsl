@@ -8,9 +8,9 @@ struct BoxWalk {
     vec3 step;                    // change of position per slab
     float path_length;            // of the ray through a whole slab
     real2 interval;               // of depths at which the box is seen
-    float first_slab;             // 1e9 where the ray misses what is seen of the box
+    float first_slab;             // NOWHERE where the ray misses what is seen of the box
     float first_fraction;         // of the first slab, at which the interval begins
-    float last_slab;              // -1e9 where the ray misses
+    float last_slab;              // -NOWHERE where the ray misses
     float last_fraction;          // of the last slab, at which the interval ends
     bool is_cut_open;             // true if the interval begins at a half space, and not at the box or the eye
 };
@@ -27,8 +27,8 @@ BoxWalk walk_through(Ray ray, real2 interval, float path_length) {
     walk.last_slab = float(ceil(interval.y)) - 1.0;
     walk.last_fraction = float(interval.y - (ceil(interval.y) - 1.0));
     if (interval.x >= interval.y) {
-        walk.first_slab = 1e9;
-        walk.last_slab = -1e9;
+        walk.first_slab = NOWHERE;
+        walk.last_slab = -NOWHERE;
     }
     walk.is_cut_open = false;
     return walk;

@@ -7,6 +7,8 @@
 // picture by 4e-5 at the silhouettes.
 #include "precision.glsl"
 
+const float NOWHERE = 1e9;        // a slab behind all that any ray crosses
+
 struct Ray {
     real3 position;               // at depth 0
     real3 direction;              // change of position per unit of depth

@@ -1,6 +1,8 @@
 // Empty-space skipping: the box is divided into cells, and each knows how far on all cells are as empty, or as full,
 // as itself.
 
+#include "ray.glsl"
+
 // Per cell: 2 r + (1 where there may be a medium); all cells less than r away are alike, among those that a ray may
 // come to. The first half along an axis is for rays that go up along it, the second half for those that go down.
 uniform usampler3D skips;
@@ -52,8 +54,6 @@ bool is_full_until(CellWalk walk, inout vec3 cell, inout float depth) {
     depth = leaving;
     return (entry & 1u) == 1u;
 }
-
-const float NOWHERE = 1e9;
 
 // The first slab from `slab` on that touches a cell in which there may be a medium, and the first slab behind it
 // that touches no such cell, or the next one: rounding may end a cell where the slab begins. NOWHERE if there is

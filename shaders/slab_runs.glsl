@@ -13,8 +13,6 @@ flat uniform float slabs_ahead;        // of the medium, that are looked for bef
 #else
 const float slabs_ahead = 64.0;
 #endif
-#else
-const float NOWHERE = 1e9;
 #endif
 
 struct Progress {

@@ -1,6 +1,7 @@
 #version 330
 // Colour and opacity of a stack of slabs of one volume on a pixel's ray: each slab contributes over the ray's own
-// path through the slab and the box, and the slabs are composited in registers, front to back.
+// path through the slab and the box, and the slabs are composited in registers, front to back. See several.frag for the
+// reason why that is another program.
 //
 // Switches: CLASSIFICATION, and those of medium.glsl. AT_ONCE, WHOLE_SLABS: see sampled_slabs.glsl.
 //           PERSPECTIVE, BRICKS, HALF_SPACES, INTERVAL: see stack_walk.glsl. SKIPS: see slab_runs.glsl.

@@ -14,8 +14,6 @@
 #include "pixel_ray.glsl"
 #if SKIPS
 #include "skip.glsl"
-#else
-const float NOWHERE = 1e9;
 #endif
 
 #if FACES
@@ -42,9 +40,9 @@ float next_ragged(BoxWalk walk, float slab) {
 #if FACES
     if (slab >= walk.first_slab && slab <= walk.last_slab) return slab;
 #endif
-    float entered = walk.first_slab + (walk.first_fraction > 0.0 || walk.first_slab > slab ? 0.0 : 1e9);
+    float entered = walk.first_slab + (walk.first_fraction > 0.0 || walk.first_slab > slab ? 0.0 : NOWHERE);
     float left = walk.last_slab + (walk.last_fraction < 1.0 ? 0.0 : 1.0);
-    return min(entered >= slab ? entered : 1e9, left >= slab ? left : 1e9);
+    return min(entered >= slab ? entered : NOWHERE, left >= slab ? left : NOWHERE);
 }
 
 // The next fraction of a slab behind `fraction` at which the ray enters or leaves; 1 at the most.
