@@ -93,14 +93,10 @@ def planted(tree: Path, mistake: Mistake) -> Iterator[None]:
 
 
 def run_tests(tree: Path, tests: str) -> Outcome:
-    """Run some tests of a tree: names of files in tests/, wherever they are, and options of pytest, variables first."""
+    """Run some tests of a tree: names of files in tests/, wherever they are, and options of pytest."""
     environment = os.environ | {"PYTHONPATH": str(tree), "PYTHONDONTWRITEBYTECODE": "1", "PYTEST_ADDOPTS": ""}
-    words = re.findall(r"'[^']*'|\S+", tests)
-    environment |= dict(word.split("=", 1) for word in words if re.match(r"[A-Z_]+=", word))
-    words = [word.strip("'") for word in words if not re.match(r"[A-Z_]+=", word)]
-    arguments = [str(_test_file(tree, word)) if word.endswith(".py") else word for word in words]
     options = ["-o", "addopts=", "-p", "no:cacheprovider", "-p", "no:xdist"]
-    command = [sys.executable, "-m", "pytest", "-x", "-rf", *options, *arguments]
+    command = [sys.executable, "-m", "pytest", "-x", "-rf", *options, *arguments_of(tree, tests)]
     start = time.perf_counter()
     try:
         done = subprocess.run(
@@ -113,11 +109,20 @@ def run_tests(tree: Path, tests: str) -> Outcome:
     return Outcome(status, tuple(failed), time.perf_counter() - start, output)
 
 
-def _test_file(tree: Path, name: str) -> Path:
-    found = sorted((tree / "tests").rglob(name))
-    if len(found) != 1:
-        raise SystemExit(f"tests/ must have one file {name}, found {len(found)}")
-    return found[0].relative_to(tree)
+def arguments_of(tree: Path, tests: str) -> list[str]:
+    """Arguments of pytest: each name of a test file becomes its path, from the tree on.
+
+    Raises
+    ------
+    DoesNotFitError
+        If tests/ does not have exactly one file of a name.
+    """
+    words = [word.strip("'") for word in re.findall(r"'[^']*'|\S+", tests)]
+    found = {name: sorted((tree / "tests").rglob(name)) for name in words if name.endswith(".py")}
+    for name, paths in found.items():
+        if len(paths) != 1:
+            raise DoesNotFitError(f"tests/ must have one file {name}, found {len(paths)}")
+    return [str(found[word][0].relative_to(tree)) if word in found else word for word in words]
 
 
 def run_all(mistakes: list[Mistake], copies: int) -> list[tuple[Mistake, Outcome]]:
@@ -194,7 +199,9 @@ def main() -> int:
     try:
         missing = uncovered(REPOSITORY, MISTAKES)
         if missing:
-            raise DoesNotFitError(f"no mistake is planted in {', '.join(missing)}")
+            raise DoesNotFitError(f"a mistake must be planted in {', '.join(missing)}")
+        for mistake in MISTAKES:
+            arguments_of(REPOSITORY, mistake.tests)
         if arguments.check:
             print(f"{len(MISTAKES)} mistakes fit the source")
             return 0
