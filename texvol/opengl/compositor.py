@@ -56,7 +56,7 @@ class Compositor:
         width, height = checked_size(size)
         largest = self.largest_picture
         if not (width <= largest and height <= largest):
-            raise InputError(f"size {width}x{height}: a picture has 1 to {largest} pixels along each side here")
+            raise InputError(f"size {width}x{height}: this driver draws 1 to {largest} pixels along each side")
         return width, height
 
     @property
@@ -173,7 +173,9 @@ class Compositor:
                 texture = self._gl.texture(size, 4, dtype=MODERNGL_TYPES[target_format])
                 self._target = self._gl.framebuffer([texture])
             except moderngl.Error:
-                raise InputError(f"size {size[0]}x{size[1]}: this driver has no room for such a picture") from None
+                raise InputError(
+                    f"size {size[0]}x{size[1]}: this driver has no memory for a picture of that size"
+                ) from None
             self._target_key = key
         return self._target
 

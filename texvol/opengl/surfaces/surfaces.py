@@ -218,7 +218,9 @@ class _Targets:
             self.nearest = gl.texture(size, 1, dtype="f4")
             self.nearest_only = gl.framebuffer([self.nearest])
         except moderngl.Error:
-            raise InputError(f"size {size[0]}x{size[1]}: this driver has no room for such a picture") from None
+            raise InputError(
+                f"size {size[0]}x{size[1]}: this driver has no memory for a picture of that size"
+            ) from None
 
     def release(self) -> None:
         for layer in (self.last, *self.passing):
@@ -242,7 +244,7 @@ class _OnDevice:
         longest = int(gl.info["GL_MAX_TEXTURE_SIZE"])
         if rows > longest or len(primitives.shape) >= 1 << 24:
             count = len(primitives.shape)
-            raise InputError(f"{count} triangles and lines are seen, and this driver has no room for so many")
+            raise InputError(f"{count} triangles and lines are in view, more than this driver has memory for")
         padded = np.zeros((rows * TABLE_WIDTH, 4), np.float32)
         padded[: len(table)] = table
         self.table = gl.texture((TABLE_WIDTH, rows), 4, padded, dtype="f4")
