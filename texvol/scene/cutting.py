@@ -21,7 +21,7 @@ Range = tuple[float, float]
 
 @dataclass(frozen=True)
 class ClipPlane:
-    """What lies on the side of `normal` is kept: normal · x ≥ offset.
+    """Half space normal · x ≥ offset; only the part of the volume inside it shows.
 
     Raises
     ------

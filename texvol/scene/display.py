@@ -1,4 +1,4 @@
-"""How numbers become colours: the pictures of xray, mip, minip and average, and the colour of an isosurface.
+"""Colours of numbers: pictures of xray, mip, minip and average, and the colour of an isosurface.
 
 A window (centre, width) takes a number n to grey as radiological displays do (DICOM's LINEAR_EXACT): the *encoded*
 grey is linear in it,

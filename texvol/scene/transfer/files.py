@@ -196,7 +196,7 @@ def _shown(content: dict[str, Any], materials: list[Material], asked: Sequence[s
 def _by_gradient(
     content: dict[str, Any], units: Units, materials: list[Material], shown: list[Material]
 ) -> tuple[list[Graded], list[Contour], set[str]]:
-    """What depends on the gradient, and the names of the materials that it refers to."""
+    """Return the parts that depend on the gradient, and the names of the materials that they refer to."""
     graded = [each.graded() for each in shown if each.gradient is not None]
     referred: set[str] = set()
     for position, each in enumerate(parsing.objects(content, "boundaries")):

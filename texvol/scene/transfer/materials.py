@@ -177,7 +177,7 @@ def mixture(
 
 @dataclass(frozen=True)
 class _Part:
-    """What adds up: rows of emission (3), extinction, and of what is opaque its share and share times colour (3)."""
+    """Part of a mixture: rows of emission (3), extinction, opaque fraction and opaque fraction times colour (3)."""
 
     knots: NDArray[np.float64]
     rows: NDArray[np.float64]  # shape (n, 8)

@@ -197,7 +197,7 @@ def _proposed(volume: Volume) -> TransferFunction:
 
 
 def proposed_beside(volume: Volume, number: int) -> TransferFunction:
-    """The same for one of several volumes, in a hue by its number, so that people see which is which."""
+    """Transfer function for one of several unknown volumes, in a hue that depends on its number."""
     proposed = proposed_for(volume)
     if volume.labels or volume.colors is not None:
         return proposed
