@@ -14,6 +14,7 @@ from support.real_data import real_volume
 from support.scenes import constant, random_volume
 
 from texvol.__main__ import main
+from texvol.comparison import self_test_page
 from texvol.comparison.limits import NONE, ONE_DRIVER, TWO_DRIVERS
 from texvol.comparison.mistakes import Bench
 from texvol.comparison.pictures import read_picture
@@ -105,7 +106,7 @@ def test_texts_for_people_and_machines(demo_test: SelfTest) -> None:
 
 
 def test_the_page_has_every_mistake_and_asks_for_nothing(demo_test: SelfTest) -> None:
-    page = demo_test.page()
+    page = self_test_page.page(demo_test)
     assert all(f"<b>{name}</b>" in page for name in NAMED)
     assert page.count('src="data:image/png;base64,') == 1 + 2 * sum(
         row.picture is not None and not row.is_control for row in demo_test.rows

@@ -26,7 +26,7 @@ from texvol.comparison import Difference
 from texvol.formats.pictures import image
 from texvol.report import check_folder, words
 from texvol.report.convergence import Asked, ErrorOf, Measurement, Setting, discretisation_max, total_max
-from texvol.report.pictures import decades, false_color
+from texvol.report.error_pictures import decades, false_color
 
 FILES = {"report.html", "report.csv", "report.md", "pareto-max.png", "pareto-rms.png"}
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)

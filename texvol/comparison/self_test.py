@@ -139,12 +139,6 @@ class SelfTest:
         reasons = [f"{row.name}: {row.reason}" for row in self.rows if row.reason]
         return "\n".join(map(shown_line, [heading, "", *table, "", *reasons, self.words]))
 
-    def page(self) -> str:
-        """A page of its own with the table, small pictures of every mistake, and what it changes."""
-        from texvol.comparison.self_test_page import page
-
-        return page(self)
-
 
 def self_test_of(
     path: str | os.PathLike[str],

@@ -16,7 +16,6 @@ from texvol.pytest_plugin.pending import Pending
 from texvol.pytest_plugin.records import FAILING, RECORDS, plain
 from texvol.util import writing
 from texvol.util.errors import InputError, TexvolError
-from texvol.util.shown_text import escaped
 
 if TYPE_CHECKING:
     import pytest
@@ -73,7 +72,7 @@ class PictureSession:
         try:
             found = self_test.self_test(stored, candidate.size, outcome.limits)
         except TexvolError as error:
-            return {"self_test": f"<p>{escaped(outcome.name)}: {escaped(str(error))}</p>"}
+            return {"self_test": self_test_page.failure(outcome.name, error)}
         return {"self_test": self_test_page.fragment(found)}
 
     def said(self, path: Path) -> str:

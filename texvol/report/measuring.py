@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol.opengl.contexts import open_context
 from texvol.rendering.renderer import Renderer, Size
 from texvol.report import vtk_mappers
 from texvol.report.convergence import (
@@ -26,14 +27,15 @@ from texvol.report.convergence import (
     sweep,
     total_rms,
 )
-from texvol.report.fingerprint import fingerprint
 from texvol.report.orders import smooth_order, trilinear_change
 from texvol.report.progress import Progress
 from texvol.report.words import LIMITS
 from texvol.scene.scene import Classification, Scene
 from texvol.scene.transfer import proposed_for
 from texvol.util.errors import InputError
+from texvol.util.fingerprint import machine, versions
 
+_LIBRARIES = ("moderngl", "numpy", "numba", "OpenImageIO", "vtk", "matplotlib")
 QUICK_RATES = (0.5, 1.0, 2.0)
 ASKED: tuple[Classification, ...] = ("extinction", "post")  # beside the scene's own, for `--max-error`
 _BUSY = 0.5  # processes, averaged over a minute
@@ -118,6 +120,26 @@ def measure(
             findings.notes.append(f"{mapper} was not measured: {error}.")
     findings.seconds = time.perf_counter() - start
     return findings
+
+
+def fingerprint(renderer: Renderer) -> dict[str, str]:
+    """Return driver, versions of libraries, processor and load, in words."""
+    context = open_context(renderer.backend)
+    try:
+        with context.current():
+            info = context.gl.info
+            vendor, version = info["GL_VENDOR"], info["GL_VERSION"]
+    finally:
+        context.release()
+    return {
+        "GL_RENDERER": renderer.renderer_name,
+        "GL_VERSION": version,
+        "GL_VENDOR": vendor,
+        "context": renderer.backend,
+        **versions(_LIBRARIES),
+        **machine(),
+        "load before": f"{os.getloadavg()[0]:.1f} processes running, on average over a minute",
+    }
 
 
 def _ask(findings: Findings, renderer: Renderer, progress: Progress, also: tuple[Classification, ...]) -> None:

@@ -9,19 +9,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from texvol.rendering.renderer import Renderer
+from texvol.report.convergence import Measurement
 from texvol.scene.camera import Camera
 from texvol.scene.scene import CLASSIFICATIONS, Scene
 from texvol.scene.transfer import TransferFunction
 from texvol.scene.volume import Volume
-
-if TYPE_CHECKING:
-    from texvol.report.measuring import Findings
 
 _SIZE = (96, 96)
 _EDGE = 24.0  # of the box of the program's own scenes, world units
@@ -35,13 +32,13 @@ def slope(steps: Sequence[float], changes: Sequence[float]) -> float | None:
     return float(np.polyfit(np.log(steps), np.log(changes), 1)[0])
 
 
-def slab_orders(findings: Findings) -> dict[str, float | None]:
+def slab_orders(measurements: Sequence[Measurement]) -> dict[str, float | None]:
     """Order in the slab thickness of each classification, from the settings with automatic formats."""
     orders = {}
     for classification in CLASSIFICATIONS:
         measured = [
             (each.slab_thickness, each.discretisation.rms_error)
-            for each in findings.ours
+            for each in measurements
             if each.setting.classification == classification
             and (each.setting.texture_format, each.setting.target_format) == ("auto", "auto")
             and each.discretisation is not None
@@ -66,26 +63,6 @@ def smooth_order(renderer: Renderer) -> float | None:
     pictures = [_picture(renderer, _smooth(count)) for count in samples]
     changes = [float(np.sqrt(np.square(b - a).mean())) for a, b in pairwise(pictures)]
     return slope([_EDGE / count for count in samples[:-1]], changes)
-
-
-def order_section(findings: Findings) -> str:
-    """The section's HTML."""
-    rows = [
-        (f"slab thickness, {name}", expected, "–" if order is None else f"{order:.2f}")
-        for (name, order), expected in zip(slab_orders(findings).items(), ("1 to 2", "2", "2", "2"), strict=True)
-    ]
-    if findings.grid_change is not None and findings.grid_order is not None:
-        rows.append(("grid of a trilinear field", "0", f"no change (at most {findings.grid_change:.0e})"))
-        rows.append(("grid of a smooth field", "2", f"{findings.grid_order:.2f}"))
-    cells = (f'<td class="first">{what}</td><td>{wanted}</td><td>{measured}</td>' for what, wanted, measured in rows)
-    body = "".join(f"<tr>{row}</tr>" for row in cells)
-    return f"""<h2>Orders of convergence</h2>
-<p>The power of the step with which the rms error, or the change from one grid to the next, falls; slabs in this scene,
-grids in one of the program's own. <code>slab</code> has order 1 on opaque matter; <code>post</code> has less than 2
-where the transfer function has steps or spikes.</p>
-<div class="wide"><table>
-<thead><tr><th class="first">what gets finer</th><th>expected</th><th>measured</th></tr></thead>
-<tbody>{body}</tbody></table></div>"""
 
 
 def _picture(renderer: Renderer, values: NDArray[np.float64]) -> NDArray[np.float64]:
