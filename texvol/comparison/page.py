@@ -1,4 +1,4 @@
-"""One pair of pictures as one HTML page: the verdict, a viewer, the numbers. It needs no network."""
+"""HTML page of one pair of pictures: the verdict, a viewer, the numbers."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from texvol.formats.pictures.page_pictures import color_table
 
 __all__ = ["comparison_page", "entry_of"]
 
-_MOST_GAIN = 30  # powers of two: what is below 1e-9 is no difference of float32 pictures
+_MOST_GAIN = 30  # powers of two; float32 pictures differ by more than 1e-9, or not at all
 
 
 def comparison_page(
@@ -59,11 +59,11 @@ def comparison_page(
 def _lead(outcome: Outcome) -> str:
     measures, broken = outcome.measures, len(outcome.violations)
     if measures is None:
-        return "Pictures of two sizes can't be compared."
+        return "Pictures of different sizes cannot be compared."
     if measures.max_error == 0:
-        return "Every number is equal, and yet:" if broken else "Every number of every pixel is equal."
+        return "Every number is equal, but:" if broken else "Every number of every pixel is equal."
     most = f"Largest difference {number(measures.max_error)}, rms {number(measures.rms_error)}"
-    return f"{most}; all limits are kept." if not broken else f"{most}. What is not as it should be:"
+    return f"{most}; all limits are kept." if not broken else f"{most}. Broken limits and faults:"
 
 
 def _histogram(outcome: Outcome) -> str:
@@ -102,7 +102,7 @@ def _viewer_data(outcome: Outcome, flip: bool) -> dict[str, Any]:
         "isEqual": not differs,
         "hasOpacity": any(_is_seen_through(each) for each in (ours, theirs)) and scale == 1,
         "notFinite": not all(np.isfinite(each).all() for each in (ours, theirs)),
-        "clipped": _clipped_words(outcome) if scale == 1 else f"Shown from black to white: {scale:.6g} of numbers.",
+        "clipped": _clipped_words(outcome) if scale == 1 else f"Black to white is a range of {scale:.6g}.",
     }
 
 
@@ -111,7 +111,7 @@ def _is_seen_through(pixels: NDArray) -> bool:
 
 
 def _clipped_words(outcome: Outcome) -> str:
-    """Says that pixels are brighter than a screen shows, if they are."""
+    """Return a sentence on the pixels that are brighter than a screen shows; empty if there are none."""
     fraction = 0.0
     for each in (outcome.candidate.pixels, outcome.reference.pixels):
         bright = (each[..., :3] > 1) & np.isfinite(each[..., :3])

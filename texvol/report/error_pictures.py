@@ -1,4 +1,4 @@
-"""Where the errors are: false-colour pictures of the best settings and a bad one, on one scale."""
+"""False-colour pictures of errors: those of the best settings and of a bad one, on one logarithmic scale."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def error_pictures(findings: Findings) -> dict[str, Any] | None:
 
 
 def chosen_settings(findings: Findings) -> list[tuple[str, Measurement]]:
-    """What each picture is for, and its setting: best first, then VTK's best, then the worst."""
+    """Return role and setting of each picture: texvol's best first, then VTK's best, then the worst."""
     ours, error = findings.ours, discretisation_max
     chosen = [("Most accurate", most_accurate(ours, error))]
     chosen += [
@@ -69,7 +69,7 @@ def _errors_in_words(each: Measurement) -> str:
 
 
 def decades(largest: float) -> tuple[int, int]:
-    """Powers of ten that the colour scale begins and ends with, for errors up to `largest`."""
+    """Powers of ten at the ends of the colour scale, for errors up to `largest`."""
     top = int(np.ceil(np.log10(largest))) if np.isfinite(largest) and largest > 0 else 0
     return _LEAST_DECADE, int(np.clip(top, _LEAST_DECADE + 2, 1))
 
@@ -83,5 +83,5 @@ def false_color(errors: NDArray, scale: tuple[int, int]) -> bytes:
 
 
 def scale_bar() -> bytes:
-    """PNG file of the colours, least to largest error, left to right."""
+    """PNG file of the colours, least to largest error from left to right."""
     return png(colored(np.linspace(0, 1, 512)[np.newaxis].repeat(16, axis=0)))

@@ -1,8 +1,8 @@
-"""Orders of convergence, in the way of Etiene et al. (2014): by how much a picture changes as one thing gets finer.
+"""Orders of convergence (after Etiene et al. 2014): the change of a picture as one step gets finer.
 
-Slabs: the slope of log rms discretisation error over log thickness, by least squares, in this scene. Grids, in a scene
-of the program's own: a trilinear field on a finer grid is the same field, and its picture must not change (order 0); a
-smooth field is met better by a finer grid, its picture's changes falling with order 2.
+Slabs: the slope of log rms discretisation error over log thickness, by least squares, in the report's scene. Grids, in
+scenes of this module: a trilinear field sampled on a finer grid is the same field, so its picture must not change
+(order 0); a smooth field is approximated better by a finer grid, and the changes of its picture fall with order 2.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ from texvol.scene.transfer import TransferFunction
 from texvol.scene.volume import Volume
 
 _SIZE = (96, 96)
-_EDGE = 24.0  # of the box of the program's own scenes, world units
+_EDGE = 24.0  # of the box of this module's scenes, world units
 _MEDIUM = TransferFunction(np.array([0.0, 1.0]), np.array([(0.2, 0.4, 0.9), (1.0, 0.8, 0.4)]), np.array([0.0, 0.1]))
 
 
 def slope(steps: Sequence[float], changes: Sequence[float]) -> float | None:
-    """Least-squares slope of log change over log step; None for fewer than two changes, or where one is nothing."""
+    """Least-squares slope of log change over log step; None for fewer than two changes, or a change of 0."""
     if len(changes) < 2 or not min(changes) > 0:
         return None
     return float(np.polyfit(np.log(steps), np.log(changes), 1)[0])
@@ -74,7 +74,7 @@ def _picture(renderer: Renderer, values: NDArray[np.float64]) -> NDArray[np.floa
 
 
 def _three_times(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The piecewise linear interpolant of `values` at three times as many places, each sample among them."""
+    """Piecewise linear interpolant of `values` at three times as many positions, which include the samples."""
     positions = (np.arange(3 * values.size) + 0.5) / 3 - 0.5
     return np.interp(positions, np.arange(values.size), values)
 

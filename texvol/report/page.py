@@ -1,4 +1,4 @@
-"""The report as one HTML page: pictures and plots are inside it, nothing is asked of any network."""
+"""HTML page of a report; pictures and plots are inside it."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ def _metadata(findings: Findings) -> list[tuple[str, str]]:
 
 
 def _volume_metadata(scene: Scene) -> list[tuple[str, str]]:
-    """One of the scene's volumes."""
+    """Names and texts of one volume's properties."""
     volume, transfer_function = scene.volume, scene.transfer_function
     assert transfer_function is not None
     low, high = volume.finite_range or (float("nan"),) * 2
