@@ -229,7 +229,7 @@ def test_what_is_no_picture_is_said(project: Project) -> None:
         result = project.run()
         assert result.ret == 1 and words in said(result)
     project.check("waves()", size=(3, 3))
-    assert "options are for scenes" in said(project.run())
+    assert "options of drawing need a scene" in said(project.run())
 
 
 def test_references_of_other_formats_are_found_and_two_of_a_name_are_an_error(project: Project) -> None:

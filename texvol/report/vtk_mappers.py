@@ -1,8 +1,8 @@
 """VTK's volume mappers drawing a texvol scene, for comparison: same volume, transfer function, camera and sizes.
 
 VTK works in a process of its own (`vtk_process`), which separates its OpenGL context and its crashes from texvol.
-Before the measurements, both draw a soft version of the scene; if the two pictures differ, VTK can't draw the scene, or was
-given wrong parameters, and nothing is measured.
+Before the measurements, both draw a soft version of the scene; if the two pictures differ, VTK can't draw the scene, or
+was given wrong parameters, and nothing is measured.
 
 Differences of the conventions:
 
@@ -182,7 +182,7 @@ def _middle(volume: Volume) -> float:
 
 
 def _vtk_points(transfer_function: TransferFunction, volume: Volume, unit: float) -> list[list[float]]:
-    """Rows of value, straight colour, opacity of one smallest spacing: a dense grid and both sides of control points."""
+    """Rows of value, straight colour, opacity of one smallest spacing: a grid, and both sides of control points."""
     points = transfer_function.values
     low, high = volume.finite_range or (points[0], points[-1])
     low, high = min(low, points[0]), max(high, points[-1])

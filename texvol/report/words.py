@@ -77,7 +77,8 @@ def recommendation(
     nearest = most_accurate(measurements, error_of)
     if nearest is None:
         return "not measured"
-    return f"none; the most accurate is {nearest.setting.words} with {error(error_of(nearest))}, {seconds(nearest.seconds)}"
+    least = error(error_of(nearest))
+    return f"none; the most accurate is {nearest.setting.words} with {least}, {seconds(nearest.seconds)}"
 
 
 def sentence(measurements: list[Measurement], error_of: ErrorOf, what: str, asked: Sequence[Asked] = ()) -> str:
