@@ -16,7 +16,7 @@ from support.scenes import constant, random_volume
 from texvol.__main__ import main
 from texvol.comparison import self_test_page
 from texvol.comparison.limits import NONE, ONE_DRIVER, TWO_DRIVERS
-from texvol.comparison.mistakes import Bench
+from texvol.comparison.mistakes import MistakeTrial
 from texvol.comparison.pictures import read_picture
 from texvol.comparison.self_test import CAUGHT, FALSE_ALARM, MISSED, NO_MEANING, NOTHING, SAME, SelfTest, self_test
 from texvol.formats.pictures import image
@@ -77,9 +77,9 @@ def test_a_limit_catches_by_itself_what_it_is_said_to_catch() -> None:
 def test_limits_that_refuse_the_same_picture_are_a_false_alarm(monkeypatch) -> None:
     import texvol.comparison.self_test as module
 
-    right = Bench.draw
+    right = MistakeTrial.draw
     shaken = np.random.default_rng(0).normal(0, 0.01, (SIZE[1], SIZE[0], 4))
-    monkeypatch.setattr(module.Bench, "draw", lambda self, *args, **more: right(self, *args, **more) + shaken)
+    monkeypatch.setattr(module.MistakeTrial, "draw", lambda self, *args, **more: right(self, *args, **more) + shaken)
     test = self_test(DEMO, SIZE, ONE_DRIVER, controls=False)
     assert status(test, "no mistake") == FALSE_ALARM
     assert not test.passed

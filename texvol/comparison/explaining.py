@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from texvol.comparison.kinds.kind import Kind
-from texvol.comparison.mistakes import Bench, Mistake, distance, drawn
+from texvol.comparison.mistakes import MistakeTrial, Mistake, distance, drawn
 from texvol.comparison.planting import PlantedRenderer
 from texvol.comparison.three_way import ROUNDING
 from texvol.provenance.stored_scene import StoredScene
@@ -49,19 +49,19 @@ def mistakes_that_explain(
     pixels = np.asarray(candidate, np.float64)
     seen = _Seen(stored, eight_bits, eight_bits and is_straight, 4 if has_opacity else 3)
     with PlantedRenderer(backend) as renderer:
-        bench = Bench(renderer, stored, (pixels.shape[1], pixels.shape[0]))
-        right = seen.of(bench.right)
+        trial = MistakeTrial(renderer, stored, (pixels.shape[1], pixels.shape[0]))
+        right = seen.of(trial.right)
         ours, nothing = (np.broadcast_to(each, pixels.shape)[..., : seen.channels] for each in (pixels, allowance))
         rounding = ROUNDING * float(np.abs(right[np.isfinite(right)]).max(initial=1.0))
         if not (np.abs(ours - right) > nothing + rounding).any():
             return ()
         whole = distance(ours, right)
         found = []
-        for mistake, picture in drawn(bench):
+        for mistake, picture in drawn(trial):
             if not isinstance(picture, str) and mistake.guessed:
                 explained = 1 - distance(ours, seen.of(picture)) / whole if whole > 0 else 0.0
                 found.append(_kind(mistake, explained))
-        found = [each for each in found if each.explained >= LEAST_EXPLAINED] or _dropped_slab(bench, seen, ours, right)
+        found = [each for each in found if each.explained >= LEAST_EXPLAINED] or _dropped_slab(trial, seen, ours, right)
     return tuple(sorted(found, key=lambda each: -each.explained))
 
 
@@ -85,25 +85,25 @@ def _kind(mistake: Mistake, explained: float) -> Kind:
     return Kind(mistake.name, explained, f"the candidate equals the scene drawn with a mistake: {mistake.words}")
 
 
-def _dropped_slab(bench: Bench, seen: _Seen, ours: NDArray, right: NDArray) -> list[Kind]:
+def _dropped_slab(trial: MistakeTrial, seen: _Seen, ours: NDArray, right: NDArray) -> list[Kind]:
     """Return the slab whose absence gives the candidate, if there is one, searched in the rows that differ most."""
     band = max(1, len(ours) // _BAND)
     off = np.square(np.nan_to_num(ours - right, posinf=0.0, neginf=0.0)).sum(axis=(1, 2))
     start = int(np.convolve(off, np.ones(band), "valid").argmax())
     rows = slice(start, start + band)
-    bench.renderer.render(bench.scene, bench.size, **bench.settings)
-    first, end = bench.renderer.slab_range()
-    with bench.renderer.dropping() as compositor:
+    trial.renderer.render(trial.scene, trial.size, **trial.settings)
+    first, end = trial.renderer.slab_range()
+    with trial.renderer.dropping() as compositor:
         compositor.keep_rows((rows.start, rows.stop))
         left = []
         for slab in range(first, end):
             compositor.drop((slab, slab + 1))
-            picture = bench.renderer.render(bench.scene, bench.size, **bench.settings)
+            picture = trial.renderer.render(trial.scene, trial.size, **trial.settings)
             left.append(distance(ours[rows], seen.of(picture[rows])))
     if not left or min(left) > (1 - LEAST_EXPLAINED) * off[rows].sum():
         return []
     slab = first + int(np.argmin(left))
-    explained = 1 - distance(ours, seen.of(bench.without((slab, slab + 1)))) / distance(ours, right)
+    explained = 1 - distance(ours, seen.of(trial.without((slab, slab + 1)))) / distance(ours, right)
     if explained < LEAST_EXPLAINED:
         return []
     depth = f"slab {slab - first + 1} of {end - first}, counted from the eye,"

@@ -2,8 +2,8 @@
 
 The names of all tests are known only at the end of a run. So a run with --texvol-update writes into a folder of its
 own, which the workers of pytest-xdist share, and the controller moves the pictures to their places at the end. Not
-moved are pictures whose name two tests share, and pictures that would replace a reference although a test with other parameters
-made another picture of that name.
+moved are pictures whose name two tests share, and pictures that would replace a reference although a test with other
+parameters made another picture of that name.
 """
 
 from __future__ import annotations

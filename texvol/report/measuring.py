@@ -31,7 +31,6 @@ from texvol.report.orders import smooth_order, trilinear_change
 from texvol.report.progress import Progress
 from texvol.report.words import LIMITS
 from texvol.scene.scene import Classification, Scene
-from texvol.scene.transfer import proposed_for
 from texvol.util.errors import InputError
 from texvol.util.fingerprint import machine, versions
 
@@ -91,7 +90,7 @@ def measure(
         If no setting can be drawn.
     """
     start, date = time.perf_counter(), datetime.datetime.now().astimezone()
-    scene = _in_full(scene, size)
+    scene = scene.completed(size)
     busy = os.getloadavg()[0]
     progress.say("integrating both media exactly")
     truths = Truths.of(scene, size)
@@ -151,18 +150,6 @@ def _ask(findings: Findings, renderer: Renderer, progress: Progress, also: tuple
             findings.asked.append(ask(renderer, scene, findings.size, wanted, findings.truths))
             if findings.asked[-1].seconds > _LONGEST_ASK:
                 break
-
-
-def _in_full(scene: Scene, size: Size) -> Scene:
-    """Return the scene with explicit transfer functions and camera, so that all renderers draw the same."""
-    return replace(
-        scene,
-        transfer_function=scene.transfer_function or proposed_for(scene.volume),
-        camera=scene.camera_for(size),
-        added=tuple(
-            replace(each, transfer_function=each.transfer_function or proposed_for(each.volume)) for each in scene.added
-        ),
-    )
 
 
 def _limits(quick: bool) -> Limits:

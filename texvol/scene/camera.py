@@ -62,19 +62,19 @@ class Camera:
             object.__setattr__(self, name, _finite_triple(getattr(self, name), name))
         view = np.subtract(self.target, self.eye)
         if not np.linalg.norm(view) > 0:
-            raise InputError(f"camera: eye and target must differ, and both are {_text(self.eye)}")
+            raise InputError(f"camera: eye and target must differ, got {_text(self.eye)}")
         if not np.linalg.norm(self.up) > 0:
             raise InputError("camera: up must not be zero")
         # Under 1e-6 rad between up and view, the picture's roll would be decided by rounding.
         sine = np.linalg.norm(np.cross(view / np.linalg.norm(view), np.array(self.up) / np.linalg.norm(self.up)))
         if not sine > 1e-6:
-            raise InputError(f"camera: up must not be parallel to the view, and up is {_text(self.up)}")
+            raise InputError(f"camera: up must not be parallel to the view, got {_text(self.up)}")
         if self.projection not in ("orthographic", "perspective"):
-            raise InputError(f"camera: projection is orthographic or perspective, and not {self.projection!r}")
+            raise InputError(f"camera: projection must be orthographic or perspective, got {self.projection!r}")
         if not 0 < self.fov < 180:
-            raise InputError(f"camera: fov is an angle between 0 and 180 degrees, and is {self.fov:g}")
+            raise InputError(f"camera: fov must be an angle between 0 and 180 degrees, got {self.fov:g}")
         if not 0 < self.height < np.inf:
-            raise InputError(f"camera: height must be positive and finite, and is {self.height:g}")
+            raise InputError(f"camera: height must be positive and finite, got {self.height:g}")
 
     @classmethod
     def perspective(
@@ -218,9 +218,9 @@ def _finite_triple(numbers: Sequence[float], name: str) -> tuple[float, float, f
     except (TypeError, ValueError):
         triple = ()
     if len(triple) != 3 or not np.isfinite(triple).all():
-        raise InputError(f"camera: {name} is three finite numbers x, y, z, and is {numbers!r}")
+        raise InputError(f"camera: {name} must be three finite numbers x, y, z, got {numbers!r}")
     if max(map(abs, triple)) > 1e100:  # its square has to be a number, too
-        raise InputError(f"camera: {name} must lie within 1e100, and is {_text(triple)}")
+        raise InputError(f"camera: {name} must be at most 1e100 in size, got {_text(triple)}")
     return triple
 
 

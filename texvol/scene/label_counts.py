@@ -36,7 +36,7 @@ def label_counts(volume: Volume) -> LabelCounts:
         If its values are not labels.
     """
     if not volume.labels:
-        raise InputError(f"{volume.name}: has no labels but measured values; labels are read with --labels")
+        raise InputError(f"{volume.name}: values must be labels, got measured values; read labels with --labels")
     if volume not in _KNOWN:
         _KNOWN[volume] = _counted(volume.values)
     return _KNOWN[volume]

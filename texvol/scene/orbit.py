@@ -96,7 +96,7 @@ def framing(
 def checked_views(views: int) -> int:
     """The number of views, or InputError if it is not at least 1."""
     if views < 1:
-        raise InputError(f"an orbit has at least one view, and not {views}")
+        raise InputError(f"an orbit must have at least one view, got {views}")
     return views
 
 

@@ -120,7 +120,9 @@ def texture_size(dimensions: Triple, margin: Triple, bytes_per_sample: int, most
         cuttable = [axis for axis in range(3) if halves[axis] > 2 * margin[axis] and size[axis] > 1]
         if not cuttable:
             least = np.prod(size, dtype=float) * bytes_per_sample / 1e6
-            raise NoRoomError(f"a brick of this volume takes {least:.3g} MB, and may take {most_bytes / 1e6:.3g} MB")
+            raise NoRoomError(
+                f"a brick of this volume needs {least:.3g} MB of texture memory, got {most_bytes / 1e6:.3g} MB"
+            )
         longest_axis = max(cuttable, key=lambda axis: size[axis])
         size[longest_axis] = halves[longest_axis]
     return size[0], size[1], size[2]

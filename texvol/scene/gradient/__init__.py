@@ -53,9 +53,9 @@ class Estimator:
 
     def __post_init__(self) -> None:
         if self.kind not in ESTIMATOR_KINDS:
-            raise InputError(f"gradient: the estimator is one of {', '.join(ESTIMATOR_KINDS)}, and not {self.kind!r}")
+            raise InputError(f"gradient: kind must be one of {', '.join(ESTIMATOR_KINDS)}, got {self.kind!r}")
         if not isinstance(self.scale, int | float) or not 0.1 <= self.scale <= 100:
-            raise InputError(f"gradient: the scale is from 0.1 to 100 samples, and is {self.scale!r}")
+            raise InputError(f"gradient: scale must be from 0.1 to 100 samples, got {self.scale!r}")
 
     @property
     def reach(self) -> int:

@@ -51,20 +51,20 @@ from __future__ import annotations
 
 import os
 from collections import Counter
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
+from typing import Any, TypeVar
 
 import numpy as np
 
 from texvol.scene.transfer import parsing
-from texvol.scene.transfer.function import TransferFunction
 from texvol.scene.transfer.graded import Contour, Graded
-from texvol.scene.transfer.materials import Material, mixture
+from texvol.scene.transfer.materials import Material, Points, mixture
 from texvol.scene.transfer.units import CHOICES, Units
 from texvol.scene.volume import Volume
 from texvol.util import text_files
 from texvol.util.errors import InputError
 
+Function = TypeVar("Function", bound=Points)
 _MOST_BYTES = 64 << 20  # some million points; more is no transfer function
 _CHOICES = CHOICES | {"emission": ("associated", "emissive", "premultiplied")}
 _PARTS = ("points", "materials", "contours", "boundaries", "graded")
@@ -72,71 +72,58 @@ _KEYS = {*_PARTS, *_CHOICES, "show", "gradient", "material_names", "material_col
 
 
 def load(
-    path: str | os.PathLike[str], volume: Volume | None = None, materials: Sequence[str] | None = None
-) -> TransferFunction:
-    """The transfer function in a JSON file.
-
-    Parameters
-    ----------
-    volume : Volume, optional
-        Needed where the file speaks of percentiles, range, matter, box, voxels or relative gradients.
-    materials : sequence of str, optional
-        Names of the materials to show; the others are left out, but for contours and boundaries that refer to them.
-
-    Raises
-    ------
-    InputError
-        If the file can't be read, is not such a JSON object, has unknown keys or numbers out of range, or not those
-        materials.
-    """
-    return loads(text_files.read_text(path, "JSON", _MOST_BYTES), os.fspath(path), volume, materials)
+    path: str | os.PathLike[str], volume: Volume | None, materials: Sequence[str] | None, make: Callable[..., Function]
+) -> Function:
+    """Read a JSON file; `make` is the class of transfer functions. See `TransferFunction.load`."""
+    return loads(text_files.read_text(path, "JSON", _MOST_BYTES), os.fspath(path), volume, materials, make)
 
 
 def loads(
-    text: str,
-    name: str = "transfer function",
-    volume: Volume | None = None,
-    materials: Sequence[str] | None = None,
-) -> TransferFunction:
-    """The transfer function in a JSON text; see `load`."""
-    return from_content(text_files.parsed_json(text, name), name, volume, materials)
+    text: str, name: str, volume: Volume | None, materials: Sequence[str] | None, make: Callable[..., Function]
+) -> Function:
+    """Read a JSON text."""
+    return from_content(text_files.parsed_json(text, name), name, volume, materials, make)
 
 
 def from_content(
-    content: Any, name: str, volume: Volume | None = None, materials: Sequence[str] | None = None
-) -> TransferFunction:
-    """The transfer function that a parsed JSON text describes; see `load`."""
+    content: Any, name: str, volume: Volume | None, materials: Sequence[str] | None, make: Callable[..., Function]
+) -> Function:
+    """Make the transfer function that a parsed JSON text describes."""
     try:
-        return _from_content(content, name, volume, materials)
+        return _from_content(content, name, volume, materials, make)
     except InputError as error:
         message = str(error)
         raise InputError(message if message.startswith(f"{name}:") else f"{name}: {message}") from None
 
 
-def _from_content(content: Any, name: str, volume: Volume | None, asked: Sequence[str] | None) -> TransferFunction:
+def _from_content(
+    content: Any, name: str, volume: Volume | None, asked: Sequence[str] | None, make: Callable[..., Function]
+) -> Function:
     if not isinstance(content, dict):
-        raise InputError("a transfer function is a JSON object with points")
+        raise InputError("a transfer function must be a JSON object with points")
     parsing.refuse_unknown(content, _KEYS, "a transfer function")
     chosen = {key: content.get(key, allowed[0]) for key, allowed in _CHOICES.items()}
     for key, allowed in _CHOICES.items():
         if chosen[key] not in allowed:
-            raise InputError(f'"{key}" is one of {", ".join(allowed)}, and not {chosen[key]!r}')
+            raise InputError(f'"{key}" must be one of {", ".join(allowed)}, got {chosen[key]!r}')
     if not any(key in content for key in _PARTS):
-        raise InputError("a transfer function has a list of points, and at least one, or materials or contours")
+        raise InputError("a transfer function must have a list of points, materials or contours, with at least one")
     emission = chosen.pop("emission")
     units = Units(volume, **chosen)
-    points = _points(content, emission, name, units)
+    points = _points(content, emission, name, units, make)
     materials = _materials(content, units)
     shown = _shown(content, materials, asked)
     if points is not None and points.emissive and materials:
-        raise InputError("emissive points don't mix with materials, whose emission is colour times extinction")
+        raise InputError(
+            "emissive points must not be combined with materials, whose emission is colour times extinction"
+        )
     graded, contours, referred = _by_gradient(content, units, materials, shown)
     plain = [each for each in shown if each.gradient is None]
     if plain or points is None:
         values, colors, extinctions = mixture(plain, points)
-        points = TransferFunction(values, colors, extinctions, name=name, premultiplied=bool(plain))
+        points = make(values, colors, extinctions, name=name, premultiplied=bool(plain))
     named = [each for each in materials if each in shown or each.name in referred]
-    return TransferFunction(
+    return make(
         points.values,
         points.colors,
         points.extinctions,
@@ -151,7 +138,9 @@ def _from_content(content: Any, name: str, volume: Volume | None, asked: Sequenc
     )
 
 
-def _points(content: dict[str, Any], emission: str, name: str, units: Units) -> TransferFunction | None:
+def _points(
+    content: dict[str, Any], emission: str, name: str, units: Units, make: Callable[..., Function]
+) -> Function | None:
     """The points in data and world units, or None where there are none."""
     if "points" not in content:
         return None
@@ -161,12 +150,12 @@ def _points(content: dict[str, Any], emission: str, name: str, units: Units) -> 
     premultiplied, emissive = emission == "premultiplied", emission == "emissive"
     colors = np.array([looks.emission if premultiplied else looks.color for _, looks in parsed])
     # What is wrong is said of the file's own numbers, before they become the volume's.
-    TransferFunction(values, colors, extinctions, emissive, name, premultiplied)
+    make(values, colors, extinctions, emissive, name, premultiplied)
     per_length = units.per_length
     glows = emissive | (premultiplied & np.isfinite(extinctions))
     colors = colors * np.where(glows, per_length, 1.0)[..., np.newaxis]
     placed = np.maximum.accumulate(units.placed(values))
-    return TransferFunction(placed, colors, extinctions * per_length, emissive, name, premultiplied)
+    return make(placed, colors, extinctions * per_length, emissive, name, premultiplied)
 
 
 def _point(point: Any, position: int, emission: str) -> tuple[float, parsing.Weighted]:
@@ -176,9 +165,9 @@ def _point(point: Any, position: int, emission: str) -> tuple[float, parsing.Wei
     parsing.refuse_unknown(point, {"value", *keys, "extinction", "opacity"}, where, f"value, {keys[0]} and extinction")
     looks = parsing.weighted(point, where, keys)
     if emission == "premultiplied" and looks.is_emission and np.isinf(looks.extinction):
-        raise InputError(f"{where}: it is opaque, and has color in place of emission")
+        raise InputError(f"{where}: an opaque point must have color in place of emission")
     if "value" not in point:
-        raise InputError(f"{where} lacks value")
+        raise InputError(f"{where} must have value")
     return parsing.number(point["value"], f"{where}: value"), looks
 
 
@@ -189,14 +178,14 @@ def _materials(content: dict[str, Any], units: Units) -> list[Material]:
     names = [each.name for each in found]
     for name, count in Counter(names).items():
         if count > 1:
-            raise InputError(f"the material {name!r} stands twice")
+            raise InputError(f"material {name!r} must be defined once, got it twice")
     return found
 
 
 def _shown(content: dict[str, Any], materials: list[Material], asked: Sequence[str] | None) -> list[Material]:
     """The materials that show, in the file's order."""
     if asked is not None and not materials:
-        raise InputError(f"it has no materials, and {', '.join(map(repr, asked))} can't be chosen from it")
+        raise InputError(f"materials {', '.join(map(repr, asked))} not found: the file has none")
     names = _names(content, "show") if asked is None and "show" in content else asked
     if names is None:
         return materials
@@ -227,5 +216,5 @@ def _by_gradient(
 def _names(content: dict[str, Any], key: str) -> list[str]:
     names = content.get(key, [])
     if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
-        raise InputError(f"{key} is a list of names of materials, and not {names!r}")
+        raise InputError(f"{key} must be a list of names of materials, got {names!r}")
     return names

@@ -43,10 +43,10 @@ class Units:
         if self.values == "data":
             return values
         if self.volume is not None and self.volume.labels:
-            raise InputError(f'values in "{self.values}" are of what was measured, and {self.volume.name} has labels')
+            raise InputError(f'values in "{self.values}" need measured values, got labels in {self.volume.name}')
         if self.values == "percentile":
             if not ((values >= 0) & (values <= 100)).all():
-                raise InputError("percentiles lie in [0, 100]")
+                raise InputError("percentiles must be from 0 to 100")
             return percentile_of_sorted(typical_samples(self._wanted), values)
         low, high = self._wanted.finite_range or (0.0, 1.0)
         if self.values == "matter":
@@ -75,7 +75,7 @@ class Units:
     @property
     def _wanted(self) -> Volume:
         if self.volume is None:
-            raise InputError("its units depend on the volume: give load(path, volume)")
+            raise InputError("a volume must be given, load(path, volume), since the units depend on it")
         return self.volume
 
 
