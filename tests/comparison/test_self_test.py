@@ -64,7 +64,7 @@ def test_limits_that_are_too_loose_miss_and_say_what() -> None:
     assert status(test, "other axis") == CAUGHT
     missed = sum(row.status == MISSED for row in test.rows)
     caught = sum(row.status == CAUGHT for row in test.rows)
-    assert f"{caught} of {caught + missed} mistakes that show are caught" in test.as_text()
+    assert f"{caught} of {caught + missed} visible mistakes are caught" in test.as_text()
 
 
 def test_a_limit_catches_by_itself_what_it_is_said_to_catch() -> None:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from texvol.comparison.kinds.kind import Kind
-from texvol.comparison.mistakes import MistakeTrial, Mistake, distance, drawn
+from texvol.comparison.mistakes import Mistake, MistakeTrial, distance, drawn
 from texvol.comparison.planting import PlantedRenderer
 from texvol.comparison.three_way import ROUNDING
 from texvol.provenance.stored_scene import StoredScene

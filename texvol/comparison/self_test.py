@@ -1,8 +1,8 @@
 """Self-test of limits: mistakes planted in a scene, and the mistakes that the limits find.
 
-Limits that accept a dropped slab are too loose, and limits that refuse the same picture drawn again find noise. So there
-are controls beside the mistakes: the unchanged scene, and the scene drawn by another back end if there is one. Mistakes
-that change nothing in the scene, or do not apply to it, do not count.
+Limits that accept a dropped slab are too loose, and limits that refuse the same picture drawn again find noise. So
+there are controls beside the mistakes: the unchanged scene, and the scene drawn by another back end if there is one.
+Mistakes that change nothing in the scene, or do not apply to it, do not count.
 """
 
 from __future__ import annotations
