@@ -177,7 +177,7 @@ def test_recent_files_are_the_latest_first_and_there(tmp_path: Path, monkeypatch
     paths[5].unlink()
     assert Recent(str(paths[5])) not in recent.files()
     for text in ("{", "7", '[7, {"path": 7}, {"path": "/", "shout": 1}]'):
-        recent.position().write_text(text)
+        recent.state_file().write_text(text)
         assert recent.files() == []
 
 

@@ -29,7 +29,7 @@ from texvol.options import reading as reading_options
 from texvol.options import scene_options as options
 from texvol.options import texts
 from texvol.output import sequences
-from texvol.output.shown_pictures import Display, is_exact
+from texvol.output.export import PictureExport, is_exact
 from texvol.provenance.scene_metadata import scene_metadata
 from texvol.scene.scene import Scene
 from texvol.util import termination, writing
@@ -207,7 +207,7 @@ def _render(arguments: argparse.Namespace) -> None:
     series = scene_options.series() if scene_options.all_times else None
     volume = scene_options.load() if series is None else scene_options.placed(series[0])
     seconds = {"load": time.perf_counter() - start}
-    display = Display(scene_options, scene_options.annotation)
+    display = PictureExport(scene_options, scene_options.annotation)
     scene = _scene(arguments, scene_options, volume, series, display)
     accuracy = {name: vars(arguments)[name] for name in _ACCURACY}
 
@@ -248,7 +248,7 @@ def _draw_frames(
     frames: sequences.Frames,
     renderer: Renderer,
     accuracy: dict[str, Any],
-    display: Display,
+    display: PictureExport,
     scene_options: options.SceneOptions,
     arguments: argparse.Namespace,
 ) -> dict[str, Any]:
@@ -263,14 +263,14 @@ def _scene(
     scene_options: options.SceneOptions,
     volume: Volume,
     series: TimeSeries | None,
-    display: Display,
+    display: PictureExport,
 ) -> Scene:
     """The scene to be drawn: of a picture, or the first of an orbit or a series."""
     size, orbit = scene_options.size, arguments.orbit is not None
     adapting_to = None
     if series is not None:
         film.check_output(arguments.output, len(series), size)
-        adapting_to = scene_options.placed(sequences.standing_for(series))
+        adapting_to = scene_options.placed(sequences.representative_volume(series))
     in_8_bits = not is_exact(arguments.output)
     scene = scene_options.scene(volume, orbit=orbit, adapting_to=adapting_to, in_8_bits=in_8_bits)
     return display.prepared(scene, size, chose_view=scene_options.chose_view or orbit)
@@ -315,7 +315,7 @@ def _raycast(arguments: argparse.Namespace) -> None:
     from texvol.ray_casting import raycast
     from texvol.ray_casting.projection import isosurface_depth
 
-    display = Display(scene_options, scene_options.annotation)
+    display = PictureExport(scene_options, scene_options.annotation)
     scene = display.prepared(scene, scene_options.size, chose_view=scene_options.chose_view)
     picture = display.of(raycast(scene, scene_options.size), scene, arguments.output)
     metadata = {"texvol:renderer": "ray casting, float64"} | display.metadata(

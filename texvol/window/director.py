@@ -1,4 +1,4 @@
-"""The director: what is wanted goes in once per frame, the best picture of it comes out, whoever draws it."""
+"""Choice of the picture to draw next: it takes the wanted scene once per frame, and returns the best picture of it."""
 
 from __future__ import annotations
 
@@ -15,32 +15,32 @@ from texvol.window.quality import SETTLED, Coarseness, Pace, is_software, moving
 
 
 class Worker(Protocol):
-    """What the director needs of a painter."""
+    """Interface of a painter that the director uses."""
 
     @property
     def busy(self) -> bool:
-        """Whether the newest job has no final answer yet."""
+        """True until the newest job has its final answer."""
 
     def ask(self, **job: Any) -> int:
-        """Have this drawn; its number."""
+        """Start a job and return its number."""
 
     def drop(self) -> None:
-        """Nothing is wanted any more."""
+        """Cancel the current job."""
 
     def answers(self) -> list[Answer]:
-        """What has come of the newest job."""
+        """Return new answers to the newest job."""
 
 
 @dataclass(frozen=True)
 class Wanted:
-    """What is to be seen."""
+    """Scene to be drawn, with its size in pixels and its presentation."""
 
     scene: Scene
     size: Size
     showing: Showing = field(default_factory=Showing)
 
     def same(self, other: Wanted | None) -> bool:
-        """Whether it is the very same; scenes by identity, since whoever changes one makes another."""
+        """True if nothing has changed; scenes are compared by identity, because a changed scene is another object."""
         return other is not None and self.scene is other.scene and (self.size, self.showing) == (
             other.size, other.showing,
         )  # fmt: skip
@@ -48,10 +48,12 @@ class Wanted:
 
 @dataclass(frozen=True)
 class Shown:
-    """A picture to be seen, of the version of what is wanted.
+    """Picture to be shown.
 
     Attributes
     ----------
+    version : int
+        Version of the wanted scene that the picture shows.
     state : str
         "moving", "refining" or "rest".
     """
@@ -64,7 +66,7 @@ class Shown:
 
 
 class Director:
-    """Has the mover draw whatever is new, and the refiner what has stayed."""
+    """Sends each new scene to the mover, and a scene that has stayed unchanged to the refiner."""
 
     def __init__(self, mover: Worker, refiner: Worker, pace: Pace, max_error: float) -> None:
         self._mover, self._refiner, self.pace = mover, refiner, pace
@@ -72,32 +74,32 @@ class Director:
         self._wanted: Wanted | None = None
         self._version = 0
         self._changed_at = 0.0
-        self._moving: tuple[int, Coarseness, Size] | None = None  # version, how, and in what size, at the mover
-        self._moved = self._refined = 0  # newest version that each was asked for
+        self._moving: tuple[int, Coarseness, Size] | None = None  # job of the mover: version, coarseness, full size
+        self._moved = self._refined = 0  # newest version that was sent to each painter
         self.shown: Shown | None = None
         self.faults: list[str] = []
-        self.pictures = 0  # that have come, of whatever kind
+        self.pictures = 0  # number of pictures received
 
     @property
     def version(self) -> int:
-        """How often something else was wanted."""
+        """Number of changes of the wanted scene so far."""
         return self._version
 
     @property
     def at_rest(self) -> bool:
-        """Whether what is shown is what is wanted, as good as it gets."""
+        """True if the shown picture is the final picture of the wanted scene."""
         if self._wanted is None:
             return True
         return self.shown is not None and self.shown.state == "rest" and self.shown.version == self._version
 
     @property
     def idle(self) -> bool:
-        """Whether nothing more will come without a change."""
+        """True if no further picture will arrive until the scene changes."""
         quiet = not self._mover.busy and not self._refiner.busy
         return self._wanted is None or (quiet and self._refined == self._version)
 
     def want(self, wanted: Wanted | None, now: float) -> None:
-        """What is to be seen from now on; the same again changes nothing."""
+        """Set the scene to be drawn; an unchanged scene has no effect."""
         if wanted is None or wanted.same(self._wanted):
             if wanted is None:
                 self._wanted = self.shown = None
@@ -109,13 +111,13 @@ class Director:
             self._refiner.drop()
 
     def again(self) -> None:
-        """Refine once more, to another error."""
+        """Refine the picture again, after a change of the maximum error."""
         self._refined = 0
         if self._refiner.busy:
             self._refiner.drop()
 
     def update(self, now: float) -> bool:
-        """Take what has come and ask for what is next; whether there is a new picture."""
+        """Take over new pictures and start the next jobs; return True if there is a new picture."""
         new = False
         for answer in self._mover.answers():
             new |= self._hear_mover(answer)
@@ -135,7 +137,7 @@ class Director:
         return new
 
     def next_due(self, now: float) -> float:
-        """Seconds until `update` has something to do although nothing comes."""
+        """Return the seconds until `update` has to be called again although no picture arrives."""
         if self._wanted is None or self._refined == self._version or self._mover.busy:
             return float("inf")
         return max(SETTLED - (now - self._changed_at), 0.0)
@@ -159,10 +161,10 @@ class Director:
             self.pace.ladder = quality.ON_CARD
         warm = self.pictures > 0
         self.pictures += 1
-        if warm and answer.final:  # the first one compiles programs and uploads textures
+        if warm and answer.final:  # the first picture also compiles programs and uploads textures
             self.pace.learn(coarseness, size, answer.metadata["seconds"])
         if self.shown is not None and (self.shown.version, self.shown.state) >= (version, "refining"):
-            return False  # the refiner was faster
+            return False  # the refiner's picture is already shown
         self.shown = Shown(answer.pixels, version, "moving", answer.metadata, coarseness)
         return True
 

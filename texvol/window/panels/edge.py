@@ -1,4 +1,4 @@
-"""The edge between the picture and the panels, dragged to make them wider or narrower; twice clicked it goes back."""
+"""Edge between the picture and the side panel: a drag changes the panel's width, a double click resets it."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from imgui_bundle import imgui
 
 from texvol.window.desk import NARROWEST_PANEL, PANEL_WIDTH, WIDEST_PANEL, Desk
 
-_REACH = 8.0  # window coordinates at scale 1: as wide as can be hit, and no wider than the panels' empty margin
+_REACH = 8.0  # window coordinates at scale 1: not wider than the panel's empty margin
 _LINE, _HELD = 0xFF_70_56_40, 0xFF_FF_B8_73  # ABGR
 
 
 def show(desk: Desk) -> None:
-    """At the left of the panels' window, in which one is."""
+    """Show the edge at the left of the current window, which is the side panel."""
     scale = max(float(imgui.get_style().font_scale_dpi), 1.0)
     start, corner = imgui.get_window_pos(), imgui.get_cursor_pos()
     height = imgui.get_window_size().y
