@@ -50,7 +50,8 @@ def test_what_is_recorded_is_played_back(tmp_path: Path) -> None:
 
 def test_of_moves_in_a_row_the_last_counts() -> None:
     queue = Queue()
-    queue.extend([Event("move", 1, 1), Event("move", 2, 2), Event("button", name="left"), Event("move", 3, 3)])
+    for event in (Event("move", 1, 1), Event("move", 2, 2), Event("button", name="left"), Event("move", 3, 3)):
+        queue.put(event)
     assert queue.take() == [Event("move", 2, 2), Event("button", name="left"), Event("move", 3, 3)]
     assert queue.take() == []
 

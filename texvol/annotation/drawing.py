@@ -40,11 +40,7 @@ def check_drawable(annotation: Annotation, scene: Scene) -> Lettering:
 
 
 def annotated(
-    picture: NDArray,
-    scene: Scene,
-    annotation: Annotation,
-    transparent: bool,
-    window: tuple[float, float] | None,
+    picture: NDArray, scene: Scene, annotation: Annotation, transparent: bool, window: tuple[float, float] | None
 ) -> NDArray:
     """Return the picture with its annotation; see `annotate`."""
     letters = check_drawable(annotation, scene)
@@ -67,11 +63,7 @@ def annotated_box(scene: Scene) -> Volume:
 
 
 def place_all(
-    sheet: Sheet,
-    view: View,
-    scene: Scene,
-    annotation: Annotation,
-    window: tuple[float, float] | None,
+    sheet: Sheet, view: View, scene: Scene, annotation: Annotation, window: tuple[float, float] | None
 ) -> None:
     """Draw the parts of an annotation that have room on a sheet."""
     if annotation.box:

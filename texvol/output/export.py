@@ -62,17 +62,17 @@ class PictureExport:
 
     If no window of numbers is chosen, that of the first picture is used for all. Annotation is drawn into 8-bit files,
     never into an EXR file.
+
+    Attributes
+    ----------
+    window : (centre, width), optional
+        Window of numbers, if it was chosen or has been found from a picture.
     """
 
     def __init__(self, scene_options: SceneOptions, annotation: Annotation | None = None) -> None:
-        self._window = scene_options.window
+        self.window = scene_options.window
         self._transparent = scene_options.transparent
         self._annotation = annotation or Annotation()
-
-    @property
-    def window(self) -> tuple[float, float] | None:
-        """Window (centre, width) of numbers, if it was chosen or has been found from a picture."""
-        return self._window
 
     def prepared(self, scene: Scene, size: tuple[int, int], *, chose_view: bool) -> Scene:
         """Return the scene, framed so that annotation has room beside the box unless the user chose the view.
@@ -99,25 +99,18 @@ class PictureExport:
         if not self._annotation:
             return picture
         size = picture.shape[1], picture.shape[0]
-        return annotate(
-            picture,
-            scene,
-            size,
-            self._annotation,
-            transparent=self._transparent,
-            window=self._window,
-        )
+        return annotate(picture, scene, size, self._annotation, transparent=self._transparent, window=self.window)
 
     def _numbers(self, picture: NDArray, scene: Scene) -> NDArray:
         from texvol.scene import display
 
-        if self._window is None and scene.coloring == "grey":
-            self._window = display.found_window(picture, scene)
-        return display.shown(picture, scene, window=self._window)
+        if self.window is None and scene.coloring == "grey":
+            self.window = display.found_window(picture, scene)
+        return display.shown(picture, scene, window=self.window)
 
     def metadata(self, name: str, scene: Scene, path: str, settings: Mapping[str, Any] | None = None) -> dict[str, str]:
         """Return the metadata of a picture file's header: its scene, and the window of its numbers."""
         shown: dict[str, Any] = {}
-        if scene.mode in NUMBER_MODES and self._window is not None:
-            shown = {"window": self._window}
+        if scene.mode in NUMBER_MODES and self.window is not None:
+            shown = {"window": self.window}
         return scene_metadata(name, scene, settings=settings or {}, display=shown, checksum=is_exact(path))

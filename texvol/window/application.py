@@ -11,7 +11,7 @@ import numpy as np
 from texvol.formats.pictures import image
 from texvol.util import color, writing
 from texvol.util.errors import InputError
-from texvol.window import commands, navigation, opening, panels
+from texvol.window import commands, navigation, opening, panels, timings
 from texvol.window.desk import MOST_PANEL, Desk
 from texvol.window.director import Director, Wanted
 from texvol.window.document import Document
@@ -24,7 +24,7 @@ from texvol.window.quality import DEFAULT_ERROR, DEFAULT_FRAMES_PER_SECOND, SETT
 from texvol.window.screen import Screen, Texture, Textures
 from texvol.window.script import Action, Player, Recorder
 from texvol.window.steering import Viewport
-from texvol.window.timings import Frame, Timings
+from texvol.window.timings import Frame
 
 _FRAME = 1 / 60  # seconds: screens show no more frames, and the painting processes need the cores
 _IDLE = 0.5  # seconds between checks for changes that raise no event
@@ -75,7 +75,8 @@ class Application:
     """Window with its main loop, a context manager that closes the window."""
 
     def __init__(self, plan: Plan) -> None:
-        self._plan, self._queue, self._timings = plan, Queue(), Timings()
+        self._plan, self._queue = plan, Queue()
+        self._timed: list[Frame] = []
         width = plan.size[0] + (panels.WIDTH if plan.panels else 0)
         self._closers: list[Callable[[], None]] = []
         try:
@@ -142,7 +143,7 @@ class Application:
             if desk.document is None and desk.failed_first:
                 raise InputError(desk.failed_first)
         if plan.timings:
-            self._timings.write(plan.timings)
+            timings.write(plan.timings, self._timed)
 
     def frame(self) -> None:
         """Process the events and draw one frame."""
@@ -332,7 +333,7 @@ class Application:
         if not self._counts:
             self._last = now
             return
-        self._timings.add(
+        self._timed.append(
             Frame(
                 now - self._started, now - self._last, now - start, self._desk.director.pictures, between, delay,
                 state, width, height, rate, self._mark,
@@ -340,8 +341,8 @@ class Application:
         )  # fmt: skip
         self._frames += 1
         if not self._plan.timings:
-            del self._timings.frames[:-100]
-        self._desk.panel_state["frames"] = self._timings.frames[-100:]
+            del self._timed[:-100]
+        self._desk.panel_state["frames"] = self._timed[-100:]
         self._mark, self._last = "", now
 
     def _screenshots(self) -> None:

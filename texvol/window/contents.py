@@ -16,7 +16,6 @@ from dataclasses import replace
 from typing import Any, NoReturn
 
 from texvol.formats.readers import load
-from texvol.geometry import load_mesh
 from texvol.options import mask as mask_options
 from texvol.options import reading as reading_options
 from texvol.options import scene_options as options
@@ -24,7 +23,6 @@ from texvol.options.volumes import OF_ADDED, AddedChoice
 from texvol.scene.added_volume import AddedVolume
 from texvol.scene.mask import Mask
 from texvol.scene.scene import Scene
-from texvol.scene.shapes import Mesh
 from texvol.scene.volume import Volume
 from texvol.util.errors import InputError
 
@@ -78,11 +76,6 @@ def read_volume(path: str, scene: Scene, chosen: Mapping[str, Any]) -> AddedVolu
     """Read a volume to be added to the scene; it gets a hue of its own unless `chosen` sets its look."""
     choice = AddedChoice(path, chosen)
     return choice.added_to(scene.volume, choice.load(), len(scene.added))
-
-
-def read_mesh(path: str) -> Mesh:
-    """Read a mesh."""
-    return load_mesh(path)
 
 
 def read_mask(path: str, volume: Volume, fade: tuple[float, float] | None = None) -> Mask:

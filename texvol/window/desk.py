@@ -8,9 +8,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from texvol.util.errors import TexvolError
 from texvol.window import recent
 from texvol.window.browsing import Browser
@@ -121,11 +118,6 @@ class Desk:
             self.say(" ".join(str(error).split()), fault=True)
             return False
         return True
-
-    def texture(self, name: str, key: Any, make: Callable[[], NDArray[np.uint8]]) -> int:
-        """Return the OpenGL name of a cached texture; `make` makes its picture again if the key has changed."""
-        assert self.textures is not None
-        return self.textures.get(name, key, make)
 
     def change(self, stroke: str | None = None, **parts: Any) -> bool:
         """Change parts of the scene; return False and show a message if they make no valid scene."""

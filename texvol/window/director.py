@@ -4,31 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any
 
 from numpy.typing import NDArray
 
 from texvol.scene.scene import Scene
 from texvol.window import quality
 from texvol.window.jobs import Answer, Showing, Size
+from texvol.window.painter import Painter
 from texvol.window.quality import SETTLED, Coarseness, Pace, is_software, moving_accuracy, moving_scene
-
-
-class Worker(Protocol):
-    """Interface of a painter that the director uses."""
-
-    @property
-    def busy(self) -> bool:
-        """True until the newest job has its final answer."""
-
-    def ask(self, **job: Any) -> int:
-        """Start a job and return its number."""
-
-    def drop(self) -> None:
-        """Cancel the current job."""
-
-    def answers(self) -> list[Answer]:
-        """Return new answers to the newest job."""
 
 
 @dataclass(frozen=True)
@@ -68,11 +52,11 @@ class Shown:
 class Director:
     """Sends each new scene to the mover, and a scene that has stayed unchanged to the refiner."""
 
-    def __init__(self, mover: Worker, refiner: Worker, pace: Pace, max_error: float) -> None:
+    def __init__(self, mover: Painter, refiner: Painter, pace: Pace, max_error: float) -> None:
         self._mover, self._refiner, self.pace = mover, refiner, pace
         self.max_error = max_error
         self._wanted: Wanted | None = None
-        self._version = 0
+        self.version = 0  # number of changes of the wanted scene
         self._changed_at = 0.0
         self._moving: tuple[int, Coarseness, Size] | None = None  # job of the mover: version, coarseness, full size
         self._moved = self._refined = 0  # newest version that was sent to each painter
@@ -81,22 +65,17 @@ class Director:
         self.pictures = 0  # number of pictures received
 
     @property
-    def version(self) -> int:
-        """Number of changes of the wanted scene so far."""
-        return self._version
-
-    @property
     def at_rest(self) -> bool:
         """True if the shown picture is the final picture of the wanted scene."""
         if self._wanted is None:
             return True
-        return self.shown is not None and self.shown.state == "rest" and self.shown.version == self._version
+        return self.shown is not None and self.shown.state == "rest" and self.shown.version == self.version
 
     @property
     def idle(self) -> bool:
         """True if no further picture will arrive until the scene changes."""
         quiet = not self._mover.busy and not self._refiner.busy
-        return self._wanted is None or (quiet and self._refined == self._version)
+        return self._wanted is None or (quiet and self._refined == self.version)
 
     def want(self, wanted: Wanted | None, now: float) -> None:
         """Set the scene to be drawn; an unchanged scene has no effect."""
@@ -105,7 +84,7 @@ class Director:
                 self._wanted = self.shown = None
             return
         self._wanted = wanted
-        self._version += 1
+        self.version += 1
         self._changed_at = now
         if self._refiner.busy:
             self._refiner.drop()
@@ -125,11 +104,11 @@ class Director:
             new |= self._hear_refiner(answer)
         if self._wanted is None:
             return new
-        if self._moved < self._version and not self._mover.busy:
+        if self._moved < self.version and not self._mover.busy:
             self._ask_mover(self._wanted)
-        settled = now - self._changed_at >= SETTLED and self._moved == self._version and not self._mover.busy
-        if settled and self._refined < self._version:
-            self._refined = self._version
+        settled = now - self._changed_at >= SETTLED and self._moved == self.version and not self._mover.busy
+        if settled and self._refined < self.version:
+            self._refined = self.version
             self._refiner.ask(
                 kind="rest", scene=self._wanted.scene, size=self._wanted.size, showing=self._wanted.showing,
                 accuracy={"max_error": self.max_error},
@@ -138,14 +117,14 @@ class Director:
 
     def next_due(self, now: float) -> float:
         """Return the seconds until `update` has to be called again although no picture arrives."""
-        if self._wanted is None or self._refined == self._version or self._mover.busy:
+        if self._wanted is None or self._refined == self.version or self._mover.busy:
             return float("inf")
         return max(SETTLED - (now - self._changed_at), 0.0)
 
     def _ask_mover(self, wanted: Wanted) -> None:
         coarseness = self.pace.choose(wanted.size)
-        self._moved = self._version
-        self._moving = self._version, coarseness, wanted.size
+        self._moved = self.version
+        self._moving = self.version, coarseness, wanted.size
         self._mover.ask(
             kind="move", scene=moving_scene(wanted.scene), size=coarseness.size(wanted.size), showing=wanted.showing,
             accuracy=moving_accuracy(coarseness),
@@ -172,7 +151,7 @@ class Director:
         if answer.kind == "failed":
             self._fault(answer)
             if self.shown is not None:
-                self.shown = Shown(self.shown.pixels, self._version, "rest", self.shown.metadata)
+                self.shown = Shown(self.shown.pixels, self.version, "rest", self.shown.metadata)
             return False
         assert answer.pixels is not None
         self.pictures += 1

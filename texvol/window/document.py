@@ -65,13 +65,8 @@ class History:
     def __init__(self, scene: Scene) -> None:
         self._past: list[Scene] = []
         self._future: list[Scene] = []
-        self._now = scene
+        self.now = scene
         self._stroke: str | None = None
-
-    @property
-    def now(self) -> Scene:
-        """Current scene."""
-        return self._now
 
     @property
     def can_undo(self) -> bool:
@@ -86,8 +81,8 @@ class History:
     def change(self, scene: Scene, stroke: str | None = None) -> None:
         """Add a scene; a change of the same stroke as the last change belongs to the same step."""
         if stroke is None or stroke != self._stroke:
-            self._past = [*self._past[-_LONGEST:], self._now]
-        self._stroke, self._now, self._future = stroke, scene, []
+            self._past = [*self._past[-_LONGEST:], self.now]
+        self._stroke, self.now, self._future = stroke, scene, []
 
     def end_stroke(self) -> None:
         """End the stroke: the next change is a new step."""
@@ -96,14 +91,14 @@ class History:
     def undo(self) -> None:
         """Go one step back, if there is one."""
         if self._past:
-            self._future.append(self._now)
-            self._now, self._stroke = self._past.pop(), None
+            self._future.append(self.now)
+            self.now, self._stroke = self._past.pop(), None
 
     def redo(self) -> None:
         """Go one step forward, if there is one."""
         if self._future:
-            self._past.append(self._now)
-            self._now, self._stroke = self._future.pop(), None
+            self._past.append(self.now)
+            self.now, self._stroke = self._future.pop(), None
 
 
 class Document:
@@ -115,6 +110,13 @@ class Document:
         Scene with a camera.
     size : (width, height), optional
         Size of the picture in pixels.
+
+    Attributes
+    ----------
+    scene : Scene
+        Scene with the camera of the view; the same object until something changes.
+    view : View
+    history : History
     """
 
     def __init__(
@@ -125,22 +127,17 @@ class Document:
         self.saved: Saved | None = None
         self.home: Home | None = None
         self._size = size
-        self._view = View.of(scene.camera)
-        self._history = History(scene)
-        self._scene = scene
+        self.view = View.of(scene.camera)
+        self.history = History(scene)
+        self.scene = scene
         self._opened = scene, self.showing
         self._histograms: WeakKeyDictionary[Volume, Histogram] = WeakKeyDictionary()
         for volume in scene.volumes:
             self.know(volume)
 
-    @property
-    def scene(self) -> Scene:
-        """Scene with the camera of the view; the same object until something changes."""
-        return self._scene
-
     def histogram(self, number: int) -> Histogram:
         """Return the histogram of a volume by its number."""
-        return self.know(self._scene.volumes[number])
+        return self.know(self.scene.volumes[number])
 
     def know(self, volume: Volume) -> Histogram:
         """Return the histogram of a volume, computed at the first call; a thread that reads a volume calls it early."""
@@ -153,32 +150,22 @@ class Document:
         """True if anything but the view has changed since the scene was opened or saved."""
         scene, showing = self._opened if self.saved is None else (self.saved.scene, self.saved.showing)
         names = [part.name for part in fields(Scene) if part.name != "camera"]
-        return showing != self.showing or any(getattr(scene, name) != getattr(self._scene, name) for name in names)
-
-    @property
-    def view(self) -> View:
-        """Current view."""
-        return self._view
-
-    @property
-    def history(self) -> History:
-        """History of the scene."""
-        return self._history
+        return showing != self.showing or any(getattr(scene, name) != getattr(self.scene, name) for name in names)
 
     @property
     def at_home(self) -> bool:
         """True if the user has not changed the view since `go_home`."""
-        return self.home is not None and self.home.roomy == self._view.camera
+        return self.home is not None and self.home.roomy == self.view.camera
 
     def look(self, view: View) -> None:
         """Change the view."""
-        if view.camera != self._view.camera:
-            self._scene = replace(self._scene, camera=view.camera)
-        self._view = view
+        if view.camera != self.view.camera:
+            self.scene = replace(self.scene, camera=view.camera)
+        self.view = view
 
     def go_home(self, home: Home) -> None:
         """Set a view that leaves room for the annotation; the document remembers it until the user changes the view."""
-        self.look(replace(self._view, camera=home.roomy))
+        self.look(replace(self.view, camera=home.roomy))
         self.home = home
 
     def annotate(self, annotation: Annotation, size: tuple[int, int]) -> None:
@@ -189,10 +176,10 @@ class Document:
         InputError, MissingExtraError
             If the annotation can't be drawn; the previous annotation stays.
         """
-        check(annotation, self._scene)
+        check(annotation, self.scene)
         home = self.home
         if home is not None and self.at_home:
-            self.go_home(Home.of(home.plain, self._scene, size, annotation))
+            self.go_home(Home.of(home.plain, self.scene, size, annotation))
         self.show(annotation=annotation)
 
     def fit(self, size: tuple[int, int]) -> None:
@@ -200,9 +187,9 @@ class Document:
         self._size = size
         home = self.home
         if home is not None and self.at_home:
-            view = framed(View(home.plain, self._view.pivot), self._scene.box, size[0] / size[1])
+            view = framed(View(home.plain, self.view.pivot), self.scene.box, size[0] / size[1])
             self.look(view)
-            self.go_home(Home.of(view.camera, self._scene, size, self.showing.annotation))
+            self.go_home(Home.of(view.camera, self.scene, size, self.showing.annotation))
 
     def change(self, stroke: str | None = None, **parts: Any) -> None:
         """Change parts of the scene, by name.
@@ -212,8 +199,8 @@ class Document:
         InputError
             If the parts make no valid scene; the previous scene stays.
         """
-        scene = replace(self._scene, **parts)
-        self._history.change(scene, stroke)
+        scene = replace(self.scene, **parts)
+        self.history.change(scene, stroke)
         self._become(scene)
 
     def show(self, **parts: Any) -> None:
@@ -222,17 +209,17 @@ class Document:
 
     def undo(self) -> None:
         """Undo one step."""
-        self._history.undo()
-        self._become(replace(self._history.now, camera=self._view.camera))
+        self.history.undo()
+        self._become(replace(self.history.now, camera=self.view.camera))
 
     def redo(self) -> None:
         """Redo one step."""
-        self._history.redo()
-        self._become(replace(self._history.now, camera=self._view.camera))
+        self.history.redo()
+        self._become(replace(self.history.now, camera=self.view.camera))
 
     def _become(self, scene: Scene) -> None:
         """Replace the scene, and frame it anew if its box has changed."""
-        before, self._scene = self._scene, scene
+        before, self.scene = self.scene, scene
         same = len(before.volumes) == len(scene.volumes) and all(map(is_, before.volumes, scene.volumes))
         if self._size and not same and not np.array_equal(_corners(before.box), _corners(scene.box)):
             self.fit(self._size)

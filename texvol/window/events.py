@@ -6,7 +6,6 @@ Positions are in window coordinates, from the upper left corner. Keys and mouse 
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable
 from dataclasses import asdict, dataclass, fields
 from typing import Any, Literal, get_args
 
@@ -115,11 +114,6 @@ class Queue:
             self._waiting[-1] = event
         else:
             self._waiting.append(event)
-
-    def extend(self, events: Iterable[Event]) -> None:
-        """Add several events."""
-        for event in events:
-            self.put(event)
 
     def take(self) -> list[Event]:
         """Return all waiting events in order, and empty the queue."""

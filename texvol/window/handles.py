@@ -21,7 +21,7 @@ from texvol.scene.camera import Camera
 from texvol.scene.cutting import ClipPlane, Range
 from texvol.scene.scene import Scene
 from texvol.scene.volume import Volume
-from texvol.window.navigation import Position, rotation
+from texvol.window.navigation import Position, rotation, triple
 
 # Half heights of the picture per radius of the box: below, a short drag would move a plane out of the box.
 _LEAST_SPEED = 0.2
@@ -68,14 +68,14 @@ def handles_of(scene: Scene) -> list[Handle]:
             for end in (0, 1):
                 point = middle.copy()
                 point[axis] = crop[axis, end]
-                found.append(Handle(_triple(point), _triple(np.eye(3)[axis]), face=(axis, end)))
+                found.append(Handle(triple(point), triple(np.eye(3)[axis]), face=(axis, end)))
     for number, plane in enumerate(scene.clip):
         size = float(np.linalg.norm(plane.normal))
         unit = np.array(plane.normal) / size
         point = scene.box.centre + (plane.offset / size - unit @ scene.box.centre) * unit
-        found.append(Handle(_triple(point), _triple(unit), plane=number))
+        found.append(Handle(triple(point), triple(unit), plane=number))
         tip = point + _ARROW * scene.box.radius * unit
-        found.append(Handle(_triple(tip), _triple(unit), plane=number, turns=True))
+        found.append(Handle(triple(tip), triple(unit), plane=number, turns=True))
     return found
 
 
@@ -116,7 +116,7 @@ def turned(scene: Scene, handle: Handle, camera: Camera, by: Position, *, away: 
     right, up = (part * _half_height(camera, foot) / length * (-1 if away else 1) for part in by)
     turn = rotation(camera.upward, right) @ rotation(camera.right, -up)
     normal = turn @ np.array(plane.normal, np.float64)
-    planes[handle.plane] = ClipPlane(_triple(normal), float(normal @ foot))
+    planes[handle.plane] = ClipPlane(triple(normal), float(normal @ foot))
     return {"clip": tuple(planes)}
 
 
@@ -181,8 +181,3 @@ def _border(plane: ClipPlane, box: Volume) -> list[NDArray[np.float64]]:
     second = np.cross(unit, first)
     angles = [np.arctan2((each - middle) @ second, (each - middle) @ first) for each in found]
     return [box.centre + found[number] for number in np.argsort(angles)]
-
-
-def _triple(numbers: NDArray[np.float64]) -> tuple[float, float, float]:
-    x, y, z = (float(each) for each in numbers)
-    return x, y, z

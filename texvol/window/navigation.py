@@ -85,7 +85,7 @@ def orbit(view: View, right: float, up: float, *, free: bool = False) -> View:
 def roll(view: View, angle: float) -> View:
     """Turn the picture counterclockwise."""
     turn = rotation(view.camera.forward, angle)
-    return replace(view, camera=replace(view.camera, up=_triple(turn @ view.camera.upward)))
+    return replace(view, camera=replace(view.camera, up=triple(turn @ view.camera.upward)))
 
 
 def pan(view: View, right: float, up: float) -> View:
@@ -132,7 +132,7 @@ def with_fov(view: View, fov: float) -> View:
     back = depth * camera.half_height / wider.half_height - depth
     eye = np.array(camera.eye) - back * camera.forward
     # The target stays in front of the eye.
-    return replace(view, camera=replace(wider, eye=_triple(eye), target=_triple(eye + (depth + back) * camera.forward)))
+    return replace(view, camera=replace(wider, eye=triple(eye), target=triple(eye + (depth + back) * camera.forward)))
 
 
 def with_projection(view: View, projection: Projection, volume: Volume) -> View:
@@ -152,14 +152,14 @@ def with_projection(view: View, projection: Projection, volume: Volume) -> View:
         distance = max(view.pivot_depth, -to_box + 0.05 * volume.radius)
         changed = replace(camera, projection=projection, height=2 * half_height)
     eye = point - distance * camera.forward
-    return replace(view, camera=replace(changed, eye=_triple(eye), target=_triple(point)))
+    return replace(view, camera=replace(changed, eye=triple(eye), target=triple(point)))
 
 
 def along_axis(view: View, axis: str, volume: Volume, aspect: float) -> View:
     """Look at the whole box along an axis: one of AXES."""
     towards, up = AXES[axis]
     eye = volume.centre + 2 * volume.radius * np.array(towards, np.float64)
-    camera = Camera.framing(volume, view.camera.projection, up=up, fov=view.camera.fov, aspect=aspect, eye=_triple(eye))
+    camera = Camera.framing(volume, view.camera.projection, up=up, fov=view.camera.fov, aspect=aspect, eye=triple(eye))
     return framed(View.of(camera), volume, aspect)
 
 
@@ -168,21 +168,21 @@ def framed(view: View, volume: Volume, aspect: float) -> View:
     camera = view.camera
     up = camera.up
     eye = volume.centre - 2 * volume.radius * camera.forward
-    found = Camera.framing(volume, camera.projection, eye=_triple(eye), up=up, fov=camera.fov, aspect=aspect)
+    found = Camera.framing(volume, camera.projection, eye=triple(eye), up=up, fov=camera.fov, aspect=aspect)
     if camera.projection == "perspective":
         found = found._at_distance(found._fitting_distance(volume, aspect))
-    return View(found, _triple(volume.centre))
+    return View(found, triple(volume.centre))
 
 
 def reset(view: View, volume: Volume, aspect: float) -> View:
     """Return the default view of `texvol render`, in the current projection."""
     camera = Camera.framing(volume, view.camera.projection, fov=view.camera.fov, aspect=aspect)
-    return View(camera, _triple(volume.centre))
+    return View(camera, triple(volume.centre))
 
 
 def with_pivot(view: View, point: Any) -> View:
     """Return the same picture with another pivot."""
-    return replace(view, pivot=_triple(point))
+    return replace(view, pivot=triple(point))
 
 
 def _across(view: View, at: Position) -> Vector:
@@ -198,24 +198,25 @@ def _kept_in_front(pivot: tuple[float, float, float], camera: Camera, volume: Vo
     least = 0.1 * _NEAREST * volume.radius
     if depth >= least:
         return pivot
-    return _triple(np.array(camera.eye) + least * camera.forward)
+    return triple(np.array(camera.eye) + least * camera.forward)
 
 
 def _turned(view: View, turn: NDArray[np.float64], up: Any) -> View:
     camera, pivot = view.camera, np.array(view.pivot)
     eye, target = (pivot + turn @ (np.array(point) - pivot) for point in (camera.eye, camera.target))
-    return replace(view, camera=replace(camera, eye=_triple(eye), target=_triple(target), up=_triple(up)))
+    return replace(view, camera=replace(camera, eye=triple(eye), target=triple(target), up=triple(up)))
 
 
 def _shifted(camera: Camera, shift: Vector) -> Camera:
-    return replace(camera, eye=_triple(camera.eye + shift), target=_triple(camera.target + shift))
+    return replace(camera, eye=triple(camera.eye + shift), target=triple(camera.target + shift))
 
 
 def _distance(camera: Camera) -> float:
     return float(np.linalg.norm(np.subtract(camera.target, camera.eye)))
 
 
-def _triple(vector: Any) -> tuple[float, float, float]:
+def triple(vector: Any) -> tuple[float, float, float]:
+    """Return three numbers as a tuple of floats."""
     return cast(tuple[float, float, float], tuple(float(each) for each in vector))
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from texvol.geometry import load_mesh
 from texvol.scene.added_volume import AddedVolume
 from texvol.scene.mask import Mask
 from texvol.scene.shapes import Mesh
@@ -100,7 +101,7 @@ def add(desk: Desk, path: str, chosen: Mapping[str, Any] | None = None) -> None:
         desk.say(f"{path}: no scene is open; open a volume before you add a file", fault=True)
         return
     if contents.kind_of(path) == "mesh":
-        desk.fetch(path, lambda: contents.read_mesh(path), lambda found: _add_mesh(document, found))
+        desk.fetch(path, lambda: load_mesh(path), lambda found: _add_mesh(document, found))
         return
 
     def make() -> AddedVolume:

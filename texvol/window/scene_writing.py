@@ -32,10 +32,7 @@ _NOT_READING_OPTIONS = ("path", "absolute", "transform", "built_in", "fade")
 
 
 def scene_files(
-    path: str | os.PathLike[str],
-    scene: Scene,
-    size: tuple[int, int],
-    showing: Showing,
+    path: str | os.PathLike[str], scene: Scene, size: tuple[int, int], showing: Showing
 ) -> dict[Path, bytes]:
     """Return the contents of the scene file and of the transfer function files, by path.
 
@@ -81,7 +78,8 @@ def volume_table(scene: Scene, number: int, folder: Path | None = None) -> dict[
         own = np.asarray(own) @ turn.T  # its inverse
         own = None if np.array_equal(own, np.eye(4)) else own
     mask = scene.added[number - 1].mask if number else scene.mask
-    return found | _placed(own) | _mask(mask, folder)
+    placed = {} if own is None else {"transform": np.asarray(own, np.float64).tolist()}
+    return found | placed | _mask(mask, folder)
 
 
 def _file(source: Mapping[str, Any], folder: Path | None, what: str) -> str:
@@ -98,11 +96,6 @@ def _reading(source: Mapping[str, Any]) -> dict[str, Any]:
         for key, value in source.items()
         if key not in _NOT_READING_OPTIONS and value is not None
     }
-
-
-def _placed(matrix: Any) -> dict[str, Any]:
-    """Return the table entry of a volume's transformation."""
-    return {} if matrix is None else {"transform": np.asarray(matrix, np.float64).tolist()}
 
 
 def _mask(mask: Mask | None, folder: Path | None) -> dict[str, Any]:

@@ -74,7 +74,6 @@ class Screen:
         import moderngl
 
         self.gl = moderngl.create_context()
-        self.renderer: str = self.gl.info["GL_RENDERER"]
         self._title, self._cursor = title, ""
         self._cursors: dict[str, Any] = {}  # by kind; glfw.terminate destroys them
         self._windowed: Any = None  # position and size of the window, while it fills the monitor
@@ -282,12 +281,6 @@ class Textures:
             texture.write(make())
             self._textures[name] = key, texture
         return texture.name
-
-    def release(self) -> None:
-        """Release all textures."""
-        for _, texture in self._textures.values():
-            texture.release()
-        self._textures.clear()
 
 
 def key_names(glfw: Any) -> dict[int, str]:

@@ -84,6 +84,11 @@ class Viewport:
         half = max(self.height, 1) / 2
         return (x - self.x - self.width / 2) / half, (self.height / 2 - (y - self.y)) / half
 
+    def point(self, position: Position) -> tuple[float, float]:
+        """Return the point of the window at a position in the picture; the inverse of `position`."""
+        half = self.height / 2
+        return self.x + self.width / 2 + position[0] * half, self.y + half - position[1] * half
+
     @property
     def aspect(self) -> float:
         """Width divided by height."""
@@ -114,7 +119,7 @@ class Steering:
 
     def __init__(self) -> None:
         self.free = False
-        self._at = (0.0, 0.0)
+        self.cursor = (0.0, 0.0)  # window coordinates
         self._drag: str | None = None
         self._button = ""
         self._last_click: tuple[float, float, float] | None = None
@@ -123,11 +128,6 @@ class Steering:
     def dragging(self) -> bool:
         """True during a drag that began over the picture."""
         return self._drag is not None
-
-    @property
-    def cursor(self) -> tuple[float, float]:
-        """Position of the mouse in window coordinates."""
-        return self._at
 
     def handle(
         self, events: list[Event], view: View, volume: Volume, viewport: Viewport, now: float,
@@ -140,7 +140,7 @@ class Steering:
                 self._move(event, outcome, volume, viewport)
             elif event.kind == "button":
                 self._press(event, outcome, viewport, now, mouse)
-            elif event.kind == "scroll" and mouse and viewport.holds(*self._at):
+            elif event.kind == "scroll" and mouse and viewport.holds(*self.cursor):
                 outcome.view = self._scrolled(event, outcome.view, volume, viewport)
             elif event.kind == "key" and event.down and keyboard:
                 self._key(event, outcome, volume)
@@ -149,8 +149,8 @@ class Steering:
         return outcome
 
     def _move(self, event: Event, outcome: Outcome, volume: Volume, viewport: Viewport) -> None:
-        before, after = viewport.position(*self._at), viewport.position(event.x, event.y)
-        self._at = event.x, event.y
+        before, after = viewport.position(*self.cursor), viewport.position(event.x, event.y)
+        self.cursor = event.x, event.y
         right, up = after[0] - before[0], after[1] - before[1]
         view = outcome.view
         if self._drag == "turn":
@@ -169,27 +169,27 @@ class Steering:
             if event.name == self._button:
                 self._drag = None
             return
-        if not mouse or not viewport.holds(*self._at) or self._drag:
+        if not mouse or not viewport.holds(*self.cursor) or self._drag:
             return
         kinds = {"right": "dolly", "middle": "move"}
         if event.name == "left":
             kinds["left"] = "move" if "shift" in event.modifiers else "roll" if "ctrl" in event.modifiers else "turn"
         self._drag, self._button = kinds[event.name], event.name
         if event.name == "left":
-            last, self._last_click = self._last_click, (now, *self._at)
+            last, self._last_click = self._last_click, (now, *self.cursor)
             if (
                 last
                 and now - last[0] < _DOUBLE[0]
-                and np.hypot(last[1] - self._at[0], last[2] - self._at[1]) < _DOUBLE[1]
+                and np.hypot(last[1] - self.cursor[0], last[2] - self.cursor[1]) < _DOUBLE[1]
             ):
-                outcome.clicked, self._last_click = self._at, None
+                outcome.clicked, self._last_click = self.cursor, None
 
     def _scrolled(self, event: Event, view: View, volume: Volume, viewport: Viewport) -> View:
         if "shift" in event.modifiers:
             return navigation.advance(view, _ADVANCE * (event.y or event.x), volume)
         if "ctrl" in event.modifiers:
             return navigation.with_fov(view, view.camera.fov * 1.05**-event.y)
-        return navigation.dolly(view, _WHEEL**-event.y, viewport.position(*self._at), volume)
+        return navigation.dolly(view, _WHEEL**-event.y, viewport.position(*self.cursor), volume)
 
     def _key(self, event: Event, outcome: Outcome, volume: Volume) -> None:
         chord = "+".join([*sorted(event.modifiers), event.name])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import os
+from collections.abc import Iterable
 from dataclasses import astuple, dataclass, fields
 
 from texvol.util import writing
@@ -45,21 +46,11 @@ class Frame:
     mark: str = ""
 
 
-class Timings:
-    """Frames in the order of time."""
-
-    def __init__(self) -> None:
-        self.frames: list[Frame] = []
-
-    def add(self, frame: Frame) -> None:
-        """Add a frame."""
-        self.frames.append(frame)
-
-    def write(self, path: str | os.PathLike[str]) -> None:
-        """Write the frames as CSV."""
-        text = io.StringIO()
-        table = csv.writer(text, lineterminator="\n")
-        table.writerow(field.name for field in fields(Frame))
-        for frame in self.frames:
-            table.writerow(f"{cell:.6g}" if isinstance(cell, float) else cell for cell in astuple(frame))
-        writing.write_files({path: text.getvalue().encode()})
+def write(path: str | os.PathLike[str], frames: Iterable[Frame]) -> None:
+    """Write a table of frames as CSV."""
+    text = io.StringIO()
+    table = csv.writer(text, lineterminator="\n")
+    table.writerow(field.name for field in fields(Frame))
+    for frame in frames:
+        table.writerow(f"{cell:.6g}" if isinstance(cell, float) else cell for cell in astuple(frame))
+    writing.write_files({path: text.getvalue().encode()})

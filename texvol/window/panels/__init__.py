@@ -9,7 +9,20 @@ from imgui_bundle import imgui
 from texvol.window.commands import TABS
 from texvol.window.desk import PANEL_WIDTH, Desk
 from texvol.window.document import Document
-from texvol.window.panels import browser, camera, contents, cut, edge, files, grips, light, offer, overlay, slices
+from texvol.window.panels import (
+    browser,
+    camera,
+    contents,
+    cut,
+    edge,
+    files,
+    grips,
+    light,
+    offer,
+    overlay,
+    parts,
+    slices,
+)
 from texvol.window.panels import medium as medium
 
 WIDTH = round(PANEL_WIDTH)  # default width
@@ -54,12 +67,7 @@ def over_picture(desk: Desk) -> None:
 
 def picture(texture: int, desk: Desk) -> None:
     """Draw the picture behind everything else."""
-    viewport = desk.viewport
-    imgui.get_background_draw_list().add_image(
-        imgui.ImTextureRef(texture),
-        imgui.ImVec2(viewport.x, viewport.y),
-        imgui.ImVec2(viewport.x + viewport.width, viewport.y + viewport.height),
-    )
+    imgui.get_background_draw_list().add_image(imgui.ImTextureRef(texture), *parts.corners(desk.viewport))
 
 
 def _tab(name: str, desk: Desk) -> None:

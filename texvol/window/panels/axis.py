@@ -43,7 +43,7 @@ class Axis:
 def bar(axis: Axis, medium: TransferFunction) -> None:
     """Draw the colours by value."""
     colors = srgb_from_linear(straight_colors(medium, np.linspace(*axis.shown, 65)))
-    top, height = imgui.get_cursor_screen_pos().y, _BAR * _scale()
+    top, height = imgui.get_cursor_screen_pos().y, _BAR * parts.scale()
     draw = imgui.get_window_draw_list()
     for position in range(64):
         left, right = (imgui.color_convert_float4_to_u32(parts.shade(colors[position + end])) for end in (0, 1))
@@ -58,8 +58,8 @@ def track(axis: Axis, state: dict[str, Any], curve: Curve, bounds: Ends) -> Curv
     ends = curve.points[0].value, curve.points[-1].value
     if not (ends[1] > ends[0] and axis.width > 0):
         return curve
-    start, height = imgui.get_cursor_screen_pos(), _TRACK * _scale()
-    aside = _REACH * _scale()  # so that a handle at the end of the axis is fully visible and can be dragged
+    start, height = imgui.get_cursor_screen_pos(), _TRACK * parts.scale()
+    aside = _REACH * parts.scale()  # so that a handle at the end of the axis is fully visible and can be dragged
     imgui.set_cursor_screen_pos(imgui.ImVec2(axis.left - aside, start.y))
     imgui.invisible_button("range track", imgui.ImVec2(axis.width + 2 * aside, height))
     imgui.set_item_tooltip("drag an end of the range, or the whole range")
@@ -74,7 +74,7 @@ def track(axis: Axis, state: dict[str, Any], curve: Curve, bounds: Ends) -> Curv
 
 def _draw(axis: Axis, ends: Ends, top: float, height: float, hold: Hold | None) -> None:
     draw, middle = imgui.get_window_draw_list(), top + height / 2
-    half, thin = _HANDLE * _scale(), height / 6
+    half, thin = _HANDLE * parts.scale(), height / 6
     right = axis.left + axis.width
     low, high = (min(max(axis.position(end), axis.left), right) for end in ends)
 
@@ -88,7 +88,3 @@ def _draw(axis: Axis, ends: Ends, top: float, height: float, hold: Hold | None) 
         if axis.shown[0] <= end <= axis.shown[1]:  # the end is inside the plot
             position = axis.position(end)
             box(position - half, position + half, 3 * thin, _HELD if held else _KNOB)
-
-
-def _scale() -> float:
-    return max(float(imgui.get_style().font_scale_dpi), 1.0)

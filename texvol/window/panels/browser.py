@@ -9,6 +9,7 @@ from imgui_bundle import imgui
 
 from texvol.window.browsing import Browser
 from texvol.window.desk import Desk
+from texvol.window.panels import parts
 
 _SIZE = imgui.ImVec2(560, 440)
 _WORDS = "reading options: --channel 1   --shape 64,64,64 --dtype uint8   --labels …"
@@ -19,7 +20,7 @@ def show(desk: Desk) -> None:
     browser = desk.browser
     if browser is None:
         return
-    viewport, scale = desk.viewport, max(imgui.get_style().font_scale_dpi, 1.0)
+    viewport, scale = desk.viewport, parts.scale()
     size = imgui.ImVec2(min(_SIZE.x * scale, max(viewport.width, 200)), min(_SIZE.y * scale, max(viewport.height, 160)))
     middle = imgui.ImVec2(viewport.x + viewport.width / 2, viewport.y + viewport.height / 2)
     imgui.set_next_window_pos(middle, imgui.Cond_.appearing.value, imgui.ImVec2(0.5, 0.5))

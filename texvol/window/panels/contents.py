@@ -110,7 +110,7 @@ def _mesh(desk: Desk, scene: Scene, number: int) -> None:
     imgui.same_line()
     imgui.text_unformatted(shortened(os.path.basename(shape.name), _LETTERS))
     imgui.set_item_tooltip(f"{shape.name}\n{_size(shape)}")
-    scale = max(imgui.get_style().font_scale_dpi, 1.0)
+    scale = parts.scale()
     imgui.set_next_item_width(_SLIDER * scale)
     changed, opacity = parts.slider("opacity", shape.opacity, _LEAST_OPACITY, 1.0, "%.2f")
     if changed:

@@ -39,7 +39,7 @@ def _open(desk: Desk) -> None:
     state = desk.panel_state
     if imgui.button("open a file …", imgui.ImVec2(-1, 0)):
         commands.run(desk, "open")
-    imgui.set_next_item_width(-70 * max(imgui.get_style().font_scale_dpi, 1))
+    imgui.set_next_item_width(-70 * parts.scale())
     entered, state["path"] = imgui.input_text_with_hint(
         "##path", "volume, scene.toml or tf.json", state.get("path", ""), imgui.InputTextFlags_.enter_returns_true
     )
@@ -61,7 +61,7 @@ def _name(desk: Desk, key: str, proposed: Callable[[], str]) -> str:
     state = desk.panel_state
     if not state.get(key):
         state[key] = proposed()
-    imgui.set_next_item_width(-110 * max(imgui.get_style().font_scale_dpi, 1))
+    imgui.set_next_item_width(-110 * parts.scale())
     _, state[key] = imgui.input_text(f"##{key}", state[key])
     imgui.same_line()
     if imgui.button(f"…##{key}"):

@@ -11,6 +11,7 @@ from texvol.window import handles
 from texvol.window.desk import Desk
 from texvol.window.handles import Handle
 from texvol.window.navigation import Position
+from texvol.window.panels import parts
 
 _LINE, _GRIP, _HELD = 0xA0_50_B8_FF, 0xFF_50_B8_FF, 0xFF_FF_FF_FF  # ABGR: amber, and white
 _TURNS = 0xFF_FF_C8_78  # light blue
@@ -30,11 +31,9 @@ def draw(desk: Desk) -> None:
     document = desk.document
     if document is None or not _shows(desk):
         return
-    camera, viewport = document.view.camera, desk.viewport
+    camera = document.view.camera
     drawn = imgui.get_background_draw_list()
-    drawn.push_clip_rect(
-        imgui.ImVec2(viewport.x, viewport.y), imgui.ImVec2(viewport.x + viewport.width, viewport.y + viewport.height)
-    )
+    drawn.push_clip_rect(*parts.corners(desk.viewport))
     for start, end in handles.outline(document.scene):
         one, other = handles.position_of(camera, start), handles.position_of(camera, end)
         if one is not None and other is not None:
@@ -124,6 +123,4 @@ def _pull(desk: Desk, handle: Handle, by: Position) -> None:
 
 
 def _point(desk: Desk, position: Position) -> imgui.ImVec2:
-    viewport = desk.viewport
-    half = viewport.height / 2
-    return imgui.ImVec2(viewport.x + viewport.width / 2 + position[0] * half, viewport.y + half - position[1] * half)
+    return imgui.ImVec2(*desk.viewport.point(position))

@@ -180,7 +180,7 @@ def _bounds(histogram: Histogram, curve: Curve) -> tuple[float, float]:
 
 
 def _tall() -> float:
-    scale = max(float(imgui.get_style().font_scale_dpi), 1.0)
+    scale = parts.scale()
     return float(min(max(_PLOT_FRACTION * imgui.get_window_height(), _LOWEST_PLOT * scale), _HIGHEST_PLOT * scale))
 
 

@@ -6,6 +6,7 @@ from imgui_bundle import imgui
 
 from texvol.window import contents, opening
 from texvol.window.desk import Desk
+from texvol.window.panels import parts
 
 _WIDTH = 300.0  # window coordinates at scale 1
 
@@ -15,7 +16,7 @@ def show(desk: Desk) -> None:
     paths, document = desk.offered, desk.document
     if not paths or document is None:
         return
-    viewport, scale = desk.viewport, max(imgui.get_style().font_scale_dpi, 1.0)
+    viewport, scale = desk.viewport, parts.scale()
     middle = imgui.ImVec2(viewport.x + viewport.width / 2, viewport.y + viewport.height / 2)
     imgui.set_next_window_pos(middle, imgui.Cond_.appearing.value, imgui.ImVec2(0.5, 0.5))
     flags = imgui.WindowFlags_.always_auto_resize | imgui.WindowFlags_.no_collapse

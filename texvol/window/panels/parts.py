@@ -9,8 +9,19 @@ from imgui_bundle import imgui
 from numpy.typing import NDArray
 
 from texvol.util.color import linear_from_srgb, srgb_from_linear
+from texvol.window.steering import Viewport
 
 Color = tuple[float, float, float]
+
+
+def scale() -> float:
+    """Return the scale of text and controls, at least 1."""
+    return max(float(imgui.get_style().font_scale_dpi), 1.0)
+
+
+def corners(viewport: Viewport) -> tuple[imgui.ImVec2, imgui.ImVec2]:
+    """Return the upper left and the lower right corner of the picture in the window."""
+    return imgui.ImVec2(viewport.x, viewport.y), imgui.ImVec2(viewport.x + viewport.width, viewport.y + viewport.height)
 
 
 def shade(shown: NDArray) -> imgui.ImVec4:

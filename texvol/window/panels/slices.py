@@ -70,13 +70,10 @@ def mark(desk: Desk) -> None:
     position = handles.position_of(document.view.camera, here)
     if position is None:
         return
-    viewport, arm = desk.viewport, _ARM * max(float(imgui.get_style().font_scale_dpi), 1.0)
-    x = viewport.x + viewport.width / 2 + position[0] * viewport.height / 2
-    y = viewport.y + viewport.height / 2 - position[1] * viewport.height / 2
+    arm = _ARM * parts.scale()
+    x, y = desk.viewport.point(position)
     drawn = imgui.get_background_draw_list()
-    drawn.push_clip_rect(
-        imgui.ImVec2(viewport.x, viewport.y), imgui.ImVec2(viewport.x + viewport.width, viewport.y + viewport.height)
-    )
+    drawn.push_clip_rect(*parts.corners(desk.viewport))
     for right, down in ((arm, 0.0), (0.0, arm)):
         for side in (-1, 1):  # the centre is left free
             start = imgui.ImVec2(x + side * right / 3, y + side * down / 3)
@@ -100,7 +97,7 @@ def _slices(desk: Desk, volume: Volume, medium: TransferFunction | None, width: 
     names = [alone] if alone else list(NAMES)
     extents = [state["slices"][name].extent(volume) for name in names]
     tiles = tiled(extents, width, height, _GAP)
-    least = _LEAST_SLICE * max(float(imgui.get_style().font_scale_dpi), 1.0)
+    least = _LEAST_SLICE * parts.scale()
     narrow = tiles[0].width < _SMALL * width and tiles[0].columns == 1
     if not alone and (narrow or min(tile.width for tile in tiles) < least):
         tiles = tiled(extents, width, np.inf, _GAP)
@@ -122,7 +119,8 @@ def _texture(desk: Desk, name: str, volume: Volume, medium: TransferFunction | N
         values = slice_.values(volume, number)
         return grey(values, window) if medium is None else painted(values, medium)
 
-    return desk.texture(name, (id(volume), number, window if medium is None else medium), make)
+    assert desk.textures is not None
+    return desk.textures.get(name, (id(volume), number, window if medium is None else medium), make)
 
 
 def _text(x: float, y: float, text: str) -> None:
