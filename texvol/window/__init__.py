@@ -19,7 +19,7 @@ file is to be written.
 | `navigation`, `steering` | camera moves as mathematics; events → camera moves and commands |
 | `events`, `script`, `timings` | input events as data; recording and playback; table of frame times |
 | `quality`, `director` | coarseness of a picture; which process draws which picture |
-| `painter`, `painting`, `jobs`, `parcels` | a painting process: parent side, child side, messages, transport |
+| `painter`, `painting`, `jobs`, `transport` | a painting process: parent side, child side, messages, transport |
 | `screen`, `interface` | GLFW window; Dear ImGui in that window |
 | `panels` | side panel, overlays and dialogs |
 | `editing`, `histogram`, `ranges`, `handles`, `probe`, `slices` | models behind the panels |

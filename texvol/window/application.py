@@ -18,13 +18,13 @@ from texvol.window.document import Document
 from texvol.window.events import Event, Queue
 from texvol.window.interface import Interface
 from texvol.window.painter import Painter
-from texvol.window.parcels import Shared
 from texvol.window.probe import at_point, first_medium
 from texvol.window.quality import DEFAULT_ERROR, DEFAULT_FRAMES_PER_SECOND, SETTLED, Pace
 from texvol.window.screen import Screen, Texture, Textures
 from texvol.window.script import Action, Player, Recorder
 from texvol.window.steering import Viewport
 from texvol.window.timings import Frame
+from texvol.window.transport import SharedArrays
 
 _FRAME = 1 / 60  # seconds: screens show no more frames, and the painting processes need the cores
 _IDLE = 0.5  # seconds between checks for changes that raise no event
@@ -90,7 +90,7 @@ class Application:
             self._interface = Interface(screen)
             self._closers.append(self._interface.close)
             self._picture = Texture(screen.gl)
-            self._shared = Shared()
+            self._shared = SharedArrays()
             self._closers.append(self._shared.close)
             self._mover, refiner = self._painter(0), self._painter(_REFINER_NICENESS)
             self._painters = [self._mover, refiner]

@@ -22,7 +22,7 @@ from texvol.util import writing
 from texvol.util.errors import InputError
 from texvol.util.package import environment_of_child
 from texvol.window.jobs import Answer, Job
-from texvol.window.parcels import Sender, Shared
+from texvol.window.transport import Sender, SharedArrays
 
 _CLOSED = np.iinfo(np.int64).max
 _PATIENCE = 2.0  # seconds to wait for the end of a killed process
@@ -33,7 +33,7 @@ class Painter:
 
     Parameters
     ----------
-    shared : Shared
+    shared : SharedArrays
         Shared memory of arrays that go to several processes.
     wake : callable
         Called on another thread after each answer.
@@ -46,7 +46,7 @@ class Painter:
         If the process can't be started.
     """
 
-    def __init__(self, shared: Shared, wake: Callable[[], None], niceness: int = 0) -> None:
+    def __init__(self, shared: SharedArrays, wake: Callable[[], None], niceness: int = 0) -> None:
         self._shared, self._wake, self._niceness = shared, wake, niceness
         self._numbers = itertools.count(1)
         self._answers: deque[Answer] = deque()

@@ -35,7 +35,7 @@ from texvol.slicing import slabs as slicing
 from texvol.util import writing
 from texvol.util.errors import AccuracyWarning
 from texvol.window.jobs import Answer, Job
-from texvol.window.parcels import Receiver
+from texvol.window.transport import Receiver
 
 # Seconds that a group of rows takes: a tenth of a noticeable delay.
 _PIECE = 0.015
@@ -125,7 +125,7 @@ class PiecewiseRenderer(Renderer):
         }
 
 
-class Easel:
+class JobRunner:
     """Renderer, and the code that turns jobs into answers."""
 
     def __init__(self, answer: Callable[[Answer], None], newest: Callable[[], int]) -> None:
@@ -261,7 +261,7 @@ def serve(connection_descriptor: int, newest_descriptor: int, niceness: int) -> 
     warnings.simplefilter("ignore")  # nobody reads this process's output; warnings for the user are caught elsewhere
     with contextlib.suppress(EOFError, ConnectionError):
         try:
-            easel = Easel(lambda answer: connection.send(answer), lambda: int(newest[0]))
+            runner = JobRunner(lambda answer: connection.send(answer), lambda: int(newest[0]))
         except Exception as error:
             connection.send(Answer("failed", 0, text=str(error), metadata={"error": "ContextError"}))
             return
@@ -269,7 +269,7 @@ def serve(connection_descriptor: int, newest_descriptor: int, niceness: int) -> 
             while True:
                 job = receiver.receive()
                 if int(newest[0]) <= job.number:
-                    easel.paint(job)
+                    runner.paint(job)
 
 
 def _end_with(parent: int) -> None:

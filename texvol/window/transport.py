@@ -30,7 +30,7 @@ _KNOWN_BY_IDENTITY = (Volume, TransferFunction, Mask, AddedVolume, Mesh, Lines)
 _LARGE = 1 << 16  # bytes: capacity of a pipe
 
 
-class Shared:
+class SharedArrays:
     """Memory files of arrays, one for each array, used by all processes."""
 
     def __init__(self) -> None:
@@ -62,7 +62,7 @@ class Shared:
 class Sender:
     """Sending end: pickles messages for one process."""
 
-    def __init__(self, connection: Connection, shared: Shared) -> None:
+    def __init__(self, connection: Connection, shared: SharedArrays) -> None:
         self._connection, self._shared = connection, shared
         self._sent: dict[int, Any] = {}  # by identity; kept alive, so that no other object gets the same identity
         self._needed: set[int] = set()
