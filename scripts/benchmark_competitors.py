@@ -19,9 +19,10 @@ from benchmark_timing import seconds_of
 from numpy.typing import NDArray
 from plain_marcher import PlainMarcher
 
-from texvol import Renderer, Scene, vtk_mappers
-from texvol.convergence import Limits
-from texvol.convergence import Truths as BothTruths
+from texvol import Renderer, Scene
+from texvol.report import vtk_mappers
+from texvol.report.convergence import Limits
+from texvol.report.convergence import Truths as BothTruths
 
 WANTED = (1e-2, 3e-3, 1e-3)
 # Light that ends unseen behind this transmittance adds to the error, at most as much: it is a share of what is wanted.

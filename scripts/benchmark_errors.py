@@ -17,7 +17,8 @@ from benchmark_scenes import FILES, Truths, built_in, real
 from benchmark_timing import Run, columns, heading, milliseconds, row
 from numpy.typing import NDArray
 
-from texvol import Renderer, Scene, vtk_mappers
+from texvol import Renderer, Scene
+from texvol.report import vtk_mappers
 
 _FINALISTS = 2
 _SWEEP_SECONDS, _QUICK_SWEEP_SECONDS = 60.0, 20.0  # of each classification, and of the marcher, in each scene

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol import Scene
-from texvol.contexts import open_context
-from texvol.render import bake
-from texvol.texture_store import MODERNGL_TYPES
+from texvol.opengl.contexts import open_context
+from texvol.opengl.texture_store import MODERNGL_TYPES
+from texvol.rendering.render import bake
 
 _VERTEX = """
 #version 330

@@ -12,7 +12,7 @@ from benchmark_scenes import SIZE, Truths, built_in, rms
 from benchmark_timing import Run, columns, frame_seconds, heading, in_turns, milliseconds, row, seconds_of
 
 from texvol import Renderer, Scene, TransferFunction
-from texvol.scene import Classification
+from texvol.scene.scene import Classification
 
 _WANTED = 1e-3
 _COARSEST, _FINEST = 2.0**-5, 8.0

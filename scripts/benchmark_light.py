@@ -11,7 +11,7 @@ from benchmark_skipping import real_scenes
 from benchmark_timing import Run, columns, frame_seconds, heading, in_turns, milliseconds, row
 
 from texvol import DepthCue, Light, Lighting, Renderer, Scene
-from texvol.transfer import preset
+from texvol.scene.transfer import preset
 
 _RATE = 1.0
 _SUN = Light("directional", (-1.0, -2.0, 2.0))

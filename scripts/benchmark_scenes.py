@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import texvol
-from texvol import Camera, Scene, TransferFunction, Volume, transfer
+from texvol import Camera, Scene, TransferFunction, Volume
+from texvol.scene import transfer
 
 SIZE = (512, 512)
 VIEW = np.array([0.6, 0.45, -0.66])  # along which the built-in scenes are seen

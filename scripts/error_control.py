@@ -16,13 +16,13 @@ from pathlib import Path
 import numpy as np
 
 from texvol import load
-from texvol.camera import Camera
-from texvol.error_control import Draw, converging, thickness_for_error
 from texvol.ray_casting import raycast
-from texvol.renderer import Renderer
-from texvol.scene import CLASSIFICATIONS, Scene
-from texvol.transfer import TransferFunction
-from texvol.volume import Volume
+from texvol.rendering.error_control import Draw, converging, thickness_for_error
+from texvol.rendering.renderer import Renderer
+from texvol.scene.camera import Camera
+from texvol.scene.scene import CLASSIFICATIONS, Scene
+from texvol.scene.transfer import TransferFunction
+from texvol.scene.volume import Volume
 
 WANTED = (1e-1, 3e-2, 1e-2, 3e-3, 1e-3, 3e-4, 1e-4)
 SIZE = (96, 96)

@@ -34,7 +34,7 @@ from fuzz_children import OUTCOMES, READ, REFUSED, Finding, Limits, Results, run
 from fuzz_mutations import damaged
 from fuzz_seeds import Seed, seeds
 
-from texvol.errors import TexvolError
+from texvol.util.errors import TexvolError
 
 BLOCK = 500  # inputs of a child
 _FURTHER = {"volume": "info", "picture": "diff"}  # what a fraction of the files are read for

@@ -26,7 +26,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import IO, NamedTuple
 
-from texvol.errors import TexvolError
+from texvol.util.errors import TexvolError
 
 Attempt = Callable[[int], int]
 

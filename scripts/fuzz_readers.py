@@ -13,23 +13,24 @@ from unittest.mock import patch
 import numpy as np
 from fuzz_seeds import STEPS, VALUES
 
-from texvol import information, options
 from texvol.annotation.lettering import Lettering
+from texvol.cli import information
 from texvol.comparison.judged import judged
 from texvol.comparison.limits import named_limits
 from texvol.comparison.outcome import examine
 from texvol.comparison.pictures import Picture, read_picture
-from texvol.errors import InputError, TexvolError
+from texvol.formats.readers import TimeSeries, load
 from texvol.geometry.reading import load_mesh
-from texvol.mask import Mask
+from texvol.options import scene_options as options
+from texvol.options.transform import transform
+from texvol.provenance.scene_metadata import ATTRIBUTE
+from texvol.provenance.stored_scene import scene_from_facts, stored_scene_of
 from texvol.pytest_plugin.references import fingerprint_of
 from texvol.pytest_plugin.repeats import repeats_of
-from texvol.readers import TimeSeries, load
-from texvol.scene_facts import ATTRIBUTE
-from texvol.stored_scene import scene_from_facts, stored_scene_of
-from texvol.transfer import files as transfer_files
-from texvol.transform_options import transform
-from texvol.volume import Volume
+from texvol.scene.mask import Mask
+from texvol.scene.transfer import files as transfer_files
+from texvol.scene.volume import Volume
+from texvol.util.errors import InputError, TexvolError
 from texvol.window import recent, script
 
 _VOLUME = Volume(VALUES, (1, 2, 3), name="v.npy")

@@ -10,17 +10,17 @@ from pathlib import Path
 import numpy as np
 from fuzz_seeds import VALUES, Seed, written
 
-from texvol import image
-from texvol.added_volume import AddedVolume
-from texvol.camera import Camera
-from texvol.cutting import ClipPlane
+from texvol.formats.pictures import image
 from texvol.geometry import Mesh
-from texvol.lighting import DepthCue, Light, Lighting
-from texvol.mask import Mask
-from texvol.scene import Scene
-from texvol.scene_facts import ATTRIBUTE, scene_facts
-from texvol.transfer import TransferFunction
-from texvol.volume import Volume
+from texvol.provenance.scene_metadata import ATTRIBUTE, scene_facts
+from texvol.scene.added_volume import AddedVolume
+from texvol.scene.camera import Camera
+from texvol.scene.cutting import ClipPlane
+from texvol.scene.lighting import DepthCue, Light, Lighting
+from texvol.scene.mask import Mask
+from texvol.scene.scene import Scene
+from texvol.scene.transfer import TransferFunction
+from texvol.scene.volume import Volume
 
 MATTER = TransferFunction([0.0, 20.0, 20.0, 60.0], np.full((4, 3), (0.9, 0.5, 0.1)), [0.0, 0.1, 0.2, np.inf])
 _CORNERS = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], float)

@@ -27,9 +27,14 @@ from gallery_page import page
 from gallery_volumes import built_in
 from numpy.typing import NDArray
 
-from texvol import Renderer, Scene, Volume, display, image, options, reading_options, writing
-from texvol.errors import InputError, TexvolError
-from texvol.transfer.files import from_content
+from texvol import Renderer, Scene, Volume
+from texvol.formats.pictures import image
+from texvol.options import reading as reading_options
+from texvol.options import scene_options as options
+from texvol.scene import display
+from texvol.scene.transfer.files import from_content
+from texvol.util import color, writing
+from texvol.util.errors import InputError, TexvolError
 
 REPOSITORY = Path(__file__).resolve().parents[1]
 REFERENCES = REPOSITORY / "tests" / "references" / "readme"
@@ -108,7 +113,7 @@ def depth_picture(renderer: Renderer, supersampling: int = SUPERSAMPLING) -> NDA
     picture = np.zeros((*depth.shape, 4), np.float32)
     near, far = (float(depth[hit].min()), float(depth[hit].max())) if hit.any() else (0.0, 1.0)
     share = (far - depth[hit]) / max(far - near, 1e-300)
-    picture[hit, :3] = image.linear_from_srgb(share * (1 - _FARTHEST_GREY) + _FARTHEST_GREY)[:, np.newaxis]
+    picture[hit, :3] = color.linear_from_srgb(share * (1 - _FARTHEST_GREY) + _FARTHEST_GREY)[:, np.newaxis]
     picture[hit, 3] = 1
     return averaged(picture, supersampling)
 

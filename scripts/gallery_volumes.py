@@ -10,7 +10,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.volume import Volume
+from texvol.scene.volume import Volume
 
 Axes = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]  # x, y, z, to be broadcast to (z, y, x)
 

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates
 
-from texvol.scene import Scene
-from texvol.slicing import SLABS_PER_STACK
-from texvol.volume import Volume
+from texvol.scene.scene import Scene
+from texvol.scene.volume import Volume
+from texvol.slicing.slabs import SLABS_PER_STACK
 
 Numbers = NDArray[np.float64]
 ULP = 2.0**-24  # half the distance of float32 numbers in [1, 2): what one rounding of a number up to 1 costs at most

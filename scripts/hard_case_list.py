@@ -16,10 +16,10 @@ import hard_case_bounds as bounds
 import numpy as np
 from hard_case_bounds import Drawing
 
-from texvol.camera import Camera
-from texvol.scene import CLASSIFICATIONS, Scene
-from texvol.transfer import TransferFunction
-from texvol.volume import Volume
+from texvol.scene.camera import Camera
+from texvol.scene.scene import CLASSIFICATIONS, Scene
+from texvol.scene.transfer import TransferFunction
+from texvol.scene.volume import Volume
 
 FLOAT32 = {"texture_format": "rgba32f", "target_format": "rgba32f"}
 COLOR = (0.9, 0.6, 0.3)

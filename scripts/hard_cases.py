@@ -22,9 +22,9 @@ from hard_case_list import HardCase, hard_cases
 
 from texvol.comparison import compare
 from texvol.ray_casting import raycast
-from texvol.renderer import Renderer
-from texvol.scene import Scene
-from texvol.slicing import slab_stacks
+from texvol.rendering.renderer import Renderer
+from texvol.scene.scene import Scene
+from texvol.slicing.slabs import slab_stacks
 
 TIGHT = 10  # a bound more than this above what is measured says little, unless it says why
 COLUMNS = ("case", "seconds", "max_error", "rms_error", "bound", "bound / max", "verdict", "bound from")

@@ -14,16 +14,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.added_volume import AddedVolume
-from texvol.camera import Camera
-from texvol.cutting import ClipPlane
-from texvol.errors import InputError
-from texvol.gradient import Estimator
-from texvol.lighting import DepthCue, Light, Lighting
-from texvol.mask import Mask
-from texvol.scene import CLASSIFICATIONS, MODES, Scene
-from texvol.transfer import TransferFunction
-from texvol.volume import Volume
+from texvol.scene.added_volume import AddedVolume
+from texvol.scene.camera import Camera
+from texvol.scene.cutting import ClipPlane
+from texvol.scene.gradient import Estimator
+from texvol.scene.lighting import DepthCue, Light, Lighting
+from texvol.scene.mask import Mask
+from texvol.scene.scene import CLASSIFICATIONS, MODES, Scene
+from texvol.scene.transfer import TransferFunction
+from texvol.scene.volume import Volume
+from texvol.util.errors import InputError
 
 Random = np.random.Generator
 SIZE = (32, 32)

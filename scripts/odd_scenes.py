@@ -26,9 +26,9 @@ import numpy as np
 from numpy.typing import NDArray
 from odd_scene_list import OddScene, odd_scene
 
-from texvol.errors import TexvolError
 from texvol.ray_casting import raycast
-from texvol.renderer import Renderer
+from texvol.rendering.renderer import Renderer
+from texvol.util.errors import TexvolError
 
 # Estimates at a fixed thickness come from a sixteenth of the pixels, here 8 x 8, which pass over what lies between.
 LOOSE = 3.0

@@ -16,7 +16,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.scene import Scene
+from texvol.scene.scene import Scene
 
 TABLE_ENTRIES = 4096  # a spike of a hundredth of the range still has 40 on either side
 NEAREST_TO_ZERO = 1e-20  # of a direction's component: its reciprocal is a float32

@@ -14,8 +14,8 @@ import sys
 import time
 from pathlib import Path
 
-from texvol import image
 from texvol.comparison import compare
+from texvol.formats.pictures import image
 
 # Folder, file, how to read it, and the scene.
 VOLUMES: list[tuple[str, str, str, str]] = [

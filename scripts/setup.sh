@@ -74,7 +74,7 @@ fi
 
 # 3. OpenGL.
 
-try_backend="import sys; from texvol.contexts import open_context; open_context(sys.argv[1]).release()"
+try_backend="import sys; from texvol.opengl.contexts import open_context; open_context(sys.argv[1]).release()"
 opens() { "$python" -c "$try_backend" "$1" 2>/dev/null; }
 
 mesa() {

@@ -8,9 +8,9 @@ from texvol.annotation import Annotation, annotate
 from texvol.annotation.lettering import Lettering
 from texvol.annotation.sheet import Sheet
 from texvol.annotation.view import View
-from texvol.camera import Camera, Projection
-from texvol.scene import Scene
-from texvol.volume import Volume
+from texvol.scene.camera import Camera, Projection
+from texvol.scene.scene import Scene
+from texvol.scene.volume import Volume
 
 EVERYTHING = {"box": True, "axes": True, "legend": True, "scale_bar": True, "title": "All of it, µm² at 45°"}
 DIRECTIONS = {

@@ -8,8 +8,8 @@ import numpy as np
 
 from texvol.comparison.mistakes import Bench, drawn
 from texvol.comparison.planting import PlantedRenderer
-from texvol.scene import Scene
-from texvol.stored_scene import StoredScene
+from texvol.provenance.stored_scene import StoredScene
+from texvol.scene.scene import Scene
 
 SIZE = (48, 40)
 CLASSIFICATIONS = ("slab", "extinction", "post", "integrated")

@@ -11,7 +11,7 @@ from browser import browser  # noqa: F401 (a fixture)
 from small_pictures import BACKENDS, backend_or_skip
 from viewer import open_page  # noqa: F401 (a fixture)
 
-from texvol.contexts import Context, open_context
+from texvol.opengl.contexts import Context, open_context
 
 # A shell that runs the tests in the background has them ignore ctrl-C, and what they start would inherit that.
 if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from texvol.camera import Camera
-from texvol.lighting import Light, Lighting
-from texvol.transfer import TransferFunction
-from texvol.volume import Volume
+from texvol.scene.camera import Camera
+from texvol.scene.lighting import Light, Lighting
+from texvol.scene.transfer import TransferFunction
+from texvol.scene.volume import Volume
 
 SLOPE = np.array([0.4, -0.7, 0.5])  # data units per world unit
 COLOR, EXTINCTION = np.array([0.9, 0.5, 0.1]), 0.8

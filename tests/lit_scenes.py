@@ -8,13 +8,13 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 from scenes import path_lengths
 
-from texvol.camera import Camera, Projection
-from texvol.lighting import Light, Lighting
 from texvol.ray_casting import raycast
-from texvol.renderer import Renderer
-from texvol.scene import Scene
-from texvol.transfer import TransferFunction
-from texvol.volume import Volume
+from texvol.rendering.renderer import Renderer
+from texvol.scene.camera import Camera, Projection
+from texvol.scene.lighting import Light, Lighting
+from texvol.scene.scene import Scene
+from texvol.scene.transfer import TransferFunction
+from texvol.scene.volume import Volume
 
 SIZE = (24, 24)
 ULP = 2.0**-24
@@ -82,7 +82,7 @@ def scaled(matter: TransferFunction, low: float, high: float, world: float = 1.0
 
 
 def shade(lighting: Lighting, slope: NDArray, to_eye: NDArray, fade: float) -> tuple[NDArray, NDArray]:
-    """D and S of `texvol.lighting`, each (h, w, 3), where the gradient is `slope` all over; no point lights."""
+    """D and S of `texvol.scene.lighting`, each (h, w, 3), where the gradient is `slope` all over; no point lights."""
     magnitude = np.linalg.norm(slope)
     normal = np.broadcast_to(-slope / magnitude, to_eye.shape)
     if lighting.two_sided:

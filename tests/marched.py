@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.gradient import gradients
-from texvol.mask import Mask
 from texvol.ray_casting.projection_shading import answer
-from texvol.scene import Scene
-from texvol.transfer import TransferFunction
-from texvol.volume import Volume
+from texvol.scene.gradient import gradients
+from texvol.scene.mask import Mask
+from texvol.scene.scene import Scene
+from texvol.scene.transfer import TransferFunction
+from texvol.scene.volume import Volume
 
 Numbers = NDArray[np.float64]
 

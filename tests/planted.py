@@ -17,16 +17,16 @@ from unittest.mock import patch
 
 import texvol
 from texvol.comparison.planting import Replacement, replaced, replaced_shaders
-from texvol.compositor import Compositor
-from texvol.renderer import Renderer
-from texvol.slicing import slab_stacks
+from texvol.opengl.compositor import Compositor
+from texvol.rendering.renderer import Renderer
+from texvol.slicing.slabs import slab_stacks
 
 PACKAGE = Path(texvol.__file__).parent
 
 # Where a module's planted twin has to be put for the renderer to use it.
 _USERS = {
-    "compositor.py": "texvol.renderer.Compositor",
-    "optics.py": "texvol.slab_texture.optics",
+    "compositor.py": "texvol.rendering.renderer.Compositor",
+    "optics.py": "texvol.textures.slab_texture.optics",
     "slab_texture.py": "texvol.render.slab_texture",
 }
 
@@ -91,7 +91,7 @@ def planted(*replacements: Replacement) -> Iterator[Renderer]:
         folder = stack.enter_context(replaced_shaders(*in_shaders))
         twins = {file: _module(file, modules[file]) for file in touched}
         compositor = twins.pop("compositor.py").Compositor if "compositor.py" in twins else Compositor
-        stack.enter_context(patch("texvol.renderer.Compositor", partial(compositor, shaders=folder)))
+        stack.enter_context(patch("texvol.rendering.renderer.Compositor", partial(compositor, shaders=folder)))
         for file, twin in twins.items():
             stack.enter_context(patch(_USERS[file], twin))
         yield stack.enter_context(Renderer())

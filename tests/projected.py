@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scenes import inside, path_lengths
 
-from texvol.camera import Camera
 from texvol.ray_casting.projection import project
-from texvol.scene import Scene
-from texvol.volume import Volume
+from texvol.scene.camera import Camera
+from texvol.scene.scene import Scene
+from texvol.scene.volume import Volume
 
 NUMBERS = ("xray", "average", "mip", "minip")
 MODES = (*NUMBERS, "isosurface")

@@ -6,9 +6,10 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from texvol import options, reading_options
-from texvol.options import SceneOptions
-from texvol.scene import Scene
+from texvol.options import reading as reading_options
+from texvol.options import scene_options as options
+from texvol.options.scene_options import SceneOptions
+from texvol.scene.scene import Scene
 
 
 def chosen(*line: str, file: str | None = None, path: str = "scene.toml", volume: str = "v.npy") -> SceneOptions:

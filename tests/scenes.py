@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from texvol.camera import Camera, Projection
-from texvol.transfer import TransferFunction
-from texvol.volume import Volume
+from texvol.scene.camera import Camera, Projection
+from texvol.scene.transfer import TransferFunction
+from texvol.scene.volume import Volume
 
 FOG = TransferFunction(
     np.array([0, 0.3, 0.6, 1]),

@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 from scenes import constant
 
 from texvol import Camera, Scene, Volume
-from texvol.added_volume import AddedVolume
-from texvol.cutting import ClipPlane
+from texvol.scene.added_volume import AddedVolume
+from texvol.scene.cutting import ClipPlane
 
 Numbers = NDArray[np.float64]
 Triple = tuple[float, float, float]

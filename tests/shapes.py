@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import ConvexHull
 
-from texvol.camera import Camera
 from texvol.geometry import Mesh
-from texvol.volume import Volume
+from texvol.scene.camera import Camera
+from texvol.scene.volume import Volume
 
 Numbers = NDArray[np.float64]
 

@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from texvol.contexts import Context, egl, native, open_context, osmesa
-from texvol.errors import ContextError
+from texvol.opengl.contexts import Context, egl, native, open_context, osmesa
+from texvol.util.errors import ContextError
 
 BACKENDS = "egl", "osmesa"
 SIZE = 32

@@ -10,14 +10,14 @@ import pytest
 from projected import CAMERAS, SIZE, every_grid, every_view, noise, orders_of_sums, scene_of, with_gaps
 from scenes import path_lengths, smooth_volume
 
-from texvol.air import HOUNSFIELD, air_in_8_bits, attenuation_of, hounsfield_by
-from texvol.camera import Camera
-from texvol.errors import InputError
-from texvol.mask import Mask
 from texvol.ray_casting.projection import project
-from texvol.renderer import Renderer
-from texvol.scene import Scene
-from texvol.volume import Volume
+from texvol.rendering.renderer import Renderer
+from texvol.scene.air import HOUNSFIELD, air_in_8_bits, attenuation_of, hounsfield_by
+from texvol.scene.camera import Camera
+from texvol.scene.mask import Mask
+from texvol.scene.scene import Scene
+from texvol.scene.volume import Volume
+from texvol.util.errors import InputError
 
 
 @pytest.fixture(scope="module")

@@ -14,14 +14,14 @@ from dicom_files import written_series
 from test_air import ct
 
 import texvol
-from texvol import image
 from texvol.__main__ import main
-from texvol.air import HOUNSFIELD, hounsfield_by
-from texvol.camera import Camera
+from texvol.formats.pictures import image
+from texvol.provenance.scene_metadata import ATTRIBUTE
 from texvol.ray_casting.projection import project
-from texvol.scene import Scene
-from texvol.scene_facts import ATTRIBUTE
-from texvol.volume import Volume
+from texvol.scene.air import HOUNSFIELD, hounsfield_by
+from texvol.scene.camera import Camera
+from texvol.scene.scene import Scene
+from texvol.scene.volume import Volume
 
 SIZE = (40, 32)
 LEVEL = 1 / 255
@@ -180,5 +180,7 @@ def test_info_says_what_values_are_taken_for(volume, capsys):
 
 def test_presets_of_ct_believe_the_file():
     cropped = np.clip(ct(), 0, 900)
-    own = [texvol.transfer.preset("ct-bone", Volume(cropped, value_unit=unit)).values.tolist() for unit in ("", "HU")]
+    own = [
+        texvol.scene.transfer.preset("ct-bone", Volume(cropped, value_unit=unit)).values.tolist() for unit in ("", "HU")
+    ]
     assert own[1] == [150, 250, 500, 1200] and own[0] != own[1]

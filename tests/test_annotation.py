@@ -10,12 +10,12 @@ from annotated import DIRECTIONS, EVERYTHING, corners, coverage, crooked, ink, o
 from hypothesis import given
 from hypothesis import strategies as st
 
-from texvol import image
 from texvol.annotation import Annotation, annotate, marks
-from texvol.camera import Camera, Projection
-from texvol.errors import InputError
-from texvol.scene import Scene
-from texvol.volume import Volume
+from texvol.formats.pictures import image
+from texvol.scene.camera import Camera, Projection
+from texvol.scene.scene import Scene
+from texvol.scene.volume import Volume
+from texvol.util.errors import InputError
 
 SIZE = (200, 160)
 BOTH = ("orthographic", "perspective")

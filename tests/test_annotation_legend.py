@@ -10,16 +10,16 @@ import pytest
 from annotated import blank, crooked
 from scenes import BONE, FOG
 
-from texvol import display, transfer
 from texvol.annotation import Annotation, annotate
 from texvol.annotation.drawing import place_all
 from texvol.annotation.legend import draw_legends
 from texvol.annotation.legend_content import Content, content_of
-from texvol.errors import InputError
-from texvol.image import linear_from_srgb
-from texvol.scene import Scene
-from texvol.transfer import TransferFunction
-from texvol.volume import Volume
+from texvol.scene import display, transfer
+from texvol.scene.scene import Scene
+from texvol.scene.transfer import TransferFunction
+from texvol.scene.volume import Volume
+from texvol.util.color import linear_from_srgb
+from texvol.util.errors import InputError
 
 SIZE = (400, 500)
 # Values from 0 to 1, both among them.

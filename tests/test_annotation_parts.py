@@ -20,10 +20,10 @@ from texvol.annotation.orientation import border_letters, draw_orientation, lett
 from texvol.annotation.scale_bar import bar_length, bar_text
 from texvol.annotation.sheet import Rect
 from texvol.annotation.view import EDGES, View
-from texvol.camera import Camera, Projection
-from texvol.errors import InputError
-from texvol.scene import Scene
-from texvol.volume import Volume
+from texvol.scene.camera import Camera, Projection
+from texvol.scene.scene import Scene
+from texvol.scene.volume import Volume
+from texvol.util.errors import InputError
 
 SIZE = (480, 400)
 BOTH = ("orthographic", "perspective")

@@ -16,8 +16,8 @@ from test_architecture import imported_by
 from texvol.annotation import PARTS, Annotation, annotate, check, rounding
 from texvol.annotation.drawing import place_all
 from texvol.annotation.lettering import Lettering, one_line
-from texvol.errors import InputError, MissingExtraError
-from texvol.scene import Scene
+from texvol.scene.scene import Scene
+from texvol.util.errors import InputError, MissingExtraError
 
 SIZE = (300, 200)
 
@@ -123,8 +123,8 @@ def test_what_is_not_asked_for_is_not_imported(tmp_path: Path) -> None:
     code = (
         "import sys, numpy as np\n"
         "from texvol.annotation import Annotation, annotate, check, with_room\n"
-        "from texvol.scene import Scene\n"
-        "from texvol.volume import Volume\n"
+        "from texvol.scene.scene import Scene\n"
+        "from texvol.scene.volume import Volume\n"
         "scene, picture = Scene(Volume(np.zeros((8, 8, 8)))), np.zeros((8, 8, 4), np.float32)\n"
         "check(Annotation(), scene)\n"
         "camera = scene.camera_for((8, 8))\n"

@@ -9,17 +9,17 @@ import pytest
 from annotated import coverage, crooked, outside, projected
 from scenes import BONE, FOG
 
-from texvol import transfer
-from texvol.added_volume import AddedVolume, common_box
 from texvol.annotation import Annotation, with_room
 from texvol.annotation.drawing import framed, place_all
 from texvol.annotation.legends import contents_of
 from texvol.annotation.lettering import Lettering
 from texvol.annotation.sheet import Sheet
 from texvol.annotation.view import View
-from texvol.camera import Camera
-from texvol.scene import Scene
-from texvol.volume import Volume
+from texvol.scene import transfer
+from texvol.scene.added_volume import AddedVolume, common_box
+from texvol.scene.camera import Camera
+from texvol.scene.scene import Scene
+from texvol.scene.volume import Volume
 
 SIZE = (600, 500)
 FIRST = crooked("straight")  # from (-32.5, 10, 98) on, 40 x 36 x 28 mm

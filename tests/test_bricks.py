@@ -12,21 +12,23 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scenes import BONE, FOG, inside, random_volume, smooth_volume, sparse_volume
 
-from texvol import bricks, optics, slicing
-from texvol.bricks import Brick
-from texvol.camera import Camera, Projection
-from texvol.compositor import Compositor, Drawing
-from texvol.contexts import Context, open_context
-from texvol.cutting import ClipPlane
-from texvol.errors import InputError
-from texvol.lighting import Lighting
+from texvol.opengl.compositor import Compositor, Drawing
+from texvol.opengl.contexts import Context, open_context
+from texvol.opengl.texture_store import TextureStore
 from texvol.ray_casting import raycast
-from texvol.render import bake
-from texvol.renderer import Renderer
-from texvol.scene import CLASSIFICATIONS, Classification, Scene
-from texvol.texture_store import TextureStore
-from texvol.transfer import TransferFunction, label_function
-from texvol.volume import Volume
+from texvol.rendering.render import bake
+from texvol.rendering.renderer import Renderer
+from texvol.scene import optics
+from texvol.scene.camera import Camera, Projection
+from texvol.scene.cutting import ClipPlane
+from texvol.scene.lighting import Lighting
+from texvol.scene.scene import CLASSIFICATIONS, Classification, Scene
+from texvol.scene.transfer import TransferFunction, label_function
+from texvol.scene.volume import Volume
+from texvol.slicing import bricks
+from texvol.slicing import slabs as slicing
+from texvol.slicing.bricks import Brick
+from texvol.util.errors import InputError
 
 SIZE = (40, 36)
 SAME = 2e-6

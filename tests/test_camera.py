@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from texvol.camera import Camera, Projection
-from texvol.errors import InputError
-from texvol.volume import Volume
+from texvol.scene.camera import Camera, Projection
+from texvol.scene.volume import Volume
+from texvol.util.errors import InputError
 
 SIZE = (8, 6)
 projections = pytest.mark.parametrize("projection", ["orthographic", "perspective"])

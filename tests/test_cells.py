@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from scenes import sparse_volume
 from scipy.ndimage import map_coordinates, maximum_filter
 
-from texvol.cells import CELL, Cells
-from texvol.gradient import Estimator, EstimatorKind, gradients
-from texvol.transfer import TransferFunction
-from texvol.volume import Volume
+from texvol.scene.gradient import Estimator, EstimatorKind, gradients
+from texvol.scene.transfer import TransferFunction
+from texvol.scene.volume import Volume
+from texvol.slicing.cells import CELL, Cells
 
 seeds = st.integers(0, 2**32 - 1)
 sizes = st.tuples(*[st.integers(1, 20)] * 3)

@@ -16,11 +16,11 @@ from test_far_values import SIZE, VIEW, matter_to, wave
 from test_quick_png import header
 
 from texvol import Renderer, Scene, TransferFunction, Volume, raycast
-from texvol.checking import ATTRIBUTE, Check, check_picture, chosen_pixels, errors_of, share_at_most
-from texvol.command_line import main
-from texvol.errors import AccuracyWarning, InputError
-from texvol.marching import can_march, march_pixels
+from texvol.cli.command_line import main
 from texvol.ray_casting import raycast_pixels
+from texvol.rendering.checking import ATTRIBUTE, Check, check_picture, chosen_pixels, errors_of, share_at_most
+from texvol.rendering.marching import can_march, march_pixels
+from texvol.util.errors import AccuracyWarning, InputError
 
 MISTAKE = (
     "volume_texture.glsl",

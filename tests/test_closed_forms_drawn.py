@@ -14,12 +14,12 @@ import numpy as np
 import pytest
 from numpy.typing import ArrayLike
 
-from texvol.camera import Camera
 from texvol.ray_casting import raycast
-from texvol.renderer import Renderer
-from texvol.scene import Classification, Scene
-from texvol.transfer import TransferFunction
-from texvol.volume import Volume
+from texvol.rendering.renderer import Renderer
+from texvol.scene.camera import Camera
+from texvol.scene.scene import Classification, Scene
+from texvol.scene.transfer import TransferFunction
+from texvol.scene.volume import Volume
 
 ULP = 2.0**-24
 ALL = ("slab", "extinction", "post", "integrated")

@@ -16,21 +16,21 @@ import pytest
 from numpy.typing import NDArray
 from scenes import BONE, FOG, smooth_volume
 
-from texvol import coarser
 from texvol.__main__ import main
-from texvol.added_volume import AddedVolume
-from texvol.camera import Camera, Projection
-from texvol.cells import CELL
-from texvol.cutting import ClipPlane
 from texvol.geometry import Lines
-from texvol.lighting import DepthCue, Lighting
-from texvol.mask import Mask
 from texvol.ray_casting import raycast
-from texvol.renderer import Renderer
-from texvol.scene import Scene
-from texvol.transfer import TransferFunction, proposed_for
-from texvol.transfer.writing import content_of
-from texvol.volume import Volume
+from texvol.rendering.renderer import Renderer
+from texvol.scene.added_volume import AddedVolume
+from texvol.scene.camera import Camera, Projection
+from texvol.scene.cutting import ClipPlane
+from texvol.scene.lighting import DepthCue, Lighting
+from texvol.scene.mask import Mask
+from texvol.scene.scene import Scene
+from texvol.scene.transfer import TransferFunction, proposed_for
+from texvol.scene.transfer.writing import content_of
+from texvol.scene.volume import Volume
+from texvol.slicing.cells import CELL
+from texvol.textures import halving as coarser
 from texvol.window import quality
 
 SIZE = (56, 48)
@@ -125,7 +125,7 @@ def test_the_estimate_leaves_the_halved_volume_where_it_is(
     assert halvings == [1, 1, 1] and renderer.stats["texture_format"] == texels
     assert not np.array_equal(full, first)
     uploads = renderer._device.matter[0].textures.uploads
-    with patch("texvol.empty_space.Cells.of", side_effect=AssertionError):
+    with patch("texvol.opengl.empty_space.Cells.of", side_effect=AssertionError):
         again = renderer.render(scene, SIZE, slab_thickness=9.0)
     np.testing.assert_array_equal(again, first)
     assert renderer._device.matter[0].textures.uploads == uploads

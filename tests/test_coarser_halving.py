@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scenes import FOG
 
-from texvol import coarser
-from texvol.value_texture import bake_values
-from texvol.volume import Volume
+from texvol.scene.volume import Volume
+from texvol.textures import halving as coarser
+from texvol.textures.value_texture import bake_values
 
 OBLIQUE = np.array([[1, 0.4, 0], [0.2, 1, 0.3], [0, -0.3, -1]])  # and left-handed
 

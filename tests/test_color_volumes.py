@@ -20,9 +20,10 @@ from vtkmodules.util.numpy_support import numpy_to_vtk
 from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkIOXML import vtkXMLImageDataWriter
 
-from texvol import InputError, Volume, information, load
-from texvol.readers import TimeSeries, time_steps
-from texvol.transfer import PRESETS, preset, proposed_for
+from texvol import InputError, Volume, load
+from texvol.cli import information
+from texvol.formats.readers import TimeSeries, time_steps
+from texvol.scene.transfer import PRESETS, preset, proposed_for
 
 NX, NY, NZ = marked.DIMENSIONS
 ROUNDING = 2.0**-23  # of single precision, relative to 1; a rounding of the table's entry, and one of the reader's
@@ -269,7 +270,7 @@ def test_colours_of_a_nifti_file_are_not_scaled(tmp_path: Path) -> None:
 
 
 def test_a_sample_that_is_not_there_has_no_colour() -> None:
-    from texvol.readers.colors import colored
+    from texvol.formats.readers.colors import colored
 
     samples = components(4, "f4")
     samples[1, 2, 3, 0] = np.nan

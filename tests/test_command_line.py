@@ -13,9 +13,9 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 
-from texvol import image
 from texvol.__main__ import main
 from texvol.comparison import compare
+from texvol.formats.pictures import image
 
 TRANSFER = {
     "points": [

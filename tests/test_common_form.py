@@ -14,12 +14,14 @@ from numpy.typing import NDArray
 from picture_project import Project
 from scenes import smooth_volume
 
-from texvol import TransferFunction, image
+from texvol import TransferFunction
 from texvol.__main__ import main
 from texvol.comparison.common_form import CommonForm
 from texvol.comparison.judged import judged
 from texvol.comparison.outcome import Outcome, examine
 from texvol.comparison.pictures import Picture, read_picture
+from texvol.formats.pictures import image
+from texvol.util import color
 
 pytest_plugins = ("pytester", "picture_project")
 
@@ -123,11 +125,11 @@ def tiff(path: Path, pixels: NDArray, opacity: str | None) -> Picture:
 def straight(pixels: NDArray) -> NDArray:
     opacity = np.clip(pixels[..., 3:], 0, 1)
     color = np.divide(pixels[..., :3], opacity, out=np.zeros_like(pixels[..., :3]), where=opacity > 0)
-    return np.dstack([image.srgb_from_linear(color), opacity])
+    return np.dstack([color.srgb_from_linear(color), opacity])
 
 
 def over_black(pixels: NDArray) -> NDArray:
-    return image.srgb_from_linear(pixels[..., :3])
+    return color.srgb_from_linear(pixels[..., :3])
 
 
 def multiplied(pixels: NDArray) -> NDArray:

@@ -27,7 +27,8 @@ from viewer import (
     zoom,
 )
 
-from texvol import image
+from texvol.formats.pictures import image
+from texvol.util import color as srgb
 
 
 @pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
@@ -138,11 +139,11 @@ def test_difference_is_multiplied_by_the_gain(open_page: Open) -> None:
     page = open_page(filled(9, 9, 0.5, 0.25, 0.0), filled(9, 9, 0.5, 0.24, 0.0))
     page.key("d")
     # 0.01 is less than 2^-6, so it is shown 64 times.
-    level = round(float(255 * image.srgb_from_linear(np.array(0.64))))
+    level = round(float(255 * srgb.srgb_from_linear(np.array(0.64))))
     assert page.tell("document.getElementById('gain-text').textContent") == "× 64"
     assert color(page, 0.5, 0.9) == pytest.approx((0, level, 0), abs=1)
     page.key("[")
-    assert color(page, 0.5, 0.9)[1] == pytest.approx(255 * float(image.srgb_from_linear(np.array(0.32))), abs=1)
+    assert color(page, 0.5, 0.9)[1] == pytest.approx(255 * float(srgb.srgb_from_linear(np.array(0.32))), abs=1)
     page.tell("document.getElementById('gain').focus()")
     page.key("ArrowRight")
     assert color(page, 0.5, 0.9)[1] == pytest.approx(level, abs=1)
@@ -196,7 +197,7 @@ def test_opacity_and_what_is_behind(open_page: Open) -> None:
     page.key("g")
     assert color(page, 0.1, 0.9) == (255, 255, 255)
     # Over white, 0.25 + (1 - 0.5) in linear light.
-    assert color(page, 0.9, 0.9)[0] == pytest.approx(255 * float(image.srgb_from_linear(np.array(0.75))), abs=1)
+    assert color(page, 0.9, 0.9)[0] == pytest.approx(255 * float(srgb.srgb_from_linear(np.array(0.75))), abs=1)
     for _ in range(4):
         page.key("k")
     assert color(page, 0.9, 0.9)[0] == pytest.approx(127.5, abs=1) and color(page, 0.1, 0.9) == (0, 0, 0)
@@ -207,7 +208,7 @@ def test_exposure_brings_back_what_is_over_one(open_page: Open) -> None:
     assert color(page, 0.5, 0.9) == RED
     for _ in range(4):
         page.key(",")
-    assert color(page, 0.5, 0.9)[0] == pytest.approx(255 * float(image.srgb_from_linear(np.array(0.5))), abs=1)
+    assert color(page, 0.5, 0.9)[0] == pytest.approx(255 * float(srgb.srgb_from_linear(np.array(0.5))), abs=1)
     assert "brighter than 1" in page.tell("document.querySelector('.clipped').textContent")
 
 

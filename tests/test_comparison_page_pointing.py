@@ -17,7 +17,7 @@ from viewer import (
     zoom,
 )
 
-from texvol import image
+from texvol.util import color as srgb
 
 
 def test_zoom_is_the_same_in_all_panes_and_stays_at_the_mouse(open_page: Open) -> None:
@@ -43,7 +43,7 @@ def test_zoom_is_the_same_in_all_panes_and_stays_at_the_mouse(open_page: Open) -
     ]
     for pane, picture in enumerate((candidate, reference)):
         # A pixel is several of the screen's, so that the middle of one has its colour and nothing of its neighbours'.
-        wanted = np.rint(255 * image.srgb_from_linear(picture[row, column, :3]))
+        wanted = np.rint(255 * srgb.srgb_from_linear(picture[row, column, :3]))
         assert np.abs(np.subtract(color(page, *shown, pane), wanted)).max() <= 1
     page.key("0")
     assert zoom(page) == start

@@ -13,9 +13,10 @@ import pytest
 import tifffile
 from numpy.typing import NDArray
 
-from texvol import image
 from texvol.comparison.pictures import Picture, read_picture
-from texvol.errors import InputError
+from texvol.formats.pictures import image
+from texvol.util import color
+from texvol.util.errors import InputError
 
 
 def write(path: Path, pixels: NDArray, kind: object = oiio.FLOAT, **attributes: object) -> Path:
@@ -69,7 +70,7 @@ def test_rounding_bounds_what_a_format_changes_and_is_not_far_above_it(
 
 def test_a_png_of_texvol_decodes_to_its_light(tmp_path: Path) -> None:
     light = np.zeros((1, 256, 4), np.float32)
-    light[0, :, :3] = image.linear_from_srgb(np.arange(256) / 255)[:, np.newaxis]
+    light[0, :, :3] = color.linear_from_srgb(np.arange(256) / 255)[:, np.newaxis]
     light[..., 3] = 1
     image.write(tmp_path / "a.png", light)
     # The power 2.4 in float32.
@@ -89,7 +90,7 @@ def test_opacity_of_a_tiff_is_what_its_header_says(tmp_path: Path, picture: NDAr
     dense = picture[..., 3] > 0.5
     assert np.abs(found.pixels - picture)[dense].max() < 0.02
     wrong = straight[..., :3] / 255
-    assert np.abs(image.linear_from_srgb(wrong) - picture[..., :3])[dense].max() > 0.1
+    assert np.abs(color.linear_from_srgb(wrong) - picture[..., :3])[dense].max() > 0.1
 
 
 def test_whole_numbers_are_srgb_unless_the_header_says_linear(tmp_path: Path) -> None:
@@ -97,7 +98,7 @@ def test_whole_numbers_are_srgb_unless_the_header_says_linear(tmp_path: Path) ->
     said = write(tmp_path / "a.png", grey, oiio.UINT8, oiio__ColorSpace="lin_rec709_scene", oiio__Gamma=1.0)
     unsaid = write(tmp_path / "b.tif", grey, oiio.UINT8)
     assert read_picture(said).pixels[0, 0, 0] == pytest.approx(128 / 255, abs=1e-6)
-    assert read_picture(unsaid).pixels[0, 0, 0] == pytest.approx(image.linear_from_srgb(np.array(128 / 255)), abs=1e-6)
+    assert read_picture(unsaid).pixels[0, 0, 0] == pytest.approx(color.linear_from_srgb(np.array(128 / 255)), abs=1e-6)
 
 
 @pytest.mark.parametrize("power", [1.4, 1.8, 2.2, 3.0])
@@ -107,13 +108,13 @@ def test_a_gamma_in_the_header_is_decoded(tmp_path: Path, power: float) -> None:
     path = write(tmp_path / "a.png", levels, oiio.UINT8, oiio__Gamma=power, oiio__ColorSpace=space)
     found = read_picture(path)
     # What says 2.2 means sRGB, as browsers take it.
-    light = image.linear_from_srgb(levels / 255) if power == 2.2 else (levels / 255) ** power
+    light = color.linear_from_srgb(levels / 255) if power == 2.2 else (levels / 255) ** power
     np.testing.assert_allclose(found.pixels[..., :3], light, atol=2e-5)
     assert ("sRGB" if power == 2.2 else f"gamma {power:g}") in found.words
 
 
 def test_sixteen_bits_of_a_tiff_are_finer(tmp_path: Path, picture: NDArray) -> None:
-    levels = np.rint(image.srgb_from_linear(picture[..., :3]) * 65535).astype(np.uint16)
+    levels = np.rint(color.srgb_from_linear(picture[..., :3]) * 65535).astype(np.uint16)
     tifffile.imwrite(tmp_path / "a.tif", levels, photometric="rgb")
     found = read_picture(tmp_path / "a.tif")
     np.testing.assert_allclose(found.pixels[..., :3], picture[..., :3], atol=2e-5)
@@ -157,7 +158,7 @@ def test_arrays_are_pictures_too(dtype: str) -> None:
     array = (np.linspace(0, 1, 24).reshape(2, 4, 3) * steps).astype(dtype)
     found = Picture.of_array(array)
     share = array.astype(np.float64) / steps
-    np.testing.assert_allclose(found.pixels[..., :3], image.linear_from_srgb(share) if steps > 1 else share, atol=1e-6)
+    np.testing.assert_allclose(found.pixels[..., :3], color.linear_from_srgb(share) if steps > 1 else share, atol=1e-6)
     assert bool(found.rounding.any()) == (dtype not in ("float32", "float64"))
 
 

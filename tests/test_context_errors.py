@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 from small_pictures import available, backend_or_skip, current, draw, run_python
 
-from texvol.contexts import egl, native, open_context, osmesa
-from texvol.errors import ContextError, InputError
+from texvol.opengl.contexts import egl, native, open_context, osmesa
+from texvol.util.errors import ContextError, InputError
 
 
 def test_an_unknown_back_end_is_named_with_the_known_ones() -> None:
@@ -91,7 +91,8 @@ def test_the_next_display_serves_when_the_first_refuses(monkeypatch: pytest.Monk
 def test_an_old_driver_is_refused_with_the_version_wanted() -> None:
     # Mesa's own switch; a driver that is not Mesa ignores it and opens.
     done = run_python(
-        "from texvol.contexts import open_context; print(open_context().renderer)", MESA_GL_VERSION_OVERRIDE="3.1"
+        "from texvol.opengl.contexts import open_context; print(open_context().renderer)",
+        MESA_GL_VERSION_OVERRIDE="3.1",
     )
     if done.returncode == 0:
         pytest.skip(f"{done.stdout.strip()} is not Mesa's")

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 from small_pictures import backend_or_skip
 
-from texvol import contexts
-from texvol.contexts import trial
-from texvol.errors import ContextError
+from texvol.opengl import contexts
+from texvol.opengl.contexts import trial
+from texvol.util.errors import ContextError
 
 # Each ended the process (SIGSEGV) with Mesa 22.3, or is known to be refused.
 NONSENSE = {

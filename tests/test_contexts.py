@@ -13,8 +13,8 @@ import pytest
 from numpy.typing import NDArray
 from small_pictures import BACKENDS, available, backend_or_skip, current, draw, run_python
 
-from texvol.contexts import egl, open_context, osmesa
-from texvol.errors import ContextError
+from texvol.opengl.contexts import egl, open_context, osmesa
+from texvol.util.errors import ContextError
 
 
 def test_a_context_has_what_the_shaders_need(backend: str) -> None:

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from scenes import BONE, FOG, smooth_volume
 
-from texvol import vtk_mappers
-from texvol.camera import Camera
 from texvol.comparison import Difference
-from texvol.convergence import (
+from texvol.rendering.renderer import Renderer
+from texvol.report import vtk_mappers
+from texvol.report.convergence import (
     Limits,
     Measurement,
     Setting,
@@ -25,9 +25,9 @@ from texvol.convergence import (
     sweep,
     total_rms,
 )
-from texvol.renderer import Renderer
-from texvol.scene import Scene
-from texvol.volume import Volume
+from texvol.scene.camera import Camera
+from texvol.scene.scene import Scene
+from texvol.scene.volume import Volume
 
 SIZE = (48, 40)
 

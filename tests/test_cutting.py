@@ -23,8 +23,8 @@ from texvol import (
     compare,
     raycast,
 )
-from texvol.cutting import Cutting
-from texvol.scene import CLASSIFICATIONS, Classification
+from texvol.scene.cutting import Cutting
+from texvol.scene.scene import CLASSIFICATIONS, Classification
 
 SIZE = (72, 64)
 

@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from texvol import options
-from texvol.errors import InputError
-from texvol.lighting import DepthCue
-from texvol.options import SceneOptions
-from texvol.volume import Volume
+from texvol.options import scene_options as options
+from texvol.options.scene_options import SceneOptions
+from texvol.scene.lighting import DepthCue
+from texvol.scene.volume import Volume
+from texvol.util.errors import InputError
 
 VOLUME = Volume(np.zeros((2, 2, 2)))
 

@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 from test_comparison_pictures import write
 from test_measures import smooth
 
-from texvol import image
 from texvol.__main__ import main
+from texvol.formats.pictures import image
+from texvol.util import color
 
 
 @pytest.fixture
@@ -145,7 +146,7 @@ def test_a_format_that_would_have_held_opacity_has_lost_it(
 def test_srgb_against_linear_is_named(here: Path, capsys: pytest.CaptureFixture[str], way: str) -> None:
     linear = smooth((200, 150))
     encoded = linear.copy()
-    encoded[..., :3] = image.srgb_from_linear(linear[..., :3])
+    encoded[..., :3] = color.srgb_from_linear(linear[..., :3])
     pair = (encoded, linear) if way == "candidate" else (linear, encoded)
     status, facts = as_json(capsys, store("a.exr", pair[0]), store("b.exr", pair[1]))
     assert status == 1 and facts["kinds"][0]["name"] == "gamma"

@@ -8,13 +8,14 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 
-from texvol import depth_picture
-from texvol.display import checked_window, found_window, shown
-from texvol.errors import InputError
-from texvol.image import eight_bits, linear_from_srgb
-from texvol.scene import Scene
-from texvol.transfer import TransferFunction, proposed_for
-from texvol.volume import Volume
+from texvol.formats.pictures import depth as depth_picture
+from texvol.formats.pictures.image import eight_bits
+from texvol.scene.display import checked_window, found_window, shown
+from texvol.scene.scene import Scene
+from texvol.scene.transfer import TransferFunction, proposed_for
+from texvol.scene.volume import Volume
+from texvol.util.color import linear_from_srgb
+from texvol.util.errors import InputError
 
 RAMP = Volume(np.arange(-4.0, 4.0).reshape(2, 2, 2) * 10)  # -40 … 30
 COLORS = TransferFunction([0, 10], [[1, 0, 0], [0, 0, 1]], [0, 3])

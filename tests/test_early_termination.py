@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 from scenes import BONE, FOG, inside, random_volume, smooth_volume
 
-from texvol.accuracy import DEFAULT_EARLY_TERMINATION
-from texvol.added_volume import AddedVolume
-from texvol.camera import Camera, Projection
-from texvol.errors import InputError
-from texvol.renderer import Renderer
-from texvol.scene import CLASSIFICATIONS, Classification, Scene
-from texvol.transfer import TransferFunction
-from texvol.volume import Volume
+from texvol.rendering.accuracy import DEFAULT_EARLY_TERMINATION
+from texvol.rendering.renderer import Renderer
+from texvol.scene.added_volume import AddedVolume
+from texvol.scene.camera import Camera, Projection
+from texvol.scene.scene import CLASSIFICATIONS, Classification, Scene
+from texvol.scene.transfer import TransferFunction
+from texvol.scene.volume import Volume
+from texvol.util.errors import InputError
 
 SIZE = (48, 40)
 ROUNDING = 1e-6

@@ -13,15 +13,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scenes import BONE, constant, inside, random_volume, sparse_volume
 
-from texvol.camera import Camera, Projection
-from texvol.cells import CELL, Cells
-from texvol.compositor import leap_uniforms
-from texvol.renderer import Renderer
-from texvol.scene import CLASSIFICATIONS, Classification, Scene
-from texvol.shaders import FOLDER
-from texvol.slicing import SLABS_PER_STACK
-from texvol.transfer import TransferFunction
-from texvol.volume import Volume
+from texvol.opengl.compositor import leap_uniforms
+from texvol.opengl.shaders import FOLDER
+from texvol.rendering.renderer import Renderer
+from texvol.scene.camera import Camera, Projection
+from texvol.scene.scene import CLASSIFICATIONS, Classification, Scene
+from texvol.scene.transfer import TransferFunction
+from texvol.scene.volume import Volume
+from texvol.slicing.cells import CELL, Cells
+from texvol.slicing.slabs import SLABS_PER_STACK
 
 SIZE = (48, 40)
 SAME = 2e-6  # runs of slabs begin elsewhere, and so sums are rounded elsewhere
@@ -210,7 +210,7 @@ def test_an_invisible_volume_draws_nothing(classification: Classification, memor
 
 
 def test_cells_without_a_skip_are_not_made(renderer: Renderer) -> None:
-    with patch("texvol.empty_space.Cells.of", side_effect=AssertionError):
+    with patch("texvol.opengl.empty_space.Cells.of", side_effect=AssertionError):
         renderer.render(Scene(sparse_volume(3), BONE), SIZE, skip_empty=False)
     assert renderer.stats["cells_total"] == renderer.stats["cells_drawn"] == 0
 
@@ -241,7 +241,7 @@ def test_a_leap_too_far_shows(mistake: str) -> None:
     scene = Scene(volume, BONE, Camera.framing(volume))
     name, wrong = MISTAKES[mistake]
     wronged = type("Wronged", (Cells,), {name: wrong})
-    planted = patch("texvol.empty_space.Cells", wronged)
+    planted = patch("texvol.opengl.empty_space.Cells", wronged)
     with planted, Renderer() as renderer, pytest.raises(AssertionError, match="Not equal"):
         assert_leaping_changes_nothing(renderer, scene)
 
@@ -299,6 +299,6 @@ def test_where_rays_end_soon_they_do_not_look_far(extinction: float, termination
     volume = sparse_volume(1)
     matter = TransferFunction(np.array([0.0, 0.5, 0.5]), np.ones((3, 3)), np.array([0.0, 0.0, extinction]))
     scene = Scene(volume, matter, Camera.framing(volume), classification="post")
-    with Renderer() as renderer, patch("texvol.compositor.leap_uniforms", wraps=leap_uniforms) as asked:
+    with Renderer() as renderer, patch("texvol.opengl.compositor.leap_uniforms", wraps=leap_uniforms) as asked:
         renderer.render(scene, SIZE, slab_thickness=1.0, early_termination=termination)
     assert leap_uniforms(asked.call_args.args[0])["slabs_ahead"] == pytest.approx(expected)

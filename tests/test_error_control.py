@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from error_control import SIZE, excess, random_scene, remembered
 
-from texvol.error_control import SAFETY, Begin, Choice, converging, estimate, thickness_for_error
 from texvol.ray_casting import raycast
-from texvol.renderer import Renderer
+from texvol.rendering.error_control import SAFETY, Begin, Choice, converging, estimate, thickness_for_error
+from texvol.rendering.renderer import Renderer
 
 
 def choose(order: float, wanted: float, error_at_one: float) -> tuple[Choice, list[float]]:

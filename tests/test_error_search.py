@@ -9,17 +9,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from texvol.added_volume import AddedVolume
-from texvol.camera import Camera
-from texvol.error_search import smaller
-from texvol.errors import AccuracyWarning
 from texvol.ray_casting import raycast
-from texvol.recipe import Settings
-from texvol.renderer import Renderer
-from texvol.scene import CLASSIFICATIONS, Scene
-from texvol.transfer import TransferFunction
-from texvol.transfer.graded import Contour
-from texvol.volume import Volume
+from texvol.rendering.error_search import smaller
+from texvol.rendering.renderer import Renderer
+from texvol.rendering.settings import Settings
+from texvol.scene.added_volume import AddedVolume
+from texvol.scene.camera import Camera
+from texvol.scene.scene import CLASSIFICATIONS, Scene
+from texvol.scene.transfer import TransferFunction
+from texvol.scene.transfer.graded import Contour
+from texvol.scene.volume import Volume
+from texvol.util.errors import AccuracyWarning
 
 SIZE = (256, 192)
 z, y, x = np.mgrid[tuple(slice(-1, 1, 32j) for _ in range(3))]

@@ -9,8 +9,8 @@ from benches import SIZE, planted
 from texvol.comparison.explaining import mistakes_that_explain
 from texvol.comparison.mistakes import CATALOGUE
 from texvol.comparison.planting import PlantedRenderer
-from texvol.demo import demo_scene
-from texvol.stored_scene import StoredScene
+from texvol.provenance.stored_scene import StoredScene
+from texvol.scene.demo import demo_scene
 
 
 @pytest.fixture(scope="module")

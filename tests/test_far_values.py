@@ -12,9 +12,8 @@ import pytest
 from numpy.typing import NDArray
 
 from texvol import Camera, Lighting, Renderer, Scene, TransferFunction, Volume, raycast
-from texvol.errors import AccuracyWarning
-from texvol.transfer import proposed_for
-from texvol.value_storage import (
+from texvol.scene.transfer import proposed_for
+from texvol.textures.value_storage import (
     WELL,
     Storage,
     bulk_of,
@@ -24,6 +23,7 @@ from texvol.value_storage import (
     storage_of,
     stored_values,
 )
+from texvol.util.errors import AccuracyWarning
 
 SIZE = (40, 40)
 VIEW = Camera.perspective((40, -25, 30), (7.5, 7.5, 7.5), (0, 0, 1), fov=30)
@@ -170,7 +170,7 @@ def test_the_estimate_is_not_made_from_the_texels_that_are_wrong(renderer: Rende
     volume, high = with_far_sample(np.float64, 1e8)
     features = features_of_matter(matter_to(high), volume)
     middle = features.storage("r32f", 5e7, 5e7)
-    monkeypatch.setattr("texvol.value_texture.storage_of", lambda *_: middle)
+    monkeypatch.setattr("texvol.textures.value_texture.storage_of", lambda *_: middle)
     scene = Scene(volume, matter_to(high), VIEW, classification="post")
     with Renderer() as wrong:
         picture = wrong.render(scene, SIZE)

@@ -17,8 +17,8 @@ from fuzz_seeds import seeds
 
 from texvol import InputError
 from texvol.comparison import pictures
+from texvol.formats.readers.detection import FORMATS
 from texvol.geometry import reading
-from texvol.readers.detection import FORMATS
 
 COUNT = 8000  # of damaged files: about a minute
 SEED = 18

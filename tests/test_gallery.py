@@ -14,10 +14,11 @@ from gallery_entries import ENTRIES, Entry
 from gallery_volumes import built_in
 from real_data import DATA, real_volume
 
-from texvol import Scene, image
+from texvol import Scene
 from texvol.__main__ import main as texvol_main
+from texvol.formats.pictures import image
 from texvol.ray_casting import raycast
-from texvol.renderer import Renderer
+from texvol.rendering.renderer import Renderer
 
 BUILT_IN = [entry for entry in ENTRIES.values() if entry.is_built_in]
 SMALL = (48, 48)

@@ -13,7 +13,7 @@ from shapes import Quad, ball, box_ends, fog_between, globe, hits_of, quad, quad
 
 from texvol import Camera, ClipPlane, DepthCue, Light, Lighting, Renderer, Scene, Volume, compare, raycast
 from texvol.geometry import Lines, Mesh
-from texvol.scene import CLASSIFICATIONS, Classification
+from texvol.scene.scene import CLASSIFICATIONS, Classification
 
 SIZE = (72, 64)
 COLOR = (0.9, 0.6, 0.3)

@@ -18,11 +18,11 @@ from shapes import Quad, box_ends, fog_between, hits_of, quad
 from test_shader_files import LIGHTS
 
 from texvol import Camera, ClipPlane, InputError, Light, Lighting, Renderer, Scene, TransferFunction, Volume, raycast
-from texvol.compositor import NO_LIGHT
-from texvol.contexts import Context
 from texvol.geometry import Lines
-from texvol.modelled import modelled
-from texvol.shaders import FOLDER, load_program
+from texvol.opengl.compositor import NO_LIGHT
+from texvol.opengl.contexts import Context
+from texvol.opengl.shaders import FOLDER, load_program
+from texvol.rendering.modelled import modelled
 
 SIZE = (72, 64)
 COLOR = (0.9, 0.6, 0.3)
@@ -246,8 +246,14 @@ def test_no_geometry_imports_compiles_and_allocates_nothing(tmp_path: Path) -> N
             check=True,
         )
         loaded = set(done.stdout.split())
-        assert "texvol.geometry.shapes" in loaded, "names are those that are looked for"
-        costly = {"texvol.surfaces", "texvol.geometry.on_screen", "texvol.ray_casting.surfaces", "trimesh", "skimage"}
+        assert "texvol.scene.shapes" in loaded, "names are those that are looked for"
+        costly = {
+            "texvol.opengl.surfaces.surfaces",
+            "texvol.opengl.surfaces.on_screen",
+            "texvol.ray_casting.surfaces",
+            "trimesh",
+            "skimage",
+        }
         assert not loaded & (costly | {"texvol.ray_casting.surface_hits", "texvol.geometry.reading"})
 
 
@@ -272,7 +278,7 @@ def test_every_combination_of_switches_compiles(context: Context, lights: dict[s
 
 @pytest.mark.parametrize("name", ["slab_stack", "projection"])
 def test_every_stretch_compiles(context: Context, name: str) -> None:
-    from texvol.compositor import NOTHING_SPECIAL
+    from texvol.opengl.compositor import NOTHING_SPECIAL
 
     for way, planes, bricks in itertools.product((0, 1), (0, 2), (0, 1)):
         common = {"PERSPECTIVE": way, "HALF_SPACES": planes, "BRICKS": bricks, "STRETCH": 1, "LEAPS": 1}
@@ -291,7 +297,7 @@ def test_drivers_without_double_precision_draw_it_too(tmp_path: Path, monkeypatc
     """Places are then known to float32 alone: a few 2^-23 of the box, in which the optical depth is 8 at most."""
     for file in FOLDER.iterdir():
         (tmp_path / file.name).write_text(file.read_text().replace("#ifdef GL_ARB_gpu_shader_fp64", "#if 0"))
-    for module in ("texvol.surfaces", "texvol.compositor"):
+    for module in ("texvol.opengl.surfaces.surfaces", "texvol.opengl.compositor"):
 
         def load(gl: Any, name: str, **more: Any) -> Any:
             return load_program(gl, name, **(more | {"folder": tmp_path}))

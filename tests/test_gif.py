@@ -8,8 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from texvol import film, film_formats, image
 from texvol.__main__ import main
+from texvol.formats.films import containers as film_formats
+from texvol.formats.films import film
+from texvol.formats.pictures import image
 
 pytest.importorskip("imageio_ffmpeg", reason="films need the extra: pip install 'texvol[film]'")
 Image = pytest.importorskip("PIL.Image", reason="GIFs are read with the extra: pip install 'texvol[annotation]'")

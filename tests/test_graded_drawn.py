@@ -29,15 +29,15 @@ from lit_scenes import (
 )
 from scenes import path_lengths
 
-from texvol import graded_uniforms, value_texture
-from texvol.camera import Camera
-from texvol.errors import InputError
-from texvol.lighting import DepthCue
-from texvol.renderer import Renderer
-from texvol.scene import Classification, Scene
-from texvol.transfer import TransferFunction, files
-from texvol.transfer.graded import Contour, Graded
-from texvol.volume import Volume
+from texvol.rendering.renderer import Renderer
+from texvol.scene.camera import Camera
+from texvol.scene.lighting import DepthCue
+from texvol.scene.scene import Classification, Scene
+from texvol.scene.transfer import TransferFunction, files
+from texvol.scene.transfer.graded import Contour, Graded
+from texvol.scene.volume import Volume
+from texvol.textures import graded_uniforms, value_texture
+from texvol.util.errors import InputError
 
 kinds = pytest.mark.parametrize("kind", KINDS)
 by_gradient = pytest.mark.parametrize("kind", ["slab", "extinction", "post"])

@@ -9,10 +9,11 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
-from texvol import gradient, threads
-from texvol.errors import InputError
-from texvol.gradient import CENTRAL, Estimator, gradients, largest_component
-from texvol.volume import Volume
+from texvol.scene import gradient
+from texvol.scene.gradient import CENTRAL, Estimator, gradients, largest_component
+from texvol.scene.volume import Volume
+from texvol.util import threads
+from texvol.util.errors import InputError
 
 pytestmark = pytest.mark.filterwarnings("error")
 

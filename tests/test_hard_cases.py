@@ -13,7 +13,7 @@ import pytest
 from hard_case_list import HardCase, hard_cases
 from hard_cases import COLUMNS, as_csv, as_html, as_markdown, run, worst_first
 
-from texvol.renderer import Renderer
+from texvol.rendering.renderer import Renderer
 
 CASES = hard_cases()
 

@@ -10,9 +10,10 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 
-from texvol import image
 from texvol.comparison import compare
-from texvol.errors import InputError
+from texvol.formats.pictures import image
+from texvol.util import color
+from texvol.util.errors import InputError
 
 
 @pytest.fixture
@@ -39,12 +40,12 @@ def test_png_is_srgb_over_the_background(tmp_path: Path, picture: np.ndarray) ->
     pixels = image.read(tmp_path / "a.png")
     assert pixels.shape == (37, 53, 3)
     # Half a level, and sRGB's slope is at least 1/12.92 per level and at most 2.3.
-    np.testing.assert_allclose(image.srgb_from_linear(picture[..., :3]), pixels, atol=0.5 / 255 + 1e-6)
+    np.testing.assert_allclose(color.srgb_from_linear(picture[..., :3]), pixels, atol=0.5 / 255 + 1e-6)
 
 
 def test_eight_bits_are_the_nearest_level_to_the_last_bit() -> None:
     """Where a level begins, halfway between two in sRGB, and at the numbers next to it."""
-    begins = image.linear_from_srgb((np.arange(1, 256) - 0.5) / 255)
+    begins = color.linear_from_srgb((np.arange(1, 256) - 0.5) / 255)
     near = begins.astype(np.float32)
     near = np.concatenate([np.nextafter(near, np.float32(0)), near, np.nextafter(near, np.float32(1))])
     others = np.array([0, -0.0, -1, 1e-30, -1e30, 1, 1e30, np.inf, -np.inf, np.nan], np.float32)
@@ -67,7 +68,7 @@ def test_a_transparent_png_holds_straight_color_and_opacity(tmp_path: Path, pict
     pixels = np.asarray(source.read_image(oiio.UINT8))
     source.close()
     straight = picture[..., :3] / np.maximum(picture[..., 3:], 1e-9)
-    expected = np.concatenate([image.srgb_from_linear(straight), picture[..., 3:]], axis=2) * 255
+    expected = np.concatenate([color.srgb_from_linear(straight), picture[..., 3:]], axis=2) * 255
     np.testing.assert_allclose(pixels, expected, atol=0.51)
     assert not pixels[3, 4].any()
 
@@ -76,13 +77,13 @@ def test_jpeg_is_close(tmp_path: Path) -> None:
     ramp = np.linspace(0, 1, 64, dtype=np.float32)
     picture = np.dstack([np.tile(ramp, (64, 1))] * 3 + [np.ones((64, 64), np.float32)])
     image.write(tmp_path / "a.jpg", picture)
-    np.testing.assert_allclose(image.read(tmp_path / "a.jpg"), image.srgb_from_linear(picture[..., :3]), atol=0.02)
+    np.testing.assert_allclose(image.read(tmp_path / "a.jpg"), color.srgb_from_linear(picture[..., :3]), atol=0.02)
 
 
 def test_srgb_goes_both_ways() -> None:
     values = np.linspace(0, 1, 1001)
-    np.testing.assert_allclose(image.linear_from_srgb(image.srgb_from_linear(values)), values, atol=1e-7)
-    assert image.srgb_from_linear(np.array(0.5)) == pytest.approx(0.7353569830524495)
+    np.testing.assert_allclose(color.linear_from_srgb(color.srgb_from_linear(values)), values, atol=1e-7)
+    assert color.srgb_from_linear(np.array(0.5)) == pytest.approx(0.7353569830524495)
 
 
 @pytest.mark.parametrize("name", ["a.gif", "a", "no/such/folder/a.png", "folder.png"])

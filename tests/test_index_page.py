@@ -14,10 +14,11 @@ from browser import Browser, Page
 from compared_pictures import blob, filled, outcome_of
 from test_comparison_page import ODD, Parsed
 
-from texvol import image
 from texvol.comparison.entries import entry_of, entry_without_reference
 from texvol.comparison.index_page import index_page
 from texvol.comparison.pictures import Picture
+from texvol.formats.pictures import image
+from texvol.util import color
 
 LONG = "a-name-without-a-place-to-break-it-" * 9
 
@@ -131,11 +132,11 @@ def test_thumbnails_are_means_and_small_pictures_stay_as_they_are(tmp_path: Path
     seen = thumbnail(entry, "candidate", tmp_path)
     # Half of the light; a JPEG is within a level or two of it.
     assert seen.shape == (64, 128, 3)
-    assert seen == pytest.approx(float(image.srgb_from_linear(np.array(0.5))), abs=2.5 / 255)
+    assert seen == pytest.approx(float(color.srgb_from_linear(np.array(0.5))), abs=2.5 / 255)
     assert set(entry["thumbnails"]) == {"candidate"}, "a reference that is equal is not shown twice"
     tiny = np.dstack([np.arange(18).reshape(2, 3, 3) / 17, np.ones((2, 3))]).astype(np.float32)
     seen = thumbnail(entry_of(outcome_of(tiny, tiny)), "candidate", tmp_path)
-    assert seen == pytest.approx(image.srgb_from_linear(tiny[..., :3]), abs=0.6 / 255)
+    assert seen == pytest.approx(color.srgb_from_linear(tiny[..., :3]), abs=0.6 / 255)
 
 
 def test_what_is_no_number_is_magenta_in_a_thumbnail(tmp_path: Path) -> None:

@@ -8,13 +8,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from texvol.camera import Camera
 from texvol.ray_casting import raycast
 from texvol.ray_casting.projection import project
-from texvol.renderer import Renderer
-from texvol.scene import CLASSIFICATIONS, NUMBER_MODES, Scene
-from texvol.transfer import TransferFunction
-from texvol.volume import Volume
+from texvol.rendering.renderer import Renderer
+from texvol.scene.camera import Camera
+from texvol.scene.scene import CLASSIFICATIONS, NUMBER_MODES, Scene
+from texvol.scene.transfer import TransferFunction
+from texvol.scene.volume import Volume
 
 SIZE = (31, 29)
 KINDS = ("inf", "-inf", "inf -inf", "inf nan", "nan -inf inf")

@@ -7,7 +7,9 @@ import json
 import numpy as np
 import pytest
 
-from texvol import Volume, gradient, information
+from texvol import Volume
+from texvol.cli import information
+from texvol.scene import gradient
 
 
 def facts_of(values: object, dtype: str = "f8", **grid: object) -> dict:

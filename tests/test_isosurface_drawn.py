@@ -10,15 +10,15 @@ import pytest
 from projected import CAMERAS, GRIDS, SIZE, every_grid, every_view, noise, same_depths, scene_of, with_gaps
 from scenes import smooth_volume
 
-from texvol.camera import Camera
-from texvol.errors import InputError
-from texvol.gradient import Estimator
-from texvol.lighting import DepthCue, Light, Lighting
 from texvol.ray_casting.projection import isosurface_depth, project
-from texvol.renderer import Renderer
-from texvol.scene import Scene
-from texvol.transfer import TransferFunction
-from texvol.volume import Volume
+from texvol.rendering.renderer import Renderer
+from texvol.scene.camera import Camera
+from texvol.scene.gradient import Estimator
+from texvol.scene.lighting import DepthCue, Light, Lighting
+from texvol.scene.scene import Scene
+from texvol.scene.transfer import TransferFunction
+from texvol.scene.volume import Volume
+from texvol.util.errors import InputError
 
 
 @pytest.fixture(scope="module")

@@ -10,16 +10,16 @@ from scenes import path_lengths
 from scipy.ndimage import map_coordinates
 from scipy.optimize import brentq
 
-from texvol.camera import Camera
-from texvol.display import ISOSURFACE_COLOR
-from texvol.gradient import Estimator
-from texvol.lighting import DepthCue, Light, Lighting, unit
 from texvol.ray_casting.projection import isosurface_depth, project
 from texvol.ray_casting.projection_cells import first_hit
 from texvol.ray_casting.projection_shading import gradients_at
-from texvol.scene import Scene
-from texvol.transfer import TransferFunction
-from texvol.volume import Volume
+from texvol.scene.camera import Camera
+from texvol.scene.display import ISOSURFACE_COLOR
+from texvol.scene.gradient import Estimator
+from texvol.scene.lighting import DepthCue, Light, Lighting, unit
+from texvol.scene.scene import Scene
+from texvol.scene.transfer import TransferFunction
+from texvol.scene.volume import Volume
 
 SIZE = (15, 11)
 DIRECTION = [[-1, 0.4, 0], [0.2, 1, 0.3], [0, 0, 1]]

@@ -31,13 +31,13 @@ from texvol import (
 from texvol.annotation import Annotation
 from texvol.comparison import compare
 from texvol.comparison.limits import ONE_DRIVER
-from texvol.errors import ContextError, InputError
+from texvol.formats.readers import TimeSeries
 from texvol.geometry import Lines, Mesh
-from texvol.kept_arrays import checksum
-from texvol.readers import TimeSeries
-from texvol.renderer import Renderer
-from texvol.transfer.graded import Contour, Graded
-from texvol.transfer.materials import Material
+from texvol.rendering.renderer import Renderer
+from texvol.scene.transfer.graded import Contour, Graded
+from texvol.scene.transfer.materials import Material
+from texvol.util.errors import ContextError, InputError
+from texvol.util.kept_arrays import checksum
 
 SIZE = (24, 20)
 DTYPES = ["u1", "i1", "u2", "i4", "u8", "f2", "f4", "f8", "?", ">f4", ">i2"]

@@ -10,7 +10,7 @@ from scipy import ndimage
 from texvol.comparison.kinds import Kind, kinds_of
 from texvol.comparison.outcome import examine
 from texvol.comparison.pictures import Picture
-from texvol.image import linear_from_srgb
+from texvol.util.color import linear_from_srgb
 
 Kinds = tuple[Kind, ...]
 

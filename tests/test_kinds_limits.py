@@ -10,7 +10,7 @@ import planted_differences as planted
 import pytest
 
 from texvol.comparison.kinds import NAMES, kinds_of
-from texvol.errors import InputError
+from texvol.util.errors import InputError
 
 
 def test_the_same_pictures_differ_in_no_kind() -> None:

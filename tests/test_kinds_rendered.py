@@ -14,12 +14,12 @@ from gallery_volumes import built_in
 from real_data import real_volume
 from scenes import BONE, FOG, random_volume, smooth_volume
 
-from texvol import image
 from texvol.comparison.kinds import kinds_of
-from texvol.readers import load
-from texvol.renderer import Renderer
-from texvol.scene import Scene
-from texvol.transfer import TransferFunction
+from texvol.formats.pictures import image
+from texvol.formats.readers import load
+from texvol.rendering.renderer import Renderer
+from texvol.scene.scene import Scene
+from texvol.scene.transfer import TransferFunction
 
 SIZE = (160, 150)
 SWAPPED_ORDER = (("optics.glsl", "return front + (1.0 - front.a) * back;", "return back + (1.0 - back.a) * front;"),)

@@ -7,10 +7,10 @@ import planted_differences as planted
 import pytest
 from scenes import BONE, FOG, smooth_volume
 
-from texvol.camera import Camera
 from texvol.comparison.kinds import Kind, kinds_of
-from texvol.renderer import Renderer
-from texvol.scene import Scene
+from texvol.rendering.renderer import Renderer
+from texvol.scene.camera import Camera
+from texvol.scene.scene import Scene
 
 # Splines and Lagrange's polynomials differ where waves are short: `detail` has waves of some 8 pixels.
 HUNDREDTH = 0.01

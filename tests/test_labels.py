@@ -7,11 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from texvol import InputError, TransferFunction, Volume, information
-from texvol.label_counts import label_counts, listed
-from texvol.transfer import PRESETS, label_function, loads, parse_labels, preset, proposed_for
-from texvol.transfer.labels import OPACITY, color_list
-from texvol.volume import LARGEST_LABEL
+from texvol import InputError, TransferFunction, Volume
+from texvol.cli import information
+from texvol.scene.label_counts import label_counts, listed
+from texvol.scene.transfer import PRESETS, label_function, loads, parse_labels, preset, proposed_for
+from texvol.scene.transfer.labels import OPACITY, color_list
+from texvol.scene.volume import LARGEST_LABEL
 
 SPACING = (3.0, 2.0, 5.0)  # the smallest is along y
 
@@ -134,7 +135,7 @@ def test_other_lists_go_by_their_names() -> None:
     function = label_function(labelled(0, 1, 21), colors="tab20")
     np.testing.assert_array_equal(function.at(1), function.at(21))
     # The first of tab20 is #1f77b4.
-    from texvol.image import srgb_from_linear
+    from texvol.util.color import srgb_from_linear
 
     np.testing.assert_allclose(srgb_from_linear(function.at(1)[:3]) * 255, [0x1F, 0x77, 0xB4], atol=1e-6)
     with pytest.raises(InputError, match="viridis is a ramp"):
@@ -245,8 +246,8 @@ def test_who_has_no_labels_does_not_pay_for_them(tmp_path: Path) -> None:
 
     np.save(tmp_path / "v.npy", np.random.default_rng(0).random((4, 4, 4)))
     script = (
-        "import sys, texvol; from texvol.transfer import proposed_for; from texvol import information\n"
+        "import sys, texvol; from texvol.scene.transfer import proposed_for; from texvol import information\n"
         f"v = texvol.load({str(tmp_path / 'v.npy')!r}); proposed_for(v); information.facts(v)\n"
-        "assert 'cmap' not in sys.modules and 'texvol.image' not in sys.modules"
+        "assert 'cmap' not in sys.modules and 'texvol.formats.pictures.image' not in sys.modules"
     )
     subprocess.run([sys.executable, "-c", script], check=True)

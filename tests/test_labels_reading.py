@@ -12,9 +12,11 @@ import numpy as np
 import pytest
 from real_data import real_volume
 
-from texvol import InputError, information, load, reading_options
-from texvol.label_counts import label_counts
-from texvol.readers import TimeSeries, time_steps
+from texvol import InputError, load
+from texvol.cli import information
+from texvol.formats.readers import TimeSeries, time_steps
+from texvol.options import reading as reading_options
+from texvol.scene.label_counts import label_counts
 
 # Uneven along x and z.
 X, Y, Z = (0.0, 1.0, 1.2, 4.0), (0.0, 2.0, 4.0), (0.0, 0.5, 3.0)

@@ -30,14 +30,14 @@ from lit_scenes import (
 )
 from scenes import path_lengths
 
-from texvol import shaded_samples
-from texvol.camera import Camera, Projection
-from texvol.gradient import Estimator
-from texvol.lighting import DepthCue, Light, Lighting
-from texvol.renderer import Renderer
-from texvol.scene import Classification, Scene
-from texvol.value_texture import ValueTexture
-from texvol.volume import Volume
+from texvol.rendering.renderer import Renderer
+from texvol.scene.camera import Camera, Projection
+from texvol.scene.gradient import Estimator
+from texvol.scene.lighting import DepthCue, Light, Lighting
+from texvol.scene.scene import Classification, Scene
+from texvol.scene.volume import Volume
+from texvol.textures import shaded_samples
+from texvol.textures.value_texture import ValueTexture
 
 kinds = pytest.mark.parametrize("kind", KINDS)
 projections = pytest.mark.parametrize("projection", ["orthographic", "perspective"])

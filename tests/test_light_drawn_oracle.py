@@ -28,14 +28,14 @@ from lit_scenes import (
 )
 from scenes import path_lengths
 
-from texvol.camera import Camera, Projection
-from texvol.errors import InputError
-from texvol.lighting import Light, Lighting
 from texvol.ray_casting import raycast
-from texvol.renderer import Renderer
-from texvol.scene import Classification, Scene
-from texvol.transfer import TransferFunction
-from texvol.volume import Volume
+from texvol.rendering.renderer import Renderer
+from texvol.scene.camera import Camera, Projection
+from texvol.scene.lighting import Light, Lighting
+from texvol.scene.scene import Classification, Scene
+from texvol.scene.transfer import TransferFunction
+from texvol.scene.volume import Volume
+from texvol.util.errors import InputError
 
 kinds = pytest.mark.parametrize("kind", KINDS)
 projections = pytest.mark.parametrize("projection", ["orthographic", "perspective"])

@@ -10,12 +10,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from texvol import InputError, Volume, options, reading_options, scene_groups, transfer
+from texvol import InputError, Volume
 from texvol.__main__ import main
-from texvol.gradient import CENTRAL, Estimator
-from texvol.lighting import DepthCue, Light, Lighting
-from texvol.options import SceneOptions
-from texvol.scene import Scene
+from texvol.options import groups as scene_groups
+from texvol.options import reading as reading_options
+from texvol.options import scene_options as options
+from texvol.options.scene_options import SceneOptions
+from texvol.scene import transfer
+from texvol.scene.gradient import CENTRAL, Estimator
+from texvol.scene.lighting import DepthCue, Light, Lighting
+from texvol.scene.scene import Scene
 
 VOLUME = Volume(np.linspace(-1000, 1000, 4 * 5 * 6, dtype=np.float32).reshape(4, 5, 6))
 

@@ -22,7 +22,7 @@ from texvol.comparison.limits import (
 )
 from texvol.comparison.measures import Measures, measure
 from texvol.comparison.pictures import Picture
-from texvol.errors import InputError
+from texvol.util.errors import InputError
 
 
 def measured(change: float = 0.0, limit: float = 1e-3) -> Measures:

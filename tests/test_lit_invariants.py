@@ -29,16 +29,16 @@ from lit_scenes import (
 from scenes import sparse_volume
 from test_graded_drawn import mixed
 
-from texvol import orbit
-from texvol.camera import Camera, Projection
-from texvol.gradient import Estimator
-from texvol.lighting import DepthCue, Light, Lighting
 from texvol.ray_casting import raycast
-from texvol.renderer import Renderer
-from texvol.scene import Classification, Scene
-from texvol.transfer import TransferFunction
-from texvol.transfer.graded import Contour, Graded
-from texvol.volume import Volume
+from texvol.rendering.renderer import Renderer
+from texvol.scene import orbit
+from texvol.scene.camera import Camera, Projection
+from texvol.scene.gradient import Estimator
+from texvol.scene.lighting import DepthCue, Light, Lighting
+from texvol.scene.scene import Classification, Scene
+from texvol.scene.transfer import TransferFunction
+from texvol.scene.transfer.graded import Contour, Graded
+from texvol.scene.volume import Volume
 
 kinds = pytest.mark.parametrize("kind", KINDS)
 ALL = LIGHTS["all, one side"]
@@ -297,7 +297,7 @@ def test_a_picture_does_not_depend_on_the_one_before(kind: Classification) -> No
 
 @pytest.mark.parametrize("kind", ["slab", "extinction"])
 def test_light_that_is_not_part_of_the_recipe_shows(kind: Classification) -> None:
-    with patch("texvol.recipe.seen_from", lambda *_: ""), Renderer() as renderer:
+    with patch("texvol.rendering.settings.seen_from", lambda *_: ""), Renderer() as renderer:
         assert set(stale(renderer, changes(kind)[:9])) >= {2, 3, 4, 5, 6, 7}
 
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from small_fields import wave
 
-from texvol.lone_extremes import lone_extremes
-from texvol.volume import Volume
+from texvol.scene.lone_extremes import lone_extremes
+from texvol.scene.volume import Volume
 
 INT_ENDS = [("i2", -32768), ("i4", -(2**31)), ("i4", 2**31 - 1), ("u4", 2**32 - 1), ("i8", -(2**63))]
 FLOAT_ENDS = [

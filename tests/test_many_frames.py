@@ -9,10 +9,10 @@ from unittest.mock import patch
 
 from scenes import FOG, smooth_volume
 
-from texvol.cutting import ClipPlane
-from texvol.renderer import Renderer
-from texvol.scene import Scene
-from texvol.shaders import load_program
+from texvol.opengl.shaders import load_program
+from texvol.rendering.renderer import Renderer
+from texvol.scene.cutting import ClipPlane
+from texvol.scene.scene import Scene
 
 CODE = """
 import numpy as np
@@ -67,7 +67,7 @@ def test_a_thousand_frames_of_whole_volumes() -> None:
 def test_programs_are_kept_and_not_too_many_of_them() -> None:
     """Lights and clip planes of any number are programs of their own."""
     volume = smooth_volume(8)
-    with Renderer() as renderer, patch("texvol.compositor.load_program", side_effect=load_program) as load:
+    with Renderer() as renderer, patch("texvol.opengl.compositor.load_program", side_effect=load_program) as load:
         for planes in range(70):
             clip = tuple(ClipPlane((1, 0, 0), -float(d)) for d in range(planes))
             renderer.render(Scene(volume, FOG, clip=clip), (8, 8))

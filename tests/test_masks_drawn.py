@@ -15,10 +15,10 @@ from scenes import BONE, constant, path_lengths, random_volume
 from several import turned
 
 from texvol import Camera, InputError, Light, Lighting, Renderer, Scene, TransferFunction, Volume
-from texvol.added_volume import AddedVolume
-from texvol.mask import Mask
-from texvol.scene import CLASSIFICATIONS
-from texvol.transfer import label_function
+from texvol.scene.added_volume import AddedVolume
+from texvol.scene.mask import Mask
+from texvol.scene.scene import CLASSIFICATIONS
+from texvol.scene.transfer import label_function
 
 SIZE = (64, 56)
 ROUNDING = 2e-6

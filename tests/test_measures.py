@@ -9,9 +9,9 @@ import pytest
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
-from texvol import image
 from texvol.comparison.measures import flip, measure, structural_similarity
 from texvol.comparison.pictures import Picture
+from texvol.formats.pictures import image
 
 
 def smooth(size: tuple[int, int] = (64, 48), seed: int = 0) -> NDArray[np.float32]:

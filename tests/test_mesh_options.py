@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 from scenes import smooth_volume
 
-from texvol import image
 from texvol.__main__ import main
 from texvol.comparison.pictures import read_picture
-from texvol.errors import InputError
+from texvol.formats.pictures import image
 from texvol.geometry import load_mesh
-from texvol.mesh_options import MeshChoice, mesh
-from texvol.renderer import Renderer
-from texvol.stored_scene import stored_scene_of
+from texvol.options.meshes import MeshChoice, mesh
+from texvol.provenance.stored_scene import stored_scene_of
+from texvol.rendering.renderer import Renderer
+from texvol.util.errors import InputError
 
 
 @pytest.fixture

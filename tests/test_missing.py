@@ -13,11 +13,12 @@ from dicom_files import slice_of, written_series
 from numpy.typing import NDArray
 from small_fields import wave
 
-from texvol import InputError, information, load
+from texvol import InputError, load
 from texvol.__main__ import main
+from texvol.cli import information
 from texvol.comparison.pictures import read_picture
-from texvol.readers import TimeSeries
-from texvol.stored_scene import stored_scene_of
+from texvol.formats.readers import TimeSeries
+from texvol.provenance.stored_scene import stored_scene_of
 
 HOLES = np.zeros((6, 6, 6), np.bool_)
 HOLES[1, 2, 3] = HOLES[4, :2] = True
@@ -229,7 +230,7 @@ def test_what_is_missing_is_left_out_before_a_grid_is_resampled(tmp_path: Path) 
 
 
 def test_a_mask_of_integers_hides_where_it_is_0_or_missing(tmp_path: Path) -> None:
-    from texvol.mask import Mask
+    from texvol.scene.mask import Mask
 
     values = np.where(HOLES, 200, wave(6, "u1") // 100 * 255).astype(np.uint8)
     for nodata in ("200", "255", "0", "17"):
@@ -294,7 +295,7 @@ def test_a_picture_says_which_values_were_missing(folder: Path, command: str) ->
 
 
 def test_a_saved_scene_says_which_values_are_missing(folder: Path) -> None:
-    from texvol.options import SceneOptions
+    from texvol.options.scene_options import SceneOptions
     from texvol.window.recent import Recent
     from texvol.window.scene_writing import volume_table
 

@@ -10,16 +10,16 @@ from benches import CLASSIFICATIONS, NAMED, SIZE, planted
 from scenes import BONE, FOG, constant, path_lengths, random_volume
 from test_scene_facts import GRADED, LIT, SCENES
 
-from texvol.camera import Camera
 from texvol.comparison.mistakes import CATALOGUE, WRONG_BY, Bench
 from texvol.comparison.planting import Planted, PlantedRenderer, replaced_shaders, without
-from texvol.image import linear_from_srgb
-from texvol.scene import Scene
-from texvol.shaders import FOLDER, ShaderError
-from texvol.slicing import slab_stacks
-from texvol.stored_scene import StoredScene
-from texvol.transfer import TransferFunction
-from texvol.volume import Volume
+from texvol.opengl.shaders import FOLDER, ShaderError
+from texvol.provenance.stored_scene import StoredScene
+from texvol.scene.camera import Camera
+from texvol.scene.scene import Scene
+from texvol.scene.transfer import TransferFunction
+from texvol.scene.volume import Volume
+from texvol.slicing.slabs import slab_stacks
+from texvol.util.color import linear_from_srgb
 
 
 @pytest.fixture(scope="module")

@@ -9,12 +9,12 @@ import pytest
 from benches import CLASSIFICATIONS, NAMED, SIZE, planted
 from scenes import BONE, FOG, constant, random_volume
 
-from texvol.added_volume import AddedVolume
-from texvol.camera import Camera
 from texvol.comparison.planting import PlantedRenderer
-from texvol.mask import Mask
-from texvol.scene import Scene
-from texvol.volume import Volume
+from texvol.scene.added_volume import AddedVolume
+from texvol.scene.camera import Camera
+from texvol.scene.mask import Mask
+from texvol.scene.scene import Scene
+from texvol.scene.volume import Volume
 
 FIRST, SECOND = random_volume(1), random_volume(2, (6, 7, 5))
 LABELS = Volume(np.rint(4 * FIRST.values), FIRST.spacing, labels=True)

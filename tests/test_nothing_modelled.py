@@ -16,18 +16,18 @@ import pytest
 from lit_scenes import FOG, KINDS, LIGHTS, SUN, framed, smooth
 
 import texvol
-from texvol import gradient
 from texvol.__main__ import main
-from texvol.added_volume import AddedVolume
-from texvol.display import NUMBER_MODES
-from texvol.lighting import DepthCue, Light, Lighting
-from texvol.mask import Mask
-from texvol.modelled import modelled
-from texvol.renderer import Renderer
-from texvol.scene import Classification, Scene
-from texvol.transfer import TransferFunction
-from texvol.transfer.graded import Contour, Graded
-from texvol.volume import Volume
+from texvol.rendering.modelled import modelled
+from texvol.rendering.renderer import Renderer
+from texvol.scene import gradient
+from texvol.scene.added_volume import AddedVolume
+from texvol.scene.display import NUMBER_MODES
+from texvol.scene.lighting import DepthCue, Light, Lighting
+from texvol.scene.mask import Mask
+from texvol.scene.scene import Classification, Scene
+from texvol.scene.transfer import TransferFunction
+from texvol.scene.transfer.graded import Contour, Graded
+from texvol.scene.volume import Volume
 
 SIZE = (12, 12)
 kinds = pytest.mark.parametrize("kind", KINDS)

@@ -13,7 +13,7 @@ import pytest
 from odd_scene_list import odd_scene
 
 from texvol import InputError, Renderer
-from texvol.scene import CLASSIFICATIONS, MODES
+from texvol.scene.scene import CLASSIFICATIONS, MODES
 
 SMALL = (16, 16)
 

@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from texvol import optics
-from texvol.contexts import Context
-from texvol.shaders import FOLDER
+from texvol.opengl.contexts import Context
+from texvol.opengl.shaders import FOLDER
+from texvol.scene import optics
 
 DEPTHS = [0.0, 1e-30, 1e-12, 1e-8, 1e-3, 0.3, 0.4999, 0.5, 1.0, 5.0, 50.0, 1e4]
 

@@ -18,14 +18,16 @@ import OpenImageIO as oiio
 import pytest
 from scenes import FOG, random_volume
 
-from texvol import film, image, orbit
 from texvol.__main__ import main
-from texvol.camera import Camera, Projection
-from texvol.errors import InputError
-from texvol.renderer import Renderer
-from texvol.scene import CLASSIFICATIONS, Scene
-from texvol.texture_store import TextureStore
-from texvol.volume import Volume
+from texvol.formats.films import film
+from texvol.formats.pictures import image
+from texvol.opengl.texture_store import TextureStore
+from texvol.rendering.renderer import Renderer
+from texvol.scene import orbit
+from texvol.scene.camera import Camera, Projection
+from texvol.scene.scene import CLASSIFICATIONS, Scene
+from texvol.scene.volume import Volume
+from texvol.util.errors import InputError
 
 SCENE = ["v.npy", "--tf", "fog", "--size", "48x32", "--backend", "auto"]
 

@@ -15,14 +15,14 @@ import planted
 import pytest
 from scenes import BONE, FOG, smooth_volume
 
-from texvol.camera import Camera, Projection
 from texvol.comparison import compare
 from texvol.ray_casting import raycast
-from texvol.renderer import Renderer
-from texvol.scene import Classification, Scene
-from texvol.slicing import SLABS_PER_STACK
-from texvol.transfer import TransferFunction
-from texvol.volume import Volume
+from texvol.rendering.renderer import Renderer
+from texvol.scene.camera import Camera, Projection
+from texvol.scene.scene import Classification, Scene
+from texvol.scene.transfer import TransferFunction
+from texvol.scene.volume import Volume
+from texvol.slicing.slabs import SLABS_PER_STACK
 
 SIZE = (96, 96)
 FLOAT32 = {"texture_format": "rgba32f", "target_format": "rgba32f"}

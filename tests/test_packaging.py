@@ -69,7 +69,7 @@ def test_the_wheel_holds_every_module_and_shader(wheel: Path) -> None:
 
 
 def test_the_installed_package_and_its_shaders_come_from_the_wheel(environment: Path, tmp_path: Path) -> None:
-    code = "import texvol, texvol.shaders; print(texvol.__file__); print(texvol.shaders.FOLDER)"
+    code = "import texvol, texvol.opengl.shaders; print(texvol.__file__); print(texvol.opengl.shaders.FOLDER)"
     package, shaders = run(environment / "bin" / "python", "-c", code, cwd=tmp_path).splitlines()
     assert Path(package).is_relative_to(environment)
     assert Path(shaders) == Path(package).parent / "shaders"
@@ -82,6 +82,6 @@ def test_the_installed_command_draws_the_demo_from_any_folder(environment: Path,
 
 
 def test_the_checkout_finds_the_shaders_beside_it() -> None:
-    from texvol import shaders
+    from texvol.opengl import shaders
 
     assert shaders.FOLDER == REPOSITORY / "shaders"

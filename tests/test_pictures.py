@@ -12,9 +12,9 @@ from real_data import real_volume
 from scenes import BONE, FOG, inside, random_volume, smooth_volume
 
 from texvol import Camera, Light, Lighting, Scene, load
-from texvol.demo import demo_scene
-from texvol.scene import CLASSIFICATIONS, Classification
-from texvol.transfer import preset
+from texvol.scene.demo import demo_scene
+from texvol.scene.scene import CLASSIFICATIONS, Classification
+from texvol.scene.transfer import preset
 
 CheckPicture = Callable[..., None]
 SIZE = (64, 64)

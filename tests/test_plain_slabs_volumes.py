@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from scenes import BONE, FOG, inside, path_lengths, random_volume, smooth_volume
 
-from texvol.added_volume import AddedVolume
-from texvol.cutting import ClipPlane
-from texvol.mask import Mask
 from texvol.pytest_plugin import plain_slabs
-from texvol.renderer import Renderer
-from texvol.scene import CLASSIFICATIONS, Scene
-from texvol.volume import Volume
+from texvol.rendering.renderer import Renderer
+from texvol.scene.added_volume import AddedVolume
+from texvol.scene.cutting import ClipPlane
+from texvol.scene.mask import Mask
+from texvol.scene.scene import CLASSIFICATIONS, Scene
+from texvol.scene.volume import Volume
 
 SIZE = (31, 26)
 FIRST = random_volume(1, (12, 11, 10))

@@ -10,7 +10,7 @@ import pytest
 from hard_case_list import hard_cases
 from hard_cases import run
 
-from texvol.shaders import ShaderError
+from texvol.opengl.shaders import ShaderError
 
 CASES = {case.name: case for case in hard_cases()}
 
@@ -48,7 +48,8 @@ def test_a_renderer_without_replacements_is_the_real_one() -> None:
 
 
 def test_planted_modules_do_not_stay() -> None:
-    from texvol import optics, slab_texture
+    from texvol.scene import optics
+    from texvol.textures import slab_texture
 
     with planted.planted(*planted.LINEAR_OPACITY):
         assert slab_texture.optics is not optics

@@ -10,13 +10,14 @@ import OpenImageIO as oiio
 import pytest
 from projected import rounding
 
-from texvol import image
 from texvol.__main__ import main
-from texvol.camera import Camera
-from texvol.orbit import cameras, framing
+from texvol.formats.pictures import image
 from texvol.ray_casting.projection import isosurface_depth, project
-from texvol.scene import Scene
-from texvol.volume import Volume
+from texvol.scene.camera import Camera
+from texvol.scene.orbit import cameras, framing
+from texvol.scene.scene import Scene
+from texvol.scene.volume import Volume
+from texvol.util import color
 
 NUMBERS = ("xray", "average", "mip", "minip")
 SIZE = (40, 32)
@@ -104,7 +105,7 @@ def test_eight_bits_show_a_window_or_colours_or_the_range(volume, mode, command)
             assert np.abs(shown - grey[..., None]).max() < 0.51 * LEVEL
     np.testing.assert_array_equal(levels("both.png"), levels("window.png"))
     blue = np.clip(values / 1000, 0, 1)
-    colors = image.srgb_from_linear(np.stack([1 - blue, 0 * blue, blue], axis=-1)) * met[..., None]
+    colors = color.srgb_from_linear(np.stack([1 - blue, 0 * blue, blue], axis=-1)) * met[..., None]
     if command == "raycast" or mode in ("mip", "minip"):
         assert np.abs(levels("tf.png")[..., :3] - colors).max() < LEVEL
 

@@ -25,11 +25,11 @@ from projected import (
 )
 from scenes import path_lengths, smooth_volume
 
-from texvol.camera import Camera
 from texvol.ray_casting.projection import isosurface_depth, project
-from texvol.renderer import Renderer
-from texvol.scene import Scene
-from texvol.volume import Volume
+from texvol.rendering.renderer import Renderer
+from texvol.scene.camera import Camera
+from texvol.scene.scene import Scene
+from texvol.scene.volume import Volume
 
 
 @pytest.fixture(scope="module")

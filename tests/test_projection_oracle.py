@@ -7,11 +7,11 @@ import pytest
 from scenes import path_lengths
 from scipy.ndimage import map_coordinates
 
-from texvol.camera import Camera
-from texvol.errors import InputError
 from texvol.ray_casting.projection import isosurface_depth, project
-from texvol.scene import Scene
-from texvol.volume import Volume
+from texvol.scene.camera import Camera
+from texvol.scene.scene import Scene
+from texvol.scene.volume import Volume
+from texvol.util.errors import InputError
 
 NUMBERS = ("xray", "average", "mip", "minip")
 GRIDS = {

@@ -12,8 +12,8 @@ from scenes import random_volume, smooth_volume
 
 from texvol.ray_casting import raycast
 from texvol.ray_casting.projection import project
-from texvol.renderer import Renderer
-from texvol.volume import Volume
+from texvol.rendering.renderer import Renderer
+from texvol.scene.volume import Volume
 
 
 @pytest.fixture(scope="module")

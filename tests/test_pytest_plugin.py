@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 from picture_project import Project, said, waves
 
-from texvol import __version__, image
+from texvol.formats.pictures import image
 from texvol.pytest_plugin.exit_status import status_of
+from texvol.util.version import __version__
 
 pytest_plugins = ("pytester", "picture_project")
 

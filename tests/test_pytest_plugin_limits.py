@@ -8,8 +8,8 @@ import pytest
 from picture_project import Project, said, spots, waves
 
 from texvol.comparison.limits import ONE_DRIVER, TWO_DRIVERS
-from texvol.errors import InputError
 from texvol.pytest_plugin.tables import Tables
+from texvol.util.errors import InputError
 
 pytest_plugins = ("pytester", "picture_project")
 

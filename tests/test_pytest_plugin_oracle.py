@@ -13,19 +13,20 @@ import pytest
 from picture_project import Project, said
 from scenes import BONE, FOG, inside, random_volume, smooth_volume
 
-from texvol import Lighting, Scene, image, raycast
+from texvol import Lighting, Scene, raycast
 from texvol.comparison.limits import TWO_DRIVERS
 from texvol.comparison.measures import flip
 from texvol.comparison.outcome import Outcome
 from texvol.comparison.pictures import Picture
-from texvol.cutting import ClipPlane
-from texvol.error_control import SAFETY
-from texvol.errors import InputError
+from texvol.formats.pictures import image
+from texvol.provenance.scene_metadata import scene_facts
 from texvol.pytest_plugin import oracle, plain_slabs
 from texvol.pytest_plugin.candidates import Maker, Request
-from texvol.renderer import Renderer
-from texvol.scene_facts import scene_facts
-from texvol.transfer import TransferFunction
+from texvol.rendering.error_control import SAFETY
+from texvol.rendering.renderer import Renderer
+from texvol.scene.cutting import ClipPlane
+from texvol.scene.transfer import TransferFunction
+from texvol.util.errors import InputError
 
 pytest_plugins = ("pytester", "picture_project")
 

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 from picture_project import Project, said, waves
 
-from texvol import image
+from texvol.formats.pictures import image
 
 pytest_plugins = ("pytester", "picture_project")
 

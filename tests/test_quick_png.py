@@ -12,8 +12,8 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 
-from texvol import image, quick_png
 from texvol.comparison.pictures import read_picture
+from texvol.formats.pictures import image, quick_png
 
 TEXTS = {"texvol:scene": '{"volume": "Schädel", "n": 1}', "texvol:renderer": "a\nb", "Software": "texvol"}
 

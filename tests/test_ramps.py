@@ -14,14 +14,14 @@ from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 from scenes import BONE, random_volume, smooth_volume
 
-from texvol.camera import Camera
-from texvol.ramps import NUMBERS_OF_RAMPS, ramp_uniforms
-from texvol.renderer import Renderer
-from texvol.scene import Classification, Scene
-from texvol.shaders import FOLDER
-from texvol.transfer import TransferFunction
-from texvol.value_texture import bake_values
-from texvol.volume import Volume
+from texvol.opengl.shaders import FOLDER
+from texvol.rendering.renderer import Renderer
+from texvol.scene.camera import Camera
+from texvol.scene.scene import Classification, Scene
+from texvol.scene.transfer import TransferFunction
+from texvol.scene.volume import Volume
+from texvol.textures.ramps import NUMBERS_OF_RAMPS, ramp_uniforms
+from texvol.textures.value_texture import bake_values
 
 SIZE = (32, 24)
 seeds = st.integers(0, 2**32 - 1)
@@ -122,7 +122,7 @@ def test_a_picture_by_ramps_is_that_by_segments(
     scene = Scene(volume, matter, camera, classification=classification)
     assume(bake_values(volume, matter, classification).switches(1.0, True)["RAMPS"])
     by_ramps = renderer.render(scene, SIZE)
-    with patch("texvol.value_texture.ramp_uniforms", return_value=None):
+    with patch("texvol.textures.value_texture.ramp_uniforms", return_value=None):
         by_segments = renderer.render(replace(scene, transfer_function=replace(matter)), SIZE)
     brightest = max(1.0, float(by_segments.max()))
     # The steepest ramp takes a value's rounding to that of its numbers.
@@ -143,7 +143,7 @@ def test_any_type_of_values_by_ramps(renderer: Renderer, dtype: type, classifica
     camera = Camera.orthographic((2.5, -20.0, 1.5), (2.5, 2, 1.5), (0, 0, 1), height=4)
     scene = Scene(volume, matter, camera, classification=classification)
     by_ramps = renderer.render(scene, (8, 8))
-    with patch("texvol.value_texture.ramp_uniforms", return_value=None):
+    with patch("texvol.textures.value_texture.ramp_uniforms", return_value=None):
         by_segments = renderer.render(replace(scene, transfer_function=replace(matter)), (8, 8))
     # A value is known to some 2^-22 of the largest stored; colour and depth change by up to 0.2 per unit.
     blur = 2.0**-22 * (65536 if np.dtype(dtype).kind in "iu" and np.dtype(dtype).itemsize == 2 else 256)

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from texvol.ranks import distinct, median, percentile_of_sorted
+from texvol.util.statistics import distinct, median, percentile_of_sorted
 
 NUMBERS = [
     np.array([3.0]),

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from texvol.camera import Camera
-from texvol.errors import InputError
 from texvol.ray_casting import raycast
-from texvol.scene import Scene
-from texvol.transfer import TransferFunction
-from texvol.volume import Volume
+from texvol.scene.camera import Camera
+from texvol.scene.scene import Scene
+from texvol.scene.transfer import TransferFunction
+from texvol.scene.volume import Volume
+from texvol.util.errors import InputError
 
 BOTH = pytest.mark.parametrize("classification", ["extinction", "post"])
 # Some hundred pieces of a few ulps (2e-16) each, and ray positions to 1e-14 of a cell: 1e-12 leaves room.
@@ -331,7 +331,7 @@ def test_a_picture_without_pixels_is_refused(size):
 
 
 def test_a_scene_without_transfer_function_takes_the_proposed_one():
-    transfer = pytest.importorskip("texvol.transfer")
+    transfer = pytest.importorskip("texvol.scene.transfer")
     if not hasattr(transfer, "proposed_for"):
         pytest.skip("no proposal yet")
     volume = ramp_volume()

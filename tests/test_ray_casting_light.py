@@ -26,13 +26,13 @@ from lit_fields import (
 )
 from scenes import path_lengths, random_volume
 
-from texvol.camera import Camera
-from texvol.lighting import DepthCue, Light, Lighting
 from texvol.ray_casting import raycast
-from texvol.scene import Scene
-from texvol.transfer import TransferFunction
-from texvol.transfer.graded import Contour, Graded
-from texvol.volume import Volume
+from texvol.scene.camera import Camera
+from texvol.scene.lighting import DepthCue, Light, Lighting
+from texvol.scene.scene import Scene
+from texvol.scene.transfer import TransferFunction
+from texvol.scene.transfer.graded import Contour, Graded
+from texvol.scene.volume import Volume
 
 BOTH = pytest.mark.parametrize("classification", ["extinction", "post"])
 SIZE = (4, 3)

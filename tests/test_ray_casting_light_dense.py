@@ -10,14 +10,14 @@ from scenes import random_volume
 from scipy.integrate import quad
 from scipy.ndimage import map_coordinates
 
-from texvol.camera import Camera
-from texvol.gradient import CENTRAL, Estimator, gradients
-from texvol.lighting import DepthCue, Light, Lighting
 from texvol.ray_casting import raycast
-from texvol.scene import Scene
-from texvol.transfer import TransferFunction
-from texvol.transfer.graded import Contour, Graded
-from texvol.volume import Volume
+from texvol.scene.camera import Camera
+from texvol.scene.gradient import CENTRAL, Estimator, gradients
+from texvol.scene.lighting import DepthCue, Light, Lighting
+from texvol.scene.scene import Scene
+from texvol.scene.transfer import TransferFunction
+from texvol.scene.transfer.graded import Contour, Graded
+from texvol.scene.volume import Volume
 
 SIZE = (4, 3)
 SAMPLES = 40_000

@@ -15,11 +15,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.ndimage import map_coordinates
 
-from texvol.camera import Camera
 from texvol.ray_casting import raycast
-from texvol.scene import Scene
-from texvol.transfer import TransferFunction
-from texvol.volume import Volume
+from texvol.scene.camera import Camera
+from texvol.scene.scene import Scene
+from texvol.scene.transfer import TransferFunction
+from texvol.scene.volume import Volume
 
 BOTH = pytest.mark.parametrize("classification", ["extinction", "post"])
 EXAMPLES = settings(max_examples=12, deadline=None)

@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 from marched import marched
 
-from texvol.added_volume import AddedVolume
-from texvol.camera import Camera
-from texvol.cutting import ClipPlane
-from texvol.lighting import DepthCue, Light, Lighting
-from texvol.mask import Mask
 from texvol.ray_casting import raycast
-from texvol.scene import CLASSIFICATIONS, Scene
-from texvol.transfer import TransferFunction
-from texvol.transfer.graded import Graded
-from texvol.volume import Volume
+from texvol.scene.added_volume import AddedVolume
+from texvol.scene.camera import Camera
+from texvol.scene.cutting import ClipPlane
+from texvol.scene.lighting import DepthCue, Light, Lighting
+from texvol.scene.mask import Mask
+from texvol.scene.scene import CLASSIFICATIONS, Scene
+from texvol.scene.transfer import TransferFunction
+from texvol.scene.transfer.graded import Graded
+from texvol.scene.volume import Volume
 
 SIZE = (4, 3)
 

@@ -11,14 +11,14 @@ import pytest
 from scenes import BONE, FOG, constant, path_lengths, random_volume
 from scipy.integrate import quad
 
-from texvol.camera import Camera
-from texvol.hidden_samples import without_hidden
-from texvol.lighting import DepthCue, Light, Lighting
-from texvol.mask import Mask
 from texvol.ray_casting import raycast
-from texvol.scene import CLASSIFICATIONS, Scene
-from texvol.transfer import TransferFunction
-from texvol.volume import Volume
+from texvol.scene.camera import Camera
+from texvol.scene.hidden_samples import without_hidden
+from texvol.scene.lighting import DepthCue, Light, Lighting
+from texvol.scene.mask import Mask
+from texvol.scene.scene import CLASSIFICATIONS, Scene
+from texvol.scene.transfer import TransferFunction
+from texvol.scene.volume import Volume
 
 SIZE = (14, 12)
 EXACT = {"rtol": 1e-12, "atol": 1e-13}  # see test_ray_casting_several

@@ -9,11 +9,11 @@ import pytest
 from lit_fields import COLOR, LIGHTING, SLOPE, answer, cued, framed, linear_volume, uniform
 from scenes import path_lengths, random_volume
 
-from texvol.camera import Camera
-from texvol.lighting import DepthCue
 from texvol.ray_casting import raycast
-from texvol.scene import Scene
-from texvol.transfer import TransferFunction
+from texvol.scene.camera import Camera
+from texvol.scene.lighting import DepthCue
+from texvol.scene.scene import Scene
+from texvol.scene.transfer import TransferFunction
 
 BOTH = pytest.mark.parametrize("classification", ["extinction", "post"])
 SIZE = (4, 3)

@@ -11,16 +11,16 @@ import pytest
 from scenes import BONE, FOG, constant, path_lengths, random_volume
 from several import turned
 
-from texvol.added_volume import AddedVolume
-from texvol.camera import Camera
-from texvol.cutting import ClipPlane
 from texvol.geometry import Mesh
-from texvol.lighting import DepthCue, Light, Lighting
 from texvol.ray_casting import raycast
-from texvol.scene import CLASSIFICATIONS, Scene
-from texvol.transfer import TransferFunction
-from texvol.transfer.graded import Contour, Graded
-from texvol.volume import Volume
+from texvol.scene.added_volume import AddedVolume
+from texvol.scene.camera import Camera
+from texvol.scene.cutting import ClipPlane
+from texvol.scene.lighting import DepthCue, Light, Lighting
+from texvol.scene.scene import CLASSIFICATIONS, Scene
+from texvol.scene.transfer import TransferFunction
+from texvol.scene.transfer.graded import Contour, Graded
+from texvol.scene.volume import Volume
 
 SIZE = (14, 12)
 # Some hundred pieces of a few ulps each, as in test_ray_casting.

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from texvol import InputError, load
-from texvol.readers.samples import FileFault, grid_from_columns, in_bytes, rescaled
+from texvol.formats.readers.samples import FileFault, grid_from_columns, in_bytes, rescaled
 
 REAL_TYPES = ["u1", "i1", "u2", "i2", "u4", "i4", "u8", "i8", "f2", "f4", "f8"]
 BYTE_ORDERS = ["<", ">"]
@@ -180,7 +180,7 @@ def test_reading_an_npy_imports_no_other_format(tmp_path: Path) -> None:
         "gzip",
     ]
     code = (
-        "import sys, numpy; before = set(sys.modules); from texvol.readers import load; "
+        "import sys, numpy; before = set(sys.modules); from texvol.formats.readers import load; "
         f"load({str(tmp_path / 'v.npy')!r}); print(*sorted((set(sys.modules) - before) & set({heavy!r})))"
     )
     repository = Path(__file__).resolve().parents[1]

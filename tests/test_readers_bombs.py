@@ -20,8 +20,8 @@ import tifffile
 from refusal import refused
 
 from texvol import InputError, load
-from texvol.readers import child_process
-from texvol.readers.samples import FileFault
+from texvol.formats.readers import child_process
+from texvol.formats.readers.samples import FileFault
 
 DATA = bytes(120)
 NRRD = b"NRRD0004\ntype: short\ndimension: 3\nsizes: 5 4 3\nendian: little\nencoding: %s\n"

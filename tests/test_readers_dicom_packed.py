@@ -16,7 +16,7 @@ from pydicom.encaps import encapsulate
 from refusal import refused
 
 from texvol import load
-from texvol.readers import dicom_pixels
+from texvol.formats.readers import dicom_pixels
 
 imagecodecs = pytest.importorskip("imagecodecs")
 pytest.importorskip("gdcm")

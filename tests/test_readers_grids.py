@@ -18,7 +18,8 @@ from grid_files import (
 )
 from scipy.interpolate import RegularGridInterpolator
 
-from texvol import InputError, Volume, information, load
+from texvol import InputError, Volume, load
+from texvol.cli import information
 
 UNEVEN = (np.array([0.0, 1.0, 2.5, 3.0, 7.0]), np.array([-2.0, 0.0, 1.0, 5.0]), np.array([10.0, 11.0, 14.0]))
 EVEN = tuple(

@@ -13,7 +13,8 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkFiltersCore import vtkProbeFilter
 
-from texvol import InputError, Volume, information, load
+from texvol import InputError, Volume, load
+from texvol.cli import information
 
 INDEX = points_of_axes([np.arange(size) for size in marked.DIMENSIONS])
 SHEAR = np.array([[1.0, 0.3, 0.0], [0.0, 1.0, 0.2], [0.1, 0.0, 1.0]])

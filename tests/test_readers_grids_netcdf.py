@@ -15,7 +15,8 @@ from real_data import real_volume
 from refusal import refused
 from scipy.interpolate import RegularGridInterpolator
 
-from texvol import InputError, information, load
+from texvol import InputError, load
+from texvol.cli import information
 
 FORMS = ["NETCDF4", "NETCDF4_CLASSIC", "NETCDF3_CLASSIC", "NETCDF3_64BIT_OFFSET", "NETCDF3_64BIT_DATA"]
 Z, Y, X = 30.5 - 4 * np.arange(3.0), -20 + 3 * np.arange(4.0), 10 + 2 * np.arange(5.0)

@@ -14,15 +14,15 @@ from planted import slabs_per_blend
 from scenes import BONE, FOG, constant, inside, path_lengths, random_volume, smooth_volume
 
 import texvol
-from texvol.camera import Camera, Projection
-from texvol.cells import CELL
-from texvol.errors import InputError
 from texvol.ray_casting import raycast
-from texvol.renderer import Renderer
-from texvol.scene import Classification, Scene
-from texvol.slicing import SLABS_PER_STACK
-from texvol.transfer import TransferFunction
-from texvol.volume import Volume
+from texvol.rendering.renderer import Renderer
+from texvol.scene.camera import Camera, Projection
+from texvol.scene.scene import Classification, Scene
+from texvol.scene.transfer import TransferFunction
+from texvol.scene.volume import Volume
+from texvol.slicing.cells import CELL
+from texvol.slicing.slabs import SLABS_PER_STACK
+from texvol.util.errors import InputError
 
 SIZE = (96, 80)
 FLOAT32 = {"texture_format": "rgba32f", "target_format": "rgba32f"}

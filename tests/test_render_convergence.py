@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 from scenes import BONE, FOG, random_volume, smooth_volume
 
-from texvol.camera import Camera, Projection
 from texvol.comparison import compare
-from texvol.contexts import open_context
-from texvol.errors import AccuracyWarning, ContextError
+from texvol.opengl.contexts import open_context
 from texvol.ray_casting import raycast
-from texvol.render import render
-from texvol.renderer import Renderer
-from texvol.scene import Classification, Scene
-from texvol.transfer import TransferFunction
-from texvol.volume import Volume
+from texvol.rendering.render import render
+from texvol.rendering.renderer import Renderer
+from texvol.scene.camera import Camera, Projection
+from texvol.scene.scene import Classification, Scene
+from texvol.scene.transfer import TransferFunction
+from texvol.scene.volume import Volume
+from texvol.util.errors import AccuracyWarning, ContextError
 
 SIZE = (160, 160)
 FLOAT32 = {"texture_format": "rgba32f", "target_format": "rgba32f"}

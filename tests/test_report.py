@@ -21,11 +21,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scenes import BONE, smooth_volume
 
-from texvol import image
 from texvol.__main__ import main
 from texvol.comparison import Difference
-from texvol.convergence import Asked, ErrorOf, Measurement, Setting, discretisation_max, total_max
+from texvol.formats.pictures import image
 from texvol.report import check_folder, words
+from texvol.report.convergence import Asked, ErrorOf, Measurement, Setting, discretisation_max, total_max
 from texvol.report.pictures import decades, false_color
 
 FILES = {"report.html", "report.csv", "report.md", "pareto-max.png", "pareto-rms.png"}

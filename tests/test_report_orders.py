@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from texvol.renderer import Renderer
+from texvol.rendering.renderer import Renderer
 from texvol.report.orders import slope, smooth_order, trilinear_change
 
 

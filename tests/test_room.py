@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scenes import FOG, smooth_volume
 
-from texvol.camera import Camera
 from texvol.ray_casting import raycast
-from texvol.renderer import Renderer
-from texvol.scene import Classification, Scene
+from texvol.rendering.renderer import Renderer
+from texvol.scene.camera import Camera
+from texvol.scene.scene import Classification, Scene
 
 SIZE = (40, 36)
 
@@ -40,7 +40,7 @@ def test_an_estimate_that_there_is_no_room_for_is_left_out() -> None:
 
 def test_an_estimate_is_left_out_where_the_small_picture_is_too_wide(monkeypatch: pytest.MonkeyPatch) -> None:
     """The small picture's sides are rounded, and slabs are longer in the corners of a wider one."""
-    monkeypatch.setattr("texvol.renderer.smaller", lambda size: (200, 20))
+    monkeypatch.setattr("texvol.rendering.renderer.smaller", lambda size: (200, 20))
     with Renderer(texture_memory=0.2) as renderer:
         assert renderer.render(wide_view("slab"), SIZE, slab_thickness=2.0, texture_format="rgba8").any()
         assert renderer.stats["estimated_error"] is None

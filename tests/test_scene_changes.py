@@ -20,8 +20,8 @@ from texvol.comparison.page import comparison_page
 from texvol.comparison.pictures import Picture
 from texvol.comparison.scene_changes import in_words, scene_changes
 from texvol.comparison.three_way import each_by_its_own
-from texvol.image import write
-from texvol.scene_facts import ATTRIBUTE, scene_facts
+from texvol.formats.pictures.image import write
+from texvol.provenance.scene_metadata import ATTRIBUTE, scene_facts
 
 pytest_plugins = ("pytester", "picture_project")
 
@@ -198,7 +198,7 @@ def test_that_values_may_have_changed_is_said_where_no_checksum_tells(
 def test_a_picture_that_names_no_scene_is_not_judged(
     drawn: Path, capsys: pytest.CaptureFixture[str], candidate: bool
 ) -> None:
-    from texvol.image import read
+    from texvol.formats.pictures.image import read
 
     write("bare.exr", read("fine.exr"))
     pair = ("bare.exr", "old.exr") if candidate else ("old.exr", "bare.exr")

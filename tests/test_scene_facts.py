@@ -14,25 +14,25 @@ import pytest
 from scenes import BONE, FOG, inside, random_volume, smooth_volume
 
 import texvol
-from texvol import image
 from texvol.__main__ import main
-from texvol.added_volume import AddedVolume
-from texvol.camera import Camera
 from texvol.comparison.pictures import read_picture
-from texvol.cutting import ClipPlane
-from texvol.errors import InputError
-from texvol.gradient import Estimator
-from texvol.lighting import DepthCue, Light, Lighting
-from texvol.mask import Mask
-from texvol.readers import ARGUMENTS, load
-from texvol.renderer import Renderer
-from texvol.scene import Scene
-from texvol.scene_facts import ATTRIBUTE, scene_facts
-from texvol.stored_parts import SOURCE
-from texvol.stored_scene import StoredScene, scene_from_facts, stored_scene_of
-from texvol.transfer import TransferFunction
-from texvol.transfer.graded import Contour, Graded
-from texvol.volume import Volume
+from texvol.formats.pictures import image
+from texvol.formats.readers import ARGUMENTS, load
+from texvol.provenance.parts import SOURCE
+from texvol.provenance.scene_metadata import ATTRIBUTE, scene_facts
+from texvol.provenance.stored_scene import StoredScene, scene_from_facts, stored_scene_of
+from texvol.rendering.renderer import Renderer
+from texvol.scene.added_volume import AddedVolume
+from texvol.scene.camera import Camera
+from texvol.scene.cutting import ClipPlane
+from texvol.scene.gradient import Estimator
+from texvol.scene.lighting import DepthCue, Light, Lighting
+from texvol.scene.mask import Mask
+from texvol.scene.scene import Scene
+from texvol.scene.transfer import TransferFunction
+from texvol.scene.transfer.graded import Contour, Graded
+from texvol.scene.volume import Volume
+from texvol.util.errors import InputError
 
 SIZE = (24, 20)
 VOLUME = random_volume(3)

@@ -13,17 +13,17 @@ from benches import NAMED, SIZE
 from real_data import real_volume
 from scenes import constant, random_volume
 
-from texvol import image
 from texvol.__main__ import main
-from texvol.camera import Camera
 from texvol.comparison.limits import NONE, ONE_DRIVER, TWO_DRIVERS
 from texvol.comparison.mistakes import Bench
 from texvol.comparison.pictures import read_picture
 from texvol.comparison.self_test import CAUGHT, FALSE_ALARM, MISSED, NO_MEANING, NOTHING, SAME, SelfTest, self_test
-from texvol.demo import demo_scene
-from texvol.scene import Scene
-from texvol.stored_scene import StoredScene, stored_scene_of
-from texvol.volume import Volume
+from texvol.formats.pictures import image
+from texvol.provenance.stored_scene import StoredScene, stored_scene_of
+from texvol.scene.camera import Camera
+from texvol.scene.demo import demo_scene
+from texvol.scene.scene import Scene
+from texvol.scene.volume import Volume
 
 DEMO = StoredScene(demo_scene(), name="demo")
 

@@ -9,13 +9,14 @@ import nibabel
 import numpy as np
 import pytest
 
-from texvol import Scene, image, load
+from texvol import Scene, load
 from texvol.__main__ import main
 from texvol.comparison.pictures import read_picture
-from texvol.readers import TimeSeries
-from texvol.renderer import Renderer
-from texvol.sequences import standing_for
-from texvol.transfer import proposed_for
+from texvol.formats.pictures import image
+from texvol.formats.readers import TimeSeries
+from texvol.output.sequences import standing_for
+from texvol.rendering.renderer import Renderer
+from texvol.scene.transfer import proposed_for
 
 STEPS = 4
 

@@ -15,8 +15,8 @@ from several import boxes, picture_of, scene_of, turned
 from shapes import quad
 
 from texvol import Camera, ClipPlane, DepthCue, InputError, Light, Lighting, Renderer, Scene, TransferFunction, Volume
-from texvol.added_volume import AddedVolume, common_box
-from texvol.scene import CLASSIFICATIONS
+from texvol.scene.added_volume import AddedVolume, common_box
+from texvol.scene.scene import CLASSIFICATIONS
 
 SIZE = (72, 60)
 # float32 sums of a few dozen slabs, each of a picture of at most 1.
@@ -289,6 +289,7 @@ def test_fewer_volumes_leave_nothing_behind(renderer: Renderer) -> None:
 def test_a_single_volume_knows_nothing_of_others() -> None:
     line = (
         "import sys, numpy as np, texvol as t; r = t.Renderer(); r.render(t.Scene(t.Volume(np.eye(3)[None])));"
-        "assert 'texvol.several' not in sys.modules; assert not any(k[0] == 'several' for k in r._compositor._programs)"
+        "assert 'texvol.opengl.several' not in sys.modules;"
+        "assert not any(k[0] == 'several' for k in r._compositor._programs)"
     )
     subprocess.run([sys.executable, "-c", line], check=True)

@@ -25,8 +25,8 @@ from texvol import (
     Volume,
     raycast,
 )
-from texvol.scene import CLASSIFICATIONS
-from texvol.transfer import label_function
+from texvol.scene.scene import CLASSIFICATIONS
+from texvol.scene.transfer import label_function
 
 SIZE = (40, 36)
 RANDOM = np.random.default_rng(0)

@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 from test_shader_files import LIGHTS, VERTEX, load, one_pixel
 
-from texvol.compositor import NO_LIGHT, NOTHING_SPECIAL
-from texvol.contexts import Context
-from texvol.shaders import ShaderError, load_program, set_uniforms
+from texvol.opengl.compositor import NO_LIGHT, NOTHING_SPECIAL
+from texvol.opengl.contexts import Context
+from texvol.opengl.shaders import ShaderError, load_program, set_uniforms
 
 
 @pytest.fixture
@@ -110,7 +110,7 @@ def test_all_kinds_of_volumes_compile_together(context: Context, first: int, sec
 def test_a_flat_uniform_comes_through_the_vertex_shader(
     context: Context, folder: Path, monkeypatch: pytest.MonkeyPatch, room: int
 ) -> None:
-    monkeypatch.setattr("texvol.shaders._ROOM", room)
+    monkeypatch.setattr("texvol.opengl.shaders._ROOM", room)
     (folder / "plain.frag").write_text("""#version 330
 #define MORE LEVEL > 1
 #if MORE

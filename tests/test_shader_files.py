@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from texvol.compositor import NO_LIGHT, NOTHING_SPECIAL
-from texvol.contexts import Context
-from texvol.ramps import NUMBERS_OF_RAMPS
-from texvol.shaders import FOLDER, ShaderError, _with_files, load_program, set_uniforms
+from texvol.opengl.compositor import NO_LIGHT, NOTHING_SPECIAL
+from texvol.opengl.contexts import Context
+from texvol.opengl.shaders import FOLDER, ShaderError, _with_files, load_program, set_uniforms
+from texvol.textures.ramps import NUMBERS_OF_RAMPS
 
 VERTEX = """// comments may stand first
 #version 330

@@ -12,11 +12,11 @@ from scenes import random_volume
 from several import turned
 
 from texvol import Camera, InputError, Renderer, Scene, TransferFunction, Volume, raycast
-from texvol.lighting import Light, Lighting, shadow_distance, shadow_nodes, unit
+from texvol.opengl.shadows import Shadows
 from texvol.ray_casting.shadows import arriving_at_nodes
-from texvol.scene import CLASSIFICATIONS
-from texvol.shadows import Shadows
-from texvol.transfer.graded import Contour
+from texvol.scene.lighting import Light, Lighting, shadow_distance, shadow_nodes, unit
+from texvol.scene.scene import CLASSIFICATIONS
+from texvol.scene.transfer.graded import Contour
 
 # Turned and sheared.
 OBLIQUE = np.array([[0.8, -0.6, 0.1], [0.6, 0.8, 0.0], [0.0, 0.2, 1.0]])

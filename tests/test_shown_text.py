@@ -15,12 +15,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from texvol import Volume, command_line, errors, image, information, terminal
+from texvol import Volume
+from texvol.cli import command_line, information
 from texvol.comparison import ci
-from texvol.errors import InputError
+from texvol.formats.pictures import image
 from texvol.pytest_plugin.records import PictureError
 from texvol.report import page, table
-from texvol.shown_text import escaped, markdown, one_line, shown, shown_line
+from texvol.util import errors, terminal
+from texvol.util.errors import InputError
+from texvol.util.shown_text import escaped, markdown, one_line, shown, shown_line
 
 EVIL = "\x1b]0;owned\x07\x9b31m\u202etxt\x08"
 SHOWN = r"\x1b]0;owned\x07\x9b31m\u202etxt\x08"
@@ -128,7 +131,9 @@ def test_a_comparison_shows_names(folder: Path, capsys: pytest.CaptureFixture[st
 def test_warnings_are_one_safe_line(
     folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("texvol.command_line._info", lambda arguments: warnings.warn(f"{EVIL}\nand more", stacklevel=1))
+    monkeypatch.setattr(
+        "texvol.cli.command_line._info", lambda arguments: warnings.warn(f"{EVIL}\nand more", stacklevel=1)
+    )
     assert command_line.main(["info", "v.npy"]) == 0
     assert capsys.readouterr().err == f"texvol: warning: {SHOWN} and more\n"
 
@@ -191,7 +196,7 @@ def test_the_page_of_a_report_may_ask_for_nothing() -> None:
 def test_a_python_warning_of_a_mask_is_safe(folder: Path) -> None:
     """Printed by Python itself, which shows whatever it is given."""
     code = (
-        "import numpy as np, texvol; from texvol.mask_options import _warn_if_elsewhere as w;"
+        "import numpy as np, texvol; from texvol.options.mask import _warn_if_elsewhere as w;"
         f"a = texvol.Volume(np.zeros((4, 4, 4)), origin=(9, 9, 9), name={EVIL!r});"
         "w(a, texvol.Volume(np.zeros((4, 4, 4))))"
     )

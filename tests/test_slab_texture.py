@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from scenes import BONE, FOG, constant, random_volume, smooth_volume
 
-from texvol import optics
-from texvol.accuracy import cheapest_texel_format
-from texvol.slab_texture import SlabTexture, bake
-from texvol.transfer import TransferFunction
-from texvol.value_texture import bake_values
-from texvol.volume import Volume
+from texvol.scene import optics
+from texvol.scene.transfer import TransferFunction
+from texvol.scene.volume import Volume
+from texvol.textures.slab_texture import SlabTexture, bake
+from texvol.textures.texel_format import cheapest_texel_format
+from texvol.textures.value_texture import bake_values
 
 
 def unscaled(texture: SlabTexture) -> np.ndarray:

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from texvol.camera import Camera, Projection
-from texvol.errors import InputError
-from texvol.slicing import WHOLE_BOX, SlabStacks, slab_stacks
-from texvol.volume import Volume
+from texvol.scene.camera import Camera, Projection
+from texvol.scene.volume import Volume
+from texvol.slicing.slabs import WHOLE_BOX, SlabStacks, slab_stacks
+from texvol.util.errors import InputError
 
 SIZE = (64, 48)
 directions = st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda d: np.linalg.norm(d) > 0.1)

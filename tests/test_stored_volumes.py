@@ -13,15 +13,15 @@ import pytest
 from scenes import BONE, FOG, random_volume
 
 from texvol.__main__ import main
-from texvol.added_volume import AddedVolume
 from texvol.comparison.pictures import read_picture
-from texvol.errors import InputError
-from texvol.mask import Mask
-from texvol.renderer import Renderer
-from texvol.scene import Scene
-from texvol.scene_facts import ATTRIBUTE, checksum_of, scene_facts
-from texvol.stored_scene import StoredScene, scene_from_facts, stored_scene_of
-from texvol.volume import Volume
+from texvol.provenance.scene_metadata import ATTRIBUTE, checksum_of, scene_facts
+from texvol.provenance.stored_scene import StoredScene, scene_from_facts, stored_scene_of
+from texvol.rendering.renderer import Renderer
+from texvol.scene.added_volume import AddedVolume
+from texvol.scene.mask import Mask
+from texvol.scene.scene import Scene
+from texvol.scene.volume import Volume
+from texvol.util.errors import InputError
 
 SIZE = (24, 20)
 FIRST, SECOND = random_volume(3), random_volume(4, (5, 6, 4))

@@ -11,12 +11,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from texvol.camera import Camera, Projection
 from texvol.ray_casting import raycast
-from texvol.renderer import Renderer
-from texvol.scene import CLASSIFICATIONS, Scene
-from texvol.transfer import TransferFunction
-from texvol.volume import Volume
+from texvol.rendering.renderer import Renderer
+from texvol.scene.camera import Camera, Projection
+from texvol.scene.scene import CLASSIFICATIONS, Scene
+from texvol.scene.transfer import TransferFunction
+from texvol.scene.volume import Volume
 
 SIZE = (24, 24)
 ULP = 2.0**-24

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from texvol import termination
+from texvol.util import termination
 
 
 @pytest.fixture

@@ -12,15 +12,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from texvol import command_line, text_files, transform_options
 from texvol.annotation.lettering import Lettering
+from texvol.cli import command_line
 from texvol.comparison import limits
-from texvol.errors import InputError
 from texvol.geometry import load_mesh
-from texvol.options import SceneOptions
+from texvol.options import transform as transform_options
+from texvol.options.scene_options import SceneOptions
+from texvol.provenance.stored_scene import scene_from_facts
 from texvol.pytest_plugin.tables import Tables
-from texvol.stored_scene import scene_from_facts
-from texvol.transfer import TransferFunction
+from texvol.scene.transfer import TransferFunction
+from texvol.util import text_files
+from texvol.util.errors import InputError
 from texvol.window import recent, script
 
 Read = Callable[[Path], object]

@@ -11,17 +11,17 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from scenes import BONE, FOG, random_volume, smooth_volume
 
-from texvol import texture_store
-from texvol.camera import Camera
-from texvol.contexts import Context, open_context
-from texvol.errors import InputError
-from texvol.render import bake
-from texvol.renderer import Renderer
-from texvol.scene import Scene
-from texvol.slab_texture import TEXEL_TYPES
-from texvol.texture_store import BakedTexture, TextureStore
-from texvol.transfer import TransferFunction
-from texvol.volume import Volume
+from texvol.opengl import texture_store
+from texvol.opengl.contexts import Context, open_context
+from texvol.opengl.texture_store import BakedTexture, TextureStore
+from texvol.rendering.render import bake
+from texvol.rendering.renderer import Renderer
+from texvol.scene.camera import Camera
+from texvol.scene.scene import Scene
+from texvol.scene.transfer import TransferFunction
+from texvol.scene.volume import Volume
+from texvol.textures.slab_texture import TEXEL_TYPES
+from texvol.util.errors import InputError
 
 MARGIN = (1, 2, 1)
 BYTES = {"rgba8": 4, "rgba16f": 8, "rgba32f": 16, "r16": 2, "r16f": 2, "r32f": 4}

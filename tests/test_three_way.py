@@ -8,11 +8,11 @@ from scenes import BONE, FOG, random_volume
 
 import texvol
 from texvol.comparison.three_way import MAX_CHANGE, RMS_CHANGE, ROUNDING, three_way, truth_of
-from texvol.display import shown
-from texvol.errors import InputError
-from texvol.renderer import Renderer
-from texvol.scene import Scene
-from texvol.stored_scene import StoredScene
+from texvol.provenance.stored_scene import StoredScene
+from texvol.rendering.renderer import Renderer
+from texvol.scene.display import shown
+from texvol.scene.scene import Scene
+from texvol.util.errors import InputError
 
 SHAPE = (20, 24, 4)
 TRUTH = np.random.default_rng(0).random(SHAPE)

@@ -17,7 +17,7 @@ from dicom_files import slice_of
 from grid_files import LATITUDES, LEVELS, LONGITUDES, points_of_axes, structured, warped, write_netcdf, written
 
 from texvol import InputError, load
-from texvol.readers import TimeSeries, time_steps
+from texvol.formats.readers import TimeSeries, time_steps
 
 STEPS = 4
 # Step t is the marked volume plus 10 t, so that which step it is shows in every sample.
@@ -189,7 +189,7 @@ def test_a_spacing_holds_for_every_step(tmp_path: Path) -> None:
 
 
 def test_what_is_compressed_is_unpacked_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from texvol.readers import stored
+    from texvol.formats.readers import stored
 
     write_nifti(tmp_path / "v.nii.gz")
     calls = []
@@ -232,7 +232,7 @@ def test_a_netcdf_file_is_opened_once(tmp_path: Path, monkeypatch: pytest.Monkey
 
 
 def test_places_in_a_curvilinear_grid_are_found_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from texvol.readers import cells
+    from texvol.formats.readers import cells
 
     path, points = tmp_path / "v.nc", warped((5, 4, 3))
     axes = [AXES[0], *((name, None, "") for name in ("k", "j", "i"))]

@@ -10,10 +10,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from texvol import transfer
-from texvol.errors import InputError
-from texvol.transfer import TransferFunction
-from texvol.volume import Volume
+from texvol.scene import transfer
+from texvol.scene.transfer import TransferFunction
+from texvol.scene.volume import Volume
+from texvol.util.errors import InputError
 
 RAMP = {
     "points": [

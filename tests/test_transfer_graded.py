@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from texvol import transfer
-from texvol.errors import InputError
-from texvol.transfer import TransferFunction
-from texvol.transfer.graded import Contour, Graded
+from texvol.scene import transfer
+from texvol.scene.transfer import TransferFunction
+from texvol.scene.transfer.graded import Contour, Graded
+from texvol.util.errors import InputError
 
 WHITE = (1.0, 1.0, 1.0)
 

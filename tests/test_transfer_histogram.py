@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from real_data import real_volume
 
-from texvol import transfer
-from texvol.readers import load
-from texvol.transfer.histogram import regions_of
-from texvol.volume import Volume
+from texvol.formats.readers import load
+from texvol.scene import transfer
+from texvol.scene.transfer.histogram import regions_of
+from texvol.scene.volume import Volume
 
 RANDOM = np.random.default_rng
 

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from texvol import transfer
-from texvol.errors import InputError
-from texvol.transfer import TransferFunction
-from texvol.volume import Volume
+from texvol.scene import transfer
+from texvol.scene.transfer import TransferFunction
+from texvol.scene.volume import Volume
+from texvol.util.errors import InputError
 
 LEFT, RIGHT = (0.9, 0.6, 0.1), (0.2, 0.3, 1.0)
 FAT = {"name": "fat", "from": [0, 10], "to": [30, 50], "color": list(LEFT), "extinction": 0.5}

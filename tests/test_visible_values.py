@@ -8,11 +8,11 @@ import weakref
 import numpy as np
 import pytest
 
-from texvol import visible_values
-from texvol.transfer import TransferFunction
-from texvol.transfer.graded import Graded
-from texvol.visible_values import visible
-from texvol.volume import Volume
+from texvol.scene.transfer import TransferFunction
+from texvol.scene.transfer.graded import Graded
+from texvol.scene.volume import Volume
+from texvol.textures import visible_values
+from texvol.textures.visible_values import visible
 
 
 def matter(points: list[tuple[float, float]], **further: object) -> TransferFunction:

@@ -14,13 +14,16 @@ from scene_lines import chosen, scene
 from scenes import random_volume
 
 import texvol
-from texvol import InputError, load, options, reading_options, transfer
+from texvol import InputError, load
 from texvol.__main__ import main
-from texvol.added_volume import common_box
 from texvol.comparison.pictures import read_picture
-from texvol.scene import Scene
-from texvol.shown_pictures import out_of_view
-from texvol.volume import Volume
+from texvol.options import reading as reading_options
+from texvol.options import scene_options as options
+from texvol.output.shown_pictures import out_of_view
+from texvol.scene import transfer
+from texvol.scene.added_volume import common_box
+from texvol.scene.scene import Scene
+from texvol.scene.volume import Volume
 
 VALUES, OTHER = random_volume(1).values, random_volume(2, (4, 5, 6)).values
 MASK = (random_volume(3).values > 0.5).astype(np.uint8)
@@ -323,7 +326,7 @@ def test_load_is_not_asked_for_more_than_it_knows() -> None:
     """Each option of a further volume that is not its look or its place is an argument of `load`."""
     import inspect
 
-    from texvol.volume_options import LOOK, OF_ADDED, PLACE
+    from texvol.options.volumes import LOOK, OF_ADDED, PLACE
 
     own = {option.name for option in (*LOOK, *PLACE)} - {"spacing"}
     assert {each.option.name for each in OF_ADDED} - own == set(inspect.signature(load).parameters) - {"path"}

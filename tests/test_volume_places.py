@@ -10,12 +10,12 @@ import pytest
 from scene_lines import scene
 from scenes import random_volume
 
-from texvol import spaces
 from texvol.__main__ import main
 from texvol.comparison.pictures import read_picture
-from texvol.errors import InputError
-from texvol.stored_scene import stored_scene_of
-from texvol.volume import Volume
+from texvol.provenance.stored_scene import stored_scene_of
+from texvol.scene import spaces
+from texvol.scene.volume import Volume
+from texvol.util.errors import InputError
 
 VALUES = random_volume(1).values
 MASK = (random_volume(3).values > 0.5).astype(np.uint8)

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 from windows import PATIENCE, ball, display, eight_bits, script, texvol, viewed  # noqa: F401 (display is a fixture)
 
-from texvol import transfer
 from texvol.annotation import Annotation, with_room
-from texvol.errors import InputError
+from texvol.formats.readers import load
 from texvol.geometry import Mesh, save_mesh
-from texvol.readers import load
+from texvol.scene import transfer
+from texvol.util.errors import InputError
 from texvol.window import additions, contents, navigation, recent, saving
 from texvol.window import script as scripts
 from texvol.window.commands import TABS, is_command

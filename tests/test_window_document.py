@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from texvol.added_volume import AddedVolume
-from texvol.camera import Camera
-from texvol.transfer import TransferFunction
-from texvol.volume import Volume
+from texvol.scene.added_volume import AddedVolume
+from texvol.scene.camera import Camera
+from texvol.scene.transfer import TransferFunction
+from texvol.scene.volume import Volume
 from texvol.window import navigation
 from texvol.window.document import Document, opened_file
 from texvol.window.handles import place_of

@@ -10,10 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from texvol.annotation import Annotation, with_room
-from texvol.camera import Camera
-from texvol.scene import Scene
-from texvol.transfer import TransferFunction, preset
-from texvol.volume import Volume
+from texvol.scene.camera import Camera
+from texvol.scene.scene import Scene
+from texvol.scene.transfer import TransferFunction, preset
+from texvol.scene.volume import Volume
 from texvol.window.document import Document, Origin, opened_file
 from texvol.window.editing import Curve, extinction_of, opacity_of
 from texvol.window.histogram import histogram_of
@@ -193,7 +193,7 @@ def test_a_view_that_nobody_changed_makes_room_for_annotation(tmp_path: Path) ->
 
 def test_looks_of_labels_are_found_in_their_transfer_function_and_make_it_again() -> None:
     pytest.importorskip("imgui_bundle", reason="the window needs the extra: pip install 'texvol[view]'")
-    from texvol.transfer.labels import OPACITY, label_function
+    from texvol.scene.transfer.labels import OPACITY, label_function
     from texvol.window.panels.labels import look_of
 
     values = np.zeros((4, 5, 6), np.uint8)

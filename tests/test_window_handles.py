@@ -13,10 +13,10 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from windows import ball, display, script, viewed  # noqa: F401 (display is a fixture)
 
-from texvol.camera import Camera
-from texvol.cutting import ClipPlane
-from texvol.scene import Scene
-from texvol.volume import Volume
+from texvol.scene.camera import Camera
+from texvol.scene.cutting import ClipPlane
+from texvol.scene.scene import Scene
+from texvol.scene.volume import Volume
 from texvol.window import handles
 
 VOLUME = Volume(np.zeros((10, 20, 30), np.uint8), spacing=(1.0, 2.0, 3.0), origin=(100.0, 0.0, -40.0))

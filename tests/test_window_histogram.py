@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from texvol.volume import Volume
+from texvol.scene.volume import Volume
 from texvol.window.histogram import histogram_of
 
 LARGEST = float(np.finfo(np.float64).max)

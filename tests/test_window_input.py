@@ -11,9 +11,9 @@ from unittest.mock import Mock
 import numpy as np
 import pytest
 
-from texvol.camera import Camera
-from texvol.errors import InputError
-from texvol.volume import Volume
+from texvol.scene.camera import Camera
+from texvol.scene.volume import Volume
+from texvol.util.errors import InputError
 from texvol.window.desk import Desk
 from texvol.window.events import KEYS, Event, Queue
 from texvol.window.navigation import View

@@ -7,7 +7,7 @@ import signal
 
 import pytest
 
-from texvol.termination import Terminated
+from texvol.util.termination import Terminated
 from texvol.window.interruption import Interruption
 
 

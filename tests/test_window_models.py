@@ -11,13 +11,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from texvol.camera import Camera
-from texvol.cutting import ClipPlane
-from texvol.readers import load
-from texvol.scene import Scene
-from texvol.transfer import TransferFunction
-from texvol.transfer.labels import label_function
-from texvol.volume import Volume
+from texvol.formats.readers import load
+from texvol.scene.camera import Camera
+from texvol.scene.cutting import ClipPlane
+from texvol.scene.scene import Scene
+from texvol.scene.transfer import TransferFunction
+from texvol.scene.transfer.labels import label_function
+from texvol.scene.volume import Volume
 from texvol.window import probe, recent, slices
 from texvol.window.document import opened_file
 from texvol.window.naming import how_read, shortened, volume_called

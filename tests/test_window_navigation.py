@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from texvol.camera import Camera
-from texvol.volume import Volume
+from texvol.scene.camera import Camera
+from texvol.scene.volume import Volume
 from texvol.window import navigation
 from texvol.window.navigation import AXES, Place, View
 

@@ -12,10 +12,10 @@ import pytest
 from windows import ball, display, eight_bits, script, texvol, viewed  # noqa: F401 (display is a fixture)
 
 from texvol.__main__ import main
-from texvol.air import HOUNSFIELD
-from texvol.image import read
-from texvol.options import SceneOptions
-from texvol.scene import COLORINGS, NUMBER_MODES
+from texvol.formats.pictures.image import read
+from texvol.options.scene_options import SceneOptions
+from texvol.scene.air import HOUNSFIELD
+from texvol.scene.scene import COLORINGS, NUMBER_MODES
 from texvol.window import editing, saving
 from texvol.window.commands import is_command
 from texvol.window.document import Document, opened_file
@@ -105,7 +105,7 @@ def test_the_line_wins_over_what_was_saved(folder) -> None:
     def chosen(*line: str, file: str = "s.toml") -> tuple[str, Any]:
         import argparse
 
-        from texvol.options import add_scene_options
+        from texvol.options.scene_options import add_scene_options
 
         parser = argparse.ArgumentParser()
         add_scene_options(parser)

@@ -16,15 +16,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from texvol import image
-from texvol.added_volume import AddedVolume
-from texvol.camera import Camera
-from texvol.gradient import Estimator
-from texvol.lighting import Lighting
-from texvol.renderer import Renderer
-from texvol.scene import Scene
-from texvol.transfer import TransferFunction
-from texvol.volume import Volume
+from texvol.formats.pictures import image
+from texvol.rendering.renderer import Renderer
+from texvol.scene.added_volume import AddedVolume
+from texvol.scene.camera import Camera
+from texvol.scene.gradient import Estimator
+from texvol.scene.lighting import Lighting
+from texvol.scene.scene import Scene
+from texvol.scene.transfer import TransferFunction
+from texvol.scene.volume import Volume
 from texvol.window.jobs import Answer
 from texvol.window.painter import Painter
 from texvol.window.parcels import Receiver, Sender, Shared

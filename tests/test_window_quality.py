@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from texvol.camera import Camera
-from texvol.lighting import Lighting
-from texvol.scene import Scene
-from texvol.transfer import TransferFunction
-from texvol.volume import Volume
+from texvol.scene.camera import Camera
+from texvol.scene.lighting import Lighting
+from texvol.scene.scene import Scene
+from texvol.scene.transfer import TransferFunction
+from texvol.scene.volume import Volume
 from texvol.window import quality
 from texvol.window.director import Director, Wanted
 from texvol.window.jobs import Answer

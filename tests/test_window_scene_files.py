@@ -12,20 +12,21 @@ import numpy as np
 import pytest
 
 import texvol
-from texvol import image, options
 from texvol.__main__ import main
 from texvol.annotation import Annotation
-from texvol.camera import Camera
-from texvol.cutting import ClipPlane
-from texvol.errors import InputError
+from texvol.formats.pictures import image
 from texvol.geometry import Lines, Mesh
-from texvol.gradient import Estimator
-from texvol.lighting import DepthCue, Light, Lighting
-from texvol.mask import Mask
-from texvol.renderer import Renderer
-from texvol.scene import Scene
-from texvol.scene_facts import ATTRIBUTE, scene_facts
-from texvol.transfer import TransferFunction, preset
+from texvol.options import scene_options as options
+from texvol.provenance.scene_metadata import ATTRIBUTE, scene_facts
+from texvol.rendering.renderer import Renderer
+from texvol.scene.camera import Camera
+from texvol.scene.cutting import ClipPlane
+from texvol.scene.gradient import Estimator
+from texvol.scene.lighting import DepthCue, Light, Lighting
+from texvol.scene.mask import Mask
+from texvol.scene.scene import Scene
+from texvol.scene.transfer import TransferFunction, preset
+from texvol.util.errors import InputError
 from texvol.window import saving
 from texvol.window.document import Document, Origin, opened_file
 from texvol.window.jobs import Showing

@@ -14,8 +14,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from texvol import depth_picture, film, geometry, image, writing
-from texvol.errors import InputError
+from texvol import geometry
+from texvol.formats.films import film
+from texvol.formats.pictures import depth as depth_picture
+from texvol.formats.pictures import image
+from texvol.util import writing
+from texvol.util.errors import InputError
 
 PICTURE = np.random.default_rng(3).random((32, 32, 4)).astype(np.float32)
 

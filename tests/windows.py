@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from texvol import image
+from texvol.formats.pictures import image
 
 REPOSITORY = Path(__file__).parents[1]
 PATIENCE = 180  # seconds; a window that hangs is a failure, a busy machine is not

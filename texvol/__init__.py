@@ -5,55 +5,55 @@ Names are imported when first used, so that a picture starts in a blink.
 
 from __future__ import annotations
 
-import sys
 from importlib import import_module
-from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
+from texvol.util.version import __version__
+
 if TYPE_CHECKING:
-    from texvol.added_volume import AddedVolume
+    from texvol import geometry
     from texvol.annotation import Annotation
-    from texvol.camera import Camera
     from texvol.comparison import Difference, compare
-    from texvol.cutting import ClipPlane
-    from texvol.errors import ContextError, InputError, MissingExtraError, TexvolError
-    from texvol.gradient import Estimator
-    from texvol.lighting import DepthCue, Light, Lighting
-    from texvol.mask import Mask
+    from texvol.formats.readers import TimeSeries, load
     from texvol.ray_casting import raycast
-    from texvol.readers import TimeSeries, load
-    from texvol.render import render
-    from texvol.renderer import Renderer
-    from texvol.scene import Scene
-    from texvol.transfer import TransferFunction
-    from texvol.volume import Volume
+    from texvol.rendering.render import render
+    from texvol.rendering.renderer import Renderer
+    from texvol.scene.added_volume import AddedVolume
+    from texvol.scene.camera import Camera
+    from texvol.scene.cutting import ClipPlane
+    from texvol.scene.gradient import Estimator
+    from texvol.scene.lighting import DepthCue, Light, Lighting
+    from texvol.scene.mask import Mask
+    from texvol.scene.scene import Scene
+    from texvol.scene.transfer import TransferFunction
+    from texvol.scene.volume import Volume
+    from texvol.util.errors import ContextError, InputError, MissingExtraError, TexvolError
 
-__version__ = "0.4.0"
-
-_HOMES = {
-    "AddedVolume": "added_volume",
+# The module of each public name.
+_MODULES = {
+    "AddedVolume": "scene.added_volume",
     "Annotation": "annotation",
-    "Camera": "camera",
-    "ClipPlane": "cutting",
-    "ContextError": "errors",
-    "DepthCue": "lighting",
+    "Camera": "scene.camera",
+    "ClipPlane": "scene.cutting",
+    "ContextError": "util.errors",
+    "DepthCue": "scene.lighting",
     "Difference": "comparison",
-    "Estimator": "gradient",
-    "InputError": "errors",
-    "Light": "lighting",
-    "Lighting": "lighting",
-    "Mask": "mask",
-    "MissingExtraError": "errors",
-    "Renderer": "renderer",
-    "Scene": "scene",
-    "TexvolError": "errors",
-    "TimeSeries": "readers",
-    "TransferFunction": "transfer",
-    "Volume": "volume",
+    "Estimator": "scene.gradient",
+    "InputError": "util.errors",
+    "Light": "scene.lighting",
+    "Lighting": "scene.lighting",
+    "Mask": "scene.mask",
+    "MissingExtraError": "util.errors",
+    "Renderer": "rendering.renderer",
+    "Scene": "scene.scene",
+    "TexvolError": "util.errors",
+    "TimeSeries": "formats.readers",
+    "TransferFunction": "scene.transfer",
+    "Volume": "scene.volume",
     "compare": "comparison",
-    "load": "readers",
+    "load": "formats.readers",
     "raycast": "ray_casting",
-    "render": "render",
+    "render": "rendering.render",
 }
 
 __all__ = [
@@ -76,7 +76,9 @@ __all__ = [
     "TimeSeries",
     "TransferFunction",
     "Volume",
+    "__version__",
     "compare",
+    "geometry",
     "load",
     "raycast",
     "render",
@@ -84,17 +86,12 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _HOMES:
+    if name == "geometry":
+        return import_module("texvol.geometry")
+    if name not in _MODULES:
         raise AttributeError(f"module 'texvol' has no attribute {name!r}")
-    return getattr(import_module(f"texvol.{_HOMES[name]}"), name)
+    return getattr(import_module(f"texvol.{_MODULES[name]}"), name)
 
 
-class _Package(ModuleType):
-    def __setattr__(self, name: str, value: Any) -> None:
-        # Importing the module texvol.render binds it here, where the function of that name belongs.
-        if name == "render" and isinstance(value, ModuleType):
-            value = value.render
-        super().__setattr__(name, value)
-
-
-sys.modules[__name__].__class__ = _Package
+def __dir__() -> list[str]:
+    return __all__

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 def main(line: Sequence[str] | None = None) -> int:
     """Run one command; the exit status. Ctrl-C ends it with one line from the beginning, while libraries load."""
     try:
-        from texvol import command_line
+        from texvol.cli import command_line
 
         return command_line.main(line)
     except KeyboardInterrupt:

@@ -18,8 +18,8 @@ from texvol.annotation import rounding
 from texvol.annotation.marks import Point
 from texvol.annotation.sheet import Rect, Sheet
 from texvol.annotation.view import EDGES, Edge, View
-from texvol.spaces import OPPOSITE, letters_of_space
-from texvol.volume import Volume
+from texvol.scene.spaces import OPPOSITE, letters_of_space
+from texvol.scene.volume import Volume
 
 _SCALE = 0.9
 _TICK, _GAP, _NAME_GAP = 0.35, 0.3, 0.65  # ems

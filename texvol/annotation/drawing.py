@@ -17,8 +17,8 @@ from texvol.annotation.request import Annotation
 from texvol.annotation.scale_bar import draw_scale_bar
 from texvol.annotation.sheet import WHITE, Sheet
 from texvol.annotation.view import View
-from texvol.scene import Scene
-from texvol.volume import Volume
+from texvol.scene.scene import Scene
+from texvol.scene.volume import Volume
 
 _TITLE, _SMALLEST_TITLE = 1.25, 0.7  # ems; and how small it may become, of that, before it is cut
 _TITLE_FROM_BORDER = 0.6  # ems

@@ -8,15 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.air import HOUNSFIELD
 from texvol.annotation import rounding
-from texvol.display import Window, isosurface_color, number_colors, straight_colors
-from texvol.errors import InputError
-from texvol.image import linear_from_srgb
-from texvol.scene import Scene
-from texvol.transfer import TransferFunction
-from texvol.transfer.pieces import LARGEST_VALUE, inside
-from texvol.volume import Volume
+from texvol.scene.air import HOUNSFIELD
+from texvol.scene.display import Window, isosurface_color, number_colors, straight_colors
+from texvol.scene.scene import Scene
+from texvol.scene.transfer import TransferFunction
+from texvol.scene.transfer.pieces import LARGEST_VALUE, inside
+from texvol.scene.volume import Volume
+from texvol.util.color import linear_from_srgb
+from texvol.util.errors import InputError
 
 Numbers = NDArray[np.float64]
 _MARGIN = 0.05  # of the range in which colours change, shown on either side of it
@@ -60,7 +60,7 @@ def content_of(scene: Scene, value_name: str, window: Window | None) -> Content:
     if scene.mode == "composite":
         transfer = scene.transfer_function
         if transfer is None:
-            from texvol.transfer import proposed_for
+            from texvol.scene.transfer import proposed_for
 
             transfer = proposed_for(scene.volume)
         looks: tuple[Numbers | None, ...] = tuple(np.array(color) for color in transfer.material_colors)
@@ -91,7 +91,7 @@ def _grey(scene: Scene, window: Window | None) -> ColorBar:
     if window is None:
         if scene.mode in ("xray", "average"):
             raise InputError(f"annotation: the legend of mode {scene.mode} needs the window that it is shown in")
-        from texvol.display import found_window
+        from texvol.scene.display import found_window
 
         window = found_window(np.zeros((0, 0, 4)), scene)
     centre, width = window

@@ -8,12 +8,12 @@ import numpy as np
 
 from texvol.annotation.legend_content import Content, content_of
 from texvol.annotation.lettering import Lettering
-from texvol.display import Window, straight_colors
-from texvol.errors import InputError
-from texvol.label_counts import label_counts
-from texvol.scene import Scene
-from texvol.transfer import proposed_for
-from texvol.volume import Volume
+from texvol.scene.display import Window, straight_colors
+from texvol.scene.label_counts import label_counts
+from texvol.scene.scene import Scene
+from texvol.scene.transfer import proposed_for
+from texvol.scene.volume import Volume
+from texvol.util.errors import InputError
 
 _CHOSEN = ("variable", "series", "channel", "time")  # of a file, that tell its volumes apart
 

@@ -19,8 +19,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.errors import InputError, missing_extra
-from texvol.text_files import check_regular
+from texvol.util.errors import InputError, missing_extra
+from texvol.util.text_files import check_regular
 
 ELLIPSIS = "…"
 _MOST_EMS = 256  # area of a letter in squares of the font's size; more is a broken font

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from texvol.annotation.sheet import Sheet
 from texvol.annotation.view import View
-from texvol.errors import InputError
-from texvol.spaces import OPPOSITE, letters_of_space
-from texvol.volume import Volume
+from texvol.scene.spaces import OPPOSITE, letters_of_space
+from texvol.scene.volume import Volume
+from texvol.util.errors import InputError
 
 _SCALE = 1.2  # letters stand alone, and are a little larger
 _FROM_BORDER = 1.0  # ems from the border to their middle

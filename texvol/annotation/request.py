@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from texvol.errors import InputError
+from texvol.util.errors import InputError
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from texvol.camera import Camera
-    from texvol.scene import Scene
+    from texvol.scene.camera import Camera
+    from texvol.scene.scene import Scene
 
 Triple = tuple[float, float, float]
 PARTS = ("box", "axes", "orientation", "legend", "scale-bar")  # the names of what is on or off

@@ -25,8 +25,8 @@ from texvol.annotation.legend import legends_width
 from texvol.annotation.legends import contents_of
 from texvol.annotation.request import Annotation
 from texvol.annotation.sheet import Sheet
-from texvol.camera import FRAMING_MARGIN, Camera
-from texvol.scene import Scene
+from texvol.scene.camera import FRAMING_MARGIN, Camera
+from texvol.scene.scene import Scene
 
 # What each part takes of the picture's border, in ems: left, right, top, bottom.
 _TITLE = (0.0, 0.0, 2.2, 0.0)

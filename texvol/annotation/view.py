@@ -11,8 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.camera import Camera
-from texvol.volume import Volume
+from texvol.scene.camera import Camera
+from texvol.scene.volume import Volume
 
 # Of the box's radius. What is nearer to a perspective eye would lie a million pictures away from the middle.
 _NEAR = 1e-6

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from texvol.shown_text import markdown, one_line, shown, shown_line
+from texvol.util.shown_text import markdown, one_line, shown, shown_line
 
 if TYPE_CHECKING:
     from texvol.comparison.outcome import Outcome

@@ -21,11 +21,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.comparison.pictures import Picture
-from texvol.errors import InputError, TexvolError
-from texvol.text_files import parsed_json
+from texvol.util.errors import InputError, TexvolError
+from texvol.util.text_files import parsed_json
 
 if TYPE_CHECKING:
-    from texvol.stored_scene import StoredScene
+    from texvol.provenance.stored_scene import StoredScene
 
 SCENE_ATTRIBUTE = "texvol:scene"
 NUMBER_MODES = ("xray", "mip", "minip", "average")  # display.NUMBER_MODES, without what it imports
@@ -153,10 +153,10 @@ def _says_how(header: Mapping[str, Any]) -> bool:
 
 def _shown_as(header: Mapping[str, Any], name: str) -> StoredScene:
     """The display of a header, in a scene of no other use: its volume is a single sample."""
-    from texvol.scene import Scene
-    from texvol.scene_facts import scene_facts
-    from texvol.stored_scene import scene_from_facts
-    from texvol.volume import Volume
+    from texvol.provenance.scene_metadata import scene_facts
+    from texvol.provenance.stored_scene import scene_from_facts
+    from texvol.scene.scene import Scene
+    from texvol.scene.volume import Volume
 
     volume = Volume(np.zeros((1, 1, 1), np.float32))
     plain = json.loads(scene_facts("", Scene(volume, mode="mip"))[SCENE_ATTRIBUTE])
@@ -167,8 +167,8 @@ def _shown_as(header: Mapping[str, Any], name: str) -> StoredScene:
 
 def _as_found(numbers: Picture) -> StoredScene:
     """The display that is found where nobody chose one; needs the volume, whose range may be the window."""
-    from texvol.display import found_window
-    from texvol.stored_scene import stored_scene_of
+    from texvol.provenance.stored_scene import stored_scene_of
+    from texvol.scene.display import found_window
 
     folder = Path(numbers.name).resolve().parent
     stored = stored_scene_of(numbers.attributes, name=numbers.name, folder=folder)

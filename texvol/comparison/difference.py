@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from texvol.errors import InputError
+from texvol.util.errors import InputError
 
 
 @dataclass(frozen=True)

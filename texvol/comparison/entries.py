@@ -9,13 +9,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol import image
 from texvol.comparison.compared import compared_pixels, largest_finite, pixel_differences, shown_range
 from texvol.comparison.limits import Limits
 from texvol.comparison.measures import Measures, without_infinities
 from texvol.comparison.outcome import Outcome
 from texvol.comparison.pictures import Picture
-from texvol.page_pictures import color_table, data_url
+from texvol.formats.pictures import image
+from texvol.formats.pictures.page_pictures import color_table, data_url
+from texvol.util import color
 
 _THUMB = 128  # pixels of the longer side
 _MOST_EXCESS = 1e12  # of a limit of 0; JSON has no infinity
@@ -169,7 +170,7 @@ def _difference_thumbnail(differences: NDArray, limit: float) -> str:
     with np.errstate(divide="ignore"):
         shares = 0.5 + np.log10(reduced / limit) / (2 * THUMBNAIL_DECADES)
     entries = np.rint(255 * np.clip(np.nan_to_num(shares), 0, 1)).astype(np.uint8)
-    colors = image.linear_from_srgb(color_table()[entries] / 255)
+    colors = color.linear_from_srgb(color_table()[entries] / 255)
     colors[shares <= 0] = 0
     colors[~np.isfinite(reduced)] = _MAGENTA
     return _encoded(colors)

@@ -15,7 +15,7 @@ from texvol.comparison.kinds.kind import Kind
 from texvol.comparison.mistakes import Bench, Mistake, distance, drawn
 from texvol.comparison.planting import PlantedRenderer
 from texvol.comparison.three_way import ROUNDING
-from texvol.stored_scene import StoredScene
+from texvol.provenance.stored_scene import StoredScene
 
 LEAST_EXPLAINED = 0.9  # of the squared difference: by rms, what is left is under a third of it
 _BAND = 32  # a slab is looked for in one part of so many of the rows

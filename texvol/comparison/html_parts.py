@@ -9,7 +9,7 @@ from importlib.resources import files
 from string import Template
 from typing import Any
 
-from texvol.shown_text import escaped
+from texvol.util.shown_text import escaped
 
 # Each has a sign besides its colour, which not everybody sees.
 SIGNS = {"broken": "✕", "different": "≠", "new": "+", "same": "✓"}

@@ -8,7 +8,7 @@ from urllib.parse import quote
 
 from texvol.comparison.entries import THUMBNAIL_DECADES
 from texvol.comparison.html_parts import SIGNS, STATUSES, document, fact_list, listed, number, status_sign
-from texvol.shown_text import escaped
+from texvol.util.shown_text import escaped
 
 _HINT = (
     "A new picture has no reference yet. Look at it, and if it is right run "

@@ -17,11 +17,11 @@ from texvol.comparison.common_form import SCENE_ATTRIBUTE, CommonForm, header_of
 from texvol.comparison.outcome import Outcome, with_truth
 from texvol.comparison.pictures import Picture
 from texvol.comparison.three_way import each_by_its_own, supposing, truth_of
-from texvol.errors import InputError, TexvolError
+from texvol.util.errors import InputError, TexvolError
 
 if TYPE_CHECKING:
-    from texvol.scene import Scene
-    from texvol.stored_scene import StoredScene
+    from texvol.provenance.stored_scene import StoredScene
+    from texvol.scene.scene import Scene
 
 _ROLES = ("candidate", "reference")
 
@@ -93,7 +93,7 @@ def _scenes(
 
 def _stored(picture: Picture, volume: str | None, scene: Scene | None) -> StoredScene:
     """The scene of a picture, of the volumes that are at hand where these are its."""
-    from texvol.stored_scene import stored_scene_of
+    from texvol.provenance.stored_scene import stored_scene_of
 
     how: dict[str, Any] = {"name": picture.name, "folder": Path(picture.name).resolve().parent}
     if scene is None:

@@ -26,10 +26,10 @@ from typing import Any
 
 import numpy as np
 
-from texvol import text_files
 from texvol.comparison.measures import Measures, without_infinities
 from texvol.comparison.pictures import Picture
-from texvol.errors import InputError
+from texvol.util import text_files
+from texvol.util.errors import InputError
 
 DRIVER_ATTRIBUTE = "texvol:renderer"
 

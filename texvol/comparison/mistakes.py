@@ -18,13 +18,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.comparison.other_matter import linear_in_depth, times
+from texvol.comparison.other_medium import linear_in_depth, times
 from texvol.comparison.planting import OVER_WHAT_IS_THERE, UNDER_BY_ITS_OWN_ALPHA, Planted, PlantedRenderer, Slabs
 from texvol.comparison.three_way import ROUNDING
-from texvol.image import srgb_from_linear
-from texvol.scene import Scene
-from texvol.stored_scene import StoredScene
-from texvol.transfer import TransferFunction, proposed_for
+from texvol.provenance.stored_scene import StoredScene
+from texvol.scene.scene import Scene
+from texvol.scene.transfer import TransferFunction, proposed_for
+from texvol.util.color import srgb_from_linear
 
 Pixels = NDArray[np.float32]
 _SEARCHED_AT = 64  # pixels along the longer side: enough to tell which slab shows

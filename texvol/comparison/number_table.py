@@ -7,7 +7,7 @@ from texvol.comparison.limits import DRIVER_ATTRIBUTE, Limits
 from texvol.comparison.measures import Measures
 from texvol.comparison.outcome import Outcome
 from texvol.comparison.pictures import Picture
-from texvol.shown_text import escaped
+from texvol.util.shown_text import escaped
 
 _ROWS = (
     ("maximum", "max_error"),

@@ -25,8 +25,8 @@ from texvol.comparison.measures import flip_map
 from texvol.comparison.number_table import file_table, number_tables, worst_pixel_words
 from texvol.comparison.outcome import Outcome
 from texvol.comparison.pixel_data import candidate_data, level_data, reference_data
-from texvol.page_pictures import color_table
-from texvol.shown_text import escaped
+from texvol.formats.pictures.page_pictures import color_table
+from texvol.util.shown_text import escaped
 
 __all__ = ["comparison_page", "entry_of"]
 

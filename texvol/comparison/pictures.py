@@ -16,10 +16,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from texvol.errors import InputError
-from texvol.image import linear_from_srgb
-from texvol.shown_text import shown_line
-from texvol.terminal import held_back_stderr, one_line
+from texvol.util.color import linear_from_srgb
+from texvol.util.errors import InputError
+from texvol.util.shown_text import shown_line
+from texvol.util.terminal import held_back_stderr, one_line
 
 FORMATS = {"openexr": "EXR", "png": "PNG", "tiff": "TIFF", "jpeg": "JPEG"}
 _MOST_PIXELS = 1 << 28  # four channels of float32 are 4 GB: more is a broken header

@@ -15,11 +15,11 @@ from typing import Any
 
 import numpy as np
 
-from texvol.compositor import Compositor, Drawing
-from texvol.contexts import Context
-from texvol.renderer import Renderer
-from texvol.shaders import FOLDER, ShaderError
-from texvol.slicing import SlabStacks, slab_stacks
+from texvol.opengl.compositor import Compositor, Drawing
+from texvol.opengl.contexts import Context
+from texvol.opengl.shaders import FOLDER, ShaderError
+from texvol.rendering.renderer import Renderer
+from texvol.slicing.slabs import SlabStacks, slab_stacks
 
 Replacement = tuple[str, str, str]  # file, what stands there, what is to
 Slabs = tuple[int, int]  # the first, and the one after the last

@@ -6,10 +6,10 @@ import os
 from pathlib import Path
 
 from texvol.comparison.pictures import read_picture
-from texvol.errors import InputError
-from texvol.options import SceneOptions
-from texvol.stored_scene import AnyVolume, StoredScene, stored_scene_of
-from texvol.volume import Volume
+from texvol.options.scene_options import SceneOptions
+from texvol.provenance.stored_scene import AnyVolume, StoredScene, stored_scene_of
+from texvol.scene.volume import Volume
+from texvol.util.errors import InputError
 
 PICTURES = (".exr", ".png", ".jpg", ".jpeg")  # a TIFF is a volume: as a picture it has no scene
 LONGEST_SIDE = 256  # of a picture drawn again for a test, pixels

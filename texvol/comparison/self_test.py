@@ -22,11 +22,11 @@ from texvol.comparison.mistakes import Bench, drawn
 from texvol.comparison.outcome import Outcome, examine
 from texvol.comparison.pictures import Picture
 from texvol.comparison.planting import PlantedRenderer
-from texvol.errors import ContextError
-from texvol.renderer import Renderer
-from texvol.scene_facts import scene_facts
-from texvol.shown_text import shown_line
-from texvol.stored_scene import AnyVolume, StoredScene
+from texvol.provenance.scene_metadata import scene_facts
+from texvol.provenance.stored_scene import AnyVolume, StoredScene
+from texvol.rendering.renderer import Renderer
+from texvol.util.errors import ContextError
+from texvol.util.shown_text import shown_line
 
 DEFAULT_SIZE = (256, 256)
 CAUGHT, MISSED, NOTHING, NO_MEANING = "caught", "missed", "changes nothing here", "does not apply"

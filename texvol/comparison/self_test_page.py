@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from texvol.comparison.html_parts import document, listed, number
 from texvol.comparison.self_test import CAUGHT, FALSE_ALARM, MISSED, SAME, Row, SelfTest
-from texvol.page_pictures import data_url, png
-from texvol.shown_text import escaped
+from texvol.formats.pictures.page_pictures import data_url, png
+from texvol.util.shown_text import escaped
 
 STYLES = ("style.css", "self_test.css")
 # A sign beside the colour, which not everybody sees.

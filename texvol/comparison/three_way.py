@@ -28,7 +28,7 @@ from texvol.comparison.common_form import CommonForm
 from texvol.comparison.difference import Difference, compare
 
 if TYPE_CHECKING:
-    from texvol.stored_scene import StoredScene
+    from texvol.provenance.stored_scene import StoredScene
 
 RMS_CHANGE, MAX_CHANGE = 0.05, 0.2
 # Of the brightest pixel: float32 sums some hundreds of slabs to 2^-22, and another driver to another 2^-22.

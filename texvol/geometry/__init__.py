@@ -15,10 +15,10 @@ from __future__ import annotations
 import os
 from typing import TYPE_CHECKING
 
-from texvol.geometry.shapes import Lines, Mesh
+from texvol.scene.shapes import Lines, Mesh
 
 if TYPE_CHECKING:
-    from texvol.volume import Volume
+    from texvol.scene.volume import Volume
 
 __all__ = ["Lines", "Mesh", "load_mesh", "save_mesh", "surface_of"]
 

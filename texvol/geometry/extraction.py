@@ -10,9 +10,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.errors import InputError, missing_extra
-from texvol.geometry.shapes import Mesh
-from texvol.volume import Volume
+from texvol.scene.shapes import Mesh
+from texvol.scene.volume import Volume
+from texvol.util.errors import InputError, missing_extra
 
 # What stands for an infinite value, in ranges of the finite ones: the surface is this much nearer to the finite side.
 _INFINITE = 2.0**20

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator
 
-from texvol.readers.samples import FileFault
+from texvol.formats.readers.samples import FileFault
 
 # Of OBJ: keywords that begin a line; faces with an index of 0, of fewer than three corners, with indices from behind.
 _KEYWORDS = re.compile(rb"^[ \t]*(v|vn|vt|f|o|g|s|usemtl)[ \t]+", re.MULTILINE)

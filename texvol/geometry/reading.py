@@ -15,13 +15,13 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.errors import InputError
+from texvol.formats.readers.faults import named_faults
+from texvol.formats.readers.loading import silent_libraries
+from texvol.formats.readers.samples import FileFault, check_size
 from texvol.geometry.mesh_text import plain_obj, plain_ply, plain_stl
-from texvol.geometry.shapes import MESH_COLOR, Mesh
-from texvol.readers.faults import named_faults
-from texvol.readers.loading import silent_libraries
-from texvol.readers.samples import FileFault, check_size
-from texvol.text_files import check_regular
+from texvol.scene.shapes import MESH_COLOR, Mesh
+from texvol.util.errors import InputError
+from texvol.util.text_files import check_regular
 
 FORMATS = {".ply": "PLY", ".stl": "STL", ".obj": "OBJ", ".vtp": "VTP"}
 READ = "PLY, STL, OBJ, VTP"

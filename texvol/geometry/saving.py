@@ -10,10 +10,10 @@ from math import floor, log10
 
 import numpy as np
 
-from texvol import writing
-from texvol.errors import InputError, missing_extra
 from texvol.geometry.reading import FORMATS, READ
-from texvol.geometry.shapes import Mesh
+from texvol.scene.shapes import Mesh
+from texvol.util import writing
+from texvol.util.errors import InputError, missing_extra
 
 _DIGITS = 17  # of a float64
 

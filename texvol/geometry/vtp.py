@@ -12,10 +12,10 @@ from xml.etree import ElementTree
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from texvol.geometry.shapes import Mesh
-from texvol.readers.samples import FileFault, check_size
-from texvol.readers.vti_arrays import Appended, read_array
-from texvol.readers.vtk_xml import _document, _type
+from texvol.formats.readers.samples import FileFault, check_size
+from texvol.formats.readers.vti_arrays import Appended, read_array
+from texvol.formats.readers.vtk_xml import _document, _type
+from texvol.scene.shapes import Mesh
 
 _MOST = 2**40  # of points or polygons of a piece
 

@@ -11,12 +11,12 @@ import numpy as np
 
 from texvol.comparison.limits import DRIVER_ATTRIBUTE
 from texvol.comparison.pictures import Picture, read_picture
-from texvol.errors import InputError
 from texvol.pytest_plugin import repeats
-from texvol.scene import Scene
+from texvol.scene.scene import Scene
+from texvol.util.errors import InputError
 
 if TYPE_CHECKING:
-    from texvol.renderer import Renderer
+    from texvol.rendering.renderer import Renderer
 
 # What a scene is drawn at unless the test says otherwise: small enough for a repository and for the oracle.
 DEFAULT_SIZE = 128, 128
@@ -86,7 +86,7 @@ class Maker:
     def renderer(self) -> Renderer:
         """The renderer for scenes without one of their own."""
         if self._renderer is None:
-            from texvol.renderer import Renderer
+            from texvol.rendering.renderer import Renderer
 
             self._renderer = Renderer()
         return self._renderer
@@ -145,7 +145,7 @@ class Maker:
         return Candidate(_with_scene(_labelled(picture, request), request.scene), scene=request.scene)
 
     def _drawn(self, scene: Scene, request: Request) -> Candidate:
-        from texvol.scene_facts import scene_facts
+        from texvol.provenance.scene_metadata import scene_facts
 
         if request.scene is not None:
             raise InputError("scene= says what an array or a file is a picture of, and a scene came: leave it out")
@@ -160,7 +160,7 @@ class Maker:
 
 def _with_scene(picture: Picture, scene: Scene | None) -> Picture:
     """The picture with the scene that the test names, where its header holds none."""
-    from texvol.scene_facts import ATTRIBUTE, scene_facts
+    from texvol.provenance.scene_metadata import ATTRIBUTE, scene_facts
 
     if scene is None or ATTRIBUTE in picture.attributes:
         return picture

@@ -12,19 +12,19 @@ from texvol.comparison.judged import judged
 from texvol.comparison.limits import ONE_DRIVER, Limits
 from texvol.comparison.outcome import Outcome, examine, explained
 from texvol.comparison.pictures import Picture
-from texvol.errors import AccuracyWarning, InputError, MissingExtraError
 from texvol.pytest_plugin import messages, names, options, oracle, references
 from texvol.pytest_plugin.candidates import Candidate, Request, UnreadableError
 from texvol.pytest_plugin.records import PictureError
 from texvol.pytest_plugin.references import Reference
 from texvol.pytest_plugin.repeats import Repeats, repeats_of
 from texvol.pytest_plugin.tables import Rules, Tables
+from texvol.util.errors import AccuracyWarning, InputError, MissingExtraError
 
 if TYPE_CHECKING:
     import pytest
 
     from texvol.pytest_plugin.session import PictureSession
-    from texvol.scene import Scene
+    from texvol.scene.scene import Scene
 
 
 class Check:

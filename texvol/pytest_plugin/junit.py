@@ -27,7 +27,7 @@ def add_attachments(path: Path) -> None:
     """
     from xml.etree import ElementTree
 
-    from texvol import writing
+    from texvol.util import writing
 
     try:
         tree = ElementTree.parse(path)

@@ -13,7 +13,7 @@ import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from texvol.errors import InputError
+from texvol.util.errors import InputError
 
 if TYPE_CHECKING:
     import pytest

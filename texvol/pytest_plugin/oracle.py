@@ -14,18 +14,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol import error_control
 from texvol.comparison.limits import DRIVER_ATTRIBUTE, Limits
 from texvol.comparison.outcome import Outcome, examine, number_range
 from texvol.comparison.pictures import Picture
-from texvol.display import NUMBER_MODES
-from texvol.errors import InputError, missing_extra
+from texvol.provenance.scene_metadata import ATTRIBUTE, scene_facts
 from texvol.pytest_plugin import plain_slabs
 from texvol.pytest_plugin.candidates import Candidate, Maker
-from texvol.scene_facts import ATTRIBUTE, scene_facts
+from texvol.rendering import error_control
+from texvol.scene.display import NUMBER_MODES
+from texvol.util.errors import InputError, missing_extra
 
 if TYPE_CHECKING:
-    from texvol.scene import Scene
+    from texvol.scene.scene import Scene
 
 # A picture that is off by so much everywhere has FLIP 0.11 on white, where the eye sees least, and more on every other
 # ground: twice what the looser limits of `texvol diff` allow. Whoever looks sees an error that such a bound lets pass.
@@ -117,7 +117,7 @@ def _with_scene(candidate: Candidate) -> Candidate:
     """The candidate with the scene in its header, where the test does not say which."""
     if candidate.scene is not None or ATTRIBUTE not in candidate.picture.attributes:
         return candidate
-    from texvol.stored_scene import stored_scene_of
+    from texvol.provenance.stored_scene import stored_scene_of
 
     picture = candidate.picture
     folder = str(picture.name).rpartition("/")[0] or "."
@@ -172,7 +172,7 @@ def _expected(
 
 def _settings(candidate: Candidate, scene: Scene, options: Mapping[str, Any]) -> dict[str, Any]:
     """How the picture was drawn, or is taken to have been."""
-    from texvol import accuracy
+    from texvol.rendering import accuracy
 
     if candidate.settings.get("slab_thickness"):
         return dict(candidate.settings)

@@ -16,9 +16,9 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from texvol import writing
-from texvol.errors import InputError
 from texvol.pytest_plugin.references import Reference
+from texvol.util import writing
+from texvol.util.errors import InputError
 
 _INFO, _SHARED, _UNLIKE = ".json", ".shared", ".unlike"
 

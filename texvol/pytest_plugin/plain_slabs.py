@@ -23,11 +23,11 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.camera import Camera
-from texvol.scene import Scene
-from texvol.threads import in_threads
-from texvol.transfer import TransferFunction, proposed_for
-from texvol.volume import Volume
+from texvol.scene.camera import Camera
+from texvol.scene.scene import Scene
+from texvol.scene.transfer import TransferFunction, proposed_for
+from texvol.scene.volume import Volume
+from texvol.util.threads import in_threads
 
 Numbers = NDArray[np.float64]
 _RAYS_AT_ONCE = 1 << 14

@@ -20,7 +20,7 @@ from typing import Any
 
 import pytest
 
-from texvol.shown_text import shown
+from texvol.util.shown_text import shown
 
 # Worst first.
 STATUSES = ("broken", "different", "new", "refused", "updated", "same")

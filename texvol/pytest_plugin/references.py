@@ -12,12 +12,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol import fingerprint, image
 from texvol.comparison.limits import DRIVER_ATTRIBUTE
 from texvol.comparison.pictures import Picture, read_picture
-from texvol.errors import InputError
+from texvol.formats.pictures import image
 from texvol.pytest_plugin import repeats
-from texvol.text_files import parsed_json
+from texvol.util import fingerprint
+from texvol.util.errors import InputError
+from texvol.util.text_files import parsed_json
 
 SUFFIXES = (".exr", ".png", ".tif", ".tiff", ".jpg", ".jpeg")
 FINGERPRINT_ATTRIBUTE = "texvol:fingerprint"

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from texvol.comparison.pictures import Picture
-from texvol.text_files import parsed_json
+from texvol.util.text_files import parsed_json
 
 ATTRIBUTE = "texvol:repeats"
 

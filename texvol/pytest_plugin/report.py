@@ -11,9 +11,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from texvol import __version__, text_files, writing
-from texvol.errors import InputError
 from texvol.pytest_plugin.records import Record, counted
+from texvol.util import text_files, writing
+from texvol.util.errors import InputError
+from texvol.util.version import __version__
 
 if TYPE_CHECKING:
     from texvol.comparison.outcome import Outcome

@@ -8,15 +8,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from texvol import writing
 from texvol.comparison import ci
-from texvol.errors import InputError, TexvolError
 from texvol.pytest_plugin import junit, references, report
 from texvol.pytest_plugin.candidates import Maker
 from texvol.pytest_plugin.names import Claims
 from texvol.pytest_plugin.pending import Pending
 from texvol.pytest_plugin.records import FAILING, RECORDS, plain
-from texvol.shown_text import escaped
+from texvol.util import writing
+from texvol.util.errors import InputError, TexvolError
+from texvol.util.shown_text import escaped
 
 if TYPE_CHECKING:
     import pytest
@@ -67,7 +67,7 @@ class PictureSession:
             return {}
         self._self_tests = False
         from texvol.comparison import self_test, self_test_page
-        from texvol.stored_scene import StoredScene
+        from texvol.provenance.stored_scene import StoredScene
 
         stored = StoredScene(candidate.scene, candidate.settings, name=outcome.name)
         try:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from texvol.errors import InputError
+from texvol.util.errors import InputError
 
 if TYPE_CHECKING:
     import pytest

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from texvol.errors import InputError
 from texvol.pytest_plugin import exit_status, options
 from texvol.pytest_plugin.records import Gathered, counted
-from texvol.shown_text import shown_line
+from texvol.util.errors import InputError
+from texvol.util.shown_text import shown_line
 
 if TYPE_CHECKING:
     from texvol.pytest_plugin.records import Record

@@ -23,7 +23,7 @@ from pathlib import Path
 from typing import Any
 
 from texvol.comparison.limits import NAMES, ONE_DRIVER, TWO_DRIVERS, Limits, changed_limits, read_limits
-from texvol.errors import InputError
+from texvol.util.errors import InputError
 
 DEFAULT = "default"
 _KEYS = tuple(name.replace("_", "-") for name in NAMES)

@@ -11,9 +11,9 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.ray_casting.common_places import middle_of, rays_in
-from texvol.scene import Scene
-from texvol.volume import Volume
+from texvol.ray_casting.common_positions import middle_of, rays_in
+from texvol.scene.scene import Scene
+from texvol.scene.volume import Volume
 
 Numbers = NDArray[np.float64]
 _SHORT = 2.0**-26  # of the smallest spacing: half of float64's digits are left for what it holds

@@ -21,7 +21,7 @@ from texvol.ray_casting.bernstein import (
     value_and_slope,
 )
 from texvol.ray_casting.compiling import compiled
-from texvol.ray_casting.matter import OPAQUE_DEPTH, add_opaque, add_piece, classified, mixed_color, segment_of
+from texvol.ray_casting.medium import OPAQUE_DEPTH, add_opaque, add_piece, classified, mixed_color, segment_of
 
 JUST_INSIDE = 1e-9  # of a piece; stands for the limit from inside where weights vanish on the face itself
 LARGEST = float(np.finfo(np.float64).max)

@@ -13,7 +13,7 @@ import numpy as np
 from texvol.ray_casting.bernstein import value_at
 from texvol.ray_casting.compiling import compiled, inlined, woven_in
 from texvol.ray_casting.lit_ray import MOST_LEVELS, NODE_COUNT, place_at
-from texvol.ray_casting.matter import OPAQUE_DEPTH
+from texvol.ray_casting.medium import OPAQUE_DEPTH
 from texvol.ray_casting.shading import FACING, cue_at, cued, dot, lit, matter_at
 
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(NODE_COUNT)

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from texvol.errors import missing_extra
+from texvol.util.errors import missing_extra
 
 try:
     from numba import njit, types

@@ -14,7 +14,7 @@ from texvol.ray_casting.cells import JUST_INSIDE, _opaque_color, _point_between,
 from texvol.ray_casting.collocation import add_stretch, collocate, fields_at, shown
 from texvol.ray_casting.compiling import compiled, woven_in
 from texvol.ray_casting.lit_cuts import find_cuts
-from texvol.ray_casting.matter import GAUSS_POINTS, GAUSS_WEIGHTS, OPAQUE_DEPTH, add_opaque, add_piece, segment_of
+from texvol.ray_casting.medium import GAUSS_POINTS, GAUSS_WEIGHTS, OPAQUE_DEPTH, add_opaque, add_piece, segment_of
 from texvol.ray_casting.shading import (
     FACING,
     OPAQUE,

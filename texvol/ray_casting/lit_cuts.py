@@ -12,7 +12,7 @@ from math import sqrt
 from texvol.ray_casting.bernstein import EPSILON
 from texvol.ray_casting.compiling import compiled, inlined, woven_in
 from texvol.ray_casting.lit_ray import place_at
-from texvol.ray_casting.matter import segment_of
+from texvol.ray_casting.medium import segment_of
 from texvol.ray_casting.roots import add_roots
 from texvol.ray_casting.shading import SQUARE, added, dot, toward, unit
 

@@ -13,15 +13,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.camera import Camera
-from texvol.gradient import gradients
-from texvol.lighting import DepthCue, Lighting, shadow_distance, unit
-from texvol.ray_casting.common_places import centre_from, middle_of
-from texvol.ray_casting.matter import Matter, matter_of
+from texvol.ray_casting.common_positions import centre_from, middle_of
+from texvol.ray_casting.medium import Matter, matter_of
 from texvol.ray_casting.shadows import arriving_at_nodes
-from texvol.scene import Scene
-from texvol.transfer import TransferFunction
-from texvol.volume import Volume
+from texvol.scene.camera import Camera
+from texvol.scene.gradient import gradients
+from texvol.scene.lighting import DepthCue, Lighting, shadow_distance, unit
+from texvol.scene.scene import Scene
+from texvol.scene.transfer import TransferFunction
+from texvol.scene.volume import Volume
 
 HEAD, DIRECTIONAL, POINT = 0.0, 1.0, 2.0  # kinds of light, in a row of `lights`
 _KINDS = {"head": HEAD, "directional": DIRECTIONAL, "point": POINT}

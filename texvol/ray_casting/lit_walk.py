@@ -7,18 +7,18 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.camera import Camera
-from texvol.kept_arrays import read_only
 from texvol.ray_casting.compiling import compiled_and_kept, sources, uncounted, woven_in
 from texvol.ray_casting.lit_cells import cross_postclassified, cross_preclassified, load_cell
 from texvol.ray_casting.lit_cuts import most_cuts
 from texvol.ray_casting.lit_ray import Ray, bench_for
 from texvol.ray_casting.lit_scene import gradients_of, lit_scene
-from texvol.ray_casting.matter import OPAQUE_DEPTH
+from texvol.ray_casting.medium import OPAQUE_DEPTH
 from texvol.ray_casting.shading import FURTHER
 from texvol.ray_casting.walk import _clipped, _first_cell, _in_cell, _next_cell
-from texvol.scene import Scene
-from texvol.transfer import TransferFunction
+from texvol.scene.camera import Camera
+from texvol.scene.scene import Scene
+from texvol.scene.transfer import TransferFunction
+from texvol.util.kept_arrays import read_only
 
 Numbers = NDArray[np.float64]
 

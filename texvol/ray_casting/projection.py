@@ -1,7 +1,7 @@
 """The oracle of the projection modes: what the value is along each ray, without a step length, in float64.
 
     xray        ∫ v ds, or what of it is   average    ∫ v ds / ∫ ds
-                above air, see `texvol.air`
+                above air, see `texvol.scene.air`
     mip, minip  the highest, lowest v      isosurface the first place where v is or passes the isovalue, lit
 
 The value v is trilinear, so a cubic in s between two faces of cells: its integral has a closed form, it is highest at
@@ -18,16 +18,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.air import attenuation_of
-from texvol.camera import Camera
-from texvol.display import isosurface_color
-from texvol.errors import InputError
-from texvol.hidden_samples import without_hidden
-from texvol.kept_arrays import read_only
-from texvol.lighting import Lighting
 from texvol.ray_casting.projection_shading import answer, gradients_at
 from texvol.ray_casting.projection_walk import ABOVE, HIGHEST, INTEGRAL, SURFACE, project_rays
-from texvol.scene import Scene, checked_size
+from texvol.scene.air import attenuation_of
+from texvol.scene.camera import Camera
+from texvol.scene.display import isosurface_color
+from texvol.scene.hidden_samples import without_hidden
+from texvol.scene.lighting import Lighting
+from texvol.scene.scene import Scene, checked_size
+from texvol.util.errors import InputError
+from texvol.util.kept_arrays import read_only
 
 _KINDS = {
     "xray": (INTEGRAL, 1.0),
@@ -109,7 +109,7 @@ def isosurface_depth(scene: Scene, size: tuple[int, int] = (512, 512)) -> NDArra
 
 def _traced(scene: Scene, camera: Camera, size: tuple[int, int], chosen: Chosen) -> tuple[_Rays, NDArray[np.float64]]:
     """The rays of a picture, and what `project_rays` finds along each, shape (height, width, 2)."""
-    from texvol.ray_casting import _position_rounding, over_rows, rays_of
+    from texvol.ray_casting.raycast import _position_rounding, over_rows, rays_of
 
     if scene.mode not in _KINDS:
         raise InputError(f"a projection mode is one of {', '.join(_KINDS)}, and not {scene.mode}")

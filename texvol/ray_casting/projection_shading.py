@@ -1,13 +1,13 @@
-"""How a surface of one value is lit, place by place: the formulas of `texvol.lighting`, written out in numpy."""
+"""How a surface of one value is lit, place by place: the formulas of `texvol.scene.lighting`, written out in numpy."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.gradient import Estimator, gradients
-from texvol.lighting import Light, Lighting, unit
-from texvol.volume import Volume
+from texvol.scene.gradient import Estimator, gradients
+from texvol.scene.lighting import Light, Lighting, unit
+from texvol.scene.volume import Volume
 
 Array = NDArray[np.float64]
 _LAYERS_AT_ONCE = 32  # of samples along z, whose gradients are held at one time

@@ -25,7 +25,7 @@ from texvol.ray_casting.lit_cells import (
 )
 from texvol.ray_casting.lit_cuts import find_cuts, sort_cuts
 from texvol.ray_casting.lit_ray import NODE_COUNT
-from texvol.ray_casting.matter import OPAQUE_DEPTH, add_opaque
+from texvol.ray_casting.medium import OPAQUE_DEPTH, add_opaque
 from texvol.ray_casting.several_bench import bench_of
 from texvol.ray_casting.several_scene import (
     COLORS,

@@ -13,13 +13,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.camera import Camera
 from texvol.ray_casting.bernstein import EPSILON
 from texvol.ray_casting.compiling import inlined, woven_in
 from texvol.ray_casting.lit_scene import Graded, Lights, LitScene, gradients_of, lit_scene
-from texvol.ray_casting.matter import Matter
-from texvol.scene import Scene
-from texvol.transfer import TransferFunction
+from texvol.ray_casting.medium import Matter
+from texvol.scene.camera import Camera
+from texvol.scene.scene import Scene
+from texvol.scene.transfer import TransferFunction
 
 # How a volume becomes matter: its samples do, and are interpolated; values are, and do; or the nearest sample does.
 PRECLASSIFIED, POSTCLASSIFIED, LABELS = 0, 1, 2

@@ -11,19 +11,19 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.camera import Camera
-from texvol.ray_casting.common_places import rays_in
+from texvol.ray_casting.common_positions import rays_in
 from texvol.ray_casting.compiling import compiled_and_kept, sources, uncounted, woven_in
 from texvol.ray_casting.lit_cuts import most_cuts
 from texvol.ray_casting.lit_ray import Ray
-from texvol.ray_casting.matter import OPAQUE_DEPTH
+from texvol.ray_casting.medium import OPAQUE_DEPTH
 from texvol.ray_casting.several_bench import several_bench
 from texvol.ray_casting.several_cells import cross
 from texvol.ray_casting.several_scene import LABELS, several
 from texvol.ray_casting.shading import FURTHER
 from texvol.ray_casting.walk import _clipped, _first_cell, _next_cell
-from texvol.scene import Scene
-from texvol.transfer import TransferFunction
+from texvol.scene.camera import Camera
+from texvol.scene.scene import Scene
+from texvol.scene.transfer import TransferFunction
 
 Numbers = NDArray[np.float64]
 

@@ -11,7 +11,7 @@ from math import isinf, sqrt
 from texvol.ray_casting.bernstein import mix
 from texvol.ray_casting.compiling import inlined, woven_in
 from texvol.ray_casting.lit_scene import DIRECTIONAL, HEAD
-from texvol.ray_casting.matter import mixed_color, segment_of
+from texvol.ray_casting.medium import mixed_color, segment_of
 
 # Places in `chosen`; -1 as a point is none. Behind them two for each graded matter, one for each contour.
 LEFT, RIGHT, MODULATION, OPAQUE, FACING, FURTHER = 0, 1, 2, 3, 4, 5

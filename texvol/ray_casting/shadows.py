@@ -14,18 +14,18 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.lighting import Light, shadow_nodes, unit
-from texvol.ray_casting.matter import OPAQUE_DEPTH
-from texvol.scene import Scene
-from texvol.transfer import TransferFunction
-from texvol.volume import Volume
+from texvol.ray_casting.medium import OPAQUE_DEPTH
+from texvol.scene.lighting import Light, shadow_nodes, unit
+from texvol.scene.scene import Scene
+from texvol.scene.transfer import TransferFunction
+from texvol.scene.volume import Volume
 
 Numbers = NDArray[np.float64]
 Depths = Callable[[Numbers, Numbers], Numbers]  # of rays: world origins and unit directions, (rows, columns, 3)
 
 
 def arriving_at_nodes(scene: Scene, transfer: TransferFunction | None, volume: Volume | None = None) -> Numbers:
-    """Share of each casting light, shape (lights, z, y, x), see `texvol.lighting`; nothing where none casts.
+    """Share of each casting light, shape (lights, z, y, x), see `texvol.scene.lighting`; nothing where none casts.
 
     `transfer` is that of the first of the scene's volumes. The nodes are those of one of them, the first unless told;
     all of them cast shadows on it.
@@ -72,7 +72,7 @@ def _depth_to(light: Light, volume: Volume, places: Numbers, depths: Depths) -> 
 
 
 def _depths_of(scene: Scene) -> Depths:
-    from texvol.ray_casting import _tracer_for, rays_of
+    from texvol.ray_casting.raycast import _tracer_for, rays_of
 
     trace = _tracer_for(scene, scene.camera_for((1, 1)))
 

@@ -15,12 +15,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.camera import Camera
-from texvol.geometry import Lines, Mesh
-from texvol.geometry.appearance import surface_lighting
 from texvol.ray_casting.projection_shading import answer
 from texvol.ray_casting.surface_hits import hits_of_lines, hits_of_triangles
-from texvol.scene import Scene
+from texvol.scene.appearance import surface_lighting
+from texvol.scene.camera import Camera
+from texvol.scene.scene import Scene
+from texvol.scene.shapes import Lines, Mesh
 
 Numbers = NDArray[np.float64]
 # Of a place on a ray, in shares of its distance and the box's radius: nearer to each other, surfaces are at one place,

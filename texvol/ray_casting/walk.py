@@ -12,7 +12,7 @@ import numpy as np
 
 from texvol.ray_casting.cells import cross_postclassified, cross_preclassified
 from texvol.ray_casting.compiling import compiled, compiled_and_kept, sources
-from texvol.ray_casting.matter import OPAQUE_DEPTH, segment_of
+from texvol.ray_casting.medium import OPAQUE_DEPTH, segment_of
 
 
 @compiled

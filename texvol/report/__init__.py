@@ -13,10 +13,10 @@ import os
 from collections.abc import Mapping
 from pathlib import Path
 
-from texvol import writing
-from texvol.errors import InputError, missing_extra
-from texvol.renderer import Renderer, Size
-from texvol.scene import Scene
+from texvol.rendering.renderer import Renderer, Size
+from texvol.scene.scene import Scene
+from texvol.util import writing
+from texvol.util.errors import InputError, missing_extra
 
 
 def check_folder(folder: str | os.PathLike[str]) -> None:

@@ -5,17 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.convergence import (
-    OURS,
-    Measurement,
-    discretisation_max,
-    fastest_within,
-    most_accurate,
-)
 from texvol.report import words
+from texvol.report.convergence import OURS, Measurement, discretisation_max, fastest_within, most_accurate
 from texvol.report.measuring import Findings
 from texvol.report.pictures import data_url, decades, false_color, scale_bar
-from texvol.shown_text import escaped
+from texvol.util.shown_text import escaped
 
 
 def error_section(findings: Findings) -> str:

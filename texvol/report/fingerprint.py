@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import os
 
-from texvol.contexts import open_context
-from texvol.fingerprint import machine, versions
-from texvol.renderer import Renderer
+from texvol.opengl.contexts import open_context
+from texvol.rendering.renderer import Renderer
+from texvol.util.fingerprint import machine, versions
 
 _LIBRARIES = ("moderngl", "numpy", "numba", "OpenImageIO", "vtk", "matplotlib")
 

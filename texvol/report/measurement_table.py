@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from texvol.convergence import Measurement
 from texvol.report import words
+from texvol.report.convergence import Measurement
 from texvol.report.measuring import Findings
 from texvol.report.table import fronts
-from texvol.shown_text import escaped
+from texvol.util.shown_text import escaped
 
 _HEAD = """<thead>
 <tr><th class="first" colspan="4"></th><th class="group" colspan="4">time</th>

@@ -10,8 +10,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol import vtk_mappers
-from texvol.convergence import (
+from texvol.rendering.renderer import Renderer, Size
+from texvol.report import vtk_mappers
+from texvol.report.convergence import (
     OURS,
     SAMPLING_RATES,
     Asked,
@@ -25,14 +26,13 @@ from texvol.convergence import (
     sweep,
     total_rms,
 )
-from texvol.errors import InputError
-from texvol.renderer import Renderer, Size
 from texvol.report.fingerprint import fingerprint
 from texvol.report.orders import smooth_order, trilinear_change
 from texvol.report.progress import Progress
 from texvol.report.words import LIMITS
-from texvol.scene import Classification, Scene
-from texvol.transfer import proposed_for
+from texvol.scene.scene import Classification, Scene
+from texvol.scene.transfer import proposed_for
+from texvol.util.errors import InputError
 
 QUICK_RATES = (0.5, 1.0, 2.0)
 ASKED: tuple[Classification, ...] = ("extinction", "post")  # beside the scene's own, for `--max-error`

@@ -7,16 +7,16 @@ from importlib.resources import files
 from pathlib import Path
 from string import Template
 
-from texvol import __version__
-from texvol.convergence import discretisation_max, total_max, total_rms
 from texvol.report import words
+from texvol.report.convergence import discretisation_max, total_max, total_rms
 from texvol.report.error_pictures import error_section
 from texvol.report.measurement_table import table_section
 from texvol.report.measuring import Findings
 from texvol.report.orders import order_section
 from texvol.report.pictures import data_url, png
-from texvol.scene import Scene
-from texvol.shown_text import escaped
+from texvol.scene.scene import Scene
+from texvol.util.shown_text import escaped
+from texvol.util.version import __version__
 
 Plots = Mapping[str, Mapping[str, bytes]]  # metric → theme → PNG file
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.page_pictures import colored, data_url, png
+from texvol.formats.pictures.page_pictures import colored, data_url, png
 
 __all__ = ["data_url", "decades", "false_color", "png", "scale_bar"]
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from texvol.convergence import (
+from texvol.report.convergence import (
     ErrorOf,
     Measurement,
     discretisation_max,

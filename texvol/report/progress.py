@@ -6,7 +6,7 @@ import sys
 from types import TracebackType
 from typing import Any
 
-from texvol.terminal import complain, one_line
+from texvol.util.terminal import complain, one_line
 
 
 class Progress:

@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from texvol.comparison import Difference
-from texvol.convergence import PRECLASSIFIED, Measurement, Setting, pareto_front, total_max, total_rms
+from texvol.report.convergence import PRECLASSIFIED, Measurement, Setting, pareto_front, total_max, total_rms
 from texvol.report.measuring import Findings
 from texvol.report.words import LIMITS, recommendation, rms_of, seconds
-from texvol.shown_text import markdown
-from texvol.volume import Volume
+from texvol.scene.volume import Volume
+from texvol.util.shown_text import markdown
 
 COLUMNS = (
     *("renderer", "classification", "sampling_rate", "slab_thickness", "slabs", "texture_format", "target_format"),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from texvol.comparison import Difference
-from texvol.convergence import (
+from texvol.report.convergence import (
     PRECLASSIFIED,
     Asked,
     ErrorOf,

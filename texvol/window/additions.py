@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from texvol.added_volume import AddedVolume
-from texvol.geometry import Mesh
-from texvol.mask import Mask
-from texvol.volume import Volume
+from texvol.scene.added_volume import AddedVolume
+from texvol.scene.mask import Mask
+from texvol.scene.shapes import Mesh
+from texvol.scene.volume import Volume
 from texvol.window import contents
 from texvol.window.document import Document, opened_file
 

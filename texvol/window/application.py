@@ -8,8 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from texvol import image, writing
-from texvol.errors import InputError
+from texvol.formats.pictures import image
+from texvol.util import color, writing
+from texvol.util.errors import InputError
 from texvol.window import panels
 from texvol.window.desk import MOST_PANEL, Desk
 from texvol.window.director import Director, Wanted
@@ -348,7 +349,7 @@ class Application:
             self._shots += [plan.screenshot] if plan.screenshot else []
         while self._shots:
             path = self._shots.pop()
-            linear = image.linear_from_srgb(self._screen.read() / 255.0)
+            linear = color.linear_from_srgb(self._screen.read() / 255.0)
             picture = np.concatenate([linear, np.ones((*linear.shape[:2], 1))], axis=2).astype(np.float32)
             writing.write_files({path: image.encoded(path, picture, {})})
 

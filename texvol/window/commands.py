@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from texvol.scene import COLORINGS, MODES
+from texvol.scene.scene import COLORINGS, MODES
 from texvol.window import additions, editing, navigation, saving
 from texvol.window.document import Document, Home
 from texvol.window.navigation import View

@@ -15,15 +15,18 @@ from copy import copy
 from dataclasses import replace
 from typing import Any, NoReturn
 
-from texvol import mask_options, options, reading_options
-from texvol.added_volume import AddedVolume
-from texvol.errors import InputError
-from texvol.geometry import Mesh, load_mesh
-from texvol.mask import Mask
-from texvol.readers import load
-from texvol.scene import Scene
-from texvol.volume import Volume
-from texvol.volume_options import OF_ADDED, AddedChoice
+from texvol.formats.readers import load
+from texvol.geometry import load_mesh
+from texvol.options import mask as mask_options
+from texvol.options import reading as reading_options
+from texvol.options import scene_options as options
+from texvol.options.volumes import OF_ADDED, AddedChoice
+from texvol.scene.added_volume import AddedVolume
+from texvol.scene.mask import Mask
+from texvol.scene.scene import Scene
+from texvol.scene.shapes import Mesh
+from texvol.scene.volume import Volume
+from texvol.util.errors import InputError
 
 MESHES = (".ply", ".stl", ".obj", ".vtp")
 

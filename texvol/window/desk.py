@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.errors import TexvolError
+from texvol.util.errors import TexvolError
 from texvol.window import additions, commands, contents, recent
 from texvol.window.browsing import Browser
 from texvol.window.director import Director
@@ -120,7 +120,7 @@ class Desk:
         """
         kind = contents.kind_of(path)
         if kind == "transfer function" and self.document is not None:
-            from texvol import transfer
+            from texvol.scene import transfer
 
             volume = self.document.scene.volume
             self.attempt(lambda: self.change(transfer_function=transfer.load(path, volume)))

@@ -8,7 +8,7 @@ from typing import Any, Protocol
 
 from numpy.typing import NDArray
 
-from texvol.scene import Scene
+from texvol.scene.scene import Scene
 from texvol.window import quality
 from texvol.window.jobs import Answer, Showing, Size
 from texvol.window.quality import SETTLED, Coarseness, Pace, is_software, moving_accuracy, moving_scene

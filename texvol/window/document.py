@@ -17,11 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.annotation import Annotation, check, with_room
-from texvol.camera import Camera
-from texvol.errors import InputError
-from texvol.options import SceneOptions
-from texvol.scene import Scene
-from texvol.volume import Volume
+from texvol.options.scene_options import SceneOptions
+from texvol.scene.camera import Camera
+from texvol.scene.scene import Scene
+from texvol.scene.volume import Volume
+from texvol.util.errors import InputError
 from texvol.window.histogram import Histogram, histogram_of
 from texvol.window.jobs import Showing
 from texvol.window.navigation import View, framed
@@ -268,7 +268,7 @@ def _with_all_matter(scene: Scene) -> Scene:
     """The scene in which every volume has the transfer function that it would be drawn with, to be edited."""
     if not scene.added:
         return scene
-    from texvol.transfer import proposed_for
+    from texvol.scene.transfer import proposed_for
 
     every = (
         each if each.transfer_function else replace(each, transfer_function=proposed_for(each.volume))

@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol import transfer
-from texvol.air import air_in_8_bits
-from texvol.scene import Scene
-from texvol.transfer import TransferFunction
+from texvol.scene import transfer
+from texvol.scene.air import air_in_8_bits
+from texvol.scene.scene import Scene
+from texvol.scene.transfer import TransferFunction
 
 Color = tuple[float, float, float]
 

@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from dataclasses import asdict, dataclass, fields
 from typing import Any, Literal, get_args
 
-from texvol.errors import InputError
+from texvol.util.errors import InputError
 
 Kind = Literal["move", "button", "scroll", "key", "text", "drop", "focus", "resize", "iconify", "close"]
 KINDS: tuple[str, ...] = get_args(Kind)

@@ -17,10 +17,10 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.camera import Camera
-from texvol.cutting import ClipPlane, Range
-from texvol.scene import Scene
-from texvol.volume import Volume
+from texvol.scene.camera import Camera
+from texvol.scene.cutting import ClipPlane, Range
+from texvol.scene.scene import Scene
+from texvol.scene.volume import Volume
 from texvol.window.navigation import Place, rotation
 
 # Half heights of the picture per radius of the box; slower, a hand's breadth would move a plane out of the box.

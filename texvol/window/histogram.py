@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.volume import Volume
+from texvol.scene.volume import Volume
 
 _BINS = 256
 _MOST_SAMPLES = 1 << 22  # beyond, every n-th: a picture of 256 columns does not tell the difference

@@ -13,7 +13,7 @@ import threading
 from types import FrameType, TracebackType
 from typing import Any
 
-from texvol import termination
+from texvol.util import termination
 
 
 class Interruption:

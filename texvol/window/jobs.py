@@ -9,7 +9,7 @@ from typing import Any, Literal
 from numpy.typing import NDArray
 
 from texvol.annotation import Annotation
-from texvol.scene import Scene
+from texvol.scene.scene import Scene
 
 Size = tuple[int, int]
 

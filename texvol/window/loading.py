@@ -7,7 +7,7 @@ import warnings
 from collections.abc import Callable
 from typing import Any
 
-from texvol.errors import TexvolError
+from texvol.util.errors import TexvolError
 
 
 class Loading:

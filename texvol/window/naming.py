@@ -6,8 +6,8 @@ import os
 from collections.abc import Mapping
 from typing import Any
 
-from texvol.readers import ARGUMENTS
-from texvol.volume import Volume
+from texvol.formats.readers import ARGUMENTS
+from texvol.scene.volume import Volume
 
 _SAYS_WHICH = ("series", "channel", "variable", "time", "shape", "dtype", "labels", "color")
 

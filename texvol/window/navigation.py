@@ -19,8 +19,8 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.camera import Camera, Projection, Vector
-from texvol.volume import Volume
+from texvol.scene.camera import Camera, Projection, Vector
+from texvol.scene.volume import Volume
 
 Place = tuple[float, float]
 # Views as one names them: where the camera stands seen from the middle, and what is up.

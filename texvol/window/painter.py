@@ -13,14 +13,14 @@ from collections import deque
 from collections.abc import Callable
 from functools import partial
 from multiprocessing.connection import Connection, Pipe
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol import writing
-from texvol.errors import InputError
+from texvol.util import writing
+from texvol.util.errors import InputError
+from texvol.util.package import environment_of_child
 from texvol.window.jobs import Answer, Job
 from texvol.window.parcels import Sender, Shared
 
@@ -141,12 +141,11 @@ class Painter:
 
 def _started(connection: int, newest: int, niceness: int) -> subprocess.Popen:
     code = f"from texvol.window import painting; painting.serve({connection}, {newest}, {niceness})"
-    paths = [str(Path(__file__).parents[2]), *filter(None, [os.environ.get("PYTHONPATH")])]
     return subprocess.Popen(
         [sys.executable, "-P", "-c", code],
         stdin=subprocess.DEVNULL,
         stdout=subprocess.DEVNULL,
-        env=os.environ | {"PYTHONPATH": os.pathsep.join(paths)},
+        env=environment_of_child(),
         pass_fds=(connection, newest),
         process_group=0,  # ctrl-C is for the window
     )

@@ -20,17 +20,20 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol import error_control, image, slicing, writing
-from texvol.accuracy import checked_termination
-from texvol.compositor import Compositor
-from texvol.contexts import Context
-from texvol.display import NUMBER_MODES, found_window
-from texvol.errors import AccuracyWarning
-from texvol.modelled import modelled
-from texvol.recipe import Settings
-from texvol.renderer import Renderer, Size
-from texvol.scene import Scene
-from texvol.shown_pictures import Display
+from texvol.formats.pictures import image
+from texvol.opengl.compositor import Compositor
+from texvol.opengl.contexts import Context
+from texvol.output.shown_pictures import Display
+from texvol.rendering import error_control
+from texvol.rendering.accuracy import checked_termination
+from texvol.rendering.modelled import modelled
+from texvol.rendering.renderer import Renderer, Size
+from texvol.rendering.settings import Settings
+from texvol.scene.display import NUMBER_MODES, found_window
+from texvol.scene.scene import Scene
+from texvol.slicing import slabs as slicing
+from texvol.util import writing
+from texvol.util.errors import AccuracyWarning
 from texvol.window.jobs import Answer, Job
 from texvol.window.parcels import Receiver
 
@@ -203,7 +206,7 @@ class Easel:
         self._answer(Answer("done", job.number, text=job.path, facts=warned))
 
     def _film(self, job: Job) -> None:
-        from texvol import sequences
+        from texvol.output import sequences
 
         frames = sequences.views(job.scene, job.views, job.name)
         told = replace(frames, scenes=self._counted(job, frames))

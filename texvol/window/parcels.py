@@ -20,11 +20,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.added_volume import AddedVolume
-from texvol.geometry import Lines, Mesh
-from texvol.mask import Mask
-from texvol.transfer import TransferFunction
-from texvol.volume import Volume
+from texvol.scene.added_volume import AddedVolume
+from texvol.scene.mask import Mask
+from texvol.scene.shapes import Lines, Mesh
+from texvol.scene.transfer import TransferFunction
+from texvol.scene.volume import Volume
 
 _KNOWN_BY_IDENTITY = (Volume, TransferFunction, Mask, AddedVolume, Mesh, Lines)
 _LARGE = 1 << 16  # bytes: what a pipe holds at once

@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 from statistics import median
 from typing import Any
 
-from texvol.scene import Scene
+from texvol.scene.scene import Scene
 
 DEFAULT_FRAMES_PER_SECOND = 30.0
 DEFAULT_ERROR = 1 / 255  # one step of the 8 bits that a screen shows

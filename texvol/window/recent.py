@@ -11,11 +11,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from texvol import text_files, writing
-from texvol.errors import InputError
-from texvol.reading_options import READING
-from texvol.scene import Scene
-from texvol.scene_groups import SCENE_OPTIONS
+from texvol.options.groups import SCENE_OPTIONS
+from texvol.options.reading import READING
+from texvol.scene.scene import Scene
+from texvol.util import text_files, writing
+from texvol.util.errors import InputError
 from texvol.window.naming import called
 from texvol.window.scene_writing import volume_table
 

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from texvol import writing
-from texvol.errors import InputError
+from texvol.util import writing
+from texvol.util.errors import InputError
 from texvol.window.document import Document, Saved
 from texvol.window.scene_writing import scene_files
 

@@ -14,18 +14,18 @@ from typing import Any
 
 import numpy as np
 
-from texvol import spaces
 from texvol.annotation import Annotation
 from texvol.annotation.request import PARTS
-from texvol.camera import Camera
-from texvol.errors import InputError
-from texvol.geometry import Mesh
-from texvol.gradient import CENTRAL, Estimator
-from texvol.light_options import AMBIENT
-from texvol.lighting import DepthCue
-from texvol.mask import Mask
-from texvol.scene import NUMBER_MODES, Scene
-from texvol.transfer import TransferFunction
+from texvol.options.light import AMBIENT
+from texvol.scene import spaces
+from texvol.scene.camera import Camera
+from texvol.scene.gradient import CENTRAL, Estimator
+from texvol.scene.lighting import DepthCue
+from texvol.scene.mask import Mask
+from texvol.scene.scene import NUMBER_MODES, Scene
+from texvol.scene.shapes import Mesh
+from texvol.scene.transfer import TransferFunction
+from texvol.util.errors import InputError
 from texvol.window.jobs import Showing
 
 _NOT_OF_READING = ("path", "absolute", "transform", "built_in", "fade")

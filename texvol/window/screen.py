@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.contexts import trial
-from texvol.errors import InputError, missing_extra
+from texvol.opengl.contexts import trial
+from texvol.util.errors import InputError, missing_extra
 from texvol.window.events import BUTTONS, Event
 
 CURSORS = {"text_input": "IBEAM_CURSOR", "resize_ew": "HRESIZE_CURSOR", "hand": "HAND_CURSOR"}

@@ -19,8 +19,9 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, TextIO
 
-from texvol import image, text_files, writing
-from texvol.errors import InputError
+from texvol.formats.pictures import image
+from texvol.util import text_files, writing
+from texvol.util.errors import InputError
 from texvol.window import saving
 from texvol.window.commands import is_command
 from texvol.window.events import Event

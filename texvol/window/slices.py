@@ -14,11 +14,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.display import straight_colors
-from texvol.image import srgb_from_linear
-from texvol.spaces import OPPOSITE, letters_of_space
-from texvol.transfer import TransferFunction
-from texvol.volume import Volume
+from texvol.scene.display import straight_colors
+from texvol.scene.spaces import OPPOSITE, letters_of_space
+from texvol.scene.transfer import TransferFunction
+from texvol.scene.volume import Volume
+from texvol.util.color import srgb_from_linear
 
 NAMES = ("axial", "coronal", "sagittal")
 _NORMALS = {"sagittal": 0, "coronal": 1, "axial": 2}  # axis of the world

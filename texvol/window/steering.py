@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from texvol.volume import Volume
+from texvol.scene.volume import Volume
 from texvol.window import navigation
 from texvol.window.events import Event
 from texvol.window.navigation import Place, View

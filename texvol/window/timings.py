@@ -7,7 +7,7 @@ import io
 import os
 from dataclasses import astuple, dataclass, fields
 
-from texvol import writing
+from texvol.util import writing
 
 
 @dataclass(frozen=True)

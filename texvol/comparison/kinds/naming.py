@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from texvol.comparison.kinds import levels, posterised, selection
 from texvol.comparison.kinds.kind import Kind, number
 from texvol.comparison.kinds.pair import Pair
-from texvol.errors import InputError
+from texvol.util.errors import InputError
 
 # Sums of squared roundings scatter; and of two pictures that differ by a twentieth of a step only a twentieth of the
 # pixels does.

@@ -9,20 +9,8 @@ from imgui_bundle import imgui
 from texvol.window.commands import TABS
 from texvol.window.desk import PANEL_WIDTH, Desk
 from texvol.window.document import Document
-from texvol.window.panels import (
-    browser,
-    camera,
-    contents,
-    cut,
-    edge,
-    files,
-    grips,
-    light,
-    matter,
-    offer,
-    overlay,
-    slices,
-)
+from texvol.window.panels import browser, camera, contents, cut, edge, files, grips, light, offer, overlay, slices
+from texvol.window.panels import medium as matter
 
 WIDTH = round(PANEL_WIDTH)  # unless another is chosen
 _CONTROL = 0.56  # of a panel's width: the rest is for what a control is called

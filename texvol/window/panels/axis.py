@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from imgui_bundle import imgui
 
-from texvol.display import straight_colors
-from texvol.image import srgb_from_linear
-from texvol.transfer import TransferFunction
+from texvol.scene.display import straight_colors
+from texvol.scene.transfer import TransferFunction
+from texvol.util.color import srgb_from_linear
 from texvol.window.editing import Curve
 from texvol.window.panels import parts
 from texvol.window.ranges import Ends, Hold

@@ -8,8 +8,8 @@ from typing import Any
 from imgui_bundle import imgui
 
 from texvol.annotation.request import PARTS, Annotation
-from texvol.scene import Scene
-from texvol.spaces import letters_of_space
+from texvol.scene.scene import Scene
+from texvol.scene.spaces import letters_of_space
 from texvol.window import navigation
 from texvol.window.desk import Desk
 from texvol.window.document import Document
@@ -86,7 +86,7 @@ def _picture(desk: Desk) -> None:
     cue = scene.depth_cue
     changed, strength = parts.slider("depth cue", cue.strength if cue else 0.0, 0, 1, "%.2f")
     if changed:
-        from texvol.lighting import DepthCue
+        from texvol.scene.lighting import DepthCue
 
         cue = replace(cue, strength=strength) if cue else DepthCue(strength)
         desk.change("depth cue", depth_cue=cue if strength > 0 else None)

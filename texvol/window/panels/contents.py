@@ -7,9 +7,9 @@ import os
 import numpy as np
 from imgui_bundle import imgui
 
-from texvol.mask import Mask
-from texvol.scene import Scene
-from texvol.volume import Volume
+from texvol.scene.mask import Mask
+from texvol.scene.scene import Scene
+from texvol.scene.volume import Volume
 from texvol.window import additions, contents
 from texvol.window.desk import Desk
 from texvol.window.document import Document

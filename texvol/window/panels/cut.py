@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from imgui_bundle import imgui
 
-from texvol.cutting import ClipPlane
-from texvol.scene import Scene
-from texvol.volume import Volume
+from texvol.scene.cutting import ClipPlane
+from texvol.scene.scene import Scene
+from texvol.scene.volume import Volume
 from texvol.window.desk import Desk
 from texvol.window.document import Document
 from texvol.window.handles import bounds

@@ -123,7 +123,8 @@ def _film(desk: Desk, document: Document) -> None:
         size = (width - width % 2, height - height % 2)
 
         def write() -> None:
-            from texvol import film, film_formats
+            from texvol.formats.films import containers as film_formats
+            from texvol.formats.films import film
 
             film.check_output(name, int(state.get("views", 120)), size)
             fps = float(state.get("fps", 30.0)) if film_formats.is_film(name) else None

@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 from imgui_bundle import imgui
 
-from texvol.display import straight_colors
-from texvol.label_counts import label_counts
-from texvol.scene import Scene
-from texvol.transfer import TransferFunction
-from texvol.transfer.labels import OPACITY, LabelLook, label_function
-from texvol.volume import Volume
+from texvol.scene.display import straight_colors
+from texvol.scene.label_counts import label_counts
+from texvol.scene.scene import Scene
+from texvol.scene.transfer import TransferFunction
+from texvol.scene.transfer.labels import OPACITY, LabelLook, label_function
+from texvol.scene.volume import Volume
 from texvol.window import editing
 from texvol.window.desk import Desk
 from texvol.window.panels import parts

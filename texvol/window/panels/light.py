@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from imgui_bundle import imgui
 
-from texvol.lighting import LIGHT_KINDS, Light, Lighting
-from texvol.scene import Scene
+from texvol.scene.lighting import LIGHT_KINDS, Light, Lighting
+from texvol.scene.scene import Scene
 from texvol.window.desk import Desk
 from texvol.window.document import Document
 from texvol.window.panels import parts

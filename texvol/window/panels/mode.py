@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from imgui_bundle import imgui
 
-from texvol.air import AIR, HOUNSFIELD, air_in_8_bits
-from texvol.display import possible_range
-from texvol.scene import CLASSIFICATIONS, COLORINGS, MODES, NUMBER_MODES, Scene
+from texvol.scene.air import AIR, HOUNSFIELD, air_in_8_bits
+from texvol.scene.display import possible_range
+from texvol.scene.scene import CLASSIFICATIONS, COLORINGS, MODES, NUMBER_MODES, Scene
 from texvol.window import editing
 from texvol.window.desk import Desk
 from texvol.window.panels import parts

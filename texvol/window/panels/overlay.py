@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from imgui_bundle import imgui
 
-from texvol.display import NUMBER_MODES
+from texvol.scene.display import NUMBER_MODES
 from texvol.window.desk import Desk
 from texvol.window.quality import error_text, share_text
 from texvol.window.steering import BINDINGS, MOUSE

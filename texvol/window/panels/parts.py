@@ -8,7 +8,7 @@ import numpy as np
 from imgui_bundle import imgui
 from numpy.typing import NDArray
 
-from texvol.image import linear_from_srgb, srgb_from_linear
+from texvol.util.color import linear_from_srgb, srgb_from_linear
 
 Color = tuple[float, float, float]
 

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from imgui_bundle import imgui
 
-from texvol.transfer import TransferFunction
-from texvol.volume import Volume
+from texvol.scene.transfer import TransferFunction
+from texvol.scene.volume import Volume
 from texvol.window import handles, navigation, probe
 from texvol.window.desk import Desk
 from texvol.window.document import Document

@@ -1,0 +1,298 @@
+"""What a volume is, as facts for machines and a page for people: the numbers that a transfer function is chosen by."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import gcd
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.formats.readers import resampling
+from texvol.scene.air import hounsfield_by
+from texvol.scene.lone_extremes import lone_extremes
+from texvol.scene.volume import Volume
+from texvol.util.shown_text import shown_line
+
+PERCENTAGES = (0.1, 1, 5, 25, 50, 75, 95, 99, 99.9)
+BINS = 64
+MOST_LABELS = 48  # that are listed
+MOST_SORTED = 2**24  # samples that percentiles are taken from; of more than that, evenly spread ones
+
+_CHUNK = 2**20  # samples looked at at a time, so that intermediates stay small beside the volume
+_TEXEL_BYTES = {"rgba8": 4, "rgba16f": 8, "rgba32f": 16}
+_ROWS = 16
+_LABELS_A_ROW = 6
+_BAR = 44
+
+
+def facts(volume: Volume) -> dict[str, Any]:
+    """Facts about a volume that JSON can hold; what does not exist or is not finite is None.
+
+    Lengths are in world units, triples x, y, z. `extent` is the box along the grid's axes; `box_min` and `box_max`
+    bound it along the world's. Values count where they are finite; `percentiles` are of `percentile_samples` of them.
+    In `memory`, `texture_bytes` are by texel format; `gradient_bytes` are those of the one texture that `post` and
+    `integrated` hold value and gradient in where light, contours or the like need it; `slab` and `extinction` keep no
+    gradient. `resampling` is None where the samples are the file's own, and `notes` are what its reader chose.
+
+    `labels` is None where values are measured; else their `count`, and of the first ones label and number of samples.
+    `hounsfield` is what says that values are Hounsfield units: "file", "values" where they look like it and the file
+    names no unit, or None. `color` says whether each sample has a colour of its own, of which the value is how much
+    there is.
+    `lone_extremes` are values at the ends of the range that are far from all others: of each the `value`, its number of
+    `samples`, how many `times` the range of the others (`others`) it is away from them, and the text that `--missing`
+    finds it by.
+    """
+    corners = volume.corners_from_centre + volume.centre
+    low, high, mean, counts = _summary(volume.values)
+    is_whole = volume.values.dtype.kind in "iu"
+    percentiles, used = _percentiles(volume.values)
+    edges, bins = _histogram(volume.values, low, high)
+    samples = volume.values.size
+    return {
+        "name": volume.name,
+        "dimensions": list(volume.dimensions),
+        "type": volume.values.dtype.name,
+        "spacing": _numbers(volume.spacing),
+        **_units(volume),
+        "space": volume.space,
+        "origin": _numbers(volume.origin),
+        "direction": [_numbers(row) for row in volume.direction],
+        "extent": _numbers(volume.spacing * volume.dimensions),
+        "box_min": _numbers(corners.min(axis=0)),
+        "box_max": _numbers(corners.max(axis=0)),
+        "resampling": None if volume.resampling is None else dict(volume.resampling),
+        "notes": list(volume.notes),
+        "labels": _labels(volume),
+        "color": volume.colors is not None,
+        "extinction_unit": f"per {volume.unit or 'world unit'}",
+        "samples": samples,
+        "finite_count": counts["finite"],
+        "nan_count": counts["nan"],
+        "inf_count": counts["inf"],
+        "value_range": None if low is None or high is None else [_number(low, is_whole), _number(high, is_whole)],
+        "mean": _number(mean),
+        "lone_extremes": _lone(volume),
+        "percentiles": percentiles,
+        "percentile_samples": used,
+        "histogram": {"edges": edges, "counts": bins},
+        "memory": {
+            "data_bytes": volume.values.nbytes + (0 if volume.colors is None else volume.colors.nbytes),
+            "texture_bytes": {name: samples * size for name, size in _TEXEL_BYTES.items()},
+            "gradient_bytes": samples * _gradient_texel_bytes(volume.values.dtype),
+        },
+    }
+
+
+def text(facts: dict[str, Any]) -> str:
+    """A page about the volume, from what `facts` returned."""
+    unit = facts["unit"]
+    unit_name = unit or "world units (the file names none)"
+    memory = facts["memory"]
+    textures = ", ".join(f"{name} {_bytes(size)}" for name, size in memory["texture_bytes"].items())
+    with_gradients = f"{_bytes(memory['gradient_bytes'])} (light, contours in post and integrated)"
+    rows = [
+        ("dimensions", f"{_row(facts['dimensions'], ' x ')}  ({facts['samples']} samples of {facts['type']})"),
+        ("spacing", f"{_row(facts['spacing'], ' x ')} {unit_name}"),
+        ("extent", f"{_row(facts['extent'], ' x ')} {unit}".rstrip()),
+        ("world", f"{_row(facts['box_min'])}  to  {_row(facts['box_max'])}"),
+        ("axes", facts["space"] or "the file does not say what the world axes point to"),
+        ("origin", _row(facts["origin"])),
+        ("direction", "; ".join(_row(row) for row in facts["direction"])),
+        ("extinction", facts["extinction_unit"]),
+        *(_label_rows(facts) if facts["labels"] else [_value_row(facts)]),
+        *([("value unit", _unit_row(facts))] if facts["value_unit"] or facts["hounsfield"] else []),
+        *([("colour", "each sample has its own; values are how much of it there is")] if facts["color"] else []),
+        *((("alone" if number == 0 else "", line) for number, line in enumerate(_lone_lines(facts["lone_extremes"])))),
+        ("not finite", f"{facts['nan_count']} NaN, {facts['inf_count']} infinite"),
+        ("memory", f"data {_bytes(memory['data_bytes'])}; texture {textures}"),
+        ("", f"texture with gradients {with_gradients}"),
+    ]
+    lines = [] if facts["resampling"] is None else resampling.text(facts["resampling"])
+    rows += [("resampled" if number == 0 else "", line) for number, line in enumerate(lines)]
+    rows += [("note", note) for note in facts["notes"]]
+    page = [facts["name"], "", *(f"{name:<12}{value}" for name, value in rows)]
+    if facts["value_range"] is not None and not facts["labels"]:
+        page += ["", *_percentile_lines(facts), "", *_histogram_lines(facts["histogram"])]
+    return "\n".join(map(shown_line, page))
+
+
+def _units(volume: Volume) -> dict[str, str | None]:
+    return {"unit": volume.unit, "value_unit": volume.value_unit, "hounsfield": hounsfield_by(volume) or None}
+
+
+def _labels(volume: Volume) -> dict[str, Any] | None:
+    if not volume.labels:
+        return None
+    from texvol.scene.label_counts import label_counts
+
+    found = label_counts(volume)
+    first = zip(found.labels[:MOST_LABELS].tolist(), found.counts[:MOST_LABELS].tolist(), strict=True)
+    return {"count": len(found.labels), "first": [{"label": label, "samples": count} for label, count in first]}
+
+
+def _lone(volume: Volume) -> list[dict[str, Any]]:
+    return [
+        {"missing" if key == "text" else key: value for key, value in each._asdict().items()}
+        for each in lone_extremes(volume)
+    ]
+
+
+def _value_row(facts: dict[str, Any]) -> tuple[str, str]:
+    extent = facts["value_range"]
+    return "values", f"{_row(extent, ' to ')}, mean {_digits(facts['mean'])}" if extent else "none is finite"
+
+
+def _unit_row(facts: dict[str, Any]) -> str:
+    if facts["hounsfield"] == "values":
+        return "taken for Hounsfield units, by their range and the share of air; the file names no unit"
+    return "HU, Hounsfield units" if facts["hounsfield"] else facts["value_unit"]
+
+
+def _lone_lines(lone: list[dict[str, Any]]) -> list[str]:
+    """A line for each value that is far from all others."""
+    lines = []
+    for each in lone:
+        count = "1 sample" if each["samples"] == 1 else f"{each['samples']} samples"
+        low, high = each["others"]
+        far = f"far from all others ({_digits(low)} to {_digits(high)})"
+        lines.append(f"{each['missing']} in {count}, {far}: if it stands for no value, --missing {each['missing']}")
+    return lines
+
+
+def _label_rows(facts: dict[str, Any]) -> list[tuple[str, str]]:
+    """The number of labels, and a line for each few of the first ones."""
+    labels = facts["labels"]
+    named = [f"{each['label']}: {each['samples']}" for each in labels["first"]]
+    lines = [", ".join(named[at : at + _LABELS_A_ROW]) for at in range(0, len(named), _LABELS_A_ROW)]
+    more = labels["count"] - len(named)
+    extent = _row(facts["value_range"], " to ")
+    count = f"{labels['count']}, from {extent}, with numbers of samples"
+    count += f"; {more} more are not listed" if more else ""
+    return [("labels", count), *(("", line) for line in lines)]
+
+
+def _gradient_texel_bytes(dtype: np.dtype[Any]) -> int:
+    """Bytes of a texel of value and gradient: 16 bits a number for integers of 8 and 16, 32 for all else."""
+    return 4 * (2 if dtype.kind in "iu" and dtype.itemsize <= 2 else 4)
+
+
+def _chunks(values: NDArray[Any]) -> Iterator[NDArray[Any]]:
+    flat = values.reshape(-1)
+    for begin in range(0, flat.size, _CHUNK):
+        yield flat[begin : begin + _CHUNK]
+
+
+def _finite(chunk: NDArray[Any]) -> NDArray[Any]:
+    return chunk if chunk.dtype.kind != "f" else chunk[np.isfinite(chunk)]
+
+
+def _summary(values: NDArray[Any]) -> tuple[Any, Any, float | None, dict[str, int]]:
+    """Smallest, largest and mean finite value, and how many values are finite, NaN and infinite."""
+    low = high = None
+    mean, seen, nans = 0.0, 0, 0
+    for chunk in _chunks(values):
+        finite = _finite(chunk)
+        if finite.size < chunk.size:
+            nans += int(np.isnan(chunk).sum())
+        if not finite.size:
+            continue
+        first, last = finite.min(), finite.max()
+        low, high = (first, last) if low is None else (min(low, first), max(high, last))
+        seen += finite.size
+        # Divided before it is summed: the sum of values near 1e308 would be infinite.
+        mean += float((finite.astype(np.float64) / finite.size).sum() - mean) * (finite.size / seen)
+    counts = {"finite": seen, "nan": nans, "inf": values.size - seen - nans}
+    return low, high, mean if seen else None, counts
+
+
+def _percentiles(values: NDArray[Any]) -> tuple[dict[str, float | None], int]:
+    """Percentiles of the finite values, and how many of them they are from."""
+    step = -(-values.size // MOST_SORTED)
+    # Of a step that has a factor in common with a dimension, some columns would be looked at always and some never.
+    while step > 1 and any(gcd(step, size) > 1 for size in values.shape):
+        step += 1
+    samples = _finite(values.reshape(-1)[::step])
+    if samples.dtype == np.float16:
+        samples = samples.astype(np.float32)
+    if not samples.size:
+        return {f"{percentage:g}": None for percentage in PERCENTAGES}, 0
+    with np.errstate(over="ignore", invalid="ignore"):
+        found = np.percentile(samples, PERCENTAGES)
+    by_name = {f"{percentage:g}": _number(number) for percentage, number in zip(PERCENTAGES, found, strict=True)}
+    return by_name, samples.size
+
+
+def _histogram(values: NDArray[Any], low: Any, high: Any) -> tuple[list[float], list[int]]:
+    """Edges and counts of equal bins from `low` to `high`; for whole numbers half a step beyond both."""
+    if low is None:
+        return [], []
+    is_whole = values.dtype.kind in "iu"
+    bins = min(BINS, int(high) - int(low) + 1) if is_whole else BINS
+    begin, end = (float(low) - 0.5, float(high) + 0.5) if is_whole else (float(low), float(high))
+    width = end / 2 - begin / 2  # of half the range: the whole of -1e308 to 1e308 is infinite
+    if width <= 0 or not np.isfinite(1 / width):
+        return [begin, end], [sum(_finite(chunk).size for chunk in _chunks(values))]
+    counts = np.zeros(bins, np.int64)
+    for chunk in _chunks(values):
+        places = (_finite(chunk).astype(np.float64) / 2 - begin / 2) / width * bins
+        counts += np.bincount(np.clip(places.astype(np.int64), 0, bins - 1), minlength=bins)
+    fractions = np.linspace(0, 1, bins + 1)
+    edges = begin * (1 - fractions) + end * fractions
+    return [float(edge) for edge in edges], [int(count) for count in counts]
+
+
+def _numbers(triple: NDArray[Any]) -> list[float | None]:
+    return [_number(number) for number in triple]
+
+
+def _number(number: Any, is_whole: bool = False) -> float | int | None:
+    if number is None or not np.isfinite(number):
+        return None
+    return int(number) if is_whole else float(number)
+
+
+def _percentile_lines(facts: dict[str, Any]) -> list[str]:
+    names, numbers = list(facts["percentiles"]), [_digits(number) for number in facts["percentiles"].values()]
+    widths = [max(len(name) + 1, len(number)) for name, number in zip(names, numbers, strict=True)]
+    lines = [
+        "percentile  " + "  ".join(f"{name + '%':>{width}}" for name, width in zip(names, widths, strict=True)),
+        "value       " + "  ".join(f"{number:>{width}}" for number, width in zip(numbers, widths, strict=True)),
+    ]
+    if facts["percentile_samples"] < facts["finite_count"]:
+        used, all_of_them = facts["percentile_samples"], facts["finite_count"]
+        lines.append(f"            from {used} of {all_of_them} samples, evenly spread")
+    return lines
+
+
+def _histogram_lines(histogram: dict[str, Any]) -> list[str]:
+    """Rows of a few bins each, with a bar as long as the count's logarithm."""
+    edges, counts = histogram["edges"], histogram["counts"]
+    bins = -(-len(counts) // _ROWS)
+    rows = [(edges[at], sum(counts[at : at + bins])) for at in range(0, len(counts), bins)]
+    most = max(count for _, count in rows)
+    starts = [_digits(start) for start, _ in rows]
+    width = max(len(start) for start in starts)
+    end = _digits(edges[-1])
+    lines = [f"histogram   samples from each value up to the next row's, the last up to {end}; bars are logarithmic"]
+    for start, (_, count) in zip(starts, rows, strict=True):
+        bar = "█" * max(round(_BAR * np.log1p(count) / np.log1p(most)), 1 if count else 0)
+        lines.append(f"  {start:>{max(width, 8)}}  {bar:<{_BAR}}  {count}".rstrip())
+    return lines
+
+
+def _digits(number: float | None) -> str:
+    return "-" if number is None else f"{number:.6g}"
+
+
+def _row(numbers: list[Any], between: str = ", ") -> str:
+    return between.join(str(number) if isinstance(number, int) else _digits(number) for number in numbers)
+
+
+def _bytes(count: float) -> str:
+    for unit in ("bytes", "KiB", "MiB", "GiB"):
+        if count < 1024:
+            return f"{count:.4g} {unit}"
+        count /= 1024
+    return f"{count:.4g} TiB"

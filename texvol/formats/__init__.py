@@ -1,0 +1,1 @@
+"""Files: volumes in (`readers`), pictures in and out (`pictures`), films out (`films`)."""

@@ -1,0 +1,374 @@
+"""Many views into files, numbered pictures or a film, encoded by other processes while the next view is drawn.
+
+Processes, not threads: moderngl keeps Python's lock while a picture is drawn, so that a thread beside it would get
+its turn a few times a picture, and one PNG takes a dozen turns. Pictures go over in shared memory, two for each
+process, so that what is held does not grow with their number; messages go through a socket, and its end tells the
+process that nobody waits any more: it then ends too and leaves no half-written file.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import re
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.formats.films import containers as film_formats
+from texvol.formats.films.containers import is_film
+from texvol.formats.pictures import image
+from texvol.util import writing
+from texvol.util.errors import InputError
+from texvol.util.package import environment_of_child
+
+if TYPE_CHECKING:
+    from multiprocessing.connection import Connection
+
+DEFAULT_FPS = 30.0
+_SLOTS = 2  # pictures held for each process: one that it encodes, one that waits
+_MOST_PROCESSES = 4  # encode as fast as a graphics card draws; llvmpipe wants the cores itself
+_PATIENCE = 20.0  # seconds for a process to finish the picture that it is at
+# What would cost a process of its own a third of its time: threads for linear algebra, of which there is none, and
+# memory that the C library hands back after every picture.
+_ENVIRONMENT = {
+    "OPENBLAS_NUM_THREADS": "1",
+    "MALLOC_MMAP_THRESHOLD_": str(1 << 25),  # the most that glibc takes
+    "MALLOC_TRIM_THRESHOLD_": str(1 << 26),
+}
+_SPEAKER = re.compile(r"^(\[[^]]* @ 0x[0-9a-f]+\] )+")  # the part of ffmpeg that a line is of, and its address
+_CONVERSION = re.compile(r"%%|%0?\d{0,2}d|%")
+
+
+def numbered(path: str | os.PathLike[str], number: int) -> Path:
+    """The name with its %d, or %04d, replaced by the number, and %% by %; only the file's own, not its folder's."""
+    path = Path(path)
+
+    def text(match: re.Match[str]) -> str:
+        return "%" if match[0] == "%%" else match[0] % number
+
+    return path.with_name(_CONVERSION.sub(text, path.name))
+
+
+def check_output(path: str | os.PathLike[str], views: int | None, size: tuple[int, int]) -> None:
+    """Raise InputError unless a picture (`views` None), or pictures or a film of so many views, can be written there.
+
+    Raises
+    ------
+    MissingExtraError
+        If the encoder of films is not installed.
+    """
+    found = [match for match in _CONVERSION.findall(Path(path).name) if match != "%%"]
+    numbers = [match for match in found if match != "%"]
+    if views is None:
+        if is_film(path):
+            raise InputError(f"{path}: a film has many pictures: give --orbit N or --time all, or a picture's name")
+        if numbers:
+            several = "--orbit N or --time all"
+            raise InputError(f"{path}: {numbers[0]} numbers the pictures of {several}, and there is only one")
+        image.check_writable(path)
+    elif is_film(path):
+        if numbers:
+            raise InputError(f"{path}: a film is one file, and its name has no {numbers[0]}")
+        film_formats.check_size(path, size)
+        film_formats.ffmpeg()
+        writing.check_writable(path)
+    elif len(numbers) != 1 or len(found) != 1:
+        raise InputError(
+            f"{path}: several pictures are numbered by one %d in the name, as in frame_%04d.png; "
+            "or it is a film, as in film.mp4 and film.gif"
+        )
+    else:
+        for number in (0, views - 1):
+            image.check_writable(numbered(path, number))
+
+
+class Writer:
+    """Writes views to numbered pictures or to a film; a context manager, left without `finish` it drops a film.
+
+    Parameters
+    ----------
+    path : path
+        As `check_output` wants it.
+    size : (width, height)
+        Pixels of every picture.
+    views : int
+        How many there will be.
+    transparent : bool
+        Whether PNGs keep the opacity.
+    fps : float
+        Frames per second of a film.
+
+    Raises
+    ------
+    InputError
+        From `add` and `finish`: if a file can't be written, a full disk included.
+    """
+
+    def __init__(
+        self,
+        path: str | os.PathLike[str],
+        size: tuple[int, int],
+        views: int,
+        *,
+        transparent: bool = False,
+        fps: float = DEFAULT_FPS,
+    ) -> None:
+        job: dict[str, Any] = {"path": os.fspath(path), "size": size, "transparent": transparent}
+        self._folder: Path | None = None  # of a film that is not whole yet
+        count = min(max(len(os.sched_getaffinity(0)) // 2, 1), _MOST_PROCESSES, views)
+        if is_film(path):
+            count = 1
+            job |= {"ffmpeg": film_formats.ffmpeg(), "fps": fps}
+            self._folder = writing.folder_beside(Path(os.path.realpath(path)))
+            job["folder"] = str(self._folder)
+        self._processes: list[_Process] = []
+        self._added = 0
+        try:
+            for _ in range(count):
+                self._processes.append(_Process(job))
+        except BaseException:
+            self.close()
+            raise
+
+    def add(self, picture: NDArray[np.float32], attributes: Mapping[str, str] | None = None) -> None:
+        """The next view, (height, width, 4); waits while two are on their way to the same process."""
+        self._processes[self._added % len(self._processes)].send(self._added, picture, dict(attributes or {}))
+        self._added += 1
+
+    def finish(self) -> None:
+        """Wait until every file is whole and in its place."""
+        for process in self._processes:
+            process.finish()
+
+    def close(self) -> None:
+        """End the processes; pictures that they have begun are finished, a film that is not is dropped."""
+        for process in self._processes:
+            process.hang_up()
+        for process in self._processes:
+            process.wait()
+        if self._folder is not None:
+            writing.remove(self._folder)
+
+    def __enter__(self) -> Writer:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+class _Process:
+    """One process that encodes and writes, seen from here."""
+
+    def __init__(self, job: dict[str, Any]) -> None:
+        import multiprocessing.connection
+        import subprocess
+
+        memory = _shared_memory(job["path"], job["size"])
+        try:
+            self._slots = _pictures(memory, job["size"])
+            self._connection, theirs = multiprocessing.connection.Pipe()
+            with theirs:
+                code = f"from texvol.formats.films import film; film.serve({theirs.fileno()}, {memory})"
+                self._process = subprocess.Popen(
+                    [sys.executable, "-P", "-c", code],
+                    stdin=subprocess.DEVNULL,
+                    stdout=subprocess.DEVNULL,
+                    env=environment_of_child(**_ENVIRONMENT),
+                    pass_fds=(theirs.fileno(), memory),
+                    process_group=0,  # ctrl-C is for us; the process learns of it when we hang up
+                )
+        except OSError as error:
+            raise InputError(f"no process can be started to write pictures: {error.strerror or error}") from None
+        finally:
+            os.close(memory)
+        self._sent = self._acknowledged = 0
+        self._tell(job)
+
+    def send(self, number: int, picture: NDArray[np.float32], attributes: dict[str, str]) -> None:
+        """Have the picture written as the one of that number."""
+        while self._sent - self._acknowledged == _SLOTS or self._connection.poll():
+            self._hear()
+        slot = self._sent % _SLOTS
+        self._slots[slot] = picture
+        self._tell((slot, number, attributes))
+        self._sent += 1
+
+    def finish(self) -> None:
+        """Wait for everything that was sent."""
+        self._tell(None)
+        while self._acknowledged <= self._sent:  # one more than pictures: for the end
+            self._hear()
+
+    def hang_up(self) -> None:
+        """Nothing more will come."""
+        self._connection.close()
+
+    def wait(self) -> None:
+        """Wait for the process, which has little left to do."""
+        import subprocess
+
+        try:
+            self._process.wait(_PATIENCE)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+
+    def _tell(self, message: Any) -> None:
+        try:
+            self._connection.send(message)
+        except ConnectionError:
+            while True:  # until it has said why it went
+                self._hear()
+
+    def _hear(self) -> None:
+        try:
+            answer = self._connection.recv()
+        except (EOFError, ConnectionError):
+            raise self._gone() from None
+        if answer is not None:
+            kind, text = answer
+            raise (MemoryError if kind == "MemoryError" else InputError)(text)
+        self._acknowledged += 1
+
+    def _gone(self) -> InputError:
+        return InputError(f"the process that writes pictures ended unexpectedly (status {self._process.wait()})")
+
+
+class _Sink(Protocol):
+    """Where a process puts pictures."""
+
+    def add(self, number: int, picture: NDArray[np.float32], attributes: dict[str, str]) -> None:
+        """One picture."""
+
+    def finish(self) -> None:
+        """No more pictures: make whole what there is."""
+
+    def drop(self) -> None:
+        """Leave nothing half written."""
+
+
+class _Pictures:
+    """One file for each picture."""
+
+    def __init__(self, job: Mapping[str, Any]) -> None:
+        self._job = job
+
+    def add(self, number: int, picture: NDArray[np.float32], attributes: dict[str, str]) -> None:
+        path = numbered(self._job["path"], number)
+        transparent = self._job["transparent"]
+        writing.write_files({path: image.encoded(path, picture, attributes, transparent=transparent, quick=True)})
+
+    def finish(self) -> None:
+        pass
+
+    def drop(self) -> None:
+        pass
+
+
+class _Film:
+    """A film, encoded beside its place."""
+
+    def __init__(self, job: Mapping[str, Any]) -> None:
+        import subprocess
+        import tempfile
+
+        self._path, self._folder = job["path"], Path(job["folder"])
+        try:
+            writing.make(self._folder)
+        except OSError as error:
+            raise InputError(f"{self._path}: cannot be written: {writing.reason_of(error)}") from None
+        self._errors = tempfile.TemporaryFile()  # noqa: SIM115  (closed with the process)
+        command = film_formats.command(job["ffmpeg"], job["path"], job["size"], job["fps"])
+        self._process = subprocess.Popen(
+            [*command, f"file:{self._folder / 'film'}"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.DEVNULL,
+            stderr=self._errors,
+            restore_signals=False,  # SIGXFSZ stays ignored: ffmpeg says that the file is too large, and is not killed
+        )
+
+    def add(self, number: int, picture: NDArray[np.float32], attributes: dict[str, str]) -> None:
+        assert self._process.stdin is not None
+        try:
+            self._process.stdin.write(image.eight_bits(picture).tobytes())
+        except OSError:
+            raise self._failed() from None
+
+    def finish(self) -> None:
+        assert self._process.stdin is not None
+        try:
+            self._process.stdin.close()
+        except OSError:
+            raise self._failed() from None
+        if self._process.wait():
+            raise self._failed()
+        try:
+            os.replace(self._folder / "film", os.path.realpath(self._path))  # what a link points to
+        except OSError as error:
+            raise InputError(f"{self._path}: cannot be written: {writing.reason_of(error)}") from None
+        writing.remove(self._folder)
+
+    def drop(self) -> None:
+        self._process.kill()
+        self._process.wait()
+        writing.remove(self._folder)
+
+    def _failed(self) -> InputError:
+        status = self._process.wait()
+        self._errors.seek(0)
+        said = self._errors.read().decode(errors="replace").split("\n")
+        lines = (_SPEAKER.sub("", line).strip() for line in said)
+        reason = next(filter(None, lines), f"ffmpeg ended with status {status}")
+        return InputError(f"{self._path}: the film cannot be written: {reason}")
+
+
+def serve(connection_descriptor: int, memory_descriptor: int) -> None:
+    """What the other process does: write the pictures that it is told of, answer None to each, or what went wrong."""
+    from multiprocessing.connection import Connection
+
+    connection: Connection[Any, Any] = Connection(connection_descriptor)
+    try:
+        job = connection.recv()
+        pictures = _pictures(memory_descriptor, job["size"])
+        sink: _Sink | None = None
+        try:
+            sink = _Film(job) if is_film(job["path"]) else _Pictures(job)
+            with np.errstate(all="ignore"):  # numbers out of range show in the picture
+                while (message := connection.recv()) is not None:
+                    slot, number, attributes = message
+                    sink.add(number, pictures[slot], attributes)
+                    connection.send(None)
+            sink.finish()
+            sink = None
+            connection.send(None)
+        finally:
+            if sink is not None:
+                sink.drop()
+    except (EOFError, ConnectionError):
+        pass  # nobody waits any more
+    except Exception as error:
+        with contextlib.suppress(OSError):
+            connection.send((type(error).__name__, str(error) or type(error).__name__))
+
+
+def _shared_memory(path: str, size: tuple[int, int]) -> int:
+    """Descriptor of memory for the pictures of one process, which that process can be given."""
+    try:
+        return writing.memory_file(_SLOTS * size[0] * size[1] * 16)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written: {writing.reason_of(error)}") from None
+
+
+def _pictures(memory: int, size: tuple[int, int]) -> NDArray[np.float32]:
+    """The pictures in shared memory, (slots, height, width, 4)."""
+    import mmap
+
+    return np.frombuffer(mmap.mmap(memory, 0), np.float32).reshape(_SLOTS, size[1], size[0], 4)

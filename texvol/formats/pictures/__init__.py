@@ -1,0 +1,1 @@
+"""Picture files through OpenImageIO: EXR, PNG, JPEG; depths; pictures inside HTML pages."""

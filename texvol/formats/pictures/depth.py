@@ -1,0 +1,58 @@
+"""Depths in a file: EXR of one float32 channel named Z, in world units, infinite where nothing is hit."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from texvol.formats.pictures.image import scratch_file
+from texvol.util import writing
+from texvol.util.errors import InputError
+from texvol.util.terminal import one_line
+
+_HEADER_BYTES = 1 << 16  # room for what the file holds beside its pixels
+
+
+def check_writable(path: str | os.PathLike[str]) -> None:
+    """Raise InputError if depths can't be written to `path`: asked before the work of finding them."""
+    if Path(path).suffix.lower() != ".exr":
+        raise InputError(f"{path}: depths are written as EXR, and the name is to end with .exr")
+    writing.check_writable(path)
+
+
+def write(path: str | os.PathLike[str], depth: ArrayLike) -> None:
+    """Write depths of shape (height, width), row 0 on top, whole or not at all.
+
+    Raises
+    ------
+    InputError
+        If the name does not end with .exr, or the file can't be written.
+    """
+    check_writable(path)
+    writing.write_files({path: encoded(path, depth)})
+
+
+def encoded(path: str | os.PathLike[str], depth: ArrayLike) -> bytes:
+    """The bytes of a file `path` that holds depths of shape (height, width)."""
+    import OpenImageIO as oiio
+
+    with np.errstate(over="ignore"):
+        pixels = np.ascontiguousarray(depth, np.float32)[..., np.newaxis]
+    height, width, _ = pixels.shape
+    spec = oiio.ImageSpec(width, height, 1, oiio.FLOAT)
+    spec.channelnames = ("Z",)
+    spec.z_channel = 0
+    spec.attribute("Compression", "zip")
+    try:
+        with scratch_file(pixels.nbytes + _HEADER_BYTES) as scratch:
+            output = oiio.ImageOutput.create("exr")
+            if output is None:
+                raise InputError(f"{path}: this OpenImageIO writes no EXR: {one_line(oiio.geterror())}")
+            if not (output.open(scratch, spec) and output.write_image(pixels) and output.close()):
+                raise InputError(f"{path}: cannot be encoded: {one_line(output.geterror())}")
+            return Path(scratch).read_bytes()
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written: {writing.reason_of(error)}") from None

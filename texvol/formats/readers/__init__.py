@@ -1,0 +1,95 @@
+"""Files to Volumes: one module for each family of formats, one way in, one place where what goes wrong becomes a line.
+
+A reader learns from the header where the samples lie, holds that against the file and the memory there is, and only
+then reads. World coordinates are the file's own: nothing is turned or mirrored on the way.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+
+from texvol.formats.readers.detection import FORMATS
+from texvol.formats.readers.faults import named_faults
+from texvol.formats.readers.loading import ARGUMENTS, read, volume_of
+from texvol.formats.readers.missing import marks_of
+from texvol.formats.readers.samples import Choice
+from texvol.formats.readers.time_series import TimeSeries, time_steps
+from texvol.scene.volume import Volume
+
+__all__ = ["ARGUMENTS", "FORMATS", "TimeSeries", "load", "time_steps"]
+
+
+def load(
+    path: str | os.PathLike[str],
+    *,
+    shape: Sequence[int] | None = None,
+    dtype: str | None = None,
+    spacing: Sequence[float] | None = None,
+    series: str | int | None = None,
+    channel: int | None = None,
+    time: int | None = None,
+    variable: str | None = None,
+    resolution: Sequence[int] | None = None,
+    labels: bool = False,
+    color: bool | None = None,
+    missing: float | Sequence[float] | None = None,
+) -> Volume:
+    """The volume that a file, or a folder of slices, holds.
+
+    Parameters
+    ----------
+    path : str or path
+        NRRD, NIfTI, MetaImage, DICOM (file or folder), TIFF (file or folder of slices), MRC, VTI, VTR, VTS, netCDF,
+        NPY, or raw samples.
+    shape : (nx, ny, nz)
+        Dimensions of a raw file; of no other, since the others say.
+    dtype : str
+        Type of a raw file's samples in numpy's words, byte order included: "uint8", ">i2", "float32".
+    spacing : (x, y, z)
+        Distance of samples in world units, instead of the file's.
+    series : str or int
+        Which DICOM series of a folder: its UID, number or description.
+    channel, time : int
+        Which channel and time step of a file with more than three axes, from 0.
+    variable : str
+        Which variable of a netCDF file, or array of a VTK one; else the first that is a volume, or VTK's scalars.
+    resolution : (nx, ny, nz)
+        Samples of the regular grid that a rectilinear or curvilinear one becomes; else as many as its finest spacing
+        needs, up to 4 times its own along an axis and up to 512, or its own if these are more.
+    labels : bool
+        Whether its values are labels, names of what is there: see `Volume`.
+    color : bool, optional
+        Whether 3 or 4 components are colours, and a fourth opacity: see `Volume`. Unless told, they are where the file
+        calls them so and no channel is chosen. Whole numbers are taken as sRGB, floats as linear.
+    missing : number or sequence of numbers, optional
+        Samples of these values are missing, beside those that the file itself marks: they become NaN, and integers
+        float32, or float64 where that has not the digits. Of an array, masked ones are (`numpy.ma.masked_equal`).
+
+    Returns
+    -------
+    Volume
+        Named after `path`.
+
+    Raises
+    ------
+    InputError
+        If the file can't be read as what it says it is; one line that names the file and the fault.
+    MissingExtraError
+        If the library for this format is not installed.
+    """
+    name = os.fspath(path)
+    choice = Choice(
+        shape=None if shape is None else tuple(shape),
+        dtype=dtype,
+        series=None if series is None else str(series),
+        channel=channel,
+        time=time,
+        variable=variable,
+        resolution=None if resolution is None else tuple(resolution),
+        labels=bool(labels),
+        color=color,
+    )
+    with named_faults(name, "a volume", "formats"):
+        choice = choice._replace(missing=marks_of(missing))
+    return volume_of(name, read(name, choice), choice, spacing)

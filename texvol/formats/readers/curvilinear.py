@@ -1,0 +1,174 @@
+"""Curvilinear grids: a point in the world for each sample. One that is straight and even is a regular grid as it is.
+
+Others are resampled on a regular grid along the world's axes, over the box of the points. What lies in no cell is NaN.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.formats.readers.cells import Cells
+from texvol.formats.readers.rectilinear import check_resolution, chosen_by, rounding_of, tolerance
+from texvol.formats.readers.resampling import Difference, labels_at, resolution_for, sampled_at, type_between
+from texvol.formats.readers.samples import Choice, FileFault, Samples, by, check_size, grid_from_columns, once
+
+_CHUNK = 2**18  # samples at a time whose places are looked up in the new grid
+
+# The line through the ends of an even grid is drawn from four corners with weights whose absolute values add up to 5,
+# each off by half a step of the type; the point itself by another half.
+_ROUNDINGS = 3
+
+
+def on_points(values: NDArray, points: NDArray, choice: Choice) -> Samples:
+    """Samples on a regular grid of a field on a curvilinear one.
+
+    Parameters
+    ----------
+    values : array of shape (nz, ny, nx)
+    points : array of shape (nz, ny, nx, 3)
+        Where the samples lie in the world.
+    choice : Choice
+        `resolution` (mx, my, mz) along the world's axes; unless it is given, an even grid stays as it is.
+    """
+    regular = once(choice, "regular", lambda: _checked(points, choice.resolution))
+    if regular is not None:
+        return Samples(values, **regular)
+    place = once(choice, "place", lambda: _Place(points, choice.resolution))
+    made = place.resampled(values, choice)
+    lost = _lost(values, points, made, place, choice.labels)
+    sizes = list(values.shape[::-1])
+    facts: dict[str, Any] = {"grid": "curvilinear", "samples": sizes, "dimensions": place.counts}
+    facts |= {"chosen_by": chosen_by(choice.resolution)} | lost
+    facts |= {"outside": place.outside, "flat_cells": place.flat_cells}
+    return Samples(made, place.spacing.tolist(), place.origin.tolist(), resampling=facts)
+
+
+def _lost(values: NDArray, points: NDArray, made: NDArray, place: _Place, labels: bool) -> dict[str, Any]:
+    """How far the regular grid's values are from the source's, or how many labels are others."""
+    difference, changed = Difference(), 0
+    flat_values, flat_points = values.reshape(-1), points.reshape(-1, 3)
+    for begin in range(0, flat_values.size, _CHUNK):
+        part = slice(begin, begin + _CHUNK)
+        index = (flat_points[part] - place.origin) / place.spacing
+        if labels:
+            changed += int((labels_at(made, index) != flat_values[part]).sum())
+        else:
+            difference.add(flat_values[part], sampled_at(made, index))
+    return {"changed": changed, "compared": flat_values.size} if labels else difference.facts()
+
+
+def _checked(points: NDArray, resolution: Sequence[int] | None) -> dict[str, Any] | None:
+    """Spacing, origin and direction, if the points are those of a regular grid and are to stay so."""
+    if not np.isfinite(points).all():
+        at = np.argwhere(~np.isfinite(points).all(axis=-1))[0][::-1]
+        raise FileFault(f"its point ({by(at).replace(' x ', ', ')}) is not finite: {points[tuple(at[::-1])].tolist()}")
+    if float(np.abs(points).max()) > 1e90:
+        raise FileFault("its points are too far apart to be reckoned with")
+    regular = _regular(points)
+    if regular is not None and resolution is None:
+        return regular
+    if min(points.shape[:3]) == 1:
+        sizes = by(points.shape[2::-1])
+        raise FileFault(f"has {sizes} points: one layer of them is a surface, and a volume has two or more")
+    return None
+
+
+def _regular(points: NDArray) -> dict[str, Any] | None:
+    """Spacing, origin and direction of a grid whose points lie evenly along straight lines, to rounding."""
+    sizes = points.shape[2::-1]
+    first = points[0, 0, 0].astype(np.float64)
+    ends = [points[0, 0, -1], points[0, -1, 0], points[-1, 0, 0]]
+    columns = [(end.astype(np.float64) - first) / max(size - 1, 1) for end, size in zip(ends, sizes, strict=True)]
+    lengths = [float(np.linalg.norm(column)) for column in columns]
+    if any(size > 1 and not length > 0 for size, length in zip(sizes, lengths, strict=True)):
+        return None
+    shortest = min((length for length in lengths if length > 0), default=1.0)
+    most = tolerance(_ROUNDINGS * rounding_of(points), shortest)
+    layer_of_steps = np.arange(sizes[1])[:, np.newaxis, np.newaxis] * columns[1]
+    layer_of_steps = layer_of_steps + np.arange(sizes[0])[:, np.newaxis] * columns[0]
+    for k, layer in enumerate(points):
+        if np.abs(layer - (first + k * columns[2] + layer_of_steps)).max() > most:
+            return None
+    spacing, direction = grid_from_columns(np.column_stack(_completed(columns, shortest)))
+    if abs(np.linalg.det(direction)) <= 1e-6:
+        return None
+    return {"spacing": spacing, "direction": direction, "origin": first}
+
+
+def _completed(columns: list[NDArray[np.float64]], length: float) -> list[NDArray[np.float64]]:
+    """The columns, those of axes of a single sample upright on the others and as long as the shortest."""
+    missing = [axis for axis in range(3) if not columns[axis].any()]
+    if len(missing) == 1:
+        (axis,) = missing
+        upright = np.cross(columns[(axis + 1) % 3], columns[(axis + 2) % 3])
+        norm = np.linalg.norm(upright)
+        columns[axis] = upright / (norm or 1.0) * length
+    elif missing:
+        # From the singular vectors: one direction is there at most, the others are any that are upright on it.
+        kept = [axis for axis in range(3) if axis not in missing]
+        basis = np.linalg.svd(columns[kept[0]][np.newaxis])[2] if kept else np.eye(3)
+        for axis, column in zip(missing, basis[len(kept) :], strict=False):
+            columns[axis] = column * length
+    return columns
+
+
+class _Place:
+    """The regular grid, and which of its points lies where in the curvilinear one."""
+
+    def __init__(self, points: NDArray, resolution: Sequence[int] | None) -> None:
+        self.origin = points.min(axis=(0, 1, 2)).astype(np.float64)
+        extent = points.max(axis=(0, 1, 2)).astype(np.float64) - self.origin
+        flat_axes = [name for name, length in zip("xyz", extent, strict=True) if not length > 0]
+        if flat_axes:
+            raise FileFault(f"is flat: all of its points have one {' and one '.join(flat_axes)}")
+        self._cells = Cells(points)
+        self.flat_cells = self._cells.check(self.origin, extent)
+        if resolution is None:
+            self.counts = _counts(points, self._cells, self.origin, extent)
+        else:
+            self.counts = check_resolution(resolution, [2, 2, 2])
+        self.spacing = extent / (np.array(self.counts) - 1)
+        self.outside = 0
+
+    def resampled(self, values: NDArray, choice: Choice) -> NDArray:
+        """The field's samples on the regular grid."""
+        dtype = values.dtype if choice.labels else type_between(values.dtype)
+        check_size(self.counts, dtype.itemsize)
+        # What lies in no cell has no label, or no value.
+        made = np.full(int(np.prod(self.counts)), 0 if choice.labels else np.nan, dtype)
+        sample = labels_at if choice.labels else sampled_at
+        found: Iterable[tuple[NDArray[np.intp], NDArray[np.float64]]]
+        if choice.kept is None:
+            found = self._cells.locate(self.origin, self.spacing, self.counts)
+        else:
+            check_size([*self.counts, 4], 8)  # a number and three indices for each point
+            found = once(choice, "located", lambda: list(self._cells.locate(self.origin, self.spacing, self.counts)))
+        seen = np.zeros(made.size, np.bool_)
+        for numbers, index in found:
+            made[numbers], seen[numbers] = sample(values, index), True
+        self.outside = int(made.size - seen.sum())
+        return made.reshape(self.counts[::-1])
+
+
+def _counts(points: NDArray, cells: Cells, origin: NDArray[np.float64], extent: NDArray[np.float64]) -> list[int]:
+    """Samples along each world axis: as many as the smallest cell's extent along it needs, within bounds.
+
+    The samples that the bound counts are those of the grid axis that goes farthest along the world's.
+    """
+    smallest = np.full(3, np.inf)
+    for block in cells.blocks():
+        corners = cells.corners(block, origin)
+        sizes = corners.max(axis=0) - corners.min(axis=0)
+        sizes[sizes <= 0] = np.inf
+        smallest = np.minimum(smallest, sizes.min(axis=0))
+    counts = []
+    for axis in range(3):
+        paths = [np.abs(np.diff(points[..., axis], axis=2 - grid_axis)) for grid_axis in range(3)]
+        lengths = [float(path.mean()) * path.shape[2 - grid_axis] for grid_axis, path in enumerate(paths)]
+        along = points.shape[2 - int(np.argmax(lengths))]
+        counts.append(resolution_for(float(extent[axis]), float(smallest[axis]), along))
+    return counts

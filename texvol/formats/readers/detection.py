@@ -1,0 +1,232 @@
+"""Which format a file is of: its name says, its first bytes confirm, and where they disagree the user is told."""
+
+from __future__ import annotations
+
+import os
+import re
+import stat
+import zlib
+
+from texvol.formats.readers import unstructured
+from texvol.formats.readers.samples import Choice, FileFault
+
+_PACKED = ("", ".gz", ".bz2")
+FORMATS = {
+    "NRRD": (".nrrd", ".nhdr"),
+    "NIfTI": (".nii", ".nii.gz", ".hdr", ".img", ".hdr.gz", ".img.gz"),
+    "MetaImage": (".mha", ".mhd"),
+    "DICOM": (".dcm", ".dicom", ".ima"),
+    "TIFF": (".tif", ".tiff"),
+    "MRC": tuple(f".{ending}{packed}" for ending in ("mrc", "map", "rec", "ccp4", "mrcs", "ali") for packed in _PACKED),
+    "VTI": (".vti",),
+    "VTR": (".vtr",),
+    "VTS": (".vts",),
+    "netCDF": (".nc", ".nc4", ".cdf"),
+    "NPY": (".npy",),
+    "raw": tuple(f".{ending}{packed}" for ending in ("raw", "bin", "dat") for packed in _PACKED),
+}
+READ = "NRRD, NIfTI, MetaImage, DICOM, TIFF, MRC, VTI, VTR, VTS, netCDF, NPY, raw"
+
+_REFUSED = {
+    ".zarr": "OME-Zarr",
+    ".vtp": "VTP (VTK polygons)",
+    ".pvti": "PVTI (a VTK grid in parts)",
+    ".pvtr": "PVTR (a VTK grid in parts)",
+    ".pvts": "PVTS (a VTK grid in parts)",
+    ".vtk": "legacy VTK",
+    ".h5": "HDF5",
+    ".hdf5": "HDF5",
+    ".npz": "NPZ",
+    ".mnc": "MINC",
+    ".png": "PNG",
+    ".jpg": "JPEG",
+    ".jpeg": "JPEG",
+    ".exr": "OpenEXR",
+    ".zip": "ZIP",
+}
+
+_SAVE = "save it as VTI, VTR or VTS, in ParaView by File, Save Data"
+_HINTS = dict.fromkeys((".vtk", ".pvti", ".pvtr", ".pvts"), _SAVE)
+_UNREAD_XML = {
+    "UnstructuredGrid": unstructured.KINDS[".vtu"],
+    "PUnstructuredGrid": unstructured.KINDS[".pvtu"],
+    "PolyData": "VTP (VTK polygons)",
+}
+_HDF5 = "HDF5 (netCDF-4 is of this kind too, and named .nc)"
+
+# Formats whose reader knows several variables, and those whose grid may be one that has to be resampled.
+_WITH_VARIABLES = ("netCDF", "VTI", "VTR", "VTS")
+_RESAMPLED = ("netCDF", "VTR", "VTS")
+_WITH_COLORS = ("NRRD", "NIfTI", "MetaImage", "DICOM", "TIFF", "VTI", "NPY")
+
+# Where in a file which bytes stand, and what that makes it.
+_MAGIC = (
+    (0, b"\x93NUMPY", "NPY"),
+    (0, b"NRRD", "NRRD"),
+    (0, b"II*\0", "TIFF"),
+    (0, b"MM\0*", "TIFF"),
+    (0, b"II+\0", "TIFF"),
+    (0, b"MM\0+", "TIFF"),
+    (128, b"DICM", "DICOM"),
+    (344, b"n+1\0", "NIfTI"),
+    (344, b"ni1\0", "NIfTI"),
+    (4, b"n+2\0\r\n\x1a\n", "NIfTI"),
+    (4, b"ni2\0\r\n\x1a\n", "NIfTI"),
+    (208, b"MAP ", "MRC"),
+    (208, b"MAP\0", "MRC"),
+    (0, b"\x1f\x8b", "gzip"),
+    (0, b"BZh", "bzip2"),
+    (0, b"PK\x03\x04", "ZIP"),
+    (0, b"\x89HDF\r\n\x1a\n", _HDF5),
+    (0, b"CDF\x01", "netCDF"),
+    (0, b"CDF\x02", "netCDF"),
+    (0, b"CDF\x05", "netCDF"),
+    (0, b"\x89PNG", "PNG"),
+    (0, b"\xff\xd8\xff", "JPEG"),
+    (0, b"\x76\x2f\x31\x01", "OpenEXR"),
+    (0, b"%PDF", "PDF"),
+    (0, b"# vtk DataFile", "legacy VTK"),
+)
+
+
+def format_of(path: str, choice: Choice) -> str:
+    """The key of FORMATS that a file or folder is to be read as.
+
+    Raises
+    ------
+    FileFault
+        If it is not there, empty, not read by texvol, or of another format than its name says.
+    """
+    try:
+        status = os.stat(path)
+    except FileNotFoundError:
+        raise FileFault("no such file") from None
+    if stat.S_ISDIR(status.st_mode):
+        found = _format_of_folder(path)
+    elif not stat.S_ISREG(status.st_mode):
+        raise FileFault("is not a regular file")
+    elif status.st_size == 0:
+        raise FileFault("is empty")
+    else:
+        found = _format_of_file(path, choice)
+    if found != "raw" and (choice.shape is not None or choice.dtype is not None):
+        raise FileFault(f"is {found}, which states its own shape and type: --shape and --dtype are for raw files")
+    if found != "DICOM" and choice.series is not None:
+        raise FileFault(f"is {found}: --series chooses among the DICOM series of a folder")
+    if found not in _WITH_VARIABLES and choice.variable is not None:
+        raise FileFault(f"is {found}: --variable chooses among the variables of {', '.join(_WITH_VARIABLES)}")
+    if found not in _RESAMPLED and choice.resolution is not None:
+        names = ", ".join(_RESAMPLED)
+        raise FileFault(f"is {found}, whose samples lie on a regular grid: --resolution is for the grids of {names}")
+    if found not in _WITH_COLORS and choice.color:
+        raise FileFault(f"is {found}: --color is for the components of {', '.join(_WITH_COLORS)}")
+    return found
+
+
+def _format_of_file(path: str, choice: Choice) -> str:
+    lower = os.path.basename(path).lower()
+    named = next((kind for kind, endings in FORMATS.items() if lower.endswith(endings)), None)
+    if named == "raw":
+        return named
+    with open(path, "rb") as file:
+        head = file.read(4096)
+    content = content_of(head)
+    if named is None:
+        _check_refused(lower, content)
+    if named is None and choice.shape is not None and choice.dtype is not None and content not in FORMATS:
+        return "raw"
+    if named is None and content in FORMATS:
+        return content
+    if named is None:
+        raise FileFault(f"is of no format that texvol reads (its content is {content}); it reads {READ}")
+    _check_name(lower, named, content, head)
+    return named
+
+
+def _check_refused(lower: str, content: str) -> None:
+    """Raise FileFault if the file is of a known format that is not read."""
+    for ending, kind in unstructured.KINDS.items():
+        if lower.endswith(ending):
+            raise FileFault(f"is {kind}, which is not read; {unstructured.HINT}")
+    for ending, kind in _REFUSED.items():
+        if lower.endswith(ending):
+            hint = _HINTS.get(ending, f"texvol reads {READ}")
+            raise FileFault(f"is {kind}, which is not read; {hint}")
+    if content in _UNREAD_XML.values():
+        raise FileFault(f"is {content}, which is not read; {unstructured.HINT}")
+
+
+def _check_name(lower: str, named: str, content: str, head: bytes) -> None:
+    """Raise FileFault if a file named as `named` has other content."""
+    packing = {".gz": "gzip", ".bz2": "bzip2"}.get(os.path.splitext(lower)[1], "")
+    if packing:
+        if content != packing:
+            raise FileFault(f"named {packing}-compressed {named}, but its content is {content}")
+        content = content_of(_unpacked_head(head)) if packing == "gzip" else named
+    # An .img is the samples of a NIfTI pair and has no mark; old DICOM has no preamble, and old MRC no "MAP".
+    is_netcdf = named == "netCDF" and content == _HDF5
+    unmarked = is_netcdf or lower.endswith((".img", ".img.gz")) or (named in ("DICOM", "MRC") and content == _UNKNOWN)
+    if content != named and not unmarked:
+        inside = f", and its unpacked content is {content}" if packing else f", but its content is {content}"
+        raise FileFault(f"named {named}{inside}")
+
+
+_UNKNOWN = "of no known kind"
+
+
+def content_of(head: bytes) -> str:
+    """What the first bytes of a file say it is: a key of FORMATS, or a description."""
+    for offset, magic, kind in _MAGIC:
+        if head[offset : offset + len(magic)] == magic:
+            return kind
+    text = head.lstrip(b"\xef\xbb\xbf \t\r\n")
+    if text.startswith((b"<?xml", b"<VTKFile", b"<!--")):
+        start = head.find(b"<VTKFile")
+        opening = head[start : head.find(b">", start)] if start >= 0 else b""
+        return _xml_kind(opening) if opening else "XML"
+    key = text.split(b"\n", 1)[0].partition(b"=")[0].strip()
+    if key in (b"ObjectType", b"NDims", b"Comment", b"ObjectSubType", b"Name", b"ID"):
+        return "MetaImage"
+    if head and all(byte >= 32 or byte in b"\t\r\n\f" for byte in head):
+        return "text"
+    return _UNKNOWN
+
+
+def _xml_kind(opening: bytes) -> str:
+    found = re.search(rb"type\s*=\s*[\"'](\w*)[\"']", opening)
+    kind = found.group(1).decode("ascii", "replace") if found else ""
+    read = {"ImageData": "VTI", "RectilinearGrid": "VTR", "StructuredGrid": "VTS"}
+    return read.get(kind) or _UNREAD_XML.get(kind, "VTK XML of another kind")
+
+
+def _unpacked_head(head: bytes) -> bytes:
+    try:
+        return zlib.decompressobj(zlib.MAX_WBITS | 32).decompress(head, 4096)
+    except zlib.error:
+        raise FileFault("its gzip data are corrupt") from None
+
+
+def _format_of_folder(path: str) -> str:
+    """DICOM or TIFF, by the files that a folder holds."""
+    names = sorted(os.listdir(path))
+    if path.rstrip("/").lower().endswith(".zarr") or {".zgroup", ".zarray", "zarr.json", ".zattrs"} & set(names):
+        raise FileFault(f"is OME-Zarr, which is not read yet; texvol reads {READ}")
+    files = [name for name in names if not name.startswith(".") and os.path.isfile(os.path.join(path, name))]
+    if not files:
+        raise FileFault("is a folder without files; a folder of DICOM or TIFF slices is read")
+    slices = {"DICOM": 0, "TIFF": 0}
+    for name in files:
+        if name.lower().endswith(FORMATS["TIFF"]):
+            slices["TIFF"] += 1
+        elif name.lower().endswith(FORMATS["DICOM"]) or _has_preamble(os.path.join(path, name)):
+            slices["DICOM"] += 1
+    if slices["DICOM"] and slices["TIFF"]:
+        raise FileFault(f"holds {slices['DICOM']} DICOM and {slices['TIFF']} TIFF files: one kind per folder is read")
+    if not any(slices.values()):
+        raise FileFault(f"is a folder without a DICOM or TIFF slice among its {len(files)} files")
+    return max(slices, key=lambda kind: slices[kind])
+
+
+def _has_preamble(path: str) -> bool:
+    with open(path, "rb") as file:
+        return file.read(132)[128:] == b"DICM"

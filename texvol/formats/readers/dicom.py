@@ -1,0 +1,274 @@
+"""DICOM: a series of slices in a folder, or the frames of one file, put in order by where they lie in the patient.
+
+World coordinates are the patient's, in mm: x to the left, y to the back, z to the head. The third axis runs from the
+first slice's position to the last one's, so that a tilted gantry's shear is kept.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.formats.readers.colors import colored, is_colored, with_color
+from texvol.formats.readers.dicom_pixels import pixels_of
+from texvol.formats.readers.dicom_slices import Slice, slices_of
+from texvol.formats.readers.missing import noted, without_where
+from texvol.formats.readers.samples import (
+    Choice,
+    FileFault,
+    Samples,
+    TimeSteps,
+    by,
+    check_size,
+    grid_from_columns,
+    once,
+    out_of_range,
+    pick,
+    rescale_into,
+    rescaled_type,
+)
+
+# Positions are often rounded to 0.01 mm, which moves a gap of 0.4 mm by up to 5 %; a missing slice doubles it.
+_GAP_TOLERANCE = 0.05
+_SAME_PLACE = 0.01  # of the usual gap: slices nearer than that lie at one place
+_SAME_ANGLE = 1e-3  # largest difference of direction cosines within a series, as those are rounded
+
+
+class _Series(NamedTuple):
+    uid: str
+    number: str
+    description: str
+    headers: list[tuple[str, Any]]  # path and dataset without pixels
+
+    def __str__(self) -> str:
+        return f"{self.number or self.uid} {self.description!r} ({len(self.headers)} files)"
+
+
+def read(path: str, choice: Choice) -> Samples:
+    """Samples of one series, slope and intercept applied."""
+    slices = once(choice, "slices", lambda: _slices(path, choice))
+    if not slices:
+        raise FileFault("holds no slices with pixels")
+    _check_alike(slices)
+    ordered = _in_order(slices, choice)
+    first = ordered[0]
+    place = _grid(ordered) | {"unit": "mm", "space": "left-posterior-superior", "value_unit": first.value_unit}
+    if first.samples_per_pixel != 1:
+        sizes = [len(ordered), first.rows, first.columns, first.samples_per_pixel]
+        said = f"photometric interpretation {first.photometric}" if first.is_color else ""
+        axes = with_color("ZYXC", sizes, 3, choice, said)
+        # The step is one of several slices at a place, and no axis.
+        index = pick(axes, sizes, choice._replace(time=None))
+        if is_colored(axes):
+            return Samples(**colored(_stored(ordered), axes, index, said, bits=first.bits), **place)
+        return Samples(_values(ordered, index[3], choice)[0], **place)
+    with_color("ZYX", [], None, choice, "")
+    pick("ZYX", [len(ordered), first.rows, first.columns], choice._replace(time=None))
+    values, notes = _values(ordered, slice(None), choice)
+    return Samples(values, **place, notes=notes)
+
+
+def _slices(path: str, choice: Choice) -> list[Slice]:
+    series = _chosen(_series_of(path), choice.series)
+    return [one for file, header in series.headers for one in slices_of(file, header)]
+
+
+def _series_of(path: str) -> list[_Series]:
+    """The series of a folder, or the one of a file."""
+    if os.path.isfile(path):
+        files = [path]
+    else:
+        files = [os.path.join(path, name) for name in sorted(os.listdir(path)) if not name.startswith(".")]
+    found: dict[str, _Series] = {}
+    for file in files:
+        header = _header(file)
+        if header is None:
+            continue
+        uid = str(header.get("SeriesInstanceUID", ""))
+        number, description = (str(header.get(key) or "") for key in ("SeriesNumber", "SeriesDescription"))
+        found.setdefault(uid, _Series(uid, number, description, [])).headers.append((file, header))
+    if not found:
+        raise FileFault("holds no DICOM slice with pixels")
+    return sorted(found.values(), key=lambda series: (len(series.number), series.number, series.uid))
+
+
+def _header(file: str) -> Any | None:
+    """Everything in a DICOM file but its pixels; None if it is no DICOM file, or one without an image."""
+    import pydicom
+    from pydicom.uid import UID, DeflatedExplicitVRLittleEndian
+
+    name = os.path.basename(file)
+    if not os.path.isfile(file):
+        return None
+    with open(file, "rb") as stream:
+        has_preamble = stream.read(132)[128:] == b"DICM"
+    if not has_preamble and not file.lower().endswith((".dcm", ".dicom", ".ima")):
+        return None
+    try:
+        meta: Any = pydicom.filereader.read_file_meta_info(file) if has_preamble else {}
+        if meta.get("TransferSyntaxUID") == DeflatedExplicitVRLittleEndian:
+            raise FileFault(f"{name} is deflated as a whole, which is not read")
+        header = pydicom.dcmread(file, stop_before_pixels=True, force=not has_preamble)
+    except FileFault:
+        raise
+    except Exception as error:
+        raise FileFault(f"{name} is corrupt: {error}") from error
+    kind = UID(str(header.get("SOPClassUID") or meta.get("MediaStorageSOPClassUID") or "")).name
+    if "Rows" in header:
+        return header
+    if not kind:
+        raise FileFault(f"{name} is corrupt: it does not say what kind of DICOM object it is")
+    if kind.endswith("Image Storage"):
+        raise FileFault(f"{name} is corrupt: it is a {kind.removesuffix(' Storage')} without Rows, as if truncated")
+    return None  # a directory, a report, a plan: no image
+
+
+def _chosen(found: Sequence[_Series], wanted: str | None) -> _Series:
+    """The series of that UID, number or description; the only one if none is named."""
+    listed = "; ".join(str(series) for series in found)
+    if wanted is None:
+        if len(found) > 1:
+            raise FileFault(f"holds {len(found)} series; choose one with --series: {listed}")
+        return found[0]
+    tests: tuple[Callable[[_Series], bool], ...] = (
+        lambda series: series.uid == wanted,
+        lambda series: series.number == wanted,
+        lambda series: series.description.strip().lower() == wanted.strip().lower(),
+    )
+    for test in tests:
+        matching = [series for series in found if test(series)]
+        if len(matching) == 1:
+            return matching[0]
+        if matching:
+            uids = ", ".join(series.uid for series in matching)
+            raise FileFault(f"--series {wanted} fits {len(matching)} series; choose by UID: {uids}")
+    raise FileFault(f"holds no series {wanted}; it holds {listed}")
+
+
+def _check_alike(slices: Sequence[Slice]) -> None:
+    """Raise FileFault unless all slices have one size, spacing, direction and kind of sample."""
+    first = slices[0]
+    for one in slices:
+        pair = f"{first.name} and {one.name}"
+        if (one.rows, one.columns) != (first.rows, first.columns):
+            sizes = f"{by([first.columns, first.rows])} and {by([one.columns, one.rows])}"
+            raise FileFault(f"its slices are of mixed sizes: {pair} have {sizes}")
+        if (one.dtype, one.samples_per_pixel) != (first.dtype, first.samples_per_pixel):
+            raise FileFault(f"its slices are of mixed types: {pair} have {first.dtype} and {one.dtype}")
+        if one.axes != first.axes and not np.allclose(one.axes, first.axes, rtol=0, atol=_SAME_ANGLE):
+            raise FileFault(f"its slices are of mixed directions: {pair} differ")
+        if one.spacing != first.spacing and not np.allclose(one.spacing, first.spacing, rtol=1e-3, atol=0):
+            raise FileFault(f"its slices are of mixed pixel spacing: {pair} have {first.spacing} and {one.spacing}")
+
+
+def _in_order(slices: Sequence[Slice], choice: Choice) -> list[Slice]:
+    """Slices along their normal, one at each place, the places evenly apart."""
+    normal = np.cross(*slices[0].axes)
+    along = {one: float(np.dot(one.position, normal)) for one in slices}
+    ordered = sorted(slices, key=lambda one: (along[one], one.order))
+    gaps = np.diff([along[one] for one in ordered])
+    real_gaps = gaps[gaps > _SAME_PLACE * gaps.max(initial=0.0)]
+    usual = float(np.median(real_gaps)) if real_gaps.size else 0.0
+    places: list[list[Slice]] = [[ordered[0]]]
+    for one, gap in zip(ordered[1:], gaps, strict=True):
+        if gap > _SAME_PLACE * usual and gap > 0:
+            places.append([one])
+        else:
+            places[-1].append(one)
+    one_each = _one_at_each(places, choice)
+    for before, after in pairwise(one_each):
+        gap = along[after] - along[before]
+        if abs(gap - usual) > _GAP_TOLERANCE * usual:
+            raise FileFault(
+                f"its slices are unevenly apart, as if some were missing: {gap:g} mm between {before.name} and "
+                f"{after.name}, where {usual:g} mm is usual"
+            )
+    _check_on_a_line(one_each)
+    return one_each
+
+
+def _one_at_each(places: Sequence[list[Slice]], choice: Choice) -> list[Slice]:
+    """The slice of each place, or the one of the chosen time step where all have several."""
+    counts = {len(place) for place in places}
+    if len(counts) > 1:
+        twice = next(place for place in places if len(place) > 1)
+        raise FileFault(f"has duplicate slices: {twice[0].name} and {twice[1].name} lie at the same place")
+    steps = counts.pop()
+    if choice.counting:
+        raise TimeSteps(steps)
+    if steps > 1 and choice.time is None:
+        raise FileFault(
+            f"has duplicate slices: {steps} at each of {len(places)} places; if these are time steps or echoes, "
+            f"choose one with --time 0..{steps - 1}"
+        )
+    step = choice.time or 0
+    if not 0 <= step < steps:
+        raise out_of_range("T", step, steps)
+    return [sorted(place, key=lambda one: one.order)[step] for place in places]
+
+
+def _check_on_a_line(ordered: Sequence[Slice]) -> None:
+    """Raise FileFault if a slice lies half a pixel or more beside the line from the first to the last."""
+    first, last = np.array(ordered[0].position), np.array(ordered[-1].position)
+    steps = max(len(ordered) - 1, 1)
+    for number, one in enumerate(ordered):
+        expected = first + (last - first) * number / steps
+        beside = np.linalg.norm(np.array(one.axes) @ (np.array(one.position) - expected))
+        if beside > 0.5 * min(one.spacing):
+            raise FileFault(f"its slices do not lie on a line: {one.name} is {beside:g} mm beside it")
+
+
+def _grid(ordered: Sequence[Slice]) -> dict[str, Any]:
+    first = ordered[0]
+    if len(ordered) > 1:
+        step = (np.array(ordered[-1].position) - first.position) / (len(ordered) - 1)
+    else:
+        step = np.cross(*first.axes) * first.thickness
+    columns = np.column_stack([np.array(first.axes[0]), np.array(first.axes[1]), step])
+    lengths, direction = grid_from_columns(columns)
+    return {"spacing": (*first.spacing, lengths[2]), "origin": first.position, "direction": direction}
+
+
+def _values(ordered: Sequence[Slice], component: Any, choice: Choice) -> tuple[NDArray, tuple[str, ...]]:
+    """Rescaled samples of all slices, read one file at a time, without padding; and what to note about that."""
+    first = ordered[0]
+    target = rescaled_type(first.dtype, first.slope, first.intercept, first.bits)
+    if (first.slope, first.intercept) == (1.0, 0.0):
+        target = first.dtype
+    if any((one.slope, one.intercept, one.bits) != (first.slope, first.intercept, first.bits) for one in ordered):
+        target = rescaled_type(first.dtype, 0.5, 0.0, max(one.bits for one in ordered))  # not exact: a float
+    check_size([len(ordered), first.rows, first.columns], target.itemsize)
+    values = np.empty((len(ordered), first.rows, first.columns), target)
+    padded: dict[int, NDArray[np.uint8]] = {}
+    for number, pixels in pixels_of(ordered):
+        picked = pixels[..., component] if first.samples_per_pixel != 1 else pixels
+        one = ordered[number]
+        rescale_into(values[number], picked, one.slope, one.intercept)
+        if one.padding is not None and not choice.labels and one.samples_per_pixel == 1:
+            padded[number] = np.packbits((picked >= one.padding[0]) & (picked <= one.padding[1]))
+    if not any(bits.any() for bits in padded.values()):
+        return values, ()
+    marked, count = without_where(values, lambda number, part: _is_padded(padded.get(number), part))
+    return marked, noted(count, "Pixel Padding Value")
+
+
+def _is_padded(bits: NDArray[np.uint8] | None, part: NDArray) -> NDArray:
+    if bits is None:
+        return np.zeros(part.shape, np.bool_)
+    return np.unpackbits(bits, count=part.size).astype(np.bool_).reshape(part.shape)
+
+
+def _stored(ordered: Sequence[Slice]) -> NDArray:
+    """Samples of all slices as they are stored, which colours are not rescaled from."""
+    first = ordered[0]
+    sizes = (len(ordered), first.rows, first.columns, first.samples_per_pixel)
+    check_size(sizes, first.dtype.itemsize)
+    values = np.empty(sizes, first.dtype)
+    for number, pixels in pixels_of(ordered):
+        values[number] = pixels
+    return values

@@ -1,0 +1,286 @@
+"""What a DICOM file says about each of its slices, and the slices' pixels."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from math import prod
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.formats.readers.samples import FileFault, check_size, check_unpacked
+
+Triple = tuple[float, float, float]
+
+# Where enhanced multi-frame files keep what ordinary ones have at the top (DICOM PS3.3, C.7.6.16).
+_GROUPS = {
+    "ImagePositionPatient": "PlanePositionSequence",
+    "ImageOrientationPatient": "PlaneOrientationSequence",
+    "PixelSpacing": "PixelMeasuresSequence",
+    "SliceThickness": "PixelMeasuresSequence",
+    "SpacingBetweenSlices": "PixelMeasuresSequence",
+    "RescaleSlope": "PixelValueTransformationSequence",
+    "RescaleIntercept": "PixelValueTransformationSequence",
+    "RescaleType": "PixelValueTransformationSequence",
+    "TemporalPositionIndex": "FrameContentSequence",
+}
+
+# Photometric interpretations that are red, green and blue, or become so when pydicom or a decoder unpacks them.
+_COLORS = ("RGB", "YBR_FULL", "YBR_FULL_422", "YBR_ICT", "YBR_RCT")
+
+_MOST_FRAMES = 2**16  # of a file
+
+# What tells slices at one place apart, first things first.
+_ORDER = ("TemporalPositionIndex", "TemporalPositionIdentifier", "EchoTime", "AcquisitionNumber", "InstanceNumber")
+
+
+class Slice(NamedTuple):
+    """One slice: where its pixels are, where it lies, what its numbers mean."""
+
+    path: str
+    frame: int
+    frames: int  # of the file
+    syntax: str  # transfer syntax of compressed frames; empty where they lie in the file as they are
+    rows: int
+    columns: int
+    samples_per_pixel: int
+    photometric: str
+    dtype: np.dtype
+    bits: int
+    high_bit: int
+    position: Triple
+    axes: tuple[Triple, Triple]  # directions of rising column and rising row
+    spacing: tuple[float, float]
+    thickness: float
+    slope: float
+    intercept: float
+    value_unit: str  # empty where the file does not say
+    order: tuple[float, ...]  # among slices at one place
+    padding: tuple[int, int] | None  # stored values from one to the other pad what was not recorded
+
+    @property
+    def name(self) -> str:
+        """What a message calls the slice."""
+        return f"{os.path.basename(self.path)} frame {self.frame}" if self.frame else os.path.basename(self.path)
+
+    @property
+    def is_color(self) -> bool:
+        """Whether its pixels are red, green and blue, which those of luminance and chrominance become when read."""
+        return self.photometric in _COLORS
+
+    @property
+    def frame_shape(self) -> tuple[int, ...]:
+        """Shape of a frame's pixels as they are stored: rows, columns, and samples where there are several."""
+        return (self.rows, self.columns) + ((self.samples_per_pixel,) if self.samples_per_pixel > 1 else ())
+
+    @property
+    def frame_bytes(self) -> int:
+        """Bytes of a frame's pixels."""
+        return prod(self.frame_shape) * self.dtype.itemsize
+
+    def stored(self, pixels: NDArray) -> NDArray:
+        """Pixels of the frame as they were decoded, in its shape and with unused bits cleared."""
+        pixels = pixels.reshape(self.frame_shape)
+        allocated = pixels.dtype.itemsize * 8
+        if pixels.dtype.kind in "iu" and self.bits < allocated:
+            # Up to the top, so that overlays kept in the unused bits go, and down again, which extends the sign.
+            pixels = (pixels << (allocated - 1 - self.high_bit)) >> (allocated - self.bits)
+        return pixels
+
+
+def slices_of(path: str, header: Any) -> list[Slice]:
+    """Every slice of a file; FileFault that names the file if something about them is missing or makes no sense."""
+    try:
+        count = int(header.get("NumberOfFrames") or 1)
+        if not 1 <= count <= os.path.getsize(path):
+            raise FileFault(f"its NumberOfFrames is {count}, in a file of {os.path.getsize(path)} bytes")
+        if count > _MOST_FRAMES:
+            raise FileFault(f"its NumberOfFrames is {count}, and up to {_MOST_FRAMES} are read")
+        first = _slice(path, header, 0, count)
+        _check_held(path, first)
+        if count == 1:
+            return [first]
+        if header.get("PerFrameFunctionalGroupsSequence"):
+            return [first, *(_slice(path, header, frame, count) for frame in range(1, count))]
+        # Frames without groups of their own differ by where they lie.
+        places = np.array(first.position) + np.outer(_along(header, count), np.cross(*first.axes))
+        return [first._replace(frame=frame, position=tuple(place)) for frame, place in enumerate(places.tolist())]
+    except FileFault as fault:
+        raise FileFault(f"{os.path.basename(path)}: {fault}") from None
+
+
+def _check_held(path: str, first: Slice) -> None:
+    """FileFault if the file is too small for its frames."""
+    needed, held = first.frames * first.frame_bytes, os.path.getsize(path)
+    if first.syntax:
+        check_unpacked(needed, held)
+    # Of chrominance at half the columns two thirds are stored.
+    elif needed * 2 // 3 > held:
+        raise FileFault(f"its pixels can't be read: its header needs {needed} bytes of them, and the file has {held}")
+
+
+def _slice(path: str, header: Any, frame: int, count: int) -> Slice:
+    if "ModalityLUTSequence" in header:
+        raise FileFault("its values go through a modality lookup table, which is not read")
+    if "PALETTE" in str(header.get("PhotometricInterpretation", "")):
+        raise FileFault("holds colours of a palette, and a volume holds numbers")
+    rows, columns = int(header.Rows), int(header.get("Columns") or 0)
+    samples = int(header.get("SamplesPerPixel") or 1)
+    dtype, bits, high_bit = _stored_type(header)
+    check_size([count, rows, columns, samples], dtype.itemsize)
+    orientation = _numbers(header, frame, "ImageOrientationPatient", 6)
+    axes = (_unit_vector(orientation[:3]), _unit_vector(orientation[3:]))
+    if abs(float(np.dot(*axes))) > 0.01:
+        raise FileFault("direction must not be singular: its rows and columns are not at right angles")
+    scaling = header.get("DoseGridScaling")
+    slope = _number(header, frame, "RescaleSlope", 1.0 if scaling is None else float(scaling))
+    if slope == 0:
+        raise FileFault("its RescaleSlope is 0, which leaves nothing of its values")
+    row_spacing, column_spacing = _pixel_spacing(header, frame)
+    return Slice(
+        path=path,
+        frame=frame,
+        frames=count,
+        syntax=_packed_syntax(header),
+        rows=rows,
+        columns=columns,
+        samples_per_pixel=samples,
+        photometric=str(header.get("PhotometricInterpretation", "")),
+        dtype=dtype,
+        bits=bits,
+        high_bit=high_bit,
+        position=_position(header, frame),
+        axes=axes,
+        spacing=(column_spacing, row_spacing),
+        thickness=_thickness(header, frame),
+        slope=slope,
+        intercept=_number(header, frame, "RescaleIntercept", 0.0),
+        value_unit=_value_unit(header, frame),
+        order=tuple(_number(header, frame, key, 0.0) for key in _ORDER),
+        padding=_padding(header, dtype),
+    )
+
+
+def _value_unit(header: Any, frame: int) -> str:
+    """Unit of the rescaled values; Hounsfield units are those of CT that names no type (DICOM PS3.3, C.8.2.1.1.2).
+
+    That holds where water may be 0, which air is below: stored values have a sign, or the intercept is negative. "US"
+    is the standard's word for values whose unit is not specified.
+    """
+    kind = str(_found(header, frame, "RescaleType") or header.get("Units") or "").strip()
+    if kind or header.get("Modality") != "CT":
+        return "" if kind == "US" else kind
+    may_be_negative = bool(header.get("PixelRepresentation")) or _number(header, frame, "RescaleIntercept", 0.0) < 0
+    return "HU" if may_be_negative and _found(header, frame, "RescaleIntercept") is not None else ""
+
+
+def _padding(header: Any, dtype: np.dtype) -> tuple[int, int] | None:
+    """Smallest and largest stored value of padding; None where a file has none (DICOM PS3.3, C.7.5.1.1.2)."""
+    value, limit = (header.get(key) for key in ("PixelPaddingValue", "PixelPaddingRangeLimit"))
+    if value is None or value == "":
+        return None
+    ends = [_as_stored(int(end), dtype) for end in (value, value if limit in (None, "") else limit)]
+    return min(ends), max(ends)
+
+
+def _as_stored(number: int, dtype: np.dtype) -> int:
+    """A number in the pixels' type: some files write those below 0 as if there were no sign, or the reverse."""
+    wrapped = number % 2 ** (8 * dtype.itemsize)
+    return wrapped - 2 ** (8 * dtype.itemsize) if wrapped > np.iinfo(dtype).max else wrapped
+
+
+def _packed_syntax(header: Any) -> str:
+    syntax = getattr(getattr(header, "file_meta", None), "TransferSyntaxUID", None)
+    return str(syntax) if syntax is not None and syntax.is_transfer_syntax and syntax.is_encapsulated else ""
+
+
+def _stored_type(header: Any) -> tuple[np.dtype, int, int]:
+    """Type of the stored pixels, how many of its bits are used, and the highest of these."""
+    allocated = int(header.get("BitsAllocated") or 0)
+    if allocated not in (8, 16, 32):
+        raise FileFault(f"has {allocated} bits allocated for a pixel; 8, 16 and 32 are read")
+    bits = int(header.get("BitsStored") or allocated)
+    high_bit = int(header.get("HighBit", bits - 1))
+    if not 1 <= bits <= high_bit + 1 <= allocated:
+        raise FileFault(f"has {bits} bits stored up to bit {high_bit} of {allocated}, which can't be")
+    kind = "i" if int(header.get("PixelRepresentation") or 0) else "u"
+    return np.dtype(f"{kind}{allocated // 8}"), bits, high_bit
+
+
+def _found(header: Any, frame: int, key: str) -> Any:
+    """A field of a frame: from its own group, the shared one, or the top of the file."""
+    per_frame = header.get("PerFrameFunctionalGroupsSequence") or []
+    shared = header.get("SharedFunctionalGroupsSequence") or []
+    for group in (*per_frame[frame : frame + 1], *shared[:1]):
+        sequence = group.get(_GROUPS.get(key, "")) if key in _GROUPS else None
+        if sequence and sequence[0].get(key) is not None:
+            return sequence[0].get(key)
+    value = header.get(key)
+    detector = header.get("DetectorInformationSequence")  # of nuclear medicine
+    return detector[0].get(key) if value is None and detector else value
+
+
+def _number(header: Any, frame: int, key: str, default: float) -> float:
+    value = _found(header, frame, key)
+    number = default if value in (None, "") else float(value)
+    if not np.isfinite(number):
+        raise FileFault(f"its {key} is {number}")
+    return number
+
+
+def _numbers(header: Any, frame: int, key: str, count: int) -> list[float]:
+    value = _found(header, frame, key)
+    if value is None:
+        raise FileFault(f"has no {key}, without which it can't be placed")
+    numbers = [float(number) for number in value]
+    if len(numbers) != count or not np.isfinite(numbers).all():
+        raise FileFault(f"its {key} must be {count} finite numbers, and is {numbers}")
+    return numbers
+
+
+def _unit_vector(numbers: Sequence[float]) -> Triple:
+    length = float(np.linalg.norm(numbers))
+    if not 0.9 < length < 1.1:
+        vector = ", ".join(f"{number:g}" for number in numbers)
+        raise FileFault(f"direction must not be singular: {vector} of ImageOrientationPatient has length {length:g}")
+    x, y, z = (number / length for number in numbers)
+    return x, y, z
+
+
+def _pixel_spacing(header: Any, frame: int) -> tuple[float, float]:
+    """Distance of rows and of columns, in mm."""
+    for key in ("PixelSpacing", "ImagerPixelSpacing"):
+        if _found(header, frame, key) is not None:
+            rows, columns = _numbers(header, frame, key, 2)
+            if not (rows > 0 and columns > 0):
+                raise FileFault(f"spacing must be positive, and its {key} is {rows:g}, {columns:g}")
+            return rows, columns
+    raise FileFault("has no PixelSpacing")
+
+
+def _thickness(header: Any, frame: int) -> float:
+    spacing = _number(header, frame, "SpacingBetweenSlices", 0.0)
+    thickness = abs(spacing) or _number(header, frame, "SliceThickness", 0.0)
+    return thickness if thickness > 0 else 1.0
+
+
+def _position(header: Any, frame: int) -> Triple:
+    """Where the first pixel's centre lies; of frames that do not say, that of the file's first."""
+    x, y, z = _numbers(header, frame, "ImagePositionPatient", 3)
+    return x, y, z
+
+
+def _along(header: Any, count: int) -> NDArray[np.float64]:
+    """Offsets of frames along the normal from the file's position, where the frames do not say."""
+    offsets = header.get("GridFrameOffsetVector")
+    if offsets is not None:
+        along = np.atleast_1d(np.array(offsets, dtype=np.float64))[:count]
+        if len(along) < count:
+            raise FileFault(f"has {count} frames, and a GridFrameOffsetVector of {len(along)}")
+        return along - along[0]
+    spacing = _number(header, 0, "SpacingBetweenSlices", 0.0) or _number(header, 0, "SliceThickness", 0.0)
+    if not spacing:
+        raise FileFault("its frames have no positions")
+    return np.arange(count, dtype=np.float64) * spacing

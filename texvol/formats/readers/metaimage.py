@@ -1,0 +1,172 @@
+"""MetaImage: lines of `Key = value`, and samples after them or in files that they name.
+
+Read here and not by ITK, which prints on stderr, and opens whatever path a header names; the tests hold it against ITK.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.formats.readers.colors import colored, component_axis, is_colored, with_color
+from texvol.formats.readers.samples import Choice, FileFault, Samples, by, check_size, grid_from_columns, once, pick
+from texvol.formats.readers.stored import data_file, numbered_names, read_picked, read_stored
+
+_LONGEST_HEADER = 2**20
+
+# The format has no word for colour; ITK writes it so, and vectors as numbers of other types.
+_COLOR_OF_BYTES = "channels of bytes"
+
+_TYPES = {
+    "MET_CHAR": "i1",
+    "MET_UCHAR": "u1",
+    "MET_SHORT": "i2",
+    "MET_USHORT": "u2",
+    "MET_INT": "i4",
+    "MET_UINT": "u4",
+    "MET_LONG": "i4",  # four bytes on every machine, as MetaIO defines them
+    "MET_ULONG": "u4",
+    "MET_LONG_LONG": "i8",
+    "MET_ULONG_LONG": "u8",
+    "MET_FLOAT": "f4",
+    "MET_DOUBLE": "f8",
+}
+
+
+def read(path: str, choice: Choice) -> Samples:
+    """Samples of an `.mha`, or of an `.mhd` and its data."""
+    fields, offset, listed = _header(path)
+    sizes = _numbers(fields, "DimSize", int)
+    count = int(fields.get("NDims", len(sizes)))
+    if len(sizes) != count:
+        raise FileFault(f"its header has {len(sizes)} sizes ({by(sizes)}) and says NDims {count}")
+    channels = int(fields.get("ElementNumberOfChannels", 1))
+    axes = ("?" * (count - 3) + "ZYX")[-count:]
+    if channels != 1:
+        sizes, axes = [channels, *sizes], axes + "C"
+    said = _COLOR_OF_BYTES if _dtype(fields) == np.uint8 else ""
+    axes = with_color(axes, sizes[::-1], component_axis(axes, sizes[::-1], "C"), choice, said)
+    index = pick(axes, sizes[::-1], choice)
+    values = _samples(path, fields, sizes[::-1], index, choice, offset, listed)
+    grid = _grid(fields, count)
+    return Samples(**grid, **colored(values, axes, index, said)) if is_colored(axes) else Samples(values, **grid)
+
+
+def _header(path: str) -> tuple[Mapping[str, str], int, list[str]]:
+    """Fields of the header, where it ends, and the data files that it lists."""
+    fields: dict[str, str] = {}
+    with open(path, "rb") as file:
+        while "ElementDataFile" not in fields:
+            line = file.readline(_LONGEST_HEADER)
+            if not line:
+                raise FileFault("its header ends without ElementDataFile")
+            if file.tell() > _LONGEST_HEADER:
+                raise FileFault(f"its header does not end within {_LONGEST_HEADER} bytes")
+            key, equals, value = line.decode("latin-1").partition("=")
+            if not equals and key.strip():
+                raise FileFault(f"its header has a line that is not Key = value: {key.strip()[:80]!r}")
+            fields[key.strip()] = value.strip()
+        offset = file.tell()
+        is_list = fields["ElementDataFile"].split()[:1] == ["LIST"]
+        listed = file.read(_LONGEST_HEADER).decode("latin-1").split("\n") if is_list else []
+    return fields, offset, [line.strip() for line in listed if line.strip()]
+
+
+def _samples(
+    path: str,
+    fields: Mapping[str, str],
+    sizes: Sequence[int],
+    index: Sequence[int | slice],
+    choice: Choice,
+    offset: int,
+    listed: Sequence[str],
+) -> NDArray:
+    """The samples that `index` picks, slowest axis first."""
+    dtype = _dtype(fields)
+    if not _flag(fields, "BinaryData", default=True):
+        raise FileFault("its samples are text (BinaryData = False); binary ones are read")
+    encoding = "deflate" if _flag(fields, "CompressedData") else "raw"
+    skip = int(fields.get("HeaderSize", 0))
+    if skip < -1:
+        raise FileFault(f"HeaderSize must be -1 or more, and is {skip}")
+    where = fields["ElementDataFile"]
+    if where.upper() == "LOCAL":
+        return read_picked(path, dtype, sizes, index, choice, encoding=encoding, offset=offset, what="it")
+    paths = [(name, data_file(path, name)) for name in _data_names(where, listed)]
+    if len(paths) == 1:
+        name, file = paths[0]
+        how: dict[str, Any] = {"encoding": encoding, "skip": skip, "what": f"its data file {name}"}
+        return read_picked(file, dtype, sizes, index, choice, **how)
+    if len(paths) != sizes[0]:
+        raise FileFault(f"it names {len(paths)} data files, and DimSize ({by(sizes[::-1])}) has {sizes[0]} slices")
+
+    def of_all_files() -> NDArray:
+        check_size(sizes, dtype.itemsize)
+        values = np.empty(tuple(sizes), dtype)
+        for (name, file), slot in zip(paths, values, strict=True):
+            what = f"its data file {name}"
+            slot[...] = read_stored(file, dtype, slot.shape, encoding=encoding, skip=skip, what=what)
+        return values
+
+    return once(choice, "data files", of_all_files)[tuple(index)]
+
+
+def _data_names(where: str, listed: Sequence[str]) -> list[str]:
+    """Names of the data files: one, those listed after `LIST`, or those that `pattern first last step` counts."""
+    words = where.split()
+    if words and words[0] == "LIST":
+        return list(listed)
+    if len(words) == 4 and "%" in words[0]:
+        return numbered_names(words)
+    return [where]
+
+
+def _dtype(fields: Mapping[str, str]) -> np.dtype:
+    name = fields.get("ElementType", "")
+    code = _TYPES.get(name.removesuffix("_ARRAY"))
+    if code is None:
+        raise FileFault(f"ElementType {name or '(missing)'} is not a real number that texvol reads")
+    is_big = _flag(fields, "BinaryDataByteOrderMSB") or _flag(fields, "ElementByteOrderMSB")
+    return np.dtype(code).newbyteorder(">" if is_big else "<")
+
+
+def _grid(fields: Mapping[str, str], count: int) -> dict[str, Any]:
+    """Spacing, origin and direction as ITK has them: axis a of the grid is row a of the matrix as it is written."""
+    grid: dict[str, Any] = {"unit": _unit(fields), "space": "left-posterior-superior"}
+    key = "ElementSpacing" if "ElementSpacing" in fields else "ElementSize"
+    if key in fields:
+        grid["spacing"] = _numbers(fields, key, float, count)[:3]
+    for key in ("Offset", "Position", "Origin"):
+        if key in fields:
+            grid["origin"] = _numbers(fields, key, float, count)[:3]
+            break
+    for key in ("TransformMatrix", "Rotation", "Orientation"):
+        if key in fields:
+            matrix = np.array(_numbers(fields, key, float, count * count)).reshape(count, count)
+            _, grid["direction"] = grid_from_columns(matrix.T[:3, :3])
+            break
+    return grid
+
+
+def _unit(fields: Mapping[str, str]) -> str:
+    name = fields.get("DistanceUnits", "mm")  # MetaIO's own default is to leave it unsaid; its data are medical
+    return {"um": "µm", "?": "", "": ""}.get(name, name)
+
+
+def _numbers(fields: Mapping[str, str], key: str, kind: type, count: int | None = None) -> list[Any]:
+    if key not in fields:
+        raise FileFault(f"its header has no {key}")
+    try:
+        numbers = [kind(word) for word in fields[key].split()]
+    except ValueError:
+        raise FileFault(f"{key} = {fields[key][:80]}: numbers are wanted") from None
+    if count is not None and len(numbers) != count:
+        raise FileFault(f"{key} has {len(numbers)} numbers, and {count} are wanted")
+    return numbers
+
+
+def _flag(fields: Mapping[str, str], key: str, default: bool = False) -> bool:
+    return fields.get(key, str(default)).lower() in ("true", "1", "yes")

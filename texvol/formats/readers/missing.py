@@ -1,0 +1,128 @@
+"""Samples that are not there: NaN in place of the values that a file, or the user, marks them by."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.formats.readers.samples import Choice, FileFault
+
+Mark = int | float
+
+_EXACT = 2**24  # up to which single precision holds every integer
+
+
+def marks_of(told: Any) -> tuple[Mark, ...]:
+    """The argument `missing` of `texvol.load`: a number, or several, as a tuple of Python's own numbers.
+
+    Raises
+    ------
+    FileFault
+        If it is no number, or NaN, which is missing anyway.
+    """
+    if told is None:
+        return ()
+    several = [told] if np.ndim(told) == 0 else list(told)
+    marks = []
+    for each in several:
+        if isinstance(each, bool | np.bool_) or not isinstance(each, int | float | np.integer | np.floating):
+            raise FileFault(f"missing must be a number or several, got {each!r}")
+        if each != each:
+            raise FileFault("missing must be a number, got NaN; samples that are NaN are missing without it")
+        marks.append(int(each) if isinstance(each, int | np.integer) else float(each))
+    return tuple(dict.fromkeys(marks))
+
+
+def without_chosen(values: NDArray, choice: Choice) -> tuple[NDArray, tuple[str, ...]]:
+    """Values without those that the user says are missing, and what to note about that."""
+    if not choice.missing:
+        return values, ()
+    marked, count = without(values, choice.missing)
+    listed = ", ".join(map(str, choice.missing))
+    return marked, noted(count, f"--missing {listed}", always=True)
+
+
+def without(values: NDArray, marks: Sequence[Mark]) -> tuple[NDArray, int]:
+    """Values with NaN for each that equals one of `marks`, and how many these are.
+
+    Floats are compared in their own type, so that -3.4028235e+38 finds what float32 has of it.
+    """
+    wanted = [mark for mark in (_in_type(mark, values.dtype) for mark in marks) if mark is not None]
+    if not wanted:
+        return values, 0
+    return without_where(values, lambda _, part: np.logical_or.reduce([part == mark for mark in wanted]))
+
+
+def without_where(values: NDArray, is_missing: Callable[[int, NDArray], NDArray]) -> tuple[NDArray, int]:
+    """Values with NaN where `is_missing` says so of a slice, given its number and values, and how many these are.
+
+    Integers become float32 if that holds all that are left, float64 otherwise; without a missing one they stay.
+    """
+    count, largest = 0, 0
+    for number, part in enumerate(values):
+        hits = is_missing(number, part)
+        count += int(np.count_nonzero(hits))
+        if values.dtype.kind != "f" and values.dtype.itemsize > 2:
+            kept = part[~hits]
+            largest = max(largest, -int(kept.min()), int(kept.max())) if kept.size else largest
+    if not count:
+        return values, 0
+    if values.dtype.kind == "f":
+        made = values if values.flags.writeable else values.copy()
+    else:
+        made = np.empty(values.shape, np.float32 if largest <= _EXACT else np.float64)
+    # Slice by slice, so that what is in between never has the size of the volume.
+    for number, part in enumerate(values):
+        hits = is_missing(number, part)
+        if made is not values:
+            made[number] = part
+        made[number][hits] = np.nan
+    return made, count
+
+
+def without_marked(
+    values: NDArray, marks: Sequence[Mark], what: str, choice: Choice
+) -> tuple[NDArray, tuple[str, ...]]:
+    """Values without those that the file marks by these, and what to note; of labels none is missing."""
+    if choice.labels or not marks:
+        return values, ()
+    marked, count = without(values, marks)
+    return marked, noted(count, what)
+
+
+def noted(count: int, what: str, *, always: bool = False) -> tuple[str, ...]:
+    """A note on samples that are missing."""
+    return (f"missing: {count} sample{'' if count == 1 else 's'}, by {what}",) if count or always else ()
+
+
+def parsed(texts: Iterable[str]) -> tuple[Mark, ...]:
+    """Marks that a file writes as text; what is no number, or NaN, marks nothing."""
+    found: list[Mark] = []
+    for text in texts:
+        for word in text.split():
+            try:
+                found.append(int(word))
+            except ValueError:
+                try:
+                    found.append(float(word))
+                except ValueError:
+                    continue
+    return tuple(each for each in found if each == each)
+
+
+def _in_type(mark: Mark, dtype: np.dtype) -> Any | None:
+    """The number in a type of samples, None if that has none like it."""
+    if dtype.kind == "f":
+        try:
+            with np.errstate(over="ignore"):
+                number = dtype.type(float(mark))
+        except OverflowError:
+            return None
+        return None if np.isinf(number) and mark not in (np.inf, -np.inf) else number
+    if isinstance(mark, float) and not mark.is_integer():
+        return None
+    limits = np.iinfo(dtype)
+    return dtype.type(int(mark)) if limits.min <= int(mark) <= limits.max else None

@@ -1,0 +1,287 @@
+"""netCDF, classic and netCDF-4, read by the netCDF library: a variable on axes of coordinates, or on points.
+
+What the file says of its values holds: they are scaled and shifted, and those that it marks as missing are NaN.
+World axes are x, y, z of the variable as the CF conventions tell them, in the units of the coordinates.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Sequence
+from math import prod
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.formats.readers.child_process import check_survived
+from texvol.formats.readers.curvilinear import on_points
+from texvol.formats.readers.missing import without_chosen
+from texvol.formats.readers.netcdf_axes import (
+    Dimension,
+    attribute,
+    dimensions_of,
+    letters_of,
+    order_of,
+    role_of,
+    space_of,
+    unit_of,
+    unstructured_kind,
+)
+from texvol.formats.readers.netcdf_header import check_classic, check_heaps
+from texvol.formats.readers.rectilinear import Axis, axis_of, on_axes
+from texvol.formats.readers.resampling import type_between
+from texvol.formats.readers.samples import Choice, FileFault, Samples, check_size, check_unpacked, once, pick
+from texvol.formats.readers.unstructured import HINT
+
+_MOST_NAMED = 8  # variables that a message names
+_MARKS = ("_FillValue", "missing_value", "valid_range", "valid_min", "valid_max")
+
+
+def read(path: str, choice: Choice) -> Samples:
+    """Samples of one variable at one time."""
+    dataset = once(choice, "dataset", lambda: _opened(path))
+    try:
+        return _read(dataset, choice)
+    finally:
+        if choice.kept is None:
+            dataset.close()
+
+
+def _opened(path: str) -> Any:
+    import netCDF4
+
+    with open(path, "rb") as file:
+        is_classic = file.read(3) == b"CDF"
+    if is_classic:
+        check_classic(path)
+    else:
+        check_heaps(path)
+    # A file that can't be opened stays open in the library, for as long as there is the process.
+    check_survived(lambda: netCDF4.Dataset(os.path.abspath(path)).close())
+    return netCDF4.Dataset(os.path.abspath(path))
+
+
+def _read(dataset: Any, choice: Choice) -> Samples:
+    variable, note = _chosen(dataset, choice.variable)
+    dimensions = dimensions_of(variable)
+    space = space_of(dimensions)
+    index = pick(letters_of(dimensions), [dimension.size for dimension in dimensions], choice)
+    spatial = [dimensions[number] for number in space]
+    order = order_of(spatial)
+    axes = [spatial[number] for number in order]  # z, y, x
+    check_size([axis.size for axis in axes], max(variable.dtype.itemsize, 8))
+    # The library makes up what was never written.
+    check_unpacked(prod(axis.size for axis in axes) * variable.dtype.itemsize, os.path.getsize(dataset.filepath()))
+    _check_chunks(variable)
+    values, about = without_chosen(_values(variable, index, choice).transpose(order), choice)
+    auxiliary = _auxiliary(dataset, variable, dimensions, spatial)
+    if auxiliary:
+        parts = zip(dimensions, index, strict=True)
+        chosen = {dimension.name: part for dimension, part in parts if not isinstance(part, slice)}
+        # Places that move with time are those of one step.
+        moves = any(set(each.dimensions) & set(chosen) for each in auxiliary.values())
+        samples = on_points(values, _points(auxiliary, axes, chosen), choice._replace(kept=None) if moves else choice)
+        coordinates = [auxiliary.get(role, axis.coordinate) for role, axis in zip("ZYX", axes, strict=True)]
+    else:
+        samples = on_axes(values, [_axis(axis) for axis in axes[::-1]], choice.resolution, labels=choice.labels)
+        coordinates = [axis.coordinate for axis in axes]
+    names = [axis.name if each is None else each.name for axis, each in zip(axes, coordinates, strict=True)]
+    units = [unit_of(each) for each in coordinates[::-1]]
+    said = _said(variable, (note, *about), units)
+    return samples._replace(**_named(names[::-1], units), **_times(dimensions), **said)
+
+
+def _chosen(dataset: Any, wanted: str | None) -> tuple[Any, str]:
+    """The variable that is wanted, or the first one that is a volume, and what to say about it."""
+    kind = unstructured_kind(dataset)
+    if kind:
+        raise FileFault(f"is {kind}, which is not read; {HINT}")
+    named = dict(_variables(dataset))
+    if wanted is not None:
+        if wanted not in named:
+            raise FileFault(f"--variable {wanted}: it has no such variable; it has {_listed(list(named))}")
+        variable = named[wanted]
+        _check_variable(wanted, variable, dataset)
+        return variable, f"variable {_described(wanted, variable)}"
+    ancillary = _ancillary(named)
+    found = {name: each for name, each in named.items() if name not in ancillary and _is_volume(each)}
+    for each in named.values():
+        if not found and (kind := unstructured_kind(dataset, each)):
+            raise FileFault(f"is {kind}, which is not read; {HINT}")
+    if not found:
+        shapes = [f"{name} ({', '.join(each.dimensions)})" for name, each in named.items() if name not in ancillary]
+        raise FileFault(f"has no variable with three axes of space; it has {_listed(shapes)}")
+    name, variable = next(iter(found.items()))
+    _check_variable(name, variable, dataset)
+    note = f"variable {_described(name, variable)}"
+    if len(found) > 1:
+        note += f", the first of {len(found)}: {_listed(list(found))}; --variable NAME chooses"
+    return variable, note
+
+
+def _variables(group: Any, prefix: str = "") -> Iterator[tuple[str, Any]]:
+    for name, variable in group.variables.items():
+        yield prefix + name, variable
+    for name, inner in group.groups.items():
+        yield from _variables(inner, f"{prefix}{name}/")
+
+
+def _is_volume(variable: Any) -> bool:
+    if not (isinstance(variable.dtype, np.dtype) and variable.dtype.kind in "iuf"):
+        return False
+    return sum(dimension.role != "T" for dimension in dimensions_of(variable)) >= 3
+
+
+def _ancillary(named: dict[str, Any]) -> set[str]:
+    """Names of variables that say where others' samples lie."""
+    found = set()
+    for name, variable in named.items():
+        if variable.dimensions == (name.rpartition("/")[2],):
+            found.add(name)
+        for key in ("bounds", "coordinates", "climatology"):
+            found |= set(attribute(variable, key).split())
+    return found
+
+
+def _check_variable(name: str, variable: Any, dataset: Any) -> None:
+    kind = unstructured_kind(dataset, variable)
+    if kind:
+        raise FileFault(f"its variable {name} is on {kind}, which is not read; {HINT}")
+    if not (isinstance(variable.dtype, np.dtype) and variable.dtype.kind in "iuf"):
+        raise FileFault(f"its variable {name} holds {variable.dtype}, and a volume holds real numbers")
+    if not _is_volume(variable):
+        sizes = zip(variable.dimensions, variable.shape, strict=True)
+        listed = ", ".join(f"{dimension} {size}" for dimension, size in sizes) or "none"
+        raise FileFault(f"its variable {name} has dimensions {listed}, and a volume has three axes of space")
+
+
+def _check_chunks(variable: Any) -> None:
+    """Chunks are unpacked whole, so that one of them has to fit, too."""
+    chunks = variable.chunking()
+    if isinstance(chunks, list):
+        check_size(chunks, variable.dtype.itemsize)
+
+
+def _values(variable: Any, index: Sequence[int | slice], choice: Choice) -> NDArray:
+    """The samples that `index` picks, of a type that holds NaN if the file says how it marks or scales them.
+
+    Of labels those that are missing are 0: there is none.
+    """
+    variable.set_auto_maskandscale(True)
+    variable.set_always_mask(False)
+    attributes = variable.ncattrs()
+    values = variable[tuple(index)]
+    if choice.labels and np.ma.isMaskedArray(values):
+        return np.ma.filled(values, 0)
+    is_scaled = "scale_factor" in attributes or "add_offset" in attributes
+    if variable.dtype.kind == "f" and not is_scaled:
+        dtype = variable.dtype.newbyteorder("=")
+    elif is_scaled or np.ma.is_masked(values) or any(mark in attributes for mark in _MARKS):
+        dtype = type_between(variable.dtype)
+    else:
+        return np.ma.getdata(values)
+    return _without_masked(values, dtype)
+
+
+def _without_masked(values: NDArray, dtype: np.dtype) -> NDArray:
+    """Values in that type, NaN where they are masked; in the same memory where the type is theirs."""
+    plain = np.ma.getdata(values).astype(dtype, copy=False)
+    if np.ma.is_masked(values):
+        plain[np.ma.getmaskarray(values)] = np.nan
+    return plain
+
+
+def _axis(dimension: Dimension) -> Axis:
+    """Coordinates of a dimension: those that the file has, or the samples' numbers."""
+    if dimension.coordinate is None:
+        return Axis(np.arange(dimension.size, dtype=np.float64), dimension.name)
+    return axis_of(_coordinates(dimension.coordinate, (slice(None),)), dimension.name)
+
+
+def _coordinates(variable: Any, index: tuple[Any, ...]) -> NDArray:
+    """Coordinates, NaN where the file marks them as missing."""
+    check_size([max(size, 1) for size in variable.shape], 8)
+    variable.set_auto_maskandscale(True)
+    variable.set_always_mask(False)
+    values = variable[index]
+    if not np.ma.isMaskedArray(values):
+        return np.asarray(values)
+    return _without_masked(values, type_between(values.dtype))
+
+
+def _auxiliary(
+    dataset: Any, variable: Any, dimensions: Sequence[Dimension], spatial: Sequence[Dimension]
+) -> dict[str, Any]:
+    """Coordinates of more than one dimension, by role, for the axes that have none of their own."""
+    own = {dimension.name: dimension for dimension in dimensions}
+    missing = {dimension.name for dimension in spatial if dimension.coordinate is None}
+    found: dict[str, Any] = {}
+    for name in attribute(variable, "coordinates").split():
+        each = dataset.variables.get(name) or variable.group().variables.get(name)
+        if each is None or not (isinstance(each.dtype, np.dtype) and each.dtype.kind in "iuf"):
+            continue
+        role = role_of(each, name)
+        along = set(each.dimensions) & missing
+        if role in ("X", "Y", "Z") and len(along) > 1 and set(each.dimensions) <= set(own):
+            found.setdefault(role, each)
+    return found
+
+
+def _points(auxiliary: dict[str, Any], axes: Sequence[Dimension], chosen: dict[str, int]) -> NDArray:
+    """Where each sample lies in the world, shape (nz, ny, nx, 3)."""
+    sizes = [axis.size for axis in axes]
+    check_size([*sizes, 3], 8)
+    points = np.empty((*sizes, 3))
+    for column, (role, axis) in enumerate(zip("ZYX", axes, strict=True)):
+        if role in auxiliary:
+            variable = auxiliary[role]
+            part = _coordinates(variable, tuple(chosen.get(name, slice(None)) for name in variable.dimensions))
+            names = [name for name in variable.dimensions if name not in chosen]
+        else:
+            part, names = _axis(axis).coordinates, [axis.name]
+        # The coordinate's axes in the order of the samples', and 1 where it does not vary.
+        present = [each.name for each in axes if each.name in names]
+        part = part.transpose([names.index(name) for name in present])
+        shape = [each.size if each.name in names else 1 for each in axes]
+        points[..., 2 - column] = part.reshape(shape)
+    return points
+
+
+def _named(names: Sequence[str], units: Sequence[str]) -> dict[str, Any]:
+    """Unit and space of the world, whose axes x, y, z are these."""
+    described = [f"{name} ({unit})" if unit else name for name, unit in zip(names, units, strict=True)]
+    return {"unit": units[0] if len(set(units)) == 1 else "", "space": ", ".join(described)}
+
+
+def _said(variable: Any, notes: Sequence[str], units: Sequence[str]) -> dict[str, Any]:
+    """Unit of the values, and notes."""
+    return {"value_unit": attribute(variable, "units"), "notes": (*notes, *_notes(units))}
+
+
+def _notes(units: Sequence[str]) -> tuple[str, ...]:
+    if len(set(units)) == 1:
+        return ()
+    listed = ", ".join(unit or "no unit" for unit in units)
+    return (f"its axes have different units ({listed}); --spacing X,Y,Z makes them comparable",)
+
+
+def _times(dimensions: Sequence[Dimension]) -> dict[str, Any]:
+    """When the steps are, in the file's own words: "hours since 2001-01-01"."""
+    time = next((dimension for dimension in dimensions if dimension.role == "T"), None)
+    if time is None or time.coordinate is None or time.size > 10**6:
+        return {}
+    times = _coordinates(time.coordinate, (slice(None),)).astype(np.float64)
+    if not np.isfinite(times).all():
+        return {}
+    return {"times": times.tolist(), "time_unit": attribute(time.coordinate, "units")}
+
+
+def _described(name: str, variable: Any) -> str:
+    words = [word for word in (attribute(variable, "long_name"), attribute(variable, "units")) if word]
+    return f"{name} ({', '.join(words)})" if words else name
+
+
+def _listed(names: Sequence[str]) -> str:
+    more = len(names) - _MOST_NAMED
+    return (", ".join(names[:_MOST_NAMED]) or "none") + (f" and {more} more" if more > 0 else "")

@@ -1,0 +1,61 @@
+"""NPY: an array as numpy saves it, the last three axes z, y, x. Needs nothing but numpy, and starts at once."""
+
+from __future__ import annotations
+
+import os
+
+import numpy as np
+
+from texvol.formats.readers.colors import colored, is_colored, with_color
+from texvol.formats.readers.samples import Choice, FileFault, Samples, check_size, native, pick, real_type, unnamed_axes
+
+
+def read(path: str, choice: Choice) -> Samples:
+    """Samples of an `.npy`; one that would need unpickling is refused."""
+    with open(path, "rb") as file:
+        version = np.lib.format.read_magic(file)
+        if version == (1, 0):
+            sizes, is_fortran, dtype = np.lib.format.read_array_header_1_0(file)
+        elif version == (2, 0):
+            sizes, is_fortran, dtype = np.lib.format.read_array_header_2_0(file)
+        else:
+            raise FileFault(f"is NPY of version {version[0]}.{version[1]}, and versions 1.0 and 2.0 are read")
+        if dtype.hasobject:
+            raise FileFault("holds Python objects, which are never unpickled; a volume holds real numbers")
+        real_type(dtype)
+        axes = unnamed_axes(len(sizes))
+        if choice.color:
+            last = len(sizes) - 1 if len(sizes) > 3 else None
+            axes = with_color(unnamed_axes(len(sizes) - 1) + "C", sizes, last, choice, "")
+        index = _picked(axes, sizes, choice)
+        needed = check_size(sizes, dtype.itemsize) if len(sizes) == 3 else _any_size(sizes, dtype.itemsize)
+        held = os.fstat(file.fileno()).st_size - file.tell()
+        if held != needed:
+            raise FileFault(f"holds {held} bytes of samples, and its header ({sizes}, {dtype}) needs {needed}")
+        if len(sizes) == 3:
+            values = native(np.fromfile(file, dtype, needed // dtype.itemsize))
+            return Samples(values.reshape(sizes[::-1]).T if is_fortran else values.reshape(sizes))
+        # Mapped, so that of many time steps only the chosen one takes memory.
+        whole = np.memmap(file, dtype, "r", file.tell(), sizes, "F" if is_fortran else "C")
+        picked = np.array(whole[index], order="C")
+        return Samples(**colored(picked, axes, index, "")) if is_colored(axes) else Samples(picked)
+
+
+def _picked(axes: str, sizes: tuple[int, ...], choice: Choice) -> tuple[int | slice, ...]:
+    try:
+        return pick(axes, sizes, choice)
+    except FileFault as fault:
+        may_be_color = len(sizes) == 4 and sizes[3] in (3, 4) and choice.channel is None and choice.time is None
+        if may_be_color and choice.color is None:
+            raise FileFault(f"{fault}; if its last axis is colour, say --color") from None
+        raise
+
+
+def _any_size(sizes: tuple[int, ...], item_bytes: int) -> int:
+    check_size(sizes[-3:], item_bytes)
+    if any(size < 1 for size in sizes):
+        raise FileFault(f"every dimension must be positive, and the header says {sizes}")
+    needed = item_bytes
+    for size in sizes:
+        needed *= size
+    return needed

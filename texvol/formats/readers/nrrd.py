@@ -1,0 +1,323 @@
+"""NRRD: a text header, read by pynrrd, and samples after it or in files that it names.
+
+The samples are read here and not by pynrrd, which unpacks all that a stream holds and opens any path it is given.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from math import prod
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.formats.readers.colors import colored, component_axis, is_colored, with_color
+from texvol.formats.readers.missing import parsed, without_marked
+from texvol.formats.readers.samples import (
+    Choice,
+    FileFault,
+    Samples,
+    by,
+    check_size,
+    grid_from_columns,
+    once,
+    pick,
+    real_type,
+)
+from texvol.formats.readers.stored import data_file, numbered_names, read_picked, skip_lines
+
+_LONGEST_HEADER = 2**20
+
+# What a number takes in memory while it is still a word: a Python string and its place in a list.
+_WORD_BYTES = 64
+
+_TYPES = {
+    "i1": "signed char, int8, int8_t",
+    "u1": "uchar, unsigned char, uint8, uint8_t",
+    "i2": "short, short int, signed short, signed short int, int16, int16_t",
+    "u2": "ushort, unsigned short, unsigned short int, uint16, uint16_t",
+    "i4": "int, signed int, int32, int32_t",
+    "u4": "uint, unsigned int, uint32, uint32_t",
+    "i8": "longlong, long long, long long int, signed long long, signed long long int, int64, int64_t",
+    "u8": "ulonglong, unsigned long long, unsigned long long int, uint64, uint64_t",
+    "f4": "float",
+    "f8": "double",
+}
+_ENCODINGS = {"raw": "raw", "gzip": "deflate", "gz": "deflate", "bzip2": "bzip2", "bz2": "bzip2"}
+_TEXT_ENCODINGS = ("ascii", "text", "txt", "hex")
+
+# The format has no mark of its own but NaN; as key/value pairs these mean what they mean in netCDF.
+_MARKS = ("_FillValue", "missing_value")
+
+_SPACES = {
+    "ras": "right-anterior-superior",
+    "las": "left-anterior-superior",
+    "lps": "left-posterior-superior",
+    "scanner-xyz": "scanner-xyz",
+}
+
+# Kinds that the format's definition gives to axes of space and time; every other kind runs over components.
+_SPATIAL_KINDS = ("domain", "space")
+
+# Kinds of components that are red, green, blue and opacity; the format has others for HSV and XYZ.
+_COLOR_KINDS = ("rgb-color", "rgba-color", "3-color", "4-color")
+
+
+def read(path: str, choice: Choice) -> Samples:
+    """Samples of an `.nrrd`, or of an `.nhdr` and its data."""
+    header, offset, listed = _header(path)
+    sizes = [int(size) for size in header["sizes"]]
+    if len(sizes) != int(header["dimension"]):
+        raise FileFault(f"its header has {len(sizes)} sizes ({by(sizes)}) and says dimension {header['dimension']}")
+    check_size(sizes, 1)
+    axes = _axes(header, sizes)
+    at, said = _color_axis(header, axes, sizes[::-1])
+    axes = with_color(axes, sizes[::-1], at, choice, said)
+    index = pick(axes, sizes[::-1], choice)
+    values = _samples(path, header, sizes[::-1], index, choice, offset, listed)
+    spatial = [axis for axis, letter in enumerate(axes[::-1]) if letter in "XYZ"]
+    grid = _grid(header, spatial) | _times(header, axes[::-1], sizes)
+    if is_colored(axes):
+        return Samples(**grid, **colored(values, axes, index, said))
+    marks = parsed(str(header[key]) for key in _MARKS if key in header)
+    marked, notes = without_marked(values, marks, f"the header's {' and '.join(_MARKS)}", choice)
+    return Samples(marked, **grid, notes=notes)
+
+
+def _header(path: str) -> tuple[Mapping[str, Any], int, list[str]]:
+    """Fields of the header, where it ends, and the names of data files that it lists one a line."""
+    import nrrd
+
+    lines: list[str] = []
+    listed: list[str] = []
+    in_list = False
+    with open(path, "rb") as file:
+        while True:
+            line = file.readline(_LONGEST_HEADER)
+            if file.tell() > _LONGEST_HEADER:
+                raise FileFault(f"its header does not end within {_LONGEST_HEADER} bytes")
+            text = line.decode("latin-1").rstrip()
+            if not text:
+                break
+            if in_list:
+                listed.append(text)
+                continue
+            if not text.startswith("#") and ":" not in text and lines:
+                raise FileFault(f"its header has a line that is neither field nor comment: {text[:80]!r}")
+            in_list = text.lower().replace(" ", "").startswith("datafile:list")
+            lines.append(text)
+        offset = file.tell()
+    header = nrrd.read_header(lines)
+    for field in ("type", "dimension", "sizes", "encoding"):
+        if field not in header:
+            raise FileFault(f"its header has no field '{field}'")
+    return header, offset, listed
+
+
+def _axes(header: Mapping[str, Any], sizes: Sequence[int]) -> str:
+    """Letters for `pick`, slowest axis first."""
+    count = len(sizes)
+    kinds = [kind.lower() for kind in header.get("kinds", [])]
+    directions = header.get("space directions")
+    if directions is not None and len(directions) == count:
+        spatial = [vector is not None and not np.isnan(vector).all() for vector in directions]
+    elif len(kinds) == count and count > 3:
+        spatial = [kind in _SPATIAL_KINDS for kind in kinds]
+    else:
+        spatial = [axis < 3 for axis in range(count)]
+    if sum(spatial) > 3 or (sum(spatial) < 3 <= count):
+        spatial = [axis < 3 for axis in range(count)]
+    names = iter("XYZ")
+    letters = [
+        next(names) if is_spatial else "T" if len(kinds) == count and kinds[axis] == "time" else "?"
+        for axis, is_spatial in enumerate(spatial)
+    ]
+    return "".join(letters)[::-1]
+
+
+def _color_axis(header: Mapping[str, Any], axes: str, sizes: Sequence[int]) -> tuple[int | None, str]:
+    """Where the components of colour lie, and by what the header calls them so; `axes` are the letters for `pick`."""
+    kinds = [str(kind) for kind in header.get("kinds", [])]
+    is_bytes = str(header["type"]).lower() in _TYPES["u1"].split(", ")
+    for at, kind in enumerate(kinds[::-1] if len(kinds) == len(axes) else []):
+        # Vectors of displacements and the like have other types.
+        is_color = kind.lower() in _COLOR_KINDS or (kind.lower() == "vector" and is_bytes)
+        if axes[at] == "?" and is_color:
+            return at, f"kind {kind}" + (" of bytes" if kind.lower() == "vector" else "")
+    return component_axis(axes, sizes, "?"), ""
+
+
+def _samples(
+    path: str,
+    header: Mapping[str, Any],
+    sizes: Sequence[int],
+    index: Sequence[int | slice],
+    choice: Choice,
+    offset: int,
+    listed: Sequence[str],
+) -> NDArray:
+    """The samples that `index` picks, slowest axis first, from after the header or from the data files."""
+    encoding, lines, skip = _encoding(header)
+    named = header.get("data file", header.get("datafile"))
+    dtype = _dtype(header, encoding)
+    where: dict[str, Any] = {"encoding": encoding, "lines": lines}
+    if named is None:
+        return _picked(path, dtype, sizes, index, choice, skip, **where, offset=offset, what="it")
+    paths = [(name, data_file(path, name)) for name in _data_names(named, listed)]
+    if len(paths) == 1:
+        name, file = paths[0]
+        return _picked(file, dtype, sizes, index, choice, skip, **where, offset=0, what=f"its data file {name}")
+    count = prod(sizes)
+    if not paths or count % len(paths):
+        raise FileFault(f"its {len(paths)} data files can't hold equal parts of {count} samples")
+
+    def of_all_files() -> NDArray:
+        check_size(sizes, dtype.itemsize)
+        values = np.empty((len(paths), count // len(paths)), dtype)
+        for (name, file), slot in zip(paths, values, strict=True):
+            what = f"its data file {name}"
+            slot[:] = _picked(file, dtype, slot.shape, [slice(None)], Choice(), skip, **where, offset=0, what=what)
+        return values.reshape(sizes)
+
+    return once(choice, "data files", of_all_files)[tuple(index)]
+
+
+def _encoding(header: Mapping[str, Any]) -> tuple[str, int, int]:
+    """How the samples are encoded, and the lines and bytes before them."""
+    encoding = str(header["encoding"]).lower()
+    lines = int(header.get("line skip", header.get("lineskip", 0)))
+    skip = int(header.get("byte skip", header.get("byteskip", 0)))
+    if lines < 0:
+        raise FileFault(f"line skip must not be negative, and is {lines}")
+    if skip < -1:
+        raise FileFault(f"byte skip must be -1 or more, and is {skip}")
+    if encoding not in _ENCODINGS and encoding not in _TEXT_ENCODINGS:
+        raise FileFault(f"encoding {header['encoding']} is not known; raw, gzip, bzip2, ascii and hex are")
+    return encoding, lines, skip
+
+
+def _data_names(named: str, listed: Sequence[str]) -> list[str]:
+    """Names of the data files: one, those listed after `LIST`, or those that `pattern min max step` counts."""
+    words = named.split()
+    if words and words[0].upper() == "LIST":
+        return list(listed)
+    if len(words) in (4, 5) and "%" in words[0]:
+        return numbered_names(words[:4])
+    return [named]
+
+
+def _picked(
+    path: str,
+    dtype: np.dtype,
+    sizes: Sequence[int],
+    index: Sequence[int | slice],
+    choice: Choice,
+    skip: int,
+    *,
+    encoding: str,
+    offset: int,
+    lines: int,
+    what: str,
+) -> NDArray:
+    """Those of the samples in one file that `index` picks."""
+    if encoding in _TEXT_ENCODINGS:
+        whole = once(choice, path, lambda: _from_text(path, dtype, sizes, encoding, offset, lines, what))
+        return whole[tuple(index)]
+    where = {"encoding": _ENCODINGS[encoding], "offset": offset, "lines": lines, "skip": skip, "what": what}
+    return read_picked(path, dtype, sizes, index, choice, **where)
+
+
+def _from_text(
+    path: str, dtype: np.dtype, sizes: Sequence[int], encoding: str, offset: int, lines: int, what: str
+) -> NDArray:
+    """Samples written as decimal numbers, or as two hexadecimal digits for each byte."""
+    count = check_size(sizes, dtype.itemsize) // dtype.itemsize
+    with open(path, "rb") as file:
+        file.seek(offset)
+        skip_lines(file, lines, what)
+        if (os.fstat(file.fileno()).st_size - file.tell()) < count:
+            raise FileFault(f"{what} is too short to hold {count} samples as text")
+        check_size(sizes, _WORD_BYTES)
+        text = file.read().decode("ascii")
+    if encoding == "hex":
+        values = np.frombuffer(bytes.fromhex(text), np.uint8)
+        needed = count * dtype.itemsize
+        if values.size != needed:
+            raise FileFault(f"{what} holds {values.size} bytes of samples, and its header needs {needed}")
+        return values.view(dtype).reshape(sizes)
+    words = text.split()
+    if len(words) != count:
+        raise FileFault(f"{what} holds {len(words)} numbers, and its header needs {count}")
+    # Through Python's integers, so that 300 is refused as a uint8 instead of becoming 44.
+    numbers = words if dtype.kind == "f" else [int(word) for word in words]
+    return np.array(numbers, dtype).reshape(sizes)
+
+
+def _dtype(header: Mapping[str, Any], encoding: str) -> np.dtype:
+    name = " ".join(str(header["type"]).lower().split())
+    code = next((code for code, names in _TYPES.items() if name in names.split(", ")), None)
+    if code is None:
+        raise FileFault(f"type {header['type']} is not a real number that texvol reads")
+    dtype = np.dtype(code)
+    endian = str(header.get("endian", "")).lower()
+    if dtype.itemsize > 1 and encoding not in ("ascii", "text", "txt"):
+        if endian not in ("little", "big"):
+            raise FileFault("its samples have several bytes, and its header does not say 'endian: little' or 'big'")
+        dtype = dtype.newbyteorder("<" if endian == "little" else ">")
+    return real_type(dtype)
+
+
+def _grid(header: Mapping[str, Any], spatial: Sequence[int]) -> dict[str, Any]:
+    """Spacing, origin, direction, units and space of three spatial axes."""
+    directions = header.get("space directions")
+    space = str(header.get("space", "")).lower()
+    units = header.get("space units") or header.get("units") or []
+    value_unit = str(header.get("sample units", "")).strip('" ')
+    grid: dict[str, Any] = {"space": _SPACES.get(space, space), "unit": _unit(units), "value_unit": value_unit}
+    if directions is not None:
+        columns = np.array([directions[axis] for axis in spatial], dtype=np.float64).T
+        if columns.shape != (3, 3):
+            raise FileFault(f"space directions must have three components, and have {columns.shape[0]}")
+        grid["spacing"], grid["direction"] = grid_from_columns(columns)
+        origin = header.get("space origin")
+        grid["origin"] = np.zeros(3) if origin is None or np.isnan(origin).all() else origin
+        return grid
+    spacings = np.array([_spacing(header, axis) for axis in spatial])
+    grid["spacing"] = spacings  # one that is not positive is refused with the volume, unless the user gives another
+    grid["origin"] = [_axis_start(header, axis, step) for axis, step in zip(spatial, spacings, strict=True)]
+    return grid
+
+
+def _times(header: Mapping[str, Any], axes: str, sizes: Sequence[int]) -> dict[str, Any]:
+    """When the steps were taken, if the header gives the axis of time a spacing."""
+    axis = axes.find("T")
+    spacings, units = header.get("spacings", []), header.get("units") or []
+    if axis < 0 or axis >= len(spacings) or not np.isfinite(spacings[axis]) or spacings[axis] <= 0:
+        return {}
+    start = _axis_start(header, axis, float(spacings[axis]))
+    unit = str(units[axis]).strip('"') if axis < len(units) else ""
+    return {"times": (start + spacings[axis] * np.arange(sizes[axis])).tolist(), "time_unit": unit}
+
+
+def _spacing(header: Mapping[str, Any], axis: int) -> float:
+    spacings = header.get("spacings", [])
+    return float(spacings[axis]) if axis < len(spacings) else 1.0
+
+
+def _axis_start(header: Mapping[str, Any], axis: int, spacing: float) -> float:
+    """World coordinate of the first sample: that of `axis mins`, half a sample inwards where samples are cells."""
+    starts = header.get("axis mins", header.get("axismins", []))
+    start = float(starts[axis]) if axis < len(starts) else np.nan
+    if np.isnan(start):
+        return 0.0
+    centerings = header.get("centerings", header.get("centers", []))
+    is_cell = axis < len(centerings) and str(centerings[axis]).lower() == "cell"
+    return start + spacing / 2 if is_cell else start
+
+
+def _unit(units: Sequence[str]) -> str:
+    names = {str(unit).strip('"') for unit in units} - {"", "???", "none"}
+    unit = names.pop() if len(names) == 1 else ""
+    return {"um": "µm", "micron": "µm", "microns": "µm", "millimeter": "mm", "angstrom": "Å"}.get(unit, unit)

@@ -1,0 +1,254 @@
+"""Samples that lie in a file as they are, or compressed as a whole: read no more of them than the header says.
+
+The bound is the point. A header is believed only as far as the file and the machine's memory bear it out, and a
+compressed stream is followed to one byte beyond what is wanted, whatever it would unpack to.
+"""
+
+from __future__ import annotations
+
+import bz2
+import os
+import re
+import zlib
+from collections.abc import Iterator, Sequence
+from math import prod
+from typing import IO, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.formats.readers.samples import Choice, FileFault, by, check_size, in_bytes, native, once, real_type
+
+_BLOCK = 2**20  # bytes unpacked at a time
+_PIECE = 2**15  # bytes read at a time: what follows a stream, of which there may be one every few bytes, is copied
+_LEADING = 2**26  # bytes that may precede the samples in a stream whose samples come last
+
+_MOST_FILES = 10**5  # that a pattern counts
+_PATTERN = re.compile(r"(?:[^%]|%%)*%0?\d{0,2}[diu](?:[^%]|%%)*")
+
+# Deflate packs at best 258 bytes into two bits: 1032 to 1 (RFC 1951). Bzip2 has no such bound worth using.
+_BEST_DEFLATE = 1032
+
+
+def read_picked(
+    path: str, dtype: np.dtype, sizes: Sequence[int], index: Sequence[int | slice], choice: Choice, **where: Any
+) -> NDArray:
+    """Those of the samples that `index` picks; `where` and the rest are those of `read_stored`.
+
+    Of samples that lie in the file as they are only the picked ones are read. Others are unpacked as a whole, which the
+    steps of a series do once.
+    """
+    leading: list[int] = []
+    for each in index:
+        if isinstance(each, slice):
+            break
+        leading.append(each)
+    if prod(sizes[: len(leading)]) != 1 and where.get("encoding", "raw") == "raw":
+        real_type(dtype)
+        if min(sizes) < 1:
+            raise FileFault(f"every dimension must be positive, and the header says {by(sizes)}")
+        part = list(sizes[len(leading) :])
+        parts = prod(sizes[: len(leading)])
+        number = 0
+        for chosen, size in zip(leading, sizes, strict=False):
+            number = number * size + chosen
+        return read_stored(path, dtype, part, **where, part=number, parts=parts)[tuple(index[len(leading) :])]
+    whole = once(choice, (path, *where.items()), lambda: read_stored(path, dtype, sizes, **where))
+    picked = whole[tuple(index)]
+    # A part of its own does not keep the whole in memory; the steps of a series share the whole.
+    return picked if choice.kept is not None or picked.size == whole.size else picked.copy()
+
+
+def read_stored(
+    path: str,
+    dtype: np.dtype,
+    sizes: Sequence[int],
+    *,
+    encoding: str = "raw",
+    offset: int = 0,
+    lines: int = 0,
+    skip: int = 0,
+    what: str = "the file",
+    part: int = 0,
+    parts: int = 1,
+) -> NDArray:
+    """Samples from a file.
+
+    Parameters
+    ----------
+    path : str
+        The file that holds them.
+    dtype : dtype
+        Real, at most 64 bits, in the file's byte order.
+    sizes : sequence of int
+        Shape of the result, slowest axis first; with the type it says how many bytes there must be.
+    encoding : "raw", "deflate" (zlib or gzip) or "bzip2"
+    offset, lines, skip : int
+        Where they begin: after `offset` bytes and `lines` lines of the file, and `skip` bytes of what is unpacked from
+        there on; skip -1 stands for as many as it takes for the samples to be the last ones.
+    what : str
+        What a message calls the file.
+    part, parts : int
+        Which of so many arrays that follow one another is read; only where they are raw.
+
+    Returns
+    -------
+    array of shape `sizes`
+
+    Raises
+    ------
+    FileFault
+        If there are fewer or more bytes than the samples need, they can't be unpacked, or don't fit into memory.
+    """
+    real_type(dtype)
+    needed = check_size(sizes, dtype.itemsize)
+    with open(path, "rb") as file:
+        file.seek(offset)
+        skip_lines(file, lines, what)
+        begin = file.tell()
+        if encoding == "raw":
+            return _read_plain(file, begin, dtype, sizes, needed, skip, what, part, parts)
+        packed = os.fstat(file.fileno()).st_size - begin
+        if encoding == "deflate" and needed > packed * _BEST_DEFLATE:
+            raise FileFault(f"{what} holds {packed} compressed bytes; the header's dimensions need {in_bytes(needed)}")
+        if skip > _LEADING:
+            raise FileFault(f"the header skips {skip} bytes of what {what} unpacks to, and may skip {_LEADING}")
+        if skip < 0:
+            total = sum(len(block) for block in _bounded(unpacked(file, encoding), needed + _LEADING, what))
+            if total < needed:
+                raise _wrong_size(what, total, needed)
+            skip = total - needed
+            file.seek(begin)
+        return _read_packed(unpacked(file, encoding), dtype, sizes, needed, skip, what)
+
+
+def _read_plain(
+    file: IO[bytes],
+    begin: int,
+    dtype: np.dtype,
+    sizes: Sequence[int],
+    of_part: int,
+    skip: int,
+    what: str,
+    part: int,
+    parts: int,
+) -> NDArray:
+    needed = of_part * parts
+    held = os.fstat(file.fileno()).st_size - begin
+    skip = held - needed if skip < 0 else skip
+    if held - skip - needed in (1, 2):  # a line break after the last sample, as text editors and printf leave it
+        file.seek(begin + skip + needed)
+        rest = file.read(2)
+        held -= len(rest) if rest in (b"\n", b"\r\n") else 0
+    if skip < 0 or held - skip != needed:
+        raise _wrong_size(what, max(held - max(skip, 0), 0), needed)
+    file.seek(begin + skip + part * of_part)
+    values = np.fromfile(file, dtype, of_part // dtype.itemsize)
+    if values.nbytes != of_part:
+        raise _wrong_size(what, values.nbytes, of_part)
+    return native(values).reshape(sizes)
+
+
+def _read_packed(
+    blocks: Iterator[bytes], dtype: np.dtype, sizes: Sequence[int], needed: int, skip: int, what: str
+) -> NDArray:
+    values = np.empty(tuple(sizes), dtype)
+    target = values.reshape(-1).view(np.uint8)
+    seen = 0  # bytes unpacked so far, the skipped ones included
+    for block in blocks:
+        first = max(skip - seen, 0)
+        at = max(seen - skip, 0)
+        seen += len(block)
+        if seen - skip > needed:
+            raise _wrong_size(what, None, needed)
+        target[at : at + max(len(block) - first, 0)] = np.frombuffer(block, np.uint8)[first:]
+    if seen - skip != needed:
+        raise _wrong_size(what, max(seen - skip, 0), needed)
+    return native(values)
+
+
+def _wrong_size(what: str, held: int | None, needed: int) -> FileFault:
+    held_text = f"more than {needed}" if held is None else f"{held}"
+    return FileFault(f"{what} holds {held_text} bytes of samples, and the header's dimensions and type need {needed}")
+
+
+def unpacked(file: IO[bytes], encoding: str) -> Iterator[bytes]:
+    """What a compressed stream unpacks to, in blocks of bounded size; checksums are held at its end.
+
+    Streams that follow one another count as one; what follows them and is none (padding) is left alone.
+    """
+    make = bz2.BZ2Decompressor if encoding == "bzip2" else lambda: zlib.decompressobj(zlib.MAX_WBITS | 32)
+    magic = b"BZh" if encoding == "bzip2" else b"\x1f\x8b"
+    pending = file.read(_PIECE)
+    while True:
+        stream: Any = make()
+        while not stream.eof:
+            block = stream.decompress(pending, _BLOCK)
+            if block:
+                yield block
+            pending = getattr(stream, "unconsumed_tail", b"")
+            hungry = getattr(stream, "needs_input", not pending)
+            if not stream.eof and hungry and not pending:
+                pending = file.read(_PIECE)
+                if not pending and not block:
+                    raise FileFault("is truncated: its compressed data end in the middle")
+        pending = stream.unused_data or file.read(_PIECE)
+        if len(pending) < len(magic):
+            pending += file.read(_PIECE)
+        if not pending.startswith(magic):
+            return
+
+
+def skip_lines(file: IO[bytes], count: int, what: str) -> None:
+    """Read on to after so many lines; FileFault if there are fewer."""
+    held = os.fstat(file.fileno()).st_size
+    for number in range(count):
+        if file.tell() >= held:
+            raise FileFault(f"the header skips {count} lines of what {what} holds, and there are {number}")
+        while (piece := file.readline(_BLOCK)) and not piece.endswith(b"\n"):
+            pass
+
+
+def numbered_names(words: Sequence[str]) -> list[str]:
+    """Names of data files by a pattern such as "slice%03d.raw" and the first number, the last one and the step.
+
+    Raises
+    ------
+    FileFault
+        If they make no list, or one of more files than anybody has.
+    """
+    said = " ".join(words)
+    if not _PATTERN.fullmatch(words[0]):
+        raise FileFault(f"the names of its data files have one number of up to 99 digits, such as %03d: {said[:80]!r}")
+    try:
+        first, last, step = (int(word) for word in words[1:])
+    except ValueError:
+        raise FileFault(f"the numbers of its data files are first, last and step: {said[:80]!r}") from None
+    count = (last - first) // step + 1 if step else 0
+    if not 1 <= count <= _MOST_FILES:
+        raise FileFault(f"its data files number {count}, and 1 to {_MOST_FILES} are read: {said[:80]!r}")
+    return [words[0] % (first + number * step) for number in range(count)]
+
+
+def _bounded(blocks: Iterator[bytes], limit: int, what: str) -> Iterator[bytes]:
+    seen = 0
+    for block in blocks:
+        seen += len(block)
+        if seen > limit:
+            raise FileFault(f"{what} unpacks to more than {in_bytes(limit)}, and the header's dimensions need less")
+        yield block
+
+
+def data_file(header_path: str, name: str) -> str:
+    """Path of the data file that a detached header names, which must lie in the header's folder or below."""
+    folder = os.path.realpath(os.path.dirname(header_path) or ".")
+    if os.path.isabs(name):
+        raise FileFault(f"its data file {name} has an absolute path, and must lie in the header's folder")
+    path = os.path.realpath(os.path.join(folder, name))
+    if os.path.commonpath([folder, path]) != folder:
+        raise FileFault(f"its data file {name} lies outside the header's folder")
+    if not os.path.exists(path):
+        raise FileFault(f"its data file {name} does not exist")
+    if not os.path.isfile(path):
+        raise FileFault(f"its data file {name} is not a regular file")
+    return path

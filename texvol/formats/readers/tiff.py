@@ -1,0 +1,280 @@
+"""TIFF: a stack of pages, or a folder of slices, read by tifffile; spacing, unit and channels of ImageJ and OME.
+
+A plain TIFF says nothing about the distance of its pages, and its resolution is that of a printer: spacing 1.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Sequence
+from math import prod
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.formats.readers.colors import colored, component_axis, is_colored, with_color
+from texvol.formats.readers.missing import parsed, without_marked
+from texvol.formats.readers.samples import Choice, FileFault, Samples, by, check_size, check_unpacked, pick, real_type
+from texvol.formats.readers.tiff_pages import check_pages, check_planes
+
+_UNITS = {
+    "micron": "µm",
+    "microns": "µm",
+    "micrometer": "µm",
+    "micrometre": "µm",
+    "um": "µm",
+    "\u03bcm": "µm",
+    "\\u00b5m": "µm",
+    "millimeter": "mm",
+    "millimetre": "mm",
+    "nanometer": "nm",
+    "nanometre": "nm",
+    "centimeter": "cm",
+    "angstrom": "Å",
+    "pixel": "",
+    "pixels": "",
+    "inch": "in",
+}
+
+# Values of the tags PhotometricInterpretation, Compression and ExtraSamples (TIFF 6.0).
+_GDAL_NODATA = 42113
+_RGB, _YCBCR, _JPEG, _ASSOCIATED = 2, 6, 7, 1
+
+# tifffile's letters for axes, in those of `pick`: I, Q and R are sequences of pages without a name.
+_LETTERS = {"S": "C", "I": "Z", "Q": "?", "R": "?", "M": "?", "A": "?", "P": "?"}
+
+
+def read(path: str, choice: Choice) -> Samples:
+    """Samples of a multi-page file, or of a folder's slices in the order of the numbers in their names."""
+    return _folder(path, choice) if os.path.isdir(path) else _file(path, choice)
+
+
+def _file(path: str, choice: Choice) -> Samples:
+    import tifffile
+
+    check_pages(path)
+    with tifffile.TiffFile(path, _multifile=False) as tif:
+        _refuse_several_files(tif)
+        check_planes(tif.ome_metadata or "", len(tif.pages))
+        if not tif.series:
+            raise FileFault("holds no image")
+        series = tif.series[0]
+        for program, is_so, kind in (("OME", tif.is_ome, "ome"), ("ImageJ", tif.is_imagej, "imagej")):
+            # tifffile would fall back to the bare pages, channels and slices in one row.
+            if is_so and series.kind != kind:
+                raise FileFault(f"its {program} description does not fit its pages")
+        sizes, axes = [int(size) for size in series.shape], _axes(series.axes)
+        dtype = real_type(np.dtype(series.dtype))
+        said = _color_name(series.keyframe)
+        at = component_axis(series.axes, sizes, "S") if "S" in series.axes else component_axis(axes, sizes)
+        axes = with_color(axes, sizes, at, choice, said)
+        index = pick(axes, sizes, choice)
+        chosen = prod(size for size, part in zip(sizes, index, strict=True) if isinstance(part, slice))
+        check_size([chosen], dtype.itemsize)
+        _check_pages(tif, series, path)
+        values = _values(tif, series, axes, sizes, index)
+        steps = dict(zip(axes, sizes, strict=True)).get("T", 1)
+        more = _calibration(tif) | _times(tif, steps)
+        if is_colored(axes):
+            return Samples(**more, **colored(values, axes, index, said, associated=_is_associated(series.keyframe)))
+        marked, notes = without_marked(values, _marks(series.keyframe), "tag GDAL_NODATA", choice)
+        return Samples(marked, **more, notes=notes)
+
+
+def _marks(page: Any) -> tuple[int | float, ...]:
+    """Values that stand for a missing one, by GDAL's tag."""
+    tag = page.tags.get(_GDAL_NODATA)
+    return () if tag is None else parsed([str(tag.value).strip("\0")])
+
+
+def _axes(axes: str) -> str:
+    """Letters for `pick`. Pages that are named nothing, or time steps of what else were flat, are a stack."""
+    letters = "".join(_LETTERS.get(letter, letter if letter in "XYZCT" else "?") for letter in axes)
+    if "Z" not in letters:
+        for page_axis in ("?", "T"):
+            if letters.count(page_axis) == 1:
+                return letters.replace(page_axis, "Z")
+    return letters
+
+
+def _color_name(page: Any) -> str:
+    """By what a page calls its samples red, green and blue, or nothing."""
+    # JPEG's luminance and chrominance become colours when they are unpacked.
+    is_color = int(page.photometric) == _RGB or (int(page.photometric), int(page.compression)) == (_YCBCR, _JPEG)
+    return "photometric interpretation RGB" if is_color else ""
+
+
+def _is_associated(page: Any) -> bool:
+    """Whether a page says that its opacity has been multiplied into its colours."""
+    return _ASSOCIATED in [int(kind) for kind in page.extrasamples]
+
+
+def _refuse_several_files(tif: Any) -> None:
+    names = set(re.findall(r'FileName="([^"]*)"', tif.ome_metadata or ""))
+    if len(names) > 1:
+        raise FileFault(f"is one of {len(names)} files of an OME set; sets of several files are not read")
+
+
+def _check_pages(tif: Any, series: Any, path: str) -> None:
+    """Raise FileFault if a page's data lie beyond the end of the file: tifffile would fill the gap with zeros."""
+    held = os.path.getsize(path)
+    if int(series.keyframe.compression) != 1:
+        check_unpacked(int(series.nbytes), held)
+    for number, page in enumerate(series.pages):
+        if page is None:
+            raise FileFault(f"page {number} is missing")
+        offsets, counts = page.dataoffsets, page.databytecounts
+        if not offsets or len(offsets) != len(counts):
+            raise FileFault(f"page {number} does not say where its data lie")
+        end = max(offset + count for offset, count in zip(offsets, counts, strict=True))
+        if end > held:
+            raise FileFault(f"is truncated: page {number} ends at byte {end} of {held}")
+        if int(page.compression) == 1 and sum(counts) < page.nbytes:
+            raise FileFault(f"page {number} holds {sum(counts)} bytes, and its dimensions need {page.nbytes}")
+    if len(series.pages) == 1 and series.dataoffset is not None and series.dataoffset + series.nbytes > held:
+        raise FileFault(f"is truncated: its samples end at byte {series.dataoffset + series.nbytes} of {held}")
+
+
+def _values(tif: Any, series: Any, axes: str, sizes: Sequence[int], index: tuple[int | slice, ...]) -> NDArray:
+    """The chosen samples; of several channels or time steps only the chosen one's pages are read."""
+    leading = sizes[: len(sizes) - len(series.keyframe.shape)]
+    if all(isinstance(part, slice) or size == 1 for part, size in zip(index, sizes, strict=True)):
+        return np.asarray(series.asarray(maxworkers=1)).reshape(sizes)[index]
+    if len(series.pages) == prod(leading) and list(series.keyframe.shape) == list(sizes[len(leading) :]):
+        numbers = np.arange(len(series.pages)).reshape(leading)[index[: len(leading)]].ravel()
+        pages = np.asarray(series.asarray(key=[int(number) for number in numbers], maxworkers=1))
+        kept = [size for size, part in zip(leading, index, strict=False) if isinstance(part, slice)]
+        return pages.reshape([*kept, *sizes[len(leading) :]])[(*[slice(None)] * len(kept), *index[len(leading) :])]
+    check_size(sizes, np.dtype(series.dtype).itemsize)
+    return np.asarray(series.asarray(maxworkers=1)).reshape(sizes)[index]
+
+
+def _calibration(tif: Any) -> dict[str, Any]:
+    """Spacing and unit, where ImageJ or OME say them."""
+    if tif.ome_metadata:
+        return _ome_calibration(tif.ome_metadata)
+    if not tif.imagej_metadata:
+        return {}
+    unit = str(tif.imagej_metadata.get("unit") or "").strip()
+    spacing = [_resolution(tif.pages[0].tags, "XResolution"), _resolution(tif.pages[0].tags, "YResolution")]
+    spacing.append(float(tif.imagej_metadata.get("spacing") or 1.0))
+    return {"spacing": spacing, "unit": _UNITS.get(unit.lower(), unit)}
+
+
+def _times(tif: Any, steps: int) -> dict[str, Any]:
+    """When the steps were taken, if ImageJ or OME say how far apart they are."""
+    between, unit = 0.0, "s"
+    if tif.ome_metadata:
+        attributes = _ome_attributes(tif.ome_metadata)
+        between, unit = float(attributes.get("TimeIncrement", 0)), attributes.get("TimeIncrementUnit", "s")
+    elif tif.imagej_metadata:
+        between = float(tif.imagej_metadata.get("finterval") or 0)
+        unit = str(tif.imagej_metadata.get("tunit") or "s").replace("sec", "s")
+    if steps < 2 or not 0 < between < np.inf:
+        return {}
+    return {"times": (between * np.arange(steps)).tolist(), "time_unit": unit}
+
+
+def _resolution(tags: Any, name: str) -> float:
+    """Distance of pixels, which ImageJ writes as pixels per unit."""
+    if name not in tags:
+        return 1.0
+    pixels, units = tags[name].value
+    return units / pixels if pixels and units else 1.0
+
+
+def _ome_attributes(xml: str) -> dict[str, str]:
+    """What OME says of the pixels."""
+    pixels = re.search(r"<(?:\w+:)?Pixels\b([^>]*)>", xml)
+    return dict(re.findall(r'(\w+)\s*=\s*"([^"]*)"', pixels.group(1))) if pixels else {}
+
+
+def _ome_calibration(xml: str) -> dict[str, Any]:
+    attributes = _ome_attributes(xml)
+    sizes = [attributes.get(f"PhysicalSize{axis}") for axis in "XYZ"]
+    if not any(sizes):
+        return {}
+    # OME's default unit is the micrometre, for each axis by itself.
+    units = [attributes.get(f"PhysicalSize{axis}Unit", "µm") for axis, size in zip("XYZ", sizes, strict=True) if size]
+    names = {_UNITS.get(unit.lower(), unit) for unit in units}
+    if len(names) > 1:
+        raise FileFault(f"states its spacing in different units ({', '.join(units)}); give --spacing")
+    return {"spacing": [float(size) if size else 1.0 for size in sizes], "unit": names.pop()}
+
+
+def _folder(path: str, choice: Choice) -> Samples:
+    """One slice a file; all of one size and type."""
+    names = sorted((name for name in os.listdir(path) if name.lower().endswith((".tif", ".tiff"))), key=_natural)
+    names = [name for name in names if not name.startswith(".")]
+    if len(names) == 1:
+        return _file(os.path.join(path, names[0]), choice)
+    pick("ZYX", [1, 1, 1], choice)
+    values = np.empty(0)
+    first: _Slice | None = None
+    for number, name in enumerate(names):
+        try:
+            found = _slice_of(os.path.join(path, name), choice)
+            if first is None:
+                first = found
+                check_size([len(names), *found.pixels.shape], real_type(found.pixels.dtype).itemsize)
+                values = np.empty((len(names), *found.pixels.shape), found.pixels.dtype)
+            _check_alike(names[0], first, found)
+            values[number] = found.pixels
+        except FileFault as fault:
+            raise FileFault(f"{name}: {fault}") from None
+        except MemoryError:
+            raise
+        except Exception as error:
+            raise FileFault(f"{name}: cannot be read as TIFF: {error}") from error
+    assert first is not None
+    if is_colored(first.axes):
+        index = [slice(None)] * 4
+        return Samples(**colored(values, first.axes, index, first.said, associated=first.associated))
+    marked, notes = without_marked(values, first.marks, "tag GDAL_NODATA", choice)
+    return Samples(marked, notes=notes)
+
+
+class _Slice(NamedTuple):
+    """A folder's slice: pixels, axes of a stack, by what it calls them colour, if opacity is multiplied in, no data."""
+
+    pixels: NDArray
+    axes: str
+    said: str
+    associated: bool
+    marks: tuple[int | float, ...]
+
+
+def _slice_of(file: str, choice: Choice) -> _Slice:
+    import tifffile
+
+    check_pages(file)
+    with tifffile.TiffFile(file, _multifile=False) as tif:
+        page = tif.pages[0]
+        said, axes, sizes = _color_name(page), "Z" + page.axes.replace("S", "C"), [1, *page.shape]
+        axes = with_color(axes, sizes, component_axis(axes, sizes), choice, said)
+        if len(tif.pages) > 1 or (len(page.shape) != 2 and not is_colored(axes)):
+            raise FileFault(f"has shape {by(tif.series[0].shape)}; a slice is one page, of one channel or of colour")
+        check_size(page.shape, real_type(np.dtype(page.dtype)).itemsize)
+        _check_pages(tif, tif.series[0], file)
+        return _Slice(np.asarray(page.asarray(maxworkers=1)), axes, said, _is_associated(page), _marks(page))
+
+
+def _check_alike(name: str, first: _Slice, one: _Slice) -> None:
+    """Raise FileFault unless a slice is as the first, `name`, is."""
+    if one.marks != first.marks:
+        raise FileFault(f"its slices have several values that stand for none: {name} and it have others (GDAL_NODATA)")
+    if one[1:] != first[1:]:
+        raise FileFault(f"its slices are of mixed kinds: {name} and it are not both of one channel, or of colours")
+    if one.pixels.shape != first.pixels.shape:
+        sizes = f"{by(first.pixels.shape[::-1])} and {by(one.pixels.shape[::-1])}"
+        raise FileFault(f"its slices are of mixed sizes: {name} and it have {sizes}")
+    if one.pixels.dtype != first.pixels.dtype:
+        types = f"{first.pixels.dtype} and {one.pixels.dtype}"
+        raise FileFault(f"its slices are of mixed types: {name} and it have {types}")
+
+
+def _natural(name: str) -> list[tuple[int, int, str]]:
+    """Sort key that puts slice 2 before slice 10."""
+    return [(1, int(part), "") if part.isdigit() else (0, 0, part) for part in re.split(r"([0-9]+)", name)]

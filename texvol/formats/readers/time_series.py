@@ -1,0 +1,153 @@
+"""Files of several time steps: opened once, a Volume for each step, all on one grid."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Sequence
+from functools import cached_property
+from types import TracebackType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.formats.readers.loading import ARGUMENTS, read, volume_of
+from texvol.formats.readers.missing import marks_of
+from texvol.formats.readers.samples import Choice, FileFault, TimeSteps
+from texvol.scene.volume import Volume
+from texvol.util.errors import InputError
+
+
+def time_steps(path: str | os.PathLike[str], **options: Any) -> int:
+    """How many time steps a file has; 1 of one without time.
+
+    Parameters
+    ----------
+    path : str or path
+    options
+        Those of `texvol.formats.readers.load`; an axis that the file does not name is time unless `channel` is chosen.
+
+    Raises
+    ------
+    InputError, MissingExtraError
+        As `load` does.
+    """
+    name, choice = os.fspath(path), _choice(options)
+    try:
+        read(name, choice._replace(time=None, counting=True))
+    except TimeSteps as steps:
+        return steps.count
+    return 1
+
+
+class TimeSeries(Sequence[Volume]):
+    """The steps of a file, each read when it is asked for.
+
+    What a step needs again is kept: the file's samples where they are compressed as a whole, an open netCDF file, the
+    places of a curvilinear grid's points. Of samples that lie in the file as they are only the step's own are read.
+
+    Parameters
+    ----------
+    path : str or path
+    options
+        Those of `texvol.formats.readers.load`, but for `time`.
+
+    Raises
+    ------
+    InputError, MissingExtraError
+        As `load` does; and for a step that is not there, with the number of those that are.
+    """
+
+    def __init__(self, path: str | os.PathLike[str], **options: Any) -> None:
+        if options.get("time") is not None:
+            raise InputError(f"{os.fspath(path)}: a series has all time steps, and --time {options['time']} is one")
+        self.name = os.fspath(path)
+        self._spacing: Sequence[float] | None = options.get("spacing")
+        self._steps = time_steps(path, **options)
+        self._kept: dict[Any, Any] = {}
+        self._choice = _choice(options)._replace(kept=self._kept)
+        self._when: tuple[NDArray[np.float64] | None, str] | None = None
+
+    def __getstate__(self) -> dict[str, Any]:
+        """All but what is kept of the file, which is opened again in a copy or another process."""
+        kept: dict[Any, Any] = {}
+        return {**vars(self), "_kept": kept, "_choice": self._choice._replace(kept=kept)}
+
+    def __len__(self) -> int:
+        return self._steps
+
+    def __getitem__(self, step: Any) -> Any:
+        """The volume of a step, from 0; negative ones count from the end. A slice gives a list."""
+        if isinstance(step, slice):
+            return [self[number] for number in range(*step.indices(self._steps))]
+        number = step + self._steps if step < 0 else step
+        if not 0 <= number < self._steps:
+            plural = "" if self._steps == 1 else "s"
+            raise InputError(f"{self.name}: time step {step} is not there: it has {self._steps} step{plural}, from 0")
+        choice = self._choice._replace(time=int(number))
+        samples = read(self.name, choice)
+        if self._when is None:
+            times = None if samples.times is None or len(samples.times) != self._steps else np.array(samples.times)
+            self._when = times, samples.time_unit
+        return volume_of(self.name, samples, choice, self._spacing)
+
+    def __iter__(self) -> Iterator[Volume]:
+        return (self[number] for number in range(self._steps))
+
+    @property
+    def times(self) -> NDArray[np.float64] | None:
+        """When the steps were, in `time_unit`, or None where the file does not say."""
+        return self._known_when()[0]
+
+    @property
+    def time_unit(self) -> str:
+        """Unit of `times`: "s", or what the file says, such as "hours since 2001-01-01"."""
+        return self._known_when()[1]
+
+    @cached_property
+    def finite_range(self) -> tuple[float, float] | None:
+        """Smallest and largest finite value of all steps, one in memory at a time; None where none is finite."""
+        ranges = [volume.finite_range for volume in self]
+        known = [each for each in ranges if each is not None]
+        if not known:
+            return None
+        return min(low for low, _ in known), max(high for _, high in known)
+
+    def close(self) -> None:
+        """Let go of what is kept; a step that is asked for afterwards opens the file again."""
+        for each in self._kept.values():
+            if hasattr(each, "close"):
+                each.close()
+        self._kept.clear()
+
+    def __enter__(self) -> TimeSeries:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _known_when(self) -> tuple[NDArray[np.float64] | None, str]:
+        if self._when is None:
+            self[0]
+        return self._when or (None, "")
+
+
+def _choice(options: dict[str, Any]) -> Choice:
+    """The options of `load` as readers have them."""
+    told = {key: value for key, value in options.items() if key != "spacing" and value is not None}
+    for key in ("shape", "resolution"):
+        if key in told:
+            told[key] = tuple(told[key])
+    if "series" in told:
+        told["series"] = str(told["series"])
+    if "missing" in told:
+        try:
+            told["missing"] = marks_of(told["missing"])
+        except FileFault as fault:
+            raise InputError(str(fault)) from None
+    known = {*ARGUMENTS} - {"spacing"}
+    if unknown := set(told) - known:
+        raise TypeError(f"unexpected options: {', '.join(sorted(unknown))}")
+    return Choice(**told)

@@ -1,0 +1,167 @@
+"""The arrays of VTK's XML files.
+
+An array of bytes begins with its length; a packed one with the number of its blocks, the size of each, the size of the
+last if it is smaller, and the packed size of each. In base64 the lengths and the bytes may be one run or two.
+"""
+
+from __future__ import annotations
+
+import binascii
+import os
+import re
+import zlib
+from math import prod
+from typing import NamedTuple, Protocol
+from xml.etree import ElementTree
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.formats.readers.samples import FileFault, check_size
+from texvol.util.errors import missing_extra
+
+# What a number takes in memory while it is still a word: a Python string and its place in a list.
+_WORD_BYTES = 64
+
+
+class Appended(NamedTuple):
+    """Data after the XML: which file, from which byte, whether as bytes or in base64."""
+
+    path: str
+    begin: int
+    is_raw: bool
+
+
+class _Run(Protocol):
+    def take(self, count: int) -> bytes:
+        """The next `count` bytes, and no fewer."""
+
+    def rejoin(self) -> bool:
+        """Go back before the last taking if what follows belongs to the same run; say whether it does."""
+
+
+class _Raw:
+    def __init__(self, where: Appended, offset: int) -> None:
+        self.path, self.at = where.path, where.begin + offset
+
+    def take(self, count: int) -> bytes:
+        with open(self.path, "rb") as file:
+            if not 0 <= count <= os.fstat(file.fileno()).st_size - self.at:
+                raise FileFault("is truncated: its array is longer than the file")
+            file.seek(self.at)
+            self.at += count
+            return file.read(count)
+
+    def rejoin(self) -> bool:
+        return False
+
+
+class _Base64:
+    def __init__(self, text: bytes, at: int = 0) -> None:
+        self.text, self.at, self.last = memoryview(text), at, 0
+
+    def take(self, count: int) -> bytes:
+        length = (count + 2) // 3 * 4
+        chars = self.text[self.at : self.at + length]
+        if len(chars) != length:
+            raise FileFault("is truncated: its array is shorter than its length says")
+        self.last, self.at = self.at, self.at + length
+        return binascii.a2b_base64(chars)[:count]
+
+    def rejoin(self) -> bool:
+        if self.text[self.at - 1 : self.at] == b"=":
+            return False
+        self.at = self.last
+        return True
+
+
+def read_array(
+    array: ElementTree.Element, root: ElementTree.Element, appended: Appended | None, dtype: np.dtype, sizes: list[int]
+) -> NDArray:
+    """Samples of a `DataArray`, of shape `sizes`; FileFault if it holds fewer or more."""
+    needed = prod(sizes) * dtype.itemsize
+    form = array.get("format", "ascii")
+    if form == "ascii":
+        return _from_text(array.text or "", dtype, sizes)
+    word = np.dtype("u8" if root.get("header_type") == "UInt64" else "u4").newbyteorder(dtype.byteorder)
+    if dtype.itemsize == 1:
+        word = word.newbyteorder(">" if root.get("byte_order") == "BigEndian" else "<")
+    run = _run(array, form, appended)
+    packer = root.get("compressor")
+    if packer:
+        return _from_blocks(run, packer, word, needed).view(dtype).reshape(sizes)
+    held = int(np.frombuffer(run.take(word.itemsize), word)[0])
+    if held != needed:
+        raise _wrong_size(held, needed)
+    data = run.take(word.itemsize + needed)[word.itemsize :] if run.rejoin() else run.take(needed)
+    return np.frombuffer(data, dtype).reshape(sizes)
+
+
+def _run(array: ElementTree.Element, form: str, appended: Appended | None) -> _Run:
+    if form == "binary":
+        text = (array.text or "").strip().encode("ascii")
+        # Joined only where something stands between, as a copy may be as large as the volume.
+        return _Base64(b"".join(text.split()) if re.search(rb"\s", text) else text)
+    offset = int(array.get("offset", 0))
+    if form != "appended" or appended is None or offset < 0:
+        raise FileFault(f"its array {array.get('Name')!r} has format {form!r} and no data")
+    if appended.is_raw:
+        return _Raw(appended, offset)
+    with open(appended.path, "rb") as file:
+        file.seek(appended.begin)
+        return _Base64(file.read(), offset)
+
+
+def _from_text(text: str, dtype: np.dtype, sizes: list[int]) -> NDArray:
+    check_size(sizes, _WORD_BYTES)
+    words = text.split()
+    if len(words) != prod(sizes):
+        raise FileFault(f"its array holds {len(words)} numbers, and its extent needs {prod(sizes)}")
+    # Through Python's integers, so that 300 is refused as a UInt8 instead of becoming 44.
+    numbers = words if dtype.kind == "f" else [int(word) for word in words]
+    return np.array(numbers, dtype).reshape(sizes)
+
+
+def _from_blocks(run: _Run, packer: str, word: np.dtype, needed: int) -> NDArray[np.uint8]:
+    """Bytes of a packed array; its lengths are held against `needed` before anything is unpacked."""
+    blocks, size, last = (int(number) for number in np.frombuffer(run.take(3 * word.itemsize), word))
+    total = (blocks - 1) * size + last if last else blocks * size
+    if total != needed or blocks > needed:
+        raise _wrong_size(total, needed)
+    if run.rejoin():
+        packed = run.take((3 + blocks) * word.itemsize)[3 * word.itemsize :]
+    else:
+        packed = run.take(blocks * word.itemsize)
+    lengths = [int(number) for number in np.frombuffer(packed, word)]
+    data = run.take(sum(lengths))
+    values = np.empty(needed, np.uint8)
+    at = begin = 0
+    for length in lengths:
+        wanted = min(size, needed - begin)
+        block = _unpacked(data[at : at + length], packer, wanted)
+        if len(block) != wanted:
+            raise FileFault(f"is corrupt: a block of its array unpacks to {len(block)} bytes of {wanted}")
+        values[begin : begin + wanted] = np.frombuffer(block, np.uint8)
+        at, begin = at + length, begin + wanted
+    return values
+
+
+def _unpacked(block: bytes, packer: str, wanted: int) -> bytes:
+    """What a block unpacks to, at most one byte more than wanted."""
+    if packer == "vtkZLibDataCompressor":
+        return zlib.decompressobj().decompress(block, wanted + 1)
+    if packer == "vtkLZMADataCompressor":
+        import lzma
+
+        return lzma.LZMADecompressor(memlimit=2**28).decompress(block, wanted + 1)
+    if packer == "vtkLZ4DataCompressor":
+        try:
+            import imagecodecs
+        except ImportError as error:
+            raise missing_extra("imagecodecs", "formats", "reading a VTI file packed by LZ4") from error
+        return bytes(imagecodecs.lz4_decode(block, out=wanted))
+    raise FileFault(f"is packed by {packer}, which is not read; zlib, LZMA and LZ4 are")
+
+
+def _wrong_size(held: int, needed: int) -> FileFault:
+    return FileFault(f"its array holds {held} bytes of samples, and its extent and type need {needed}")

@@ -1,0 +1,48 @@
+"""VTR: VTK's rectilinear grid, three axes of coordinates in XML."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.formats.readers.rectilinear import Axis, axis_of, on_axes, rounding_of
+from texvol.formats.readers.samples import Choice, FileFault, Samples
+from texvol.formats.readers.vtk_xml import Whole, extent_of, read_whole
+
+
+def read(path: str, choice: Choice) -> Samples:
+    """Samples at the points of a grid, or at the middles of its cells if only these have values."""
+    whole = read_whole(path, "RectilinearGrid", choice)
+    axes = [_axis(_coordinates(whole, axis), "xyz"[axis], whole.at_points) for axis in range(3)]
+    return on_axes(whole.values, axes, choice.resolution, labels=choice.labels)._replace(notes=whole.notes)
+
+
+def _coordinates(whole: Whole, axis: int) -> NDArray:
+    """Coordinates of the points along an axis, put together from all pieces."""
+    name = "xyz"[axis]
+    begin, end = whole.extent[2 * axis : 2 * axis + 2]
+    found = None
+    for piece in whole.pieces:
+        first, last = extent_of(piece.get("Extent"))[2 * axis : 2 * axis + 2]
+        arrays = piece.findall("Coordinates/DataArray")
+        if len(arrays) != 3:
+            raise FileFault(f"its piece of extent {piece.get('Extent')} has {len(arrays)} arrays of coordinates, not 3")
+        part = whole.array(piece, arrays[axis], [last - first + 1, 1], f"coordinates {name}")[:, 0]
+        if found is None:
+            found, seen = np.zeros(end - begin + 1, part.dtype), np.zeros(end - begin + 1, np.bool_)
+        where = slice(first - begin, last - begin + 1)
+        if not np.array_equal(found[where][seen[where]], part[seen[where]]):
+            raise FileFault(f"the coordinates {name} of its pieces contradict one another")
+        found[where], seen[where] = part, True
+    if found is None or not seen.all():
+        raise FileFault(f"the coordinates {name} of its pieces do not cover its extent")
+    return found
+
+
+def _axis(points: NDArray, name: str, at_points: bool) -> Axis:
+    axis = axis_of(points, name)
+    if at_points:
+        return axis
+    edges = axis.coordinates
+    middles = edges[:-1] + np.diff(edges) / 2
+    return Axis(middles, name, rounding_of(points), abs(float(edges[1] - edges[0])) if len(middles) == 1 else None)

@@ -1,0 +1,160 @@
+"""OpenGL contexts without a screen, from EGL or OSMesa; one that cannot be had says why, and which package is missing.
+
+A context is current only inside `with context:`, on the thread that entered it; leaving restores what was current
+before, a context of texvol's or anybody's EGL context. So one context may serve several threads in turn, and several
+contexts may be alive in one process.
+
+The system's libraries are called directly. glcontext stops at the first device that fails, and GLFW, another way to
+OSMesa, keeps one platform for the whole process, so that no window could be opened afterwards.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import threading
+import weakref
+from contextlib import suppress
+from types import TracebackType
+from typing import Any
+
+import moderngl
+
+from texvol.opengl.contexts import native, trial
+from texvol.opengl.contexts.egl import Egl
+from texvol.opengl.contexts.osmesa import OSMesa
+from texvol.util.errors import ContextError, InputError
+
+__all__ = ["BACKENDS", "Context", "open_context"]
+
+BACKENDS = ("auto", "egl", "osmesa")
+
+_LIBRARIES: tuple[type[Egl] | type[OSMesa], ...] = (Egl, OSMesa)  # in the order of "auto"
+_tried: set[str] = set()  # back ends of which a context does not end the process
+_opening = threading.RLock()  # a finaliser may open and close contexts too
+
+
+class Context:
+    """An OpenGL context and where it comes from; current inside `with context:`, or `with context.current():`.
+
+    Attributes
+    ----------
+    gl : moderngl.Context
+        To be used while current only.
+    backend : str
+        "egl" or "osmesa".
+    renderer : str
+        GL_RENDERER.
+    """
+
+    def __init__(self, handle: native.Handle, backend: str) -> None:
+        loader: Any = handle  # moderngl's stub wants a dict; its code wants an object with these methods
+        self._handle = handle
+        self.backend = backend
+        with handle:
+            self.gl: moderngl.Context = moderngl.create_context(context=loader)
+            self.renderer: str = self.gl.info["GL_RENDERER"]
+        # Freed when nobody holds it any more; not at exit, where another thread may still be drawing.
+        self._release = weakref.finalize(self, self.gl.release)
+        self._release.atexit = False
+
+    def __enter__(self) -> Context:
+        self._handle.__enter__()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._handle.__exit__()
+
+    def integer(self, name: int) -> int:
+        """A number of the driver's by its OpenGL enumerant, for what moderngl has no name for; 0 where unknown."""
+        address = self._handle.load_opengl_function("glGetIntegerv")
+        if not address:
+            return 0
+        numbers = (ctypes.c_int * 4)()  # some have four
+        ctypes.CFUNCTYPE(None, ctypes.c_uint, ctypes.POINTER(ctypes.c_int))(address)(name, numbers)
+        return int(numbers[0])
+
+    def current(self) -> Context:
+        """Return itself: `with context.current():` reads better where the context is not released at the end."""
+        return self
+
+    @property
+    def released(self) -> bool:
+        """Whether it can no longer be entered."""
+        return not self._release.alive
+
+    def release(self) -> None:
+        """Free the context and every OpenGL object in it; once is enough, and a second time does nothing."""
+        self._release()
+
+
+def open_context(backend: str = "auto") -> Context:
+    """Return a new OpenGL context that needs no screen; it is not current yet.
+
+    Parameters
+    ----------
+    backend : str
+        "egl", "osmesa", or "auto": the first of them that works.
+
+    Raises
+    ------
+    ContextError
+        No context; one line with each back end's reason and the packages that it needs.
+    InputError
+        No such back end.
+    """
+    if backend not in BACKENDS:
+        raise InputError(f"backend is {backend!r}; wanted one of {', '.join(BACKENDS)}")
+    reasons: list[str] = []
+    with _opening:
+        with suppress(ContextError):
+            _loaded(Egl)  # also for OSMesa, so that an EGL context, whose ever it is, is left and restored
+        for library in _LIBRARIES:
+            if backend in ("auto", library.backend):
+                try:
+                    _try(library)
+                    return _open(library)
+                except ContextError as reason:
+                    reasons.append(f"{library.backend}: {reason} (packages: {library.packages})")
+    raise ContextError(f"no OpenGL {native.VERSION_NAME} context; {' | '.join(reasons)}")
+
+
+def attempt(backend: str) -> None:
+    """Open a context of that back end, draw to it and close it; this process may die of it, see `trial`."""
+    with suppress(ContextError):
+        context = _open(next(each for each in _LIBRARIES if each.backend == backend))
+        with context:
+            target = context.gl.framebuffer([context.gl.texture((1, 1), 4, dtype="f4")])
+            target.clear(1.0)
+            target.read(dtype="f4")
+        context.release()
+
+
+def _try(library: type[Egl] | type[OSMesa]) -> None:
+    """Raise ContextError if the first context of a library would end this process."""
+    if library.backend not in _tried:
+        trial.check(library.backend)
+        _tried.add(library.backend)
+
+
+def _open(library: type[Egl] | type[OSMesa]) -> Context:
+    """Return a context on the first display of the library that has one; raise the reasons of all others."""
+    reasons = []
+    try:
+        for handle, display in _loaded(library).handles():
+            try:
+                return Context(handle, library.backend)
+            except Exception as error:  # moderngl raises nothing narrower
+                handle.release()
+                reasons.append(f"{display}: {error}")
+    except ContextError as reason:
+        reasons.append(str(reason))
+    raise ContextError(", ".join(reasons))
+
+
+def _loaded(library: type[Egl] | type[OSMesa]) -> native.Library:
+    """Return the library, loaded when first asked for; raise if the system does not have it."""
+    if library.backend not in native.loaded:
+        native.loaded[library.backend] = library()
+    return native.loaded[library.backend]

@@ -1,0 +1,100 @@
+"""Where a scene has nothing to show: which cells a ray leaps over, and which bricks are not drawn at all."""
+
+from __future__ import annotations
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.scene.mask import Mask
+from texvol.scene.volume import Volume
+from texvol.slicing.bricks import Brick
+from texvol.slicing.cells import Cells, Shown
+
+
+class EmptySpace:
+    """The cells of the last volume, and the leaps for what was last shown of it as a texture on the device."""
+
+    def __init__(self, gl: moderngl.Context) -> None:
+        self._gl = gl
+        self._volume: Volume | None = None
+        self._shown: tuple[Shown, int, Mask | None, tuple[float, float] | None] | None = None
+        self._cells: Cells | None = None
+        self._visible = np.zeros((0, 0, 0), np.bool_)
+        self._leaps: moderngl.Texture3D | None = None
+        self._parts: dict[Brick, NDArray[np.float64] | None] = {}
+
+    def prepare(
+        self,
+        volume: Volume,
+        shown: Shown,
+        reach: int = 0,
+        mask: Mask | None = None,
+        steps: tuple[float, float] | None = None,
+    ) -> None:
+        """Find out what of a volume is empty; what is known already is kept.
+
+        `reach` is how many samples to each side the gradient depends on that decides what shows; 0 where none does.
+        `steps` are those to which the texture rounds values.
+        """
+        if self._volume is not volume:
+            self.release()
+            self._cells, self._volume = Cells.of(volume), volume
+        if self._shown == (shown, reach, mask, steps):
+            return
+        assert self._cells is not None
+        steepest = self._cells.steepest(volume, reach) if reach else np.inf
+        self._visible = self._cells.visible(shown, steepest, mask, steps)
+        self._parts.clear()
+        self._release_leaps()
+        if not self._visible.all():
+            leaps = self._cells.leaps(self._visible)
+            nz, ny, nx = leaps.shape
+            self._leaps = self._gl.texture3d((nx, ny, nz), 1, leaps, alignment=1, dtype="u1")
+            self._leaps.filter = moderngl.NEAREST, moderngl.NEAREST
+        self._shown = shown, reach, mask, steps
+
+    @property
+    def leaps(self) -> moderngl.Texture3D | None:
+        """`Cells.leaps` as a texture, or None where every cell shows something."""
+        return self._leaps
+
+    @property
+    def cells_per_box(self) -> tuple[float, float, float]:
+        """Along x, y, z."""
+        assert self._cells is not None, "nothing has been prepared"
+        return self._cells.per_box
+
+    @property
+    def counts(self) -> tuple[int, int]:
+        """Number of cells, and of those that may show something."""
+        return self._visible.size, int(self._visible.sum())
+
+    def visible_part(self, brick: Brick) -> NDArray[np.float64] | None:
+        """Low and high corner of what a brick may show, in shares of the box, shape (2, 3); None: nothing shows."""
+        if brick not in self._parts:
+            self._parts[brick] = self._find_visible_part(brick)
+        return self._parts[brick]
+
+    def _find_visible_part(self, brick: Brick) -> NDArray[np.float64] | None:
+        assert self._cells is not None, "nothing has been prepared"
+        size = np.array(self._cells.size)
+        first, last = np.array(brick.stored_first) // size, -(-np.array(brick.stored_last) // size)
+        z, y, x = (slice(a, b) for a, b in zip(first[::-1], last[::-1], strict=True))
+        places = np.nonzero(self._visible[z, y, x])
+        if not places[0].size:
+            return None
+        cells = np.array([[axis.min() for axis in places], [axis.max() + 1 for axis in places]])[:, ::-1] + first
+        part = cells * size / np.array(brick.dimensions)
+        stored = brick.stored_box
+        return np.array([np.maximum(part[0], stored[0]), np.minimum(part[1], stored[1])])
+
+    def release(self) -> None:
+        """Give the texture back and forget the volume."""
+        self._release_leaps()
+        self._volume = self._cells = None
+
+    def _release_leaps(self) -> None:
+        if self._leaps is not None:
+            self._leaps.release()
+        self._leaps = self._shown = None

@@ -1,0 +1,210 @@
+"""Modes in which the values themselves are seen: what the shader projects, and the numbers that come of it.
+
+    xray         ∫ v ds, in data units times world units           average      that, divided by the way
+                 or of what is above air, see `air`
+    mip, minip   the largest and the least value on the ray         isosurface   the first place of one value, lit
+
+over the ray's way through the box, in front of the eye, where there are values. Pictures of the first four hold the
+number in red, green and blue, and 1 in alpha where there is one.
+
+What the error is made of. Between two planes through sample centres the value along a ray is a cubic, which four looks
+determine. mip, minip and isosurface go from plane to plane and take the extremes and the first root of the cubic
+itself: however thick slabs are, only float32 is left of the error, in which a place is known to some 2^-24 of the box
+and the value accordingly: a few millionths of the range. xray and average take the value in the middle of each slab,
+clipped to the box: order 2 in the thickness, most of it from the planes, at which the value's slope changes by up to c
+and a slab of length h loses up to c h² / 8, and as much where the value passes that of air; the edge of missing values
+is known to half a slab. Where there are infinities they go from plane to plane as well, so that none is stepped over. A
+surface that a ray touches within that rounding may be met or missed; so may, beside NaN or an infinity, a stretch of
+less than 10^-5 of the box. Where NaN lies one sample from the border, drivers may make NaN of what is beyond that
+sample too.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from texvol.scene.air import Attenuation, attenuation_of
+from texvol.scene.camera import Camera
+from texvol.scene.display import isosurface_color
+from texvol.scene.lighting import Lighting
+from texvol.scene.scene import Scene
+from texvol.scene.transfer import TransferFunction
+from texvol.scene.volume import Volume
+from texvol.textures.value_storage import FAR, HUGE, bulk_of
+from texvol.textures.value_texture import ValueTexture
+
+# Stands where texels of values want a transfer function that nothing is asked of.
+NO_MATTER = TransferFunction(np.zeros(1), np.zeros((1, 3)), np.zeros(1))
+NOTHING_YET = -3e38  # the largest value of none
+_ROUNDING = 2.0**-20  # of a value, more than interpolation loses
+_SAME = 2.0**-22  # of a stored value: half an ulp or two, which interpolation may take from equal texels
+_ALL_FINITE = 3e38
+_OFTEN_FAR = 16.0  # times the extent of most values: from there on the next cell may show in this one, by rounding
+Numbers = NDArray[np.float64]
+_MODES = {"xray": 1, "average": 1, "mip": 2, "minip": 2, "isosurface": 3}
+
+
+@dataclass(frozen=True)
+class Isovalue:
+    """Stands for a transfer function where it is asked which values show anything: those of one surface."""
+
+    value: float
+
+    def shows_between(
+        self, lowest: ArrayLike, highest: ArrayLike, largest_magnitude: ArrayLike = np.inf
+    ) -> NDArray[np.bool_]:
+        """Whether the isovalue lies between, or as near as rounding makes no difference; False where either is NaN.
+
+        Whatever the gradient is.
+        """
+        lowest, highest = np.asarray(lowest, np.float64), np.asarray(highest, np.float64)
+        with np.errstate(invalid="ignore", over="ignore"):
+            margin = _ROUNDING * np.maximum(np.maximum(np.abs(lowest), np.abs(highest)), abs(self.value))
+            return np.asarray((lowest - margin <= self.value) & (self.value <= highest + margin))
+
+
+@dataclass(frozen=True)
+class Projection:
+    """What is projected of a scene, for the shader projection.frag; `depth` for that of an isosurface in its place."""
+
+    mode: str
+    isovalue: float | None
+    color: tuple[float, float, float]
+    lighting: Lighting | None
+    depth: bool = False
+    attenuation: Attenuation | None = None  # what an X-ray integrates in place of the value
+
+    @property
+    def blending(self) -> str:
+        """How bricks are put together."""
+        return {1: "add", 2: "largest", 3: "under"}[_MODES[self.mode]]
+
+    @property
+    def measures_ways(self) -> bool:
+        """Whether it matters how long a ray's way is."""
+        return _MODES[self.mode] == 1
+
+    @property
+    def nothing(self) -> tuple[float, float, float, float]:
+        """What an empty picture holds."""
+        return (NOTHING_YET, 0.0, 0.0, 0.0) if _MODES[self.mode] == 2 else (0.0, 0.0, 0.0, 0.0)
+
+    def switches(self, baked: ValueTexture) -> dict[str, int]:
+        """Switches of the shader, but for those of light."""
+        return {
+            "MODE": _MODES[self.mode],
+            "DEPTH": int(self.depth),
+            "MISSING": self._missing(baked),
+            "GRADIENT": baked.gradient_switch,
+            "WEIGHTS": 0,  # what a mask hides is missing
+        }
+
+    def _may_be_far(self, baked: ValueTexture) -> bool:
+        """True if cells may hold values beside which float32 loses those of most samples."""
+        return _MODES[self.mode] != 1 and baked.storage.farthest(baked.volume) > _OFTEN_FAR * baked.storage.extent
+
+    def uniforms(self, baked: ValueTexture) -> dict[str, Any]:
+        """Uniforms of the shader, but for those of light and rays."""
+        uniforms: dict[str, Any] = {}
+        if self._missing(baked):
+            uniforms = {"missing_from": baked.missing_from, "largest_finite": _largest_finite(baked)}
+        if self._missing(baked) == 2 or not self.measures_ways:
+            uniforms["samples"] = tuple(map(float, baked.volume.dimensions))
+        if self.measures_ways:
+            bias = self._bias(baked)
+            return uniforms | {"bias": bias, "least": -_ALL_FINITE if self.attenuation is None else bias}
+        if self.mode in ("mip", "minip"):
+            low, high = baked.volume.value_range or (0.0, 0.0)
+            sign, end = (1.0, high) if self.mode == "mip" else (-1.0, low)
+            most = float(np.clip(sign * (end - baked.offset) / baked.scale, -2 * HUGE, _ALL_FINITE))
+            uniforms |= {"far_from": FAR * baked.storage.extent} if uniforms.keys() & {"missing_from"} else {}
+            return uniforms | {"sign_of_largest": sign, "largest_of_all": most}
+        assert self.isovalue is not None
+        # No value that is stored lies beyond these.
+        stored = float(np.clip((self.isovalue - baked.offset) / baked.scale, -2 * HUGE, 2 * HUGE))
+        uniforms |= {"far_from": FAR * baked.storage.extent} if uniforms.keys() & {"missing_from"} else {}
+        uniforms |= {"isovalue": stored, "same": _SAME * abs(stored)}
+        return uniforms if self.depth else uniforms | {"surface_color": self.color}
+
+    def numbers(self, drawn: NDArray[np.float32], baked: ValueTexture, slab_thickness: float) -> NDArray[np.float32]:
+        """The picture, shape (h, w, 4), of what the shader has drawn."""
+        if self.mode == "isosurface":
+            return drawn
+        with np.errstate(over="ignore"):  # what single precision has no number for is infinite
+            found, there = self._extremes(drawn, baked) if self.mode in ("mip", "minip") else self._sums(drawn, baked)
+            if self.mode == "xray":
+                found = found * slab_thickness
+            picture = np.zeros((*found.shape, 4), np.float32)
+            picture[there, :3] = found[there, np.newaxis]
+        picture[there, 3] = 1.0
+        return picture
+
+    def _extremes(self, drawn: NDArray[np.float32], baked: ValueTexture) -> tuple[Numbers, NDArray[np.bool_]]:
+        """Largest or least values, and where there are any."""
+        red = drawn[..., 0].astype(np.float64)
+        stored = red if self.mode == "mip" else -red
+        found = np.clip(baked.offset + baked.scale * stored, *(baked.volume.finite_range or (0.0, 0.0)))
+        infinite = np.abs(stored) > _largest_finite(baked)
+        return np.where(infinite, np.copysign(np.inf, stored), found), red > NOTHING_YET / 2
+
+    def _sums(self, drawn: NDArray[np.float32], baked: ValueTexture) -> tuple[Numbers, NDArray[np.bool_]]:
+        """Integrals per slab thickness, or averages, and where there are any."""
+        above, way, infinite, minus_infinite = np.moveaxis(drawn.astype(np.float64), -1, 0)
+        base, per, finite = baked.offset + baked.scale * self._bias(baked), 1.0, way
+        if self.attenuation is not None:
+            base, per = max(base - self.attenuation.air, 0.0), self.attenuation.per_value
+            finite, minus_infinite = way - minus_infinite, np.zeros_like(way)  # which lets all through as air does
+        found = per * (baked.scale * above + base * finite)
+        if self.mode == "average":
+            found = np.divide(found, way, out=np.zeros_like(found), where=way > 0)
+        found[infinite > 0] = np.inf
+        found[minus_infinite > 0] = -np.inf
+        found[(infinite > 0) & (minus_infinite > 0)] = np.nan  # of both there is no sum
+        return found, way > 0
+
+    def _missing(self, baked: ValueTexture) -> int:
+        """The shader's switch MISSING."""
+        if _has_infinities(baked.volume):
+            return 2 if self.measures_ways else 1
+        return int(baked.volume.has_missing or self._may_be_far(baked))
+
+    def _bias(self, baked: ValueTexture) -> float:
+        """The stored value, as single precision has it, that sums are counted from."""
+        low, high = baked.volume.finite_range or (0.0, 0.0)
+        first, last = bulk_of(baked.volume)
+        base = first / 2 + last / 2
+        if self.attenuation is not None:
+            # Below all values by more than their range there is no number to sum up from.
+            base = float(np.clip(self.attenuation.air, 2 * low - high, high))
+        return float(np.float32((base - baked.offset) / baked.scale))
+
+
+def projection_of(scene: Scene, *, depth: bool = False) -> Projection | None:
+    """What is projected of a scene; None for composite."""
+    if scene.mode == "composite":
+        return None
+    lighting = (scene.lighting or Lighting()) if scene.mode == "isosurface" and not depth else None
+    red, green, blue = map(float, isosurface_color(scene))
+    return Projection(scene.mode, scene.isovalue, (red, green, blue), lighting, depth, attenuation_of(scene.air))
+
+
+def depth_of(drawn: NDArray[np.float32], volume: Volume, camera: Camera, slab_thickness: float) -> NDArray[np.float64]:
+    """Depth of the surface from what the shader says of it, shape (h, w): along the view from the eye, world units."""
+    middle = float(camera.forward @ (volume.centre - camera.eye))
+    return np.where(drawn[..., 3] > 0, middle + drawn[..., 0].astype(np.float64) * slab_thickness, np.inf)
+
+
+def _has_infinities(volume: Volume) -> bool:
+    return volume.value_range != volume.finite_range
+
+
+def _largest_finite(baked: ValueTexture) -> float:
+    """What no stored value is beyond that does not stand for an infinity."""
+    volume = baked.volume
+    if not _has_infinities(volume) or volume.finite_range is None:
+        return _ALL_FINITE
+    return (1 + _ROUNDING) * max(abs((end - baked.offset) / baked.scale) for end in volume.finite_range)

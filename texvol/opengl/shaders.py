@@ -1,0 +1,229 @@
+"""Programs from the files in shaders/, in which every name counts: a missing one is an error, with file and line.
+
+A file may `#include "other.glsl"`, once each however often it is asked for. Switches are defined right after its
+`#version` line.
+
+Lines from `#each SWITCH` to `#end` stand as often as the switch says, each time with its number, from 0 on, in place of
+`@` and at the end of every name that the lines or what they include declare, of names that end in a number, and of
+switches that come with one: so what is written for one can be had several times.
+
+A `flat uniform` of a fragment shader is a uniform that comes to it through the vertex shader, as a flat input: Mesa's
+software driver fetches a uniform for each pixel of a vector by itself, and what is flat once for all. There is room for
+some 30 of them, of up to four numbers: in lines that stand several times, and for drivers that have less, each is a
+plain uniform.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from functools import partial
+from itertools import takewhile
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import moderngl
+
+from texvol.util.package import PACKAGE
+
+# An installed wheel has the files inside the package, a checkout beside it.
+FOLDER = next((path for path in (PACKAGE / "shaders", PACKAGE.parent / "shaders") if path.is_dir()), PACKAGE)
+
+_INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"\s*$')
+_EACH = re.compile(r"^#each (\w+)$")
+_END = "#end"
+# A declaration begins its line: nothing inside of a function or a struct does.
+_DECLARED = re.compile(r"^(?:(?:uniform|const|flat|in|out) )*\w+ (\w+) *(?:[\[;=({]|$)|^#define (\w+)", re.MULTILINE)
+_NAME = re.compile(r"\b[A-Za-z_]\w*")
+_COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.DOTALL)
+_CONDITION = re.compile(r"^\s*#\s*(?:if|elif|ifdef|ifndef)\b(.*)$", re.MULTILINE)
+_FLAT = re.compile(r"^flat uniform (\w+) (\w+)((?:\[\w+\])?);")
+_ROOM = 120  # numbers from one stage to the next, that a driver takes
+_GIVEN = "given_"  # begins the name of a flat uniform in the vertex shader
+_BRANCH = re.compile(r"^\s*#\s*(?:if|ifdef|ifndef|elif|else|endif)\b")
+_MAIN = re.compile(r"\bvoid main\(\) \{")
+_EXTENSION = re.compile(r"^#extension .*$", re.MULTILINE)
+_DEFINITION = re.compile(r"^\s*#\s*define\s+(\w+)", re.MULTILINE)
+# Files are told apart by their line numbers, which start at this for the first, at twice this for the second, and so
+# on: Mesa 22 forgets #line's second number, the source string, for function calls.
+_LINES_PER_FILE = 10_000
+# Where a message points to: Mesa writes 0:12(3):, NVIDIA 0(12) :, others ERROR: 0:12:.
+_PLACE = re.compile(r"^(?:ERROR: )?\d+(?::(\d+)(?:\(\d+\))?|\((\d+)\)) ?: ?", re.MULTILINE)
+
+
+class ShaderError(RuntimeError):
+    """A shader file, or the Python that uses it, is wrong; the message names the file and line where there is one."""
+
+
+def load_program(
+    gl: moderngl.Context,
+    name: str,
+    *,
+    defines: Mapping[str, int] = MappingProxyType({}),
+    vertex: str | None = None,
+    fragment: str | None = None,
+    folder: Path = FOLDER,
+) -> moderngl.Program:
+    """Return the program made of `name`.vert and `name`.frag, which the caller releases; `gl` is current.
+
+    Parameters
+    ----------
+    defines : mapping
+        Switch and value; the two files together name exactly these.
+    vertex, fragment : str, optional
+        Other files than `name`.vert and `name`.frag.
+
+    Raises
+    ------
+    ShaderError
+        A file is missing, a switch is unknown or has no value, or the driver refuses the source.
+    """
+    names = vertex or f"{name}.vert", fragment or f"{name}.frag"
+    files: list[str] = []
+    sources = [_source(folder, file, defines, files) for file in names]
+    _check_switches(sources, defines, " and ".join(names))
+    has_room = gl.info["GL_MAX_VERTEX_OUTPUT_COMPONENTS"] >= _ROOM
+    if has_room:
+        sources[0] = _handing_on(*sources)
+    sources[1] = sources[1].replace("\nflat uniform ", "\nflat in " if has_room else "\nuniform ")
+    try:
+        return gl.program(vertex_shader=sources[0], fragment_shader=sources[1])
+    except moderngl.Error as error:
+        raise ShaderError(f"{' and '.join(names)}: {_with_files(str(error), files)}") from None
+
+
+def set_uniforms(program: moderngl.Program, values: Mapping[str, Any]) -> None:
+    """Set uniforms by name.
+
+    Raises
+    ------
+    ShaderError
+        The program has no such uniform: it is misspelled, or nothing uses it and the linker dropped it.
+    """
+    uniforms = (name for name in program if isinstance(program[name], moderngl.Uniform))
+    active = {name.removeprefix(_GIVEN): name for name in uniforms}
+    dropped = [name for name in values if name not in active]
+    if dropped:
+        raise ShaderError(f"the program has no uniform {', '.join(dropped)}; it has {', '.join(active) or 'none'}")
+    for name, value in values.items():
+        try:
+            # moderngl takes the items of an array, but for one of a single item that item itself.
+            program[active[name]] = value[0] if isinstance(value, list) and len(value) == 1 else value
+        except Exception as error:  # moderngl lets struct.error, TypeError and its own Error through
+            raise ShaderError(f"uniform {name} cannot be {value!r}: {error}") from error
+
+
+def _source(folder: Path, file: str, defines: Mapping[str, int], files: list[str]) -> str:
+    """Text of one stage: includes in their places, switches after the #version line."""
+    lines = list(_Lines(folder, files, defines).of(file, set()))
+    version = next((i for i, line in enumerate(lines) if line.lstrip().startswith("#version")), None)
+    if version is None:
+        raise ShaderError(f"{file} has no #version line")
+    switches = [f"#define {switch} {value}" for switch, value in defines.items()]
+    lines[version + 1 : version + 1] = [*switches, _line(files, file, version + 2)]
+    return "\n".join(lines) + "\n"
+
+
+class _Lines:
+    """The lines of files and of what they include; `files` becomes all of them."""
+
+    def __init__(self, folder: Path, files: list[str], defines: Mapping[str, int]) -> None:
+        self._folder, self._files, self._defines = folder, files, defines
+        self._numbered = {name.removesuffix("_0") for name in defines if name.endswith("_0")}
+
+    def of(self, file: str, seen: set[str]) -> Iterator[str]:
+        """Yield the lines, with a #line wherever the file changes; `seen` becomes what is included."""
+        try:
+            text = (self._folder / file).read_text(encoding="utf-8")
+        except OSError as error:
+            raise ShaderError(f"shader file {self._folder / file} cannot be read: {error.strerror}") from None
+        seen.add(file)
+        if file not in self._files:
+            self._files.append(file)
+        if len(seen) > 1:  # only comments may stand before the #version of the first
+            yield _line(self._files, file, 1)
+        yield from self._expanded(file, list(enumerate(text.splitlines(), start=1)), seen)
+
+    def _expanded(self, file: str, lines: list[tuple[int, str]], seen: set[str]) -> Iterator[str]:
+        rest = iter(lines)
+        for number, line in rest:
+            include, each = _INCLUDE.match(line), _EACH.match(line)
+            if not include and not each:
+                yield line
+                continue
+            if include and include[1] not in seen:
+                if not (self._folder / include[1]).is_file():
+                    raise ShaderError(f"{file}:{number}: {include[1]} is not in {self._folder}")
+                yield from self.of(include[1], seen)
+            elif each:
+                yield f"#if {each[1]}\n#endif"  # so that who looks for switches finds it
+                block = list(takewhile(lambda numbered: numbered[1] != _END, rest))
+                yield from self._repeated(file, block, self._count(each[1], file, number), seen)
+                number += len(block) + 1
+            yield _line(self._files, file, number + 1)
+
+    def _repeated(self, file: str, block: list[tuple[int, str]], count: int, seen: set[str]) -> Iterator[str]:
+        """A block, once for each number; what it includes is included each time."""
+        first = block[0][0] if block else 1
+        for which in range(count):
+            lines = list(self._expanded(file, block, set(seen)))
+            self._numbered.update(name for pair in _DECLARED.findall("\n".join(lines)) for name in pair if name)
+            yield _line(self._files, file, first)
+            for line in lines:
+                line = line.removeprefix("flat ") if _FLAT.match(line) else line
+                yield _NAME.sub(partial(self._name, which), line).replace("@", str(which))
+
+    def _name(self, which: int, match: re.Match[str]) -> str:
+        name = match[0]
+        return f"{name}_{which}" if name in self._numbered or re.search(r"_\d+$", name) else name
+
+    def _count(self, switch: str, file: str, number: int) -> int:
+        if switch not in self._defines:
+            raise ShaderError(f"{file}:{number}: {switch} needs a value")
+        return self._defines[switch]
+
+
+def _handing_on(vertex: str, fragment: str) -> str:
+    """The vertex shader, which also hands on what is a flat uniform of the fragment shader."""
+    lines = fragment.replace("\\\n", " ").split("\n")
+    main = _MAIN.search(vertex)
+    if not main or not any(map(_FLAT.match, lines)):
+        return vertex
+    # Conditions stay around them, and definitions that those rest on.
+    kept = [line for line in lines if _FLAT.match(line) or _BRANCH.match(line) or _DEFINITION.match(line)]
+    declared = [_FLAT.sub(rf"uniform \1 {_GIVEN}\2\3; flat out \1 \2\3;", line) for line in kept]
+    handed = [_FLAT.sub(rf"\2 = {_GIVEN}\2;", line) for line in kept if not _DEFINITION.match(line)]
+    start = vertex.index("#line", vertex.index("#version"))  # behind version and switches
+    begin = [vertex[:start], *_EXTENSION.findall(fragment), "#define main own_main", vertex[start:], "#undef main"]
+    return "\n".join([*begin, *declared, main[0], "own_main();", *handed, "}"]) + "\n"
+
+
+def _line(files: list[str], file: str, number: int) -> str:
+    """Directive that tells the driver where the next line comes from."""
+    return f"#line {(files.index(file) + 1) * _LINES_PER_FILE + number}"
+
+
+def _check_switches(sources: list[str], defines: Mapping[str, int], files: str) -> None:
+    """Raise unless the sources use every switch, and every name in their conditions has a value."""
+    # The preprocessor takes a name that it does not know as 0, so a misspelled switch would be off without a word.
+    code = "\n".join(_COMMENT.sub("", source) for source in sources)
+    words = re.findall(r"\w+", code)
+    unused = [switch for switch in defines if words.count(switch) <= len(sources)]  # once each in its #define
+    if unused:
+        raise ShaderError(f"{files} have no switch {', '.join(unused)}")
+    known = {"defined", *_DEFINITION.findall(code)}
+    asked = re.findall(r"\b[A-Za-z_]\w*", " ".join(_CONDITION.findall(code)))
+    unknown = sorted({word for word in asked if word not in known and not word.startswith(("GL_", "__"))})
+    if unknown:
+        raise ShaderError(f"{files} need a value for {', '.join(unknown)}")
+
+
+def _with_files(message: str, files: list[str]) -> str:
+    """The driver's message with file:line in place of its numbers."""
+
+    def place(match: re.Match[str]) -> str:
+        file, line = divmod(int(match[1] or match[2]), _LINES_PER_FILE)
+        return f"{files[file - 1]}:{line}: " if 1 <= file <= len(files) else match[0]
+
+    return _PLACE.sub(place, message)

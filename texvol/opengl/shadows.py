@@ -1,0 +1,211 @@
+"""Shadows: how much of each light arrives at the nodes of the box, see `texvol.scene.lighting`.
+
+The ways from all nodes to a light are walked on the device, a pixel for each node, through the post-classified matter,
+whatever the classification of the picture; bricks add up. What is found is kept until the matter or the lights change.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.opengl.compositor import NOTHING_SPECIAL, brick_uniforms, half_spaces_in_box
+from texvol.opengl.contexts import Context
+from texvol.opengl.light_uniforms import box_matrices
+from texvol.opengl.shaders import load_program, set_uniforms
+from texvol.opengl.texture_store import TextureStore, same
+from texvol.scene.cutting import Cutting
+from texvol.scene.lighting import Light, Lighting, casts_shadows, place_of, shadow_nodes, unit
+from texvol.scene.scene import Scene
+from texvol.scene.transfer import TransferFunction
+from texvol.scene.volume import Volume
+from texvol.slicing.bricks import Brick
+from texvol.textures.shaded_samples import Arriving
+from texvol.textures.value_texture import ValueTexture, bake_values
+
+Matter = Sequence[tuple[Scene, TransferFunction]]
+_MOST_PARTS = 2048  # of a way through the box: more would take seconds
+
+
+class Shadows:
+    """Programs, and textures of what arrives of at most four lights; every method needs the context to be current.
+
+    Parameters
+    ----------
+    budget : int
+        Bytes that the textures of the matter that casts them may take.
+    """
+
+    def __init__(self, context: Context, budget: int) -> None:
+        self._context, self._budget = context, budget
+        self._gl = context.gl
+        self._programs: dict[tuple[Any, ...], moderngl.Program] = {}
+        self._cast_for: tuple[Any, ...] | None = None
+        self._arriving: list[Arriving] = []
+        self.textures: list[moderngl.Texture3D] = []
+
+    def prepare(self, scenes: Matter, thickness: float) -> list[Arriving] | None:
+        """Have what arrives at the nodes of each volume, as found by parts of about a slab's thickness.
+
+        `scenes` are those of one volume each, with its transfer function, see `Scene.each_alone`. None where nothing
+        is cast.
+        """
+        scene, lighting = scenes[0][0], scenes[0][0].lighting
+        if lighting is None or not casts_shadows(lighting) or scene.mode != "composite":
+            return None
+        volumes = [each.volume for each, _ in scenes]
+        part = max(thickness, 2 * max(volume.radius for volume in volumes) / _MOST_PARTS)
+        estimators = [scene.gradient if matter.needs_gradient else None for _, matter in scenes]
+        asked: tuple[Any, ...] = (part, repr(lighting.casting), repr(estimators), repr(scene.cutting))
+        asked += tuple(thing for each, matter in scenes for thing in (each.volume, each.mask, matter))
+        if self._cast_for is None or not same(self._cast_for, asked):
+            self._cast_for = None
+            self._release_textures()
+            self._arriving = self._cast(lighting, scenes, estimators, asked, part)
+            self.textures = [self._uploaded(arriving) for arriving in self._arriving]
+            self._cast_for = asked
+        return self._arriving
+
+    def _cast(
+        self, lighting: Lighting, scenes: Matter, estimators: list[Any], asked: tuple[Any, ...], part_length: float
+    ) -> list[Arriving]:
+        volumes = [scene.volume for scene, _ in scenes]
+        depths = [np.zeros((len(lighting.casting), *shadow_nodes(volume)[::-1]), np.float32) for volume in volumes]
+        for (scene, matter), estimator in zip(scenes, estimators, strict=True):
+            baked = bake_values(scene.volume, matter, "post", "exact", estimator, scene.mask)
+            textures = TextureStore(self._context, self._budget)
+            try:
+                textures.prepare(baked, scene.volume, asked, (1, 1, 1))
+                for volume, depth in zip(volumes, depths, strict=True):
+                    for number, light in enumerate(lighting.casting):
+                        depth[number] += self._depths(light, baked, textures, volume, part_length, scene.cutting)
+            finally:
+                textures.release()
+        return [np.ascontiguousarray(np.moveaxis(np.exp(-depth), 0, -1)) for depth in depths]
+
+    def _depths(
+        self,
+        light: Light,
+        baked: ValueTexture,
+        textures: TextureStore,
+        receiving: Volume,
+        part_length: float,
+        cutting: Cutting,
+    ) -> NDArray[np.float32]:
+        """How deep the matter is between the nodes (z, y, x) of a volume, its own or another, and a light."""
+        nx, ny, nz = nodes = shadow_nodes(receiving)
+        target = self._gl.framebuffer([self._gl.texture((nx, ny * nz), 1, dtype="f4")])
+        depth = np.zeros((nz, ny, nx), np.float32)
+        try:
+            target.use()
+            target.clear()
+            for brick in textures.bricks:
+                self._draw(light, baked, textures, brick, (nodes, receiving), part_length, cutting)
+            target.read_into(depth, components=1, dtype="f4", alignment=1)
+        finally:
+            self._gl.screen.use()
+            for attachment in target.color_attachments:
+                attachment.release()
+            target.release()
+        return depth
+
+    def release(self) -> None:
+        """Give everything back."""
+        for program in self._programs.values():
+            program.release()
+        self._programs.clear()
+        self._release_textures()
+        self._cast_for = None
+
+    def _draw(
+        self,
+        light: Light,
+        baked: ValueTexture,
+        textures: TextureStore,
+        brick: Brick,
+        receiving: tuple[tuple[int, int, int], Volume],
+        part_length: float,
+        cutting: Cutting,
+    ) -> None:
+        nodes, volume = receiving
+        uniforms = _uniforms(light, baked, brick, nodes, part_length)
+        if volume is not baked.volume:
+            uniforms |= _from_other_box(baked.volume, volume)
+        program = self._program(light, baked, brick, cutting, volume is not baked.volume)
+        if cutting:
+            uniforms["half_spaces"] = half_spaces_in_box(cutting, baked.volume)
+        units = textures.resources(brick)
+        for unit_number, resource in enumerate(units.values()):
+            resource.use(unit_number)
+        set_uniforms(program, {name: number for number, name in enumerate(units)} | uniforms)
+        self._gl.disable(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
+        self._gl.enable(moderngl.BLEND)
+        self._gl.blend_equation = (moderngl.FUNC_ADD, moderngl.FUNC_ADD)
+        self._gl.blend_func = (moderngl.ONE, moderngl.ONE)
+        corners = self._gl.buffer(np.array([-1, -1, 3, -1, -1, 3], np.float32))
+        array = self._gl.vertex_array(program, [(corners, "2f", "in_position")])
+        try:
+            array.render(moderngl.TRIANGLES)
+        finally:
+            array.release()
+            corners.release()
+
+    def _program(
+        self, light: Light, baked: ValueTexture, brick: Brick, cutting: Cutting, elsewhere: bool
+    ) -> moderngl.Program:
+        switches = NOTHING_SPECIAL | baked.switches(math.inf, 1.0)
+        for other in ("CLASSIFICATION", "WHOLE_SLABS"):
+            switches.pop(other)
+        switches |= {"POINT": int(light.kind == "point"), "BRICKS": int(not brick.is_whole)}
+        switches |= {"HALF_SPACES": len(cutting), "ELSEWHERE": int(elsewhere)}
+        key = tuple(sorted(switches.items()))
+        if key not in self._programs:
+            self._programs[key] = load_program(self._gl, "shadow", defines=switches, vertex="corner.vert")
+        return self._programs[key]
+
+    def _uploaded(self, arriving: Arriving) -> moderngl.Texture3D:
+        nz, ny, nx, lights = arriving.shape
+        texture = self._gl.texture3d((nx, ny, nz), lights, arriving, alignment=1, dtype="f4")
+        texture.repeat_x = texture.repeat_y = texture.repeat_z = False
+        texture.filter = moderngl.LINEAR, moderngl.LINEAR
+        return texture
+
+    def _release_textures(self) -> None:
+        for texture in self.textures:
+            texture.release()
+        self.textures, self._arriving = [], []
+
+
+def _from_other_box(volume: Volume, other: Volume) -> dict[str, Any]:
+    """What takes shares of another volume's box to those of one's own."""
+    to_box = volume.index_from_world / np.array(volume.dimensions)[:, np.newaxis]
+    matrix = to_box @ other.box_edges
+    corner = 0.5 + to_box @ (other.centre - volume.centre) - matrix.sum(axis=1) / 2
+    return {"box_from_other": tuple(matrix.T.reshape(-1)), "other_corner": tuple(corner)}
+
+
+def _uniforms(
+    light: Light, baked: ValueTexture, brick: Brick, nodes: tuple[int, int, int], part_length: float
+) -> dict[str, Any]:
+    volume = baked.volume
+    place_from_box, box_from_place = box_matrices(volume)
+    assert light.vector is not None
+    uniforms: dict[str, Any] = {
+        "nodes": nodes,
+        "to_light": tuple(place_of(light, volume) / volume.radius if light.kind == "point" else unit(light.vector)),
+        "box_from_place": tuple(box_from_place.T.reshape(-1)),
+        "part_length": part_length / volume.radius,
+        "length_per_unit": volume.radius / baked.length_unit,
+    }
+    if light.kind == "point":
+        uniforms["place_from_box"] = tuple(place_from_box.T.reshape(-1))
+    matter = baked.uniforms(1.0)
+    matter.pop("slab_length")
+    if not brick.is_whole:
+        uniforms |= brick_uniforms(brick)
+    return uniforms | matter

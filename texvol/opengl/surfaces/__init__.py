@@ -1,0 +1,1 @@
+"""Triangles and lines on the device: projected, sorted by depth and drawn between the slabs of the volume."""

@@ -1,0 +1,284 @@
+"""Surfaces and lines between the matter: a ray goes through matter up to one, through that, through matter again.
+
+    opaque shapes                ─► the place where each ray ends
+    translucent ones, repeatedly ─► the next place on each ray, and what it sees there (depth peeling, Everitt 2001)
+    between two places           ─► a stretch, in which the volume is drawn as ever, its end slabs cut at the places
+
+and all of it is composited front to back. Imported, compiled and allocated when a scene has geometry.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.opengl.compositor import NO_LIGHT, Compositor, Drawing, half_spaces_in_box, way_uniforms
+from texvol.opengl.light_uniforms import cue_uniforms, eye_uniforms, light_switches, light_uniforms
+from texvol.opengl.shaders import FOLDER, load_program, set_uniforms
+from texvol.opengl.surfaces.on_screen import primitives_of
+from texvol.opengl.surfaces.table import TABLE_WIDTH, rows_of, shapes_of, vertices_of
+from texvol.scene.appearance import surface_lighting
+from texvol.scene.lighting import Lighting
+from texvol.scene.scene import Scene
+from texvol.scene.shapes import Lines
+from texvol.util.errors import InputError
+
+_BEYOND = 1e30  # slabs
+# Places, see surface.frag: before and behind all others.
+_BEFORE_ALL = (-1.0, -_BEYOND, 0.0, 0.0)
+_BEHIND_ALL = (float(1 << 24), _BEYOND, 0.0, 0.0)
+
+
+class Surfaces:
+    """Programs, targets and the last scene's shapes on one context; every method needs the context to be current.
+
+    `shaders` is the folder of the programs' files.
+    """
+
+    def __init__(self, gl: moderngl.Context, shaders: Path = FOLDER) -> None:
+        self._gl, self._shaders = gl, shaders
+        self._programs: dict[tuple[Any, ...], moderngl.Program] = {}
+        self._targets: _Targets | None = None
+        self._shapes: _OnDevice | None = None
+        self._shapes_for: tuple[Any, ...] | None = None
+        self._lighting: Lighting | None = None
+        self._query = gl.query(samples=True)
+
+    def prepare(self, scene: Scene, size: tuple[int, int], slab_thickness: float) -> None:
+        """Have the scene's shapes on the device, as they lie in a picture of (width, height) pixels.
+
+        Raises
+        ------
+        InputError
+            If there are more than the driver has room for.
+        """
+        camera = scene.camera_for(size)
+        self._lighting = surface_lighting(scene)
+        asked = (scene.geometry, scene.volume, camera, size, slab_thickness, self._lighting is None)
+        if self._shapes is None or self._shapes_for != asked:
+            self._release_shapes()
+            self._shapes = _OnDevice(self._gl, scene, size, slab_thickness)
+            self._shapes_for = asked
+        if self._targets is None or self._targets.size != size:
+            self._release_targets()
+            self._targets = _Targets(self._gl, size)
+
+    def stretches(self, drawing: Drawing, compositor: Compositor) -> Iterator[Drawing]:
+        """The drawing between places, front to back; what is at the end of each is composited behind it."""
+        shapes, targets = self._shapes, self._targets
+        assert shapes is not None and targets is not None, "nothing has been prepared"
+        last, here, there = targets.last, *targets.passing
+        for layer, place in ((last, _BEHIND_ALL), (here, _BEFORE_ALL), (there, _BEHIND_ALL)):
+            layer.places_only.clear(*place)
+        any_opaque = self._finds_next(drawing, shapes.opaque, here, there, last)
+        while self._finds_next(drawing, shapes.translucent, here, last, there):
+            yield replace(drawing, stretch=(here.places, there.places))
+            self._composite(there, drawing, compositor)
+            here, there = there, here
+        yield replace(drawing, stretch=(here.places, last.places))
+        if any_opaque:
+            self._composite(last, drawing, compositor)
+
+    def _finds_next(
+        self, drawing: Drawing, vertices: moderngl.Buffer | None, behind: _Layer, in_front_of: _Layer, into: _Layer
+    ) -> bool:
+        """Whether any ray has a place between those of two layers; if so, the next or else the farther ones, `into`."""
+        if vertices is None:
+            return False
+        assert self._shapes is not None and self._targets is not None
+        gl, nearest = self._gl, self._targets.nearest
+        program = self._program(drawing)
+        uniforms = _uniforms(drawing, self._lighting, self._shapes.count)
+        textures = {"table": self._shapes.table, "behind": behind.places, "in_front_of": in_front_of.places}
+        array = gl.vertex_array(program, [(vertices, "2f 2f", "in_position", "in_numbers")])
+        try:
+            self._targets.nearest_only.clear(_BEYOND)
+            self._targets.nearest_only.use()
+            gl.disable(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
+            gl.enable(moderngl.BLEND)
+            gl.blend_equation = (moderngl.MIN, moderngl.MIN)
+            # No texture may be read and written at once: while the nearest are found, another stands for them.
+            _bind(program, textures | {"nearest": behind.places}, uniforms | {"finds_depth": True})
+            with self._query:
+                array.render(moderngl.TRIANGLES)
+            if not self._query.samples:
+                return False
+            into.all.clear()
+            self._copy(in_front_of.places, into.places_only)
+            # Of equally near ones the first of the scene is drawn first, and no other passes the test.
+            into.all.use()
+            gl.disable(moderngl.BLEND)
+            gl.enable(moderngl.DEPTH_TEST)
+            gl.depth_func = "<"
+            _bind(program, textures | {"nearest": nearest}, uniforms | {"finds_depth": False})
+            array.render(moderngl.TRIANGLES)
+            return True
+        finally:
+            gl.disable(moderngl.DEPTH_TEST)
+            array.release()
+
+    def _composite(self, layer: _Layer, drawing: Drawing, compositor: Compositor) -> None:
+        """Put what rays see in a layer behind what is in the picture."""
+        if drawing.count:
+            return
+        gl, scale = self._gl, drawing.color_scale
+        gl.enable(moderngl.BLEND)
+        gl.blend_equation = (moderngl.FUNC_ADD, moderngl.FUNC_ADD)
+        gl.blend_func = compositor.under
+        self._draw_texels(layer.color, compositor.target, (scale, scale, scale, 1.0))
+
+    def _copy(self, source: moderngl.Texture, target: moderngl.Framebuffer) -> None:
+        self._gl.disable(moderngl.BLEND)
+        self._draw_texels(source, target, (1.0, 1.0, 1.0, 1.0))
+
+    def _draw_texels(
+        self, source: moderngl.Texture, target: moderngl.Framebuffer, factor: tuple[float, float, float, float]
+    ) -> None:
+        gl = self._gl
+        target.use()
+        gl.disable(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
+        program = self._loaded("texels", "corner.vert", {})
+        _bind(program, {"source": source}, {"factor": factor})
+        corners = gl.buffer(np.array([-1, -1, 3, -1, -1, 3], np.float32))
+        array = gl.vertex_array(program, [(corners, "2f", "in_position")])
+        try:
+            array.render(moderngl.TRIANGLES)
+        finally:
+            array.release()
+            corners.release()
+
+    def _program(self, drawing: Drawing) -> moderngl.Program:
+        assert self._shapes is not None
+        switches = {
+            "PERSPECTIVE": int(drawing.camera.projection == "perspective"),
+            "HALF_SPACES": len(drawing.cutting),
+            "LINES": int(self._shapes.any_lines),
+            "CUE": int(drawing.depth_cue is not None),
+        }
+        return self._loaded("surface", "surface.vert", NO_LIGHT | light_switches(self._lighting) | switches)
+
+    def _loaded(self, name: str, vertex: str, switches: dict[str, int]) -> moderngl.Program:
+        key = (name, *sorted(switches.items()))
+        if key not in self._programs:
+            self._programs[key] = load_program(
+                self._gl, name, defines=switches, vertex=vertex, fragment=f"{name}.frag", folder=self._shaders
+            )
+        return self._programs[key]
+
+    def release(self) -> None:
+        """Give everything back."""
+        for program in self._programs.values():
+            program.release()
+        self._programs.clear()
+        self._release_shapes()
+        self._release_targets()
+
+    def _release_shapes(self) -> None:
+        if self._shapes is not None:
+            self._shapes.release()
+        self._shapes = self._shapes_for = None
+
+    def _release_targets(self) -> None:
+        if self._targets is not None:
+            self._gl.screen.use()  # moderngl binds the last framebuffer again, also one that is gone
+            self._targets.release()
+        self._targets = None
+
+
+class _Layer:
+    """What the rays of a picture see at their places, and these places, see surface.frag; and targets for both."""
+
+    def __init__(self, gl: moderngl.Context, size: tuple[int, int], depth: moderngl.Renderbuffer) -> None:
+        self.color = gl.texture(size, 4, dtype="f4")
+        self.places = gl.texture(size, 4, dtype="f4")
+        self.all = gl.framebuffer([self.color, self.places], depth)
+        self.places_only = gl.framebuffer([self.places])
+
+    def release(self) -> None:
+        for each in (self.all, self.places_only, self.color, self.places):
+            each.release()
+
+
+class _Targets:
+    """Targets of one size: the layer that rays end at, two that they pass in turn, and the depths of the next one."""
+
+    def __init__(self, gl: moderngl.Context, size: tuple[int, int]) -> None:
+        self.size = size
+        try:
+            self._depth = gl.depth_renderbuffer(size)
+            self.last, *self.passing = (_Layer(gl, size, self._depth) for _ in range(3))
+            self.nearest = gl.texture(size, 1, dtype="f4")
+            self.nearest_only = gl.framebuffer([self.nearest])
+        except moderngl.Error:
+            raise InputError(f"size {size[0]}x{size[1]}: this driver has no room for such a picture") from None
+
+    def release(self) -> None:
+        for layer in (self.last, *self.passing):
+            layer.release()
+        for each in (self.nearest_only, self.nearest, self._depth):
+            each.release()
+
+
+class _OnDevice:
+    """The shapes of a scene as they lie in a picture: their table, and rectangles around those of either kind."""
+
+    def __init__(self, gl: moderngl.Context, scene: Scene, size: tuple[int, int], slab_thickness: float) -> None:
+        geometry = scene.geometry
+        primitives = primitives_of(geometry, scene.volume, scene.camera_for(size), size, slab_thickness)
+        self.count = len(geometry)
+        self.any_lines = any(isinstance(shape, Lines) for shape in geometry)
+        table = np.concatenate([shapes_of(geometry), rows_of(primitives, surface_lighting(scene) is not None)])
+        rows = -(-len(table) // TABLE_WIDTH)
+        longest = int(gl.info["GL_MAX_TEXTURE_SIZE"])
+        if rows > longest or len(primitives.shape) >= 1 << 24:
+            count = len(primitives.shape)
+            raise InputError(f"{count} triangles and lines are seen, and this driver has no room for so many")
+        padded = np.zeros((rows * TABLE_WIDTH, 4), np.float32)
+        padded[: len(table)] = table
+        self.table = gl.texture((TABLE_WIDTH, rows), 4, padded, dtype="f4")
+        self.table.filter = moderngl.NEAREST, moderngl.NEAREST
+        is_opaque = np.array([shape.opacity == 1 for shape in geometry])[primitives.shape]
+        self.opaque = self._buffer(gl, vertices_of(primitives, is_opaque, size))
+        self.translucent = self._buffer(gl, vertices_of(primitives, ~is_opaque, size))
+
+    @staticmethod
+    def _buffer(gl: moderngl.Context, vertices: NDArray[np.float32]) -> moderngl.Buffer | None:
+        return gl.buffer(vertices) if len(vertices) else None
+
+    def release(self) -> None:
+        for each in (self.table, self.opaque, self.translucent):
+            if each is not None:
+                each.release()
+
+
+def _uniforms(drawing: Drawing, lighting: Lighting | None, shapes: int) -> dict[str, Any]:
+    """Uniforms of surface.frag that a whole picture has in common."""
+    volume, camera, size = drawing.volume, drawing.camera, drawing.size
+    middle = float(camera.forward @ (volume.centre - camera.eye))
+    uniforms: dict[str, Any] = {
+        "table_width": TABLE_WIDTH,
+        "shapes": shapes,
+        "picture_middle": (size[0] / 2, size[1] / 2),
+        "eye_depth": -middle / drawing.slab_thickness,
+    }
+    if lighting is not None:
+        uniforms |= light_uniforms(lighting, volume, 1.0) | eye_uniforms(lighting, camera, size)
+    if drawing.cutting:
+        uniforms["half_spaces"] = half_spaces_in_box(drawing.cutting, volume)
+    if drawing.cutting or "positions" in uniforms:
+        uniforms |= way_uniforms(volume, camera, size, drawing.slab_thickness, drawing.about)
+    if drawing.depth_cue is not None:
+        uniforms |= cue_uniforms(drawing.depth_cue, volume, camera, drawing.slab_thickness, drawing.about)
+    return uniforms
+
+
+def _bind(program: moderngl.Program, textures: dict[str, moderngl.Texture], uniforms: dict[str, Any]) -> None:
+    for unit, texture in enumerate(textures.values()):
+        texture.use(unit)
+    set_uniforms(program, {name: unit for unit, name in enumerate(textures)} | uniforms)

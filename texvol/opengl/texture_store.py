@@ -1,0 +1,225 @@
+"""The textures of one volume on the device: baked and uploaded brick by brick, within a budget, when they are drawn.
+
+Texels go over in slices of a few megabytes, so that beside the texture no second copy of it exists. A texture whose
+texels have changed is written anew in its place.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.opengl.contexts import Context
+from texvol.opengl.texture_memory import largest_texture
+from texvol.scene.volume import Volume
+from texvol.slicing.bricks import Brick, Triple, cut, texture_size, whole
+from texvol.textures.slab_texture import SlabTexture
+from texvol.textures.value_texture import ValueTexture
+from texvol.util.errors import InputError
+
+MODERNGL_TYPES = {
+    "rgba8": "f1",
+    "rgba16f": "f2",
+    "rgba32f": "f4",
+    "rgba16": "nu2",
+    "r16": "nu2",
+    "r16f": "f2",
+    "r32f": "f4",
+}
+_BYTES = {"rgba8": 4, "rgba16f": 8, "rgba32f": 16, "rgba16": 8, "r16": 2, "r16f": 2, "r32f": 4}
+_SLICE_BYTES = 8 << 20
+_BRICKS_IN_BUDGET = 4  # at least: those that are drawn first are still there for the next picture
+
+BakedTexture = SlabTexture | ValueTexture
+
+
+@dataclass
+class _Held:
+    texture: moderngl.Texture3D
+    weights: moderngl.Texture3D | None  # of a mask, beside texels that are values
+    texels: tuple[Any, ...] | None = None  # what its texels are made of
+    used: int = 0
+
+    @property
+    def textures(self) -> dict[str, moderngl.Texture3D]:
+        """By the names of their samplers."""
+        return {"texels": self.texture} | ({"weights": self.weights} if self.weights else {})
+
+
+class TextureStore:
+    """Textures of the bricks of one volume; every method needs the context to be current.
+
+    Parameters
+    ----------
+    budget : int
+        Bytes that the textures may take together.
+    """
+
+    def __init__(self, context: Context, budget: int) -> None:
+        self._gl = context.gl
+        self.budget = budget
+        self._longest = int(self._gl.info["GL_MAX_3D_TEXTURE_SIZE"])
+        self._largest = largest_texture(context)
+        self._held: dict[Triple, _Held] = {}
+        self._tables: dict[str, moderngl.Texture] = {}
+        self._tables_of: BakedTexture | None = None
+        self._layout: tuple[Any, ...] | None = None
+        self._baked: BakedTexture | None = None
+        self._texels: tuple[Any, ...] = ()
+        self._clock = 0
+        self.bricks: list[Brick] = []
+        self.uploads = 0
+        self.seconds = {"bake": 0.0, "upload": 0.0}
+
+    def prepare(self, baked: BakedTexture, volume: Volume, texels: tuple[Any, ...], margin: Triple) -> None:
+        """Say what is drawn next: `texels` names what its texels are made of; `margin` is what a brick needs around it.
+
+        Raises
+        ------
+        NoRoomError
+            If the budget has no room for any brick.
+        """
+        layout = (volume.dimensions, baked.texel_format, baked.components, baked.weight_format, volume.labels)
+        bricks = self._cut(volume, _bytes_of(baked), margin)
+        if layout != self._layout or bricks != self.bricks:
+            self.release()
+        self._layout, self.bricks, self._baked, self._texels = layout, bricks, baked, texels
+        if self._tables_of is not baked:
+            self._release_tables()
+            for name, numbers in baked.tables.items():
+                rows, columns, components = numbers.shape
+                table = self._gl.texture((columns, rows), components, np.ascontiguousarray(numbers), dtype="f4")
+                table.filter = moderngl.NEAREST, moderngl.NEAREST
+                self._tables[name] = table
+            self._tables_of = baked
+
+    def resources(self, brick: Brick) -> dict[str, moderngl.Texture | moderngl.Texture3D]:
+        """The brick's texture and the tables by the names of their samplers; uploaded if they are not there."""
+        held = self._held.get(brick.position)
+        if held is None:
+            held = self._held[brick.position] = self._held_for(brick)
+        self._clock += 1
+        held.used = self._clock
+        if held.texels is None or not same(held.texels, self._texels):
+            held.texels = None
+            self._write(held, brick)
+            held.texels = self._texels
+        return {**held.textures, **self._tables}
+
+    @property
+    def bytes(self) -> int:
+        """What the textures take."""
+        return sum(self._size(held.texture) for held in self._held.values())
+
+    @property
+    def bytes_of_all(self) -> int:
+        """What the textures of all bricks would take together."""
+        assert self._baked is not None, "nothing has been prepared"
+        return sum(int(np.prod(brick.texture_size, dtype=np.int64)) for brick in self.bricks) * _bytes_of(self._baked)
+
+    def release(self) -> None:
+        """Give all textures back."""
+        for held in self._held.values():
+            for texture in held.textures.values():
+                texture.release()
+        self._held.clear()
+        self._release_tables()
+        self.bricks, self._layout = [], None
+
+    def _release_tables(self) -> None:
+        for table in self._tables.values():
+            table.release()
+        self._tables, self._tables_of = {}, None
+
+    def _cut(self, volume: Volume, bytes_per_sample: int, margin: Triple) -> list[Brick]:
+        total = float(np.prod(volume.dimensions, dtype=float)) * bytes_per_sample
+        if total <= min(self.budget, self._largest) and max(volume.dimensions) <= self._longest:
+            return [whole(volume)]
+        most = min(self.budget / _BRICKS_IN_BUDGET, self._largest)
+        size = texture_size(volume.dimensions, margin, bytes_per_sample, most, self._longest)
+        return cut(volume.dimensions, size, margin)
+
+    def _held_for(self, brick: Brick) -> _Held:
+        """Textures for a brick: new ones while there is room, or else those of another brick."""
+        baked = self._baked
+        assert baked is not None, "nothing has been prepared"
+        needed = int(np.prod(brick.texture_size, dtype=np.int64)) * _bytes_of(baked)
+        if self._held and self.bytes + needed > self.budget:
+            # All are wanted once a picture, so that the last one used is the one not wanted for longest.
+            held = self._held.pop(max(self._held, key=lambda position: self._held[position].used))
+            return _Held(held.texture, held.weights)
+        nearest = baked.volume.labels
+        texture = self._texture(brick.texture_size, baked.texel_format, baked.components, nearest)
+        if baked.weight_format is None:
+            return _Held(texture, None)
+        try:
+            return _Held(texture, self._texture(brick.texture_size, baked.weight_format, 1, nearest))
+        except InputError:
+            texture.release()
+            raise
+
+    def _texture(self, size: Triple, texel_format: str, components: int, nearest: bool) -> moderngl.Texture3D:
+        try:
+            texture = self._gl.texture3d(size, components, alignment=1, dtype=MODERNGL_TYPES[texel_format])
+            failed = self._gl.error == "GL_OUT_OF_MEMORY"
+        except moderngl.Error:
+            failed = True
+        if failed:
+            nx, ny, nz = size
+            megabytes = nx * ny * nz * _BYTES[texel_format] / 1e6
+            raise InputError(f"this driver has no room for {nx} x {ny} x {nz} texels, {megabytes:.0f} MB")
+        texture.repeat_x = texture.repeat_y = texture.repeat_z = False
+        texture.filter = (moderngl.NEAREST, moderngl.NEAREST) if nearest else (moderngl.LINEAR, moderngl.LINEAR)
+        return texture
+
+    def _write(self, held: _Held, brick: Brick) -> None:
+        """Bake and upload slice after slice."""
+        baked = self._baked
+        assert baked is not None
+        (x0, y0, z0), (x1, y1, z1) = brick.stored_first, brick.stored_last
+        depth = max(1, _SLICE_BYTES // ((x1 - x0) * (y1 - y0) * _bytes_of(baked)))
+        self.uploads += 1
+        for z in range(z0, z1, depth):
+            begin = time.perf_counter()
+            end = min(z + depth, z1)
+            box = (slice(z, end), slice(y0, y1), slice(x0, x1))
+            written = [(held.texture, baked.texels(box))]
+            if held.weights is not None:
+                assert isinstance(baked, ValueTexture)
+                written.append((held.weights, baked.weights(box)))
+            baked_at = time.perf_counter()
+            for texture, texels in written:
+                texels = _with_room(texels, brick, end == z1)
+                nz, ny, nx, _ = texels.shape
+                texture.write(np.ascontiguousarray(texels), viewport=(0, 0, z - z0, nx, ny, nz), alignment=1)
+            self.seconds["bake"] += baked_at - begin
+            self.seconds["upload"] += time.perf_counter() - baked_at
+
+    def _size(self, texture: moderngl.Texture3D) -> int:
+        assert self._baked is not None
+        return int(np.prod(texture.size, dtype=np.int64)) * _bytes_of(self._baked)
+
+
+def _bytes_of(baked: BakedTexture) -> int:
+    """Of one sample, in all textures."""
+    return _BYTES[baked.texel_format] + (_BYTES[baked.weight_format] if baked.weight_format else 0)
+
+
+def _with_room(texels: NDArray, brick: Brick, is_last: bool) -> NDArray:
+    """Beyond the volume its last samples go on, as beyond the edge of a texture that ends with it."""
+    x, y, z = (int(more) for more in brick.has_room_beyond)
+    beyond = (z if is_last else 0, y, x, 0)
+    return np.pad(texels, [(0, more) for more in beyond], mode="edge") if any(beyond) else texels
+
+
+def same(one: Sequence[Any], other: Sequence[Any]) -> bool:
+    """Whether two descriptions of texels are the same: objects by identity, numbers and names by value."""
+    return len(one) == len(other) and all(
+        a is b or (isinstance(a, float | str) and a == b) for a, b in zip(one, other, strict=True)
+    )

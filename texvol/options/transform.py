@@ -1,0 +1,86 @@
+"""The option --transform: where a volume is moved to, as numbers or in a file of them."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import os
+import re
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.util import text_files
+from texvol.util.errors import InputError
+
+_LAST_ROW = (0.0, 0.0, 0.0, 1.0)
+_LONGEST_FILE = 1 << 16  # bytes: sixteen numbers, with all the comments that one may want
+_FORMS = "12 or 16 numbers with commas between (rows of a 4 x 4 matrix, the last one 0,0,0,1), or a file of them"
+
+
+class TransformChoice(NamedTuple):
+    """A matrix as its numbers, or the path of a file that has them."""
+
+    numbers: tuple[float, ...] = ()
+    path: str = ""
+
+    def beside(self, folder: str | os.PathLike[str]) -> TransformChoice:
+        """The same, its path relative to a folder."""
+        return self._replace(path=str(Path(folder) / self.path)) if self.path else self
+
+    def matrix(self) -> NDArray[np.float64]:
+        """The matrix, of shape (4, 4).
+
+        Raises
+        ------
+        InputError
+            If the file can't be read, or holds something else.
+        """
+        numbers = _of_file(self.path) if self.path else self.numbers
+        return np.array([*numbers, *_LAST_ROW[: 16 - len(numbers)]]).reshape(4, 4)
+
+
+def transform(text: str) -> TransformChoice:
+    """A matrix from "M00,M01,…" or "FILE"."""
+    if os.path.exists(text):
+        return TransformChoice(path=text)
+    numbers = _numbers(text.split(","))
+    if numbers is None and text.strip() and text.count(",") < 11:
+        return TransformChoice(path=text)  # which is not there: whoever reads it says so
+    if numbers is None or len(numbers) not in (12, 16):
+        raise argparse.ArgumentTypeError(f"{_FORMS} is wanted, and not {text!r}")
+    return TransformChoice(numbers)
+
+
+def transform_value(value: Any) -> TransformChoice:
+    """A matrix from a scene file: a text, or an array of numbers, or of rows of them."""
+    if isinstance(value, str):
+        return transform(value)
+    rows = value if isinstance(value, list) else []
+    flat = [number for row in rows for number in row] if all(isinstance(row, list) for row in rows) else rows
+    if not all(isinstance(number, int | float) and not isinstance(number, bool) for number in flat):
+        flat = []
+    if len(flat) not in (12, 16):
+        raise argparse.ArgumentTypeError(f"{_FORMS} is wanted, and not {value!r}")
+    return TransformChoice(tuple(map(float, flat)))
+
+
+def _of_file(path: str) -> tuple[float, ...]:
+    """Numbers of a text file: three or four rows of four; what follows a # is for people."""
+    text = text_files.read_text(path, "a transform, 4 rows of 4 numbers", _LONGEST_FILE)
+    lines = (line.partition("#")[0] for line in text.splitlines())
+    rows = [_numbers(re.split(r"[,\s]+", line.strip(" \t,"))) for line in lines if line.strip()]
+    if len(rows) not in (3, 4) or not all(row is not None and len(row) == 4 for row in rows):
+        raise InputError(f"{path}: a transform is 4 rows of 4 numbers (or 3, without 0 0 0 1)")
+    return tuple(number for row in rows for number in row or ())
+
+
+def _numbers(words: list[str]) -> tuple[float, ...] | None:
+    """Finite numbers, or None where some word is none."""
+    try:
+        numbers = tuple(map(float, words))
+    except ValueError:
+        return None
+    return numbers if all(map(math.isfinite, numbers)) else None

@@ -1,0 +1,1 @@
+"""Output of commands: pictures as their options ask for them, and sequences of pictures."""

@@ -1,0 +1,161 @@
+"""Many pictures of one scene, numbered files or a film: an orbit of the camera, or the steps of a time series.
+
+The renderer keeps what they have in common. Whatever is chosen for the first, accuracy, a window of numbers, holds for
+all, so that nothing flickers.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.formats.films import film
+from texvol.formats.readers import TimeSeries
+from texvol.scene import orbit
+from texvol.scene.label_counts import label_counts
+from texvol.scene.scene import Scene
+from texvol.scene.volume import Volume
+
+if TYPE_CHECKING:
+    from texvol.output.shown_pictures import Display
+    from texvol.rendering.renderer import Renderer
+
+_STEPS = 32  # that stand for all of a series
+
+
+@dataclass(frozen=True)
+class Frames:
+    """The scenes to be drawn, one after the other.
+
+    `word` is what one of them is called, and `name` the volume's file.
+    """
+
+    scenes: Iterator[Scene]
+    count: int
+    word: str
+    name: str
+
+
+def views(scene: Scene, count: int, name: str) -> Frames:
+    """An orbit of so many views around the scene."""
+    assert scene.camera is not None
+    camera = scene.camera
+    turned = (replace(scene, camera=orbit.turned(camera, 360 * i / count)) for i in range(count))
+    return Frames(turned, count, "view", name)
+
+
+def steps(scene: Scene, series: TimeSeries, placed: Callable[[Volume], Volume] = lambda volume: volume) -> Frames:
+    """The steps of a series, `placed` in the world, each in the place of the scene's volume."""
+    scenes = (replace(scene, volume=placed(volume)) for volume in series)
+    return Frames(scenes, len(series), "time step", series.name)
+
+
+def standing_for(series: TimeSeries) -> Volume:
+    """A volume with values of all steps in the first one's box: for what adapts to values and to the box.
+
+    Its samples are taken in turn from steps that are spread evenly, along diagonals, so that no step has a region of
+    its own; the first and the last are the least and the largest finite value of all. Labels are all that any step has.
+    """
+    first = series[0]
+    if len(series) == 1:
+        return first
+    if first.labels:
+        labels = np.unique(np.concatenate([label_counts(volume).labels for volume in series]))
+        return _like(first, np.resize(labels, first.values.shape))
+    values = first.values.copy()
+    chosen = np.unique(np.linspace(0, len(series) - 1, _STEPS).round().astype(int))
+    z, y, x = np.ogrid[tuple(slice(count) for count in values.shape)]
+    for turn, step in enumerate(chosen):
+        of_this_step = (x + y + z) % chosen.size == turn
+        np.copyto(values, series[int(step)].values, where=of_this_step)
+    if series.finite_range is not None:
+        values.flat[0], values.flat[-1] = series.finite_range
+    return _like(first, values)
+
+
+def _like(first: Volume, values: NDArray) -> Volume:
+    """The values in the first one's box."""
+    return Volume(
+        values,
+        tuple(first.spacing),
+        tuple(first.origin),
+        first.direction,
+        unit=first.unit,
+        value_unit=first.value_unit,
+        name=first.name,
+        labels=first.labels,
+        colors=first.colors,
+    )
+
+
+def draw_frames(
+    frames: Frames,
+    renderer: Renderer,
+    size: tuple[int, int],
+    accuracy: dict[str, Any],
+    display: Display,
+    output: str,
+    *,
+    transparent: bool = False,
+    fps: float | None = None,
+) -> dict[str, Any]:
+    """Draw and write every frame; what `--stats` says of them."""
+    facts = {"texvol:renderer": renderer.renderer_name}
+    estimate: dict[str, Any] = {}
+    start = after_first = time.perf_counter()
+    with (
+        film.Writer(output, size, frames.count, transparent=transparent, fps=fps or film.DEFAULT_FPS) as writer,
+        _Progress(frames) as progress,
+    ):
+        for number, scene in enumerate(frames.scenes):
+            picture = renderer.render(scene, size, **accuracy)
+            if number == 0:
+                accuracy, estimate = _kept(renderer, accuracy)
+                after_first = time.perf_counter()
+            shown = display.of(picture, scene, output)
+            writer.add(shown, facts | display.facts(frames.name, scene, output, renderer.settings))
+            progress.show(number + 1)
+        writer.finish()
+    end = time.perf_counter()
+    return {
+        "views": frames.count,
+        "seconds": end - start,
+        "frames_per_second": (frames.count - 1) / (end - after_first) if frames.count > 1 else None,
+    } | estimate
+
+
+def _kept(renderer: Renderer, accuracy: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """What was chosen for the first frame, for the others, and the estimate that it rests on where there is one."""
+    if accuracy["max_error"] is None:
+        return accuracy, {}
+    names = ("slab_thickness", "texture_format", "target_format", "early_termination")
+    kept = {"max_error": None} | {name: renderer.settings[name] for name in names}
+    return accuracy | kept, {"estimated_error_of_first_view": renderer.stats["estimated_error"]}
+
+
+class _Progress:
+    """A line that counts, on a terminal only, and is gone in the end."""
+
+    def __init__(self, frames: Frames) -> None:
+        self._frames, self._width = frames, 0
+        self._shown = sys.stderr is not None and sys.stderr.isatty()
+
+    def __enter__(self) -> _Progress:
+        return self
+
+    def show(self, done: int) -> None:
+        """So many are drawn."""
+        if self._shown:
+            text = f"texvol: {self._frames.word} {done} of {self._frames.count}"
+            self._width = len(text)
+            print(f"\r{text}", end="", file=sys.stderr, flush=True)
+
+    def __exit__(self, *_: object) -> None:
+        if self._width:
+            print(f"\r{' ' * self._width}\r", end="", file=sys.stderr, flush=True)

@@ -1,0 +1,174 @@
+"""Scenes out of pictures: what `scene_facts` wrote into a header, with its volume found again.
+
+The header is a text that anyone may have changed. Each part becomes what it stands for by way of the checks that it
+goes through elsewhere, and whatever is wrong is one line that names the picture and the part.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.provenance import parts
+from texvol.provenance.geometry import geometry_from_facts
+from texvol.provenance.metadata import Facts
+from texvol.provenance.scene_metadata import ATTRIBUTE, BY_TRANSFER_FUNCTION
+from texvol.provenance.volumes import ALWAYS, KEYS, AnyVolume, found_added, found_mask, found_volume, places
+from texvol.scene.added_volume import AddedVolume
+from texvol.scene.air import checked_air
+from texvol.scene.camera import Camera
+from texvol.scene.cutting import checked_crop
+from texvol.scene.display import NUMBER_MODES, checked_window, shown
+from texvol.scene.gradient import Estimator
+from texvol.scene.lighting import DepthCue
+from texvol.scene.mask import Mask
+from texvol.scene.scene import Scene
+from texvol.scene.shapes import Mesh
+from texvol.scene.transfer.files import from_content
+from texvol.util.errors import InputError
+
+__all__ = ["AnyVolume", "StoredScene", "scene_from_facts", "stored_scene_of"]
+_ALWAYS = (*ALWAYS, "classification", "background")
+_KEYS = dict.fromkeys(
+    (*KEYS, "classification", "background", "format", "added", "mode", "isovalue", "air", "gradient", "lighting")
+    + ("depth_cue", "camera", "transfer_function", "clip", "crop", "caps", "geometry", "settings", "window", "colors")
+)
+
+
+@dataclass(frozen=True)
+class StoredScene:
+    """A scene as a picture's header has it.
+
+    Attributes
+    ----------
+    scene : Scene
+    settings : mapping
+        Arguments with which `Renderer.render` draws the very picture again; empty where the oracle drew it.
+    window : (centre, width), optional
+        What 8 bits show of numbers.
+    name : str
+        What messages call it: the picture.
+    """
+
+    scene: Scene
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    window: tuple[float, float] | None = None
+    name: str = "scene"
+
+    @property
+    def slab_thickness(self) -> float | None:
+        """World units; None where the picture was not drawn in slabs, or does not say."""
+        return self.settings.get("slab_thickness")
+
+    @property
+    def shows_numbers(self) -> bool:
+        """Whether the pixels of its picture are data, and not light."""
+        return self.scene.mode in NUMBER_MODES
+
+    def in_eight_bits(self, picture: NDArray) -> NDArray[np.float64]:
+        """What a file of 8 bits is meant to hold of the scene's picture: colours in [0, 1], linear, premultiplied."""
+        if self.shows_numbers:
+            picture = shown(picture, self.scene, window=self.window)
+        return np.clip(np.asarray(picture, np.float64), 0.0, 1.0)
+
+
+def stored_scene_of(
+    attributes: Mapping[str, str],
+    *,
+    name: str,
+    folder: str | os.PathLike[str] | None = None,
+    volume: AnyVolume = None,
+    mask: Mask | None = None,
+    added: Sequence[AddedVolume | AnyVolume] = (),
+) -> StoredScene:
+    """The scene in a picture's attributes; see `scene_from_facts`.
+
+    Raises
+    ------
+    InputError
+        If they hold none.
+    """
+    if ATTRIBUTE not in attributes:
+        raise InputError(f"{name}: has no scene in its header ({ATTRIBUTE}), where texvol writes it in EXR and PNG")
+    return scene_from_facts(attributes[ATTRIBUTE], name=name, folder=folder, volume=volume, mask=mask, added=added)
+
+
+def scene_from_facts(
+    text: str,
+    *,
+    name: str,
+    folder: str | os.PathLike[str] | None = None,
+    volume: AnyVolume = None,
+    mask: Mask | None = None,
+    added: Sequence[AddedVolume | AnyVolume] = (),
+) -> StoredScene:
+    """The scene that a picture's header describes.
+
+    Parameters
+    ----------
+    text : str
+        The attribute "texvol:scene".
+    name : str
+        The picture, for messages.
+    folder : path, optional
+        Where the picture is: its volume is looked for from the current folder, from there, and where it was.
+    volume : Volume or path, optional
+        Instead of looking for it. It still has to be the one that was drawn.
+    mask : Mask, optional
+        The volume's, instead of looking for its file.
+    added : sequence of AddedVolume, Volume, path or None
+        Further volumes in the order of the scene, instead of looking for their files; transfer functions are the
+        header's all the same.
+
+    Raises
+    ------
+    InputError
+        If the text is not such a header, or a volume or a mask is not found or has changed.
+    """
+    facts = Facts.of(text, name, _KEYS, _ALWAYS)
+    settings = facts.part("settings", parts.settings) or {}
+    window = facts.part("window", lambda each: checked_window(parts.numbers(each, 2)))
+    described = _described(facts, folder)
+    # Last, since it may take long to read them.
+    found = found_volume(facts, volume, folder)
+    described |= {"mask": found_mask(facts, found, mask, folder), "added": found_added(facts, added, folder)}
+    scene = facts.checked(lambda: Scene(found, **described))
+    return StoredScene(scene, settings, window, name)
+
+
+def _described(facts: Facts, folder: str | os.PathLike[str] | None) -> dict[str, Any]:
+    """All of a scene but its volumes and masks."""
+
+    def meshes(content: Any) -> tuple[Mesh, ...]:
+        return geometry_from_facts(content, lambda fact: places(fact, folder))
+
+    return {
+        "transfer_function": facts.part("transfer_function", lambda each: from_content(each, "transfer function")),
+        "camera": facts.part("camera", lambda each: parts.made(Camera, each)),
+        "lighting": facts.part("lighting", parts.lighting),
+        "depth_cue": facts.part("depth_cue", lambda each: parts.made(DepthCue, each)),
+        "background": facts.part("background", lambda each: parts.numbers(each, 3)),
+        "isovalue": facts.part("isovalue", parts.number),
+        "air": facts.part("air", _air),
+        "coloring": facts.part("colors", _coloring) or "grey",
+        "gradient": facts.part("gradient", lambda each: parts.made(Estimator, each)) or Estimator(),
+        "clip": facts.part("clip", parts.clip_planes) or (),
+        "crop": facts.part("crop", checked_crop),
+        "caps": facts.part("caps", parts.switch) or False,
+        "geometry": facts.part("geometry", meshes) or (),
+    } | {key: facts.content[key] for key in ("classification", "mode") if key in facts.content}
+
+
+def _air(content: Any) -> Any:
+    return checked_air(content)
+
+
+def _coloring(content: Any) -> str:
+    if content != BY_TRANSFER_FUNCTION:
+        raise InputError(f"{BY_TRANSFER_FUNCTION} is wanted, and not {parts.quoted(content)}")
+    return "tf"

@@ -1,0 +1,186 @@
+"""Volumes and masks that a picture's header names, found again, and held against what it says of them.
+
+A volume counts as found when its dimensions, its place in the world, what its samples are and, where the header has a
+checksum, its values are those that were drawn; a mask when it fits its volume and, with a checksum, its weights are.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from texvol.provenance import parts
+from texvol.provenance.metadata import Facts
+from texvol.provenance.scene_metadata import COLORS, LABELS, checksum_of, kind_of
+from texvol.scene.added_volume import AddedVolume
+from texvol.scene.mask import Mask
+from texvol.scene.transfer.files import from_content
+from texvol.scene.volume import Volume
+from texvol.util.errors import InputError, TexvolError
+
+AnyVolume = Volume | str | os.PathLike[str] | None
+ALWAYS = ("volume", "dimensions", "spacing")
+KEYS = (*ALWAYS, "source", "origin", "direction", "type", "kind", "checksum", "mask")
+_ADDED_KEYS = dict.fromkeys((*KEYS, "transfer_function"))
+_MASK_KEYS = dict.fromkeys(("name", "source", "checksum"))
+_MOST_DEMO_SAMPLES = 512  # along each axis, 0.5 GB: a header must not be able to ask for more
+_SAME_PLACE = 1e-9  # of the spacing: what another version of a library may make of the same file
+
+Folder = str | os.PathLike[str] | None
+
+
+def found_volume(facts: Facts, given: AnyVolume, folder: Folder) -> Volume:
+    """The volume that was drawn, or InputError."""
+    if isinstance(given, Volume):
+        return _same_volume(facts, given)
+    source = facts.part("source", parts.source) or {}
+    if given is not None:
+        return _same_volume(facts, _loaded(facts, os.fspath(given), source))
+    if "built_in" in source:
+        return _same_volume(facts, _built_in(facts, source))
+    name = str(facts.content["volume"])
+    if facts.told_how_to_read and not source:
+        raise facts.fault(f"is of a volume without a file, {parts.quoted(name)}: give the volume as well")
+    first_fault: InputError | None = None
+    for path in places(source or {"path": name}, folder):
+        try:
+            return _same_volume(facts, _loaded(facts, path, source))
+        except InputError as error:  # another file of that name may be the one
+            first_fault = first_fault or error
+    if first_fault is not None:
+        raise first_fault
+    wanted = parts.quoted(source.get("path", name))
+    raise facts.fault(f"is of the volume {wanted}, which is neither here nor beside the picture: give its path")
+
+
+def found_mask(facts: Facts, volume: Volume, given: Mask | None, folder: Folder) -> Mask | None:
+    """The mask of a volume that was drawn, None where it had none, or InputError."""
+    content = facts.content.get("mask")
+    if content is None:
+        return None
+    mask = facts.inner(content, "the mask")
+    mask.check_keys(_MASK_KEYS, ("name",))
+    if given is not None:
+        return _same_mask(mask, given, volume)
+    source, fade = mask.part("source", parts.mask_source) or ({}, None)
+    name = parts.quoted(source.get("path", mask.content["name"]))
+    if not source:
+        raise mask.fault(f"is without a file, {name}: give the mask as well")
+    first_fault: InputError | None = None
+    for path in places(source, folder):
+        try:
+            found = _loaded(mask, path, source)
+            return _same_mask(mask, mask.checked(lambda found=found: Mask.of(found, fade)), volume)  # type: ignore[misc]
+        except InputError as error:
+            first_fault = first_fault or error
+    raise first_fault or mask.fault(f"is {name}, which is neither here nor beside the picture: give it as well")
+
+
+def found_added(facts: Facts, given: Sequence[AddedVolume | AnyVolume], folder: Folder) -> tuple[AddedVolume, ...]:
+    """Further volumes that were drawn, or InputError; of each that is not `given` the file is looked for."""
+    content = facts.content.get("added")
+    if content is None:
+        return ()
+    if not isinstance(content, list):
+        raise facts.fault(f"is none that texvol writes: added: a list is wanted, and not {parts.quoted(content)}")
+    all_given = [*given, *[None] * (len(content) - len(given))]
+    return tuple(
+        _added(facts.inner(each, f"added volume {number}"), one, folder)
+        for number, (each, one) in enumerate(zip(content, all_given, strict=False), 1)
+    )
+
+
+def _added(facts: Facts, given: AddedVolume | AnyVolume, folder: Folder) -> AddedVolume:
+    facts.check_keys(_ADDED_KEYS, (*ALWAYS, "source"))
+    matter = facts.part("transfer_function", lambda each: from_content(each, "transfer function"))
+    if isinstance(given, AddedVolume):
+        volume, mask = found_volume(facts, given.volume, folder), given.mask
+    else:
+        volume, mask = found_volume(facts, given, folder), None
+    return AddedVolume(volume, matter, found_mask(facts, volume, mask, folder))
+
+
+def places(source: Mapping[str, Any], folder: Folder) -> Iterator[str]:
+    """Where there is something that may be the file, each place once."""
+    path, absolute = source.get("path", ""), source.get("absolute", "")
+    candidates = [path]
+    if folder is not None and path:
+        candidates += [os.path.join(folder, path), os.path.join(folder, os.path.basename(path.rstrip("/\\")))]
+    seen = set()
+    for each in [*candidates, absolute]:
+        # A pipe or a device would be waited for.
+        if each and (os.path.isfile(each) or os.path.isdir(each)) and os.path.realpath(each) not in seen:
+            seen.add(os.path.realpath(each))
+            yield each
+
+
+def _loaded(facts: Facts, path: str, source: Mapping[str, Any]) -> Volume:
+    """The volume of that file, read as it was, where it was moved to."""
+    from texvol.formats.readers import ARGUMENTS, load
+
+    told = {key: source[key] for key in ARGUMENTS if key in source}
+    if not facts.told_how_to_read:  # the scene's spacing, whether it was the file's or not
+        told["spacing"] = facts.part("spacing", lambda each: parts.numbers(each, 3))
+    try:
+        return _moved(load(path, **told), source)
+    except TexvolError as error:
+        raise facts.fault(f"has a volume that can't be read: {error}") from None
+
+
+def _moved(volume: Volume, source: Mapping[str, Any]) -> Volume:
+    return volume.moved(source["transform"]) if "transform" in source else volume
+
+
+def _built_in(facts: Facts, source: Mapping[str, Any]) -> Volume:
+    from texvol.scene.demo import demo_volume
+
+    samples = source.get("samples", 0)
+    if source["built_in"] != "demo" or not 1 <= samples <= _MOST_DEMO_SAMPLES:
+        raise facts.fault(f"is of a built-in volume that there is none of: {parts.quoted(dict(source))}")
+    return facts.checked(lambda: _moved(demo_volume(samples), source))
+
+
+def _same_volume(facts: Facts, volume: Volume) -> Volume:
+    """`volume`, if it is the one that was drawn."""
+    dimensions = facts.part("dimensions", lambda each: parts.numbers(each, 3)) or ()
+    if dimensions != volume.dimensions:
+        was, now = (" x ".join(f"{number:.12g}" for number in each) for each in (dimensions, volume.dimensions))
+        raise facts.fault(f"is of a volume of {was} samples, and {volume.name} has {now}")
+    _check_place(facts, volume, "spacing", (3,), volume.smallest_spacing)
+    _check_place(facts, volume, "origin", (3,), float(volume.spacing.max() + np.abs(volume.origin).max()))
+    _check_place(facts, volume, "direction", (3, 3), float(np.abs(volume.direction).max()))
+    kind = facts.part("kind", _kind) or ""
+    if kind != kind_of(volume):
+        then, since = (each or "values" for each in (kind, kind_of(volume)))
+        raise facts.fault(f"is of a volume of {then}, and {volume.name} has {since}")
+    checksum = facts.content.get("checksum")
+    if checksum is not None and checksum != checksum_of(volume):
+        raise facts.fault(f"is of other values than those of {volume.name}: it has changed since, or is another")
+    return volume
+
+
+def _same_mask(facts: Facts, mask: Mask, volume: Volume) -> Mask:
+    """`mask`, if it is the one that was drawn."""
+    facts.checked(lambda: mask.check_fits(volume))
+    checksum = facts.content.get("checksum")
+    if checksum is not None and checksum != checksum_of(mask):
+        raise facts.fault(f"is of other weights than those of {mask.name}: it has changed since, or is another")
+    return mask
+
+
+def _check_place(facts: Facts, volume: Volume, what: str, shape: tuple[int, ...], scale: float) -> None:
+    """InputError if the volume's box lies elsewhere than the one that was drawn."""
+    was = facts.part(what, lambda each: parts.array(each, shape))
+    now = getattr(volume, what)
+    if was is not None and not (np.abs(was - now) <= _SAME_PLACE * scale).all():
+        then, since = (", ".join(f"{number:.12g}" for number in each.reshape(-1)) for each in (was, now))
+        raise facts.fault(f"is of a volume of {what} {then}, and {volume.name} has {since}")
+
+
+def _kind(content: Any) -> str:
+    if content not in (LABELS, COLORS):
+        raise InputError(f"{LABELS} or {COLORS} is wanted, and not {parts.quoted(content)}")
+    return str(content)

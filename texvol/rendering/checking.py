@@ -1,0 +1,227 @@
+"""Pixels of a picture held against the oracle, and what follows for all others.
+
+The picture is cut into as many strata as pixels are to be checked, all of the same size but for a pixel, and one pixel
+is chosen at random in each. Let p be the share of all pixels that are off by more than a limit, and k the number of
+those among the n that were checked. Then p is at most p* with a confidence of 99 % where
+
+    P(k or fewer of n) = Σ_{i <= k} C(n, i) p*^i (1 - p*)^(n - i) = 1 %
+
+(Clopper, Pearson 1934). One pixel of each stratum is at least as telling as n of all: for k under the mean the sum of
+independent events is nowhere likelier to be small than where all are equally likely (Hoeffding 1956).
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.rendering.marching import can_march, march_pixels
+from texvol.scene.scene import Scene
+from texvol.scene.transfer import TransferFunction
+from texvol.util.errors import InputError
+
+ALL = "all"
+CONFIDENCE = 0.99
+ATTRIBUTE = "texvol:check"  # of a picture's header
+_FEW, _LITTLE = 64, 0.1  # pixels that are checked unasked, and the seconds that they may take
+_FEWER = 16  # pixels that are marched
+_MARCHED = 4.0  # times what marching says of its own error
+_ORACLE = 1e-9  # how far the oracle may be off
+
+
+@dataclass(frozen=True)
+class Check:
+    """Findings of a check.
+
+    Attributes
+    ----------
+    pixels, of : int
+        Pixels that were checked, and pixels of the picture.
+    largest_error : float
+        Largest absolute difference from the oracle of any channel of the linear picture.
+    limit : float
+        The error that was wanted, or where none was, the largest that was found.
+    beyond : int
+        Checked pixels that are off by more than the limit.
+    at_most : float
+        Share of all pixels that is off by more than the limit, at most, with a confidence of 99 %.
+    """
+
+    pixels: int
+    of: int
+    largest_error: float
+    limit: float
+    beyond: int
+    at_most: float
+
+    @property
+    def sentence(self) -> str:
+        """The same for people."""
+        if self.pixels == self.of:
+            found = f"all {self.of} pixels checked: largest error {self.largest_error:.2g}"
+            return f"{found}; {self.beyond} of them are beyond {self.limit:g}" if self.beyond else found
+        pixels = "1 pixel" if self.pixels == 1 else f"{self.pixels} pixels"
+        found = f"{pixels} checked: largest error {self.largest_error:.2g}"
+        if self.beyond:
+            found += f", {self.beyond} of them beyond {self.limit:.2g}"
+        share = math.ceil(1000 * self.at_most) / 10  # never less than what is known
+        return f"{found}; 99 % confident that at most {share:g} % of the pixels are beyond {self.limit:.2g}"
+
+    @property
+    def attributes(self) -> dict[str, str]:
+        """The same as an attribute of a picture's header."""
+        return {ATTRIBUTE: json.dumps(self.facts)}
+
+    @property
+    def facts(self) -> dict[str, Any]:
+        """All of it, JSON-able, as `--stats` and headers have it; an error that is no number is None."""
+        found: dict[str, Any] = asdict(self) | {"confidence": CONFIDENCE, "sentence": self.sentence}
+        unsaid = {key for key, each in found.items() if isinstance(each, float) and not math.isfinite(each)}
+        return {key: None if key in unsaid else each for key, each in found.items()}
+
+
+def checked_count(check: int | str | None) -> int | str | None:
+    """A number of pixels from 1 upwards, "all", or None for no check.
+
+    Raises
+    ------
+    InputError
+        If it is something else.
+    MissingExtraError
+        If the oracle's library is not installed: better now than after the picture is drawn.
+    """
+    if check is None:
+        return None
+    whole = not isinstance(check, bool) and isinstance(check, int | np.integer)
+    if check != ALL and (not whole or int(check) < 1):
+        raise InputError(f'check must be a number of pixels from 1 upwards, or "all", got {check!r}')
+    import texvol.ray_casting  # noqa: F401
+
+    return ALL if check == ALL else int(check)
+
+
+def check_picture(
+    picture: NDArray[np.float32], scene: Scene, count: int | str, limit: float | None = None, seed: int = 0
+) -> Check:
+    """Hold `count` pixels of a picture, or all, against the oracle; the same pixels every time for a seed.
+
+    Parameters
+    ----------
+    picture : array of shape (height, width, 4)
+        Linear and premultiplied, over the background.
+    limit : float, optional
+        The error that was wanted.
+
+    Raises
+    ------
+    MissingExtraError
+        If numba is not installed.
+    """
+    from texvol.ray_casting import raycast, raycast_pixels
+
+    height, width = picture.shape[:2]
+    if count == ALL or int(count) >= width * height:
+        drawn, truth = picture.reshape(-1, 4), raycast(scene, (width, height)).reshape(-1, 4)
+    else:
+        pixels = chosen_pixels((width, height), int(count), seed)
+        drawn, truth = picture[pixels[:, 1], pixels[:, 0]], raycast_pixels(scene, (width, height), pixels)
+    return _check_of(errors_of(drawn, truth), width * height, limit)
+
+
+def check_in_passing(
+    picture: NDArray[np.float32], scene: Scene, transfer_function: TransferFunction, limit: float
+) -> Check | None:
+    """Hold a few pixels against the truth, if that takes under a tenth of a second; None if it does not.
+
+    By the oracle where that has been at work on the same kind of scene: its library takes longer to load, and its
+    functions to compile. Else plain scenes are marched, of which a check comes only where pixels are off by more than
+    the limit and all that the marching itself may be off.
+    """
+    oracle = sys.modules.get("texvol.ray_casting")
+    seconds = oracle.seconds_per_pixel(scene) if oracle else None
+    if seconds is not None and seconds * _FEW < _LITTLE:
+        return check_picture(picture, scene, _FEW, limit)
+    if not can_march(scene, transfer_function):
+        return None
+    height, width = picture.shape[:2]
+    pixels = chosen_pixels((width, height), min(_FEWER, width * height))
+    truth, off = march_pixels(scene, transfer_function, (width, height), pixels)
+    errors = errors_of(picture[pixels[:, 1], pixels[:, 0]], truth) - _MARCHED * off
+    return _check_of(np.maximum(errors, 0.0), width * height, limit) if (errors > limit).any() else None
+
+
+def _check_of(errors: NDArray[np.float64], total: int, limit: float | None) -> Check:
+    """Return what follows from the errors of some pixels for all."""
+    n, largest = len(errors), float(errors.max())
+    limit = largest if limit is None else limit
+    beyond = int(np.count_nonzero(~(errors <= limit + _ORACLE)))
+    if n == total:
+        return Check(n, total, largest, limit, beyond, beyond / n)
+    # Strata are of one size but for a pixel.
+    at_most = min(share_at_most(beyond, n) * -(-total // n) * n / total, 1.0)
+    return Check(n, total, largest, limit, beyond, at_most)
+
+
+def errors_of(drawn: NDArray, truth: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Largest difference of each pixel's channels, shape (n,); infinite where only one is a number."""
+    with np.errstate(invalid="ignore", over="ignore"):
+        off = np.abs(drawn.astype(np.float64) - truth.astype(np.float64))
+        # What single precision has no number for is infinite in a picture.
+        beyond = np.isinf(drawn) & (np.abs(truth) > np.finfo(np.float32).max) & (np.sign(drawn) == np.sign(truth))
+    off[(drawn == truth) | (np.isnan(drawn) & np.isnan(truth)) | beyond] = 0.0
+    return np.where(np.isnan(off), np.inf, off).max(axis=1)
+
+
+def chosen_pixels(size: tuple[int, int], count: int, seed: int = 0) -> NDArray[np.intp]:
+    """A random pixel of each of `count` strata of a picture, (column, row), shape (count, 2).
+
+    Strata are runs along a path that fills the picture in strips about as high as a stratum is wide.
+    """
+    width, height = size
+    strips = max(1, round(math.sqrt(count * height / width)))
+    rows = np.arange(height)
+    strip = rows * strips // height
+    # Column by column within each strip, back and forth, so that runs stay compact.
+    order = np.concatenate([_through(rows[strip == each], width, each % 2 == 1) for each in range(strips)])
+    edges = np.arange(count + 1) * (width * height) // count
+    at = edges[:-1] + (np.random.default_rng(seed).random(count) * np.diff(edges)).astype(np.intp)
+    return np.column_stack([order[at] % width, order[at] // width])
+
+
+def share_at_most(beyond: int, count: int) -> float:
+    """Upper limit of a share, with the confidence, of which `beyond` of `count` were found."""
+    if beyond >= count:
+        return 1.0
+    low, high = beyond / count, 1.0
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        if _so_few(beyond, count, middle) > 1 - CONFIDENCE:
+            low = middle
+        else:
+            high = middle
+    return high
+
+
+def _so_few(most: int, count: int, share: float) -> float:
+    """Probability of at most so many of `count` events, each of probability `share`."""
+    if share >= 1:
+        return 0.0
+    if share <= 0:
+        return 1.0
+    ways = [math.lgamma(count + 1) - math.lgamma(i + 1) - math.lgamma(count - i + 1) for i in range(most + 1)]
+    logs = [way + i * math.log(share) + (count - i) * math.log1p(-share) for i, way in enumerate(ways)]
+    return math.fsum(map(math.exp, logs))
+
+
+def _through(rows: NDArray[np.intp], width: int, backwards: bool) -> NDArray[np.intp]:
+    """Indices of all pixels of some rows, column by column, up one and down the next."""
+    columns = np.arange(width)[::-1] if backwards else np.arange(width)
+    pixels = columns[:, np.newaxis] + rows * width
+    pixels[1::2] = pixels[1::2, ::-1]
+    return pixels.reshape(-1)

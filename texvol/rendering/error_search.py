@@ -1,0 +1,90 @@
+"""The thickness of a scene's slabs for a wanted error: foreseen by a small picture, found by the picture itself."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.rendering.error_control import Begin, Choice, converging, finest_rate, rounding_of, thickness_for_error
+from texvol.rendering.settings import Settings
+from texvol.scene.scene import Scene
+from texvol.util.errors import AccuracyWarning
+
+Size = tuple[int, int]
+Draw = Callable[[Scene, Size, Settings], NDArray[np.float32]]
+
+_LEAST_ESTIMATED = 48  # pixels along each side: fewer may miss where the error is
+
+
+def smaller(size: Size) -> Size:
+    """A sixteenth of the pixels, where that leaves enough of them."""
+    width, height = (max(side // 4, min(side, _LEAST_ESTIMATED)) for side in size)
+    return width, height
+
+
+class ErrorSearch:
+    """Looks for thicknesses, and remembers the last that was foreseen.
+
+    Parameters
+    ----------
+    draw, draw_exactly : callable
+        Draw a scene as the settings have it, and without what they leave out or round.
+    rounding : callable
+        Gives what the rounding of values adds to the error of a scene that was drawn last.
+    """
+
+    def __init__(self, draw: Draw, draw_exactly: Draw, rounding: Callable[[Scene], float]) -> None:
+        self._draw, self._draw_exactly, self._rounding = draw, draw_exactly, rounding
+        self._last: tuple[Scene, tuple[Size, Settings, float], Choice] | None = None
+
+    def foresee(self, scene: Scene, size: Size, settings: Settings, wanted: float) -> Choice:
+        """What a picture of a sixteenth of the pixels says of the one in that size.
+
+        The error is the largest of all pixels, and hardly twice another in a sixteenth of them: half of what is wanted
+        is asked of these.
+        """
+        asked = size, replace(settings, slab_thickness=0.0), wanted
+        if self._last is None or self._last[0] is not scene or self._last[1] != asked:
+            found = self._search(scene, smaller(size), settings, wanted / 2)
+            # A reference is dear, and refines itself where it has to: it begins as for twice the error.
+            begin = replace(found.begin, reference=found.begin.reference / 2)
+            self._last = scene, asked, replace(found, estimated_error=2 * found.estimated_error, begin=begin)
+        return self._last[2]
+
+    def choose(self, scene: Scene, size: Size, settings: Settings, wanted: float) -> Choice:
+        """The picture of the coarsest slabs that keep the error, beginning with what is foreseen.
+
+        Warns
+        -----
+        AccuracyWarning
+            Where the error can't be reached.
+        """
+        choice = self._search(scene, size, settings, wanted, self.foresee(scene, size, settings, wanted).begin)
+        if not choice.reached:
+            warnings.warn(
+                f"an error of {wanted:g} was wanted and {choice.estimated_error:.2g} was reached, by estimate, "
+                f"at slab thickness {choice.slab_thickness:g}",
+                AccuracyWarning,
+                stacklevel=4,
+            )
+        return choice
+
+    def _search(
+        self, scene: Scene, size: Size, settings: Settings, wanted: float, begin: Begin | None = None
+    ) -> Choice:
+        reference = converging(scene)
+        return thickness_for_error(
+            lambda thickness: self._draw(scene, size, replace(settings, slab_thickness=thickness)),
+            lambda thickness: self._draw_exactly(reference, size, replace(settings, slab_thickness=thickness)),
+            scene.smallest_spacing,
+            wanted,
+            begin,
+            converges_alone=reference is not scene,
+            finest=finest_rate(scene),
+            rounding=lambda: self._rounding(scene),
+            relative=rounding_of(scene),
+        )

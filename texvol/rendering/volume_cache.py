@@ -1,0 +1,194 @@
+"""What of one volume is on the device, kept between pictures: its textures, and where it is empty."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from texvol.opengl.contexts import Context
+from texvol.opengl.empty_space import EmptySpace
+from texvol.opengl.texture_store import BakedTexture, TextureStore, same
+from texvol.rendering.render import Part, VisiblePart, bake
+from texvol.rendering.settings import Settings, shown_of, texels_of
+from texvol.scene.air import attenuation_of
+from texvol.scene.display import NUMBER_MODES
+from texvol.scene.scene import Scene
+from texvol.scene.transfer import TransferFunction, proposed_for
+from texvol.scene.volume import Volume
+from texvol.slicing import bricks
+from texvol.textures import halving as coarser
+from texvol.textures import texel_format
+from texvol.textures.shaded_samples import Arriving
+from texvol.textures.value_storage import FAR, ULP
+from texvol.textures.value_texture import REFERENCE, ValueTexture
+from texvol.util.errors import NoRoomError
+
+_OF_A_CUBIC = 3.0  # times the rounding of the four values that it is found from
+Recipe = tuple[Any, ...]
+
+
+class MatterOnDevice:
+    """The textures of a scene's only volume, or of one of several; every method needs the context to be current.
+
+    Parameters
+    ----------
+    budget : int
+        Bytes that the textures may take.
+    """
+
+    def __init__(self, context: Context, budget: int) -> None:
+        self._context, self._budget = context, budget
+        self.empty_space = EmptySpace(context.gl)
+        self.textures = TextureStore(context, budget)
+        self.baked: tuple[Recipe, BakedTexture] | None = None
+        self._proposed: tuple[Any, TransferFunction] | None = None
+        self._chosen: tuple[Recipe, str] | None = None
+        self._source: Volume | None = None  # of which a halved volume is drawn
+        self._coarsest: tuple[Recipe, dict[float, Volume]] | None = None  # by slab thickness
+
+    def drawn_scene(self, alone: Scene, scene: Scene, size: tuple[int, int], settings: Settings) -> Scene:
+        """One volume of a scene alone, or halved where it is the only one and slabs are so thick that it hides."""
+        self._source = None
+        if self._coarsest is not None and self._coarsest[0][0] is not scene.volume:
+            self._coarsest = None  # nothing is kept of a volume that is gone
+        if scene.added or settings.texture_format != "auto":
+            return alone
+        matter, thickness = self.transfer_function(scene), settings.slab_thickness
+        if not coarser.may_be_coarser(scene, matter, thickness):
+            return scene
+        if self._coarsest is None or not same(self._coarsest[0], (scene.volume, matter)):
+            self._coarsest = (scene.volume, matter), {}
+        known = self._coarsest[1]
+        if thickness not in known:
+            known[thickness] = coarser.coarsest(scene.volume, matter, thickness)
+        if known[thickness] is scene.volume:
+            return scene
+        self._source = scene.volume
+        camera = scene.camera_for(size)  # which frames the same box to the last bit
+        return replace(scene, volume=known[thickness], transfer_function=matter, camera=camera)
+
+    def prepare(
+        self, scene: Scene, size: tuple[int, int], settings: Settings, arriving: Arriving | None
+    ) -> BakedTexture:
+        """Have what the textures of a scene of one volume are made of, and know where it is empty.
+
+        The scene is `stored_scene` of the one that is drawn; `arriving` is what shadows leave of the lights.
+        """
+        transfer_function = self.transfer_function(scene)
+        thickness, texture_format = settings.slab_thickness, settings.texture_format
+        camera = scene.camera_for(size)
+        if texture_format == "auto":
+            texture_format = self._cheapest_format(scene, transfer_function, thickness)
+        if texture_format == REFERENCE and scene.classification in ("slab", "extinction"):
+            texture_format = "rgba32f"
+        texels = texels_of(scene, transfer_function, camera, thickness, texture_format)
+        recipe = (*texels, transfer_function, scene.classification, texture_format, scene.mode, scene.isovalue)
+        if self.baked is None or not same(self.baked[0], recipe):
+            self.baked = (recipe, bake(scene, transfer_function, camera, thickness, texture_format, arriving))
+        baked = self.baked[1]
+        if isinstance(baked, ValueTexture):
+            texels = (*texels, baked.texel_format, baked.offset, baked.scale)
+        if settings.skips(scene):
+            steps = baked.steps if isinstance(baked, ValueTexture) else None
+            self.empty_space.prepare(scene.volume, *shown_of(scene, transfer_function), scene.mask, steps)
+        margin = bricks.margin(scene.volume, camera, size, thickness)
+        self.textures.prepare(baked, scene.volume, texels, margin)
+        return baked
+
+    def transfer_function(self, scene: Scene) -> TransferFunction:
+        """The scene's, or the one that is proposed for its volume."""
+        if scene.transfer_function is not None:
+            return scene.transfer_function
+        if self._proposed is None or self._proposed[0] is not scene.volume:
+            self._proposed = (scene.volume, proposed_for(scene.volume))
+        return self._proposed[1]
+
+    def halvings(self, volume: Volume) -> list[int]:
+        """How often the samples of a volume were halved along x, y, z before they were drawn."""
+        return coarser.halvings(volume, self.baked[1].volume) if self.baked else [0, 0, 0]
+
+    def visible_part(self, scene: Scene, settings: Settings) -> VisiblePart:
+        """What says which part of a brick may show anything."""
+        return self.empty_space.visible_part if settings.skips(scene) else lambda brick: brick.stored_box
+
+    @contextmanager
+    def set_aside(self, most_bytes: int | None) -> Iterator[None]:
+        """Whatever is drawn inside, the last picture's textures are there for the next.
+
+        Values as they are serve for every thickness; other texels are drawn inside from textures that don't stay, and
+        make do with bricks of an eighth of the volume, within `most_bytes` where that is said.
+        """
+        if self.baked is None or (self._source is None and self._has_exact_values(self.baked[1])):
+            yield
+            return
+        kept, budget = (self.textures, self.baked, self.empty_space, self._source), self._budget
+        if most_bytes is not None:
+            samples = (self._source or self.baked[1].volume).values.size
+            budget = min(budget, int(np.clip(2 * samples, most_bytes // 8, most_bytes)))
+        self.textures = TextureStore(self._context, budget)
+        if self._source is not None:
+            self.empty_space = EmptySpace(self._context.gl)
+        try:
+            yield
+        finally:
+            self.textures.release()
+            if self.empty_space is not kept[2]:
+                self.empty_space.release()
+            self.textures, self.baked, self.empty_space, self._source = kept
+
+    @property
+    def lost_digits(self) -> float:
+        """By how much of a transfer function's narrowest interval rounding moves values."""
+        return self.baked[1].storage.condition * ULP if self.baked and isinstance(self.baked[1], ValueTexture) else 0.0
+
+    def rounding(self, scene: Scene) -> float:
+        """Error of a picture by the rounding of values, at most.
+
+        0 where another picture, of values that are rounded otherwise, tells better.
+        """
+        baked = self.baked[1] if self.baked else None
+        if not isinstance(baked, ValueTexture) or not (baked.vouches_for_itself or baked.storage.is_hopeless):
+            return 0.0
+        if scene.mode not in NUMBER_MODES:
+            return min(baked.storage.condition * ULP, 1.0)
+        storage = baked.storage
+        of_a_value = storage.extent * storage.scale * ULP
+        if scene.mode in ("mip", "minip"):
+            return _OF_A_CUBIC * min(storage.farthest(baked.volume), FAR * storage.extent) * storage.scale * ULP
+        attenuation = attenuation_of(scene.air)
+        of_a_value *= 1.0 if attenuation is None else attenuation.per_value
+        return of_a_value * (2 * scene.volume.radius if scene.mode == "xray" else 1.0)
+
+    @staticmethod
+    def _has_exact_values(baked: BakedTexture) -> bool:
+        if not isinstance(baked, ValueTexture):
+            return False
+        return baked.volume.labels or (baked.estimator is None and baked.steps is None and baked.vouches_for_itself)
+
+    def release(self) -> None:
+        """Give everything back."""
+        self.textures.release()
+        self.empty_space.release()
+        self._coarsest = None
+
+    def _cheapest_format(self, scene: Scene, transfer_function: TransferFunction, thickness: float) -> str:
+        asked = (scene.volume, transfer_function, scene.classification, thickness)
+        if self._chosen is None or not same(self._chosen[0], asked):
+            self._chosen = asked, texel_format.cheapest_texel_format(*asked)
+        return self._chosen[1]
+
+
+def check_room(parts: Sequence[Part], budget: int) -> None:
+    """Raise NoRoomError if several volumes don't fit on the device at once, each as a single brick."""
+    if len(parts) == 1:
+        return
+    total = sum(part.textures.bytes_of_all for part in parts)
+    if total > budget or any(len(part.textures.bricks) > 1 for part in parts):
+        raise NoRoomError(
+            f"{len(parts)} volumes are drawn at once and take {total / 1e6:.0f} MB of textures; "
+            f"there is room for {budget / 1e6:.0f} MB: allow more by --texture-memory, or take smaller volumes"
+        )

@@ -1,0 +1,241 @@
+"""VTK's volume mappers drawing a texvol scene, for comparison: same volume, transfer function, camera and sizes.
+
+VTK works in a process of its own (`vtk_process`): its OpenGL context stays apart from ours, and a crash of it is not
+ours. Before anything is measured, a soft version of the scene is drawn by both; if the pictures differ, the scene says
+something that VTK does not do, or VTK was told wrongly, and nothing is measured.
+
+What VTK is told, so that it means the same:
+
+- Its box ends at the outermost points: the GPU mapper is given the samples as cells, which fill the true box; the
+  fixed-point mapper knows no cells, so one repeated voxel is put around, and cropped to the true box.
+- It interpolates opacity, not extinction: 1 - e^-τ per unit distance stands on a dense grid of values.
+- It sees the volume in a frame of the grid's own axes, counted in smallest spacings: no matrix, no tiny worlds.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import importlib.util
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import threading
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.comparison import compare
+from texvol.rendering.renderer import Renderer, Size
+from texvol.report.convergence import Limits, Measurement, Outcome, Setting, Truths, with_errors
+from texvol.scene.scene import Scene
+from texvol.scene.transfer import TransferFunction
+from texvol.scene.volume import Volume
+from texvol.util.errors import TexvolError
+from texvol.util.package import environment_of_child
+
+MAPPERS = {"VTK GPU": "gpu", "VTK fixed-point": "fixed-point"}
+MOST_DIFFERENT = 2e-2  # rms, of a soft scene: 8 bits and blurred edges stay under, a wrong axis or length does not
+_POINTS = 1024  # of the opacity, over the range of the values
+_CHECK_RATE = 2.0
+_SAME_TYPES = ("uint8", "int8", "uint16", "int16", "float32")
+
+
+class VtkError(TexvolError):
+    """VTK is missing, can't draw the scene, or draws another one; the message says which."""
+
+
+def sweep(
+    renderer: Renderer, scene: Scene, size: Size, mapper: str, rates: Iterable[float], truths: Truths, limits: Limits
+) -> Iterator[Outcome]:
+    """Each rate's measurement and picture by one of `MAPPERS`, as they come.
+
+    Raises
+    ------
+    VtkError
+        If nothing can be measured.
+    """
+    thickness = scene.volume.smallest_spacing
+    with tempfile.TemporaryDirectory(prefix="texvol-vtk-") as folder:
+        soft = soft_scene(scene)
+        request = _request(scene, soft, size, MAPPERS[mapper], list(rates), limits)
+        _save(Path(folder), scene, request)
+        ours = renderer.render(replace(soft, classification="post"), size, sampling_rate=_CHECK_RATE)
+        for answer in _answers(Path(folder), limits.sweep_seconds):
+            if answer["what"] == "check":
+                _check(np.load(answer["picture"]), ours, mapper)
+                continue
+            setting = Setting("post", answer["rate"], renderer=mapper)
+            measurement = Measurement(setting, thickness / answer["rate"], skipped=answer.get("skipped", ""))
+            if measurement.skipped:
+                yield measurement, None
+                continue
+            picture = over_background(np.load(answer["picture"]), scene.background)
+            os.unlink(answer["picture"])
+            measurement = replace(
+                measurement, target_format="rgba8", frames=answer["frames"], seconds=answer["seconds"]
+            )
+            yield with_errors(measurement, picture, truths), picture
+
+
+def soft_scene(scene: Scene) -> Scene:
+    """The same volume and camera with thin matter that grows with the value, on black: hard to get wrong slightly."""
+    low, high = scene.volume.finite_range or (0.0, 1.0)
+    if not high > low:
+        high = low + max(1.0, abs(low))
+    colors = np.array([(0.2, 0.4, 1.0), (1.0, 0.8, 0.4)])
+    extinctions = np.array([0.2, 2.0]) / (2 * scene.volume.radius)
+    return replace(
+        scene,
+        transfer_function=TransferFunction(np.array([low, high]), colors, extinctions),
+        background=(0.0, 0.0, 0.0),
+    )
+
+
+def over_background(picture: NDArray, background: tuple[float, float, float]) -> NDArray[np.float32]:
+    """A premultiplied picture with its background behind it."""
+    picture = picture.astype(np.float32)
+    picture[..., :3] += (1 - picture[..., 3:]) * np.asarray(background, np.float32)
+    return picture
+
+
+def _check(theirs: NDArray, ours: NDArray, mapper: str) -> None:
+    rms = compare(theirs, ours).rms_error
+    if not rms <= MOST_DIFFERENT:
+        raise VtkError(f"{mapper} draws another picture of a soft version of this scene (rms {rms:.2g}): not compared")
+
+
+def _check_drawable(scene: Scene, matter: TransferFunction) -> None:
+    """Raise VtkError where VTK would draw another picture."""
+    if scene.added or scene.mask is not None:
+        raise VtkError("several volumes and masks are other pictures in VTK")
+    if scene.volume.labels or scene.volume.colors is not None:
+        raise VtkError("VTK mixes labels, and knows no samples with colours of their own")
+    if matter.emissive:
+        raise VtkError("VTK knows no emission apart from extinction")
+    if scene.lighting is not None or scene.depth_cue is not None:
+        raise VtkError("VTK's light is another model")
+    if matter.premultiplied or matter.needs_gradient:
+        raise VtkError("VTK classifies by straight colours of the value alone")
+    gram = scene.volume.direction.T @ scene.volume.direction
+    if not np.allclose(gram, np.eye(3), atol=1e-6):
+        raise VtkError("VTK's mappers draw no sheared grids")
+
+
+def _request(scene: Scene, soft: Scene, size: Size, mapper: str, rates: list[float], limits: Limits) -> dict[str, Any]:
+    """All but the samples, in the grid's frame, lengths in smallest spacings; JSON-able."""
+    volume, unit = scene.volume, scene.volume.smallest_spacing
+    assert scene.transfer_function is not None and soft.transfer_function is not None
+    _check_drawable(scene, scene.transfer_function)
+    camera = scene.camera_for(size)
+    axes, corner = _right_handed(volume)
+
+    def seen(point: Any) -> list[float]:
+        return (axes.T @ (np.asarray(point) - corner) / unit).tolist()
+
+    depths = camera.in_eye_space(volume.corners_from_centre, volume.centre)[:, 2] / unit
+    far = max(float(depths.max()) * 1.01, 1e-3)
+    return {
+        "mapper": mapper,
+        "size": list(size),
+        "rates": rates,
+        "spacing": (volume.spacing / unit).tolist(),
+        "camera": {
+            "projection": camera.projection,
+            "eye": seen(camera.eye),
+            "target": seen(camera.target),
+            "up": (axes.T @ np.asarray(camera.up)).tolist(),
+            "fov": camera.fov,
+            "height": camera.height / unit,
+            "range": [max(float(depths.min()) * 0.99, 1e-4 * far), far],
+        },
+        "points": _vtk_points(scene.transfer_function, volume, unit),
+        "check": {"rate": _CHECK_RATE, "points": _vtk_points(soft.transfer_function, volume, unit)},
+        "limits": {
+            "setting_seconds": limits.setting_seconds,
+            "least_frames": limits.least_frames,
+            "most_frames": limits.most_frames,
+            "frames_seconds": limits.frames_seconds,
+        },
+    }
+
+
+def _right_handed(volume: Volume) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Axes of the grid, the x axis turned where they are left-handed, and the world position of the box's corner."""
+    axes = volume.direction.copy()
+    corner = volume.box_corner.copy()
+    if np.linalg.det(axes) < 0:
+        corner += volume.box_edges[:, 0]
+        axes[:, 0] *= -1
+    return axes, corner
+
+
+def _middle(volume: Volume) -> float:
+    """What is taken off the values, so that VTK's float32 keeps apart what is apart."""
+    low, high = volume.finite_range or (0.0, 0.0)
+    return 0.0 if volume.values.dtype.name in _SAME_TYPES else low / 2 + high / 2
+
+
+def _vtk_points(transfer_function: TransferFunction, volume: Volume, unit: float) -> list[list[float]]:
+    """Value, straight colour, opacity of one smallest spacing: a dense grid, and both sides of each control point."""
+    points = transfer_function.values
+    low, high = volume.finite_range or (points[0], points[-1])
+    low, high = min(low, points[0]), max(high, points[-1])
+    beside = (high - low) * 1e-7
+    grid = np.unique(np.concatenate([np.linspace(low, high, _POINTS), points, points - beside]))
+    emission, extinction = transfer_function.classify(grid)
+    with np.errstate(invalid="ignore"):
+        weight = np.where(np.isinf(extinction) | (extinction == 0), 1, extinction)
+    colors = np.where((extinction == 0)[:, np.newaxis], 0, emission / weight[:, np.newaxis])
+    bare = extinction == 0  # no colour is known there, and VTK interpolates it: the transfer function's own
+    colors[bare] = np.stack([np.interp(grid[bare], points, transfer_function.colors[:, c]) for c in range(3)], axis=1)
+    opacity = -np.expm1(-extinction * unit)
+    return np.column_stack([grid - _middle(volume), colors, opacity]).tolist()
+
+
+def _save(folder: Path, scene: Scene, request: dict[str, Any]) -> None:
+    volume = scene.volume
+    values = volume.values
+    if values.dtype.name not in _SAME_TYPES:
+        values = (values - np.float64(_middle(volume))).astype(np.float32)
+    if np.linalg.det(volume.direction) < 0:
+        values = values[..., ::-1]
+    np.save(folder / "values.npy", values)
+    (folder / "request.json").write_text(json.dumps(request))
+
+
+def _answers(folder: Path, timeout: float) -> Iterator[dict[str, Any]]:
+    """What the other process prints, line by line; it ends with us."""
+    if importlib.util.find_spec("vtkmodules") is None:
+        raise VtkError("VTK is not installed: pip install 'texvol[bench]'")
+    with (folder / "errors").open("w+") as errors:
+        process = subprocess.Popen(
+            [sys.executable, "-m", "texvol.report.vtk_process", str(folder)],
+            stdout=subprocess.PIPE,
+            stderr=errors,
+            stdin=subprocess.DEVNULL,
+            text=True,
+            env=environment_of_child(VTK_DEFAULT_OPENGL_WINDOW="vtkEGLRenderWindow"),
+        )
+        watch = threading.Timer(timeout, process.kill)
+        watch.start()
+        try:
+            assert process.stdout is not None
+            for line in process.stdout:
+                if line.startswith("{"):  # VTK itself may have something to say
+                    yield json.loads(line)
+            status = process.wait()
+        finally:
+            watch.cancel()
+            process.kill()
+            with contextlib.suppress(OSError):
+                process.wait()
+        if status:
+            errors.seek(0)
+            last = (errors.read().strip().splitlines() or ["no reason given"])[-1]
+            raise VtkError(f"VTK's process ended with status {status}: {last[:200]}")

@@ -1,0 +1,183 @@
+"""The process that VTK works in: draws what `vtk_mappers` asks for, one JSON line on stdout for each picture.
+
+    python -m texvol.report.vtk_process FOLDER
+
+FOLDER holds `values.npy` and `request.json`; pictures are put there too.
+"""
+
+from __future__ import annotations
+
+import json
+import statistics
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+class Scene:
+    """A VTK window with one volume in it."""
+
+    def __init__(self, folder: Path, request: dict[str, Any]) -> None:
+        import vtkmodules.vtkRenderingVolumeOpenGL2  # noqa: F401  (registers the OpenGL classes)
+        from vtkmodules.vtkRenderingCore import vtkRenderer, vtkRenderWindow, vtkVolume, vtkVolumeProperty
+
+        self._size = request["size"]
+        self._property = vtkVolumeProperty()
+        self._property.ShadeOff()
+        self._property.SetInterpolationTypeToLinear()
+        self._property.SetScalarOpacityUnitDistance(1.0)  # lengths are in smallest spacings
+        self._mapper = _mapper(request["mapper"], np.load(folder / "values.npy"), request["spacing"])
+        volume = vtkVolume()
+        volume.SetMapper(self._mapper)
+        volume.SetProperty(self._property)
+        self._renderer = vtkRenderer()
+        self._renderer.SetBackground(0, 0, 0)
+        self._renderer.SetBackgroundAlpha(0)
+        self._renderer.AddVolume(volume)
+        self._window = vtkRenderWindow()
+        self._window.SetOffScreenRendering(1)
+        self._window.SetMultiSamples(0)
+        self._window.SetAlphaBitPlanes(1)
+        self._window.SetSize(*self._size)
+        self._window.AddRenderer(self._renderer)
+        self._set_camera(request["camera"])
+
+    def classify(self, points: list[list[float]]) -> None:
+        """Set the transfer function: rows of value, red, green, blue, opacity."""
+        from vtkmodules.vtkCommonDataModel import vtkPiecewiseFunction
+        from vtkmodules.vtkRenderingCore import vtkColorTransferFunction
+
+        color, opacity = vtkColorTransferFunction(), vtkPiecewiseFunction()
+        for value, red, green, blue, alpha in points:
+            color.AddRGBPoint(value, red, green, blue)
+            opacity.AddPoint(value, alpha)
+        self._property.SetColor(color)
+        self._property.SetScalarOpacity(opacity)
+
+    def draw(self, sample_distance: float) -> NDArray[np.float32]:
+        """The picture (h, w, 4), premultiplied, 8 bits as float, top row first."""
+        from vtkmodules.util.numpy_support import vtk_to_numpy
+        from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
+
+        self._mapper.SetSampleDistance(sample_distance)
+        if hasattr(self._mapper, "SetInteractiveSampleDistance"):
+            self._mapper.SetInteractiveSampleDistance(sample_distance)
+        self._renderer.GetActiveCamera().Modified()
+        self._window.Render()
+        pixels: Any = vtkUnsignedCharArray()
+        width, height = self._size
+        self._window.GetRGBACharPixelData(0, 0, width - 1, height - 1, 0, pixels)
+        return vtk_to_numpy(pixels).reshape(height, width, 4)[::-1].astype(np.float32) / np.float32(255)
+
+    def _set_camera(self, told: dict[str, Any]) -> None:
+        camera = self._renderer.GetActiveCamera()
+        camera.SetPosition(told["eye"])
+        camera.SetFocalPoint(told["target"])
+        camera.SetViewUp(told["up"])
+        if told["projection"] == "orthographic":
+            camera.ParallelProjectionOn()
+            camera.SetParallelScale(told["height"] / 2)
+        else:
+            camera.SetViewAngle(told["fov"])
+        camera.SetClippingRange(told["range"])
+
+
+def _mapper(name: str, values: NDArray, spacing: list[float]) -> Any:
+    """One of VTK's mappers, its automatic changes of quality off; the corner of the box is at 0."""
+    from vtkmodules.vtkRenderingVolume import vtkFixedPointVolumeRayCastMapper
+    from vtkmodules.vtkRenderingVolumeOpenGL2 import vtkOpenGLGPUVolumeRayCastMapper
+
+    mapper: Any = vtkOpenGLGPUVolumeRayCastMapper() if name == "gpu" else vtkFixedPointVolumeRayCastMapper()
+    mapper.SetBlendModeToComposite()
+    mapper.AutoAdjustSampleDistancesOff()
+    mapper.LockSampleDistanceToInputSpacingOff()
+    mapper.SetImageSampleDistance(1)
+    if name == "gpu":
+        mapper.SetInputData(_cells(values, spacing))
+        mapper.UseJitteringOff()
+        mapper.SetMaxMemoryInBytes(1 << 33)
+        mapper.SetMaxMemoryFraction(1.0)
+    else:
+        mapper.SetInputData(_padded_points(values, spacing))
+        mapper.CroppingOn()
+        mapper.SetCroppingRegionFlagsToSubVolume()
+        far = [count * each for count, each in zip(values.shape[::-1], spacing, strict=True)]
+        mapper.SetCroppingRegionPlanes(0, far[0], 0, far[1], 0, far[2])
+    return mapper
+
+
+def _cells(values: NDArray, spacing: list[float]) -> Any:
+    """The samples as cells, which end where the box does. Cropped points the GPU mapper ends half a voxel too late."""
+    image = _image([count + 1 for count in values.shape[::-1]], spacing, 0.0)
+    image.GetCellData().SetScalars(_scalars(values))
+    return image
+
+
+def _padded_points(values: NDArray, spacing: list[float]) -> Any:
+    """The samples as points, one repeated around: the fixed-point mapper draws no cells."""
+    image = _image([count + 2 for count in values.shape[::-1]], spacing, -0.5)
+    image.GetPointData().SetScalars(_scalars(np.pad(values, 1, mode="edge")))
+    return image
+
+
+def _image(dimensions: list[int], spacing: list[float], first: float) -> Any:
+    from vtkmodules.vtkCommonDataModel import vtkImageData
+
+    image = vtkImageData()
+    image.SetDimensions(dimensions)
+    image.SetSpacing(spacing)
+    image.SetOrigin([first * each for each in spacing])
+    return image
+
+
+def _scalars(values: NDArray) -> Any:
+    from vtkmodules.util.numpy_support import numpy_to_vtk
+
+    return numpy_to_vtk(np.ascontiguousarray(values).reshape(-1), deep=True)
+
+
+def answer(**facts: Any) -> None:
+    """One line for the other process."""
+    print(json.dumps(facts), flush=True)
+
+
+def main(folder: Path) -> None:
+    """Draw the check and then every rate, coarse to fine."""
+    request = json.loads((folder / "request.json").read_text())
+    scene = Scene(folder, request)
+
+    def save(name: str, picture: NDArray) -> str:
+        path = folder / f"{name}.npy"
+        np.save(path, picture)
+        return str(path)
+
+    scene.classify(request["check"]["points"])
+    answer(what="check", picture=save("check", scene.draw(1 / request["check"]["rate"])))
+    scene.classify(request["points"])
+    limits, predicted, last_rate = request["limits"], 0.0, 0.0
+    for rate in request["rates"]:
+        predicted *= rate / last_rate if last_rate else 0.0
+        if predicted * (limits["least_frames"] + 1) > limits["setting_seconds"]:
+            reason = f"about {predicted:.1f} s a frame: more than {limits['setting_seconds']:g} s for its frames"
+            answer(what="picture", rate=rate, skipped=reason)
+            last_rate = rate
+            continue
+        frames = limits["least_frames"]
+        if predicted:
+            frames = int(np.clip(limits["frames_seconds"] / predicted, frames, limits["most_frames"]))
+        scene.draw(1 / rate)
+        times = []
+        for _ in range(frames):
+            start = time.perf_counter()
+            picture = scene.draw(1 / rate)
+            times.append(time.perf_counter() - start)
+        predicted, last_rate = statistics.median(times), rate
+        answer(what="picture", rate=rate, seconds=predicted, frames=frames, picture=save(f"rate-{rate:g}", picture))
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))

@@ -1,0 +1,54 @@
+"""Several volumes in one scene: where they overlap, extinction adds up, and so does emission.
+
+The first is the scene's own; each of the others has a transfer function, a grid, a place in the world and a mask of its
+own. All that cuts, lights and looks is the scene's.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from texvol.scene.mask import Mask
+from texvol.scene.transfer import TransferFunction
+from texvol.scene.volume import Volume
+from texvol.util.errors import InputError
+
+
+@dataclass(frozen=True, eq=False)
+class AddedVolume:
+    """One more volume of a scene.
+
+    Parameters
+    ----------
+    volume : Volume
+        Placed by its own origin, spacing and direction; see `Volume.moved`.
+    transfer_function : TransferFunction, optional
+        Without one, `transfer.proposed_for(volume)`.
+    mask : Mask, optional
+    """
+
+    volume: Volume
+    transfer_function: TransferFunction | None = None
+    mask: Mask | None = None
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.volume, Volume):
+            raise InputError(f"scene: an added volume is a Volume, and {type(self.volume).__name__} came")
+        if self.mask is not None:
+            self.mask.check_fits(self.volume)
+
+
+def common_box(volumes: Sequence[Volume]) -> Volume:
+    """A volume of one sample whose box is the smallest along the first one's axes that holds all; of one, itself."""
+    first = volumes[0]
+    if len(volumes) == 1:
+        return first
+    axes = first.direction / np.linalg.norm(first.direction, axis=0)
+    corners = np.concatenate([each.corners_from_centre + (each.centre - first.centre) for each in volumes])
+    places = np.linalg.solve(axes, corners.T)
+    low, high = places.min(axis=1), places.max(axis=1)
+    middle = first.centre + axes @ (low / 2 + high / 2)
+    return Volume(np.zeros((1, 1, 1)), high - low, middle, axes, space=first.space, name=first.name)

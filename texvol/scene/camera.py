@@ -1,0 +1,228 @@
+"""A camera says which ray belongs to which pixel, in float64.
+
+Right-handed: x to the right of the picture, y up, the camera looks along -z of its own (eye) space from `eye` to
+`target`. Rays pass through pixel centres, row 0 is the top, and start in the plane of the eye: what lies behind it is
+not seen, in orthographic projection too. This is the only module that uses pyrr, whose matrices multiply row vectors;
+they are transposed here, once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pyrr import matrix44
+
+from texvol.scene.volume import Volume
+from texvol.util.errors import InputError
+
+Projection = Literal["orthographic", "perspective"]
+Vector = NDArray[np.float64]
+
+DEFAULT_FOV = 40.0
+FRAMING_MARGIN = 1.05  # a twentieth of air around a framed box
+
+
+@dataclass(frozen=True)
+class PixelRays:
+    """Rays of a picture, affine in the pixel: `point` + x `point_per_column` + y `point_per_row`, likewise `velocity`.
+
+    (x, y) counts pixels from the middle of the picture, y upwards. `point` is where the ray meets the plane of
+    constant depth through a reference point, relative to that point; `velocity` is the way that the ray goes while
+    its depth grows by one world unit (so its length is 1/cos of the angle to the view). Kept relative to the volume,
+    so that float32 has digits left when the world's coordinates are large.
+    """
+
+    point: Vector
+    point_per_column: Vector
+    point_per_row: Vector
+    velocity: Vector
+    velocity_per_column: Vector
+    velocity_per_row: Vector
+    reference_depth: float  # depth of the reference point, seen from the eye
+
+
+@dataclass(frozen=True)
+class Camera:
+    """An eye, what it looks at, and how it projects; made by `perspective`, `orthographic` or `framing`."""
+
+    projection: Projection
+    eye: tuple[float, float, float]
+    target: tuple[float, float, float]
+    up: tuple[float, float, float]
+    fov: float = DEFAULT_FOV  # degrees from bottom to top, perspective
+    height: float = 1.0  # world units from bottom to top, orthographic
+
+    def __post_init__(self) -> None:
+        for name in ("eye", "target", "up"):
+            object.__setattr__(self, name, _finite_triple(getattr(self, name), name))
+        view = np.subtract(self.target, self.eye)
+        if not np.linalg.norm(view) > 0:
+            raise InputError(f"camera: eye and target must differ, and both are {_text(self.eye)}")
+        if not np.linalg.norm(self.up) > 0:
+            raise InputError("camera: up must not be zero")
+        # Under 1e-6 rad between up and view, the picture's roll would be decided by rounding.
+        sine = np.linalg.norm(np.cross(view / np.linalg.norm(view), np.array(self.up) / np.linalg.norm(self.up)))
+        if not sine > 1e-6:
+            raise InputError(f"camera: up must not be parallel to the view, and up is {_text(self.up)}")
+        if self.projection not in ("orthographic", "perspective"):
+            raise InputError(f"camera: projection is orthographic or perspective, and not {self.projection!r}")
+        if not 0 < self.fov < 180:
+            raise InputError(f"camera: fov is an angle between 0 and 180 degrees, and is {self.fov:g}")
+        if not 0 < self.height < np.inf:
+            raise InputError(f"camera: height must be positive and finite, and is {self.height:g}")
+
+    @classmethod
+    def perspective(
+        cls, eye: Sequence[float], target: Sequence[float], up: Sequence[float], fov: float = DEFAULT_FOV
+    ) -> Camera:
+        """Camera whose rays start at `eye` (world units); `fov` is the angle from bottom to top, in degrees."""
+        return cls("perspective", tuple(eye), tuple(target), tuple(up), fov=fov)  # type: ignore[arg-type]
+
+    @classmethod
+    def orthographic(cls, eye: Sequence[float], target: Sequence[float], up: Sequence[float], height: float) -> Camera:
+        """Camera of parallel rays; `height` is what the picture shows from bottom to top, in world units."""
+        return cls("orthographic", tuple(eye), tuple(target), tuple(up), height=height)  # type: ignore[arg-type]
+
+    @classmethod
+    def framing(
+        cls,
+        volume: Volume,
+        projection: Projection = "orthographic",
+        *,
+        eye: Sequence[float] | None = None,
+        target: Sequence[float] | None = None,
+        up: Sequence[float] | None = None,
+        fov: float | None = None,
+        height: float | None = None,
+        aspect: float = 1.0,
+    ) -> Camera:
+        """Camera that shows the whole box where the arguments leave a choice; `aspect` is width over height."""
+        fov = DEFAULT_FOV if fov is None else fov
+        aim = volume.centre if target is None else np.array(_finite_triple(target, "target"))
+        place = aim - _default_view(volume) if eye is None else np.array(_finite_triple(eye, "eye"))
+        upward = _default_up(aim - place) if up is None else tuple(up)
+        camera = cls(projection, tuple(place), tuple(aim), upward, fov=fov, height=height or 1.0)  # type: ignore[arg-type]
+        reach = camera._reach(volume)
+        if projection == "orthographic":
+            if height is None:
+                camera = replace(camera, height=2 * FRAMING_MARGIN * max(reach[1], reach[0] / aspect))
+            if eye is None:
+                camera = camera._at_distance(2 * volume.radius)
+        elif eye is None:
+            camera = camera._at_distance(camera._fitting_distance(volume, aspect))
+        return camera if height is None else replace(camera, height=height)
+
+    @cached_property
+    def eye_from_world(self) -> NDArray[np.float64]:
+        """Matrix of shape (4, 4) that takes world coordinates to eye space."""
+        return matrix44.create_look_at(self.eye, self.target, self.up, dtype=np.float64).T
+
+    @property
+    def right(self) -> Vector:
+        """Unit vector of the world that points to the right of the picture."""
+        return self.eye_from_world[0, :3]
+
+    @property
+    def upward(self) -> Vector:
+        """Unit vector of the world that points up in the picture."""
+        return self.eye_from_world[1, :3]
+
+    @property
+    def forward(self) -> Vector:
+        """Unit vector of the world that points away from the eye, along the view."""
+        return -self.eye_from_world[2, :3]
+
+    @property
+    def half_height(self) -> float:
+        """Half of the picture's height: world units (orthographic), or world units at depth 1 (perspective)."""
+        return self.height / 2 if self.projection == "orthographic" else float(np.tan(np.radians(self.fov) / 2))
+
+    def largest_obliquity(self, size: tuple[int, int]) -> float:
+        """Length of the most oblique ray of a picture between two planes at distance 1 across the view."""
+        if self.projection == "orthographic":
+            return 1.0
+        return float(np.sqrt(1 + self.half_height**2 * (1 + (size[0] / size[1]) ** 2)))
+
+    def clip_from_eye(self, aspect: float, near: float, far: float) -> NDArray[np.float64]:
+        """Projection matrix of shape (4, 4) for depths `near` to `far`, world units."""
+        if self.projection == "perspective":
+            return matrix44.create_perspective_projection(self.fov, aspect, near, far, dtype=np.float64).T
+        y = self.half_height
+        return matrix44.create_orthogonal_projection(-y * aspect, y * aspect, -y, y, near, far, dtype=np.float64).T
+
+    def in_eye_space(self, points: NDArray[np.float64], about: Vector) -> NDArray[np.float64]:
+        """Right, up and depth, world units, shape (n, 3), of `points` given relative to the world point `about`."""
+        axes = np.stack([self.right, self.upward, self.forward])
+        return points @ axes.T + axes @ (about - self.eye)
+
+    def rays(self, size: tuple[int, int]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """World origins and unit directions of every pixel's ray, both of shape (height, width, 3), row 0 on top."""
+        width, height = size
+        pixel = 2 * self.half_height / height
+        x = (np.arange(width) - (width - 1) / 2)[np.newaxis, :, np.newaxis] * pixel
+        y = ((height - 1) / 2 - np.arange(height))[:, np.newaxis, np.newaxis] * pixel
+        across = x * self.right + y * self.upward
+        if self.projection == "orthographic":
+            return self.eye + across, np.broadcast_to(self.forward, across.shape).copy()
+        directions = self.forward + across
+        directions /= np.linalg.norm(directions, axis=2, keepdims=True)
+        return np.broadcast_to(np.array(self.eye), across.shape).copy(), directions
+
+    def pixel_rays(self, size: tuple[int, int], about: Vector) -> PixelRays:
+        """The same rays, affine in the pixel and relative to the world point `about`."""
+        pixel = 2 * self.half_height / size[1]
+        depth = float(self.forward @ (about - self.eye))
+        to_axis = self.eye + depth * self.forward - about  # from the reference point to the middle of the picture
+        right, up, zero = pixel * self.right, pixel * self.upward, np.zeros(3)
+        if self.projection == "orthographic":
+            return PixelRays(to_axis, right, up, self.forward, zero, zero, depth)
+        return PixelRays(to_axis, depth * right, depth * up, self.forward, right, up, depth)
+
+    def _reach(self, volume: Volume) -> tuple[float, float]:
+        """How far the box reaches from the line of sight, to the sides and up or down, world units."""
+        corners = self.in_eye_space(volume.corners_from_centre, volume.centre)
+        return float(np.abs(corners[:, 0]).max()), float(np.abs(corners[:, 1]).max())
+
+    def _fitting_distance(self, volume: Volume, aspect: float) -> float:
+        """Distance from the target at which every corner of the box is in the picture."""
+        corners = self.in_eye_space(volume.corners_from_centre, volume.centre)
+        beyond_target = corners[:, 2] - np.linalg.norm(np.subtract(self.target, self.eye))
+        slope = self.half_height / FRAMING_MARGIN
+        needed = np.maximum(np.abs(corners[:, 1]) / slope, np.abs(corners[:, 0]) / (slope * aspect)) - beyond_target
+        return float(needed.max())
+
+    def _at_distance(self, distance: float) -> Camera:
+        return replace(self, eye=tuple(np.array(self.target) - distance * self.forward))
+
+
+def _default_view(volume: Volume) -> Vector:
+    """Where an unasked camera looks: at the front of a patient, from the left and a little above; up is +z."""
+    anterior = 1.0 if volume.space.lower() in ("right-anterior-superior", "left-anterior-superior") else -1.0
+    return volume.radius * np.array([-0.5, -anterior, -0.35])
+
+
+def _default_up(view: Vector) -> tuple[float, float, float]:
+    """+z, or +y where the view goes along z."""
+    along_z = np.linalg.norm(np.cross(view, (0, 0, 1))) < 1e-3 * np.linalg.norm(view)
+    return (0.0, 1.0, 0.0) if along_z else (0.0, 0.0, 1.0)
+
+
+def _finite_triple(numbers: Sequence[float], name: str) -> tuple[float, float, float]:
+    try:
+        triple = tuple(float(number) for number in numbers)
+    except (TypeError, ValueError):
+        triple = ()
+    if len(triple) != 3 or not np.isfinite(triple).all():
+        raise InputError(f"camera: {name} is three finite numbers x, y, z, and is {numbers!r}")
+    if max(map(abs, triple)) > 1e100:  # its square has to be a number, too
+        raise InputError(f"camera: {name} must lie within 1e100, and is {_text(triple)}")
+    return triple
+
+
+def _text(triple: Sequence[float]) -> str:
+    return ",".join(f"{number:g}" for number in triple)

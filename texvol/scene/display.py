@@ -1,0 +1,152 @@
+"""How numbers become colours: the pictures of xray, mip, minip and average, and the colour of an isosurface.
+
+A window (centre, width) takes a number n to grey as radiological displays do (DICOM's LINEAR_EXACT): the *encoded*
+grey is linear in it,
+
+    encoded = clamp((n - centre) / width + 1/2, 0, 1)
+
+so the linear picture holds what sRGB decodes from that, and 8 bits hold the share itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from texvol.scene.air import attenuation_of
+from texvol.scene.scene import NUMBER_MODES, Scene
+from texvol.scene.transfer import TransferFunction
+from texvol.util.color import linear_from_srgb
+from texvol.util.errors import InputError
+
+ISOSURFACE_COLOR = (0.75, 0.69, 0.6)  # linear, warm; with the default light's highlight of 0.2 still below white
+# Of the larger of the numbers: what a thousand float32 additions may make of one number. No contrast is made of that.
+_SAME = 2.0**-16
+
+Window = tuple[float, float]
+
+
+def checked_window(window: str | Sequence[float]) -> Window:
+    """(centre, width) from "CENTRE,WIDTH" or a pair of numbers, in data units (times world units for xray).
+
+    Raises
+    ------
+    InputError
+        If it is not two finite numbers, the second of them positive.
+    """
+    try:
+        numbers = tuple(float(number) for number in (window.split(",") if isinstance(window, str) else window))
+    except (TypeError, ValueError):
+        numbers = ()
+    if len(numbers) != 2 or not np.isfinite(numbers).all():
+        raise InputError(f"window: CENTRE,WIDTH are two finite numbers, and are {window!r}")
+    if not numbers[1] > 0:
+        raise InputError(f"window: the width is positive, and is {numbers[1]:g}")
+    return numbers[0], numbers[1]
+
+
+def number_colors(scene: Scene, window: Window | None) -> TransferFunction | None:
+    """The transfer function whose colours numbers have in 8 bits; None where they are grey, as in any window."""
+    if window is not None or scene.coloring == "grey":
+        return None
+    if scene.transfer_function is None:
+        from texvol.scene.transfer import proposed_for
+
+        return proposed_for(scene.volume)
+    return scene.transfer_function
+
+
+def found_window(picture: NDArray, scene: Scene) -> Window:
+    """(centre, width) where nobody chose one: the range of the finite values; for xray and average of the numbers.
+
+    A value that is met somewhere is nearly an extreme of all; sums and averages may be far from that. The width is 0
+    where all are the same, but for rounding.
+    """
+    if scene.mode in ("xray", "average"):
+        numbers = picture[..., 0][picture[..., 3] > 0]
+        numbers = numbers[np.isfinite(numbers)]
+        low, high = (float(numbers.min()), float(numbers.max())) if numbers.size else (0.0, 0.0)
+        if high / 2 - low / 2 <= _SAME / 2 * max(abs(low), abs(high)):
+            low = high
+    else:
+        low, high = scene.volume.finite_range or (0.0, 0.0)
+    half = high / 2 - low / 2
+    return low / 2 + high / 2, 2 * min(half, float(np.finfo(np.float64).max) / 2)
+
+
+def possible_range(scene: Scene) -> tuple[float, float]:
+    """The least and the largest finite number that a picture of the scene may hold, of any view."""
+    low, high = scene.volume.finite_range or (0.0, 1.0)
+    if scene.mode != "xray":
+        return low, high
+    if (attenuation := attenuation_of(scene.air)) is not None:
+        low, high = (attenuation.per_value * max(end - attenuation.air, 0.0) for end in (low, high))
+    longest = 2 * scene.volume.radius
+    return min(low * longest, 0.0), max(high * longest, 0.0)
+
+
+def shown(picture: NDArray, scene: Scene, *, window: Window | None = None) -> NDArray[np.float32]:
+    """A picture of numbers as a linear premultiplied one of colours, (height, width, 4), before the background.
+
+    Pictures of other modes are colours already, and come back as they are.
+
+    Parameters
+    ----------
+    picture : array of shape (height, width, 4)
+        What `render` or `raycast` made of `scene`. Of coloring "tf" numbers have the straight colours of its transfer
+        function, opaque, unless there is a window.
+    window : (centre, width), optional
+        What is black to white; see the module. Infinite numbers are black or white, what is no number is black.
+        Unless it is given numbers that are grey are shown in one that is found, see `found_window`; where all numbers
+        are the same they are mid-grey.
+    """
+    if scene.mode not in NUMBER_MODES:
+        return picture.astype(np.float32)
+    numbers, met = picture[..., 0].astype(np.float64), picture[..., 3] > 0
+    result = np.zeros(picture.shape, np.float32)
+    result[..., :3] = scene.background
+    result[met, 3] = 1.0
+    if (transfer := number_colors(scene, window)) is not None:
+        result[met, :3] = straight_colors(transfer, numbers[met])
+    else:
+        result[met, :3] = _grey(numbers[met], window or found_window(picture, scene))[:, np.newaxis]
+    return result
+
+
+def _grey(numbers: NDArray[np.float64], window: Window) -> NDArray[np.float64]:
+    """Linear grey of numbers in a window."""
+    centre, width = window
+    with np.errstate(over="ignore", invalid="ignore"):
+        # A window without width has its middle at every finite number.
+        from_centre = (numbers - centre) / width if width > 0 else np.where(np.isinf(numbers), numbers, 0 * numbers)
+    return linear_from_srgb(np.clip(np.nan_to_num(from_centre + 0.5, nan=0.0), 0, 1))
+
+
+def straight_colors(transfer: TransferFunction, values: ArrayLike) -> NDArray[np.float64]:
+    """Colour of each value, shape (…, 3), in [0, 1], however thin matter of that value is; black where it is NaN.
+
+    Premultiplied: emission over extinction, black where both are 0. Emissive: the emission, over the largest of all.
+    """
+    numbers = transfer.at(values)
+    colors, extinction = numbers[..., :3], numbers[..., 3:]
+    if transfer.emissive:
+        return colors / max(float(transfer.colors.max()), 1e-300)
+    if transfer.premultiplied:
+        thin = np.isfinite(extinction)
+        straight = np.divide(colors, extinction, out=np.zeros_like(colors), where=thin & (extinction > 0))
+        colors = np.where(thin, straight, colors)
+    return np.minimum(colors, 1.0)
+
+
+def isosurface_color(scene: Scene) -> NDArray[np.float64]:
+    """Straight colour (3) of the scene's isosurface before light: its transfer function's, or ISOSURFACE_COLOR.
+
+    The latter where there is no transfer function, or one that gives the isovalue an emission, not a colour, and
+    nothing to divide it by.
+    """
+    transfer, isovalue = scene.transfer_function, scene.isovalue
+    if transfer is None or isovalue is None or (transfer.glows and not transfer.at(isovalue)[3] > 0):
+        return np.array(ISOSURFACE_COLOR)
+    return straight_colors(transfer, isovalue)

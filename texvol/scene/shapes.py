@@ -1,0 +1,213 @@
+"""Meshes and lines as data, checked when they are made.
+
+Two are the same only if they are the same object: comparing a million triangles is nobody's wish, and a renderer keeps
+what it has made of one by its identity.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from texvol.util.errors import InputError
+from texvol.util.kept_arrays import KeepsArrays
+
+Triple = tuple[float, float, float]
+MESH_COLOR: Triple = (0.75, 0.69, 0.6)  # as an isosurface of no transfer function
+LINE_COLOR: Triple = (0.9, 0.9, 0.9)
+_FARTHEST = 1e100  # products of two coordinates have to be numbers
+WIDEST = 1000.0  # pixels
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh(KeepsArrays):
+    """A surface of triangles.
+
+    Parameters
+    ----------
+    vertices : array of shape (n, 3)
+        World units.
+    triangles : array of shape (m, 3)
+        Numbers of vertices, from 0.
+    color : (r, g, b)
+        Linear and straight, in [0, 1].
+    opacity : float
+        Share of the light from behind that it stops, whatever the angle: over 0, up to 1.
+    normals : array of shape (n, 3), optional
+        At the vertices, of any length, interpolated in between; without them triangles are flat. The side that the eye
+        sees is lit, whichever way they point.
+    lit : bool
+        Whether it shows the scene's light, or a head light where the scene has none; or just its colour.
+    cut : bool
+        Whether clip planes and crop box cut it too.
+    name : str
+        What messages call it.
+
+    Raises
+    ------
+    InputError
+        If there is nothing, a number is not finite, a triangle has a corner that is not there, or a shape is wrong.
+    """
+
+    vertices: NDArray[np.float64]
+    triangles: NDArray[np.int64]
+    color: Triple = MESH_COLOR
+    opacity: float = 1.0
+    normals: NDArray[np.float64] | None = None
+    lit: bool = True
+    cut: bool = True
+    name: str = "mesh"
+
+    def __post_init__(self) -> None:
+        points = _points(self.vertices, "vertices", self.name)
+        _put(self, "vertices", points)
+        _put(self, "triangles", _indices(self.triangles, 3, len(points), ("triangle", "triangles"), self.name))
+        if self.normals is not None:
+            normals = _points(self.normals, "normals", self.name)
+            if normals.shape != points.shape:
+                raise InputError(f"{self.name}: there are {len(points)} vertices, and {len(normals)} normals")
+            _put(self, "normals", normals)
+        _check_look(self)
+
+    def __repr__(self) -> str:
+        return f"Mesh({self.name!r}, {len(self.vertices)} vertices, {len(self.triangles)} triangles)"
+
+
+@dataclass(frozen=True, eq=False)
+class Lines(KeepsArrays):
+    """Straight lines between points, of one width in the picture; never lit.
+
+    A pixel belongs to a line if its middle is no farther than half the width from it in the picture: ends and joints
+    are round. Of one `Lines` a pixel shows the nearest only, so that translucent joints are no darker than the rest.
+
+    Parameters
+    ----------
+    points : array of shape (n, 3)
+        World units.
+    segments : array of shape (m, 2), or sequence of sequences
+        Numbers of points, from 0: pairs that are joined; or polylines, each joined one after the other.
+    color, opacity, cut, name
+        As a Mesh's.
+    width : float
+        Pixels.
+
+    Raises
+    ------
+    InputError
+        As for a Mesh.
+    """
+
+    points: NDArray[np.float64]
+    segments: NDArray[np.int64]
+    color: Triple = LINE_COLOR
+    opacity: float = 1.0
+    width: float = 1.0
+    cut: bool = True
+    name: str = "lines"
+
+    def __post_init__(self) -> None:
+        points = _points(self.points, "points", self.name)
+        _put(self, "points", points)
+        pairs = _pairs_of(self.segments, self.name)
+        _put(self, "segments", _indices(pairs, 2, len(points), ("segment", "segments"), self.name))
+        if not (_is_number(self.width) and 0 < self.width <= WIDEST):
+            raise InputError(f"{self.name}: a width is over 0 and at most {WIDEST:g} pixels, and is {self.width!r}")
+        _check_look(self)
+
+    def __repr__(self) -> str:
+        return f"Lines({self.name!r}, {len(self.points)} points, {len(self.segments)} segments)"
+
+
+Shape = Mesh | Lines
+
+
+def checked_geometry(geometry: Iterable[Any]) -> tuple[Shape, ...]:
+    """Meshes and lines, or InputError."""
+    try:
+        shapes = tuple(geometry)
+    except TypeError:
+        shapes = (geometry,)  # a single one, forgotten to be put into a sequence
+    for shape in shapes:
+        if not isinstance(shape, Mesh | Lines):
+            raise InputError(f"scene: geometry holds Meshes and Lines, and {type(shape).__name__} came")
+    return shapes
+
+
+def _put(shape: Shape, name: str, array: NDArray) -> None:
+    """Keep an array that nobody else can change."""
+    array.setflags(write=False)
+    object.__setattr__(shape, name, array)
+
+
+def _points(numbers: ArrayLike, what: str, name: str) -> NDArray[np.float64]:
+    try:
+        points = np.array(numbers, np.float64)
+    except (TypeError, ValueError):
+        raise InputError(f"{name}: {what} are numbers x, y, z, and are {type(numbers).__name__}") from None
+    if points.ndim != 2 or points.shape[1] != 3:
+        if points.size == 0:
+            raise InputError(f"{name}: is empty: it has no {what}")
+        raise InputError(f"{name}: {what} have shape (n, 3), and it is {points.shape}")
+    if not len(points):
+        raise InputError(f"{name}: is empty: it has no {what}")
+    bad = ~(np.abs(points) < _FARTHEST).all(axis=1)
+    if bad.any():
+        first = int(np.argmax(bad))
+        place = ", ".join(f"{number:g}" for number in points[first])
+        raise InputError(f"{name}: {what} must be finite and within {_FARTHEST:g}, and number {first} is {place}")
+    return points
+
+
+def _indices(numbers: ArrayLike, corners: int, count: int, words: tuple[str, str], name: str) -> NDArray[np.int64]:
+    one, many = words
+    try:
+        indices = np.array(numbers)
+    except (TypeError, ValueError):
+        raise InputError(f"{name}: {many} have shape (m, {corners})") from None
+    if indices.size == 0:
+        raise InputError(f"{name}: is empty: it has no {many}")
+    if indices.ndim != 2 or indices.shape[1] != corners:
+        raise InputError(f"{name}: {many} have shape (m, {corners}), and it is {indices.shape}")
+    if indices.dtype.kind not in "iu":
+        raise InputError(f"{name}: {many} are whole numbers, and are {indices.dtype}")
+    bad = ((indices < 0) | (indices >= count)).any(axis=1)
+    if bad.any():
+        first = int(np.argmax(bad))
+        corner = next(int(index) for index in indices[first] if not 0 <= index < count)
+        raise InputError(f"{name}: {one} {first} has corner {corner}, and there are the points 0 to {count - 1}")
+    return indices.astype(np.int64)
+
+
+def _pairs_of(segments: Any, name: str) -> Any:
+    """Pairs as they are; polylines as the pairs that they join."""
+    if isinstance(segments, np.ndarray) and segments.ndim == 2 and segments.shape[1] == 2:
+        return segments
+    if all(len(each) == 2 for each in _sequences(segments, name)):
+        return segments
+    pairs = [np.stack([line[:-1], line[1:]], axis=1) for line in map(np.asarray, segments) if len(line) > 1]
+    return np.concatenate(pairs) if pairs else ()
+
+
+def _sequences(segments: Any, name: str) -> list[Sequence[int]]:
+    try:
+        return [each for each in segments if len(each) >= 0]
+    except TypeError:
+        raise InputError(f"{name}: segments are pairs of points, or polylines of at least two") from None
+
+
+def _is_number(number: Any) -> bool:
+    is_real = isinstance(number, int | float | np.integer | np.floating) and not isinstance(number, bool)
+    return is_real and bool(np.isfinite(number))
+
+
+def _check_look(shape: Shape) -> None:
+    color = np.asarray(shape.color)
+    if color.shape != (3,) or color.dtype.kind not in "iuf" or not ((color >= 0) & (color <= 1)).all():
+        raise InputError(f"{shape.name}: a colour is three numbers in [0, 1], and is {shape.color!r}")
+    object.__setattr__(shape, "color", tuple(map(float, color)))
+    if not (_is_number(shape.opacity) and 0 < shape.opacity <= 1):
+        raise InputError(f"{shape.name}: an opacity is over 0 and at most 1, and is {shape.opacity!r}")

@@ -1,0 +1,22 @@
+"""Transfer functions: what they are (`function`), their files (`files`), presets and proposals (`presets`), labels."""
+
+from __future__ import annotations
+
+from texvol.scene.transfer.files import load, loads
+from texvol.scene.transfer.function import Classified, TransferFunction
+from texvol.scene.transfer.labels import LabelLook, label_function, parse_labels
+from texvol.scene.transfer.presets import PRESETS, preset, proposed_beside, proposed_for
+
+__all__ = [
+    "PRESETS",
+    "Classified",
+    "LabelLook",
+    "TransferFunction",
+    "label_function",
+    "load",
+    "loads",
+    "parse_labels",
+    "preset",
+    "proposed_beside",
+    "proposed_for",
+]

@@ -1,0 +1,227 @@
+"""Transfer functions as JSON. All its parts are optional, and those that are there add up.
+
+    {"points": [{"value": 0,   "color": [0, 0, 0],       "extinction": 0},
+                {"value": 300, "color": [0.9, 0.8, 0.7], "extinction": 0.5}]}
+
+"points": matter by value, linear in between. `value`; `color`, linear RGB in [0, 1]; `extinction` per unit of length,
+    or in its place `opacity`, that of one unit of length (the source's A_l), converted by -log1p(-A).
+
+"materials": [{"name": "fat",  "from": [-150, -120], "to": [-40, 0], "color": [0.9, 0.7, 0.1], "extinction": 0.02},
+              {"name": "bone", "from": [100, 250], "color": [1, 1, 0.9], "extinction": 0.4}]
+    The share of a material rises from 0 to 1 between the values of `from` and falls between those of `to`. One number
+    makes a step (the value itself belongs to what begins there), without one it has no end. A value shows
+    Σ share × extinction, and of colour Σ share × extinction × color. `extinction` or `opacity` as above; where a
+    material of opacity 1 has any share, all is opaque. With `"gradient": [g0, g1]` a material is nothing where the
+    gradient's magnitude is at most g0, and all there from g1 on.
+
+"show": names of the materials that show; all, unless told. The others are for contours and boundaries to refer to.
+
+"contours": [{"value": 120, "thickness": 2, "color": [0.8, 0.5, 0.4], "opacity": 0.9}]
+    The surface of a value: matter times 1 - |v - value| / (thickness |∇v|). `thickness` in voxels (smallest spacings),
+    or `world_thickness`. In place of colour and weight, `"material": NAME` gives that material's.
+
+"boundaries": [{"materials": ["fat", "muscle", "bone"], "gradient": 200}]
+    From the typical value of each material, the middle of those that it has for itself, to that of the next, emission
+    and extinction go linearly from one to the other, times |∇v| / gradient up to 1.
+
+"gradient": [[0, 0], [200, 1]]: pairs of a gradient's magnitude and a factor, linear in between and clamped at the ends,
+    for the points, and the materials without a `gradient` of their own.
+
+"graded": [{"points": [{"value": 0, "emission": [0, 0, 0], "extinction": 0}, …], "gradient": [g0, g1]}, …]
+    A table over value and gradient, as a sum of products: points that have `emission` per unit of length, or `color` as
+    above, nothing before the first and after the last, times a ramp as a material's `gradient`.
+
+What the numbers stand for:
+
+    "values": "data" (default), or "percentile": values are percentiles of the volume's finite samples, 0 … 100,
+              or "range": 0 is the smallest finite sample, 1 the largest,
+              or "matter": 0 is where the background ends, 1 the 99.9th percentile
+    "length": "world" (default), or "box": extinction is per mean edge of the volume's box, not per world unit
+    "gradients": "data" (default): data units per world unit, or "relative": 1 is the range of the finite samples per
+              smallest spacing
+    "emission": "associated" (default), or "emissive": in place of `color` each point has `emission`, three numbers per
+              unit of length that do not depend on the extinction,
+              or "premultiplied": likewise, but of matter that reflects light; a point of opacity 1 has its `color`
+
+"material_names" and "material_colors" are the names and colours of materials that have become points, as
+`TransferFunction.as_json` writes them.
+"""
+
+from __future__ import annotations
+
+import os
+from collections import Counter
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from texvol.scene.transfer import parsing
+from texvol.scene.transfer.function import TransferFunction
+from texvol.scene.transfer.graded import Contour, Graded
+from texvol.scene.transfer.materials import Material, mixture
+from texvol.scene.transfer.units import CHOICES, Units
+from texvol.scene.volume import Volume
+from texvol.util import text_files
+from texvol.util.errors import InputError
+
+_MOST_BYTES = 64 << 20  # some million points; more is no transfer function
+_CHOICES = CHOICES | {"emission": ("associated", "emissive", "premultiplied")}
+_PARTS = ("points", "materials", "contours", "boundaries", "graded")
+_KEYS = {*_PARTS, *_CHOICES, "show", "gradient", "material_names", "material_colors"}
+
+
+def load(
+    path: str | os.PathLike[str], volume: Volume | None = None, materials: Sequence[str] | None = None
+) -> TransferFunction:
+    """The transfer function in a JSON file.
+
+    Parameters
+    ----------
+    volume : Volume, optional
+        Needed where the file speaks of percentiles, range, matter, box, voxels or relative gradients.
+    materials : sequence of str, optional
+        Names of the materials to show; the others are left out, but for contours and boundaries that refer to them.
+
+    Raises
+    ------
+    InputError
+        If the file can't be read, is not such a JSON object, has unknown keys or numbers out of range, or not those
+        materials.
+    """
+    return loads(text_files.read_text(path, "JSON", _MOST_BYTES), os.fspath(path), volume, materials)
+
+
+def loads(
+    text: str,
+    name: str = "transfer function",
+    volume: Volume | None = None,
+    materials: Sequence[str] | None = None,
+) -> TransferFunction:
+    """The transfer function in a JSON text; see `load`."""
+    return from_content(text_files.parsed_json(text, name), name, volume, materials)
+
+
+def from_content(
+    content: Any, name: str, volume: Volume | None = None, materials: Sequence[str] | None = None
+) -> TransferFunction:
+    """The transfer function that a parsed JSON text describes; see `load`."""
+    try:
+        return _from_content(content, name, volume, materials)
+    except InputError as error:
+        message = str(error)
+        raise InputError(message if message.startswith(f"{name}:") else f"{name}: {message}") from None
+
+
+def _from_content(content: Any, name: str, volume: Volume | None, asked: Sequence[str] | None) -> TransferFunction:
+    if not isinstance(content, dict):
+        raise InputError("a transfer function is a JSON object with points")
+    parsing.refuse_unknown(content, _KEYS, "a transfer function")
+    chosen = {key: content.get(key, allowed[0]) for key, allowed in _CHOICES.items()}
+    for key, allowed in _CHOICES.items():
+        if chosen[key] not in allowed:
+            raise InputError(f'"{key}" is one of {", ".join(allowed)}, and not {chosen[key]!r}')
+    if not any(key in content for key in _PARTS):
+        raise InputError("a transfer function has a list of points, and at least one, or materials or contours")
+    emission = chosen.pop("emission")
+    units = Units(volume, **chosen)
+    points = _points(content, emission, name, units)
+    materials = _materials(content, units)
+    shown = _shown(content, materials, asked)
+    if points is not None and points.emissive and materials:
+        raise InputError("emissive points don't mix with materials, whose emission is colour times extinction")
+    graded, contours, referred = _by_gradient(content, units, materials, shown)
+    plain = [each for each in shown if each.gradient is None]
+    if plain or points is None:
+        values, colors, extinctions = mixture(plain, points)
+        points = TransferFunction(values, colors, extinctions, name=name, premultiplied=bool(plain))
+    named = [each for each in materials if each in shown or each.name in referred]
+    return TransferFunction(
+        points.values,
+        points.colors,
+        points.extinctions,
+        points.emissive,
+        name,
+        points.premultiplied,
+        parsing.modulation(content, units),
+        tuple(graded),
+        tuple(contours),
+        tuple([each.name for each in named] or _names(content, "material_names")),
+        tuple([each.color for each in named] or parsing.colors(content, "material_colors")),
+    )
+
+
+def _points(content: dict[str, Any], emission: str, name: str, units: Units) -> TransferFunction | None:
+    """The points in data and world units, or None where there are none."""
+    if "points" not in content:
+        return None
+    parsed = [_point(point, place, emission) for place, point in enumerate(parsing.objects(content, "points"))]
+    values = np.array([value for value, _ in parsed])
+    extinctions = np.array([looks.extinction for _, looks in parsed])
+    premultiplied, emissive = emission == "premultiplied", emission == "emissive"
+    colors = np.array([looks.emission if premultiplied else looks.color for _, looks in parsed])
+    # What is wrong is said of the file's own numbers, before they become the volume's.
+    TransferFunction(values, colors, extinctions, emissive, name, premultiplied)
+    per_length = units.per_length
+    glows = emissive | (premultiplied & np.isfinite(extinctions))
+    colors = colors * np.where(glows, per_length, 1.0)[..., np.newaxis]
+    placed = np.maximum.accumulate(units.placed(values))
+    return TransferFunction(placed, colors, extinctions * per_length, emissive, name, premultiplied)
+
+
+def _point(point: Any, place: int, emission: str) -> tuple[float, parsing.Weighted]:
+    """Value, and colour or emission and extinction, of one point."""
+    where = f"point {place}"
+    keys = {"associated": ("color",), "emissive": ("emission",), "premultiplied": ("emission", "color")}[emission]
+    parsing.refuse_unknown(point, {"value", *keys, "extinction", "opacity"}, where, f"value, {keys[0]} and extinction")
+    looks = parsing.weighted(point, where, keys)
+    if emission == "premultiplied" and looks.is_emission and np.isinf(looks.extinction):
+        raise InputError(f"{where}: it is opaque, and has color in place of emission")
+    if "value" not in point:
+        raise InputError(f"{where} lacks value")
+    return parsing.number(point["value"], f"{where}: value"), looks
+
+
+def _materials(content: dict[str, Any], units: Units) -> list[Material]:
+    found = [parsing.material(each, place, units) for place, each in enumerate(parsing.objects(content, "materials"))]
+    names = [each.name for each in found]
+    for name, count in Counter(names).items():
+        if count > 1:
+            raise InputError(f"the material {name!r} stands twice")
+    return found
+
+
+def _shown(content: dict[str, Any], materials: list[Material], asked: Sequence[str] | None) -> list[Material]:
+    """The materials that show, in the file's order."""
+    if asked is not None and not materials:
+        raise InputError(f"it has no materials, and {', '.join(map(repr, asked))} can't be chosen from it")
+    names = _names(content, "show") if asked is None and "show" in content else asked
+    if names is None:
+        return materials
+    wanted = [parsing.named(name, materials) for name in names]
+    return [each for each in materials if each in wanted]
+
+
+def _by_gradient(
+    content: dict[str, Any], units: Units, materials: list[Material], shown: list[Material]
+) -> tuple[list[Graded], list[Contour], set[str]]:
+    """What depends on the gradient, and the names of the materials that it refers to."""
+    graded = [each.graded() for each in shown if each.gradient is not None]
+    referred: set[str] = set()
+    for place, each in enumerate(parsing.objects(content, "boundaries")):
+        found, names = parsing.region_boundary(each, place, units, materials)
+        graded.append(found)
+        referred.update(names)
+    graded += [parsing.graded(each, place, units) for place, each in enumerate(parsing.objects(content, "graded"))]
+    contours = []
+    for place, each in enumerate(parsing.objects(content, "contours")):
+        contours.append(parsing.contour(each, place, units, materials))
+        referred.add(each.get("material", ""))
+    return graded, contours, referred
+
+
+def _names(content: dict[str, Any], key: str) -> list[str]:
+    names = content.get(key, [])
+    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+        raise InputError(f"{key} is a list of names of materials, and not {names!r}")
+    return names

@@ -1,0 +1,199 @@
+"""Transfer functions of label volumes: each label has a colour and an opacity of its own, with steps between them.
+
+The colour of label k is number k - 1 of an established list, which starts again at its end: whatever other labels there
+are, it keeps its colour. The list is Glasbey's (Glasbey, van der Heijden, Toh, Gray 2007), made so that its colours lie
+as far apart as they can. Label 0 is what has no label, and transparent unless told.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.scene.label_counts import label_counts, listed
+from texvol.scene.transfer.function import TransferFunction
+from texvol.scene.volume import Volume
+from texvol.util.errors import InputError
+
+Color = tuple[float, float, float]
+
+COLOR_LIST = "glasbey"
+OPACITY = 0.3  # soft at the surface; a body of 10 samples is opaque to 97 %
+_UNLABELLED = 0
+# Of white's luminance. Of Glasbey's colours those are left out that light and shadow, or a black background, make one
+# with black, and those that are white.
+_DARKEST, _BRIGHTEST = 0.1, 0.9
+_LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # of linear red, green and blue (ITU-R BT.709)
+_MOST_NAMES = 64  # of labels that a legend might name; of more it could say nothing
+
+
+class LabelLook(NamedTuple):
+    """How labels are to look, as `label_function` takes it: opacities, linear colours, opacity of those not named."""
+
+    opacities: dict[int, float]
+    colors: dict[int, Color]
+    others: float | None = None
+
+
+def label_function(
+    volume: Volume,
+    opacities: Mapping[int, float] | None = None,
+    colors: str | Mapping[int, Color] = COLOR_LIST,
+    *,
+    others: float | None = None,
+) -> TransferFunction:
+    """A colour and an opacity for each label of a volume.
+
+    Parameters
+    ----------
+    volume : Volume
+        Of labels.
+    opacities : mapping, optional
+        Of labels, from 0 to 1, over a length of one smallest spacing of the volume; 1 is opaque at any thickness. Those
+        without look solid, but for a soft edge, and 0 is transparent.
+    colors : str or mapping
+        A list of colours by its name in the library of colour maps, such as "tab20"; or the colours of some labels,
+        linear RGB in [0, 1], where the others have those of the established list.
+    others : float, optional
+        Opacity of the labels that neither names, but for 0.
+
+    Raises
+    ------
+    InputError
+        If the volume is not of labels, or has not those; if an opacity or a colour is out of range, or there is no such
+        list.
+    """
+    labels = label_counts(volume).labels
+    named = {} if isinstance(colors, str) else colors
+    opacities = {} if opacities is None else opacities
+    unknown = [label for label in (*opacities, *named) if label not in labels]
+    if unknown:
+        raise InputError(f"unknown label {unknown[0]}: {volume.name} has {listed(labels)}")
+    established = color_list(colors if isinstance(colors, str) else COLOR_LIST)
+    shown = established[(labels - 1) % len(established)]
+    shares = np.full(len(labels), OPACITY)
+    if others is not None:
+        shares[~np.isin(labels, list(named))] = _opacity(others, "of all other labels")
+    shares[labels == _UNLABELLED] = 0.0
+    for label, color in named.items():
+        shown[labels == label] = _color(color, label)
+    for label, opacity in opacities.items():
+        shares[labels == label] = _opacity(opacity, f"of label {label}")
+    with np.errstate(divide="ignore"):
+        extinctions = -np.log1p(-shares) / volume.smallest_spacing
+    return _stepped(labels, shown, extinctions, f"labels of {volume.name}")
+
+
+def _stepped(
+    labels: NDArray[np.int64], colors: NDArray[np.float64], extinctions: NDArray[np.float64], name: str
+) -> TransferFunction:
+    """Steps half-way between the labels, each at a value that single precision has and tells from both.
+
+    From 2^23 on it has whole numbers only: there a step lies at the upper label, to which its right side belongs.
+    """
+    middles = (labels[:-1] + labels[1:]) / 2
+    steps = np.where(middles.astype(np.float32) > labels[:-1], middles, labels[1:])
+    count = len(labels)
+    values = np.repeat(steps, 2) if count > 1 else labels.astype(np.float64)
+    rows = np.repeat(np.arange(count), 2)[1:-1] if count > 1 else np.zeros(1, np.intp)
+    visible = np.flatnonzero(extinctions > 0)
+    visible = visible[:0] if visible.size > _MOST_NAMES else visible
+    return TransferFunction(
+        values,
+        colors[rows],
+        extinctions[rows],
+        name=name,
+        materials=tuple(f"label {label}" for label in labels[visible]),
+        material_colors=tuple((float(r), float(g), float(b)) for r, g, b in colors[visible]),
+    )
+
+
+def color_list(name: str = COLOR_LIST) -> NDArray[np.float64]:
+    """The colours of a list, linear, shape (n, 3), in its order; of the established one those neither dark nor white.
+
+    Raises
+    ------
+    InputError
+        If there is no such list, or it is a ramp.
+    """
+    from cmap import Colormap
+
+    from texvol.util.color import linear_from_srgb
+
+    try:
+        found = Colormap(name)
+    except (ValueError, TypeError):
+        raise InputError(f"there is no list of colours {name!r}; {COLOR_LIST}, tab20 and Set1 are some") from None
+    if found.interpolation != "nearest":
+        raise InputError(f"{name} is a ramp of colours, and labels want a list: {COLOR_LIST}, tab20, Set1 …")
+    colors = linear_from_srgb(np.asarray(found.color_stops.color_array, np.float64)[:, :3])
+    if name != COLOR_LIST:
+        return colors
+    luminances = colors @ _LUMINANCE
+    return colors[(luminances >= _DARKEST) & (luminances <= _BRIGHTEST)]
+
+
+def parse_labels(text: str) -> LabelLook:
+    """How labels are to look, from LABEL=OPACITY, LABEL=#RRGGBB, LABEL=#RRGGBB:OPACITY and *=OPACITY, with commas.
+
+    Colours are sRGB, as everywhere where they are written so; `*` stands for all labels that are not named but 0.
+
+    Raises
+    ------
+    InputError
+        If it is no such text, or a label stands in it twice.
+    """
+    look = LabelLook({}, {})
+    seen: set[str] = set()
+    for part in text.split(","):
+        found = _PART.fullmatch(part)
+        if not found or (found["label"] == "*" and found["color"]):
+            raise InputError(
+                "labels look as LABEL=OPACITY, LABEL=#RRGGBB, LABEL=#RRGGBB:OPACITY or *=OPACITY say, "
+                f"with commas between them, and not as {part.strip()!r}"
+            )
+        label = found["label"] if found["label"] == "*" else str(int(found["label"]))
+        if label in seen:
+            raise InputError(f"label {label} stands twice in {text!r}")
+        seen.add(label)
+        number = found["opacity"] or found["alone"]
+        opacity = None if number is None else _opacity(float(number), f"of label {label}")
+        if label == "*":
+            look = look._replace(others=opacity)
+            continue
+        if opacity is not None:
+            look.opacities[int(label)] = opacity
+        if found["color"]:
+            look.colors[int(label)] = _from_hexadecimal(found["color"])
+    return look
+
+
+_NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+_PART = re.compile(
+    r"\s*(?P<label>\*|[+-]?\d{1,9})\s*=\s*"
+    rf"(?:(?P<color>\#[0-9a-fA-F]{{6}})(?:\s*:\s*(?P<opacity>{_NUMBER}))?|(?P<alone>{_NUMBER}))\s*"
+)
+
+
+def _from_hexadecimal(text: str) -> Color:
+    from texvol.util.color import linear_from_srgb
+
+    r, g, b = linear_from_srgb(np.array(list(bytes.fromhex(text[1:]))) / 255)
+    return float(r), float(g), float(b)
+
+
+def _opacity(number: float, whose: str) -> float:
+    if not 0 <= number <= 1:  # NaN is neither
+        raise InputError(f"the opacity {whose} lies in [0, 1], and is {number:g}")
+    return float(number)
+
+
+def _color(color: Color, label: int) -> NDArray[np.float64]:
+    numbers = np.array(color, np.float64)
+    if numbers.shape != (3,) or not ((numbers >= 0) & (numbers <= 1)).all():
+        raise InputError(f"the colour of label {label} is three numbers in [0, 1], and is {color!r}")
+    return numbers

@@ -1,0 +1,271 @@
+"""The parts of a transfer-function file, from JSON to matter in data and world units; `files` says what they mean."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.scene.optics import depth_from_opacity
+from texvol.scene.transfer.graded import Contour, Graded
+from texvol.scene.transfer.materials import Material, Pair, Triple, boundary
+from texvol.scene.transfer.units import Units
+from texvol.util.errors import InputError
+
+_WEIGHTS = ("extinction", "opacity")
+_MOST = 1000  # materials, contours and the like: time goes with the square of their number
+
+
+@dataclass(frozen=True)
+class Weighted:
+    """The colour and the weight of a JSON object, in the file's units."""
+
+    color: Triple
+    is_emission: bool
+    extinction: float
+
+    @property
+    def emission(self) -> NDArray[np.float64]:
+        """Per the file's unit of length; the straight colour where the extinction is infinite."""
+        return np.array(self.color) * (1.0 if self.is_emission or np.isinf(self.extinction) else self.extinction)
+
+
+def number(thing: Any, what: str) -> float:
+    """`thing` as a float."""
+    if isinstance(thing, bool) or not isinstance(thing, int | float):
+        raise InputError(f"{what} is a number, and not {thing!r}")
+    try:
+        return float(thing)
+    except OverflowError:
+        raise InputError(f"{what} is too large") from None
+
+
+def objects(content: dict[str, Any], key: str) -> list[Any]:
+    """The list of objects under a key; none where there is no such key.
+
+    Raises
+    ------
+    InputError
+        If it is there and is no list of at least one object, or of too many that are mixed with each other.
+    """
+    things = content.get(key, [])
+    if not isinstance(things, list) or (key in content and not things):
+        raise InputError(f"a transfer function has a list of {key}, and at least one")
+    if key != "points" and len(things) > _MOST:
+        raise InputError(f"a transfer function has at most {_MOST} {key}, and not {len(things)}")
+    return things
+
+
+def refuse_unknown(thing: Any, known: Iterable[str], what: str, wanted: str = "") -> None:
+    """Raise InputError where `thing` is no JSON object, or has other keys than those known."""
+    if not isinstance(thing, dict):
+        raise InputError(f"{what} is an object with {wanted}, and not {thing!r}")
+    unknown = sorted(set(thing) - set(known))
+    if unknown:
+        raise InputError(f"{what} has no key {unknown[0]!r}; it has {', '.join(sorted(known))}")
+
+
+def weighted(thing: dict[str, Any], where: str, color_keys: Sequence[str] = ("color",)) -> Weighted:
+    """The colour, under one of `color_keys`, and the extinction or opacity of an object."""
+    if ("extinction" in thing) == ("opacity" in thing):
+        raise InputError(f"{where} has either extinction or opacity")
+    given = [key for key in color_keys if key in thing]
+    if len(given) > 1:
+        raise InputError(f"{where} has either {' or '.join(color_keys)}")
+    if not given:
+        raise InputError(f"{where} lacks {' or '.join(color_keys)}")
+    color = _numbers(thing[given[0]], 3, f"{where}: {given[0]}", "three numbers")
+    if "opacity" in thing:
+        opacity = number(thing["opacity"], f"{where}: opacity")
+        if not 0 <= opacity <= 1:
+            raise InputError(f"{where}: opacity lies in [0, 1], and is {opacity:g}")
+        extinction = float(depth_from_opacity(opacity))
+    else:
+        extinction = number(thing["extinction"], f"{where}: extinction")
+        if not extinction >= 0:
+            raise InputError(f"{where}: extinction must not be negative or NaN, and is {extinction:g}")
+    return Weighted((color[0], color[1], color[2]), given[0] == "emission", extinction)
+
+
+def material(thing: Any, place: int, units: Units) -> Material:
+    """An entry of "materials"."""
+    where = f"material {place}"
+    known = ("name", "from", "to", "color", *_WEIGHTS, "gradient")
+    refuse_unknown(thing, known, where, "name, from, to, color and extinction")
+    name = thing.get("name")
+    if not isinstance(name, str) or not name.strip() or "," in name:
+        raise InputError(f"{where} has a name without a comma, and not {name!r}")
+    where = f"material {name!r}"
+    looks = weighted(thing, where)
+    _check_straight(looks.color, where)
+    ends = {key: _ramp(thing[key], f"{where}: {key}") if key in thing else None for key in ("from", "to")}
+    rises, falls = ends["from"], ends["to"]
+    if rises and falls and (falls[0] < rises[1] or falls[1] <= rises[0]):
+        raise InputError(f"{where}: to comes after from, and goes from {falls[0]:g} while from goes to {rises[1]:g}")
+    gradient = None
+    if "gradient" in thing:
+        gradient = _gradient(thing["gradient"], f"{where}: gradient", units)
+        _check_finite(looks.extinction, where)
+    extinction = looks.extinction * units.per_length
+    return Material(name, _placed(rises, units), _placed(falls, units), looks.color, extinction, gradient)
+
+
+def named(name: Any, materials: Sequence[Material]) -> Material:
+    """The material of that name."""
+    for each in materials:
+        if each.name == name:
+            return each
+    known = ", ".join(each.name for each in materials) or "none"
+    raise InputError(f"there is no material {name!r}; there are {known}")
+
+
+def contour(thing: Any, place: int, units: Units, materials: Sequence[Material]) -> Contour:
+    """An entry of "contours"."""
+    where = f"contour {place}"
+    known = ("value", "thickness", "world_thickness", "material", "color", "emission", *_WEIGHTS)
+    refuse_unknown(thing, known, where, "value, thickness, color and extinction")
+    if "value" not in thing:
+        raise InputError(f"{where} lacks value")
+    if ("thickness" in thing) == ("world_thickness" in thing):
+        raise InputError(f"{where} has either thickness or world_thickness")
+    if "material" in thing:
+        if set(thing) & {"color", "emission", *_WEIGHTS}:
+            raise InputError(f"{where} has either a material, or a colour and an extinction of its own")
+        source = named(thing["material"], materials)
+        extinction, emission = source.extinction, source.emission if np.isfinite(source.extinction) else np.zeros(3)
+    else:
+        looks = weighted(thing, where, ("color", "emission"))
+        if not looks.is_emission:
+            _check_straight(looks.color, where)
+        extinction, emission = looks.extinction, looks.emission * units.per_length
+        extinction *= units.per_length
+    _check_finite(extinction, where)
+    key = "thickness" if "thickness" in thing else "world_thickness"
+    thickness = number(thing[key], f"{where}: {key}")
+    if not 0 < thickness < np.inf:
+        raise InputError(f"{where}: {key} is a finite number above 0, and is {thickness:g}")
+    thickness *= units.voxel if key == "thickness" else 1.0
+    value = _place(thing["value"], f"{where}: value", units)
+    return Contour(value, thickness, tuple(emission.tolist()), extinction)
+
+
+def region_boundary(thing: Any, place: int, units: Units, materials: Sequence[Material]) -> tuple[Graded, list[str]]:
+    """An entry of "boundaries", and the names of its materials."""
+    where = f"boundary {place}"
+    refuse_unknown(thing, ("materials", "gradient"), where, "materials and gradient")
+    names = thing.get("materials")
+    if not isinstance(names, list) or len(names) < 2:
+        raise InputError(f"{where} has a list of materials, the names of at least two")
+    if "gradient" not in thing:
+        raise InputError(f"{where} lacks gradient")
+    magnitude = number(thing["gradient"], f"{where}: gradient")
+    if not 0 < magnitude < np.inf:
+        raise InputError(f"{where}: gradient is a finite number above 0, and is {magnitude:g}")
+    chosen = [named(name, materials) for name in names]
+    try:
+        return boundary(chosen, magnitude * units.per_gradient), list(names)
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from None
+
+
+def graded(thing: Any, place: int, units: Units) -> Graded:
+    """An entry of "graded"."""
+    where = f"graded {place}"
+    refuse_unknown(thing, ("points", "gradient"), where, "points and gradient")
+    if "gradient" not in thing:
+        raise InputError(f"{where} lacks gradient")
+    start, full = _gradient(thing["gradient"], f"{where}: gradient", units)
+    values, rows = [], []
+    for count, point in enumerate(objects(thing, "points")):
+        at = f"{where}, point {count}"
+        refuse_unknown(point, ("value", "color", "emission", *_WEIGHTS), at, "value, emission and extinction")
+        looks = weighted(point, at, ("color", "emission"))
+        if not looks.is_emission:
+            _check_straight(looks.color, at)
+        _check_finite(looks.extinction, at)
+        if "value" not in point:
+            raise InputError(f"{at} lacks value")
+        values.append(_place(point["value"], f"{at}: value", units))
+        rows.append([*looks.emission, looks.extinction])
+    if not rows:
+        raise InputError(f"{where} has a list of points, and at least one")
+    numbers = np.array(rows) * units.per_length
+    try:
+        return Graded(np.array(values), numbers[:, :3], numbers[:, 3], start, full)
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from None
+
+
+def modulation(content: dict[str, Any], units: Units) -> NDArray[np.float64] | None:
+    """The pairs under "gradient", or None where there are none."""
+    if "gradient" not in content:
+        return None
+    pairs = content["gradient"]
+    if not isinstance(pairs, list) or not pairs:
+        raise InputError(f"gradient is a list of pairs [magnitude, factor], and not {pairs!r}")
+    wanted = "a pair [magnitude, factor]"
+    rows = [_numbers(pair, 2, f"gradient: entry {place}", wanted) for place, pair in enumerate(pairs)]
+    return np.array(rows) * [units.per_gradient, 1.0]
+
+
+def colors(content: dict[str, Any], key: str) -> list[tuple[float, float, float]]:
+    """The list of straight colours under a key; none where there is no such key."""
+    things = content.get(key, [])
+    if not isinstance(things, list):
+        raise InputError(f"{key} is a list of colours, and not {things!r}")
+    found = []
+    for place, each in enumerate(things):
+        red, green, blue = _numbers(each, 3, f"{key}: entry {place}", "three numbers")
+        _check_straight((red, green, blue), f"{key}: entry {place}")
+        found.append((red, green, blue))
+    return found
+
+
+def _numbers(things: Any, count: int, what: str, wanted: str) -> list[float]:
+    if not isinstance(things, list) or len(things) != count:
+        raise InputError(f"{what} is {wanted}, and not {things!r}")
+    return [number(thing, what) for thing in things]
+
+
+def _ramp(thing: Any, what: str) -> Pair:
+    """Two values that ascend, or one that stands for both."""
+    wanted = "a number or two that ascend"
+    numbers = _numbers(thing, 2, what, wanted) if isinstance(thing, list) else [number(thing, what)] * 2
+    if not (np.isfinite(numbers).all() and numbers[0] <= numbers[1]):
+        raise InputError(f"{what} is {wanted}, and not {thing!r}")
+    return numbers[0], numbers[1]
+
+
+def _gradient(thing: Any, what: str, units: Units) -> Pair:
+    wanted = "two gradient magnitudes from 0 upwards that ascend"
+    start, full = _numbers(thing, 2, what, wanted)
+    if not 0 <= start <= full < np.inf:
+        raise InputError(f"{what} is {wanted}, and not {thing!r}")
+    return start * units.per_gradient, full * units.per_gradient
+
+
+def _placed(ends: Pair | None, units: Units) -> Pair | None:
+    if ends is None:
+        return None
+    low, high = units.placed(np.array(ends))
+    return float(low), float(high)
+
+
+def _place(thing: Any, what: str, units: Units) -> float:
+    value = number(thing, what)
+    if not np.isfinite(value):
+        raise InputError(f"{what} must be finite, and is {value:g}")
+    return float(units.placed(value))
+
+
+def _check_straight(color: Triple, where: str) -> None:
+    if not all(0 <= component <= 1 for component in color):
+        raise InputError(f"{where}: color lies in [0, 1], and is {list(color)}")
+
+
+def _check_finite(extinction: float, where: str) -> None:
+    if not np.isfinite(extinction):
+        raise InputError(f"{where}: what depends on the gradient is not opaque: its opacity must lie under 1")

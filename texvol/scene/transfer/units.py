@@ -1,0 +1,121 @@
+"""What the numbers of a transfer-function file stand for: some are relative to a volume."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from texvol.scene.transfer.pieces import LARGEST_VALUE
+from texvol.scene.volume import Volume
+from texvol.util.errors import InputError
+from texvol.util.statistics import percentile_of_sorted
+
+CHOICES = {
+    "values": ("data", "percentile", "range", "matter"),
+    "length": ("world", "box"),
+    "gradients": ("data", "relative"),
+}
+_STATISTICS_SAMPLES = 1 << 16  # samples that percentiles are taken from; their error is 0.2 of a percentile
+
+
+@dataclass(frozen=True)
+class Units:
+    """Takes the numbers of a file to data and world units.
+
+    Parameters
+    ----------
+    volume : Volume, optional
+        What they are relative to, wanted as soon as one is.
+    values, length, gradients : str
+        See `texvol.scene.transfer.files`.
+    """
+
+    volume: Volume | None
+    values: str = "data"
+    length: str = "world"
+    gradients: str = "data"
+
+    def placed(self, values: ArrayLike) -> NDArray[np.float64]:
+        """Values in data units, in their order."""
+        values = np.asarray(values, np.float64)
+        if self.values == "data":
+            return values
+        if self.volume is not None and self.volume.labels:
+            raise InputError(f'values in "{self.values}" are of what was measured, and {self.volume.name} has labels')
+        if self.values == "percentile":
+            if not ((values >= 0) & (values <= 100)).all():
+                raise InputError("percentiles lie in [0, 100]")
+            return percentile_of_sorted(typical_samples(self._wanted), values)
+        low, high = self._wanted.finite_range or (0.0, 1.0)
+        if self.values == "matter":
+            low, high = matter_range(self._wanted)
+        return np.clip(low * (1 - values) + high * values, -LARGEST_VALUE, LARGEST_VALUE)
+
+    @property
+    def per_length(self) -> float:
+        """What an extinction or an emission is to be multiplied with."""
+        return 1.0 if self.length == "world" else 1.0 / float(np.linalg.norm(self._wanted.box_edges, axis=0).mean())
+
+    @property
+    def per_gradient(self) -> float:
+        """What a gradient magnitude is to be multiplied with; positive."""
+        if self.gradients == "data":
+            return 1.0
+        low, high = self._wanted.finite_range or (0.0, 0.0)
+        spacing = self._wanted.smallest_spacing
+        return max(high / spacing - low / spacing, 1e-300)
+
+    @property
+    def voxel(self) -> float:
+        """The smallest spacing, world units."""
+        return self._wanted.smallest_spacing
+
+    @property
+    def _wanted(self) -> Volume:
+        if self.volume is None:
+            raise InputError("its units depend on the volume: give load(path, volume)")
+        return self.volume
+
+
+def typical_samples(volume: Volume) -> NDArray[np.float64]:
+    """Finite samples spread over the volume, at most 65,536 of them, ascending; (0,) where none is finite."""
+    flat = volume.values.reshape(-1)
+    stride = -(-flat.size // _STATISTICS_SAMPLES)
+    # A stride that shares no factor with the row length visits every column, not a few over and over.
+    while stride > 1 and any(np.gcd(stride, n) > 1 for n in volume.dimensions[:2] if n > 1) and stride < 1 << 20:
+        stride += 1
+    samples = flat[::stride].astype(np.float64)
+    samples = samples[np.isfinite(samples)]
+    if not samples.size and volume.finite_range:
+        samples = np.array(volume.finite_range)
+    return np.sort(samples) if samples.size else np.zeros(1)
+
+
+def matter_range(volume: Volume) -> tuple[float, float]:
+    """Values between which the volume's matter lies: from where its background ends to its 99.9th percentile.
+
+    The background is the value that most samples have, if it is near the low end and stands for at least a twentieth
+    of them; without one the range starts at the 5th percentile.
+    """
+    samples = typical_samples(volume)
+    largest = max(float(np.abs(samples).max()), 1e-300)
+    low, high = _range_of_matter(samples / largest)  # values up to 1e308 have no range that float64 could hold
+    return low * largest, high * largest
+
+
+def _range_of_matter(samples: NDArray[np.float64]) -> tuple[float, float]:
+    low, high = percentile_of_sorted(samples, (0.1, 99.9))
+    if not high > low:
+        low, high = samples[0], samples[-1]
+    if not high > low:
+        return low - 0.5, low + 0.5  # a constant volume lies in the middle of its range
+    counts, edges = np.histogram(samples, bins=64, range=(low, high))
+    mode = int(counts[:24].argmax())
+    if counts[mode] < samples.size / 20:
+        return float(percentile_of_sorted(samples, 5)), float(high)
+    # The background ends where its peak has fallen to a twentieth of its height.
+    beyond = np.flatnonzero(counts[mode:40] < counts[mode] / 20)
+    end = mode + int(beyond[0]) if beyond.size else mode + 1
+    return float(edges[end]), float(high)

@@ -1,0 +1,166 @@
+"""Cells: small boxes of samples with the range of values in them, visible or not by the transfer function.
+
+A cell spans `CELL` samples along each axis, or more in volumes so large that the cells would fill a texture. Its range
+holds every value that interpolation can give inside it, the next samples all around included. So where the transfer
+function is nothing over a cell's range nothing is in the cell, classified before interpolation or after. Of these cells
+the `leaps` are made: how far on, in each octant of directions, everything is as empty, or as full, as the cell itself.
+All around it were less by half: a ray that has passed matter would take it for near.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from texvol.scene.mask import Mask
+from texvol.scene.volume import Volume
+from texvol.util.statistics import on_steps
+
+CELL = 3  # samples: smaller ones follow the matter closer, a twentieth less time, and take three times as long to make
+_MOST_CELLS = 640_000  # so that a new transfer function has its leaps within a tenth of a second
+_ROUNDED = 2.0**-14  # twice a rounding to 16 bits with a sign
+_MOST_ALONG_AN_AXIS = 1024  # a texture has two of them for each, and at least 2048 texels along an axis
+_FARTHEST_LEAP = 16  # cells; one pass over the cells for each
+# A bit for each octant of directions: 1 for those that go down along x, 2 along y, 4 along z. Which of them go down:
+_DOWN = {"x": 0b10101010, "y": 0b11001100, "z": 0b11110000}
+
+
+class Shown(Protocol):
+    """What knows which values show anything, such as a transfer function."""
+
+    def shows_between(self, lowest: NDArray, highest: NDArray, largest_magnitude: ArrayLike) -> NDArray[np.bool_]:
+        """Whether any value from `lowest` to `highest`, on gradients up to `largest_magnitude`, may be something."""
+
+
+@dataclass(frozen=True)
+class Cells:
+    """Ranges of values of a volume's cells, NaN where a cell has no other value.
+
+    Attributes
+    ----------
+    lowest, highest : arrays of shape (cz, cy, cx)
+    size : (x, y, z)
+        Samples per cell.
+    per_box : (x, y, z)
+        Cells in the box, with the share of the last ones that lies inside.
+    """
+
+    lowest: NDArray
+    highest: NDArray
+    size: tuple[int, int, int]
+    per_box: tuple[float, float, float]
+
+    @classmethod
+    def of(cls, volume: Volume) -> Cells:
+        """The cells of a volume: two passes over its values."""
+        cell = max(CELL, int(np.ceil((volume.values.size / _MOST_CELLS) ** (1 / 3))))
+        nx, ny, nz = (max(cell, -(-count // _MOST_ALONG_AN_AXIS)) for count in volume.dimensions)
+        size = (nx, ny, nz)
+        lowest, highest = _reduced(volume.values, size, np.fmin), _reduced(volume.values, size, np.fmax)
+        x, y, z = (count / each for count, each in zip(volume.dimensions, size, strict=True))
+        return cls(lowest, highest, size, (x, y, z))
+
+    def visible(
+        self,
+        shown: Shown,
+        steepest: ArrayLike = np.inf,
+        mask: Mask | None = None,
+        steps: tuple[float, float] | None = None,
+    ) -> NDArray[np.bool_]:
+        """Which cells may show anything, shape (cz, cy, cx), on gradients up to `steepest`, of what a mask leaves.
+
+        `steps` are those to which values are rounded before they are interpolated.
+        """
+        lowest, highest = self.lowest, self.highest
+        if steps is not None:
+            lowest, highest = on_steps(lowest, *steps), on_steps(highest, *steps)
+        visible = shown.shows_between(lowest, highest, steepest)
+        return visible if mask is None else visible & (_reduced(mask.array, self.size, np.fmax) > 0)
+
+    def steepest(self, volume: Volume, reach: int) -> NDArray[np.float64]:
+        """The most that a gradient's magnitude may be in each cell, data units per world unit, shape (cz, cy, cx).
+
+        `reach` is how many samples to each side a gradient depends on. A derivative is a mean of differences of
+        neighbours, so that it is no larger than the range of the values within its reach. Where samples are missing,
+        or values are labels, nothing is said.
+        """
+        if volume.has_missing or volume.labels:
+            return np.full(self.lowest.shape, np.inf)
+        lowest, highest = self.lowest.astype(np.float64), self.highest.astype(np.float64)
+        for _ in range(-(-reach // min(self.size))):
+            lowest, highest = _spread(lowest, np.minimum), _spread(highest, np.maximum)
+        with np.errstate(over="ignore", invalid="ignore"):
+            most = (highest - lowest) * np.linalg.norm(volume.index_from_world, axis=1).sum()
+        # Texels of gradients may be rounded to 16 bits of the largest.
+        return np.nan_to_num(most + _ROUNDED * most.max(), nan=np.inf, posinf=np.inf)
+
+    def leaps(self, visible: NDArray[np.bool_]) -> NDArray[np.uint8]:
+        """For each octant of directions and each cell 2 r + visible, shape (2 cz, 2 cy, 2 cx).
+
+        All cells less than r away are like it, along the axes and diagonals of the octant. The first half along an axis
+        is for directions that go up along it, the second for those that go down.
+        """
+        empty = np.where(visible, np.uint8(0), np.uint8(255))
+        alike = np.stack([empty, ~empty])
+        reach = np.ones((8, *visible.shape), np.uint8)
+        for _ in range(_FARTHEST_LEAP - 1):
+            alike = _eroded(alike)
+            of_a_kind = alike[0] | alike[1]
+            if not of_a_kind.any():
+                break
+            for octant in range(8):
+                reach[octant] += of_a_kind >> octant & 1
+        cz, cy, cx = visible.shape
+        by_axis = (2 * reach + visible).reshape(2, 2, 2, cz, cy, cx).transpose(0, 3, 1, 4, 2, 5)
+        return by_axis.reshape(2 * cz, 2 * cy, 2 * cx)
+
+
+def _reduced(values: NDArray, size: tuple[int, ...], reduce: np.ufunc) -> NDArray:
+    """Least or largest value of each cell and the samples beside it, shape (cz, cy, cx); a layer of cells at a time."""
+    nx, ny, nz = size
+    layers = []
+    for z in range(0, len(values), nz):
+        layer = reduce.reduce(values[max(z - 1, 0) : z + nz + 1], axis=0)
+        layers.append(_along_rows(_along_rows(layer, ny, reduce).T, nx, reduce).T)
+    return np.stack(layers)
+
+
+def _along_rows(values: NDArray, count: int, reduce: np.ufunc) -> NDArray:
+    """Rows (n, m) reduced over each `count` neighbours, the last of fewer, and the rows before and after them."""
+    values = np.ascontiguousarray(values)
+    starts = np.arange(0, len(values), count)
+    inner = reduce.reduceat(values, starts, axis=0)
+    before, after = np.maximum(starts - 1, 0), np.minimum(starts + count, len(values) - 1)
+    return reduce(reduce(inner, values[before]), values[after])
+
+
+def _spread(numbers: NDArray, reduce: np.ufunc) -> NDArray:
+    """The least or largest of each cell and its 26 neighbours."""
+    for axis in range(3):
+        along = np.moveaxis(numbers, axis, 0)
+        spread = along.copy(order="K")
+        reduce(spread[1:], along[:-1], out=spread[1:])
+        reduce(spread[:-1], along[1:], out=spread[:-1])
+        numbers = np.moveaxis(spread, 0, axis)
+    return numbers
+
+
+def _eroded(alike: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """In which octants cells, (…, cz, cy, cx), are set with their 7 neighbours there; outside all are like the cell."""
+    for axis, goes_down in ((-3, _DOWN["z"]), (-2, _DOWN["y"])):
+        shrunk = alike.copy()
+        along, before = np.moveaxis(shrunk, axis, 0), np.moveaxis(alike, axis, 0)
+        along[:-1] &= before[1:] | np.uint8(goes_down)
+        along[1:] &= before[:-1] | np.uint8(255 - goes_down)
+        alike = shrunk
+    # Rows are short, and each takes numpy as long as many cells: along them all at once, but for what is beyond an end.
+    up, down = np.full_like(alike, _DOWN["x"]), np.full_like(alike, 255 - _DOWN["x"])
+    up[..., -1] = down[..., 0] = 255
+    shrunk = alike.copy()
+    flat, before, up, down = (each.reshape(-1) for each in (shrunk, alike, up, down))
+    flat[:-1] &= before[1:] | up[:-1]
+    flat[1:] &= before[:-1] | down[1:]
+    return shrunk

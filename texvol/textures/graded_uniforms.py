@@ -1,0 +1,145 @@
+"""Matter that depends on the gradient, as the pieces and contours of shaders/graded.glsl.
+
+Magnitudes are relative to `largest_gradient`, lengths in `length_unit`, values as the texture holds them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.scene.transfer import TransferFunction
+from texvol.scene.transfer.graded import Contour, Graded
+
+_UPRIGHT = 1e37  # the slope of a step: times a distance of 10 still a float32
+_LEAST = 1e-30
+_FARTHEST = 3e37  # a place beyond all values that are stored
+Stored = Callable[[NDArray[np.float64]], NDArray[np.float64]]
+Row = tuple[float, ...]
+
+
+def graded_switches(transfer_function: TransferFunction) -> dict[str, int]:
+    """Switches of graded.glsl."""
+    modulation = transfer_function.modulation
+    return {
+        "MODULATIONS": 0 if modulation is None else max(len(modulation) - 1, 1),
+        "GRADED": sum(len(_pieces(each)) for each in transfer_function.graded),
+        "CONTOURS": len(transfer_function.contours),
+    }
+
+
+def graded_uniforms(
+    transfer_function: TransferFunction,
+    stored: Stored,
+    value_scale: float,
+    length_unit: float,
+    largest_gradient: float,
+    step_margin: float,
+) -> dict[str, Any]:
+    """Uniforms of graded.glsl.
+
+    Parameters
+    ----------
+    stored : callable
+        Takes values to those that the texture holds.
+    value_scale : float
+        What a difference of 1 between stored values stands for, data units.
+    length_unit : float
+        World units that emission and extinction are counted per.
+    largest_gradient : float
+        Data units per world unit that a gradient of 1 in the shader stands for.
+    step_margin : float
+        How much lower a step is put, in shares of its place: interpolation may round equal texels down.
+    """
+    uniforms: dict[str, Any] = {}
+    if transfer_function.modulation is not None:
+        uniforms |= _modulation(transfer_function.modulation, largest_gradient)
+    if any(_pieces(each) for each in transfer_function.graded):
+        uniforms |= _graded(transfer_function.graded, stored, length_unit, largest_gradient, step_margin)
+    if transfer_function.contours:
+        uniforms |= _contours(
+            transfer_function.contours, stored, value_scale, length_unit, largest_gradient, step_margin
+        )
+    return uniforms
+
+
+def _modulation(modulation: NDArray[np.float64], largest_gradient: float) -> dict[str, Any]:
+    magnitudes, factors = modulation[:, 0] / largest_gradient, modulation[:, 1].astype(np.float32)
+    ramps: list[Row] = []
+    total = factors[0]
+    for factor, (start, end) in zip(factors[1:], pairwise(magnitudes), strict=True):
+        # From where float32's sum has come, so that it ends at exactly 0 where the factor is that: opaque matter,
+        # times whatever is left by rounding, would still be opaque.
+        rise = factor - total
+        total = total + rise
+        ramps.append((float(rise), float(start), _slope(end - start)))
+    return {"modulation_base": float(factors[0]), "modulations": ramps or [(0.0, 0.0, 1.0)]}
+
+
+def _graded(
+    graded: tuple[Graded, ...], stored: Stored, length_unit: float, largest_gradient: float, step_margin: float
+) -> dict[str, Any]:
+    starts: list[Row] = []
+    ends: list[Row] = []
+    places: list[Row] = []
+    slopes: list[Row] = []
+    for each in graded:
+        numbers = np.column_stack([each.emissions, each.extinctions]) * length_unit
+        edges = np.clip(stored(each.values), -_FARTHEST, _FARTHEST)
+        margins = step_margin * np.abs(edges) + _LEAST
+        # A value on a point lies in the piece that begins there; on the last, in the last piece.
+        bounds = edges - margins
+        beyond = edges[-1] + margins[-1]
+        start, width = each.start / largest_gradient, (each.full - each.start) / largest_gradient
+        start -= step_margin * start + _LEAST if width == 0 else 0.0
+        for first, last in _pieces(each):
+            is_closed = last == len(edges) - 1 and (first == last or not _ends_in_step(each))
+            starts.append(_row(numbers[first]))
+            ends.append(_row(numbers[last]))
+            places.append(_row((bounds[first], beyond if is_closed else bounds[last], edges[first])))
+            slopes.append(_row((_slope(edges[last] - edges[first]), start, _slope(width))))
+    return {"graded_starts": starts, "graded_ends": ends, "graded_places": places, "graded_slopes": slopes}
+
+
+def _pieces(graded: Graded) -> list[tuple[int, int]]:
+    """The points at both ends of what is linear, where there is any matter; one twice for a value of its own."""
+    pairs = [(i, i + 1) for i in range(graded.values.size - 1) if graded.values[i + 1] > graded.values[i]]
+    if _ends_in_step(graded):
+        pairs.append((graded.values.size - 1,) * 2)
+    matter = (graded.extinctions > 0) | (graded.emissions > 0).any(axis=1)
+    return [(first, last) for first, last in pairs if matter[first] or matter[last]]
+
+
+def _ends_in_step(graded: Graded) -> bool:
+    """Whether the last value has matter of its own, all to itself."""
+    return bool(graded.values.size == 1 or graded.values[-1] == graded.values[-2])
+
+
+def _slope(width: float) -> float:
+    return min(float(1 / width), _UPRIGHT) if width > 1 / _UPRIGHT else _UPRIGHT
+
+
+def _contours(
+    contours: tuple[Contour, ...],
+    stored: Stored,
+    value_scale: float,
+    length_unit: float,
+    largest_gradient: float,
+    step_margin: float,
+) -> dict[str, Any]:
+    places: list[Row] = []
+    for each in contours:
+        place = float(np.clip(stored(np.array(each.value)), -_FARTHEST, _FARTHEST))
+        # What is no farther away than rounding is there, also where nothing rises.
+        per_value = _slope(each.thickness * largest_gradient / value_scale)
+        places.append(_row((place, step_margin * abs(place), per_value)))
+    matters = [_row(np.array([*each.emission, each.extinction]) * length_unit) for each in contours]
+    return {"contour_matters": matters, "contour_places": places}
+
+
+def _row(numbers: Iterable[float]) -> Row:
+    return tuple(map(float, numbers))

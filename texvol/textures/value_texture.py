@@ -1,0 +1,345 @@
+"""Classification after interpolation: the value as a 3D texture, the transfer function as a table of segments.
+
+    post         one value in the middle of each slab, looked up in the transfer function
+    integrated   values at both ends and in the middle of each slab; the transfer function is integrated exactly along
+                 the two lines between them
+
+The value keeps the data's own type where the driver interpolates that exactly: 16 bits for integers of 8 and 16 (Mesa
+interpolates 8-bit texels with 8-bit weights, 7e-3 off; 16-bit ones to 1e-7), half and single precision as they are.
+What is wider, or would lose the digits that the transfer function looks at, is stored relative to an offset: see
+`value_storage`.
+
+Where light or matter asks for gradients a texel is gradient and value together, so that one fetch gives both: 16 bits
+each where the value is an integer of at most that, single precision otherwise.
+
+The table loses nothing, however many points there are or how close: a segment between two control points is a line, and
+a grid over the values says between which segments to search.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.scene import optics
+from texvol.scene.gradient import Estimator, gradients, largest_component
+from texvol.scene.mask import Mask
+from texvol.scene.scene import Classification
+from texvol.scene.transfer import TransferFunction
+from texvol.scene.volume import Volume
+from texvol.slicing.slabs import SLABS_PER_STACK
+from texvol.textures.graded_uniforms import graded_switches, graded_uniforms
+from texvol.textures.ramps import ramp_uniforms
+from texvol.textures.slab_texture import Box
+from texvol.textures.value_storage import (
+    Features,
+    Storage,
+    features_of_matter,
+    other_storage,
+    storage_of,
+    stored_values,
+)
+
+_OPAQUE = 1e16  # extinction per smallest spacing that stands for all above: its square is a float32
+_LAST = 3e38  # the end of the last segment
+_TABLE_WIDTH = 4096  # segments in a row of the table; more go into further rows
+_MOST_CELLS = 4096
+_MOST_RAMPS = 12  # for `integrated`: with twice as many segments are as fast
+_PAST_HUGE = 1e31  # what infinities are not mistaken for: there a missing neighbour needs a weight of 3e-8 to be seen
+_PAST_ALL = 2.0  # times the largest stored value, if that is not 0
+# Interpolation may round equal texels down by half an ulp or two: without this a flat region that lies exactly on a
+# step would fall to its left side. In shares of the stored value.
+_STEP_MARGIN = 2.0**-22
+# 16 bits of a gradient's component: 0 is a number of its own, so that nothing leans anywhere in a flat region.
+_NO_GRADIENT = 32767
+_MOST_GRADIENTS = 128.0  # the largest gradient in features, of which 16 bits still tell directions by a 256th
+_FARTHEST_GRADIENT = 1e12  # likewise, of which squares are still numbers
+REFERENCE = "reference"  # a texel format: values rounded otherwise, to see what rounding does
+_LARGEST: WeakKeyDictionary[Volume, dict[Estimator, float]] = WeakKeyDictionary()
+
+
+@dataclass(frozen=True)
+class ValueTexture:
+    """How values of shape (nz, ny, nx, 1) are stored in a texture, and the transfer function in the same units.
+
+    A fetched value v stands for `offset + scale * v` in data units. `length_unit` (world units) is what extinction and
+    emission are counted per.
+    """
+
+    volume: Volume
+    texel_format: str
+    storage: Storage
+    transfer_function: TransferFunction
+    classification: Classification
+    length_unit: float
+    estimator: Estimator | None = None
+    largest_component: float = 0.0  # of a gradient, data units per smallest spacing
+    mask: Mask | None = None
+
+    def texels(self, box: Box = (slice(None),) * 3) -> NDArray:
+        """Texels of a box of samples, shape (nz, ny, nx, 1), or 4: gradient and value."""
+        storage = replace(self.storage, texel_format="r32f") if self.texel_format == "rgba32f" else self.storage
+        values = stored_values(self.volume.values[box], storage)
+        if self.estimator is None:
+            return values[..., np.newaxis]
+        shares = gradients(self.volume, self.estimator, box)
+        shares /= shares.dtype.type(self.largest_component)
+        texels = np.empty((*values.shape, 4), values.dtype)
+        if values.dtype == np.uint16:
+            shares *= shares.dtype.type(_NO_GRADIENT)
+            texels[..., :3] = np.rint(shares, out=shares) + shares.dtype.type(_NO_GRADIENT)
+        else:
+            texels[..., :3] = shares
+        texels[..., 3] = values
+        return texels
+
+    def weights(self, box: Box = (slice(None),) * 3) -> NDArray:
+        """What a mask leaves of a box of samples, shape (nz, ny, nx, 1), in `weight_format`."""
+        assert self.mask is not None
+        weights = self.mask.array[box][..., np.newaxis]
+        return weights.astype(np.uint16) * np.uint16(65535) if weights.dtype == np.bool_ else weights
+
+    @property
+    def offset(self) -> float:
+        """Value that a texel of 0 stands for, data units."""
+        return self.storage.offset
+
+    @property
+    def scale(self) -> float:
+        """Difference of values that a difference of 1 between texels stands for, data units."""
+        return self.storage.scale
+
+    @property
+    def steps(self) -> tuple[float, float] | None:
+        """The first of the values that texels can hold, and how far apart they are; None where they hold them all."""
+        rounds = self.texel_format in ("r16", "rgba16") and self.volume.values.dtype.itemsize > 2
+        return (self.offset, self.scale / 65535) if rounds else None
+
+    @property
+    def vouches_for_itself(self) -> bool:
+        """True if two pictures of these texels cannot both be wrong by the rounding of values."""
+        return self.storage.vouches_for_itself(self.volume)
+
+    @property
+    def missing_from(self) -> float:
+        """Magnitude of stored values beyond which there is none."""
+        if self.volume.value_range != self.volume.finite_range:
+            return _PAST_HUGE
+        largest = max(abs(float(end)) for end in self._stored(np.array(self.volume.finite_range or (0.0, 0.0))))
+        return _PAST_ALL * largest or 1.0
+
+    @property
+    def weight_format(self) -> str | None:
+        """The texel format of `weights`; None where there is no mask."""
+        if self.mask is None:
+            return None
+        # Mesa interpolates 8-bit texels with 8-bit weights.
+        return "r16" if self.mask.array.dtype == np.bool_ else "r32f"
+
+    @property
+    def components(self) -> int:
+        """Numbers in a texel."""
+        return 1 if self.estimator is None else 4
+
+    @property
+    def largest_gradient(self) -> float:
+        """What a component of 1 of a gradient in the shader stands for, data units per world unit."""
+        return self.largest_component / self.length_unit
+
+    @property
+    def slabs_per_stack(self) -> int:
+        """How many slabs a fragment may go through."""
+        if self.classification == "post":
+            return SLABS_PER_STACK
+        return SLABS_PER_STACK // 64 if self.transfer_function.glows else SLABS_PER_STACK // 8
+
+    def switches(self, slab_thickness: float, obliquity: float) -> dict[str, int]:
+        """Switches of the shader; between two planes at distance 1 the longest ray's length is `obliquity`."""
+        post = self.classification == "post"
+        ramps = len(self._ramps["ramp_rises"]) if self._ramps else 0
+        deepest = float(self.transfer_function.extinctions.max()) * slab_thickness * obliquity
+        return {
+            "CLASSIFICATION": 2 if post else 3,
+            "EMISSIVE": 2 if self.transfer_function.premultiplied else int(self.transfer_function.emissive),
+            "MISSING": int(self.volume.has_missing),
+            "RAMPS": ramps,
+            "GRADIENT": self.gradient_switch,
+            "WEIGHTS": int(self.mask is not None),
+            "SHALLOW": int(optics.is_shallow(deepest) and not self.transfer_function.needs_gradient),
+        } | graded_switches(self.transfer_function)
+
+    def uniforms(self, slab_thickness: float) -> dict[str, Any]:
+        """Uniforms of the shader."""
+        length: dict[str, Any] = {"slab_length": slab_thickness / self.length_unit}
+        if self.volume.has_missing:
+            length["missing_from"] = self.missing_from
+        if self.estimator is not None:
+            length |= graded_uniforms(
+                self.transfer_function, self._stored, self.scale, self.length_unit, self.largest_gradient, _STEP_MARGIN
+            )
+        if self._ramps:
+            return length | self._ramps
+        low, high = self._grid_range
+        return length | {
+            "grid_low": low,
+            "grid_per_value": self._cells / (high - low),
+            "grid_cells": self._cells,
+        }
+
+    @property
+    def gradient_switch(self) -> int:
+        """The shader's switch GRADIENT."""
+        if self.estimator is None:
+            return 0
+        return 2 if self.texel_format == "rgba16" else 1
+
+    @cached_property
+    def tables(self) -> dict[str, NDArray[np.float32]]:
+        """Two-dimensional textures, shape (rows, columns, 4); none where ramps do.
+
+        `segments`, three rows for each 4096 segments: (start, end, extinction there and there), (colour at the start,
+        1 if opaque from its start on, 2 if opaque above its start), (colour at the end, 1 / (end - start)).
+        `segment_grid`: for each cell of the grid the first and the last segment that a value in it may lie in.
+        """
+        if self._ramps:
+            return {}
+        left, right, opaque = self.transfer_function.segment_ends
+        numbers = self._numbers
+        stored = self._stored(self.transfer_function.values)
+        # A value that lies exactly on a step is to its right, one on the point before an infinite one is not opaque.
+        infinite = np.isinf(self.transfer_function.extinctions)
+        same = np.diff(stored) == 0
+        lower = np.append(same, False) | np.append(False, same) | infinite
+        upper = np.append(infinite[1:], False) & ~infinite
+        margin = _STEP_MARGIN * np.abs(stored)
+        points = (stored + np.where(upper, margin, np.where(lower, -margin, 0.0))).astype(np.float32)
+        points = np.maximum.accumulate(points)
+        start, end = points[left], points[right]
+        table = np.zeros((3, left.size, 4))
+        table[0, :, :2] = np.column_stack([start, np.append(end[:-1], _LAST)])
+        table[0, :, 2:] = np.column_stack([numbers[left, 3], numbers[right, 3]])
+        table[1, :, :3], table[2, :, :3] = numbers[left, :3], numbers[right, :3]
+        table[1, :, 3] = np.where(opaque[:, 0], 1, np.where(opaque[:, 1], 2, 0))
+        # From the ends as float32 has them: a value in between stays between its ends, however close they are.
+        width = end.astype(np.float64) - start
+        table[2, :, 3] = np.divide(1, width, out=np.zeros(width.size), where=width > 1e-37)
+        rows = -(-left.size // _TABLE_WIDTH)
+        padded = np.zeros((3, rows * _TABLE_WIDTH if rows > 1 else left.size, 4))
+        padded[:, : left.size] = table
+        segments = padded.reshape(3, rows, -1, 4).transpose(1, 0, 2, 3).reshape(rows * 3, -1, 4)
+        return {
+            "segments": np.clip(segments, -_LAST, _LAST).astype(np.float32),
+            "segment_grid": self._grid(points),
+        }
+
+    def _grid(self, points: NDArray[np.float32]) -> NDArray[np.float32]:
+        low, high = self._grid_range
+        edges = np.linspace(low, high, self._cells + 1)
+        # Half a cell on either side: float32 may find a value in the neighbour of its cell.
+        margin = 0.5 * (edges[1] - edges[0])
+        grid = np.zeros((1, self._cells, 4), np.float32)
+        grid[0, :, 0] = np.searchsorted(points, edges[:-1] - margin, side="right")
+        grid[0, :, 1] = np.searchsorted(points, edges[1:] + margin, side="right")
+        grid[0, 0, 0], grid[0, -1, 1] = 0, points.size
+        return grid
+
+    @cached_property
+    def _ramps(self) -> dict[str, Any] | None:
+        """The transfer function as ramps, where that is possible; few of them for `integrated`."""
+        if np.isinf(self.transfer_function.extinctions).any():
+            return None
+        places = self._stored(self.transfer_function.values)
+        ramps = ramp_uniforms(places, self._numbers, self.transfer_function.glows, _STEP_MARGIN)
+        if ramps and self.classification == "integrated" and len(ramps["ramp_rises"]) > _MOST_RAMPS:
+            return None
+        return ramps
+
+    @property
+    def _numbers(self) -> NDArray[np.float64]:
+        """Colour or emission and extinction of each point, per `length_unit`, shape (n, 4)."""
+        glow = self.length_unit if self.transfer_function.glows else 1.0
+        numbers = self.transfer_function.numbers * [glow, glow, glow, self.length_unit]
+        if self.transfer_function.premultiplied:
+            # Opaque matter shows its straight colour, which knows no length.
+            opaque = np.isinf(self.transfer_function.extinctions)
+            numbers[opaque, :3] = self.transfer_function.colors[opaque]
+        numbers[:, 3] = np.minimum(numbers[:, 3], _OPAQUE)
+        return numbers
+
+    @property
+    def _cells(self) -> int:
+        return int(min(_MOST_CELLS, max(64, 8 * self.transfer_function.values.size)))
+
+    @property
+    def _grid_range(self) -> tuple[float, float]:
+        low, high = (float(end) for end in self._stored(self.transfer_function.values[[0, -1]]))
+        return (low, high) if high > low else (low - 1.0, low + 1.0)
+
+    def _stored(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        return (values - self.offset) / self.scale
+
+
+def bake_values(
+    volume: Volume,
+    transfer_function: TransferFunction,
+    classification: Classification,
+    texel_format: str = "exact",
+    estimator: Estimator | None = None,
+    mask: Mask | None = None,
+    features: Features | None = None,
+) -> ValueTexture:
+    """The volume's values as a texture, as they are or, in "r16" and "rgba16", rounded to 65536 steps of their range.
+
+    Of the transfer function nothing but the tables and, where that matters, offset and scale depend; or these depend on
+    other `features`. In `REFERENCE` values are rounded otherwise than they usually are. With an estimator its gradients
+    are beside the values; a mask has a texture of its own.
+    """
+    features = features_of_matter(transfer_function, volume) if features is None else features
+    storage = storage_for(volume, features, texel_format)
+    kind, largest = storage.texel_format, 0.0
+    if estimator is not None:
+        largest = known_largest_component(volume, estimator) or 1.0
+        fine = features.finest < largest / _MOST_GRADIENTS and volume.values.dtype.itemsize > 1
+        kind = "rgba16" if kind == "r16" and texel_format not in ("rgba32f", REFERENCE) and not fine else "rgba32f"
+        largest = _gradient_scale(largest, features.finest) if kind == "rgba32f" else largest
+    unit = volume.smallest_spacing
+    return ValueTexture(volume, kind, storage, transfer_function, classification, unit, estimator, largest, mask)
+
+
+def _gradient_scale(largest: float, finest: float) -> float:
+    """Scale of stored gradients with which the squares of the features' and of the largest are numbers in float32."""
+    if not largest > _FARTHEST_GRADIENT * finest:
+        return largest
+    return max(np.sqrt(largest) * np.sqrt(finest), largest / 1e18)
+
+
+def storage_for(volume: Volume, features: Features, texel_format: str) -> Storage:
+    """Return the storage of values in a texel format that was asked for."""
+    storage = storage_of(volume, features)
+    if texel_format == REFERENCE:
+        return storage if storage.vouches_for_itself(volume) else other_storage(volume, features)
+    if texel_format in ("r16", "rgba16") and storage.texel_format != "r16" and (span := span_in_16_bits(volume)):
+        assert volume.finite_range is not None
+        return Storage("r16", volume.finite_range[0], span)
+    return storage
+
+
+def known_largest_component(volume: Volume, estimator: Estimator) -> float:
+    """`gradient.largest_component`, worked out once for as long as there is the volume."""
+    known = _LARGEST.setdefault(volume, {})
+    if estimator not in known:
+        known[estimator] = largest_component(volume, estimator)
+    return known[estimator]
+
+
+def span_in_16_bits(volume: Volume) -> float | None:
+    """The range of values of more than 16 bits that could be stored in those; None where there is none."""
+    if volume.values.dtype.itemsize <= 2 or volume.has_missing or volume.value_range != volume.finite_range:
+        return None
+    low, high = volume.finite_range or (0.0, 0.0)
+    return high - low if 0 < high - low < np.inf else None

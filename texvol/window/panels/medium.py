@@ -1,0 +1,343 @@
+"""The transfer function over the histogram, below classification and mode."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from imgui_bundle import imgui, implot
+
+from texvol.scene import transfer
+from texvol.scene.display import number_colors
+from texvol.scene.scene import NUMBER_MODES, Scene
+from texvol.scene.transfer import TransferFunction
+from texvol.scene.volume import Volume
+from texvol.util.color import linear_from_srgb, srgb_from_linear
+from texvol.window import editing
+from texvol.window.desk import Desk
+from texvol.window.document import Document
+from texvol.window.editing import Curve, extinction_of, opacity_of
+from texvol.window.histogram import Histogram
+from texvol.window.naming import volume_called
+from texvol.window.panels import axis, labels, mode, parts, steps
+
+# Of the panel: in one of 600 pixels all that is edited of a point, and of the whole curve, is seen without scrolling.
+_PLOT_SHARE = 0.26
+_LOWEST_PLOT, _HIGHEST_PLOT = 90.0, 260.0  # window coordinates at scale 1
+_LENGTH = 1 / 20  # of the mean edge of the box: over it a proposed transfer function fills the height
+_MOST_OPACITY = 0.9999  # by hand: beyond, it is opaque by the switch
+_ENOUGH = 40  # points: more would be one line of points
+_POINT = 6.0
+_EXTINCTION = 0.45  # of what the switch beside it leaves: the rest is for its unit
+_REMEMBERED = 100  # names of transfer functions, as many as there are steps back
+_LETTERS = 22  # of a file's name, that a channel's number has room beside it
+_NO_BUTTON = 4  # that a mouse has
+
+
+def show(desk: Desk, document: Document) -> None:
+    """The tab."""
+    scene = document.scene
+    mode.show(desk, scene)
+    imgui.separator_text("Transfer function")
+    number = _which(desk, scene)
+    matter = editing.matter_of(scene, number)
+    if matter is None or scene.volumes[number].labels:
+        steps.show(desk, document)
+    if matter is None:
+        imgui.text_disabled("There is none: the mode shows numbers." if number == 0 else "There is none.")
+        return
+    if scene.mode in NUMBER_MODES and number_colors(scene, document.showing.window) is None:
+        imgui.text_disabled("The mode shows numbers, and none of this.")
+    if scene.volumes[number].labels:
+        labels.show(desk, scene, matter, number)
+        return
+    _presets(desk, document, matter, number)
+    _curve(desk, document, matter, number)
+
+
+def _which(desk: Desk, scene: Scene) -> int:
+    """Number of the volume whose transfer function is edited; chosen where there are several."""
+    state = desk.panel_state
+    if not scene.added:
+        _edits(state, scene.volume)
+        return 0
+    names = [f"{place + 1}: {volume_called(each, _LETTERS)}" for place, each in enumerate(scene.volumes)]
+    imgui.set_next_item_width(-1)  # for names that tell volumes of one file apart
+    number = names.index(parts.choice("##volume", names[min(state.get("volume", 0), len(names) - 1)], names))
+    imgui.set_item_tooltip(f"volume {number + 1}: {volume_called(scene.volumes[number])}")
+    state["volume"] = number
+    _edits(state, scene.volumes[number])
+    return number
+
+
+def _edits(state: dict[str, Any], volume: Volume) -> None:
+    """Forget what is known of another volume's transfer function."""
+    if state.get("edited") is not volume:
+        state["edited"] = volume
+        for key in ("named", "curve_of", "length", "density", "look_of"):
+            state.pop(key, None)
+
+
+@dataclass(frozen=True)
+class _Named:
+    """What a transfer function is called, and which of a preset's materials are in it."""
+
+    matter: TransferFunction
+    name: str
+    materials: tuple[str, ...] = ()
+    shown: frozenset[str] = frozenset()
+
+
+def _presets(desk: Desk, document: Document, matter: TransferFunction, number: int) -> None:
+    scene, state = document.scene, desk.panel_state
+    if "named" not in state:
+        given = document.origin.transfer_function
+        opened = (os.path.basename(given) if given else "proposed") if number == 0 else "as opened"
+        found = matter.materials if opened in transfer.PRESETS else ()
+        state["named"] = [_Named(matter, opened, found, frozenset(found))]
+    # By what is there and not by what was done last: that may have been undone.
+    named = next((each for each in state["named"] if each.matter is matter), _Named(matter, "own"))
+    names = transfer.PRESETS if named.name in transfer.PRESETS else (named.name, *transfer.PRESETS)
+    imgui.set_next_item_width(imgui.get_content_region_avail().x - steps.width())
+    name = parts.choice("##preset", named.name, names)
+    imgui.set_item_tooltip("preset")
+    imgui.same_line()
+    steps.show(desk, document)
+    if name != named.name and name in transfer.PRESETS:
+
+        def load() -> None:
+            found = transfer.preset(name, scene.volumes[number])
+            _apply(desk, scene, number, _Named(found, name, found.materials, frozenset(found.materials)))
+
+        desk.attempt(load)
+    elif named.materials:
+        _materials(desk, scene, number, named)
+
+
+def _apply(desk: Desk, scene: Scene, number: int, named: _Named) -> None:
+    if desk.change(**editing.with_matter(scene, number, named.matter)):
+        desk.panel_state["named"] = [*desk.panel_state["named"][-_REMEMBERED:], named]
+
+
+def _materials(desk: Desk, scene: Scene, number: int, named: _Named) -> None:
+    """Which of a preset's materials show."""
+    for place, name in enumerate(named.materials):
+        if place % 2:
+            imgui.same_line(imgui.get_content_region_avail().x / 2)
+        changed, is_shown = imgui.checkbox(name, name in named.shown)
+        wanted = named.shown | {name} if is_shown else named.shown - {name}
+        if changed and wanted:
+
+            def apply(wanted: frozenset[str] = wanted) -> None:
+                chosen = tuple(each for each in named.materials if each in wanted)
+                found = transfer.preset(named.name, scene.volumes[number], chosen)
+                _apply(desk, scene, number, _Named(found, named.name, named.materials, wanted))
+
+            desk.attempt(apply)
+
+
+def _curve(desk: Desk, document: Document, matter: TransferFunction, number: int) -> None:
+    state = desk.panel_state
+    if state.get("curve_of") is not matter:
+        state["curve_of"], state["curve"] = matter, Curve.of(matter)
+        state["density"] = 0.0  # of whatever is there now
+        state["bounds"] = _bounds(document.histogram(number), state["curve"])
+        state["selected"] = min(state.get("selected", 0), len(state["curve"].points) - 1)
+    curve: Curve = state["curve"]
+    box = document.scene.volumes[number]
+    histogram = document.histogram(number)
+    length = float(state.setdefault("length", _LENGTH * float(np.linalg.norm(box.box_edges, axis=0).mean())))
+    edited = _plot(desk, histogram, matter, curve, _Height(length, box.unit))
+    imgui.text_disabled("double click: new point · right click: take away")
+    edited = _selected(desk, edited, matter, length, box.unit)
+    edited = _whole(desk, edited)
+    if edited is not curve:
+        changed = edited.applied(matter)
+        if desk.change("curve", **editing.with_matter(document.scene, number, changed)):
+            state["curve_of"], state["curve"] = changed, edited
+    _unit(desk, length, box.unit)
+
+
+@dataclass(frozen=True)
+class _Height:
+    """What the height of the plot stands for: the opacity of so much length."""
+
+    length: float
+    unit: str
+
+    @property
+    def text(self) -> str:
+        """In words."""
+        return f"opacity of {self.length:.3g} {self.unit or 'units'}"
+
+
+def _bounds(histogram: Histogram, curve: Curve) -> tuple[float, float]:
+    """The histogram's ends, or those of a curve that goes beyond: else points could not be reached."""
+    low, high = float(histogram.edges[0]), float(histogram.edges[-1])
+    return min(low, curve.points[0].value), max(high, curve.points[-1].value)
+
+
+def _tall() -> float:
+    scale = max(float(imgui.get_style().font_scale_dpi), 1.0)
+    return float(min(max(_PLOT_SHARE * imgui.get_window_height(), _LOWEST_PLOT * scale), _HIGHEST_PLOT * scale))
+
+
+def _plot(desk: Desk, histogram: Histogram, matter: TransferFunction, curve: Curve, height: _Height) -> Curve:
+    """The curve over the histogram; points are dragged, added by a double click, taken away by a right click."""
+    state, length = desk.panel_state, height.length
+    low, high = state["bounds"]
+    flags = implot.Flags_.no_legend | implot.Flags_.no_mouse_text | implot.Flags_.no_menus | implot.Flags_.no_title
+    flags |= implot.Flags_.no_box_select
+    # Of another name with other ends: the library keeps what it shows of a plot, whatever is in it.
+    if not implot.begin_plot(f"##{low!r} {high!r}", imgui.ImVec2(-1, _tall()), flags):
+        return curve
+    plain = implot.AxisFlags_.no_highlight | implot.AxisFlags_.no_menus
+    implot.setup_axes("", "", plain, plain | implot.AxisFlags_.lock)
+    implot.setup_axis_ticks(implot.ImAxis_.y1, [0.0, 0.5, 1.0], ["0", ".5", "1"], False)
+    implot.setup_axis_limits(implot.ImAxis_.x1, low - 0.02 * (high - low), high + 0.02 * (high - low))
+    implot.setup_axis_limits(implot.ImAxis_.y1, -0.04, 1.06, implot.Cond_.always)
+    implot.setup_axis_limits_constraints(implot.ImAxis_.x1, low - (high - low), high + (high - low))
+    implot.get_input_map().fit = _NO_BUTTON  # a double click is a new point
+    implot.setup_finish()
+    _columns(histogram.edges, histogram.heights(bool(state.get("log", True))))
+    _line(matter, curve, length, low, high)
+    edited = curve
+    if len(curve.points) <= _ENOUGH:
+        edited = _points(state, curve, length)
+    place = implot.get_plot_mouse_pos()
+    if (
+        edited is curve
+        and implot.is_plot_hovered()
+        and imgui.is_mouse_double_clicked(0)
+        and state.get("over point") is None
+    ):
+        opacity = float(np.clip(place.y, 0, _MOST_OPACITY))
+        edited, state["selected"] = curve.added(float(place.x), extinction_of(opacity, length))
+    limits, corner, size = implot.get_plot_limits().x, implot.get_plot_pos(), implot.get_plot_size()
+    implot.end_plot()
+    at = imgui.ImVec2(corner.x + 6, corner.y + 2)
+    imgui.get_window_draw_list().add_text(at, imgui.get_color_u32(imgui.Col_.text_disabled), height.text)
+    under = axis.Axis((limits.min, limits.max), corner.x, size.x)
+    axis.bar(under, matter)
+    ranged = axis.track(under, state, curve, (low, high))
+    return ranged if edited is curve else edited
+
+
+def _columns(edges: Any, heights: Any) -> None:
+    xs = np.repeat(edges, 2)[1:-1]
+    ys = np.repeat(heights, 2)
+    spec = implot.Spec()
+    spec.fill_color, spec.line_color = imgui.ImVec4(0.42, 0.47, 0.53, 0.55), imgui.ImVec4(0, 0, 0, 0)
+    implot.plot_shaded("histogram", np.ascontiguousarray(xs), np.ascontiguousarray(ys), 0.0, spec)
+
+
+def _line(matter: TransferFunction, curve: Curve, length: float, low: float, high: float) -> None:
+    margin = high - low
+    points = np.array([point.value for point in curve.points])
+    values = np.concatenate([np.linspace(low - margin, high + margin, 768), points, np.nextafter(points, -np.inf)])
+    values = np.unique(values)
+    opacities = opacity_of(matter.at(values)[:, 3], length)
+    spec = implot.Spec()
+    spec.line_color, spec.line_weight = imgui.ImVec4(0.95, 0.96, 0.98, 1.0), 2.0
+    implot.plot_line("opacity", values, np.ascontiguousarray(opacities), spec)
+
+
+def _points(state: dict[str, Any], curve: Curve, length: float) -> Curve:
+    edited, state["over point"] = curve, None
+    removed = None
+    for index, point in enumerate(curve.points):
+        shown = srgb_from_linear(np.clip(point.color, 0, 1))
+        is_selected = index == state.get("selected")
+        ring = imgui.ImVec4(1, 1, 1, 1) if is_selected else imgui.ImVec4(0.75, 0.78, 0.82, 1)
+        opacity = float(opacity_of(point.extinction, length))
+        spec = implot.Spec()
+        spec.marker, spec.marker_size = implot.Marker_.circle.value, _POINT + 2 * is_selected
+        spec.marker_fill_color, spec.marker_line_color = parts.shade(shown), ring
+        implot.plot_scatter(f"##{index}", np.array([point.value]), np.array([opacity]), spec)
+        held = implot.drag_point(
+            index,
+            point.value,
+            opacity,
+            imgui.ImVec4(0, 0, 0, 0),
+            _POINT + 2,
+            implot.DragToolFlags_.none,
+            False,
+            False,
+            False,
+        )
+        changed, x, y, clicked, hovered, _ = held
+        if hovered:
+            state["over point"] = index
+            if imgui.is_mouse_clicked(1):
+                removed = index
+        if clicked:
+            state["selected"] = index
+        if changed:
+            # A point that is opaque stays so until it is pulled down.
+            opaque = np.isinf(point.extinction) and y > 0.98
+            extinction = point.extinction if opaque else extinction_of(float(np.clip(y, 0, _MOST_OPACITY)), length)
+            edited, state["selected"] = edited.moved(index, float(x), extinction), index
+    if removed is not None:
+        edited, state["selected"] = curve.removed(removed), max(removed - 1, 0)
+    return edited
+
+
+def _selected(desk: Desk, curve: Curve, matter: TransferFunction, length: float, unit: str) -> Curve:
+    """The point that was clicked last, in numbers."""
+    index = desk.panel_state.get("selected", 0)
+    if not 0 <= index < len(curve.points) or len(curve.points) > _ENOUGH:
+        return curve
+    point = curve.points[index]
+    imgui.push_id(index)
+    shown = srgb_from_linear(np.clip(point.color, 0, 1))
+    changed, color = imgui.color_edit3("colour", [float(part) for part in shown], imgui.ColorEditFlags_.float)
+    if changed:
+        red, green, blue = (float(part) for part in linear_from_srgb(np.clip(np.array(color), 0, 1)))
+        curve = curve.colored(index, (red, green, blue))
+    changed, value = parts.number("value", point.value)
+    if changed:
+        curve = curve.moved(index, value, point.extinction)
+    opaque = bool(np.isinf(point.extinction))
+    switched, opaque_now = imgui.checkbox("opaque", opaque)
+    if switched:
+        curve = curve.moved(index, point.value, np.inf if opaque_now else extinction_of(_MOST_OPACITY, length))
+    if not opaque and not switched:
+        imgui.same_line()
+        imgui.set_next_item_width(_EXTINCTION * imgui.get_content_region_avail().x)
+        changed, extinction = parts.number(f"extinction /{unit or 'unit'}", point.extinction)
+        if changed and np.isfinite(extinction):
+            curve = curve.moved(index, point.value, extinction)
+        opacity = float(opacity_of(point.extinction, length))
+        changed, wanted = parts.number(f"opacity /{length:.3g} {unit or 'units'}", opacity)
+        if changed:
+            curve = curve.moved(index, point.value, extinction_of(float(np.clip(wanted, 0, _MOST_OPACITY)), length))
+    imgui.pop_id()
+    return curve
+
+
+def _whole(desk: Desk, curve: Curve) -> Curve:
+    """The curve as a whole: its range, and how dense it is."""
+    low, high = desk.panel_state["bounds"]
+    first, last = curve.points[0].value, curve.points[-1].value
+    if last > first:
+        changed, ends = parts.ends("range", (first, last), low, high)
+        if changed and ends[1] > ends[0]:
+            curve = curve.between(*ends)
+    before = float(desk.panel_state.setdefault("density", 0.0))
+    changed, density = imgui.slider_float("density", before, -2.0, 2.0, f"x {10**before:.3g}")
+    if changed:
+        curve = curve.denser(10 ** (density - before))
+        desk.panel_state["density"] = density
+    return curve
+
+
+def _unit(desk: Desk, length: float, unit: str) -> None:
+    state = desk.panel_state
+    changed, log = imgui.checkbox("logarithmic histogram", bool(state.get("log", True)))
+    if changed:
+        state["log"] = log
+    changed, wanted = parts.number(f"opacity is per ({unit or 'units'})", length)
+    if changed and 0 < wanted < np.inf:
+        state["length"] = wanted
