@@ -24,6 +24,7 @@ from gallery_volumes import cloud, gyroid, random_field, trefoil
 from numpy.typing import NDArray
 
 SPACING = 2.0
+RAW_SPACING = 8.0  # of chest.raw, whatever the spacing of the others, since a command states its dimensions
 STEPS = 8  # of the heart beat
 
 
@@ -47,7 +48,7 @@ def write_chest(folder: Path, spacing: float) -> None:
     """Write the files of the chest."""
     values = anatomy.chest(spacing).astype(np.int16)
     write_nrrd(folder / "chest.nrrd", values, spacing, "HU")
-    values.tofile(folder / "chest.raw")
+    anatomy.chest(RAW_SPACING).astype(np.int16).tofile(folder / "chest.raw")
     write_nrrd(folder / "pet.nrrd", anatomy.pet(2 * spacing), 2 * spacing)
     labels = anatomy.organs(spacing)
     write_nrrd(folder / "organs.nrrd", labels, spacing)

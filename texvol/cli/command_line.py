@@ -1,4 +1,4 @@
-"""The command line: `texvol info|render|raycast|view|diff|report|surface|demo`.
+"""The command line: `texvol info|render|raycast|view|diff|report|surface|demo|help`.
 
 Exit status: 0 done; 1 pictures differ, or with --strict a wanted error was not reached; 2 bad input or usage, with one
 line on stderr.
@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import numpy as np
 
 from texvol.cli.diff import add_diff
+from texvol.cli.help import add_help_command
 from texvol.cli.view import add_view
 from texvol.formats.films import containers as film_formats
 from texvol.formats.films import film
@@ -114,6 +115,7 @@ def _parser() -> argparse.ArgumentParser:
     add_diff(commands)
     add_view(commands)
     _add_report_and_demo(commands)
+    add_help_command(commands)
     return parser
 
 
