@@ -31,7 +31,7 @@ PICTURES = DOCS / "pictures"
 WIDTH = 400
 QUALITY = 88
 _FENCE = re.compile(r"(?:<!-- (?P<mark>[^>]*?) -->\n)?```(?P<language>\w*)\n(?P<text>.*?)```", re.DOTALL)
-_DRAWN_HERE = {"thumbnails": draw_thumbnails, "slabs": draw_slabs, "window": draw_window}
+_DRAWN_HERE = {"thumbnails": draw_thumbnails, "slabs": draw_slabs, "screenshot": draw_window}
 
 
 @contextlib.contextmanager
@@ -48,11 +48,14 @@ def working_folder() -> Iterator[Path]:
 
 
 def run_page(text: str) -> None:
-    """Write the files that a page shows and run its commands."""
+    """Write the files that a page shows, and run its commands and Python blocks."""
+    names: dict[str, object] = {}
     for found in _FENCE.finditer(text):
         mark = found["mark"] or ""
         if mark.startswith("file: "):
             Path(mark.removeprefix("file: ")).write_text(found["text"], encoding="utf-8")
+        elif found["language"] == "python":
+            exec(found["text"], names)
         elif found["language"] == "sh" and not mark.startswith("not run"):
             for command in found["text"].replace("\\\n", "").splitlines():
                 words = shlex.split(command, comments=True)
@@ -86,7 +89,7 @@ def store(picture: Image.Image, target: Path, width: int = WIDTH) -> None:
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--only", metavar="PAGE,PAGE", help="pages by name, thumbnails, slabs, window; all unless told")
+    parser.add_argument("--only", metavar="PAGE,PAGE", help="pages by name, thumbnails, slabs, screenshot; all unless told")
     only = parser.parse_args().only
     pages = {path.stem: path for path in [DOCS.parents[1] / "README.md", *sorted(DOCS.glob("*.md"))]}
     chosen = [*pages, *_DRAWN_HERE] if only is None else only.split(",")

@@ -48,7 +48,8 @@ def _prose(text: str, width: int) -> Iterator[str]:
 def _plain(text: str) -> str:
     """Text on one line without emphasis, code marks and targets of links."""
     text = re.sub(r"\[([^\]]+)\]\([^)]+\)", r"\1", " ".join(text.split()))
-    return _EMPHASIS.sub(lambda found: found[1] or found[2], text).replace("`", "").replace("\\|", "|")
+    text = _EMPHASIS.sub(lambda found: found[1] or found[2], text).replace("`", "")
+    return re.sub(r"\\([|<*\[])", r"\1", text)
 
 
 def _filled(text: str, width: int, later: str = "") -> str:
