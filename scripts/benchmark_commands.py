@@ -15,7 +15,7 @@ from benchmark_timing import Run, columns, frame_seconds, heading, in_turns, pro
 
 from texvol import Renderer, Scene
 
-_PROGRAM_MEGABYTES, _TEXTURE_SHARE = 150, 1.2  # what a whole command is to fit in, beside the data
+_PROGRAM_MEGABYTES, _TEXTURE_FRACTION = 150, 1.2  # what a whole command is to fit in, beside the data
 _VTK = {"VTK_DEFAULT_OPENGL_WINDOW": "vtkEGLRenderWindow"}
 _FINE_GRID = 256  # of opacities, which VTK interpolates instead of extinctions
 
@@ -24,7 +24,7 @@ def memory(run: Run) -> None:
     """Print the section on memory."""
     heading(
         "Memory",
-        f"Peak of the whole command `texvol render`, megabytes (10⁶), beside data + {_TEXTURE_SHARE} × texture + "
+        f"Peak of the whole command `texvol render`, megabytes (10⁶), beside data + {_TEXTURE_FRACTION} × texture + "
         f"{_PROGRAM_MEGABYTES}.",
     )
     columns("n", "values", "data", "texture", "allowed", "peak", "peak with --stats", "within")
@@ -38,7 +38,7 @@ def memory(run: Run) -> None:
             peak = median(process(line)[1] for _ in rounds)
             with_stats = median(process([*line, "--stats", str(stats)])[1] for _ in rounds)
             texture = json.loads(stats.read_text())["texture_bytes"] / 1e6
-            allowed = data + _TEXTURE_SHARE * texture + _PROGRAM_MEGABYTES
+            allowed = data + _TEXTURE_FRACTION * texture + _PROGRAM_MEGABYTES
             row(
                 samples,
                 dtype,

@@ -26,7 +26,7 @@ from texvol.report.convergence import Truths as BothTruths
 
 WANTED = (1e-2, 3e-3, 1e-3)
 # Light that ends unseen behind this transmittance adds to the error, at most as much: it is a share of what is wanted.
-TERMINATION_SHARE = 1 / 4
+TERMINATION_FRACTION = 1 / 4
 _RATES = tuple(2.0**power for power in range(-5, 6))  # samples per smallest spacing
 _VTK_RATES = tuple(2.0 ** (power / 2) for power in range(-8, 7))  # distances of 16 voxels to an eighth
 _CLASSIFICATIONS = ("post", "extinction", "slab", "integrated")
@@ -148,7 +148,7 @@ class Texvol(_Walker):
 
     def setting(self, family: str, rate: float, wanted: float) -> tuple[Any, str]:
         """Classification, rate and where rays end."""
-        return (family, rate, TERMINATION_SHARE * wanted), f"{family}, {1 / rate:.3g}"
+        return (family, rate, TERMINATION_FRACTION * wanted), f"{family}, {1 / rate:.3g}"
 
     def frame(self, setting: Any) -> tuple[float, NDArray[np.float32] | None]:
         """Draw and read back."""
@@ -172,7 +172,7 @@ class Marcher(_Walker):
 
     def setting(self, family: str, rate: float, wanted: float) -> tuple[Any, str]:
         """Distance of samples and where rays end."""
-        return (self._spacing / rate, TERMINATION_SHARE * wanted), f"{1 / rate:.3g}"
+        return (self._spacing / rate, TERMINATION_FRACTION * wanted), f"{1 / rate:.3g}"
 
     def frame(self, setting: Any) -> tuple[float, NDArray[np.float32] | None]:
         """March."""

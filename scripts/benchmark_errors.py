@@ -22,7 +22,7 @@ from texvol.report import vtk_mappers
 
 _FINALISTS = 2
 _SWEEP_SECONDS, _QUICK_SWEEP_SECONDS = 60.0, 20.0  # of each classification, and of the marcher, in each scene
-_VTK_SHARE = 2  # its process starts, and tries all distances at once
+_VTK_FRACTION = 2  # its process starts, and tries all distances at once
 _BUILT_IN = ("fog", "bone", "spike")
 _NOTHING = "–"
 
@@ -58,7 +58,7 @@ def compare_scene(run: Run, renderer: Renderer, name: str, scene: Scene, truth: 
     """The scene's rows of the table."""
     limit = _QUICK_SWEEP_SECONDS if run.quick else _SWEEP_SECONDS
     ours, marcher = Texvol(renderer, scene, truth, limit), Marcher(scene, truth, limit)
-    mappers = [Vtk(renderer, scene, mapper, truth, _VTK_SHARE * limit) for mapper in vtk_mappers.MAPPERS]
+    mappers = [Vtk(renderer, scene, mapper, truth, _VTK_FRACTION * limit) for mapper in vtk_mappers.MAPPERS]
     competitors: list[Competitor] = [ours, marcher, *mappers]
     for competitor in competitors:
         start = time.perf_counter()

@@ -45,8 +45,8 @@ def light(run: Run) -> None:
 def _rows(run: Run, name: str, scene: Scene) -> None:
     scenes = {what: replace(scene, **changes) for what, changes in _LIT.items()}  # type: ignore[arg-type]
     if scene.classification == "post":
-        for matter in ("contours", "boundaries"):
-            scenes[matter] = replace(scene, transfer_function=preset(matter, scene.volume))
+        for medium in ("contours", "boundaries"):
+            scenes[medium] = replace(scene, transfer_function=preset(medium, scene.volume))
         low, high = scene.volume.finite_range or (0.0, 1.0)
         for mode in _MODES:
             isovalue = low + 0.6 * (high - low) if mode == "isosurface" else None

@@ -40,9 +40,9 @@ def samples(run: Run) -> None:
 def _sample_row(run: Run, renderer: Renderer, scene: Scene, rate: float) -> None:
     classification = scene.classification
     renderer.render(scene, SIZE, sampling_rate=rate, **_EVERY_SAMPLE)
-    facts = renderer.stats
-    drawn, texel_format = facts["samples"], facts["texture_format"]
-    thickness = facts["slab_thickness"]
+    metadata = renderer.stats
+    drawn, texel_format = metadata["samples"], metadata["texture_format"]
+    thickness = metadata["slab_thickness"]
     with PlainFetch(scene, thickness, texel_format, SIZE) as fetch:
         times = in_turns(
             {
@@ -76,10 +76,10 @@ def profile(run: Run) -> None:
     columns("classification", "ms", "rays, blending", "fetching", "classifying, compositing", "read-back", "Python")
     for classification in ("slab", "post"):
         scene = replace(built_in("fog", count), classification=classification)  # type: ignore[arg-type]
-        row(classification, *_shares(run, scene))
+        row(classification, *_fractions(run, scene))
 
 
-def _shares(run: Run, scene: Scene) -> list[str]:
+def _fractions(run: Run, scene: Scene) -> list[str]:
     seen: dict[str, float] = {}
     spacing = scene.volume.smallest_spacing
 
@@ -115,5 +115,5 @@ def _shares(run: Run, scene: Scene) -> list[str]:
                 {"whole": whole, "read": read, "python": python, "rays": rays, "fetching": fetching}, 2 * run.rounds
             )
     rest = parts["whole"] - sum(parts[name] for name in ("read", "python", "rays", "fetching"))
-    shares = (parts["rays"], parts["fetching"], rest, parts["read"], parts["python"])
-    return [milliseconds(parts["whole"]), *(f"{100 * each / parts['whole']:.1f}%" for each in shares)]
+    fractions = (parts["rays"], parts["fetching"], rest, parts["read"], parts["python"])
+    return [milliseconds(parts["whole"]), *(f"{100 * each / parts['whole']:.1f}%" for each in fractions)]

@@ -166,7 +166,7 @@ def _name(scene: Scene) -> str:
     """A name that is different for different scenes."""
     volume, points = scene.volume, scene.transfer_function
     assert points is not None
-    facts = hashlib.sha256(repr((volume.dimensions, volume.spacing.tolist(), scene.camera)).encode())
+    metadata = hashlib.sha256(repr((volume.dimensions, volume.spacing.tolist(), scene.camera)).encode())
     for numbers in (volume.values, points.values, points.colors, points.extinctions):
-        facts.update(np.ascontiguousarray(numbers).data)
-    return facts.hexdigest()[:16]
+        metadata.update(np.ascontiguousarray(numbers).data)
+    return metadata.hexdigest()[:16]

@@ -36,12 +36,12 @@ def empty(run: Run) -> None:
 def _empty_row(run: Run, name: str, scene: Scene) -> None:
     with Renderer() as renderer:
         pictures, samples, total = {}, {}, 1
-        for leaps in (True, False):
-            pictures[leaps] = renderer.render(scene, SIZE, sampling_rate=_RATE, skip_empty=leaps)
-            facts = renderer.stats
-            samples[leaps], total = facts["samples"], facts["samples_total"]
+        for skips in (True, False):
+            pictures[skips] = renderer.render(scene, SIZE, sampling_rate=_RATE, skip_empty=skips)
+            metadata = renderer.stats
+            samples[skips], total = metadata["samples"], metadata["samples_total"]
         times = in_turns(
-            {leaps: _frame(renderer, scene, sampling_rate=_RATE, skip_empty=leaps) for leaps in (True, False)},
+            {skips: _frame(renderer, scene, sampling_rate=_RATE, skip_empty=skips) for skips in (True, False)},
             run.rounds,
         )
     row(

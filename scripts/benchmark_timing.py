@@ -112,5 +112,5 @@ def row(*cells: object) -> None:
 def machine() -> str:
     """What it was measured on, in one sentence; no date."""
     with Renderer() as renderer:
-        facts = fingerprint(renderer)
-    return f"{facts['GL_RENDERER']}; {facts['processor']}; {facts['Python']}; {facts['libraries']}."
+        metadata = fingerprint(renderer)
+    return f"{metadata['GL_RENDERER']}; {metadata['processor']}; {metadata['Python']}; {metadata['libraries']}."

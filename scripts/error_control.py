@@ -50,15 +50,15 @@ def transfer_function(random: np.random.Generator, values: np.ndarray) -> Transf
     """Random points: smooth ramps of thin or bone-like matter, some with a step or a spike."""
     low, high = float(values.min()), float(values.max()) + 1e-6
     count = int(random.integers(3, 7))
-    places = np.sort(random.uniform(low, high, count))
+    positions = np.sort(random.uniform(low, high, count))
     extinctions = random.uniform(0, 1, count) ** 3 * 10 ** random.uniform(-2.5, 0)
     extinctions[0] = 0 if random.random() < 0.7 else extinctions[0]
     if random.random() < 0.2:
-        places[1] = places[2]
+        positions[1] = positions[2]
     elif random.random() < 0.2:
-        places[1] += 0.02 * (high - low) * (random.random() - 0.5)
-        places = np.sort(places)
-    return TransferFunction(places, random.random((count, 3)), extinctions)
+        positions[1] += 0.02 * (high - low) * (random.random() - 0.5)
+        positions = np.sort(positions)
+    return TransferFunction(positions, random.random((count, 3)), extinctions)
 
 
 def camera(random: np.random.Generator, volume: Volume) -> Camera:

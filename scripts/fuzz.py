@@ -96,8 +96,8 @@ class Inputs:
         oiio.attribute("threads", 1)  # threads would not be there after a fork
         oiio.attribute("exr_threads", -1)
         with tempfile.TemporaryDirectory() as folder:
-            for place, sound in enumerate(itertools.chain(*self._seeds.values())):
-                inner = Path(folder) / str(place)
+            for position, sound in enumerate(itertools.chain(*self._seeds.values())):
+                inner = Path(folder) / str(position)
                 inner.mkdir()
                 put(sound, str(inner))
                 fuzz_readers.read(_FURTHER.get(sound.reader, sound.reader), f"{inner}/{sound.opened}", sound.options)

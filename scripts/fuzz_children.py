@@ -201,7 +201,7 @@ def _be_child(
     printed = _with_limits(limits, trace)
     clear_refs = os.open("/proc/self/clear_refs", os.O_WRONLY)
     handles = _handles()
-    for place, number in enumerate(numbers):
+    for position, number in enumerate(numbers):
         os.pwrite(clear_refs, b"5", 0)  # the peak of resident memory begins anew
         before, start = _peak(), time.perf_counter()
         signal.setitimer(signal.ITIMER_REAL, limits.seconds)
@@ -227,7 +227,7 @@ def _be_child(
             print(json.dumps(Finding(number, outcome, signature, text)._asdict()), file=log, flush=True)
         if seconds > _SLOWEST.unpack(shared[: _SLOWEST.size])[0]:
             shared[: _SLOWEST.size] = _SLOWEST.pack(seconds, number)
-        shared[_SLOWEST.size + place] = OUTCOMES.index(outcome)
+        shared[_SLOWEST.size + position] = OUTCOMES.index(outcome)
 
 
 def _outcome(attempt: Attempt, number: int) -> tuple[str, str, str, int]:

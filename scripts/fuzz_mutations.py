@@ -73,7 +73,7 @@ def _steps(content: bytes, random: Random, text: bool, others: Sequence[bytes]) 
     return content
 
 
-def _place(content: bytes, random: Random) -> int:
+def _position(content: bytes, random: Random) -> int:
     reach = min(len(content), random.choice(_REACHES))
     return random.randrange(reach) if reach else 0
 
@@ -83,56 +83,56 @@ def _bits(content: bytes, random: Random) -> bytes:
         return content
     changed = bytearray(content)
     for _ in range(random.choice((1, 1, 2, 4, 8))):
-        changed[_place(content, random)] ^= 1 << random.randrange(8)
+        changed[_position(content, random)] ^= 1 << random.randrange(8)
     return bytes(changed)
 
 
 def _bytes(content: bytes, random: Random) -> bytes:
-    at = _place(content, random)
+    at = _position(content, random)
     some = random.randbytes(random.choice((1, 1, 2, 4, 16)))
     return content[:at] + some + content[at + len(some) :]
 
 
 def _extreme(content: bytes, random: Random) -> bytes:
     some = random.choice(_EXTREMES)
-    at = _place(content, random)
+    at = _position(content, random)
     at -= at % len(some) if random.random() < 0.7 else 0
     return content[:at] + some + content[at + len(some) :]
 
 
 def _counted(content: bytes, random: Random) -> bytes:
     """A byte that is one more, or one less."""
-    at = _place(content, random)
+    at = _position(content, random)
     return content[:at] + bytes([(content[at] + random.choice((1, -1))) % 256]) + content[at + 1 :] if content else b""
 
 
 def _cut(content: bytes, random: Random) -> bytes:
-    return content[: _place(content, random)]
+    return content[: _position(content, random)]
 
 
 def _removed(content: bytes, random: Random) -> bytes:
-    at = _place(content, random)
+    at = _position(content, random)
     return content[:at] + content[at + random.choice((1, 2, 4, 8, 64, 300)) :]
 
 
 def _repeated(content: bytes, random: Random) -> bytes:
-    at, length = _place(content, random), random.choice((1, 2, 4, 16, 64, 256))
+    at, length = _position(content, random), random.choice((1, 2, 4, 16, 64, 256))
     return content[:at] + content[at : at + length] * random.choice((2, 2, 3, 50)) + content[at + length :]
 
 
 def _inserted(content: bytes, random: Random) -> bytes:
-    at = _place(content, random)
+    at = _position(content, random)
     return content[:at] + random.randbytes(random.choice((1, 2, 4, 100))) + content[at:]
 
 
 def _moved(content: bytes, random: Random) -> bytes:
-    at, to, length = _place(content, random), _place(content, random), random.choice((2, 4, 8, 32, 128))
+    at, to, length = _position(content, random), _position(content, random), random.choice((2, 4, 8, 32, 128))
     piece, rest = content[at : at + length], content[:at] + content[at + length :]
     return rest[:to] + piece + rest[to:]
 
 
 def _spliced(content: bytes, other: bytes, random: Random) -> bytes:
-    return content[: _place(content, random)] + other[_place(other, random) :]
+    return content[: _position(content, random)] + other[_position(other, random) :]
 
 
 def _number(content: bytes, random: Random) -> bytes:

@@ -51,15 +51,15 @@ def _grid(ending: str) -> vtkDataSet:
     elif ending == ".vtr":
         grid = vtkRectilinearGrid()
         for name, size in zip("XYZ", (nx, ny, nz), strict=True):
-            places = numpy_to_vtk(np.arange(size) ** 1.5, deep=True)
-            places.SetName(name)
-            getattr(grid, f"Set{name}Coordinates")(places)
+            positions = numpy_to_vtk(np.arange(size) ** 1.5, deep=True)
+            positions.SetName(name)
+            getattr(grid, f"Set{name}Coordinates")(positions)
     else:
         grid = vtkStructuredGrid()
         z, y, x = np.meshgrid(*(np.arange(size, dtype="f8") for size in VALUES.shape), indexing="ij")
         points = vtkPoints()
-        places = np.stack([x + 0.1 * np.sin(y), y + 0.1 * z, z], axis=-1).reshape(-1, 3)
-        points.SetData(numpy_to_vtk(places, deep=True))
+        positions = np.stack([x + 0.1 * np.sin(y), y + 0.1 * z, z], axis=-1).reshape(-1, 3)
+        points.SetData(numpy_to_vtk(positions, deep=True))
         grid.SetPoints(points)
     grid.SetDimensions(nx, ny, nz)
     for name, values in (("first", VALUES), ("second", VALUES.astype("f4"))):
@@ -74,13 +74,13 @@ def _write_netcdf(path: Path, form: str, *, steps: bool = False) -> None:
     values = STEPS if steps else VALUES
     names = ("time", "lev", "lat", "lon")[-values.ndim :]
     units = {"time": "hours since 2001-01-01", "lev": "hPa", "lat": "degrees_north", "lon": "degrees_east"}
-    places = {"time": [0, 1.5], "lev": [1000, 850, 500], "lat": [40, 38, 35, 31], "lon": [10, 12, 14, 16, 18]}
+    positions = {"time": [0, 1.5], "lev": [1000, 850, 500], "lat": [40, 38, 35, 31], "lon": [10, 12, 14, 16, 18]}
     with netCDF4.Dataset(path, "w", format=form) as dataset:
         for name, size in zip(names, values.shape, strict=True):
             dataset.createDimension(name, None if name == "time" else size)
             variable = dataset.createVariable(name, "f8", (name,))
             variable.units = units[name]
-            variable[:] = places[name]
+            variable[:] = positions[name]
         packed = {"zlib": True, "shuffle": True} if form.startswith("NETCDF4") else {}
         variable = dataset.createVariable("t", "i2", names, fill_value=-999, **packed)
         variable.setncatts({"units": "K", "scale_factor": 0.5, "add_offset": 273.0, "valid_min": np.int16(-5)})

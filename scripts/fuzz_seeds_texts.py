@@ -12,7 +12,7 @@ from fuzz_seeds import VALUES, Seed, written
 
 from texvol.formats.pictures import image
 from texvol.geometry import Mesh
-from texvol.provenance.scene_metadata import ATTRIBUTE, scene_facts
+from texvol.provenance.scene_metadata import ATTRIBUTE, scene_metadata
 from texvol.scene.added_volume import AddedVolume
 from texvol.scene.camera import Camera
 from texvol.scene.cutting import ClipPlane
@@ -22,7 +22,7 @@ from texvol.scene.scene import Scene
 from texvol.scene.transfer import TransferFunction
 from texvol.scene.volume import Volume
 
-MATTER = TransferFunction([0.0, 20.0, 20.0, 60.0], np.full((4, 3), (0.9, 0.5, 0.1)), [0.0, 0.1, 0.2, np.inf])
+MEDIUM = TransferFunction([0.0, 20.0, 20.0, 60.0], np.full((4, 3), (0.9, 0.5, 0.1)), [0.0, 0.1, 0.2, np.inf])
 _CORNERS = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], float)
 _FACES = np.array([(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)])
 
@@ -63,11 +63,11 @@ def _pictures() -> Iterator[Seed]:
 
     pixels = np.linspace(0, 1, 6 * 5 * 4, dtype=np.float32).reshape(5, 6, 4)
     scene = next(iter(_scenes()))
-    facts = {ATTRIBUTE: _header(scene), "texvol:renderer": "llvmpipe", "texvol:fingerprint": '{"a": "b"}'}
+    metadata = {ATTRIBUTE: _header(scene), "texvol:renderer": "llvmpipe", "texvol:fingerprint": '{"a": "b"}'}
     for name, transparent in (("p.exr", False), ("p.png", False), ("t.png", True), ("p.jpg", False)):
-        content = image.encoded(name, pixels, facts, transparent=transparent)
+        content = image.encoded(name, pixels, metadata, transparent=transparent)
         yield Seed(f"picture-{name[2:]}", {name: content}, name, "picture")
-    quick = image.encoded("q.png", pixels, facts, quick=True)
+    quick = image.encoded("q.png", pixels, metadata, quick=True)
     yield Seed("picture-png", {"q.png": quick}, "q.png", "picture")
     for name, kind, how in (("p.tif", "u1", {}), ("f.tif", "f4", {"compression": "zlib"}), ("h.tif", "u2", {})):
         values = (pixels * 200).astype(kind)
@@ -129,14 +129,14 @@ def _scenes() -> Iterator[Scene]:
     clip = (ClipPlane((1, 0, 0), 1.0),)
     further = Volume(VALUES * 2, (2, 2, 2), name="w.npy", source={"path": "w.npy", "spacing": [2, 2, 2]})
     mask = Mask(VALUES / 60, "m.npy", {"path": "m.npy"})
-    yield Scene(volume, MATTER, camera, lighting=lighting, clip=clip, crop=((0, 4), (0, 6), (0, 8)), mask=mask)
-    yield Scene(volume, MATTER, camera, added=(AddedVolume(further, MATTER),), classification="post")
+    yield Scene(volume, MEDIUM, camera, lighting=lighting, clip=clip, crop=((0, 4), (0, 6), (0, 8)), mask=mask)
+    yield Scene(volume, MEDIUM, camera, added=(AddedVolume(further, MEDIUM),), classification="post")
     yield Scene(volume, None, camera, mode="isosurface", isovalue=20.5, depth_cue=DepthCue(0.5))
 
 
 def _header(scene: Scene) -> str:
     settings = {"slab_thickness": 0.25}
-    return scene_facts("v.npy", scene, settings=settings, display={"window": (20, 40)}, checksum=True)[ATTRIBUTE]
+    return scene_metadata("v.npy", scene, settings=settings, display={"window": (20, 40)}, checksum=True)[ATTRIBUTE]
 
 
 def _BESIDE() -> dict[str, bytes]:

@@ -112,8 +112,8 @@ def depth_picture(renderer: Renderer, supersampling: int = SUPERSAMPLING) -> NDA
     hit = np.isfinite(depth)
     picture = np.zeros((*depth.shape, 4), np.float32)
     near, far = (float(depth[hit].min()), float(depth[hit].max())) if hit.any() else (0.0, 1.0)
-    share = (far - depth[hit]) / max(far - near, 1e-300)
-    picture[hit, :3] = color.linear_from_srgb(share * (1 - _FARTHEST_GREY) + _FARTHEST_GREY)[:, np.newaxis]
+    fraction = (far - depth[hit]) / max(far - near, 1e-300)
+    picture[hit, :3] = color.linear_from_srgb(fraction * (1 - _FARTHEST_GREY) + _FARTHEST_GREY)[:, np.newaxis]
     picture[hit, 3] = 1
     return averaged(picture, supersampling)
 

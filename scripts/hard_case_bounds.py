@@ -45,7 +45,7 @@ class Rays:
     """Each pixel's ray: start and way in index space, from where to where (world units), and how it meets the slabs."""
 
     start: Numbers  # (h, w, 3)
-    way: Numbers  # (h, w, 3), per world unit
+    direction: Numbers  # (h, w, 3), per world unit
     enters: Numbers  # (h, w)
     leaves: Numbers
     per_slab: Numbers  # world units between two planes
@@ -74,14 +74,14 @@ def rays_of(drawing: Drawing) -> Rays:
     volume, camera = drawing.scene.volume, drawing.scene.camera_for(drawing.size)
     origins, directions = camera.rays(drawing.size)
     from_centre = origins - volume.centre
-    way = directions @ volume.index_from_world.T
+    direction = directions @ volume.index_from_world.T
     start = from_centre @ volume.index_from_world.T + (np.array(volume.dimensions) - 1) / 2
     with np.errstate(divide="ignore", invalid="ignore"):
-        a, b = (-0.5 - start) / way, (np.array(volume.dimensions) - 0.5 - start) / way
+        a, b = (-0.5 - start) / direction, (np.array(volume.dimensions) - 0.5 - start) / direction
     enters, leaves = np.fmin(a, b).max(axis=2), np.fmax(a, b).min(axis=2)
     cosine = directions @ camera.forward
     first_plane = -(from_centre @ camera.forward) / cosine  # plane 0 goes through the middle of the box
-    return Rays(start, way, np.maximum(enters, 0), leaves, drawing.slab_thickness / cosine, first_plane)
+    return Rays(start, direction, np.maximum(enters, 0), leaves, drawing.slab_thickness / cosine, first_plane)
 
 
 def extinction_of_samples(scene: Scene) -> Numbers:
@@ -102,19 +102,21 @@ def kinks(drawing: Drawing, tau: Numbers, rays: Rays, moved: Numbers | None = No
     for axis, count in enumerate(tau.shape):
         clamped = np.pad(tau, [(1, 1) if a == axis else (0, 0) for a in range(3)], mode="edge")
         second = np.diff(clamped, 2, axis=axis)
-        way = rays.way[..., axis]
+        direction = rays.direction[..., axis]
         for layer in np.flatnonzero(np.moveaxis(second, axis, 0).reshape(count, -1).any(axis=1)):
-            s = np.divide(layer - rays.start[..., axis], way, out=np.full(way.shape, np.inf), where=way != 0)
+            s = np.divide(
+                layer - rays.start[..., axis], direction, out=np.full(direction.shape, np.inf), where=direction != 0
+            )
             met = (s > rays.enters) & (s < rays.leaves)
             s = np.where(met, s, 0.0)
-            at = np.moveaxis(rays.start + s[..., np.newaxis] * rays.way, 2, 0)
+            at = np.moveaxis(rays.start + s[..., np.newaxis] * rays.direction, 2, 0)
             at[axis] = layer
-            change = map_coordinates(second, at, order=1, mode="nearest") * np.abs(way)
+            change = map_coordinates(second, at, order=1, mode="nearest") * np.abs(direction)
             a, b = rays.around(s)
             near, p = np.where(met, np.minimum(a, b), 0.0), np.where(met, a + b, 0.0)
             if moved is not None:
                 slope = np.abs(p / 2 - 2 * near) if drawing.classification == "integrated" else 2 * near
-                error += met * np.abs(change) / np.where(met, np.abs(way), 1.0) * moved[axis] * slope / 2
+                error += met * np.abs(change) / np.where(met, np.abs(direction), 1.0) * moved[axis] * slope / 2
                 continue
             amount = near * (p / 2 - near) if drawing.classification == "integrated" else -(near**2)
             error += change * amount / 2
@@ -129,8 +131,8 @@ def along(rays: Rays, cells: Numbers) -> Numbers:
     for axis in range(3):
         layers = np.moveaxis(cells, axis, 0)
         total = layers.reshape(len(layers), -1).max(axis=1).sum()
-        way = np.abs(rays.way[..., axis])
-        most = np.minimum(most, np.divide(total, way, out=np.full(way.shape, np.inf), where=way > 0))
+        direction = np.abs(rays.direction[..., axis])
+        most = np.minimum(most, np.divide(total, direction, out=np.full(direction.shape, np.inf), where=direction > 0))
     return most
 
 
@@ -139,7 +141,7 @@ def twist(tau: Numbers, rays: Rays) -> Numbers:
     bent = np.zeros(rays.chord.shape)
     for a, b in ((0, 1), (0, 2), (1, 2)):
         mixed = np.abs(np.diff(np.diff(tau, axis=a), axis=b))
-        bent += 2 * np.abs(rays.way[..., a] * rays.way[..., b]) * along(rays, mixed)
+        bent += 2 * np.abs(rays.direction[..., a] * rays.direction[..., b]) * along(rays, mixed)
     return bent
 
 
@@ -186,7 +188,7 @@ def rounding(drawing: Drawing) -> float:
     picture's roundings.
     """
     runs = -(-drawing.slabs // SLABS_PER_RUN)
-    sums = blends(drawing) + runs * largest_share(drawing) ** 2
+    sums = blends(drawing) + runs * largest_fraction(drawing) ** 2
     return ULP * float(drawing.truth.max()) * (5 * np.sqrt(sums / 3) / 2 + 4)
 
 
@@ -200,7 +202,7 @@ def blends(drawing: Drawing) -> int:
     return -(-drawing.slabs // slabs_per_blend(drawing))
 
 
-def largest_share(drawing: Drawing) -> float:
+def largest_fraction(drawing: Drawing) -> float:
     """Of the picture's light, what one stack gives at most: the densest matter over all its slabs."""
     assert drawing.scene.transfer_function is not None
     if blends(drawing) == 1 or drawing.scene.transfer_function.emissive:

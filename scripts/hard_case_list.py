@@ -45,50 +45,58 @@ class HardCase:
 LINEAR = "changes of slope inside slabs, exact; slab: neighbours' opacities interpolated, (dΔτ)²/8 a slab; rounding"
 
 
-def ramp(dimensions: tuple[int, int, int] = (10, 9, 8), kind: type = np.float32, **place: Any) -> Volume:
+def ramp(dimensions: tuple[int, int, int] = (10, 9, 8), kind: type = np.float32, **position: Any) -> Volume:
     """Value 0 … 1 from one corner of the box to the other, steepest along x."""
     x, y, z = (s * (np.arange(n) + 0.5) / n for s, n in zip((0.5, 0.3, 0.2), dimensions, strict=True))
     values = x[np.newaxis, np.newaxis] + y[:, np.newaxis] + z[:, np.newaxis, np.newaxis]
     if np.dtype(kind).kind == "u":
         values = np.rint(values * np.iinfo(kind).max)
-    return Volume(values.astype(kind), **place)
+    return Volume(values.astype(kind), **position)
 
 
-def linear_matter(volume: Volume, depth: float = 2.0, values: tuple[float, float] = (0.0, 1.0)) -> TransferFunction:
+def linear_medium(volume: Volume, depth: float = 2.0, values: tuple[float, float] = (0.0, 1.0)) -> TransferFunction:
     """Extinction linear in the value, so that the box's diagonal is about `depth` deep."""
     tau = depth / (2 * volume.radius)
     return TransferFunction(np.array(values), np.array([COLOR] * 2), np.array([0.25 * tau, 1.75 * tau]))
 
 
 def looking(
-    volume: Volume, way: tuple[float, float, float], beside: float = 0.0, height: float | None = None
+    volume: Volume, line_of_sight: tuple[float, float, float], beside: float = 0.0, height: float | None = None
 ) -> Camera:
     """Orthographic camera along `way` (in box edges), turned by `beside` radians."""
-    view = np.array(way, float) / np.linalg.norm(way)
+    view = np.array(line_of_sight, float) / np.linalg.norm(line_of_sight)
     aside = np.cross(view, np.eye(3)[np.argmin(np.abs(view))])
     eye = volume.centre - 3 * volume.radius * (view + beside * aside / np.linalg.norm(aside))
     return Camera.framing(volume, eye=eye, height=height)
 
 
-def seen_from(volume: Volume, place: tuple[float, float, float], fov: float = 70) -> Camera:
+def seen_from(volume: Volume, position: tuple[float, float, float], fov: float = 70) -> Camera:
     """Perspective camera at `place` in the box, [-1/2, 1/2]³, looking past its middle."""
-    eye = volume.centre + volume.box_edges @ np.array(place)
-    target = volume.centre + volume.box_edges @ (-0.3 * np.array(place) + (0.05, 0.11, -0.07))
+    eye = volume.centre + volume.box_edges @ np.array(position)
+    target = volume.centre + volume.box_edges @ (-0.3 * np.array(position) + (0.05, 0.11, -0.07))
     return Camera.perspective(eye, target, (0, 0, 1), fov=fov)
 
 
 def views() -> Iterator[tuple[str, Volume, Camera, float]]:
     """Name, volume, camera and slab thickness of the cases of geometry."""
     plain, cube = ramp(), ramp((8, 8, 8))
-    for name, way in (("an axis", (0, 1, 0)), ("a face diagonal", (1, 1, 0)), ("a space diagonal", (1, 1, 1))):
+    for name, line_of_sight in (
+        ("an axis", (0, 1, 0)),
+        ("a face diagonal", (1, 1, 0)),
+        ("a space diagonal", (1, 1, 1)),
+    ):
         for beside in (0.0, 1e-7, -1e-7):
             where = f", {beside:g} rad beside it" if beside else ""
-            yield f"view along {name}{where}", plain, looking(plain, way, beside), 1.0
+            yield f"view along {name}{where}", plain, looking(plain, line_of_sight, beside), 1.0
     # The cube's vertical edges are 4 √2 from its middle, its corners along a space diagonal 4/√3 and 12/√3.
     yield "planes through four edges", cube, looking(cube, (1, 1, 0)), np.sqrt(2)
     yield "planes through all corners", cube, looking(cube, (1, 1, 1)), 2 / np.sqrt(3)
-    for name, place in (("on a face", (0.5, 0.1, 0)), ("on an edge", (0.5, 0.5, 0.1)), ("inside", (0.2, -0.1, 0.15))):
-        yield f"eye {name}", plain, seen_from(plain, place), 1.0
+    for name, position in (
+        ("on a face", (0.5, 0.1, 0)),
+        ("on an edge", (0.5, 0.5, 0.1)),
+        ("inside", (0.2, -0.1, 0.15)),
+    ):
+        yield f"eye {name}", plain, seen_from(plain, position), 1.0
     for fov in (1.0, 150.0):
         yield f"field of view {fov:g}°", plain, Camera.framing(plain, "perspective", fov=fov), 1.0
     sheared = [[1, 0.5, 0], [0.2, 1, 0.3], [0, -0.4, 1]]
@@ -116,7 +124,7 @@ def views() -> Iterator[tuple[str, Volume, Camera, float]]:
 def geometry() -> Iterator[HardCase]:
     for name, volume, camera, d in views():
         for kind in CLASSIFICATIONS:
-            scene = Scene(volume, linear_matter(volume), camera, classification=kind)  # type: ignore[arg-type]
+            scene = Scene(volume, linear_medium(volume), camera, classification=kind)  # type: ignore[arg-type]
             yield HardCase(f"{name}, {kind}", scene, bounds.trilinear, LINEAR, d)
 
 
@@ -125,11 +133,11 @@ def numbers_of_slabs() -> Iterator[HardCase]:
     view = looking(volume, (0, 1, 0.2), height=8.0)
     inside = Camera.orthographic(volume.centre, volume.centre + (0, 1, 0), (0, 0, 1), 8.0)
     for kind in CLASSIFICATIONS:
-        one = Scene(volume, linear_matter(volume), inside, classification=kind)  # type: ignore[arg-type]
+        one = Scene(volume, linear_medium(volume), inside, classification=kind)  # type: ignore[arg-type]
         yield HardCase(f"1 slab, {kind}", one, bounds.trilinear, LINEAR, 8.0)
         depth = np.ptp(view.in_eye_space(volume.corners_from_centre, volume.centre)[:, 2])
         for count in (8, 512, 4096, 16384):
-            scene = Scene(volume, linear_matter(volume), view, classification=kind)  # type: ignore[arg-type]
+            scene = Scene(volume, linear_medium(volume), view, classification=kind)  # type: ignore[arg-type]
             yield HardCase(f"{count} slabs, {kind}", scene, bounds.trilinear, LINEAR, depth / count, size=(24, 24))
 
 
@@ -142,7 +150,7 @@ def depths() -> Iterator[HardCase]:
     why = f"{LINEAR}; τd 2^-24 where a slab is clipped, 4 × 2^-24 of the depth"
     for kind in CLASSIFICATIONS:
         scene = partial(Scene, volume, classification=kind)  # type: ignore[arg-type]
-        thin, dense = linear_matter(volume, 1e-12), linear_matter(volume, 1e4)
+        thin, dense = linear_medium(volume, 1e-12), linear_medium(volume, 1e4)
         yield HardCase(f"optical depth 1e-12, {kind}", scene(thin, framed), bounds.trilinear, LINEAR, 1.0)
         for name, camera in (("", framed), (" at an edge", edge)):
             slack = "" if name else "few pixels are not opaque, and weights there are near 0 or 1"
@@ -165,10 +173,10 @@ def kinds_of_values() -> Iterator[HardCase]:
     hole, infinite = (_with_one(ramp(), odd) for odd in (np.nan, np.inf))
     for kind in CLASSIFICATIONS:
         scenes = {
-            "values 1e9 ± 1 in float64": Scene(far, linear_matter(far, values=(1e9 - 1, 1e9 + 1))),
-            "constant volume": Scene(flat, linear_matter(flat)),
-            "a NaN": Scene(hole, linear_matter(hole)),
-            "an infinity": Scene(infinite, linear_matter(infinite)),
+            "values 1e9 ± 1 in float64": Scene(far, linear_medium(far, values=(1e9 - 1, 1e9 + 1))),
+            "constant volume": Scene(flat, linear_medium(flat)),
+            "a NaN": Scene(hole, linear_medium(hole)),
+            "an infinity": Scene(infinite, linear_medium(infinite)),
         }
         for name, plain in scenes.items():
             camera = Camera.framing(plain.volume, "perspective")
@@ -181,8 +189,8 @@ def kinds_of_values() -> Iterator[HardCase]:
                     slack = "each layer of cells is taken to twist as its worst cell, all one way"
                 yield HardCase(f"{name}, {kind}", scene, bounds.trilinear, LINEAR, 1.0, slack=slack)
                 continue
-            tau = bounds.extinction_of_samples(Scene(ramp(), linear_matter(ramp())))[4:7, 3:6, 3:6]
-            jump = tau.max() if name == "a NaN" else linear_matter(ramp()).extinctions[-1] - tau.min()
+            tau = bounds.extinction_of_samples(Scene(ramp(), linear_medium(ramp())))[4:7, 3:6, 3:6]
+            jump = tau.max() if name == "a NaN" else linear_medium(ramp()).extinctions[-1] - tau.min()
             bound = partial(bounds.jumping, around=ramp(), jump=jump)
             why = f"matter jumps by {jump:.2g} where the sample's cells begin and end: p/2 of that each; {LINEAR}"
             slack = "rays meet these cells elsewhere than would be worst"
@@ -270,7 +278,7 @@ def formats() -> Iterator[HardCase]:
             ("rgba16f", "2^-11 of every texel"),
             ("rgba32f", "as any"),
         ):
-            scene = Scene(volume, linear_matter(volume), camera, classification=kind)  # type: ignore[arg-type]
+            scene = Scene(volume, linear_medium(volume), camera, classification=kind)  # type: ignore[arg-type]
             options = FLOAT32 | {"texture_format": texel}
             slack = "roundings along a ramp cancel" if texel != "rgba32f" else ""
             bound = partial(bounds.with_texels, texel_format=texel)
@@ -279,7 +287,7 @@ def formats() -> Iterator[HardCase]:
         for values in (np.uint8, np.uint16, np.float16, np.float32):
             data = ramp(kind=values)
             top = float(np.iinfo(values).max) if np.dtype(values).kind == "u" else 1.0
-            scene = Scene(data, linear_matter(data, values=(0, top)), camera, classification=kind)  # type: ignore[arg-type]
+            scene = Scene(data, linear_medium(data, values=(0, top)), camera, classification=kind)  # type: ignore[arg-type]
             name = f"{np.dtype(values).name} values, {kind}"
             yield HardCase(name, scene, bounds.trilinear, LINEAR, 0.25)
     for kind in CLASSIFICATIONS:
@@ -288,7 +296,7 @@ def formats() -> Iterator[HardCase]:
             ("rgba16f", "2^-12 for what comes and for the sum, every blend"),
             ("rgba32f", "as any"),
         ):
-            scene = Scene(volume, linear_matter(volume), camera, classification=kind)  # type: ignore[arg-type]
+            scene = Scene(volume, linear_medium(volume), camera, classification=kind)  # type: ignore[arg-type]
             options = FLOAT32 | {"target_format": target}
             bound = partial(bounds.with_target, target_format=target)
             yield HardCase(f"{target} target, {kind}", scene, bound, f"{why}; {LINEAR}", 0.25, options)
@@ -300,8 +308,8 @@ def emissions() -> Iterator[HardCase]:
     camera = Camera.framing(volume, "perspective")
     for kind in BEFORE:
         for glow in (1e6, 1e-9):
-            matter = TransferFunction(np.array([0, 1.0]), np.array([(glow,) * 3] * 2), np.zeros(2), emissive=True)
-            scene = Scene(volume, matter, camera, classification=kind)  # type: ignore[arg-type]
+            medium = TransferFunction(np.array([0, 1.0]), np.array([(glow,) * 3] * 2), np.zeros(2), emissive=True)
+            scene = Scene(volume, medium, camera, classification=kind)  # type: ignore[arg-type]
             yield HardCase(
                 f"emission {glow:g} in half-float texels, {kind}",
                 scene,
@@ -312,10 +320,10 @@ def emissions() -> Iterator[HardCase]:
             )
     for kind in ("extinction", "post"):
         for glow in (1e6, 1e-9):
-            matter = TransferFunction(np.array([0, 1.0]), np.array([(glow,) * 3] * 2), np.zeros(2), emissive=True)
+            medium = TransferFunction(np.array([0, 1.0]), np.array([(glow,) * 3] * 2), np.zeros(2), emissive=True)
             yield HardCase(
                 f"emission {glow:g} in a half-float target, {kind}",
-                Scene(volume, matter, camera, classification=kind),  # type: ignore[arg-type]
+                Scene(volume, medium, camera, classification=kind),  # type: ignore[arg-type]
                 partial(bounds.with_target, target_format="rgba16f"),
                 "2^-12 for what comes and for the sum, every blend",
                 1.0,
@@ -326,9 +334,13 @@ def emissions() -> Iterator[HardCase]:
 def turns() -> Iterator[HardCase]:
     volume = ramp()
     for kind in CLASSIFICATIONS:
-        for name, way in (("an axis", (0, 1, 0)), ("a space diagonal", (1, 1, 1)), ("no symmetry", (5, 2, 3))):
+        for name, line_of_sight in (
+            ("an axis", (0, 1, 0)),
+            ("a space diagonal", (1, 1, 1)),
+            ("no symmetry", (5, 2, 3)),
+        ):
             scenes = [
-                Scene(volume, linear_matter(volume), looking(volume, way, beside, 20.0), classification=kind)  # type: ignore[arg-type]
+                Scene(volume, linear_medium(volume), looking(volume, line_of_sight, beside, 20.0), classification=kind)  # type: ignore[arg-type]
                 for beside in (0.0, TURN)
             ]
             yield HardCase(

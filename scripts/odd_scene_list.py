@@ -85,7 +85,7 @@ def _scene(random: Random, mode: str, words: list[str], far_off: bool) -> Scene:
     if mode == "composite":
         parts["classification"] = _one(random, CLASSIFICATIONS)
         words.append(parts["classification"])
-        parts["transfer_function"] = _matter(random, volume, ends, words)
+        parts["transfer_function"] = _medium(random, volume, ends, words)
         lit = _chance(random, 0.3)
         if _chance(random, 0.1):
             parts["added"] = (_added(random, volume, words),)
@@ -217,7 +217,7 @@ def _camera(random: Random, volume: Volume, words: list[str]) -> Camera:
     return Camera.orthographic(eye, volume.centre, up, height=float(volume.radius * random.uniform(0.3, 2.2)))
 
 
-def _matter(random: Random, volume: Volume, ends: tuple[float, float], words: list[str]) -> TransferFunction | None:
+def _medium(random: Random, volume: Volume, ends: tuple[float, float], words: list[str]) -> TransferFunction | None:
     """A transfer function that looks at the base, at a small part of it, or at all that there is."""
     kind = _one(random, ("proposed", "ramp", "ramp", "narrow", "steps", "peaks", "opaque", "emissive", "wide", "spike"))
     words.append(f"{kind} matter")
@@ -268,8 +268,8 @@ def _isovalue(random: Random, volume: Volume, ends: tuple[float, float], words: 
 
 def _lighting(random: Random, volume: Volume, mode: str, words: list[str]) -> Lighting:
     away = tuple(float(each) for each in random.standard_normal(3))
-    place = tuple(float(each) for each in volume.centre + 3 * volume.radius * np.array(away))
-    lights = (_one(random, (Light(), Light("directional", away), Light("point", place))),)
+    position = tuple(float(each) for each in volume.centre + 3 * volume.radius * np.array(away))
+    lights = (_one(random, (Light(), Light("directional", away), Light("point", position))),)
     shadows = mode == "composite" and _chance(random, 0.2)
     words.append("lit with shadows" if shadows else "lit")
     return Lighting(lights, shadows=shadows, specular=float(_one(random, (0.0, 0.3))))
@@ -309,9 +309,9 @@ def _added(random: Random, volume: Volume, words: list[str]) -> AddedVolume:
     matrix[:3, :3] = scale * np.linalg.qr(random.standard_normal((3, 3)))[0]
     matrix[:3, 3] = volume.centre - matrix[:3, :3] @ other.centre
     moved = other.moved(matrix)
-    matter = _matter(random, moved, ends, inner)
+    medium = _medium(random, moved, ends, inner)
     words.append(f"added ({', '.join(inner)})")
-    return AddedVolume(moved, matter)
+    return AddedVolume(moved, medium)
 
 
 def _scale(scene: Scene) -> float:

@@ -91,18 +91,18 @@ def lookup_table(classify, low: float, high: float) -> NDArray[np.float32]:  # t
     """Straight colour and extinction of values from `low` to `high`, shape (entries, 4)."""
     emission, extinction = classify(np.linspace(low, high, TABLE_ENTRIES))
     table = np.zeros((TABLE_ENTRIES, 4), np.float32)
-    matter = extinction > 0
-    table[matter, :3] = emission[matter] / extinction[matter, np.newaxis]
+    medium = extinction > 0
+    table[medium, :3] = emission[medium] / extinction[medium, np.newaxis]
     table[:, 3] = extinction
     return table
 
 
 @numba.njit(fastmath=True, inline="always")
-def _between(position, way, count, near, far):  # type: ignore[no-untyped-def]
+def _between(position, direction, count, near, far):  # type: ignore[no-untyped-def]
     """`near` and `far` with what lies beside the box along one axis cut off."""
-    if abs(way) < NEAREST_TO_ZERO:
-        way = np.float32(NEAREST_TO_ZERO)
-    reciprocal = np.float32(1.0) / way
+    if abs(direction) < NEAREST_TO_ZERO:
+        direction = np.float32(NEAREST_TO_ZERO)
+    reciprocal = np.float32(1.0) / direction
     a = -position * reciprocal
     b = (np.float32(count) - position) * reciprocal
     return max(near, min(a, b)), min(far, max(a, b))
@@ -154,16 +154,16 @@ def _march(  # type: ignore[no-untyped-def]
                     v11 = values[k1, j1, i] * (one - fx) + values[k1, j1, i1] * fx
                     v0 = v00 * (one - fy) + v01 * fy
                     v1 = v10 * (one - fy) + v11 * fy
-                    place = (v0 * (one - fz) + v1 * fz - low) * entries_per_value
-                    place = min(max(place, zero), np.float32(last_entry))
-                    entry = min(int(place), last_entry - 1)
-                    share = place - np.float32(entry)
-                    extinction = table[entry, 3] * (one - share) + table[entry + 1, 3] * share
+                    entry_position = (v0 * (one - fz) + v1 * fz - low) * entries_per_value
+                    entry_position = min(max(entry_position, zero), np.float32(last_entry))
+                    entry = min(int(entry_position), last_entry - 1)
+                    fraction = entry_position - np.float32(entry)
+                    extinction = table[entry, 3] * (one - fraction) + table[entry + 1, 3] * fraction
                     through = np.exp(-extinction * step)
                     weight = transmittance * (one - through)
-                    red += weight * (table[entry, 0] * (one - share) + table[entry + 1, 0] * share)
-                    green += weight * (table[entry, 1] * (one - share) + table[entry + 1, 1] * share)
-                    blue += weight * (table[entry, 2] * (one - share) + table[entry + 1, 2] * share)
+                    red += weight * (table[entry, 0] * (one - fraction) + table[entry + 1, 0] * fraction)
+                    green += weight * (table[entry, 1] * (one - fraction) + table[entry + 1, 1] * fraction)
+                    blue += weight * (table[entry, 2] * (one - fraction) + table[entry + 1, 2] * fraction)
                     transmittance *= through
                     if transmittance < least_transmittance:
                         break

@@ -10,7 +10,7 @@
 #include "depths.glsl"
 #include "matter.glsl"
 #include "way.glsl"
-#if LEAPS
+#if SKIPS
 #include "leap.glsl"
 #else
 const float NOWHERE = 1e9;
@@ -31,9 +31,9 @@ struct BoxWalk {
     vec3 step;                    // its way through a slab
     float whole_length;           // of a slab on the ray, in the unit of `slab_length`
     float first_slab;             // where it enters what is seen of the box
-    float first_share;
+    float first_fraction;
     float last_slab;              // where it leaves that; far before it enters where it misses it
-    float last_share;
+    float last_fraction;
     bool is_cut_open;             // whether a half space, and neither box nor eye, is where it begins
 };
 
@@ -41,24 +41,24 @@ struct BoxWalk {
 // a half space is where these begin.
 BoxWalk box_walk(vec2 pixel, float obliquity, real2 seen, bool is_cut) {
     real3 position = position_of(pixel);
-    real3 way = way_of(pixel);
-    real2 inside = depths_between(real3(0.0), real3(1.0), position, way);
+    real3 ray = ray_of(pixel);
+    real2 inside = depths_between(real3(0.0), real3(1.0), position, ray);
     BoxWalk walk;
     walk.is_cut_open = is_cut && seen.x > inside.x;
     inside = real2(max(inside.x, seen.x), min(inside.y, seen.y));
 #if BRICKS
     // Neighbours work out the same depth for the face that they share.
-    real2 own = depths_between(brick_low, brick_high, position, way);
+    real2 own = depths_between(brick_low, brick_high, position, ray);
     walk.is_cut_open = walk.is_cut_open && own.x <= inside.x;
     inside = real2(max(inside.x, own.x), min(inside.y, own.y));
 #endif
     walk.start = vec3(position);
-    walk.step = vec3(way);
+    walk.step = vec3(ray);
     walk.whole_length = obliquity * slab_length;
     walk.first_slab = float(floor(inside.x));
-    walk.first_share = float(inside.x - floor(inside.x));
+    walk.first_fraction = float(inside.x - floor(inside.x));
     walk.last_slab = float(ceil(inside.y)) - 1.0;
-    walk.last_share = float(inside.y - (ceil(inside.y) - 1.0));
+    walk.last_fraction = float(inside.y - (ceil(inside.y) - 1.0));
     if (inside.x >= inside.y) {
         walk.first_slab = 1e9;
         walk.last_slab = -1e9;
@@ -67,9 +67,9 @@ BoxWalk box_walk(vec2 pixel, float obliquity, real2 seen, bool is_cut) {
 }
 
 // Whether the ray is inside from the share of a slab on.
-bool is_inside(BoxWalk walk, float slab, float share) {
-    bool has_entered = slab > walk.first_slab || (slab == walk.first_slab && share >= walk.first_share);
-    return has_entered && (slab < walk.last_slab || (slab == walk.last_slab && share < walk.last_share));
+bool is_inside(BoxWalk walk, float slab, float fraction) {
+    bool has_entered = slab > walk.first_slab || (slab == walk.first_slab && fraction >= walk.first_fraction);
+    return has_entered && (slab < walk.last_slab || (slab == walk.last_slab && fraction < walk.last_fraction));
 }
 
 // The first slab from this one on that the ray enters or leaves in the middle, or with which it begins to be inside.
@@ -77,24 +77,24 @@ float next_ragged(BoxWalk walk, float slab) {
 #if FACES
     if (slab >= walk.first_slab && slab <= walk.last_slab) return slab;
 #endif
-    float entered = walk.first_slab + (walk.first_share > 0.0 || walk.first_slab > slab ? 0.0 : 1e9);
-    float left = walk.last_slab + (walk.last_share < 1.0 ? 0.0 : 1.0);
+    float entered = walk.first_slab + (walk.first_fraction > 0.0 || walk.first_slab > slab ? 0.0 : 1e9);
+    float left = walk.last_slab + (walk.last_fraction < 1.0 ? 0.0 : 1.0);
     return min(entered >= slab ? entered : 1e9, left >= slab ? left : 1e9);
 }
 
 // The next share of a slab behind `share` at which the ray enters or leaves; 1 at the most.
-float next_end(BoxWalk walk, float slab, float share) {
+float next_end(BoxWalk walk, float slab, float fraction) {
     float until = 1.0;
-    if (slab == walk.first_slab && walk.first_share > share) until = walk.first_share;
-    if (slab == walk.last_slab && walk.last_share > share) until = min(until, walk.last_share);
+    if (slab == walk.first_slab && walk.first_fraction > fraction) until = walk.first_fraction;
+    if (slab == walk.last_slab && walk.last_fraction > fraction) until = min(until, walk.last_fraction);
 #if FACES
-    vec3 way = walk.step * samples_per_edge;
-    vec3 place = (walk.start + slab * walk.step) * samples_per_edge;
-    vec3 from = place + (share + LEAST_PIECE) * way;
-    vec3 faces = mix(ceil(from) - 1.0, floor(from) + 1.0, greaterThan(way, vec3(0.0)));
-    vec3 shares = (faces - place) / mix(way, vec3(1e-30), lessThan(abs(way), vec3(1e-30)));
-    shares = mix(shares, vec3(1.0), lessThan(abs(way), vec3(1e-30)));
-    until = min(until, max(min(shares.x, min(shares.y, shares.z)), share + LEAST_PIECE));
+    vec3 ray = walk.step * samples_per_edge;
+    vec3 position = (walk.start + slab * walk.step) * samples_per_edge;
+    vec3 from = position + (fraction + LEAST_PIECE) * ray;
+    vec3 faces = mix(ceil(from) - 1.0, floor(from) + 1.0, greaterThan(ray, vec3(0.0)));
+    vec3 fractions = (faces - position) / mix(ray, vec3(1e-30), lessThan(abs(ray), vec3(1e-30)));
+    fractions = mix(fractions, vec3(1.0), lessThan(abs(ray), vec3(1e-30)));
+    until = min(until, max(min(fractions.x, min(fractions.y, fractions.z)), fraction + LEAST_PIECE));
 #endif
     return until;
 }
@@ -105,29 +105,29 @@ vec4 glow_there(vec4 texel, vec3 position, float length) {
 }
 #elif CLASSIFICATION == 2
 vec4 glow_there(vec4 texel, vec3 position, float length) {
-    vec4 matter = matter_of(texel, position);
-    if (!GLOWS) matter.rgb *= matter.a;
+    vec4 medium = medium_of(texel, position);
+    if (!GLOWS) medium.rgb *= medium.a;
 #if WEIGHTS
     length *= weight_at(position);
 #endif
     // Of several that are opaque in one place none is more so than another.
-    if (matter.a >= OPAQUE && length > 0.0) length = 1.0;
-    return matter * length;
+    if (medium.a >= OPAQUE && length > 0.0) length = 1.0;
+    return medium * length;
 }
 #else
 vec4 glow_between(vec4 front, vec4 behind, float length, vec3 position, float depth) {
-    way_depth = 0.0;
+    ray_depth = 0.0;
     vec4 color = color_between(front, behind, length, position, depth);
     // As if nothing of it were absorbed on the piece itself.
-    float seen = way_depth > 0.0 ? color.a / way_depth : 1.0;
-    return vec4(color.rgb / max(seen, 1e-30), way_depth);
+    float seen = ray_depth > 0.0 ? color.a / ray_depth : 1.0;
+    return vec4(color.rgb / max(seen, 1e-30), ray_depth);
 }
 #endif
 
 // What is at a share of a slab, where that is asked for once for the piece behind it as well as for the one in front.
-vec4 texel_between(BoxWalk walk, float slab, float share) {
+vec4 texel_between(BoxWalk walk, float slab, float fraction) {
 #if CLASSIFICATION == 3
-    return texel_at(walk.start + (slab + share) * walk.step);
+    return texel_at(walk.start + (slab + fraction) * walk.step);
 #else
     return vec4(0.0);
 #endif
@@ -150,13 +150,13 @@ vec4 glow_of_piece(BoxWalk walk, float slab, float from, float to, inout vec4 fr
 }
 
 // The same for the matter at one place, over the length of a slab.
-vec4 glow_at(BoxWalk walk, float slab, float share) {
-    vec3 position = walk.start + (slab + share) * walk.step;
+vec4 glow_at(BoxWalk walk, float slab, float fraction) {
+    vec3 position = walk.start + (slab + fraction) * walk.step;
     vec4 texel = texel_at(position);
 #if CLASSIFICATION == 3
-    return glow_between(texel, texel, walk.whole_length, position, slab + share);
+    return glow_between(texel, texel, walk.whole_length, position, slab + fraction);
 #else
-    return cued(glow_there(texel, position, walk.whole_length), slab + share);
+    return cued(glow_there(texel, position, walk.whole_length), slab + fraction);
 #endif
 }
 
@@ -165,7 +165,7 @@ vec2 next_run(BoxWalk walk, float slab) {
     float end = walk.last_slab + 1.0;
     slab = max(slab, walk.first_slab);
     if (slab >= end) return vec2(NOWHERE);
-#if LEAPS
+#if SKIPS
     return full_run(cell_walk(walk.start, walk.step), slab, end);
 #else
     return vec2(slab, end);

@@ -17,16 +17,16 @@
 const float OPAQUE = 1e24;
 
 // Colour and opacity over a path in matter of straight colour.
-vec4 color_of_straight(vec4 matter, float path_length) {
-    float opacity = opacity_from_depth(matter.a * path_length);
-    return vec4(matter.rgb * opacity, opacity);
+vec4 color_of_straight(vec4 medium, float path_length) {
+    float opacity = opacity_from_depth(medium.a * path_length);
+    return vec4(medium.rgb * opacity, opacity);
 }
 
 // The same where r, g, b is emission.
-vec4 color_of_glowing(vec4 matter, float path_length) {
-    float depth = matter.a * path_length;
+vec4 color_of_glowing(vec4 medium, float path_length) {
+    float depth = medium.a * path_length;
     float opacity = opacity_from_depth(depth);
-    return vec4(matter.rgb * (path_length * mean_transmittance(depth, opacity)), opacity);
+    return vec4(medium.rgb * (path_length * mean_transmittance(depth, opacity)), opacity);
 }
 
 #if RAMPS
@@ -34,11 +34,11 @@ vec4 color_of_glowing(vec4 matter, float path_length) {
 #if RAMPS <= 3  // there is no room for more
 flat uniform vec4 ramp_base;      // colour and extinction before the first ramp
 flat uniform vec4 ramp_rises[RAMPS];   // how much each ramp adds from its start to its end
-flat uniform vec3 ramp_places[RAMPS];  // where it starts, 1 / its width, and where it ends
+flat uniform vec3 ramp_positions[RAMPS];  // where it starts, 1 / its width, and where it ends
 #else
 uniform vec4 ramp_base;
 uniform vec4 ramp_rises[RAMPS];
-uniform vec3 ramp_places[RAMPS];
+uniform vec3 ramp_positions[RAMPS];
 #endif
 vec4 held_base = HELD(ramp_base);
 
@@ -46,23 +46,23 @@ vec4 held_base = HELD(ramp_base);
 
 // Copies for the loop over the slabs: Mesa's software driver fetches a uniform anew each time, and keeps an array in
 // memory, which makes a sample twice as dear.
-#define DECLARE(rise, place, i) vec4 rise; vec3 place;
+#define DECLARE(rise, position, i) vec4 rise; vec3 position;
 EACH_RAMP(DECLARE)
 
 void load_ramps() {
-#define LOAD(rise, place, i) rise = ramp_rises[i]; place = ramp_places[i];
+#define LOAD(rise, position, i) rise = ramp_rises[i]; position = ramp_positions[i];
     EACH_RAMP(LOAD)
 }
 
 // NaN is nothing.
-vec4 matter_of_value(float value) {
-    vec4 matter = held_base;
-#define ADD(rise, place, i) matter += rise * clamp((value - place.x) * place.y, 0.0, 1.0);
+vec4 medium_of_value(float value) {
+    vec4 medium = held_base;
+#define ADD(rise, position, i) medium += rise * clamp((value - position.x) * position.y, 0.0, 1.0);
     EACH_RAMP(ADD)
 #if MISSING
-    matter = value == value ? matter : vec4(0.0);
+    medium = value == value ? medium : vec4(0.0);
 #endif
-    return matter;
+    return medium;
 }
 
 #else
@@ -112,16 +112,16 @@ int segment_of(float value) {
 }
 
 // Where in its segment a value lies, from 0 to 1.
-float share_of(Segment segment, float value) {
+float fraction_of(Segment segment, float value) {
     return clamp((value - segment.start) * segment.per_width, 0.0, 1.0);
 }
 
-float extinction_at(Segment segment, float share) {
-    return mix(segment.extinction_at_start, segment.extinction_at_end, share);
+float extinction_at(Segment segment, float fraction) {
+    return mix(segment.extinction_at_start, segment.extinction_at_end, fraction);
 }
 
-vec3 color_at(Segment segment, float share) {
-    return mix(segment.color_at_start, segment.color_at_end, share);
+vec3 color_at(Segment segment, float fraction) {
+    return mix(segment.color_at_start, segment.color_at_end, fraction);
 }
 
 bool is_opaque(Segment segment, float value) {
@@ -134,12 +134,12 @@ vec4 opaque_color(vec3 color) {
 }
 
 // NaN is nothing.
-vec4 matter_of_value(float value) {
+vec4 medium_of_value(float value) {
     Segment segment = segment_at(segment_of(value));
-    float share = share_of(segment, value);
-    vec4 matter = vec4(color_at(segment, share), extinction_at(segment, share));
-    if (is_opaque(segment, value)) matter = vec4(matter.rgb * (EMISSIVE == 2 ? OPAQUE : 1.0), OPAQUE);
-    return value == value ? matter : vec4(0.0);
+    float fraction = fraction_of(segment, value);
+    vec4 medium = vec4(color_at(segment, fraction), extinction_at(segment, fraction));
+    if (is_opaque(segment, value)) medium = vec4(medium.rgb * (EMISSIVE == 2 ? OPAQUE : 1.0), OPAQUE);
+    return value == value ? medium : vec4(0.0);
 }
 
 #endif

@@ -26,21 +26,21 @@ vec3 depths_per_opacity(vec3 x) {
 // How far along a stretch matter is seen on average, in shares of the stretch, weighted with what is seen: the mean of
 // t(A) over the opacities A from 0 to that of the whole stretch, where t is where the depth in front is -log(1 - A).
 // Extinction is linear, so that t solves a quadratic equation.
-float mean_place(float extinction_in_front, float extinction_behind, float depth, float opacity) {
+float mean_position(float extinction_in_front, float extinction_behind, float depth, float opacity) {
     float square = extinction_in_front * extinction_in_front;
     float squares = extinction_behind * extinction_behind - square;
 #if RAMPS && !LIT
-    vec3 shares = (opacity / depth) * GAUSS_AT * depths_per_opacity(opacity * GAUSS_AT);
-    vec3 roots = sqrt(max(square + squares * shares, 0.0));
-    vec3 places = shares * (extinction_in_front + extinction_behind) / (extinction_in_front + roots);
-    return dot(GAUSS_WEIGHT, min(places, 1.0));
+    vec3 fractions = (opacity / depth) * GAUSS_AT * depths_per_opacity(opacity * GAUSS_AT);
+    vec3 roots = sqrt(max(square + squares * fractions, 0.0));
+    vec3 positions = fractions * (extinction_in_front + extinction_behind) / (extinction_in_front + roots);
+    return dot(GAUSS_WEIGHT, min(positions, 1.0));
 #else
     // A loop, and logarithms: beside light, and what looks segments up, Mesa's compiler takes minutes for more in one piece.
     float mean = 0.0;
     for (int i = 0; i < 3; ++i) {
-        float share = depth_from_opacity(opacity * GAUSS_AT[i]) / depth;
-        float root = sqrt(max(square + squares * share, 0.0));
-        mean += GAUSS_WEIGHT[i] * min(share * (extinction_in_front + extinction_behind) / (extinction_in_front + root), 1.0);
+        float fraction = depth_from_opacity(opacity * GAUSS_AT[i]) / depth;
+        float root = sqrt(max(square + squares * fraction, 0.0));
+        mean += GAUSS_WEIGHT[i] * min(fraction * (extinction_in_front + extinction_behind) / (extinction_in_front + root), 1.0);
     }
     return mean;
 #endif
@@ -54,9 +54,9 @@ vec3 emissive_color(vec3 front, vec3 behind, float extinction_in_front, float ex
         // Dense from the start: ∫ E/τ e^-u du over the depth u, by three points of Gauss and Laguerre.
         vec3 deep = vec3(0.0);
         for (int i = 0; i < 3; ++i) {
-            float share = LAGUERRE_AT[i] / depth;
-            float root = sqrt(mix(extinction_in_front * extinction_in_front, extinction_behind * extinction_behind, share));
-            float t = share * (extinction_in_front + extinction_behind) / (extinction_in_front + root);
+            float fraction = LAGUERRE_AT[i] / depth;
+            float root = sqrt(mix(extinction_in_front * extinction_in_front, extinction_behind * extinction_behind, fraction));
+            float t = fraction * (extinction_in_front + extinction_behind) / (extinction_in_front + root);
             deep += LAGUERRE_WEIGHT[i] * mix(front, behind, t) / root;
         }
         return deep;
@@ -74,18 +74,18 @@ vec3 emissive_color(vec3 front, vec3 behind, float extinction_in_front, float ex
     return color * (path_length / parts);
 }
 
-float way_depth;                  // optical depth of all stretches since it was last set to 0
+float ray_depth;                  // optical depth of all stretches since it was last set to 0
 
 // Colour and opacity of a stretch along which matter goes linearly from `front` to `behind`.
-vec4 stretch_color(vec4 front, vec4 behind, float path_length) {
+vec4 interval_color(vec4 front, vec4 behind, float path_length) {
     float depth = 0.5 * (front.a + behind.a) * path_length;
     float opacity = opacity_from_depth(depth);
-    way_depth += depth;
+    ray_depth += depth;
 #if EMISSIVE
     return vec4(emissive_color(front.rgb, behind.rgb, front.a, behind.a, path_length), opacity);
 #else
     if (depth <= 0.0) return vec4(0.0);
-    return vec4(mix(front.rgb, behind.rgb, mean_place(front.a, behind.a, depth, opacity)) * opacity, opacity);
+    return vec4(mix(front.rgb, behind.rgb, mean_position(front.a, behind.a, depth, opacity)) * opacity, opacity);
 #endif
 }
 
@@ -98,7 +98,7 @@ float bend_behind(float bend, float value, float next) {
 // The next value behind `value` at which a ramp starts or ends, all times `sign`; at most `end`.
 float next_bend(float sign, float value, float end) {
     float next = end;
-#define BEND(rise, place, i) next = bend_behind(sign * place.x, value, bend_behind(sign * place.z, value, next));
+#define BEND(rise, position, i) next = bend_behind(sign * position.x, value, bend_behind(sign * position.z, value, next));
     EACH_RAMP(BEND)
     return next;
 }
@@ -112,25 +112,25 @@ vec4 color_between_values(float front, float behind, float path_length) {
     float end = sign * behind;
     float value = sign * front;
     float rise = end - value;
-    vec4 matter = matter_of_value(front);
+    vec4 medium = medium_of_value(front);
     vec4 color = vec4(0.0);
     for (;;) {
         float next = next_bend(sign, value, end);
-        vec4 next_matter = matter_of_value(sign * next);
+        vec4 next_medium = medium_of_value(sign * next);
         float length = rise > 1e-37 ? path_length * ((next - value) / rise) : path_length;
-        color = over(color, stretch_color(matter, next_matter, length));
+        color = over(color, interval_color(medium, next_medium, length));
         if (next >= end) return color;
         value = next;
-        matter = next_matter;
+        medium = next_medium;
     }
 }
 
 #else
 
 // Matter at a value in a segment.
-vec4 matter_in(Segment segment, float value) {
-    float share = share_of(segment, value);
-    return vec4(color_at(segment, share), extinction_at(segment, share));
+vec4 medium_in(Segment segment, float value) {
+    float fraction = fraction_of(segment, value);
+    return vec4(color_at(segment, fraction), extinction_at(segment, fraction));
 }
 
 // Colour and opacity of a slab along which the value goes linearly from `front` to `behind`: its stretches between
@@ -145,13 +145,13 @@ vec4 color_between_values(float front, float behind, float path_length) {
     for (;; index += step) {
         Segment segment = segment_at(index);
         float next = index == last ? behind : (step > 0 ? segment.end : segment.start);
-        float share = behind == front ? 1.0 : clamp((next - value) / (behind - front), 0.0, 1.0);
-        if (share > 0.0) {
+        float fraction = behind == front ? 1.0 : clamp((next - value) / (behind - front), 0.0, 1.0);
+        if (fraction > 0.0) {
             if (is_opaque(segment, max(value, next))) {
-                way_depth += OPAQUE;
-                return over(color, opaque_color(color_at(segment, share_of(segment, value))));
+                ray_depth += OPAQUE;
+                return over(color, opaque_color(color_at(segment, fraction_of(segment, value))));
             }
-            color = over(color, stretch_color(matter_in(segment, value), matter_in(segment, next), path_length * share));
+            color = over(color, interval_color(medium_in(segment, value), medium_in(segment, next), path_length * fraction));
         }
         if (index == last) return color;
         value = next;

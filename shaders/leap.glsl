@@ -5,13 +5,13 @@
 
 // Per cell: 2 r + (1 where there is matter); all cells less than r away are alike, among those that a ray may come to.
 // The first half along an axis is for rays that go up along it, the second for those that go down.
-uniform usampler3D leaps;
+uniform usampler3D skips;
 flat uniform vec3 cells_per_box;
 
 // A ray through the cells, in coordinates that grow along it: where it goes downwards they are mirrored at 0.
 struct CellWalk {
     vec3 start;                   // where it is at depth 0
-    vec3 way;                     // per unit of depth, not negative
+    vec3 ray;                     // per unit of depth, not negative
     vec3 depth_per_cell;
     vec3 depth_at_zero;           // where each coordinate is 0
     vec3 sign;                    // cell c of the mirrored coordinates is texel sign * c + first
@@ -24,11 +24,11 @@ CellWalk cell_walk(vec3 start, vec3 step) {
     vec3 sign = mix(vec3(-1.0), vec3(1.0), greaterThanEqual(step, vec3(0.0)));
     CellWalk walk;
     walk.start = sign * start * cells_per_box;
-    walk.way = sign * step * cells_per_box;
-    walk.depth_per_cell = 1.0 / max(walk.way, vec3(1e-30));
+    walk.ray = sign * step * cells_per_box;
+    walk.depth_per_cell = 1.0 / max(walk.ray, vec3(1e-30));
     walk.depth_at_zero = -walk.start * walk.depth_per_cell;
     walk.sign = sign;
-    vec3 cells = vec3(textureSize(leaps, 0) / 2);
+    vec3 cells = vec3(textureSize(skips, 0) / 2);
     walk.lowest = mix(cells, vec3(0.0), greaterThan(sign, vec3(0.0)));
     walk.highest = walk.lowest + cells - 1.0;
     walk.first = walk.lowest + min(sign, vec3(0.0));
@@ -37,7 +37,7 @@ CellWalk cell_walk(vec3 start, vec3 step) {
 
 // What `leaps` says of a cell; rounding may put it beside the box.
 uint entry_of(CellWalk walk, vec3 cell) {
-    return texelFetch(leaps, ivec3(clamp(walk.sign * cell + walk.first, walk.lowest, walk.highest)), 0).r;
+    return texelFetch(skips, ivec3(clamp(walk.sign * cell + walk.first, walk.lowest, walk.highest)), 0).r;
 }
 
 // Cell by cell: whether there is matter from `depth` on, which becomes where that may change, in the cell that it does.
@@ -47,7 +47,7 @@ bool is_full_until(CellWalk walk, inout vec3 cell, inout float depth) {
     vec3 depths = beyond * walk.depth_per_cell + walk.depth_at_zero;
     float leaving = max(min(depths.x, min(depths.y, depths.z)), depth);
     // Along the axis that it leaves by the next cell is known; along the others no rounding takes it back.
-    vec3 next = max(floor(walk.start + leaving * walk.way), cell);
+    vec3 next = max(floor(walk.start + leaving * walk.ray), cell);
     cell = mix(next, beyond, lessThanEqual(depths, vec3(leaving)));
     depth = leaving;
     return (entry & 1u) == 1u;
@@ -59,7 +59,7 @@ const float NOWHERE = 1e9;
 // or the one after it: rounding may end a cell where the slab begins.
 vec2 full_run(CellWalk walk, float slab, float end) {
     float depth = slab;
-    vec3 cell = floor(walk.start + depth * walk.way);
+    vec3 cell = floor(walk.start + depth * walk.ray);
     vec2 run = vec2(NOWHERE);
     float from = depth;
     bool is_full = false;
@@ -103,12 +103,12 @@ vec2 take_run(inout Runs runs, float base) {
 // Where matter may be met next by samples in the middle of slabs, from `slab` on, in `most` slabs or some more. The slab
 // from which on nothing is known yet is returned. It goes from sample to sample, so that no cell between two of them is
 // asked; `sampled` are the first and the last that there are, where the box cuts slabs short.
-float leap(CellWalk walk, float base, float slab, float end, vec2 sampled, float most, out Runs runs) {
+float skip(CellWalk walk, float base, float slab, float end, vec2 sampled, float most, out Runs runs) {
     float full_from = NOWHERE;
     float count = 0.0;
     runs = Runs(NO_RUN, NO_RUN, NO_RUN, NO_RUN, NO_RUN, NO_RUN);
     while (slab < end && count < MOST_RUNS) {
-        vec3 cell = floor(walk.start + clamp(slab + 0.5, sampled.x, sampled.y) * walk.way);
+        vec3 cell = floor(walk.start + clamp(slab + 0.5, sampled.x, sampled.y) * walk.ray);
         uint entry = entry_of(walk, cell);
         vec3 depths = (cell + float(entry >> 1u)) * walk.depth_per_cell + walk.depth_at_zero;
         float next = max(ceil(min(depths.x, min(depths.y, depths.z)) - 0.5), slab + 1.0);

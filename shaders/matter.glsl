@@ -47,25 +47,25 @@ const bool GLOWS = EMISSIVE != 0 || GRADED != 0 || CONTOURS != 0;
 
 #if CLASSIFICATION == 2
 // Matter of a texel, in its light.
-vec4 matter_of(vec4 texel, vec3 position) {
+vec4 medium_of(vec4 texel, vec3 position) {
     float value = value_of(texel);
-    vec4 matter = matter_of_value(value);
+    vec4 medium = medium_of_value(value);
 #if GRADIENT
     vec3 gradient = gradient_of(texel);
 #if MODULATIONS
     float factor = modulation_of(magnitude_of(gradient));
-    matter *= vec4(EMISSIVE != 0 ? vec3(factor) : vec3(1.0), factor);
+    medium *= vec4(EMISSIVE != 0 ? vec3(factor) : vec3(1.0), factor);
 #endif
 #if GRADED || CONTOURS
-    if (EMISSIVE == 0) matter.rgb *= matter.a;
-    matter += value == value ? graded_matter(value, magnitude_of(gradient)) : vec4(0.0);
+    if (EMISSIVE == 0) medium.rgb *= medium.a;
+    medium += value == value ? graded_medium(value, magnitude_of(gradient)) : vec4(0.0);
 #endif
 #if LIT
     Shade shade = shade_at(gradient, to_eye, position);
-    matter.rgb = matter.rgb * shade.diffuse + (GLOWS ? matter.a : 1.0) * shade.specular;
+    medium.rgb = medium.rgb * shade.diffuse + (GLOWS ? medium.a : 1.0) * shade.specular;
 #endif
 #endif
-    return matter;
+    return medium;
 }
 #endif
 

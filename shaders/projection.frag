@@ -14,7 +14,7 @@
 #include "volume_texture.glsl"
 #include "trilinear.glsl"
 #include "seen.glsl"
-#if LEAPS
+#if SKIPS
 #include "leap.glsl"
 #endif
 
@@ -65,34 +65,34 @@ float value_at(vec3 position) {
 }
 
 // The middle of a slab, of which the box may leave a part.
-vec3 middle_of(Ray ray, float slab, out float share) {
-    float front = slab == ray.first_slab ? ray.first_share : 0.0;
-    float back = slab == ray.last_slab ? ray.last_share : 1.0;
-    share = back - front;
+vec3 middle_of(Ray ray, float slab, out float fraction) {
+    float front = slab == ray.first_slab ? ray.first_fraction : 0.0;
+    float back = slab == ray.last_slab ? ray.last_fraction : 1.0;
+    fraction = back - front;
     return ray.start + (slab + 0.5 * (front + back)) * ray.step;
 }
 
 #if MODE == 1
 // What a share of a slab adds to the integral, to the way, and to the ways along which the value is infinite, and minus that.
-vec4 part(float value, float share) {
+vec4 part(float value, float fraction) {
     if (!is_there(value)) return vec4(0.0);
 #if MISSING
-    if (value > largest_finite) return vec4(0.0, share, share, 0.0);
-    if (value < -largest_finite) return vec4(0.0, share, 0.0, share);
+    if (value > largest_finite) return vec4(0.0, fraction, fraction, 0.0);
+    if (value < -largest_finite) return vec4(0.0, fraction, 0.0, fraction);
 #endif
-    return vec4(share * (max(value, least) - bias), share, 0.0, 0.0);
+    return vec4(fraction * (max(value, least) - bias), fraction, 0.0, 0.0);
 }
 
 #if MISSING != 2
 vec4 integral_along(Ray ray) {
-    float share;
-    float value = value_at(middle_of(ray, ray.slab, share));
-    vec4 sum = part(value, share);
+    float fraction;
+    float value = value_at(middle_of(ray, ray.slab, fraction));
+    vec4 sum = part(value, fraction);
     float last = ray.end - 1.0;
     float slab = ray.slab + 1.0;
     if (last >= slab) {
-        value = value_at(middle_of(ray, last, share));
-        sum += part(value, share);
+        value = value_at(middle_of(ray, last, fraction));
+        sum += part(value, fraction);
     }
     // The whole ones between them, two at a time, since the loop itself takes time; at the end there may be one.
     while (slab < last) {
@@ -116,11 +116,11 @@ vec4 integral_along(Ray ray) {
 #if WALKS
 // Depth at which the ray enters the box, and at which it leaves.
 float front_of(Ray ray) {
-    return ray.first_slab + ray.first_share;
+    return ray.first_slab + ray.first_fraction;
 }
 
 float back_of(Ray ray) {
-    return ray.last_slab + ray.last_share;
+    return ray.last_slab + ray.last_fraction;
 }
 
 // The value from one depth to another with no plane of samples between them, as a cubic in t from FROM to TO.
@@ -141,13 +141,13 @@ const float TO = 3.0;
 // Values at t = 0, 1, 2 and 3; `at_front` is known where t = 0 is the front.
 vec4 values_between(Ray ray, float front, float back, float at_front) {
     vec3 start = ray.start + front * ray.step;
-    vec3 way = ((back - front) / (TO - FROM)) * ray.step;
+    vec3 ray = ((back - front) / (TO - FROM)) * ray.step;
 #if MISSING
-    start += 0.5 * way;
+    start += 0.5 * ray;
     at_front = value_at(start);
-    return vec4(at_front, value_at(start + way), value_at(start + 2.0 * way), value_at(start + 3.0 * way));
+    return vec4(at_front, value_at(start + ray), value_at(start + 2.0 * ray), value_at(start + 3.0 * ray));
 #else
-    return vec4(at_front, value_at(start + way), value_at(start + 2.0 * way), value_at(ray.start + back * ray.step));
+    return vec4(at_front, value_at(start + ray), value_at(start + 2.0 * ray), value_at(ray.start + back * ray.step));
 #endif
 }
 
@@ -157,7 +157,7 @@ vec4 values_between(Ray ray, float front, float back, float at_front) {
 // From one plane between cells to the next: all of such a piece is infinite, or nothing of it. Where air may lie within
 // the values it ends with the slab, too, since what is above air is no cubic.
 vec4 integral_along(Ray ray) {
-    const vec4 SHARES = vec4(13.0, 11.0, 11.0, 13.0) / 48.0;  // of the looks in the mean of the cubic
+    const vec4 FRACTIONS = vec4(13.0, 11.0, 11.0, 13.0) / 48.0;  // of the looks in the mean of the cubic
     SampleWalk walk = sample_walk(ray.start, ray.step, samples);
     vec3 planes;
     float depth = max(ray.slab, front_of(ray));
@@ -170,9 +170,9 @@ vec4 integral_along(Ray ray) {
         float end = least < -largest_finite ? last : min(floor(depth) + 1.0, last);
         float next = max(next_depth(walk, end, planes), depth);
         vec4 values = values_between(ray, depth, next, 0.0);
-        vec4 shares = (next - depth) * SHARES;
-        some += part(values.x, shares.x) + part(values.y, shares.y);
-        some += part(values.z, shares.z) + part(values.w, shares.w);
+        vec4 fractions = (next - depth) * FRACTIONS;
+        some += part(values.x, fractions.x) + part(values.y, fractions.y);
+        some += part(values.z, fractions.z) + part(values.w, fractions.w);
         depth = next;
         pieces += 1.0;
         if (pieces == MOST_AT_ONCE) {
@@ -227,7 +227,7 @@ float largest_along(Ray ray) {
 #endif
 
 #if MODE == 3
-const float PLACES = 1.0 / 4194304.0;  // of the box: what float32 leaves of a place in it, 2^-22
+const float POSITIONS = 1.0 / 4194304.0;  // of the box: what float32 leaves of a place in it, 2^-22
 
 // Whether the ray meets the surface in these slabs, or in a cell that they touch; at which depth.
 bool meets_surface(Ray ray, vec2 slabs, out float depth) {
@@ -236,7 +236,7 @@ bool meets_surface(Ray ray, vec2 slabs, out float depth) {
     float front = first_depth(walk, front_of(ray), max(slabs.x, front_of(ray)), planes);
     vec4 values = vec4(value_at(ray.start + front * ray.step));
     // How much the depth grows over the longest edge of the box.
-    float longest = max(samples.x, max(samples.y, samples.z)) / max(walk.way.x, max(walk.way.y, walk.way.z));
+    float longest = max(samples.x, max(samples.y, samples.z)) / max(walk.ray.x, max(walk.ray.y, walk.ray.z));
     bool found = false;
 #if MISSING
     float before = 0.0;           // how much above the isovalue the ray was, or NaN
@@ -251,7 +251,7 @@ bool meets_surface(Ray ray, vec2 slabs, out float depth) {
         if (any_infinite(values)) above = vec4(dot(above, vec4(1.0)));
 #endif
         // The end may be a little before the plane at which the value reaches the isovalue and stays there.
-        float off = min(PLACES * longest / (next - front), 1.0) * (TO - FROM) * abs(above.w - above.z);
+        float off = min(POSITIONS * longest / (next - front), 1.0) * (TO - FROM) * abs(above.w - above.z);
         vec2 ends = vec2(FROM, TO);
 #if MISSING
         // Beside a far-off sample that would take every value for near, and nothing is left of what is extrapolated.
@@ -307,12 +307,12 @@ void main() {
     bool found = false;
     float looked_at = 0.0;
     float slab = ray.slab;
-#if LEAPS
+#if SKIPS
     CellWalk walk = cell_walk(ray.start, ray.step);
 #endif
     while (slab < ray.end && !found) {
         vec2 run = vec2(slab, ray.end);
-#if LEAPS
+#if SKIPS
         run = full_run(walk, slab, ray.end);
         if (run.x == NOWHERE) break;
 #endif

@@ -22,33 +22,33 @@ struct Ray {
     float end;
     // The first and the last slab that it crosses in the whole box, and the shares from which and up to which.
     float first_slab;
-    float first_share;
+    float first_fraction;
     float last_slab;
-    float last_share;
+    float last_fraction;
     bool is_cut_open;             // whether a half space, and neither box nor eye, is where it begins
 };
 
 // The ray through the middle of the pixel at `place`, in window coordinates, and its slabs among those of `slab_range`.
-Ray ray_through(vec2 place, vec2 slab_range) {
-    vec2 pixel = place - picture_middle;
+Ray ray_through(vec2 position, vec2 slab_range) {
+    vec2 pixel = position - picture_middle;
     real3 position = position_of(pixel);
-    real3 way = way_of(pixel);
+    real3 ray = ray_of(pixel);
     Ray ray;
     ray.obliquity = obliquity_of(pixel);
     ray.start = vec3(position);
-    ray.step = vec3(way);
+    ray.step = vec3(ray);
     // A depth is a slab and a share of it, so that the share keeps float32's digits at any depth.
-    real2 inside = depths_between(real3(0.0), real3(1.0), position, way);
-    inside = depths_seen(inside, position, way, place, ray.is_cut_open);
+    real2 inside = depths_between(real3(0.0), real3(1.0), position, ray);
+    inside = depths_seen(inside, position, ray, position, ray.is_cut_open);
     ray.first_slab = float(floor(inside.x));
-    ray.first_share = float(inside.x - floor(inside.x));
+    ray.first_fraction = float(inside.x - floor(inside.x));
     ray.last_slab = float(ceil(inside.y)) - 1.0;
-    ray.last_share = float(inside.y - (ceil(inside.y) - 1.0));
+    ray.last_fraction = float(inside.y - (ceil(inside.y) - 1.0));
     ray.slab = max(ray.first_slab, slab_range.x);
     ray.end = min(ray.last_slab + 1.0, slab_range.y);
 #if BRICKS
     // Neighbours work out the same depth for the face that they share, and a slab's middle lies on one side of it.
-    real2 own = depths_between(brick_low, brick_high, position, way);
+    real2 own = depths_between(brick_low, brick_high, position, ray);
     float own_slab = float(ceil(own.x - 0.5));
     float own_end = float(ceil(own.y - 0.5));
     // Of the first only a part may be seen, and the middle of the whole may lie behind the eye.

@@ -45,8 +45,8 @@ vec4 held_cue = HELD(cue);
 // Premultiplied colour and opacity at some depth, as it is seen from the eye.
 vec4 cued(vec4 color, float depth) {
 #if CUE
-    float share = held_cue.a * clamp(held_cue_range.x + depth * held_cue_range.y, 0.0, 1.0);
-    color.rgb = mix(color.rgb, held_cue.rgb * color.a, share);
+    float fraction = held_cue.a * clamp(held_cue_range.x + depth * held_cue_range.y, 0.0, 1.0);
+    color.rgb = mix(color.rgb, held_cue.rgb * color.a, fraction);
 #endif
     return color;
 }

@@ -36,7 +36,7 @@ void main() {
     vec2 pixel = gl_FragCoord.xy - picture_middle;
     float obliquity = obliquity_of(pixel);
     bool is_cut;
-    real2 seen = depths_seen(real2(-BEYOND, BEYOND), position_of_0(pixel), way_of_0(pixel), gl_FragCoord.xy, is_cut);
+    real2 seen = depths_seen(real2(-BEYOND, BEYOND), position_of_0(pixel), ray_of_0(pixel), gl_FragCoord.xy, is_cut);
     float first = BEYOND;
     float end = -BEYOND;
 #each VOLUMES
@@ -55,7 +55,7 @@ void main() {
 #if CAPS
     vec4 cap = vec4(0.0);
 #each VOLUMES
-    if (walk_@.is_cut_open && walk_@.first_slab == slab) cap += glow_at(walk_@, slab, walk_@.first_share);
+    if (walk_@.is_cut_open && walk_@.first_slab == slab) cap += glow_at(walk_@, slab, walk_@.first_fraction);
 #end
     if (cap.a > 0.0) {
         stack_color = vec4(cap.rgb / cap.a, 1.0);
@@ -86,26 +86,26 @@ void main() {
         vec4 run_color = vec4(0.0);
         // A slab that a ray enters or leaves somewhere: piece by piece.
         bool is_ragged = calm_until == slab && soonest <= slab;
-        float share = is_ragged && slab < end ? 0.0 : 1.0;
+        float fraction = is_ragged && slab < end ? 0.0 : 1.0;
         if (is_ragged) samples += 1.0;
-        while (share < 1.0) {
+        while (fraction < 1.0) {
             float until = 1.0;
 #if HALVES
-            if (share < 0.5) until = 0.5;
+            if (fraction < 0.5) until = 0.5;
 #endif
             vec4 glow = vec4(0.0);
 #each VOLUMES
-            until = min(until, next_end(walk_@, slab, share));
+            until = min(until, next_end(walk_@, slab, fraction));
 #end
 #each VOLUMES
-            if (slab >= run_@.x && is_inside(walk_@, slab, share)) {
-                vec4 front = texel_between(walk_@, slab, share);
-                glow += glow_of_piece(walk_@, slab, share, until, front);
+            if (slab >= run_@.x && is_inside(walk_@, slab, fraction)) {
+                vec4 front = texel_between(walk_@, slab, fraction);
+                glow += glow_of_piece(walk_@, slab, fraction, until, front);
             }
 #end
             run_color = over(run_color, color_of(glow));
-            share = until;
-            if (share >= 1.0) break;
+            fraction = until;
+            if (fraction >= 1.0) break;
         }
         if (is_ragged) slab += 1.0;
         // Whole slabs.

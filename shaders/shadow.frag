@@ -23,8 +23,8 @@ uniform mat3 box_from_other;      // between the shares of both boxes
 uniform vec3 other_corner;
 #endif
 uniform vec3 to_light;            // where the light is, or the direction to it at length 1; from the middle of the box
-uniform mat3 box_from_place;      // of places and directions from the middle of the box, in units of its radius
-uniform mat3 place_from_box;
+uniform mat3 box_from_position;      // of places and directions from the middle of the box, in units of its radius
+uniform mat3 position_from_box;
 uniform float part_length;        // at most, in those units
 uniform float length_per_unit;    // of the transfer function's unit of length
 #if HALF_SPACES
@@ -40,17 +40,17 @@ out vec4 optical_depth;
 // Extinction times length of a part of the way.
 float depth_of_part(vec4 texel, float path_length, vec3 position) {
     float value = value_of(texel);
-    vec4 matter = matter_of_value(value);
+    vec4 medium = medium_of_value(value);
 #if MODULATIONS
-    matter *= modulation_of(magnitude_of(gradient_of(texel)));
+    medium *= modulation_of(magnitude_of(gradient_of(texel)));
 #endif
 #if GRADED || CONTOURS
-    if (value == value) matter += graded_matter(value, magnitude_of(gradient_of(texel)));
+    if (value == value) medium += graded_medium(value, magnitude_of(gradient_of(texel)));
 #endif
 #if WEIGHTS
-    matter.a *= weight_at(position);
+    medium.a *= weight_at(position);
 #endif
-    return matter.a * path_length;
+    return medium.a * path_length;
 }
 
 bool is_own(vec3 position) {
@@ -70,24 +70,24 @@ void main() {
     float farthest = 1e30;
     vec3 direction = to_light;
 #if POINT
-    direction = to_light - place_from_box * (start - 0.5);
+    direction = to_light - position_from_box * (start - 0.5);
     farthest = length(direction);
     direction /= max(farthest, 1e-30);
 #endif
-    vec3 way = box_from_place * direction;
+    vec3 ray = box_from_position * direction;
     // Where it leaves the box: along each axis through the face that it goes to.
-    vec3 ahead = mix(start, 1.0 - start, greaterThan(way, vec3(0.0)));
-    vec3 faces = ahead / max(abs(way), vec3(1e-30));
+    vec3 ahead = mix(start, 1.0 - start, greaterThan(ray, vec3(0.0)));
+    vec3 faces = ahead / max(abs(ray), vec3(1e-30));
     float whole = min(farthest, min(faces.x, min(faces.y, faces.z)));
     float near = 0.0;
 #if ELSEWHERE
-    vec3 entries = (ahead - 1.0) / max(abs(way), vec3(1e-30));
+    vec3 entries = (ahead - 1.0) / max(abs(ray), vec3(1e-30));
     near = max(near, max(entries.x, max(entries.y, entries.z)));
 #endif
 #if HALF_SPACES
     for (int i = 0; i < HALF_SPACES; ++i) {
         float height = dot(half_spaces[i].xyz, start) + half_spaces[i].w;
-        float rise = dot(half_spaces[i].xyz, way);
+        float rise = dot(half_spaces[i].xyz, ray);
         float meets = -height / (abs(rise) < 1e-30 ? 1e-30 : rise);
         if (rise >= 1e-30) near = max(near, meets);
         else if (rise <= -1e-30) whole = min(whole, meets);
@@ -103,9 +103,9 @@ void main() {
 #endif
     float depth = 0.0;
     for (float part = 0.0; part < parts; part += 1.0) {
-        vec3 position = start + (near + (part + 0.5) * one) * way;
-        float share = depth_of_part(texel_at(position), one * length_per_unit, position);
-        if (is_own(position)) depth += share;
+        vec3 position = start + (near + (part + 0.5) * one) * ray;
+        float fraction = depth_of_part(texel_at(position), one * length_per_unit, position);
+        if (is_own(position)) depth += fraction;
     }
     optical_depth = vec4(depth, 0.0, 0.0, 0.0);
 }

@@ -17,7 +17,7 @@
 
 flat uniform float color_scale;        // brings the brightest emission near 1, for targets of few digits
 flat uniform float least_transmittance;  // a ray that lets no more through is done; 0: none ever is
-#if LEAPS
+#if SKIPS
 #include "leap.glsl"
 #if CLASSIFICATION == 2
 flat uniform float slabs_ahead;        // of matter, that are looked for before they are sampled
@@ -31,7 +31,7 @@ out vec4 stack_color;             // premultiplied
 
 // Slabs that the box cuts short are sampled apart from the others, or in runs with them, where they are leapt over: what is
 // sampled for each ray costs most where little else is. Texels that stand for whole slabs make no shorter ones in a run.
-#define CUT_IN_RUNS (LEAPS && CLASSIFICATION != 3 && !(CLASSIFICATION == 0 && WHOLE_SLABS == 1))
+#define CUT_IN_RUNS (SKIPS && CLASSIFICATION != 3 && !(CLASSIFICATION == 0 && WHOLE_SLABS == 1))
 const float MOST_AT_ONCE = 64.0;  // slabs composited before they are put behind the others: sums of few keep digits
 #if AT_ONCE == 4
 #define Several vec4
@@ -59,11 +59,11 @@ vec4 slab_color(vec4 texel, float length) {
 }
 #elif CLASSIFICATION == 2
 vec4 slab_color(vec4 texel, float length, vec3 position) {
-    vec4 matter = matter_of(texel, position);
+    vec4 medium = medium_of(texel, position);
 #if WEIGHTS
     length *= weight_at(position);
 #endif
-    return GLOWS ? color_of_glowing(matter, length) : color_of_straight(matter, length);
+    return GLOWS ? color_of_glowing(medium, length) : color_of_straight(medium, length);
 }
 #endif
 
@@ -143,32 +143,32 @@ void main() {
 #if !CUT_IN_RUNS
     vec4 last_color = vec4(0.0);
     if (end > ray.last_slab && slab <= ray.last_slab && ray.last_slab > ray.first_slab) {
-        last_color = part_of_slab(start, step, ray.last_slab, 0.0, ray.last_share, whole_length);
+        last_color = part_of_slab(start, step, ray.last_slab, 0.0, ray.last_fraction, whole_length);
         samples += 1.0;
     }
 #endif
     stack_color = vec4(0.0);
 #if CAPS
     if (ray.is_cut_open && slab == ray.first_slab) {
-        stack_color = cap_color(start, step, ray.first_slab + ray.first_share, whole_length);
+        stack_color = cap_color(start, step, ray.first_slab + ray.first_fraction, whole_length);
         if (stack_color.a > 0.0) end = slab;
     }
 #endif
 #if !CUT_IN_RUNS
     if (slab == ray.first_slab && slab < end) {
-        float back = ray.first_slab == ray.last_slab ? ray.last_share : 1.0;
-        stack_color = part_of_slab(start, step, slab, ray.first_share, back, whole_length);
+        float back = ray.first_slab == ray.last_slab ? ray.last_fraction : 1.0;
+        stack_color = part_of_slab(start, step, slab, ray.first_fraction, back, whole_length);
         samples += 1.0;
         slab += 1.0;
     }
     end = min(end, ray.last_slab);
 #endif
     // The whole ones between them, in runs, until nothing behind them shows.
-#if LEAPS
+#if SKIPS
     CellWalk walk = cell_walk(start, step);
 #if CUT_IN_RUNS
-    float first_back = ray.first_slab == ray.last_slab ? ray.last_share : 1.0;
-    vec2 sampled = vec2(ray.first_slab + 0.5 * (ray.first_share + first_back), ray.last_slab + 0.5 * ray.last_share);
+    float first_back = ray.first_slab == ray.last_slab ? ray.last_fraction : 1.0;
+    vec2 sampled = vec2(ray.first_slab + 0.5 * (ray.first_fraction + first_back), ray.last_slab + 0.5 * ray.last_fraction);
     sampled.y = max(sampled.x, sampled.y);
 #else
     vec2 sampled = vec2(slab, end);
@@ -176,12 +176,12 @@ void main() {
 #endif
     while (slab < end) {
         vec2 run = vec2(slab, end);
-#if LEAPS && CLASSIFICATION == 3
+#if SKIPS && CLASSIFICATION == 3
         run = full_run(walk, slab, end);
         if (run.x == NOWHERE) break;
-#elif LEAPS
+#elif SKIPS
         Runs runs;
-        float known_until = leap(walk, ray.slab, slab, end, sampled, slabs_ahead, runs);
+        float known_until = skip(walk, ray.slab, slab, end, sampled, slabs_ahead, runs);
         run = take_run(runs, ray.slab);
 #endif
         // Opacity at which a run may end; a slab at least is drawn.
@@ -206,9 +206,9 @@ void main() {
 #else
             // Several at a time, since the loop itself takes time; at the very end there may be fewer.
 #if CUT_IN_RUNS
-            float front = slab == ray.first_slab ? ray.first_share : 0.0;
+            float front = slab == ray.first_slab ? ray.first_fraction : 0.0;
             bSeveral are_last = equal(NUMBERS, Several(ray.last_slab - slab));
-            Several backs = mix(Several(1.0), Several(ray.last_share), are_last);
+            Several backs = mix(Several(1.0), Several(ray.last_fraction), are_last);
             Several middles = (slab + NUMBERS) + 0.5 * backs;  // rounded as in `part_of_slab`
             middles.x = slab + 0.5 * (front + backs.x);
 #else
@@ -236,7 +236,7 @@ void main() {
 #endif
             samples += min(end - slab, float(AT_ONCE));
             slab += float(AT_ONCE);
-#if LEAPS
+#if SKIPS
             // Neighbours in a vector of pixels don't wait for each other's runs.
             if (slab >= run.y) {
                 known_until = max(known_until, slab);  // of several slabs at once the last may lie beyond
@@ -249,7 +249,7 @@ void main() {
         }
         stack_color = over(stack_color, run_color);
         if (least_transmittance > 0.0 && 1.0 - stack_color.a <= least_transmittance) break;
-#if LEAPS && CLASSIFICATION != 3
+#if SKIPS && CLASSIFICATION != 3
         if (slab >= ray.slab + NO_SLAB) slab = known_until;
 #endif
         if (slab >= end) break;

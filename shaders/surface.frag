@@ -43,7 +43,7 @@ flat in vec4 low[3];
 flat in vec3 normals[3];
 #endif
 layout(location = 0) out vec4 color;  // premultiplied; or the depth
-layout(location = 1) out vec4 place;
+layout(location = 1) out vec4 position;
 
 const float TIE = 1.0 / 4096.0;   // TIE of on_screen.py
 
@@ -77,16 +77,16 @@ bool meets_line(real2 pixel, out real depth) {
     real4 a = row(0);
     real4 b = row(1);
     real radius = row(2).x;
-    real2 way = b.xy - a.xy;
+    real2 ray = b.xy - a.xy;
     real2 from_start = pixel - a.xy;
-    real square = dot(way, way);
-    real along = square > 0.0 ? clamp(dot(from_start, way) / square, real(0.0), real(1.0)) : real(0.0);
+    real square = dot(ray, ray);
+    real along = square > 0.0 ? clamp(dot(from_start, ray) / square, real(0.0), real(1.0)) : real(0.0);
     real at_a = (real(1.0) - along) * a.z;
     real at_b = along * b.z;
     depth = (at_a * a.w + at_b * b.w) / (at_a + at_b);
-    real2 off = from_start - along * way;
+    real2 off = from_start - along * ray;
     if (along <= 0.0 || along >= 1.0) return dot(off, off) <= radius * radius;
-    real across = (way.x * from_start.y - way.y * from_start.x) / sqrt(square);
+    real across = (ray.x * from_start.y - ray.y * from_start.x) / sqrt(square);
     return across >= -radius - TIE && across < radius - TIE;
 }
 #endif
@@ -103,11 +103,11 @@ bool comes_before(float depth, vec4 other) {
 #if HALF_SPACES || POINT_LIGHTS
 // In the box.
 real3 position_at(real2 pixel, real depth) {
-    real3 way = velocity;
+    real3 ray = velocity;
 #if PERSPECTIVE
-    way += pixel.x * velocity_per_column + pixel.y * velocity_per_row;
+    ray += pixel.x * velocity_per_column + pixel.y * velocity_per_row;
 #endif
-    return point + pixel.x * point_per_column + pixel.y * point_per_row + depth * way;
+    return point + pixel.x * point_per_column + pixel.y * point_per_row + depth * ray;
 }
 #endif
 
@@ -159,10 +159,10 @@ void main() {
     if ((done & bit) != 0u) discard;
     if (finds_depth) {
         color = vec4(rounded);
-        place = vec4(0.0);
+        position = vec4(0.0);
         return;
     }
     if (rounded != texelFetch(nearest, ivec2(gl_FragCoord.xy), 0).r) discard;
     color = color_at(weights, pixel, depth);
-    place = vec4(number, rounded, float(depth - real(rounded)), float(done | bit));
+    position = vec4(number, rounded, float(depth - real(rounded)), float(done | bit));
 }

@@ -184,8 +184,8 @@ class Page:
         self.call("Input.dispatchKeyEvent", type="keyUp", **told)
 
     def touch(self, kind: str, *points: tuple[float, float]) -> None:
-        places = [{"x": x, "y": y, "id": number} for number, (x, y) in enumerate(points)]
-        self.call("Input.dispatchTouchEvent", type=kind, touchPoints=places)
+        positions = [{"x": x, "y": y, "id": number} for number, (x, y) in enumerate(points)]
+        self.call("Input.dispatchTouchEvent", type=kind, touchPoints=positions)
 
     def screenshot(self, path: Path, *, whole: bool = False) -> None:
         content = self.call("Page.captureScreenshot", format="png", captureBeyondViewport=whole)["data"]

@@ -26,11 +26,11 @@ def filled(width: int, height: int, *color: float) -> NDArray[np.float32]:
 
 
 def outcome_of(
-    candidate: NDArray, reference: NDArray, name: str = "picture", *, explain: bool = True, **facts: str
+    candidate: NDArray, reference: NDArray, name: str = "picture", *, explain: bool = True, **metadata: str
 ) -> Outcome:
     """What comes of a pair of arrays; `facts` are attributes of both."""
     from texvol.comparison.outcome import examine
     from texvol.comparison.pictures import Picture
 
-    pair = (Picture.of_array(each, f"{role}.exr", facts) for each, role in ((candidate, "new"), (reference, "old")))
+    pair = (Picture.of_array(each, f"{role}.exr", metadata) for each, role in ((candidate, "new"), (reference, "old")))
     return examine(*pair, name=name, explain=explain)

@@ -19,12 +19,12 @@ GRIDS = {
 AMBIENT, DIFFUSE, SPECULAR = 0.2, 0.6, 0.5
 
 
-def linear_volume(slope=SLOPE, shape=(5, 6, 7), **place):
+def linear_volume(slope=SLOPE, shape=(5, 6, 7), **position):
     """Value slope · (world position - centre)."""
-    grid = Volume(np.zeros(shape), **place)
+    grid = Volume(np.zeros(shape), **position)
     index = np.stack(np.meshgrid(*map(np.arange, shape), indexing="ij"), axis=-1)[..., ::-1]
-    places = index @ grid.world_from_index.T + grid.origin - grid.centre
-    return Volume(places @ np.asarray(slope, float), **place)
+    positions = index @ grid.world_from_index.T + grid.origin - grid.centre
+    return Volume(positions @ np.asarray(slope, float), **position)
 
 
 def uniform(extinction=EXTINCTION, color=COLOR, **further):

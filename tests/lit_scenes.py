@@ -76,9 +76,9 @@ def even(extinction: float = 0.15, color: Sequence[float] = (0.9, 0.6, 0.3)) -> 
     return TransferFunction(np.zeros(1), np.array([color]), np.array([extinction]))
 
 
-def scaled(matter: TransferFunction, low: float, high: float, world: float = 1.0) -> TransferFunction:
+def scaled(medium: TransferFunction, low: float, high: float, world: float = 1.0) -> TransferFunction:
     """Matter for values of 0 to 1 as it is for `low` to `high`, in a world `world` times as large."""
-    return TransferFunction(low + (high - low) * matter.values, matter.colors, matter.extinctions / world)
+    return TransferFunction(low + (high - low) * medium.values, medium.colors, medium.extinctions / world)
 
 
 def shade(lighting: Lighting, slope: NDArray, to_eye: NDArray, fade: float) -> tuple[NDArray, NDArray]:
@@ -87,26 +87,28 @@ def shade(lighting: Lighting, slope: NDArray, to_eye: NDArray, fade: float) -> t
     normal = np.broadcast_to(-slope / magnitude, to_eye.shape)
     if lighting.two_sided:
         normal = np.where(dot(normal, to_eye) < 0, -normal, normal)
-    share = min(magnitude / fade, 1.0)
-    believed = share**2 * (3 - 2 * share)
+    fraction = min(magnitude / fade, 1.0)
+    confidence = fraction**2 * (3 - 2 * fraction)
     diffuse, highlight = np.full(to_eye.shape, lighting.ambient), np.zeros(to_eye.shape)
     for light in lighting.lights:
         to_light = to_eye if light.vector is None else unit(np.array(light.vector))
         facing = dot(normal, to_light)
-        diffuse = diffuse + lighting.diffuse * np.array(light.color) * (1 - believed + believed * np.maximum(facing, 0))
+        diffuse = diffuse + lighting.diffuse * np.array(light.color) * (
+            1 - confidence + confidence * np.maximum(facing, 0)
+        )
         shine = np.maximum(dot(normal, unit(to_light + to_eye)), 0) ** lighting.shininess
-        highlight = highlight + np.where(facing > 0, lighting.specular * believed * shine, 0) * np.array(light.color)
+        highlight = highlight + np.where(facing > 0, lighting.specular * confidence * shine, 0) * np.array(light.color)
     return diffuse, highlight
 
 
 def lit_and_even(scene: Scene, slope: NDArray, size: tuple[int, int] = SIZE) -> NDArray[np.float64]:
     """The picture of even matter in a linear field: (c D + S)(1 - e^-τL)."""
-    camera, matter, lighting = scene.camera, scene.transfer_function, scene.lighting
-    assert camera is not None and matter is not None and lighting is not None
+    camera, medium, lighting = scene.camera, scene.transfer_function, scene.lighting
+    assert camera is not None and medium is not None and lighting is not None
     _, directions = camera.rays(size)
     diffuse, highlight = shade(lighting, slope, -directions, lighting.fade_for(scene.volume))
-    opacity = -np.expm1(-matter.extinctions[0] * path_lengths(scene.volume, camera, size))[..., np.newaxis]
-    return np.concatenate([(matter.colors[0] * diffuse + highlight) * opacity, opacity], axis=-1)
+    opacity = -np.expm1(-medium.extinctions[0] * path_lengths(scene.volume, camera, size))[..., np.newaxis]
+    return np.concatenate([(medium.colors[0] * diffuse + highlight) * opacity, opacity], axis=-1)
 
 
 def tolerance(lighting: Lighting, direction_error: float = 4 * ULP) -> float:

@@ -18,34 +18,34 @@ Numbers = NDArray[np.float64]
 def interpolated(samples: NDArray, index: Numbers) -> Numbers:
     """Trilinear between samples (z, y, x, …), those at the edge repeated beyond it, at index (n, 3) in x, y, z."""
     most = np.array(samples.shape[2::-1]) - 1
-    place = np.clip(index, 0, most)
-    low = np.minimum(np.floor(place).astype(int), np.maximum(most - 1, 0))
+    position = np.clip(index, 0, most)
+    low = np.minimum(np.floor(position).astype(int), np.maximum(most - 1, 0))
     total = np.zeros((len(index), *samples.shape[3:]))
     for corner in range(8):
         far = (corner >> np.arange(3)) & 1
-        weight = np.where(far, place - low, 1 - (place - low)).prod(axis=1)
+        weight = np.where(far, position - low, 1 - (position - low)).prod(axis=1)
         x, y, z = np.minimum(low + far, most).T
         found = np.where(weight.reshape(-1, *[1] * (samples.ndim - 3)) > 0, samples[z, y, x], 0)
         total += weight.reshape(-1, *[1] * (samples.ndim - 3)) * found
     return total
 
 
-def matter(
+def medium(
     scene: Scene,
     volume: Volume,
     transfer: TransferFunction,
     mask: Mask | None,
-    places: Numbers,
+    positions: Numbers,
     to_eye: Numbers,
     eye: Numbers | None,
 ):
     """Emission (n, 3) and extinction (n) of one volume at places of the world; `eye`: where all rays of a view meet."""
-    index = (places - volume.origin) @ np.linalg.inv(volume.direction * volume.spacing).T
+    index = (positions - volume.origin) @ np.linalg.inv(volume.direction * volume.spacing).T
     size = np.array(volume.dimensions)
     inside = ((index > -0.5) & (index < size - 0.5)).all(axis=1)
     weights = np.ones(volume.values.shape) if mask is None else mask.array.astype(float)
-    emission, extinction = np.zeros((len(places), 3)), np.zeros(len(places))
-    at, v = index[inside], places[inside] - volume.centre
+    emission, extinction = np.zeros((len(positions), 3)), np.zeros(len(positions))
+    at, v = index[inside], positions[inside] - volume.centre
     if volume.labels:
         x, y, z = np.clip(np.floor(at + 0.5).astype(int), 0, size - 1).T
         slopes = gradients(volume, scene.gradient).astype(float)[z, y, x]
@@ -71,14 +71,14 @@ def of_samples(
     """Emission and extinction of all samples, (z, y, x, 4)."""
     k, j, i = np.indices(volume.values.shape)
     index = np.stack([i, j, k], axis=-1).reshape(-1, 3)
-    places = volume.origin + index @ (volume.direction * volume.spacing).T
+    positions = volume.origin + index @ (volume.direction * volume.spacing).T
     if eye is None:
-        toward = np.broadcast_to(to_eye[0], places.shape)
+        toward = np.broadcast_to(to_eye[0], positions.shape)
     else:
-        toward = (eye - places) / np.linalg.norm(eye - places, axis=1, keepdims=True)
+        toward = (eye - positions) / np.linalg.norm(eye - positions, axis=1, keepdims=True)
     slopes = gradients(volume, scene.gradient).astype(float).reshape(-1, 3)
     tint = None if volume.colors is None else volume.colors.reshape(-1, 3)
-    q, tau = lit(scene, volume, transfer, volume.values.reshape(-1), slopes, places - volume.centre, toward, tint)
+    q, tau = lit(scene, volume, transfer, volume.values.reshape(-1), slopes, positions - volume.centre, toward, tint)
     return np.concatenate([q, tau[:, None]], axis=1).reshape(*volume.values.shape, 4) * weights[..., None]
 
 
@@ -117,20 +117,20 @@ def marched(scene: Scene, size: tuple[int, int], steps: int = 20000) -> Numbers:
         start = max(middle - box.radius, 0.0)
         step = (middle + box.radius - start) / steps
         s = start + (np.arange(steps) + 0.5) * step
-        places = eye + s[:, None] * direction
-        to_eye = np.broadcast_to(-direction, places.shape)
+        positions = eye + s[:, None] * direction
+        to_eye = np.broadcast_to(-direction, positions.shape)
         point = np.array(camera.eye) if camera.projection == "perspective" else None
-        found = [matter(scene, v, t, m, places, to_eye, point) for v, t, m in parts]
+        found = [medium(scene, v, t, m, positions, to_eye, point) for v, t, m in parts]
         q, tau = sum(each[0] for each in found), sum(each[1] for each in found)
         kept = np.ones(steps, bool)
         for plane in scene.clip:
-            kept &= places @ np.array(plane.normal) >= plane.offset
+            kept &= positions @ np.array(plane.normal) >= plane.offset
         for axis, (low, high) in enumerate(scene.crop or ()):
-            kept &= (places[:, axis] >= low) & (places[:, axis] <= high)
+            kept &= (positions[:, axis] >= low) & (positions[:, axis] <= high)
         if cue is not None:
-            depth = (places - np.array(camera.eye)) @ camera.forward
-            share = cue.strength * np.clip((depth - near) / (far - near), 0, 1)[:, None]
-            q = q * (1 - share) + tau[:, None] * share * np.array(cue.color)
+            depth = (positions - np.array(camera.eye)) @ camera.forward
+            fraction = cue.strength * np.clip((depth - near) / (far - near), 0, 1)[:, None]
+            q = q * (1 - fraction) + tau[:, None] * fraction * np.array(cue.color)
         q, tau = q * kept[:, None], tau * kept
         depth = np.cumsum(tau) * step
         left = np.exp(-(depth - tau * step / 2))

@@ -25,23 +25,23 @@ PACKAGE = Path(texvol.__file__).parent
 
 # Where a module's planted twin has to be put for the renderer to use it.
 _USERS = {
-    "compositor.py": "texvol.rendering.renderer.Compositor",
-    "optics.py": "texvol.textures.slab_texture.optics",
-    "slab_texture.py": "texvol.render.slab_texture",
+    "opengl/compositor.py": "texvol.rendering.renderer.Compositor",
+    "scene/optics.py": "texvol.textures.slab_texture.optics",
+    "textures/slab_texture.py": "texvol.rendering.render.slab_texture",
 }
 
 LINEAR_OPACITY: tuple[Replacement, ...] = (
     ("optics.glsl", "return x < 0.5 ? series : 1.0 - exp(-x);", "return min(x, 1.0);"),
     ("optics.glsl", "return opacity;", "return min(x, 1.0);"),
     (
-        "optics.py",
+        "scene/optics.py",
         "return -np.expm1(-np.asarray(optical_depth, dtype=np.float64))",
         "return np.minimum(np.asarray(optical_depth, dtype=np.float64), 1.0)",
     ),
 )
 UNCLIPPED_END_SLABS: tuple[Replacement, ...] = (
-    ("ray.glsl", "ray.first_share = float(inside.x - floor(inside.x));", "ray.first_share = 0.0;"),
-    ("ray.glsl", "ray.last_share = float(inside.y - (ceil(inside.y) - 1.0));", "ray.last_share = 1.0;"),
+    ("ray.glsl", "ray.first_fraction = float(inside.x - floor(inside.x));", "ray.first_fraction = 0.0;"),
+    ("ray.glsl", "ray.last_fraction = float(inside.y - (ceil(inside.y) - 1.0));", "ray.last_fraction = 1.0;"),
 )
 # The uniform has to stay in use, or setting it is an error.
 MISSING_COSINE: tuple[Replacement, ...] = (
@@ -51,7 +51,7 @@ BACKS_ALPHA_IN_REGISTERS: tuple[Replacement, ...] = (
     ("optics.glsl", "return front + (1.0 - front.a) * back;", "return front + (1.0 - back.a) * back;"),
 )
 BACKS_ALPHA_IN_BLEND: tuple[Replacement, ...] = (
-    ("compositor.py", "under = (moderngl.ONE_MINUS_DST_ALPHA,", "under = (moderngl.ONE_MINUS_SRC_ALPHA,"),
+    ("opengl/compositor.py", "under = (moderngl.ONE_MINUS_DST_ALPHA,", "under = (moderngl.ONE_MINUS_SRC_ALPHA,"),
 )
 HALF_TEXEL_SHIFT: tuple[Replacement, ...] = (
     (
@@ -66,7 +66,7 @@ SWAPPED_AXES: tuple[Replacement, ...] = (
 # Texels of `extinction` with the straight colour, weighted by opacity only after the fetch.
 STRAIGHT_COLOUR: tuple[Replacement, ...] = (
     (
-        "slab_texture.py",
+        "textures/slab_texture.py",
         "return np.concatenate([glow, depth], axis=1)",
         "return np.concatenate([glow / np.maximum(depth, 1e-300), depth], axis=1)",
     ),
@@ -90,7 +90,7 @@ def planted(*replacements: Replacement) -> Iterator[Renderer]:
     with ExitStack() as stack:
         folder = stack.enter_context(replaced_shaders(*in_shaders))
         twins = {file: _module(file, modules[file]) for file in touched}
-        compositor = twins.pop("compositor.py").Compositor if "compositor.py" in twins else Compositor
+        compositor = twins.pop("opengl/compositor.py").Compositor if "opengl/compositor.py" in twins else Compositor
         stack.enter_context(patch("texvol.rendering.renderer.Compositor", partial(compositor, shaders=folder)))
         for file, twin in twins.items():
             stack.enter_context(patch(_USERS[file], twin))
@@ -111,13 +111,13 @@ def slabs_per_blend(count: int) -> Iterator[None]:
     def stacks(volume, camera, slab_thickness, size, per_stack=count, *part):  # type: ignore[no-untyped-def]
         return slab_stacks(volume, camera, slab_thickness, size, count, *part)
 
-    with patch("texvol.render.slicing.slab_stacks", stacks):
+    with patch("texvol.rendering.render.slicing.slab_stacks", stacks):
         yield
 
 
 def _module(file: str, text: str) -> types.ModuleType:
     """A module of that text, which sees the same neighbours as the real one."""
-    name = f"texvol.{file.removesuffix('.py')}"
+    name = f"texvol.{file.removesuffix('.py').replace('/', '.')}"
     importlib.import_module(name)
     twin = types.ModuleType(f"{name}_planted")
     twin.__file__ = str(PACKAGE / file)

@@ -143,11 +143,11 @@ def before_light(light: tuple[float, float, float]) -> Plant:
 
 def swapped(p: Picture) -> tuple[Picture, Picture]:
     """Two layers of the picture's opacity composited in one order and in the other."""
-    share = 0.2 + 0.6 * smooth_field(30, (p.shape[1], p.shape[0]), 8)
+    fraction = 0.2 + 0.6 * smooth_field(30, (p.shape[1], p.shape[0]), 8)
     opacity = p[..., 3].astype(float)
     layers = [
         picture_of(color, 1 - (1 - opacity) ** part).astype(float)
-        for color, part in ((straight(p), share), (np.roll(straight(p), 17, axis=1)[::-1], 1 - share))
+        for color, part in ((straight(p), fraction), (np.roll(straight(p), 17, axis=1)[::-1], 1 - fraction))
     ]
     orders = [front + (1 - front[..., 3:]) * back for front, back in (layers, layers[::-1])]
     return orders[0].astype(np.float32), orders[1].astype(np.float32)

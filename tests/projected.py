@@ -55,10 +55,10 @@ def rounding(volume: Volume) -> float:
     return 2.0**-24 * (3 * sum(volume.dimensions) * (high - low) + 8 * max(abs(low), abs(high)))
 
 
-def scene_of(volume: Volume, mode: str, view: str = "orthographic", share: float = 0.6, **more) -> Scene:
+def scene_of(volume: Volume, mode: str, view: str = "orthographic", fraction: float = 0.6, **more) -> Scene:
     """A scene; an isosurface is at that share of the range."""
     low, high = volume.finite_range
-    isovalue = low + share * (high - low) if mode == "isosurface" else None
+    isovalue = low + fraction * (high - low) if mode == "isosurface" else None
     return Scene(volume, camera=CAMERAS[view](volume), mode=mode, isovalue=isovalue, **more)
 
 

@@ -52,9 +52,9 @@ def path_lengths(volume: Volume, camera: Camera, size: tuple[int, int]) -> np.nd
     origins, directions = camera.rays(size)
     unit_from_world = volume.index_from_world / np.array(volume.dimensions)[:, np.newaxis]
     position = (origins - volume.box_corner) @ unit_from_world.T
-    way = directions @ unit_from_world.T
+    line_of_sight = directions @ unit_from_world.T
     with np.errstate(divide="ignore"):
-        a, b = -position / way, (1 - position) / way
+        a, b = -position / line_of_sight, (1 - position) / line_of_sight
     enters = np.maximum(np.minimum(a, b).max(axis=2), 0)
     return np.maximum(np.maximum(a, b).min(axis=2) - enters, 0)
 

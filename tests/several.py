@@ -53,14 +53,14 @@ def picture_of(
     parts: Sequence[Box], camera: Camera, size: tuple[int, int], planes: Sequence[ClipPlane] = ()
 ) -> Numbers:
     """The picture in closed form: between the ends of the boxes each ray is in constant matter."""
-    eyes, ways = camera.rays(size)
-    near, far = np.zeros(ways.shape[:2]), np.full(ways.shape[:2], np.inf)
+    eyes, directions = camera.rays(size)
+    near, far = np.zeros(directions.shape[:2]), np.full(directions.shape[:2], np.inf)
     with np.errstate(divide="ignore", invalid="ignore"):
         for plane in planes:
-            height, rise = eyes @ np.array(plane.normal) - plane.offset, ways @ np.array(plane.normal)
+            height, rise = eyes @ np.array(plane.normal) - plane.offset, directions @ np.array(plane.normal)
             near = np.where(rise > 0, np.maximum(near, -height / rise), near)
             far = np.where(rise < 0, np.minimum(far, -height / rise), far)
-        spans = [_span(volume, eyes, ways, near, far) for volume, *_ in parts]
+        spans = [_span(volume, eyes, directions, near, far) for volume, *_ in parts]
     cuts = np.sort(np.concatenate([np.stack(span) for span in spans]), axis=0)
     picture = np.zeros((*near.shape, 4))
     for front, back in pairwise(cuts):
@@ -76,10 +76,10 @@ def picture_of(
     return picture
 
 
-def _span(volume: Volume, eyes: Numbers, ways: Numbers, near: Numbers, far: Numbers) -> tuple[Numbers, Numbers]:
+def _span(volume: Volume, eyes: Numbers, directions: Numbers, near: Numbers, far: Numbers) -> tuple[Numbers, Numbers]:
     """Where rays are in a volume's box, and between `near` and `far`."""
     to_box = np.linalg.inv(volume.box_edges)
-    position, way = (eyes - volume.box_corner) @ to_box.T, ways @ to_box.T
-    a, b = -position / way, (1 - position) / way
+    position, direction = (eyes - volume.box_corner) @ to_box.T, directions @ to_box.T
+    a, b = -position / direction, (1 - position) / direction
     enters = np.maximum(np.minimum(a, b).max(axis=-1), near)
     return enters, np.maximum(np.minimum(np.maximum(a, b).min(axis=-1), far), enters)

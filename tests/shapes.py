@@ -49,25 +49,25 @@ def quad(
     return Quad(middle - along - across, 2 * along, 2 * across, color, opacity)
 
 
-def hits_of(shape: Quad, eyes: Numbers, ways: Numbers) -> Numbers:
+def hits_of(shape: Quad, eyes: Numbers, directions: Numbers) -> Numbers:
     """How far from the eye rays meet a quad, infinite where they miss it or it lies behind."""
     normal = np.cross(shape.along, shape.across)
     with np.errstate(divide="ignore", invalid="ignore"):
-        t = ((shape.corner - eyes) @ normal) / (ways @ normal)
-        place = eyes + t[..., np.newaxis] * ways - shape.corner
+        t = ((shape.corner - eyes) @ normal) / (directions @ normal)
+        position = eyes + t[..., np.newaxis] * directions - shape.corner
         # Shares of the edges, by Cramer's rule.
-        a = np.cross(place, shape.across) @ normal / (normal @ normal)
-        b = np.cross(shape.along, place) @ normal / (normal @ normal)
+        a = np.cross(position, shape.across) @ normal / (normal @ normal)
+        b = np.cross(shape.along, position) @ normal / (normal @ normal)
         met = (a > 0) & (a < 1) & (b > 0) & (b < 1) & (t > 0)
     return np.where(met, t, np.inf)
 
 
-def box_ends(volume: Volume, eyes: Numbers, ways: Numbers) -> tuple[Numbers, Numbers]:
+def box_ends(volume: Volume, eyes: Numbers, directions: Numbers) -> tuple[Numbers, Numbers]:
     """How far from the eye rays enter and leave the box, the eye's own place included."""
     unit_from_world = volume.index_from_world / np.array(volume.dimensions)[:, np.newaxis]
-    position, way = (eyes - volume.box_corner) @ unit_from_world.T, ways @ unit_from_world.T
+    position, direction = (eyes - volume.box_corner) @ unit_from_world.T, directions @ unit_from_world.T
     with np.errstate(divide="ignore"):
-        a, b = -position / way, (1 - position) / way
+        a, b = -position / direction, (1 - position) / direction
     first = np.maximum(np.minimum(a, b).max(axis=-1), 0)
     return first, np.maximum(np.maximum(a, b).min(axis=-1), first)
 
@@ -86,13 +86,13 @@ def fog_between(
         picture[..., :3] += left * alpha[..., np.newaxis] * rgb
         picture[..., 3:] += left * alpha[..., np.newaxis]
 
-    places = np.stack([np.broadcast_to(at, first.shape) for at, _ in surfaces])
+    positions = np.stack([np.broadcast_to(at, first.shape) for at, _ in surfaces])
     looks = np.stack([np.broadcast_to(np.asarray(look, np.float64), (*first.shape, 4)) for _, look in surfaces])
     for rank in [*range(len(surfaces)), None]:
         if rank is None:
             there, look = np.full_like(first, np.inf), np.zeros((*first.shape, 4))
         else:
-            there = np.take_along_axis(places, order[rank : rank + 1], axis=0)[0]
+            there = np.take_along_axis(positions, order[rank : rank + 1], axis=0)[0]
             look = np.take_along_axis(looks, order[rank : rank + 1, ..., np.newaxis], axis=0)[0]
         length = np.maximum(np.minimum(last, there) - np.maximum(first, here), 0)
         behind(np.broadcast_to(np.asarray(color, np.float64), (*first.shape, 3)), -np.expm1(-extinction * length))
@@ -110,9 +110,9 @@ def quads_in_fog(
     extinction: float,
 ) -> Numbers:
     """Picture of a constant medium that fills a volume's box, with quads in and beside it."""
-    eyes, ways = camera.rays(size)
-    surfaces = [(hits_of(each, eyes, ways), (*each.color, each.opacity)) for each in quads]
-    return fog_between(color, extinction, box_ends(volume, eyes, ways), surfaces)
+    eyes, directions = camera.rays(size)
+    surfaces = [(hits_of(each, eyes, directions), (*each.color, each.opacity)) for each in quads]
+    return fog_between(color, extinction, box_ends(volume, eyes, directions), surfaces)
 
 
 def ball(points: int = 60, seed: int = 0) -> tuple[Numbers, NDArray[np.int64]]:

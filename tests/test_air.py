@@ -65,14 +65,14 @@ def test_parts_above_and_below_air_add_up_to_the_plain_integral(grid, view):
     volume = noise(grid, np.float64)
     mirrored = Volume(-volume.values, volume.spacing, volume.origin, volume.direction)
     camera = CAMERAS[view](volume)
-    way = path_lengths(volume, camera, SIZE)
+    line_of_sight = path_lengths(volume, camera, SIZE)
     numbers = {
         name: project(Scene(each, camera=camera, mode="xray", air=air), SIZE)[..., 0]
         for name, each, air in (("above", volume, 0.45), ("below", mirrored, -0.45), ("plain", volume, None))
     }
-    expected = numbers["plain"] - 0.45 * way
-    np.testing.assert_allclose(numbers["above"] - numbers["below"], expected, rtol=0, atol=1e-9 * way.max())
-    assert (numbers["above"] >= 0).all() and numbers["above"].max() > 0.01 * way.max()
+    expected = numbers["plain"] - 0.45 * line_of_sight
+    np.testing.assert_allclose(numbers["above"] - numbers["below"], expected, rtol=0, atol=1e-9 * line_of_sight.max())
+    assert (numbers["above"] >= 0).all() and numbers["above"].max() > 0.01 * line_of_sight.max()
 
 
 @pytest.mark.parametrize("projection", ["orthographic", "perspective"])
@@ -94,17 +94,17 @@ def test_a_wanted_error_is_kept_across_the_kink(renderer, wanted):
 
 
 @pytest.mark.parametrize("dtype", [np.uint8, np.int8, np.uint16, np.int16, np.float16, np.float32, np.float64])
-@pytest.mark.parametrize("share", [-1.5, 0.0, 0.5, 1.5])
-def test_air_within_and_beyond_the_values_of_every_type(renderer, dtype, share):
+@pytest.mark.parametrize("fraction", [-1.5, 0.0, 0.5, 1.5])
+def test_air_within_and_beyond_the_values_of_every_type(renderer, dtype, fraction):
     volume = noise("sheared", dtype)
     low, high = volume.finite_range
-    scene = xray(volume, low + share * (high - low))
+    scene = xray(volume, low + fraction * (high - low))
     picture, expected = renderer.render(scene, SIZE, sampling_rate=16), project(scene, SIZE)
     np.testing.assert_array_equal(picture[..., 3], expected[..., 3])
     # As in test_projection_drawn: s²/8 of the way at s steps of samples a slab, and as much at the kinks; s is 1/7.
-    way = path_lengths(volume, scene.camera, SIZE)
-    assert (np.abs(picture[..., 0] - expected[..., 0]) <= (high - low) * way / 200).all()
-    assert picture[..., 0].min() >= 0 and (share < 1 or not picture[..., 0].any())
+    line_of_sight = path_lengths(volume, scene.camera, SIZE)
+    assert (np.abs(picture[..., 0] - expected[..., 0]) <= (high - low) * line_of_sight / 200).all()
+    assert picture[..., 0].min() >= 0 and (fraction < 1 or not picture[..., 0].any())
 
 
 @pytest.mark.parametrize("kind", ["nan", "inf", "-inf"])

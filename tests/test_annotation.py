@@ -45,16 +45,16 @@ def test_across_a_line_the_coverage_adds_up_to_its_width(
     start: tuple[float, float], angle: float, width: float
 ) -> None:
     """Over a row or column of a line that goes on beyond the picture: the length that it cuts from that."""
-    way = np.array([np.cos(angle), np.sin(angle)])
-    begin, end = np.array(start) - 500 * way, np.array(start) + 500 * way
+    ray = np.array([np.cos(angle), np.sin(angle)])
+    begin, end = np.array(start) - 500 * ray, np.array(start) + 500 * ray
     covered = covered_by(marks.line(tuple(begin), tuple(end), width, (1, 1, 1), (40, 40)), 40)
-    if abs(way[0]) < abs(way[1]):
-        covered, begin, way = covered.T, begin[::-1], way[::-1]
-    middle = begin[1] + (np.arange(40) + 0.5 - begin[0]) * way[1] / way[0]
+    if abs(ray[0]) < abs(ray[1]):
+        covered, begin, ray = covered.T, begin[::-1], ray[::-1]
+    middle = begin[1] + (np.arange(40) + 0.5 - begin[0]) * ray[1] / ray[0]
     # A pixel's shadow on the line is at most √2 long, the strip's cut at most √2 widths.
     whole = (middle > 0.75 * width + 1.5) & (middle < 40 - 0.75 * width - 1.5)
     # The area of a parallelogram one pixel wide is its height, to the 1e-6 of a direction that marks keep apart from 0.
-    np.testing.assert_allclose(covered.sum(axis=0)[whole], width / abs(way[0]), rtol=1e-5, atol=1e-5)
+    np.testing.assert_allclose(covered.sum(axis=0)[whole], width / abs(ray[0]), rtol=1e-5, atol=1e-5)
 
 
 @pytest.mark.parametrize("width", [0.4, 1.0, 3.7])
@@ -125,15 +125,15 @@ def test_the_box_lies_where_its_corners_are_projected(projection: Projection, di
     scene = scene_of(direction, projection)
     assert scene.camera is not None
     drawn = ink(scene, SIZE, box=True)
-    places = projected(corners(scene.volume), scene.camera, SIZE)
+    positions = projected(corners(scene.volume), scene.camera, SIZE)
     checked = 0
     for here, (one, other) in enumerate(EDGES):
-        start, end = places[one], places[other]
+        start, end = positions[one], positions[other]
         along = (end - start) / np.linalg.norm(end - start)
         # Far from other edges, the centre of what is drawn across the edge.
-        for share in np.linspace(0.1, 0.9, 9):
-            point = start + share * (end - start)
-            if min(distance(point, places[list(edge)]) for number, edge in enumerate(EDGES) if number != here) < 10:
+        for fraction in np.linspace(0.1, 0.9, 9):
+            point = start + fraction * (end - start)
+            if min(distance(point, positions[list(edge)]) for number, edge in enumerate(EDGES) if number != here) < 10:
                 continue
             major = int(abs(along[1]) > abs(along[0]))
             at = int(point[major])
@@ -147,23 +147,23 @@ def test_the_box_lies_where_its_corners_are_projected(projection: Projection, di
     assert checked > 30
     # Nothing is drawn anywhere else.
     rows, columns = np.nonzero(drawn)
-    away = [min(distance(np.array([x + 0.5, y + 0.5]), places[list(edge)]) for edge in EDGES)
+    away = [min(distance(np.array([x + 0.5, y + 0.5]), positions[list(edge)]) for edge in EDGES)
             for y, x in zip(rows, columns, strict=True)]  # fmt: skip
     assert max(away) < 2
 
 
-def clear_of_others(places: np.ndarray, one: int, other: int) -> np.ndarray:
+def clear_of_others(positions: np.ndarray, one: int, other: int) -> np.ndarray:
     """The point of an edge that is farthest from all other edges."""
-    points = [places[one] + share * (places[other] - places[one]) for share in np.linspace(0, 1, 33)]
+    points = [positions[one] + fraction * (positions[other] - positions[one]) for fraction in np.linspace(0, 1, 33)]
     others = [list(edge) for edge in EDGES if set(edge) != {one, other}]
-    return max(points, key=lambda point: min(distance(point, places[edge]) for edge in others))
+    return max(points, key=lambda point: min(distance(point, positions[edge]) for edge in others))
 
 
 def distance(point: np.ndarray, ends: np.ndarray) -> float:
     """Of a point from a straight line between two."""
-    way = ends[1] - ends[0]
-    share = np.clip((point - ends[0]) @ way / (way @ way), 0, 1)
-    return float(np.linalg.norm(point - ends[0] - share * way))
+    ray = ends[1] - ends[0]
+    fraction = np.clip((point - ends[0]) @ ray / (ray @ ray), 0, 1)
+    return float(np.linalg.norm(point - ends[0] - fraction * ray))
 
 
 @pytest.mark.parametrize("projection", BOTH)
@@ -178,24 +178,24 @@ def test_far_edges_lie_behind_the_matter_and_near_ones_before_it(direction: str,
     thin[:] = *(0.7 * np.array(background) + 0.1), 0.3  # premultiplied 0.1 over the background
     opaque[:] = 0.4, 0.4, 0.4, 1.0
     parts = Annotation(box=True, color=(1, 1, 0.5))
-    places = projected(corners(scene.volume), scene.camera, SIZE)
+    positions = projected(corners(scene.volume), scene.camera, SIZE)
     depths = (corners(scene.volume) - scene.camera.eye) @ scene.camera.forward
     far, near = int(np.argmax(depths)), int(np.argmin(depths))
     for corner, hidden in ((far, True), (near, False)):
         for axis in range(3):
-            x, y = clear_of_others(places, corner, corner ^ 1 << axis).astype(int)
+            x, y = clear_of_others(positions, corner, corner ^ 1 << axis).astype(int)
             box = slice(y - 2, y + 3), slice(x - 2, x + 3)
             drawn = annotate(empty, scene, SIZE, parts)[box]
-            share = drawn[..., 3]
-            assert share.max() > 0.1
+            fraction = drawn[..., 3]
+            assert fraction.max() > 0.1
             ink_over = np.append(parts.color, 1)  # type: ignore[arg-type]
             for picture in (thin, opaque):
                 found, before = annotate(picture, scene, SIZE, parts)[box], picture[box]
                 let_through = 1 - before[..., 3:]
                 if hidden:
-                    wanted = before + let_through * share[..., None] * (ink_over - (*background, 0))
+                    wanted = before + let_through * fraction[..., None] * (ink_over - (*background, 0))
                 else:
-                    wanted = before + share[..., None] * (ink_over - before)
+                    wanted = before + fraction[..., None] * (ink_over - before)
                 np.testing.assert_allclose(found, wanted, atol=1e-9)
 
 
@@ -210,16 +210,16 @@ def test_from_inside_the_box_edges_are_cut_where_the_eye_is(projection: Projecti
     scene = Scene(volume, camera=camera)
     drawn = ink(scene, SIZE, box=True)
     ends = corners(volume)
-    shares = np.linspace(0, 1, 4001)[:, np.newaxis]
+    fractions = np.linspace(0, 1, 4001)[:, np.newaxis]
     points = np.concatenate([
-        ends[one] + shares * (ends[other] - ends[one]) for one, other in EDGES
+        ends[one] + fractions * (ends[other] - ends[one]) for one, other in EDGES
     ])  # fmt: skip
     points = points[(points - eye) @ camera.forward > 0]
-    places = projected(points, camera, SIZE)
-    inside = ((places > 2) & (places < np.array(SIZE) - 2)).all(axis=1)
+    positions = projected(points, camera, SIZE)
+    inside = ((positions > 2) & (positions < np.array(SIZE) - 2)).all(axis=1)
     assert inside.sum() > 1000
     seen = np.zeros(drawn.shape, np.bool_)
-    columns, rows = places[inside].astype(int).T
+    columns, rows = positions[inside].astype(int).T
     seen[rows, columns] = True
     # A line is at least a pixel wide: beside every point of it, something is drawn; and nothing far from all of them.
     grown = np.zeros_like(drawn)
@@ -231,7 +231,7 @@ def test_from_inside_the_box_edges_are_cut_where_the_eye_is(projection: Projecti
         opaque = np.ones((SIZE[1], SIZE[0], 4))
         np.testing.assert_array_equal(annotate(opaque, scene, SIZE, Annotation(box=True, color=(0, 0, 0))), opaque)
     for y, x in zip(*np.nonzero(drawn[3:-3, 3:-3] > 0.05), strict=True):
-        assert np.abs(places - (x + 3.5, y + 3.5)).max(axis=1).min() < 2
+        assert np.abs(positions - (x + 3.5, y + 3.5)).max(axis=1).min() < 2
 
 
 def test_a_transparent_picture_gains_opacity_where_it_is_annotated() -> None:

@@ -45,9 +45,9 @@ def middle(rect: Any) -> float:
     return float(rect.top + rect.bottom) / 2
 
 
-@pytest.mark.parametrize("matter", [FOG, STEP, BONE])
-def test_the_colours_beside_a_number_are_those_of_its_value(matter: TransferFunction) -> None:
-    scene = Scene(RAMP, matter)
+@pytest.mark.parametrize("medium", [FOG, STEP, BONE])
+def test_the_colours_beside_a_number_are_those_of_its_value(medium: TransferFunction) -> None:
+    scene = Scene(RAMP, medium)
     picture, texts = drawn(scene)
     numbers = {float(text): rect for text, rect in texts.items() if rect.left > texts["0"].right + 5 and "." in text}
     assert len(numbers) >= 4
@@ -57,14 +57,14 @@ def test_the_colours_beside_a_number_are_those_of_its_value(matter: TransferFunc
     for row in range(int(middle(numbers[high])) + 3, int(middle(numbers[low])) - 3):
         value = low + (middle(numbers[low]) - row - 0.5) / per_value
         # Figures stand on whole pixels: values are known to one.
-        near = transfer_colors(matter, value + np.linspace(-1.5, 1.5, 31) / per_value)
+        near = transfer_colors(medium, value + np.linspace(-1.5, 1.5, 31) / per_value)
         found = picture[row, column, :3]
         assert (found >= near.min(axis=0) - 1e-3).all()
         assert (found <= near.max(axis=0) + 1e-3).all()
 
 
-def transfer_colors(matter: TransferFunction, values: np.ndarray) -> np.ndarray:
-    return np.stack([np.interp(values, matter.values, matter.colors[:, part]) for part in range(3)], axis=1)
+def transfer_colors(medium: TransferFunction, values: np.ndarray) -> np.ndarray:
+    return np.stack([np.interp(values, medium.values, medium.colors[:, part]) for part in range(3)], axis=1)
 
 
 def test_the_opacity_reaches_as_far_as_it_is_and_says_of_which_length() -> None:
@@ -73,8 +73,8 @@ def test_the_opacity_reaches_as_far_as_it_is_and_says_of_which_length() -> None:
     assert {"opacity of", "1 mm"} <= set(texts)
     left, right = texts["1"].left, (texts["0"].left + texts["0"].right) / 2  # of what goes from 1 to 0
     top, bottom = middle(texts["1.0"]), middle(texts["0.0"])
-    for share, extinction, color in ((0.25, 0.1, (0.1, 0.2, 0.9)), (0.75, 3.0, (0.9, 0.6, 0.1))):
-        row = picture[int(bottom + share * (top - bottom)), round(left) : round(right), :3]
+    for fraction, extinction, color in ((0.25, 0.1, (0.1, 0.2, 0.9)), (0.75, 3.0, (0.9, 0.6, 0.1))):
+        row = picture[int(bottom + fraction * (top - bottom)), round(left) : round(right), :3]
         # The frame and the line along the end of the opacities are white, and a bit more than one pixel wide.
         filled = np.abs(row - color).max(axis=1) < 1e-6
         wanted = (right - left) * -np.expm1(-extinction)

@@ -51,11 +51,11 @@ def test_a_tick_marks_the_point_of_the_box_that_has_its_coordinate(projection: P
         assert len(axis.ticks) >= 2
         start, end = ends[axis.edge.start], ends[axis.edge.end]
         values = np.array([tick.value for tick in axis.ticks])
-        shares = (values - start[axis.world_axis]) / (end[axis.world_axis] - start[axis.world_axis])
-        assert ((shares >= 0) & (shares <= 1)).all()
-        points = start + shares[:, np.newaxis] * (end - start)
+        fractions = (values - start[axis.world_axis]) / (end[axis.world_axis] - start[axis.world_axis])
+        assert ((fractions >= 0) & (fractions <= 1)).all()
+        points = start + fractions[:, np.newaxis] * (end - start)
         wanted = projected(points, scene.camera, SIZE)
-        np.testing.assert_allclose([tick.place for tick in axis.ticks], wanted, atol=1e-6)
+        np.testing.assert_allclose([tick.position for tick in axis.ticks], wanted, atol=1e-6)
         # What is written there says the same number.
         said = {float(number.text.replace("−", "-")) for number in axis.numbers}
         assert said <= {float(f"{value:.6g}") for value in values}
@@ -67,12 +67,12 @@ def test_a_tick_marks_the_point_of_the_box_that_has_its_coordinate(projection: P
 def test_axes_stand_at_the_silhouette_and_their_numbers_outside(projection: Projection, direction: str) -> None:
     scene = scene_of(direction, projection)
     assert scene.camera is not None
-    places = projected(corners(scene.volume), scene.camera, SIZE)
+    positions = projected(corners(scene.volume), scene.camera, SIZE)
     sheet, view = blank(scene, SIZE)
     for axis in laid_axes(sheet, view):
-        start, end = places[axis.edge.start], places[axis.edge.end]
+        start, end = positions[axis.edge.start], positions[axis.edge.end]
         across = np.array([-(end - start)[1], (end - start)[0]])
-        sides = (places - start) @ across
+        sides = (positions - start) @ across
         # All corners are on one side, and the numbers on the other.
         assert (sides >= -1e-6).all() or (sides <= 1e-6).all()
         for label in [*axis.numbers, axis.name]:
@@ -86,7 +86,7 @@ def test_axes_stand_at_the_silhouette_and_their_numbers_outside(projection: Proj
 def test_of_an_edge_is_seen_what_is_projected_into_the_picture(projection: Projection) -> None:
     """Against points of each edge, from inside the box, from beside it, and from afar with little of it in view."""
     volume, size = crooked("sheared"), (320, 200)
-    shares, parts = np.linspace(0, 1, 2001), 0
+    fractions, parts = np.linspace(0, 1, 2001), 0
     for away in (0.1, 0.9, 1.5):
         eye = volume.centre + away * volume.radius * np.array([0.5, -0.7, 0.4])
         framed = Camera.framing(volume, projection, eye=eye, target=volume.centre + (4, 3, -2), fov=60)
@@ -94,9 +94,9 @@ def test_of_an_edge_is_seen_what_is_projected_into_the_picture(projection: Proje
         assert scene.camera is not None
         view, ends = View(scene.camera, volume, size), corners(volume)
         for edge in EDGES:
-            points = ends[edge.start] + shares[:, np.newaxis] * (ends[edge.end] - ends[edge.start])
-            places = projected(points, scene.camera, size)
-            seen = ((places >= 0) & (places <= size)).all(axis=1)
+            points = ends[edge.start] + fractions[:, np.newaxis] * (ends[edge.end] - ends[edge.start])
+            positions = projected(points, scene.camera, size)
+            seen = ((positions >= 0) & (positions <= size)).all(axis=1)
             seen &= (points - scene.camera.eye) @ scene.camera.forward > 0
             found = view.visible_part(edge)
             if not seen.any():
@@ -104,7 +104,7 @@ def test_of_an_edge_is_seen_what_is_projected_into_the_picture(projection: Proje
             else:
                 assert found is not None
                 # Known to the step of the points.
-                np.testing.assert_allclose(found, (shares[seen][0], shares[seen][-1]), atol=1.01 / 2000)
+                np.testing.assert_allclose(found, (fractions[seen][0], fractions[seen][-1]), atol=1.01 / 2000)
                 parts += found[0] > 0 or found[1] < 1
     assert parts > 5
 
@@ -171,17 +171,17 @@ VIEWS = {
 OPPOSITE = dict(zip("RLAPSI", "LRPAIS", strict=True))
 
 
-def looking(volume: Volume, place: tuple[float, ...], up: tuple[float, ...]) -> Scene:
+def looking(volume: Volume, position: tuple[float, ...], up: tuple[float, ...]) -> Scene:
     flipped = np.array([-1, -1, 1]) if volume.space == LPS else np.ones(3)
-    eye = volume.centre + 5 * volume.radius * flipped * place
+    eye = volume.centre + 5 * volume.radius * flipped * position
     return Scene(volume, camera=Camera.framing(volume, eye=eye, up=tuple(flipped * up)))
 
 
 @pytest.mark.parametrize("view", VIEWS)
 @pytest.mark.parametrize("space", [RAS, LPS])
 def test_borders_have_the_letters_of_where_they_lie(view: str, space: str) -> None:
-    place, up, right, top = VIEWS[view]
-    scene = looking(crooked("permuted", space), place, up)
+    position, up, right, top = VIEWS[view]
+    scene = looking(crooked("permuted", space), position, up)
     found = border_letters(View(scene.camera_for(SIZE), scene.volume, SIZE))
     assert found == {"right": right, "left": OPPOSITE[right], "top": top, "bottom": OPPOSITE[top]}
 
@@ -192,9 +192,9 @@ def test_the_letters_of_a_head_agree_with_those_that_are_drawn_in_it() -> None:
     scene = looking(volume, *VIEWS["above"][:2])
     assert scene.camera is not None
     bright = np.argwhere(volume.values > 0.999 * volume.values.max())[:, ::-1]
-    places = projected(volume.origin + bright @ volume.world_from_index.T, scene.camera, SIZE)
-    places = np.unique(np.round(places / 8), axis=0) * 8  # seen from above: what lies below counts once
-    left, right = (places[(places[:, 0] > SIZE[0] / 2) == side] for side in (False, True))
+    positions = projected(volume.origin + bright @ volume.world_from_index.T, scene.camera, SIZE)
+    positions = np.unique(np.round(positions / 8), axis=0) * 8  # seen from above: what lies below counts once
+    left, right = (positions[(positions[:, 0] > SIZE[0] / 2) == side] for side in (False, True))
     assert len(right) > 1.2 * len(left) > 50
     middle = left.min(axis=0) / 2 + left.max(axis=0) / 2
     assert ((left[:, 0] > middle[0]) & (left[:, 1] < middle[1])).sum() < 0.02 * len(left)
@@ -252,11 +252,11 @@ def overlapping(rects: list[Rect]) -> list[tuple[Rect, Rect]]:
     st.floats(0.3, 4),
 )
 def test_nothing_overlaps_and_all_is_in_the_picture(
-    size: tuple[int, int], place: tuple[float, ...], direction: str, projection: Projection, away: float
+    size: tuple[int, int], position: tuple[float, ...], direction: str, projection: Projection, away: float
 ) -> None:
     """Whatever the view, from inside the box too."""
     volume = crooked(direction, RAS)
-    eye = volume.centre + away * volume.radius * np.array(place)
+    eye = volume.centre + away * volume.radius * np.array(position)
     scene = Scene(volume, camera=Camera.framing(volume, projection, eye=eye, up=(0.123, 0.0456, 1)))
     sheet, view = blank(scene, size)
     place_all(sheet, view, scene, Annotation(orientation=True, **EVERYTHING), None)  # type: ignore[arg-type]
@@ -331,9 +331,9 @@ def test_with_room_the_box_fills_what_annotation_leaves(projection: Projection) 
     camera = with_room(scene.camera, scene, size, asked)
     for vector in ("right", "upward", "forward"):
         np.testing.assert_allclose(getattr(camera, vector), getattr(scene.camera, vector), atol=1e-9)
-    places = projected(corners(volume), camera, size)
-    left, top = places.min(axis=0)
-    right, bottom = size - places.max(axis=0)
+    positions = projected(corners(volume), camera, size)
+    left, top = positions.min(axis=0)
+    right, bottom = size - positions.max(axis=0)
     sheet, view = blank(Scene(volume, camera=camera), size)
     place_all(sheet, view, Scene(volume, camera=camera), asked, None)
     legend_left = min(rect.left for rect in sheet.written if rect.left > size[0] / 2)

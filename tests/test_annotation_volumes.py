@@ -51,10 +51,10 @@ def test_each_volume_has_its_own_box(projection: Any) -> None:
         for corner in range(8):
             for axis in range(3):
                 ends = volume.corners_from_centre[[corner & ~(1 << axis), corner | 1 << axis]] + volume.centre
-                places = projected(
+                positions = projected(
                     ends[0] + np.linspace(0.02, 0.98, 60)[:, np.newaxis] * (ends[1] - ends[0]), camera, SIZE
                 )
-                column, row = np.floor(places).astype(int).T
+                column, row = np.floor(positions).astype(int).T
                 found.append(covered[row, column].min())
         # The three edges behind the matter of an opaque picture are hidden: each was looked at from both ends.
         assert (np.array(found) > 0.2).sum() >= 18
@@ -80,9 +80,9 @@ def _ends(volume: Volume) -> tuple[np.ndarray, np.ndarray]:
 def test_there_is_a_legend_for_each_volume_called_after_its_file() -> None:
     first, second = contents(TWO)
     assert (first.caption, second.caption) == ("straight", "PET.nii")
-    matter = TWO.added[0].transfer_function
-    assert matter is not None
-    np.testing.assert_allclose(second.bar.colors(np.array([0.6])), matter.at(np.array([0.6]))[:, :3])
+    medium = TWO.added[0].transfer_function
+    assert medium is not None
+    np.testing.assert_allclose(second.bar.colors(np.array([0.6])), medium.at(np.array([0.6]))[:, :3])
     assert [content.caption for content in contents(TWO, "HU")] == ["HU", "PET.nii"]
     texts = placed(TWO, legend=True).texts
     assert {"straight", "PET.nii"} <= set(texts) and texts.count("opacity of") == 2
@@ -174,5 +174,5 @@ def test_with_room_all_boxes_are_beside_the_annotation(projection: Any) -> None:
     scene = Scene(FIRST, BONE, camera, added=TWO.added)
     [legend] = placed(scene, legend=True).taken
     for volume in scene.volumes:
-        places = projected(volume.corners_from_centre + volume.centre, camera, SIZE)
-        assert (places > 0).all() and (places[:, 0] < legend.left).all() and (places[:, 1] < SIZE[1]).all()
+        positions = projected(volume.corners_from_centre + volume.centre, camera, SIZE)
+        assert (positions > 0).all() and (positions[:, 0] < legend.left).all() and (positions[:, 1] < SIZE[1]).all()

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 import hard_case_bounds as bounds
 import numpy as np
 import pytest
-from hard_case_list import linear_matter, looking, ramp
+from hard_case_list import linear_medium, looking, ramp
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scenes import BONE, FOG, inside, random_volume, smooth_volume, sparse_volume
@@ -102,8 +102,8 @@ def test_an_eye_close_to_a_face_between_bricks(
     """The slab that the eye cuts short may have its middle behind the eye, in another brick than what is seen of it."""
     volume = Volume(random_volume(1, (40, 36, 33)).values)
     megabytes = 0.7 if classification in ("slab", "extinction") else 0.18
-    for place in np.linspace(-4, 4, 9):
-        eye = volume.centre + (place, 0.7 * place, -place)
+    for position in np.linspace(-4, 4, 9):
+        eye = volume.centre + (position, 0.7 * position, -position)
         target = eye + (1, 0.9, 0.4)
         camera = Camera.orthographic(eye, target, (0, 0, 1), height=30.0)
         if projection == "perspective":
@@ -144,8 +144,8 @@ def test_any_format_of_texels(renderers: Renderers, classification: Classificati
 def test_any_type_of_values(renderers: Renderers, classification: Classification, dtype: type) -> None:
     values = (100 * random_volume(3, (36, 40, 33)).values).astype(dtype)
     volume = Volume(values, (1, 1.3, 0.7))
-    matter = TransferFunction(100 * BONE.values, BONE.colors, BONE.extinctions)
-    scene = Scene(volume, matter, Camera.framing(volume, "perspective"), classification=classification)
+    medium = TransferFunction(100 * BONE.values, BONE.colors, BONE.extinctions)
+    scene = Scene(volume, medium, Camera.framing(volume, "perspective"), classification=classification)
     assert_the_same_in_bricks(renderers, scene, 0.09 if values.itemsize < 4 else 0.18, sampling_rate=1.7)
 
 
@@ -193,15 +193,15 @@ def test_any_volume_from_any_place(
     direction = np.eye(3) + random.choice([0, 0.3]) * random.standard_normal((3, 3))
     direction[:, 0] *= random.choice([-1, 1])
     volume = Volume(values, random.uniform(0.5, 2, 3), random.uniform(-9, 9, 3), direction)
-    way = np.eye(3)[random.integers(3)] if random.random() < 0.4 else random.standard_normal(3)
-    way *= random.choice([0.1, 0.6, 2.5]) * volume.radius / np.linalg.norm(way)
-    up = np.cross(way, random.standard_normal(3))
+    line_of_sight = np.eye(3)[random.integers(3)] if random.random() < 0.4 else random.standard_normal(3)
+    line_of_sight *= random.choice([0.1, 0.6, 2.5]) * volume.radius / np.linalg.norm(line_of_sight)
+    up = np.cross(line_of_sight, random.standard_normal(3))
     if projection == "perspective":
-        camera = Camera.perspective(volume.centre - way, volume.centre, up, fov=random.uniform(20, 100))
+        camera = Camera.perspective(volume.centre - line_of_sight, volume.centre, up, fov=random.uniform(20, 100))
     else:
-        camera = Camera.orthographic(volume.centre - way, volume.centre, up, height=2 * volume.radius)
-    matter = TransferFunction(BONE.values, 0.02 * BONE.colors, BONE.extinctions, emissive) if emissive else BONE
-    scene = Scene(volume, matter, camera, classification=classification)
+        camera = Camera.orthographic(volume.centre - line_of_sight, volume.centre, up, height=2 * volume.radius)
+    medium = TransferFunction(BONE.values, 0.02 * BONE.colors, BONE.extinctions, emissive) if emissive else BONE
+    scene = Scene(volume, medium, camera, classification=classification)
     options = {"sampling_rate": random.choice([0.3, 1.0, 2.3]), "texture_format": "rgba32f"}
     sample = 16 if classification in ("slab", "extinction") else 4
     pictures = []
@@ -289,25 +289,25 @@ def test_a_ray_meets_bricks_in_their_order(seed: int, projection: Projection, di
     shown = [brick for brick in cut if random.random() < random.choice([0.3, 1])]
     random.shuffle(shown)
     # Along an axis as often as not, the eye on a face between bricks every now and then.
-    way = np.eye(3)[random.integers(3)] if random.random() < 0.4 else random.standard_normal(3)
-    eye = volume.centre - distance * volume.radius * way / np.linalg.norm(way)
+    line_of_sight = np.eye(3)[random.integers(3)] if random.random() < 0.4 else random.standard_normal(3)
+    eye = volume.centre - distance * volume.radius * line_of_sight / np.linalg.norm(line_of_sight)
     if random.random() < 0.2:
         eye = volume.box_corner + volume.world_from_index @ np.array(cut[random.integers(len(cut))].last)
-    up = np.cross(way, random.standard_normal(3))
+    up = np.cross(line_of_sight, random.standard_normal(3))
     if projection == "perspective":
-        camera = Camera.perspective(eye, eye + way, up, fov=random.uniform(20, 140))
+        camera = Camera.perspective(eye, eye + line_of_sight, up, fov=random.uniform(20, 140))
     else:
-        camera = Camera.orthographic(eye, eye + way, up, height=2 * volume.radius)
+        camera = Camera.orthographic(eye, eye + line_of_sight, up, height=2 * volume.radius)
     ordered = bricks.visibility_order(shown, volume, camera)
     assert sorted(map(id, ordered)) == sorted(map(id, shown))
     if not ordered:
         return
     origins, directions = (each.reshape(-1, 3) for each in camera.rays((9, 8)))
     start = (origins - volume.box_corner) @ volume.index_from_world.T
-    ways = directions @ volume.index_from_world.T
-    ways[np.abs(ways) < 1e-12] = 1e-12
+    lines_of_sight = directions @ volume.index_from_world.T
+    lines_of_sight[np.abs(lines_of_sight) < 1e-12] = 1e-12
     low, high = (np.array([getattr(b, end) for b in ordered])[:, np.newaxis] for end in ("first", "last"))
-    a, b = (low - start) / ways, (high - start) / ways
+    a, b = (low - start) / lines_of_sight, (high - start) / lines_of_sight
     enters = np.maximum(np.minimum(a, b).max(axis=2), 0)
     leaves = np.maximum(a, b).min(axis=2)
     for ray in range(len(start)):
@@ -322,9 +322,9 @@ def test_volumes_beyond_the_3d_texture_limit(
 ) -> None:
     """Linear matter, seen along the longest side: a sample's width of misplacement would be 5e-4."""
     volume = ramp(dimensions)
-    way = np.where(np.arange(3) == np.argmax(dimensions), 1.0, (2e-4, -3e-4, 1e-4))
-    camera = looking(volume, tuple(way), height=1.2 * min(dimensions[0], dimensions[2]))
-    scene = Scene(volume, linear_matter(volume), camera, classification=classification)
+    line_of_sight = np.where(np.arange(3) == np.argmax(dimensions), 1.0, (2e-4, -3e-4, 1e-4))
+    camera = looking(volume, tuple(line_of_sight), height=1.2 * min(dimensions[0], dimensions[2]))
+    scene = Scene(volume, linear_medium(volume), camera, classification=classification)
     renderer = renderers(None)
     picture = renderer.render(scene, (24, 20), texture_format="rgba32f")
     truth = raycast(scene, (24, 20))
@@ -342,8 +342,8 @@ def test_volumes_beyond_the_3d_texture_limit(
 def test_a_large_volume_in_a_small_texture_memory() -> None:
     values = np.random.default_rng(0).integers(0, 256, (512, 512, 512), np.uint8)
     volume = Volume(values)
-    matter = TransferFunction(255 * FOG.values, FOG.colors, FOG.extinctions)
-    scene = Scene(volume, matter, Camera.framing(volume, "perspective"), classification="post")
+    medium = TransferFunction(255 * FOG.values, FOG.colors, FOG.extinctions)
+    scene = Scene(volume, medium, Camera.framing(volume, "perspective"), classification="post")
     pictures = []
     for megabytes in (300, 128):
         with Renderer(texture_memory=megabytes) as renderer:

@@ -36,12 +36,12 @@ def values_of(random: np.random.Generator, size: tuple[int, int, int], dtype: ty
 def interpolated(volume: Volume, random: np.random.Generator, count: int) -> tuple[NDArray, NDArray]:
     """Places in the box in samples, (3, n) along z, y, x, many of them on the faces of cells, and the values there."""
     shape = np.array(volume.values.shape)[:, np.newaxis]
-    places = random.random((3, count)) * shape - 0.5
+    positions = random.random((3, count)) * shape - 0.5
     on_grid = random.random((3, count)) < 0.3
-    places = np.where(on_grid, np.rint(places + 0.5) - random.choice([0.5, 1.0], (3, count)), places)
-    places = np.clip(places, -0.5, shape - 0.5)
+    positions = np.where(on_grid, np.rint(positions + 0.5) - random.choice([0.5, 1.0], (3, count)), positions)
+    positions = np.clip(positions, -0.5, shape - 0.5)
     with np.errstate(invalid="ignore", over="ignore"):
-        return places, map_coordinates(volume.values.astype(np.float64), places, order=1, mode="nearest")
+        return positions, map_coordinates(volume.values.astype(np.float64), positions, order=1, mode="nearest")
 
 
 @settings(max_examples=80, deadline=None, derandomize=True)
@@ -53,11 +53,11 @@ def test_a_range_holds_every_interpolated_value_in_its_cell(seed: int, size: tup
     assert cells.size == (CELL,) * 3
     assert cells.per_box == tuple(count / CELL for count in volume.dimensions)
     assert cells.lowest.shape == cells.highest.shape == tuple(-(-count // CELL) for count in size)
-    places, values = interpolated(volume, random, 2000)
+    positions, values = interpolated(volume, random, 2000)
     known = ~np.isnan(values)
     # A place on the face between two cells lies in both.
     for nudge in (-1e-9, 1e-9):
-        inside = np.clip((places + 0.5) / CELL + nudge, 0, np.array(cells.lowest.shape)[:, np.newaxis] - 1e-6)
+        inside = np.clip((positions + 0.5) / CELL + nudge, 0, np.array(cells.lowest.shape)[:, np.newaxis] - 1e-6)
         z, y, x = inside.astype(int)[:, known]
         assert (cells.lowest[z, y, x] <= values[known] + 1e-9).all()
         assert (cells.highest[z, y, x] >= values[known] - 1e-9).all()
@@ -92,7 +92,7 @@ def test_a_large_volume_has_larger_cells() -> None:
 
 
 # Values from a few numbers, so that points meet samples and each other: steps, single points, ramps from nothing.
-places = st.lists(st.sampled_from([-1.0, 0.0, 1.0, 2.0, 2.5, 3.0, 7.0, 100.0]), min_size=1, max_size=6).map(sorted)
+positions = st.lists(st.sampled_from([-1.0, 0.0, 1.0, 2.0, 2.5, 3.0, 7.0, 100.0]), min_size=1, max_size=6).map(sorted)
 
 
 def transfer_function_of(random: np.random.Generator, values: list[float]) -> TransferFunction:
@@ -110,7 +110,7 @@ def shows(transfer_function: TransferFunction, values: NDArray) -> NDArray[np.bo
 
 
 @settings(max_examples=200, deadline=None, derandomize=True)
-@given(seeds, places, st.sampled_from([np.uint8, np.float32]))
+@given(seeds, positions, st.sampled_from([np.uint8, np.float32]))
 @example(0, [2.0], np.uint8)
 def test_a_cell_in_which_anything_shows_is_visible(seed: int, points: list[float], dtype: type) -> None:
     random = np.random.default_rng(seed)
@@ -182,23 +182,23 @@ def test_colour_without_extinction_is_nothing_unless_it_glows() -> None:
         assert cells_between(0, 1).visible(colored).item() is emissive
 
 
-def octants_of(leaps: NDArray[np.uint8]) -> Iterator[tuple[tuple[slice, ...], NDArray[np.uint8]]]:
+def octants_of(skips: NDArray[np.uint8]) -> Iterator[tuple[tuple[slice, ...], NDArray[np.uint8]]]:
     """How to turn an array so that each octant of directions goes up along all axes, and the leaps of it."""
-    shape = tuple(count // 2 for count in leaps.shape)
+    shape = tuple(count // 2 for count in skips.shape)
     for octant in np.ndindex(2, 2, 2):
         half = tuple(slice(count * down, count * (down + 1)) for count, down in zip(shape, octant, strict=True))
         turned = tuple(slice(None, None, -1 if down else 1) for down in octant)
-        yield turned, leaps[half][turned]
+        yield turned, skips[half][turned]
 
 
 @settings(max_examples=40, deadline=None, derandomize=True)
 @given(seeds, st.tuples(*[st.integers(1, 24)] * 3), st.sampled_from([0.0, 0.001, 0.02, 0.5, 0.98, 0.999, 1.0]))
 @example(0, (1, 1, 40), 0.02)
-def test_a_leap_reaches_as_far_as_all_is_alike(seed: int, shape: tuple[int, int, int], share: float) -> None:
-    visible = np.random.default_rng(seed).random(shape) < share
-    leaps = cells_between(0, 1).leaps(visible)
-    assert leaps.dtype == np.uint8 and leaps.shape == tuple(2 * count for count in shape)
-    for turned, of_octant in octants_of(leaps):
+def test_a_leap_reaches_as_far_as_all_is_alike(seed: int, shape: tuple[int, int, int], fraction: float) -> None:
+    visible = np.random.default_rng(seed).random(shape) < fraction
+    skips = cells_between(0, 1).skips(visible)
+    assert skips.dtype == np.uint8 and skips.shape == tuple(2 * count for count in shape)
+    for turned, of_octant in octants_of(skips):
         kinds = visible[turned]
         np.testing.assert_array_equal(of_octant & 1, kinds)
         # How many cells on, along axes and diagonals, are of one kind; what lies outside the box is of none.
@@ -212,7 +212,7 @@ def test_a_leap_reaches_as_far_as_all_is_alike(seed: int, shape: tuple[int, int,
 def test_a_leap_by_brute_force() -> None:
     """The definition itself, cell by cell: all cells less than r away in an octant are like the one in its corner."""
     visible = np.random.default_rng(7).random((5, 6, 7)) < 0.03
-    for turned, of_octant in octants_of(cells_between(0, 1).leaps(visible)):
+    for turned, of_octant in octants_of(cells_between(0, 1).skips(visible)):
         kinds = visible[turned]
         for cell in np.ndindex(kinds.shape):
             for r in range(1, FARTHEST + 1):
@@ -224,7 +224,7 @@ def test_a_long_volume_has_no_more_cells_along_an_axis_than_a_texture_can_hold()
     volume = Volume(np.zeros((3, 3, 20_000), np.uint8))
     cells = Cells.of(volume)
     assert cells.size == (20, CELL, CELL) and cells.per_box == (1000, 3 / CELL, 3 / CELL)
-    assert cells.leaps(cells.visible(points((0, 0), (1, 1)))).shape == (2, 2, 2000)
+    assert cells.skips(cells.visible(points((0, 0), (1, 1)))).shape == (2, 2, 2000)
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf, 3.0])

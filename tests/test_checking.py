@@ -12,13 +12,13 @@ from pathlib import Path
 import numpy as np
 import planted
 import pytest
-from test_far_values import SIZE, VIEW, matter_to, wave
+from test_far_values import SIZE, VIEW, medium_to, wave
 from test_quick_png import header
 
 from texvol import Renderer, Scene, TransferFunction, Volume, raycast
 from texvol.cli.command_line import main
 from texvol.ray_casting import raycast_pixels
-from texvol.rendering.checking import ATTRIBUTE, Check, check_picture, chosen_pixels, errors_of, share_at_most
+from texvol.rendering.checking import ATTRIBUTE, Check, check_picture, chosen_pixels, errors_of, fraction_at_most
 from texvol.rendering.marching import can_march, march_pixels
 from texvol.util.errors import AccuracyWarning, InputError
 
@@ -30,7 +30,7 @@ MISTAKE = (
 
 
 def plain_scene(classification: str = "post", **more) -> Scene:
-    return Scene(Volume(wave()), matter_to(1.0), VIEW, classification=classification, **more)
+    return Scene(Volume(wave()), medium_to(1.0), VIEW, classification=classification, **more)
 
 
 @pytest.mark.parametrize(
@@ -57,13 +57,13 @@ def test_all_pixels_are_equally_likely() -> None:
 
 def test_shares_are_those_of_clopper_and_pearson() -> None:
     # With none of n beyond, 1 - 0.01^(1/n); scipy.stats.beta.ppf(0.99, k + 1, n - k) for the others.
-    assert share_at_most(0, 256) == pytest.approx(1 - 0.01 ** (1 / 256), abs=1e-12)
-    assert share_at_most(0, 1) == pytest.approx(0.99)
+    assert fraction_at_most(0, 256) == pytest.approx(1 - 0.01 ** (1 / 256), abs=1e-12)
+    assert fraction_at_most(0, 1) == pytest.approx(0.99)
     from scipy.stats import beta
 
     for k, n in ((1, 10), (3, 256), (100, 101), (500, 4096)):
-        assert share_at_most(k, n) == pytest.approx(beta.ppf(0.99, k + 1, n - k), abs=1e-9)
-    assert share_at_most(7, 7) == 1
+        assert fraction_at_most(k, n) == pytest.approx(beta.ppf(0.99, k + 1, n - k), abs=1e-9)
+    assert fraction_at_most(7, 7) == 1
 
 
 def test_what_is_said_of_all_holds_in_99_of_100_samples() -> None:
@@ -71,10 +71,10 @@ def test_what_is_said_of_all_holds_in_99_of_100_samples() -> None:
     wrong = np.zeros((40, 50), bool)
     wrong[5:10, 8:16] = True
     wrong.reshape(-1)[::100] = True
-    share, missed = wrong.mean(), 0
+    fraction, missed = wrong.mean(), 0
     for seed in range(1000):
         x, y = chosen_pixels((50, 40), 64, seed).T
-        missed += share_at_most(int(wrong[y, x].sum()), 64) < share
+        missed += fraction_at_most(int(wrong[y, x].sum()), 64) < fraction
     assert missed <= 22  # of 10 that are expected at most, 3.8 standard deviations
 
 
@@ -101,7 +101,7 @@ def test_a_check_finds_the_largest_error(check: int | str) -> None:
         stats, found = renderer.stats, renderer.check
     errors = np.abs(picture - raycast(scene, SIZE)).max(axis=2)
     assert isinstance(found, Check)
-    assert stats["check"] == json.loads(json.dumps(found.facts))
+    assert stats["check"] == json.loads(json.dumps(found.metadata))
     assert stats["estimated_error"] >= found.largest_error
     if check == "all":
         assert found.largest_error == errors.max() and found.pixels == found.of == errors.size
@@ -139,17 +139,17 @@ def test_a_check_must_be_a_number_of_pixels(check) -> None:
 def test_marching_knows_its_own_error(classification: str) -> None:
     scene = plain_scene(classification, background=(1.0, 0.5, 0.0))
     pixels = chosen_pixels(SIZE, 30)
-    found, off = march_pixels(scene, matter_to(1.0), SIZE, pixels)
+    found, off = march_pixels(scene, medium_to(1.0), SIZE, pixels)
     errors = np.abs(found - raycast_pixels(scene, SIZE, pixels)).max(axis=1)
     assert (errors <= 4 * off + 1e-6).all()
     assert off.max() < 0.02
-    assert not can_march(plain_scene(mode="mip"), matter_to(1.0))
+    assert not can_march(plain_scene(mode="mip"), medium_to(1.0))
 
 
 def test_what_steps_may_pass_over_is_not_marched() -> None:
     """A spike of a thousandth of the range: the picture sees it, and short steps would not."""
-    places = np.array([0, 0.5, 0.5005, 0.501, 1])
-    spike = TransferFunction(places, np.ones((5, 3)), np.array([0, 0, 300, 0, 0]))
+    positions = np.array([0, 0.5, 0.5005, 0.501, 1])
+    spike = TransferFunction(positions, np.ones((5, 3)), np.array([0, 0, 300, 0, 0]))
     scene = Scene(Volume(np.random.default_rng(3).random((12, 12, 12))), spike, VIEW, classification="integrated")
     assert not can_march(scene, spike)
     # Steps see nothing of it, all of them alike, and the oracle does.

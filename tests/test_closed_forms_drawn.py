@@ -62,7 +62,7 @@ def line(
 def middle_ray(
     renderer: Renderer,
     volume: Volume,
-    matter: TransferFunction,
+    medium: TransferFunction,
     kind: Classification,
     rate: float = 1,
     from_below: bool = True,
@@ -71,7 +71,7 @@ def middle_ray(
     """rgba of the ray through the middle of the box, along z."""
     away = np.array([0, 0, volume.box_edges[2, 2] * (1 if from_below else -1)])
     camera = Camera.orthographic(volume.centre - away, volume.centre, (0, 1, 0), volume.smallest_spacing)
-    scene = Scene(volume, matter, camera, background, kind)
+    scene = Scene(volume, medium, camera, background, kind)
     picture = renderer.render(scene, (1, 1), sampling_rate=rate, texture_format="rgba32f")
     return picture[0, 0].astype(np.float64)
 
@@ -103,8 +103,8 @@ def test_slabs_of_any_depth_on_rays_of_any_slant(
     """The series that stand for exponentials go to a depth of 2, or to a slant that adds 1/2 to it."""
     volume, size = Volume(np.zeros((6, 5, 7), np.float32)), (24, 18)
     camera = Camera.framing(volume, "perspective" if fov else "orthographic", fov=fov, aspect=size[0] / size[1])
-    matter = even(deepest / camera.largest_obliquity(size))
-    scene = Scene(volume, matter, camera, classification=kind)
+    medium = even(deepest / camera.largest_obliquity(size))
+    scene = Scene(volume, medium, camera, classification=kind)
     for skip_empty in (True, False):
         picture = renderer.render(scene, size, slab_thickness=1.0, texture_format="rgba32f", skip_empty=skip_empty)
         np.testing.assert_allclose(picture, raycast(scene, size), rtol=0, atol=ROUNDING)
@@ -181,9 +181,9 @@ def test_case_5_two_layers_of_the_same_extinction_before_classification(
     first, second, tau = np.array([1, 0.2, 0]), np.array([0.1, 0.6, 1]), 0.4
     blend = known.ramp(first, second, tau, tau, 1.0)
     front, back = known.layer(first, tau, 1.5), known.layer(second, tau, 1.5)
-    matter = line(tau, tau, 1, first, second)
-    pixel = middle_ray(renderer, column([0, 0, 1, 1]), matter, kind, rate)
-    reverse = middle_ray(renderer, column([0, 0, 1, 1]), matter, kind, rate, from_below=False)
+    medium = line(tau, tau, 1, first, second)
+    pixel = middle_ray(renderer, column([0, 0, 1, 1]), medium, kind, rate)
+    reverse = middle_ray(renderer, column([0, 0, 1, 1]), medium, kind, rate, from_below=False)
     # Emission bends by τ Δc and back at two samples, alike between planes: J p²/8 each, less what is seen of one behind
     # the other, e^-0.6 and e^-1; inside a slab light is even instead of linear, τ Δc p³/12 τ of it, in 1/d slabs.
     p = min(1 / rate, 2.0)
@@ -196,17 +196,17 @@ def test_case_5_two_layers_of_the_same_extinction_before_classification(
 @pytest.mark.parametrize("rate", [1, 2, 8])
 def test_case_5_two_layers_with_a_step_between_them(renderer: Renderer, kind: Classification, rate: float) -> None:
     first, second = np.array([1, 0.2, 0]), np.array([0.1, 0.6, 1])
-    matter = TransferFunction(np.array([0, 3.3, 3.3, 8]), np.array([first] * 2 + [second] * 2), [0.2, 0.2, 0.9, 0.9])
+    medium = TransferFunction(np.array([0, 3.3, 3.3, 8]), np.array([first] * 2 + [second] * 2), [0.2, 0.2, 0.9, 0.9])
     front, back = known.layer(first, 0.2, 3.8), known.layer(second, 0.9, 5.2)
-    pixel = middle_ray(renderer, column(np.arange(9)), matter, kind, rate)
-    reverse = middle_ray(renderer, column(np.arange(9)), matter, kind, rate, from_below=False)
+    pixel = middle_ray(renderer, column(np.arange(9)), medium, kind, rate)
+    reverse = middle_ray(renderer, column(np.arange(9)), medium, kind, rate, from_below=False)
     # `post` places the step to half a slab; `integrated` to 2^-22 of its value, and two ulps of that.
-    place = 0.5 / rate if kind == "post" else 3.3 * EARLY + 8 * ULP
-    assert_near(pixel, known.over(front, back), 0.9 * place)
-    assert_near(reverse, known.over(back, front), 0.9 * place)
+    position = 0.5 / rate if kind == "post" else 3.3 * EARLY + 8 * ULP
+    assert_near(pixel, known.over(front, back), 0.9 * position)
+    assert_near(reverse, known.over(back, front), 0.9 * position)
     np.testing.assert_allclose(reverse[3], pixel[3], rtol=0, atol=2 * ULP)
     difference = np.append((first - second) * front[3] * back[3], 0)
-    np.testing.assert_allclose(pixel - reverse, difference, rtol=0, atol=2 * 0.9 * place + 2 * ROUNDING)
+    np.testing.assert_allclose(pixel - reverse, difference, rtol=0, atol=2 * 0.9 * position + 2 * ROUNDING)
 
 
 @kinds()
@@ -225,7 +225,7 @@ def test_cases_6_8_and_12_smooth_extinctions(renderer: Renderer, kind: Classific
     else:
         values, depth = 2 * (1 + 0.8 * np.sin(2.5 * z)), known.sinusoid_depth(2, 0.8, 2.5, 0, length)
         bend = 2 * 0.8 * 2.5 * (1 - np.cos(5))
-    matter = line(0, 10, 10)
+    medium = line(0, 10, 10)
     alpha = known.opacity(depth)
     # Samples at the middles of cells, flat at the ends: the midpoint rule of step h, h²/24 of the change of τ', and the
     # next term a hundredth of that. Planes d = h/2 apart go through the samples, where the slope changes.
@@ -234,7 +234,7 @@ def test_cases_6_8_and_12_smooth_extinctions(renderer: Renderer, kind: Classific
     if kind == "slab":
         # Opacities a quarter of the way between neighbours: depth falls short by 1/4 3/4 Δu²/2 < Δu²/8 a slab.
         error += length / d * np.mean(np.diff(values * d) ** 2) / 8
-    pixel = middle_ray(renderer, column(values, h), matter, kind, 2)
+    pixel = middle_ray(renderer, column(values, h), medium, kind, 2)
     assert_near(pixel, alpha * np.array([1, 0.2, 0, 1]), (1 - alpha) * np.expm1(error))
 
 
@@ -243,7 +243,7 @@ def test_case_6_fading_emission_in_even_extinction(renderer: Renderer, kind: Cla
     n, length = 64, 2.0
     h = length / n
     values = 3 * np.exp(-1.5 * (np.arange(n) + 0.5) * h)
-    matter = TransferFunction(
+    medium = TransferFunction(
         np.array([0, 10.0]), np.array([(0, 0, 0), (10, 5, 0)]), np.array([0.7, 0.7]), emissive=True
     )
     light = known.fading_emission(3, 1.5, 0.7, length) * np.array([1, 0.5, 0])
@@ -251,7 +251,7 @@ def test_case_6_fading_emission_in_even_extinction(renderer: Renderer, kind: Cla
     # T; in a slab light is even instead of linear, q' τ d²/12, as seen. All of q falls as e^-1.5t, of T as e^-0.7t.
     d, seen = h / 2, known.fading_emission(1, 1.5, 0.7, length)
     error = 3 * (1.5**2 * seen * h**2 / 12 + 1.5 * (1 + np.exp(-4.4)) * h**2 / 8 + 1.5 * 0.7 * seen * d**2 / 12)
-    assert_near(middle_ray(renderer, column(values, h), matter, kind, 2), np.append(light, known.opacity(1.4)), error)
+    assert_near(middle_ray(renderer, column(values, h), medium, kind, 2), np.append(light, known.opacity(1.4)), error)
 
 
 def squares() -> Volume:
@@ -273,8 +273,8 @@ def test_cases_7_and_9_a_ball_and_a_shell(renderer: Renderer, kind: Classificati
     # whole slabs, whose middles lie on one side.
     chords = [(ball, b, known.ball_chord(5, b), 2) for b in (0, 3, 4)]
     chords += [(shell, -b, known.shell_chord(np.sqrt(50), np.sqrt(65), b), 4) for b in (1, 7)]
-    for matter, b, chord, faces in chords:
-        scene = Scene(volume, matter, camera, classification=kind)
+    for medium, b, chord, faces in chords:
+        scene = Scene(volume, medium, camera, classification=kind)
         pixel = renderer.render(scene, (25, 25), sampling_rate=rate, texture_format="rgba32f")[12, 12 + b].astype(float)
         error = faces * tau * (65 * EARLY / 5 + 25 * ULP)
         assert_near(pixel, known.opacity(tau * chord), (1 - known.opacity(tau * chord)) * error)
@@ -301,7 +301,7 @@ def test_case_7_the_mean_opacity_of_a_ball(renderer: Renderer, kind: Classificat
 def test_case_10_a_preintegrated_pair(renderer: Renderer, kind: Classification, front: float, behind: float) -> None:
     """A kinked extinction between two values: exact however few slabs there are."""
     points, tau = np.array([0, 2.5, 3.0, 6.0, 8.0]), np.array([0, 0.03, 0.12, 0.01, 0.05])
-    matter = TransferFunction(points, np.ones((5, 3)), tau)
+    medium = TransferFunction(points, np.ones((5, 3)), tau)
     between = [v for v in points if min(front, behind) < v < max(front, behind)]
     path = np.array(sorted([front, behind, *between]))
     ends = np.interp([front, behind], points, tau)
@@ -314,7 +314,7 @@ def test_case_10_a_preintegrated_pair(renderer: Renderer, kind: Classification, 
     slopes = np.abs(np.interp(np.array([front, behind]) + shift, points, tau) - ends)
     moved = shift * np.abs(np.diff(np.interp(path, points, tau))).sum() / max(abs(behind - front), shift)
     error = 2 * slopes.sum() + 4 * moved
-    assert_near(middle_ray(renderer, volume, matter, kind, 2), known.opacity(depth), (1 - known.opacity(depth)) * error)
+    assert_near(middle_ray(renderer, volume, medium, kind, 2), known.opacity(depth), (1 - known.opacity(depth)) * error)
 
 
 @kinds("extinction", "post", "integrated")
@@ -326,9 +326,9 @@ def test_case_11_a_linear_field_on_any_grid(renderer: Renderer, kind: Classifica
         position = (np.arange(n) + 0.5) * h - 6
         z, y, x = np.meshgrid(position, position, position, indexing="ij")
         volume = Volume((0.5 * x + 0.2 * y - 0.4 * z + 2.5).astype(np.float32), (h, h, h), (position[0],) * 3)
-        matter = TransferFunction(np.array([-10.0, 10]), np.full((2, 3), 0.5), np.array([0, 0.3]))
+        medium = TransferFunction(np.array([-10.0, 10]), np.full((2, 3), 0.5), np.array([0, 0.3]))
         camera = Camera.perspective((1, 2, 0.5), (-3, 1, 0), (0, 0, 1), fov=10)
-        scene = Scene(volume, matter, camera, classification=kind)
+        scene = Scene(volume, medium, camera, classification=kind)
         pictures.append(renderer.render(scene, (7, 6), slab_thickness=0.31, texture_format="rgba32f"))
     # Only in the half samples at the wall do the grids differ, where the value stays behind by h/4 of its slope along x
     # on average, over h/2: 0.5 × 0.5 / 2 × 0.5 for h = 1, of τ' = 0.015; the rays are within 1.15 of that direction.

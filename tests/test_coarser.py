@@ -62,9 +62,9 @@ def noise(shape: tuple[int, int, int] = (COUNT, COUNT, COUNT)) -> NDArray[np.flo
     return np.random.default_rng(7).random(shape, np.float32)
 
 
-def scene_of(values: NDArray, matter: TransferFunction = FOG, projection: Projection = "perspective") -> Scene:
+def scene_of(values: NDArray, medium: TransferFunction = FOG, projection: Projection = "perspective") -> Scene:
     volume = Volume(values, (0.8, 1.0, 0.9), (3, -2, 1), OBLIQUE)
-    thin = replace(matter, extinctions=4 * matter.extinctions)
+    thin = replace(medium, extinctions=4 * medium.extinctions)
     return Scene(volume, thin, Camera.framing(volume, projection), classification="post")
 
 
@@ -114,21 +114,21 @@ CLOSE = TransferFunction(
 )
 
 
-@pytest.mark.parametrize(("matter", "texels"), [(FOG, "r16"), (CLOSE, "r32f")])
+@pytest.mark.parametrize(("medium", "texels"), [(FOG, "r16"), (CLOSE, "r32f")])
 def test_the_estimate_leaves_the_halved_volume_where_it_is(
-    renderer: Renderer, matter: TransferFunction, texels: str
+    renderer: Renderer, medium: TransferFunction, texels: str
 ) -> None:
     """It draws the full one, whose textures and cells are put aside afterwards."""
-    scene = scene_of(waves(), matter)
+    scene = scene_of(waves(), medium)
     full = in_full(renderer, scene, 9)
     first, halvings = drawn(renderer, scene, 9)
     assert halvings == [1, 1, 1] and renderer.stats["texture_format"] == texels
     assert not np.array_equal(full, first)
-    uploads = renderer._device.matter[0].textures.uploads
+    uploads = renderer._device.medium[0].textures.uploads
     with patch("texvol.opengl.empty_space.Cells.of", side_effect=AssertionError):
         again = renderer.render(scene, SIZE, slab_thickness=9.0)
     np.testing.assert_array_equal(again, first)
-    assert renderer._device.matter[0].textures.uploads == uploads
+    assert renderer._device.medium[0].textures.uploads == uploads
     np.testing.assert_array_equal(in_full(renderer, scene, 9), full)
 
 
@@ -142,15 +142,15 @@ def test_a_volume_is_halved_once(renderer: Renderer, monkeypatch: pytest.MonkeyP
 
 
 @pytest.mark.parametrize(
-    ("values", "matter", "apart"),
+    ("values", "medium", "apart"),
     [(noise(), FOG, 8), (noise(), BONE, 16), (np.where(waves() > 0.5, 1, 0), FOG, 9)],
     ids=["noise in fog", "noise in bone", "edges"],
 )
 def test_where_it_would_show_it_is_not_done(
-    renderer: Renderer, values: NDArray, matter: TransferFunction, apart: float
+    renderer: Renderer, values: NDArray, medium: TransferFunction, apart: float
 ) -> None:
     """And would show: so the rule is no stricter than it has to be by far."""
-    scene = scene_of(values, matter)
+    scene = scene_of(values, medium)
     picture, halvings = drawn(renderer, scene, apart)
     assert halvings == [0, 0, 0]
     halved = replace(scene, volume=coarser.halved(scene.volume, (0, 1, 2)))
@@ -191,7 +191,7 @@ def test_small_volumes_are_left_as_they_are(renderer: Renderer, monkeypatch: pyt
 # What is left out.
 
 
-def changed_matter(**changes: Any) -> Callable[[Scene], Scene]:
+def changed_medium(**changes: Any) -> Callable[[Scene], Scene]:
     return lambda scene: replace(scene, transfer_function=replace(scene.transfer_function, **changes))
 
 
@@ -222,10 +222,10 @@ LEFT_OUT: dict[str, Callable[[Scene], Scene]] = {
     "colours": changed_values(colors=np.ones((COUNT, COUNT, COUNT, 3))),
     "mask": lambda scene: replace(scene, mask=Mask(WHOLE)),
     "light": lambda scene: replace(scene, lighting=Lighting()),
-    "gradient": changed_matter(modulation=np.array([(0.0, 0.5), (1.0, 1.0)])),
+    "gradient": changed_medium(modulation=np.array([(0.0, 0.5), (1.0, 1.0)])),
     "missing": changed_values(values=with_value(np.nan)),
     "infinite value": changed_values(values=with_value(np.inf)),
-    "infinite extinction": changed_matter(extinctions=INFINITE),
+    "infinite extinction": changed_medium(extinctions=INFINITE),
     "added": lambda scene: replace(scene, added=(AddedVolume(scene.volume, scene.transfer_function),)),
     "geometry": lambda scene: replace(scene, geometry=(Lines([(0, 0, 0), (9, 9, 9)], [(0, 1)]),)),
     "caps": lambda scene: replace(scene, clip=(CLIP,), caps=True),
@@ -295,8 +295,8 @@ def test_a_window_never_draws_so_coarsely_while_something_moves() -> None:
 
 KINDS: dict[str, Callable[[Scene], Scene]] = {
     "plain": lambda scene: scene,
-    "emissive": changed_matter(emissive=True, colors=FOG.values[:, np.newaxis] * (0.02, 0.03, 0.01)),
-    "premultiplied": changed_matter(premultiplied=True, colors=FOG.extinctions[:, np.newaxis] * (3, 2, 1)),
+    "emissive": changed_medium(emissive=True, colors=FOG.values[:, np.newaxis] * (0.02, 0.03, 0.01)),
+    "premultiplied": changed_medium(premultiplied=True, colors=FOG.extinctions[:, np.newaxis] * (3, 2, 1)),
     "depth cue": lambda scene: replace(scene, depth_cue=DepthCue()),
     "clip": lambda scene: replace(scene, clip=(CLIP,)),
     "crop": lambda scene: replace(scene, crop=((5, 40), (-30, 50), (-60, 30))),
@@ -329,9 +329,9 @@ def test_any_type_of_values_is_halved_without_bias(renderer: Renderer, dtype: st
     values = (np.rint(values) if steps > 1 else values).astype(dtype)
     scene = scene_of(waves())
     assert scene.transfer_function is not None
-    matter = replace(scene.transfer_function, values=scene.transfer_function.values * steps + low)
+    medium = replace(scene.transfer_function, values=scene.transfer_function.values * steps + low)
     same = replace(scene, volume=Volume(values, scene.volume.spacing, scene.volume.origin, OBLIQUE))
-    picture, halvings = drawn(renderer, replace(same, transfer_function=matter), 9)
+    picture, halvings = drawn(renderer, replace(same, transfer_function=medium), 9)
     assert halvings == [1, 1, 1]
     # What 8 bits round the values to, and half precision; of the halved ones themselves nothing is lost.
     rounding = {"uint8": 1 / 510, "int8": 1 / 510, "float16": 2.0**-12}.get(dtype, 1 / 120000)
@@ -363,16 +363,16 @@ def test_without_a_camera_the_same_box_is_framed(renderer: Renderer) -> None:
     scene = replace(scene_of(waves()), camera=None)
     assert drawn(renderer, scene, 9)[1] == [1, 1, 1]
     assert renderer._last is not None
-    left = renderer._device.matter[0].drawn_scene(scene, scene, SIZE, renderer._last[2])
+    left = renderer._device.medium[0].drawn_scene(scene, scene, SIZE, renderer._last[2])
     assert left.volume.dimensions == (COUNT // 2,) * 3
     assert left.camera == scene.camera_for(SIZE)
 
 
 def test_what_few_rays_meet_is_not_halved() -> None:
     """Where nothing is met nothing differs; that says nothing of the small thing that the rays miss."""
-    for share, is_halved in ((1, True), (8, False)):
+    for fraction, is_halved in ((1, True), (8, False)):
         values = waves()
-        corner = COUNT // share
+        corner = COUNT // fraction
         values[corner:] = values[:, corner:] = values[:, :, corner:] = 0
         scene = scene_of(values)
         assert scene.transfer_function is not None

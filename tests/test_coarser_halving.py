@@ -46,9 +46,9 @@ def test_a_parabola_keeps_its_mean_between_samples() -> None:
     x = np.arange(40.0)
     parabola = np.broadcast_to(x**2, (2, 2, 40))
     halved = coarser._halved_values(parabola, (0,))[0, 0]
-    places = np.linspace(10.5, 30.5, 20_001)[:-1] + 5e-4
-    before = np.interp(places, x, x**2)
-    after = np.interp(places, np.arange(20) * 2 + 0.5, halved)
+    positions = np.linspace(10.5, 30.5, 20_001)[:-1] + 5e-4
+    before = np.interp(positions, x, x**2)
+    after = np.interp(positions, np.arange(20) * 2 + 0.5, halved)
     assert abs((after - before).mean()) < 1e-6
     assert np.abs(after - before).max() > 0.1
 

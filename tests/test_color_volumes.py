@@ -49,10 +49,10 @@ def encoded(linear: NDArray) -> NDArray:
 def check(volume: Volume, samples: NDArray) -> None:
     """Fail unless the volume shows the components as they are."""
     whole = samples.dtype.kind == "u"
-    shares = samples / np.iinfo(samples.dtype).max if whole else samples.astype("f8")
-    colors = decoded(shares[..., :3]) if whole else shares[..., :3]
-    brightest = shares[..., :3].max(axis=-1)
-    amounts = shares[..., 3] if samples.shape[-1] == 4 else brightest if whole else encoded(brightest)
+    fractions = samples / np.iinfo(samples.dtype).max if whole else samples.astype("f8")
+    colors = decoded(fractions[..., :3]) if whole else fractions[..., :3]
+    brightest = fractions[..., :3].max(axis=-1)
+    amounts = fractions[..., 3] if samples.shape[-1] == 4 else brightest if whole else encoded(brightest)
     assert volume.colors is not None and volume.values.dtype == np.float32 and not volume.labels
     np.testing.assert_allclose(volume.colors, colors, rtol=0, atol=ROUNDING)
     np.testing.assert_allclose(volume.values, amounts, rtol=0, atol=ROUNDING)
@@ -344,8 +344,8 @@ def test_presets_tint_colours(name: str) -> None:
 
 def test_information_speaks_of_colours(tmp_path: Path) -> None:
     volume = load(as_npy(tmp_path, components(3)), color=True)
-    facts = information.facts(volume)
-    assert facts["color"] is True and facts["memory"]["data_bytes"] == 4 * 4 * NX * NY * NZ
-    page = information.text(facts)
+    metadata = information.metadata(volume)
+    assert metadata["color"] is True and metadata["memory"]["data_bytes"] == 4 * 4 * NX * NY * NZ
+    page = information.text(metadata)
     assert "colour      each sample has its own" in page and "sRGB of 8 bits" in page
-    assert information.facts(Volume(np.zeros((2, 2, 2))))["color"] is False
+    assert information.metadata(Volume(np.zeros((2, 2, 2))))["color"] is False

@@ -52,10 +52,10 @@ def test_a_picture_and_its_oracle(folder: Path) -> None:
 def test_the_picture_remembers_its_scene(folder: Path) -> None:
     assert run("render", "v.npy", "--tf", "tf.json", "--size", "8x8", "-o", "a.exr") == 0
     source = oiio.ImageInput.open("a.exr")
-    facts = json.loads(source.spec().get_string_attribute("texvol:scene"))
-    assert facts["volume"] == "v.npy"
-    assert facts["transfer_function"] == TRANSFER
-    assert facts["camera"]["projection"] == "orthographic"
+    metadata = json.loads(source.spec().get_string_attribute("texvol:scene"))
+    assert metadata["volume"] == "v.npy"
+    assert metadata["transfer_function"] == TRANSFER
+    assert metadata["camera"]["projection"] == "orthographic"
     assert source.spec().get_string_attribute("texvol:renderer")
     source.close()
 

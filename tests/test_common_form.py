@@ -44,12 +44,12 @@ SCENES = {
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A volume, and matter that gives more light than it hides."""
-    place = tmp_path_factory.mktemp("forms")
-    np.save(place / "wave.npy", smooth_volume(14).values)
+    position = tmp_path_factory.mktemp("forms")
+    np.save(position / "wave.npy", smooth_volume(14).values)
     colors = np.array([[0.0, 0, 0], [0.9, 0.5, 0.2]])
     glow = TransferFunction(np.array([0.2, 1.0]), colors, np.array([0.0, 0.02]), emissive=True)
-    (place / "glow.json").write_text(json.dumps(glow.as_json()))
-    return place
+    (position / "glow.json").write_text(json.dumps(glow.as_json()))
+    return position
 
 
 def drawn(folder: Path, monkeypatch: pytest.MonkeyPatch, *options: str) -> tuple[Path, Path]:

@@ -68,7 +68,7 @@ def test_the_page_asks_for_nothing() -> None:
 
 def test_names_and_facts_are_text() -> None:
     pair = (Picture.of_array(blob(9, 9, s), ODD, {"Software": ODD, "texvol:renderer": ODD}) for s in (0.5, 0))
-    page = comparison_page(examine(*pair, name=ODD), facts={ODD: ODD}, index=f"{ODD}.html")
+    page = comparison_page(examine(*pair, name=ODD), metadata={ODD: ODD}, index=f"{ODD}.html")
     parsed = Parsed(page)
     assert "b" not in parsed.tags
     # Title, heading, two files, two drivers, two programs, fact and its name.
@@ -83,7 +83,7 @@ def test_the_page_says_what_a_reader_wants_to_know() -> None:
     candidate, reference = blob(64, 48), blob(64, 48)
     candidate[30, 20, 1] += 0.5
     outcome = outcome_of(candidate, reference, "one pixel", **{"texvol:renderer": "some driver"})
-    text = " ".join(Parsed(comparison_page(outcome, facts={"Python": "3.11"})).text.split())
+    text = " ".join(Parsed(comparison_page(outcome, metadata={"Python": "3.11"})).text.split())
     assert "different" in text and "Largest difference 0.5, " in text
     assert "column 20, row 30" in text
     for each in (*outcome.violations, *(kind.words for kind in outcome.kinds), "some driver", "3.11", "64 × 48"):
@@ -166,11 +166,11 @@ def test_a_page_is_quick_and_small_enough() -> None:
 
 def test_how_far_over_the_limits_a_pair_is() -> None:
     measures = shifted().measures
-    shares = (
+    fractions = (
         *(measures.beyond_max / ONE_DRIVER.max_abs, measures.beyond_rms / ONE_DRIVER.rms),
         measures.flip / ONE_DRIVER.flip,
     )
-    assert excess(measures, ONE_DRIVER) == pytest.approx(max(shares))
+    assert excess(measures, ONE_DRIVER) == pytest.approx(max(fractions))
     assert excess(None, ONE_DRIVER) is None
     assert excess(measures, replace(ONE_DRIVER, rms=0.0)) == 1e12, "JSON has no infinity"
     loose = replace(ONE_DRIVER, max_abs=1.0, rms=1.0, flip=1.0)

@@ -17,13 +17,13 @@ from viewer import (
     Open,
     at,
     color,
+    fraction,
     frame,
     look,
     numbers,
     pointed,
     pressed,
     red_and_blue,
-    share,
     zoom,
 )
 
@@ -114,22 +114,22 @@ def test_the_rate_is_kept(open_page: Open) -> None:
 def test_the_wipe_follows_mouse_touch_and_keys(open_page: Open) -> None:
     page = red_and_blue(open_page)
     page.click("[data-mode=wipe]")
-    share = "Number(document.getElementById('divider').getAttribute('aria-valuenow'))"
+    fraction = "Number(document.getElementById('divider').getAttribute('aria-valuenow'))"
     assert color(page, 0.45, 0.9) == RED and color(page, 0.55, 0.9) == BLUE
     page.drag([at(page, 0.5, 0.5), at(page, 0.4, 0.5), at(page, 0.35, 0.5)])
-    assert page.tell(share) == 35
+    assert page.tell(fraction) == 35
     # The picture is in the middle of the pane; 36 % and 34 % of the pane are within it.
     assert color(page, 0.45, 0.9) == BLUE
     page.drag([at(page, 0.6, 0.2), at(page, 0.7, 0.3)])
-    assert page.tell(share) == 70, "where there is nothing to move, the picture is a handle too"
+    assert page.tell(fraction) == 70, "where there is nothing to move, the picture is a handle too"
     for key, wanted in (("ArrowLeft", 69), ("ArrowRight", 70), ("Home", 0), ("End", 100), ("[", 95)):
         page.key(key)
-        assert page.tell(share) == wanted
+        assert page.tell(fraction) == wanted
     page.touch("touchStart", at(page, 0.95, 0.5))
     page.touch("touchMove", at(page, 0.7, 0.5))
     page.touch("touchMove", at(page, 0.6, 0.5))
     page.touch("touchEnd")
-    assert page.tell(share) == 60
+    assert page.tell(fraction) == 60
     during: list[Any] = []
     page.key(" ", between=lambda: during.append(color(page, 0.5, 0.9)))
     assert during == [BLUE] and color(page, 0.5, 0.9) == RED
@@ -155,7 +155,7 @@ def test_false_colours_have_a_scale_with_the_limit(open_page: Open) -> None:
     candidate[..., 1] = np.repeat(10.0 ** np.arange(-5, -1), 10)
     page = open_page(candidate, reference)
     page.key("c")
-    colors = [color(page, *share(page, 4 + 10 * k, 8, 40, 10)) for k in range(4)]
+    colors = [color(page, *fraction(page, 4 + 10 * k, 8, 40, 10)) for k in range(4)]
     brightness = [sum(each) for each in colors]
     assert brightness == sorted(set(brightness))
     ticks = page.tell("[...document.querySelectorAll('.ticks span')].map(e => e.textContent)")
@@ -169,8 +169,8 @@ def test_what_is_no_number_is_magenta_and_explained(open_page: Open) -> None:
     page = open_page(candidate, reference)
     assert page.tell("document.getElementById('not-finite').checkVisibility()")
     page.key("m")
-    place = share(page, 22, 15, 30, 20)
-    assert [color(page, *place, pane) for pane in range(3)] == [MAGENTA, GREEN, MAGENTA]
+    position = fraction(page, 22, 15, 30, 20)
+    assert [color(page, *position, pane) for pane in range(3)] == [MAGENTA, GREEN, MAGENTA]
     page.click("#next-broken")
     assert pointed(page).startswith("Column 22, row 15:")
 

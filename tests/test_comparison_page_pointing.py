@@ -10,10 +10,10 @@ from viewer import (
     Open,
     at,
     color,
+    fraction,
     frame,
     numbers,
     pointed,
-    share,
     zoom,
 )
 
@@ -26,19 +26,19 @@ def test_zoom_is_the_same_in_all_panes_and_stays_at_the_mouse(open_page: Open) -
     start = zoom(page)
     page.key("+")
     # The wheel knows whole pixels of the screen only; two of them are one of the picture.
-    x, y = at(page, *share(page, 120, 180, 400, 300))
-    place = round(x), round(y)
-    page.mouse("mouseMoved", *place)
+    x, y = at(page, *fraction(page, 120, 180, 400, 300))
+    position = round(x), round(y)
+    page.mouse("mouseMoved", *position)
     before = pointed(page)
     for _ in range(5):
-        page.wheel(*place, -120)
-    page.mouse("mouseMoved", *place)
+        page.wheel(*position, -120)
+    page.mouse("mouseMoved", *position)
     assert zoom(page) == pytest.approx(2 * start * 2 ** (5 * 120 / 200), rel=0.01)
     assert pointed(page) == before
     column, row = 120, 180
     assert before.startswith(f"Column {column}, row {row}:")
     shown = [
-        (place[k] - each) / size
+        (position[k] - each) / size
         for k, (each, size) in enumerate(zip(at(page, 0, 0), page.tell(PANE_SIZE), strict=True))
     ]
     for pane, picture in enumerate((candidate, reference)):
@@ -119,7 +119,7 @@ def test_the_numbers_of_the_pixel_that_is_pointed_at_are_true(open_page: Open) -
     page.key("c")
     for row in range(4):
         for column in range(6):
-            page.mouse("mouseMoved", *at(page, *share(page, column, row, 6, 4)))
+            page.mouse("mouseMoved", *at(page, *fraction(page, column, row, 6, 4)))
             assert pointed(page).startswith(f"Column {column}, row {row}:")
             ours, theirs = candidate[row, column].astype(float), reference[row, column].astype(float)
             # The tolerances of pixel_data.py.

@@ -157,8 +157,10 @@ def test_arrays_are_pictures_too(dtype: str) -> None:
     steps = {"uint8": 255, "uint16": 65535}.get(dtype, 1)
     array = (np.linspace(0, 1, 24).reshape(2, 4, 3) * steps).astype(dtype)
     found = Picture.of_array(array)
-    share = array.astype(np.float64) / steps
-    np.testing.assert_allclose(found.pixels[..., :3], color.linear_from_srgb(share) if steps > 1 else share, atol=1e-6)
+    fraction = array.astype(np.float64) / steps
+    np.testing.assert_allclose(
+        found.pixels[..., :3], color.linear_from_srgb(fraction) if steps > 1 else fraction, atol=1e-6
+    )
     assert bool(found.rounding.any()) == (dtype not in ("float32", "float64"))
 
 

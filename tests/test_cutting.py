@@ -59,14 +59,14 @@ def cut_scene(volume: Volume, transfer: Any, projection: str = "perspective", **
 def lengths_kept(scene: Scene, size: tuple[int, int]) -> np.ndarray:
     """World length of each ray between all planes, by cutting it with one after the other; shape (height, width)."""
     assert scene.camera is not None and scene.crop is not None
-    eyes, ways = scene.camera.rays(size)
-    near, far = np.zeros(ways.shape[:2]), np.full(ways.shape[:2], np.inf)
+    eyes, directions = scene.camera.rays(size)
+    near, far = np.zeros(directions.shape[:2]), np.full(directions.shape[:2], np.inf)
     index = np.linalg.inv(scene.volume.box_edges)
     box = [(row, float(row @ scene.volume.centre) - 0.5) for row in index]
     box += [(-row, -float(row @ scene.volume.centre) - 0.5) for row in index]
     crop = [(s * np.eye(3)[a], s * end) for a, r in enumerate(scene.crop) for s, end in ((1.0, r[0]), (-1.0, r[1]))]
     for normal, offset in [*box, *crop, *((np.array(p.normal), p.offset) for p in scene.clip)]:
-        height, rise = eyes @ normal - offset, ways @ normal
+        height, rise = eyes @ normal - offset, directions @ normal
         with np.errstate(divide="ignore", invalid="ignore"):
             t = -height / rise
         near = np.where(rise > 0, np.maximum(near, t), near)
@@ -188,8 +188,8 @@ def test_planes_that_keep_all_or_nothing(renderer: Renderer) -> None:
 def test_worlds_of_any_size_are_cut_alike(renderer: Renderer, scale: float) -> None:
     def world(scale: float) -> Scene:
         volume = Volume(random_volume(6).values, spacing=(scale, 1.3 * scale, 0.7 * scale), origin=(9 * scale,) * 3)
-        matter = constant(0.3 / scale)
-        return cut_scene(volume, matter)
+        medium = constant(0.3 / scale)
+        return cut_scene(volume, medium)
 
     np.testing.assert_allclose(renderer.render(world(scale), SIZE), renderer.render(world(1.0), SIZE), atol=2e-6)
 

@@ -57,21 +57,21 @@ def test_a_picture_is_the_same_as_itself(here: Path, capsys: pytest.CaptureFixtu
     a = store("a.exr", smooth())
     status, words = diff(capsys, a, a)
     assert status == 0 and words.startswith("same: ")
-    status, facts = as_json(capsys, a, a, "--max-abs", "0", "--rms", "0", "--flip", "0", "--hard-max", "0")
-    assert status == 0 and facts["measures"]["parts"]["all"]["max_error"] == 0 and facts["kinds"] == []
+    status, metadata = as_json(capsys, a, a, "--max-abs", "0", "--rms", "0", "--flip", "0", "--hard-max", "0")
+    assert status == 0 and metadata["measures"]["parts"]["all"]["max_error"] == 0 and metadata["kinds"] == []
     # JSON has no infinity.
-    assert facts["measures"]["parts"]["all"]["psnr"] is None
+    assert metadata["measures"]["parts"]["all"]["psnr"] is None
 
 
 def test_a_shift_by_a_tenth_of_a_pixel_is_found_named_and_measured(
     here: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     reference = smooth((160, 120), seed=8)
-    status, facts = as_json(capsys, store("a.exr", shifted(reference, 0.1)), store("b.exr", reference))
-    assert status == 1 and facts["status"] == "different"
-    assert facts["kinds"][0]["name"] == "shifted"
-    assert facts["kinds"][0]["parameters"]["dx"] == pytest.approx(0.1, abs=0.01)
-    assert facts["kinds"][0]["parameters"]["dy"] == pytest.approx(0, abs=0.01)
+    status, metadata = as_json(capsys, store("a.exr", shifted(reference, 0.1)), store("b.exr", reference))
+    assert status == 1 and metadata["status"] == "different"
+    assert metadata["kinds"][0]["name"] == "shifted"
+    assert metadata["kinds"][0]["parameters"]["dx"] == pytest.approx(0.1, abs=0.01)
+    assert metadata["kinds"][0]["parameters"]["dy"] == pytest.approx(0, abs=0.01)
 
 
 def test_one_pixel_off_by_a_half(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -79,10 +79,10 @@ def test_one_pixel_off_by_a_half(here: Path, capsys: pytest.CaptureFixture[str])
     candidate = reference.copy()
     candidate[40, 99, 0] += 0.5
     a, b = store("a.exr", candidate), store("b.exr", reference)
-    status, facts = as_json(capsys, a, b)
-    assert status == 1 and facts["measures"]["worst_pixel"] == [99, 40]
-    assert facts["measures"]["parts"]["all"]["max_error"] == pytest.approx(0.5, abs=1e-6)
-    assert facts["kinds"][0]["name"] == "isolated pixels"
+    status, metadata = as_json(capsys, a, b)
+    assert status == 1 and metadata["measures"]["worst_pixel"] == [99, 40]
+    assert metadata["measures"]["parts"]["all"]["max_error"] == pytest.approx(0.5, abs=1e-6)
+    assert metadata["kinds"][0]["name"] == "isolated pixels"
     assert diff(capsys, a, b, "--max-abs", "0.4", "--fail-percent", "1", "--hard-max", "0.6")[0] == 0
     assert diff(capsys, a, b, "--max-abs", "0.4", "--fail-percent", "1", "--hard-max", "0.4")[0] == 1
     assert diff(capsys, a, b, "--max-abs", "0.4")[0] == 1
@@ -99,10 +99,10 @@ def test_a_pixel_that_is_no_number_fails_whatever_the_limits(
     a, b = store("a.exr", candidate), store("b.exr", reference)
     loose = ["--max-abs", "inf", "--fail-percent", "100", "--rms", "inf"]
     for pair in ((a, b), (b, a), (a, a)):
-        status, facts = as_json(capsys, *pair, *loose)
-        assert status == 1 and facts["status"] == "broken"
-        assert facts["measures"]["non_finite"] == 1
-        assert "column 5, row 11" in " ".join(facts["violations"])
+        status, metadata = as_json(capsys, *pair, *loose)
+        assert status == 1 and metadata["status"] == "broken"
+        assert metadata["measures"]["non_finite"] == 1
+        assert "column 5, row 11" in " ".join(metadata["violations"])
     assert "not finite" in [kind["name"] for kind in as_json(capsys, a, b)[1]["kinds"]]
 
 
@@ -110,10 +110,10 @@ def test_eight_bits_of_a_picture_are_the_same_picture(here: Path, capsys: pytest
     picture = smooth((200, 150))
     exact, rounded = store("a.exr", picture), store("a.png", picture)
     for pair in ((exact, rounded), (rounded, exact)):
-        status, facts = as_json(capsys, *pair)
-        assert status == 0, facts["violations"]
-        assert [kind["name"] for kind in facts["kinds"]] == ["banding"]
-        assert 1e-4 < facts["measures"]["parts"]["all"]["max_error"] < 0.01
+        status, metadata = as_json(capsys, *pair)
+        assert status == 0, metadata["violations"]
+        assert [kind["name"] for kind in metadata["kinds"]] == ["banding"]
+        assert 1e-4 < metadata["measures"]["parts"]["all"]["max_error"] < 0.01
 
 
 def test_eight_bits_without_opacity_are_the_picture_over_its_background(
@@ -123,10 +123,10 @@ def test_eight_bits_without_opacity_are_the_picture_over_its_background(
     image.write("a.png", picture)
     store("a.exr", picture)
     for pair in (("a.png", "a.exr"), ("a.exr", "a.png")):
-        status, facts = as_json(capsys, *pair)
-        assert status == 0 and not facts["violations"]
-        assert "a.png has no opacity" in facts["notes"][0] and "black is taken" in facts["notes"][0]
-        assert facts["measures"]["parts"]["all"]["max_error"] < 0.01
+        status, metadata = as_json(capsys, *pair)
+        assert status == 0 and not metadata["violations"]
+        assert "a.png has no opacity" in metadata["notes"][0] and "black is taken" in metadata["notes"][0]
+        assert metadata["measures"]["parts"]["all"]["max_error"] < 0.01
 
 
 @pytest.mark.parametrize("kind", ["png", "exr"])
@@ -138,19 +138,19 @@ def test_a_format_that_would_have_held_opacity_has_lost_it(
     write(Path("b.exr"), picture[..., :3])
     image.write("b.png", picture)
     for pair in ((f"b.{kind}", "a.png"), ("a.png", f"b.{kind}")):
-        status, facts = as_json(capsys, *pair)
-        assert status == 1 and facts["status"] == "broken" and "channels" in facts["violations"][0]
+        status, metadata = as_json(capsys, *pair)
+        assert status == 1 and metadata["status"] == "broken" and "channels" in metadata["violations"][0]
 
 
-@pytest.mark.parametrize("way", ["candidate", "reference"])
-def test_srgb_against_linear_is_named(here: Path, capsys: pytest.CaptureFixture[str], way: str) -> None:
+@pytest.mark.parametrize("direction", ["candidate", "reference"])
+def test_srgb_against_linear_is_named(here: Path, capsys: pytest.CaptureFixture[str], direction: str) -> None:
     linear = smooth((200, 150))
     encoded = linear.copy()
     encoded[..., :3] = color.srgb_from_linear(linear[..., :3])
-    pair = (encoded, linear) if way == "candidate" else (linear, encoded)
-    status, facts = as_json(capsys, store("a.exr", pair[0]), store("b.exr", pair[1]))
-    assert status == 1 and facts["kinds"][0]["name"] == "gamma"
-    assert "sRGB" in facts["kinds"][0]["words"]
+    pair = (encoded, linear) if direction == "candidate" else (linear, encoded)
+    status, metadata = as_json(capsys, store("a.exr", pair[0]), store("b.exr", pair[1]))
+    assert status == 1 and metadata["kinds"][0]["name"] == "gamma"
+    assert "sRGB" in metadata["kinds"][0]["words"]
 
 
 def test_another_size_is_no_crash(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -158,8 +158,8 @@ def test_another_size_is_no_crash(here: Path, capsys: pytest.CaptureFixture[str]
     status, words = diff(capsys, a, b, "--html", "a.html")
     assert status == 1 and "30 × 20" in words and "20 × 30" in words
     assert Path("a.html").exists()
-    status, facts = as_json(capsys, a, b, "--output", "d.png")
-    assert status == 1 and "sizes" in facts["notes"][-1] and not Path("d.png").exists()
+    status, metadata = as_json(capsys, a, b, "--output", "d.png")
+    assert status == 1 and "sizes" in metadata["notes"][-1] and not Path("d.png").exists()
 
 
 def test_pictures_of_two_drivers_have_looser_limits(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -167,20 +167,20 @@ def test_pictures_of_two_drivers_have_looser_limits(here: Path, capsys: pytest.C
     candidate = reference + np.float32(0.0005)
     one, other = {"texvol__renderer": "one"}, {"texvol__renderer": "other"}
     assert diff(capsys, store("a.exr", candidate, **one), store("b.exr", reference, **one))[0] == 1
-    status, facts = as_json(capsys, "a.exr", store("b.exr", reference, **other))
-    assert status == 0 and facts["limits"]["source"] == "two drivers"
-    assert any("one" in note and "other" in note for note in facts["notes"])
+    status, metadata = as_json(capsys, "a.exr", store("b.exr", reference, **other))
+    assert status == 0 and metadata["limits"]["source"] == "two drivers"
+    assert any("one" in note and "other" in note for note in metadata["notes"])
     assert diff(capsys, "a.exr", "b.exr", "--limits", "one-driver")[0] == 1
 
 
 def test_pictures_of_numbers_are_measured_by_their_range(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
     numbers = smooth((60, 50)) * np.array([1000, 1000, 1000, 1], np.float32)
-    facts = {"texvol__scene": json.dumps({"mode": "mip"})}
-    store("a.exr", numbers + np.array([0.1, 0.1, 0.1, 0], np.float32), **facts)
-    status, found = as_json(capsys, "a.exr", store("b.exr", numbers, **facts))
+    metadata = {"texvol__scene": json.dumps({"mode": "mip"})}
+    store("a.exr", numbers + np.array([0.1, 0.1, 0.1, 0], np.float32), **metadata)
+    status, found = as_json(capsys, "a.exr", store("b.exr", numbers, **metadata))
     assert status == 0
     assert found["measures"]["parts"]["all"]["max_error"] == pytest.approx(0.1 / np.ptp(numbers[..., :3]), rel=1e-3)
-    store("a.exr", numbers + np.array([9, 9, 9, 0], np.float32), **facts)
+    store("a.exr", numbers + np.array([9, 9, 9, 0], np.float32), **metadata)
     assert diff(capsys, "a.exr", "b.exr")[0] == 1
 
 
@@ -249,8 +249,8 @@ def test_a_pipe_is_refused_and_not_waited_for(here: Path, capsys: pytest.Capture
 
 def test_a_hostile_header_is_no_crash(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
     a = store("a.exr", smooth(seed=1), texvol__scene="[" * 100_000)
-    status, facts = as_json(capsys, a, store("b.exr", smooth(seed=2)))
-    assert status == 1 and any("not JSON" in note for note in facts["notes"])
+    status, metadata = as_json(capsys, a, store("b.exr", smooth(seed=2)))
+    assert status == 1 and any("not JSON" in note for note in metadata["notes"])
 
 
 def test_numbers_of_pictures_without_opacity_are_those_of_their_colours(

@@ -20,7 +20,7 @@ from texvol.util.errors import InputError
 
 SIZE = (48, 40)
 ROUNDING = 1e-6
-SHARES = (1 / 16, 1 / 100, 1 / 1024, 2.0**-16, DEFAULT_EARLY_TERMINATION)
+FRACTIONS = (1 / 16, 1 / 100, 1 / 1024, 2.0**-16, DEFAULT_EARLY_TERMINATION)
 classifications = pytest.mark.parametrize("classification", CLASSIFICATIONS)
 
 # Colours that differ as much as they can, so that what is hidden would show.
@@ -49,10 +49,10 @@ def test_no_more_light_is_lost_than_may_be(
     for renderer in renderers:
         truth = renderer.render(scene, SIZE, early_termination=0, texture_format="rgba32f")
         errors = []
-        for share in SHARES:
-            picture = renderer.render(scene, SIZE, early_termination=share, texture_format="rgba32f")
+        for fraction in FRACTIONS:
+            picture = renderer.render(scene, SIZE, early_termination=fraction, texture_format="rgba32f")
             errors.append(np.abs(picture - truth).max())
-            assert errors[-1] <= share + ROUNDING
+            assert errors[-1] <= fraction + ROUNDING
         assert errors[0] > 1 / 1024, "rays do end"
         assert truth[..., 3].max() > 0.99
 
@@ -72,9 +72,9 @@ def test_what_glows_more_than_white_is_seen_from_farther_behind(
         scene = replace(scene, added=(AddedVolume(Volume(np.ones((4, 4, 4)) * 0.1), DENSE),))
     truth = renderers[0].render(scene, (8, 8), early_termination=0)
     assert truth[4, 4, 1] > 10
-    for share in SHARES:
-        picture = renderers[0].render(scene, (8, 8), early_termination=share)
-        assert np.abs(picture - truth).max() <= share
+    for fraction in FRACTIONS:
+        picture = renderers[0].render(scene, (8, 8), early_termination=fraction)
+        assert np.abs(picture - truth).max() <= fraction
 
 
 @classifications
@@ -84,10 +84,10 @@ def test_the_sooner_a_ray_ends_the_fewer_slabs_are_sampled(
     volume = random_volume(6, (40, 36, 33))
     scene = Scene(volume, DENSE, Camera.framing(volume), classification=classification)
     samples = []
-    for share in (*SHARES, 0):
-        renderers[0].render(scene, SIZE, early_termination=share, sampling_rate=3)
+    for fraction in (*FRACTIONS, 0):
+        renderers[0].render(scene, SIZE, early_termination=fraction, sampling_rate=3)
         stats = renderers[0].stats
-        assert stats["early_termination"] == share
+        assert stats["early_termination"] == fraction
         samples.append(stats["samples"])
     assert samples == sorted(samples)
     # At 0 a ray never ends, even where float32 has opacity 1.
@@ -125,8 +125,8 @@ def test_a_wanted_error_gives_a_share_of_itself(renderers: list[Renderer], max_e
     assert renderers[0].stats["early_termination"] == 0.25
 
 
-@pytest.mark.parametrize("share", [-1e-9, 1.0, 2.0, np.inf, -np.inf, np.nan])
-def test_what_is_no_transmittance_is_refused(renderers: list[Renderer], share: float) -> None:
+@pytest.mark.parametrize("fraction", [-1e-9, 1.0, 2.0, np.inf, -np.inf, np.nan])
+def test_what_is_no_transmittance_is_refused(renderers: list[Renderer], fraction: float) -> None:
     scene = Scene(Volume(np.ones((2, 2, 2))), FOG)
     with pytest.raises(InputError, match="early termination is a transmittance from 0 to under 1"):
-        renderers[0].render(scene, SIZE, early_termination=share)
+        renderers[0].render(scene, SIZE, early_termination=fraction)

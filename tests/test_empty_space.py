@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scenes import BONE, constant, inside, random_volume, sparse_volume
 
-from texvol.opengl.compositor import leap_uniforms
+from texvol.opengl.compositor import skip_uniforms
 from texvol.opengl.shaders import FOLDER
 from texvol.rendering.renderer import Renderer
 from texvol.scene.camera import Camera, Projection
@@ -28,7 +28,7 @@ SAME = 2e-6  # runs of slabs begin elsewhere, and so sums are rounded elsewhere
 projections = pytest.mark.parametrize("projection", ["orthographic", "perspective"])
 classifications = pytest.mark.parametrize("classification", CLASSIFICATIONS)
 
-MATTERS = {
+MEDIA = {
     "bone": BONE,
     "a step": TransferFunction(np.array([0, 0.5, 0.5, 1]), np.ones((4, 3)), np.array([0, 0, 0.4, 0.7])),
     "a tooth": TransferFunction(np.array([0.2, 0.7, 0.7]), np.ones((3, 3)), np.array([0, 0.6, 0])),
@@ -83,9 +83,9 @@ def test_what_rounding_to_16_bits_makes_of_few_samples_is_not_leapt_over(rendere
     values[50:53, 30:33, 30:33] = rounded_up
     steep = np.array([0, rounded_up + 0.2 * step, rounded_up + 0.0025, 1])
     volume = Volume(values)
-    matter = TransferFunction(steep, np.ones((4, 3)), np.array([0, 0, 0.9, 0.9]))
+    medium = TransferFunction(steep, np.ones((4, 3)), np.array([0, 0, 0.9, 0.9]))
     camera = Camera.framing(volume, eye=volume.centre + (0, 1, -300))
-    scene = Scene(volume, matter, camera, classification="post")
+    scene = Scene(volume, medium, camera, classification="post")
     pictures = [renderer.render(scene, (128, 128), sampling_rate=0.5, skip_empty=skip) for skip in (True, False)]
     assert renderer.stats["texture_format"] == "r16"
     np.testing.assert_allclose(*pictures, rtol=0, atol=SAME)
@@ -93,13 +93,13 @@ def test_what_rounding_to_16_bits_makes_of_few_samples_is_not_leapt_over(rendere
 
 @classifications
 @projections
-@pytest.mark.parametrize("matter", MATTERS)
+@pytest.mark.parametrize("medium", MEDIA)
 def test_a_picture_is_the_same_with_leaps_as_without(
-    renderer: Renderer, classification: Classification, projection: Projection, matter: str
+    renderer: Renderer, classification: Classification, projection: Projection, medium: str
 ) -> None:
     volume = sparse_volume(1)
     for camera in (Camera.framing(volume, projection), inside(volume, projection)):
-        scene = Scene(volume, MATTERS[matter], camera, classification=classification)
+        scene = Scene(volume, MEDIA[medium], camera, classification=classification)
         for rate in (0.05, 0.3, 1, 2.3):  # slabs per sample: up to five cells in a slab, which may miss all matter
             picture = assert_leaping_changes_nothing(renderer, scene, sampling_rate=rate)
             assert picture.max() > 0.01 or rate < 0.1
@@ -109,12 +109,12 @@ def test_a_picture_is_the_same_with_leaps_as_without(
 @given(
     st.integers(0, 2**32 - 1),
     st.sampled_from(CLASSIFICATIONS),
-    st.sampled_from(list(MATTERS)),
+    st.sampled_from(list(MEDIA)),
     st.sampled_from(["orthographic", "perspective"]),
     st.sampled_from([0.1, 0.7, 1.0, 3.1]),
 )
 def test_leaps_lose_nothing_of_any_volume_from_any_place(
-    renderer: Renderer, seed: int, classification: Classification, matter: str, projection: Projection, rate: float
+    renderer: Renderer, seed: int, classification: Classification, medium: str, projection: Projection, rate: float
 ) -> None:
     random = np.random.default_rng(seed)
     values = np.zeros(random.integers(1, 50, 3), np.float32)
@@ -125,15 +125,15 @@ def test_leaps_lose_nothing_of_any_volume_from_any_place(
     direction = np.eye(3) + 0.4 * random.standard_normal((3, 3)) if random.random() < 0.5 else np.eye(3)
     volume = Volume(values, random.uniform(0.5, 2, 3), random.uniform(-9, 9, 3), direction)
     # Along an axis as often as not: rays in the faces of cells.
-    way = np.eye(3)[random.integers(3)] if random.random() < 0.5 else random.standard_normal(3)
-    way *= random.choice([0.1, 0.5, 2.5]) * volume.radius / np.linalg.norm(way)
+    line_of_sight = np.eye(3)[random.integers(3)] if random.random() < 0.5 else random.standard_normal(3)
+    line_of_sight *= random.choice([0.1, 0.5, 2.5]) * volume.radius / np.linalg.norm(line_of_sight)
     target = volume.centre if random.random() < 0.5 else volume.centre + random.standard_normal(3)
-    up = np.cross(way, random.standard_normal(3))
+    up = np.cross(line_of_sight, random.standard_normal(3))
     if projection == "perspective":
-        camera = Camera.perspective(target - way, target, up, fov=random.uniform(20, 100))
+        camera = Camera.perspective(target - line_of_sight, target, up, fov=random.uniform(20, 100))
     else:
-        camera = Camera.orthographic(target - way, target, up, height=2 * volume.radius)
-    scene = Scene(volume, MATTERS[matter], camera, classification=classification)
+        camera = Camera.orthographic(target - line_of_sight, target, up, height=2 * volume.radius)
+    scene = Scene(volume, MEDIA[medium], camera, classification=classification)
     assert_leaping_changes_nothing(renderer, scene, (25, 24), sampling_rate=rate)
 
 
@@ -144,8 +144,10 @@ def test_rays_in_the_faces_of_cells_see_what_lies_behind(renderer: Renderer, axi
     values = np.zeros((32, 32, 32), np.float32)
     values[14:18, 14:18, 14:18] = 0.8
     volume = Volume(values)
-    way = np.roll([1.0, beside, 0], axis)
-    camera = Camera.orthographic(volume.centre - 60 * way, volume.centre, np.roll([0, 0, 1], axis), height=33.0)
+    line_of_sight = np.roll([1.0, beside, 0], axis)
+    camera = Camera.orthographic(
+        volume.centre - 60 * line_of_sight, volume.centre, np.roll([0, 0, 1], axis), height=33.0
+    )
     for classification in CLASSIFICATIONS:
         scene = Scene(volume, BONE, camera, classification=classification)  # type: ignore[arg-type]
         picture = assert_leaping_changes_nothing(renderer, scene, (33, 33))
@@ -160,8 +162,8 @@ def test_a_mostly_empty_scene_takes_few_samples(
     values = np.zeros((96, 96, 96), np.uint8)
     values[20:30, 50:58, 60:75] = np.random.default_rng(0).integers(100, 255, (10, 8, 15))
     volume = Volume(values)
-    matter = TransferFunction(255 * BONE.values, BONE.colors, BONE.extinctions)
-    scene = Scene(volume, matter, Camera.framing(volume, projection), classification=classification)
+    medium = TransferFunction(255 * BONE.values, BONE.colors, BONE.extinctions)
+    scene = Scene(volume, medium, Camera.framing(volume, projection), classification=classification)
     picture = assert_leaping_changes_nothing(renderer, scene)
     assert picture[..., 3].max() > 0.5
     renderer.render(scene, SIZE)
@@ -229,9 +231,9 @@ def test_another_transfer_function_shows_what_was_empty(renderer: Renderer) -> N
 
 
 MISTAKES = {
-    "one cell too far": ("leaps", lambda cells, visible: Cells.leaps(cells, visible) + 2),
-    "cells beside themselves": ("visible", lambda cells, matter, *_: np.roll(Cells.visible(cells, matter), 1, axis=2)),
-    "ranges without neighbours": ("visible", lambda cells, matter, *_: cells.lowest > 0),
+    "one cell too far": ("skips", lambda cells, visible: Cells.skips(cells, visible) + 2),
+    "cells beside themselves": ("visible", lambda cells, medium, *_: np.roll(Cells.visible(cells, medium), 1, axis=2)),
+    "ranges without neighbours": ("visible", lambda cells, medium, *_: cells.lowest > 0),
 }
 
 
@@ -249,13 +251,13 @@ def test_a_leap_too_far_shows(mistake: str) -> None:
 @classifications
 def test_no_slab_at_the_end_of_a_run_is_drawn_twice(renderer: Renderer, classification: Classification) -> None:
     # Cells with matter here and there: many short runs, of odd lengths, some of which begin where others end.
-    matter = TransferFunction(np.array([0.1, 1]), np.ones((2, 3)), np.array([0, 0.2]))
+    medium = TransferFunction(np.array([0.1, 1]), np.ones((2, 3)), np.array([0, 0.2]))
     for seed in (2, 3):  # with 2 a fourth run begins where the third ends, in matter
         random = np.random.default_rng(seed)
         blocks = np.kron(random.random((22, 22, 22)) < 0.1, np.ones((3, 3, 3)))
         volume = Volume((blocks * random.random(blocks.shape)).astype(np.float32))
         eye = volume.centre + 100 * random.standard_normal(3)
-        scene = Scene(volume, matter, Camera.framing(volume, eye=eye), classification=classification)
+        scene = Scene(volume, medium, Camera.framing(volume, eye=eye), classification=classification)
         assert_leaping_changes_nothing(renderer, scene, (160, 160), sampling_rate=1.0)
 
 
@@ -297,8 +299,8 @@ def test_a_run_has_room_for_all_slabs_of_a_stack() -> None:
 )
 def test_where_rays_end_soon_they_do_not_look_far(extinction: float, termination: float, expected: float) -> None:
     volume = sparse_volume(1)
-    matter = TransferFunction(np.array([0.0, 0.5, 0.5]), np.ones((3, 3)), np.array([0.0, 0.0, extinction]))
-    scene = Scene(volume, matter, Camera.framing(volume), classification="post")
-    with Renderer() as renderer, patch("texvol.opengl.compositor.leap_uniforms", wraps=leap_uniforms) as asked:
+    medium = TransferFunction(np.array([0.0, 0.5, 0.5]), np.ones((3, 3)), np.array([0.0, 0.0, extinction]))
+    scene = Scene(volume, medium, Camera.framing(volume), classification="post")
+    with Renderer() as renderer, patch("texvol.opengl.compositor.leap_uniforms", wraps=skip_uniforms) as asked:
         renderer.render(scene, SIZE, slab_thickness=1.0, early_termination=termination)
-    assert leap_uniforms(asked.call_args.args[0])["slabs_ahead"] == pytest.approx(expected)
+    assert skip_uniforms(asked.call_args.args[0])["slabs_ahead"] == pytest.approx(expected)

@@ -18,7 +18,7 @@ from texvol.textures.value_storage import (
     Storage,
     bulk_of,
     features_about,
-    features_of_matter,
+    features_of_medium,
     other_storage,
     storage_of,
     stored_values,
@@ -70,7 +70,7 @@ def with_far_sample(kind: type, far: float) -> tuple[Volume, float]:
     return Volume(values), high
 
 
-def matter_to(high: float) -> TransferFunction:
+def medium_to(high: float) -> TransferFunction:
     return TransferFunction(np.array([0, 0.5, 1]) * high, np.eye(3), np.array([0, 0.1, 0.5]))
 
 
@@ -80,7 +80,7 @@ def test_matter_keeps_the_wanted_error_beside_a_far_sample(
     renderer: Renderer, classification: str, kind: type, far: float
 ) -> None:
     volume, high = with_far_sample(kind, far)
-    scene = Scene(volume, matter_to(high), VIEW, classification=classification)
+    scene = Scene(volume, medium_to(high), VIEW, classification=classification)
     picture = renderer.render(scene, SIZE, max_error=0.01)
     error = np.abs(picture - raycast(scene, SIZE)).max()
     assert error <= 0.01
@@ -136,7 +136,7 @@ def test_light_has_directions_beside_a_far_sample(renderer: Renderer, kind: type
     values = np.rint(wave(100)).astype(kind)
     values[8, 8, 8] = 65535
     lighting = Lighting(fade=0.5)
-    scene = Scene(Volume(values), matter_to(100.0), VIEW, classification="post", lighting=lighting)
+    scene = Scene(Volume(values), medium_to(100.0), VIEW, classification="post", lighting=lighting)
     picture = renderer.render(scene, SIZE, sampling_rate=16)
     difference = np.abs(picture - raycast(scene, SIZE)).max(axis=2)
     assert np.median(difference) < 1e-3
@@ -145,33 +145,33 @@ def test_light_has_directions_beside_a_far_sample(renderer: Renderer, kind: type
 
 def test_values_far_from_zero_are_told_apart_in_single_precision(renderer: Renderer) -> None:
     values = (2.0**30 + 64 * np.rint(3 * wave())).astype(np.float32)
-    places = 2.0**30 + np.array([0, 64, 192])
-    matter = TransferFunction(places, np.eye(3), np.array([0, 0.1, 0.5]))
-    scene = Scene(Volume(values), matter, VIEW, classification="post")
+    positions = 2.0**30 + np.array([0, 64, 192])
+    medium = TransferFunction(positions, np.eye(3), np.array([0, 0.1, 0.5]))
+    scene = Scene(Volume(values), medium, VIEW, classification="post")
     assert np.abs(renderer.render(scene, SIZE, max_error=0.01) - raycast(scene, SIZE)).max() <= 0.01
 
 
 def test_what_single_precision_cannot_hold_is_said(renderer: Renderer) -> None:
     values = wave()
     values[::2] += 1e9
-    places = [0, 1, 1e9, 1e9 + 1]
-    matter = TransferFunction(np.array(places), np.zeros((4, 3)), np.array([0, 0.5, 0.5, 0]))
-    scene = Scene(Volume(values), matter, VIEW, classification="post")
+    positions = [0, 1, 1e9, 1e9 + 1]
+    medium = TransferFunction(np.array(positions), np.zeros((4, 3)), np.array([0, 0.5, 0.5, 0]))
+    scene = Scene(Volume(values), medium, VIEW, classification="post")
     with pytest.warns(AccuracyWarning, match="single precision cannot hold"):
         renderer.render(scene, SIZE, max_error=0.01)
     assert renderer.stats["estimated_error"] > 0.01
     with warnings.catch_warnings():  # which are classified in double precision
         warnings.simplefilter("error")
-        renderer.render(Scene(Volume(values), matter, VIEW, classification="slab"), SIZE)
+        renderer.render(Scene(Volume(values), medium, VIEW, classification="slab"), SIZE)
 
 
 def test_the_estimate_is_not_made_from_the_texels_that_are_wrong(renderer: Renderer, monkeypatch) -> None:
     """A storage that loses the digits, as values had before: the reference is stored otherwise, and tells."""
     volume, high = with_far_sample(np.float64, 1e8)
-    features = features_of_matter(matter_to(high), volume)
+    features = features_of_medium(medium_to(high), volume)
     middle = features.storage("r32f", 5e7, 5e7)
     monkeypatch.setattr("texvol.textures.value_texture.storage_of", lambda *_: middle)
-    scene = Scene(volume, matter_to(high), VIEW, classification="post")
+    scene = Scene(volume, medium_to(high), VIEW, classification="post")
     with Renderer() as wrong:
         picture = wrong.render(scene, SIZE)
         error = np.abs(picture - raycast(scene, SIZE)).max()
@@ -184,7 +184,7 @@ def test_the_estimate_is_not_made_from_the_texels_that_are_wrong(renderer: Rende
 @pytest.mark.parametrize(("kind", "far"), FAR, ids=NAMES)
 def test_stored_values_differ_by_their_rounding_alone(kind: type, far: float) -> None:
     volume, high = with_far_sample(kind, far)
-    features = features_of_matter(matter_to(high), volume)
+    features = features_of_medium(medium_to(high), volume)
     usual, other = storage_of(volume, features), other_storage(volume, features)
     assert usual.condition <= (2048 if kind is np.int16 else WELL)
     near = np.abs(volume.values.astype(np.float64)) <= high
@@ -199,7 +199,7 @@ def test_stored_values_differ_by_their_rounding_alone(kind: type, far: float) ->
 def test_ordinary_values_are_stored_as_they_are() -> None:
     for kind, expected in ((np.uint8, "r16"), (np.int16, "r16"), (np.float16, "r16f"), (np.float32, "r32f")):
         volume = Volume((50 * wave()).astype(kind))
-        storage = storage_of(volume, features_of_matter(matter_to(50.0), volume))
+        storage = storage_of(volume, features_of_medium(medium_to(50.0), volume))
         assert storage.texel_format == expected
         assert storage.vouches_for_itself(volume)
         if kind in (np.float16, np.float32):
@@ -217,8 +217,8 @@ def test_most_values_are_found_beside_many_of_one_far_value() -> None:
 
 def test_an_offset_lies_where_the_steepest_change_is() -> None:
     volume = Volume(wave(1e6))
-    matter = TransferFunction(np.array([0, 2e5, 7e5, 7e5 + 1, 1e6]), np.zeros((5, 3)), np.array([0, 0.1, 0.1, 5, 5]))
-    storage = storage_of(volume, features_of_matter(matter, volume))
+    medium = TransferFunction(np.array([0, 2e5, 7e5, 7e5 + 1, 1e6]), np.zeros((5, 3)), np.array([0, 0.1, 0.1, 5, 5]))
+    storage = storage_of(volume, features_of_medium(medium, volume))
     assert isinstance(storage, Storage) and 7e5 - 1 <= storage.offset <= 7e5 + 2
     about = storage_of(volume, features_about(volume, 123456.0))
     assert about.condition <= WELL
@@ -242,11 +242,11 @@ def test_opaque_steps_and_denormal_values_are_found_beside_far_ones(
 ) -> None:
     values = (1e-40 * wave()).astype(kind)
     values[:5] = 1e8
-    places = 1e-40 * np.array([0, 0.6, 0.6, 1])
+    positions = 1e-40 * np.array([0, 0.6, 0.6, 1])
     # One colour for all that is opaque: of that, a ray into the far values crosses less than float32 tells apart.
     colors = np.array([[1, 0, 0], [0, 1, 0], [1, 1, 1], [1, 1, 1]])
-    matter = TransferFunction(places, colors, np.array([0, 0.2, np.inf, np.inf]))
-    scene = Scene(Volume(values), matter, VIEW, classification=classification)
+    medium = TransferFunction(positions, colors, np.array([0, 0.2, np.inf, np.inf]))
+    scene = Scene(Volume(values), medium, VIEW, classification=classification)
     difference = np.abs(renderer.render(scene, SIZE, sampling_rate=16) - raycast(scene, SIZE)).max(axis=2)
     # Rays that touch the edge of what is opaque may miss it.
     assert (difference > 0.02).mean() < 0.01

@@ -104,18 +104,18 @@ def test_a_faceted_ball_in_fog(renderer: Renderer, opacity: float, projection: s
     c, radius = VOLUME.centre, 0.5 * VOLUME.radius
     vertices, triangles = ball()
     camera = view(VOLUME, projection)
-    eyes, ways = camera.rays(SIZE)
+    eyes, directions = camera.rays(SIZE)
     a, b, d = (vertices[triangles[:, corner]] for corner in range(3))
     normals = np.cross(b - a, d - a)
     height = ((eyes - c) / radius) @ normals.T - (normals * a).sum(axis=1)
-    rise = ways / radius @ normals.T
+    rise = directions / radius @ normals.T
     t = -height / rise
     enters = np.where(rise < 0, t, -np.inf).max(axis=-1)
     leaves = np.where(rise > 0, t, np.inf).min(axis=-1)
     met = enters < leaves
     look = (0.1, 0.5, 0.8, opacity)
     surfaces = [(np.where(met, at, np.inf), look) for at in (enters, leaves)]
-    exact = fog_between(COLOR, 0.2, box_ends(VOLUME, eyes, ways), surfaces)
+    exact = fog_between(COLOR, 0.2, box_ends(VOLUME, eyes, directions), surfaces)
     mesh = Mesh(c + radius * vertices, triangles, look[:3], opacity, lit=False)
     scene = Scene(VOLUME, constant(0.2, COLOR), camera, geometry=(mesh,))
     assert 0.1 < met.mean() < 0.6
@@ -135,16 +135,16 @@ def test_a_fine_ball_is_a_sphere(renderer: Renderer) -> None:
     vertices, triangles = globe(rings)
     assert len(triangles) == 101_760
     camera, tau, lighting = view(volume, "perspective"), 0.2, Lighting()
-    eyes, ways = camera.rays(SIZE)
-    along = -((eyes - c) * ways).sum(axis=-1)
-    nearest = eyes - c + along[..., np.newaxis] * ways
+    eyes, directions = camera.rays(SIZE)
+    along = -((eyes - c) * directions).sum(axis=-1)
+    nearest = eyes - c + along[..., np.newaxis] * directions
     square = radius**2 - (nearest**2).sum(axis=-1)
     at = np.where(square > 0, along - np.sqrt(np.maximum(square, 0)), np.inf)
     cosine = np.sqrt(np.maximum(square, 0)) / radius  # of the angle between the normal and the way to the eye
     shade = lighting.ambient + lighting.diffuse * cosine[..., np.newaxis]
     shine = lighting.specular * cosine[..., np.newaxis] ** lighting.shininess
     look = np.concatenate([np.array([0.1, 0.5, 0.8]) * shade + shine, np.ones((*cosine.shape, 1))], axis=-1)
-    exact = fog_between(COLOR, tau, box_ends(volume, eyes, ways), [(at, look)])
+    exact = fog_between(COLOR, tau, box_ends(volume, eyes, directions), [(at, look)])
     mesh = Mesh(c + radius * vertices, triangles, (0.1, 0.5, 0.8), normals=vertices)
     picture = renderer.render(Scene(volume, constant(tau, COLOR), camera, geometry=(mesh,)), SIZE)
     step = (np.pi / rings) ** 2 / 4 / least_cosine
@@ -186,13 +186,13 @@ def test_of_surfaces_at_one_place_the_scenes_first_is_in_front(renderer: Rendere
     camera = view(VOLUME, "perspective")
     for quads in ([red, green], [green, red]):
         scene = Scene(VOLUME, constant(0.2, COLOR), camera, geometry=tuple(each.mesh() for each in quads))
-        eyes, ways = camera.rays(SIZE)
-        ends = box_ends(VOLUME, eyes, ways)
+        eyes, directions = camera.rays(SIZE)
+        ends = box_ends(VOLUME, eyes, directions)
         # Both are met at the first one's place, by a stable order.
-        places = [hits_of(each, eyes, ways) for each in quads]
-        places[1] = np.where(np.isfinite(places[0]) & np.isfinite(places[1]), places[0], places[1])
+        positions = [hits_of(each, eyes, directions) for each in quads]
+        positions[1] = np.where(np.isfinite(positions[0]) & np.isfinite(positions[1]), positions[0], positions[1])
         looks = [(*each.color, each.opacity) for each in quads]
-        exact = fog_between(COLOR, 0.2, ends, list(zip(places, looks, strict=True)))
+        exact = fog_between(COLOR, 0.2, ends, list(zip(positions, looks, strict=True)))
         assert np.abs(renderer.render(scene, SIZE) - exact).max() < ROUNDING
         assert np.abs(raycast(scene, SIZE) - exact).max() < 1e-9
 
@@ -220,8 +220,8 @@ def test_no_ray_slips_through_between_triangles_or_meets_two(renderer: Renderer,
 def test_an_edge_through_middles_of_pixels_belongs_to_one_triangle(renderer: Renderer) -> None:
     """The diagonals of squares on the screen go exactly through pixels' middles, and squares begin and end on them."""
     camera = Camera.orthographic((0, 0, 10), (0, 0, 0), (0, 1, 0), height=16)
-    places = np.arange(-8, 9) + 0.5
-    x, y = np.meshgrid(places, places, indexing="ij")
+    positions = np.arange(-8, 9) + 0.5
+    x, y = np.meshgrid(positions, positions, indexing="ij")
     vertices = np.stack([x, y, 0 * x], axis=-1).reshape(-1, 3)
     first = (np.arange(16)[:, np.newaxis] * 17 + np.arange(16)).reshape(-1)
     for corners in ([(0, 17, 18), (0, 18, 1)], [(0, 17, 1), (17, 18, 1)], [(18, 0, 17), (1, 0, 18)]):
@@ -285,9 +285,9 @@ def test_light_on_surfaces_is_that_of_the_oracle(renderer: Renderer, name: str, 
     volume = Volume(np.zeros((14, 10, 12)), VOLUME.spacing)
     vertices, triangles = ball(40, seed=2)
     normals = np.random.default_rng(4).normal(size=vertices.shape) if smooth else None
-    place = volume.centre + 0.6 * volume.radius * vertices
+    position = volume.centre + 0.6 * volume.radius * vertices
     geometry = (
-        Mesh(place, triangles, (0.8, 0.5, 0.3), 0.5, normals),
+        Mesh(position, triangles, (0.8, 0.5, 0.3), 0.5, normals),
         Mesh(volume.centre + 0.3 * volume.radius * vertices, triangles, (0.2, 0.4, 0.9), lit=False),
     )
     scene = Scene(volume, constant(0.1, COLOR), view(volume, projection), geometry=geometry, lighting=LIGHTS[name])
@@ -321,8 +321,8 @@ def test_a_depth_cue_is_that_of_the_place(renderer: Renderer) -> None:
     cue = DepthCue(0.9, (0.1, 0.2, 0.3), near=10, far=40)
     wall = quad((3.5, 3.5, 0.0), (9, 0, 0), (0, 9, 0), (1, 0.5, 0), 0.6)
     scene = Scene(volume, constant(0.0), camera, depth_cue=cue, geometry=(wall.mesh(),))
-    share = 0.9 / 3
-    expected = 0.6 * np.append((1 - share) * np.array([1, 0.5, 0]) + share * np.array([0.1, 0.2, 0.3]), 1)
+    fraction = 0.9 / 3
+    expected = 0.6 * np.append((1 - fraction) * np.array([1, 0.5, 0]) + fraction * np.array([0.1, 0.2, 0.3]), 1)
     for picture in (renderer.render(scene, (9, 9)), raycast(scene, (9, 9))):
         np.testing.assert_allclose(picture, np.broadcast_to(expected, (9, 9, 4)), atol=1e-6)
 

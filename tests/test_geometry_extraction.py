@@ -33,8 +33,8 @@ def on_grid(field, direction: np.ndarray, dimensions: tuple[int, int, int] = (22
     """A volume whose values are a function of the place in the world, from the middle of the box."""
     volume = Volume(np.zeros(dimensions[::-1]), (1, 0.8, 1.2), (50, -30, 7), direction)
     z, y, x = np.meshgrid(*(np.arange(count) for count in dimensions[::-1]), indexing="ij")
-    places = volume.origin + np.stack([x, y, z], axis=-1) @ volume.world_from_index.T
-    return Volume(field(places - volume.centre), volume.spacing, volume.origin, direction, name="v.nrrd")
+    positions = volume.origin + np.stack([x, y, z], axis=-1) @ volume.world_from_index.T
+    return Volume(field(positions - volume.centre), volume.spacing, volume.origin, direction, name="v.nrrd")
 
 
 def facets(mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
@@ -45,9 +45,9 @@ def facets(mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
 
 def open_edges(mesh: Mesh) -> np.ndarray:
     """Edges (n, 2) of one triangle only; every other has two, which go along it either way."""
-    ways = Counter((int(a), int(b)) for t in mesh.triangles for a, b in zip(t, np.roll(t, -1), strict=True))
-    assert max(ways.values()) == 1
-    return np.array([way for way in ways if way[::-1] not in ways], np.int64).reshape(-1, 2)
+    edges = Counter((int(a), int(b)) for t in mesh.triangles for a, b in zip(t, np.roll(t, -1), strict=True))
+    assert max(edges.values()) == 1
+    return np.array([edge for edge in edges if edge[::-1] not in edges], np.int64).reshape(-1, 2)
 
 
 @pytest.mark.parametrize("grid", GRIDS)
@@ -56,14 +56,14 @@ def test_a_ball_lies_where_it_is_and_faces_outward(grid: str) -> None:
     radius = 7.0
     volume = on_grid(lambda p: radius - np.linalg.norm(p, axis=-1), GRIDS[grid])
     mesh = surface_of(volume, 0.0)
-    places = mesh.vertices - volume.centre
+    positions = mesh.vertices - volume.centre
     # Steps of a sheared grid are longer than its spacing: 1.2 times the length of the longest column.
     step = np.linalg.norm(volume.world_from_index, axis=0).max()
-    assert np.abs(np.linalg.norm(places, axis=1) - radius).max() < step**2 / 8 / radius
+    assert np.abs(np.linalg.norm(positions, axis=1) - radius).max() < step**2 / 8 / radius
     corners, normals = facets(mesh)
     assert (normals * (corners.mean(axis=1) - volume.centre)).sum(axis=1).min() > 0, "counter-clockwise from outside"
     assert mesh.normals is not None
-    cosines = (mesh.normals * places).sum(axis=1) / np.linalg.norm(places, axis=1)
+    cosines = (mesh.normals * positions).sum(axis=1) / np.linalg.norm(positions, axis=1)
     assert cosines.min() > 0.995
     assert not len(open_edges(mesh))
     edges = len(mesh.triangles) * 3 / 2
@@ -165,8 +165,8 @@ def test_it_is_the_surface_that_the_mode_shows(renderer: Renderer) -> None:
     scene = Scene(volume, None, camera, mode="isosurface", isovalue=0.6)
     of_mode = isosurface_depth(scene, size)
     [first, *_] = surface_layers(replace(scene, geometry=(mesh,)), camera, size)
-    eyes, ways = camera.rays(size)
-    of_mesh = (first.s - ((eyes - volume.centre) * ways).sum(axis=-1)) * (ways @ camera.forward)
+    eyes, edges = camera.rays(size)
+    of_mesh = (first.s - ((eyes - volume.centre) * edges).sum(axis=-1)) * (edges @ camera.forward)
     both = np.isfinite(of_mode) & np.isfinite(of_mesh)
     assert (np.isfinite(of_mode) == np.isfinite(of_mesh)).mean() > 0.995 and both.mean() > 0.2
     assert np.quantile(np.abs(of_mode - of_mesh)[both], 0.99) < 0.02 / 0.2

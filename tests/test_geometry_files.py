@@ -77,10 +77,10 @@ def test_another_program_reads_what_is_written(tmp_path: Path, ending: str, read
     reading.SetFileName(str(tmp_path / f"m.{ending}"))
     reading.Update()
     data = reading.GetOutput()
-    places = vtk_to_numpy(data.GetPoints().GetData())[
+    positions = vtk_to_numpy(data.GetPoints().GetData())[
         vtk_to_numpy(data.GetPolys().GetConnectivityArray()).reshape(-1, 3)
     ]
-    np.testing.assert_allclose(places, corners(BALL), atol=23 * 2.0**-23)
+    np.testing.assert_allclose(positions, corners(BALL), atol=23 * 2.0**-23)
     if ending == "vtp":
         np.testing.assert_array_equal(vtk_to_numpy(data.GetPointData().GetNormals()), VERTICES)
 

@@ -44,8 +44,8 @@ def test_a_pixel_belongs_to_a_line_within_half_its_width(renderer: Renderer, wid
     lines = Lines([(*a, 0.0), (*b, 5.0)], [(0, 1)], (1, 0.5, 0.2), 0.6, width)
     truth = both(renderer, Scene(NOTHING, constant(0.0), FACING, geometry=(lines,)))
     x, y = middles()
-    share = np.clip(((x - a[0]) * (b - a)[0] + (y - a[1]) * (b - a)[1]) / ((b - a) @ (b - a)), 0, 1)
-    away = np.hypot(x - a[0] - share * (b - a)[0], y - a[1] - share * (b - a)[1])
+    fraction = np.clip(((x - a[0]) * (b - a)[0] + (y - a[1]) * (b - a)[1]) / ((b - a) @ (b - a)), 0, 1)
+    away = np.hypot(x - a[0] - fraction * (b - a)[0], y - a[1] - fraction * (b - a)[1])
     np.testing.assert_allclose(truth[..., 3], np.where(away <= width / 2, 0.6, 0.0), atol=1e-12)
     assert (truth[..., 3] > 0).sum() >= 14, "no gap: in every column that it crosses"
 
@@ -80,9 +80,9 @@ def test_a_line_in_fog_is_where_the_ray_comes_nearest_to_it(renderer: Renderer, 
     lines = Lines(ends, [(0, 1)], (0.1, 0.9, 0.4), 0.7, width)
     scene = Scene(BOX, constant(0.2), camera, geometry=(lines,))
     picture = renderer.render(scene, size)
-    eyes, ways = camera.rays(size)
-    places = ends[0] + np.linspace(0, 1, 20001)[:, np.newaxis] * (ends[1] - ends[0])
-    on_screen = camera.in_eye_space(places - c, c)
+    eyes, directions = camera.rays(size)
+    positions = ends[0] + np.linspace(0, 1, 20001)[:, np.newaxis] * (ends[1] - ends[0])
+    on_screen = camera.in_eye_space(positions - c, c)
     scale = size[1] / 2 / camera.half_height / (on_screen[:, 2] if projection == "perspective" else 1.0)
     x, y = on_screen[:, 0] * scale + 35.5, 31.5 - on_screen[:, 1] * scale
     columns, rows = np.meshgrid(np.arange(72), np.arange(64))
@@ -90,9 +90,9 @@ def test_a_line_in_fog_is_where_the_ray_comes_nearest_to_it(renderer: Renderer, 
     nearest = away.argmin(axis=-1)
     # The places are 2e-4 pixels apart: of a distance near the rim that says nothing.
     sure = np.abs(away.min(axis=-1) - width / 2) > 1e-3
-    depth = on_screen[nearest, 2] / (ways @ camera.forward)
+    depth = on_screen[nearest, 2] / (directions @ camera.forward)
     at = np.where(away.min(axis=-1) < width / 2, depth, np.inf)
-    exact = fog_between((0.9, 0.6, 0.3), 0.2, box_ends(BOX, eyes, ways), [(at, (0.1, 0.9, 0.4, 0.7))])
+    exact = fog_between((0.9, 0.6, 0.3), 0.2, box_ends(BOX, eyes, directions), [(at, (0.1, 0.9, 0.4, 0.7))])
     assert sure.mean() > 0.99
     # Half the way between two places, in optical depth: r 1.5 / 20000 / 2 * 0.2.
     assert np.abs(picture - exact)[sure].max() < 1e-5 * r

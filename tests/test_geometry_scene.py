@@ -54,17 +54,17 @@ def test_what_cuts_matter_cuts_geometry_unless_it_is_not_to(renderer: Renderer, 
     cutting: dict[str, Any] = {"crop": [(x - 0.3 * r, x + 0.3 * r) for x in c]}
     if how == "planes":
         cutting = {"clip": tuple(ClipPlane(tuple(n), float(d)) for n, d in zip(normals, offsets, strict=True))}
-    eyes, ways = CAMERA.rays(SIZE)
-    rise = ways @ normals.T
+    eyes, directions = CAMERA.rays(SIZE)
+    rise = directions @ normals.T
     t = (offsets - eyes @ normals.T) / rise
     kept = np.where(rise > 0, t, -np.inf).max(axis=-1), np.where(rise < 0, t, np.inf).min(axis=-1)
-    first, last = box_ends(VOLUME, eyes, ways)
+    first, last = box_ends(VOLUME, eyes, directions)
     ends = np.maximum(first, kept[0]), np.minimum(last, kept[1])
     cap = np.where((kept[0] > first) & (kept[0] < last) & (kept[0] < kept[1]), kept[0], np.inf)
     for is_cut in (True, False):
         surfaces = []
         for each in walls():
-            at = hits_of(each, eyes, ways)
+            at = hits_of(each, eyes, directions)
             inside = (kept[0] <= at) & (at <= kept[1])
             surfaces.append((np.where(inside | (not is_cut), at, np.inf), (*each.color, each.opacity)))
         if caps:
@@ -127,9 +127,9 @@ def test_an_isosurface_stands_among_geometry(renderer: Renderer, lighting: Light
     # The same by hand: the surface at its depth, opaque, among the quads.
     from texvol.ray_casting.projection import isosurface_depth
 
-    eyes, ways = camera.rays(SIZE)
-    at = isosurface_depth(scene, SIZE) / (ways @ camera.forward)
-    surfaces: list[tuple[Any, Any]] = [(hits_of(each, eyes, ways), (*each.color, each.opacity)) for each in quads]
+    eyes, directions = camera.rays(SIZE)
+    at = isosurface_depth(scene, SIZE) / (directions @ camera.forward)
+    surfaces: list[tuple[Any, Any]] = [(hits_of(each, eyes, directions), (*each.color, each.opacity)) for each in quads]
     surfaces.append((at, np.concatenate([bare[..., :3], np.ones((*at.shape, 1))], axis=-1)))
     exact = fog_between(COLOR, 0.0, (np.zeros(at.shape), np.zeros(at.shape)), surfaces)
     exact[..., :3] += (1 - exact[..., 3:]) * np.array(scene.background)
@@ -167,9 +167,9 @@ def test_a_single_mesh_is_geometry_too() -> None:
 def test_a_picture_without_volume_in_it_still_has_its_geometry(renderer: Renderer) -> None:
     """Matter that shows nothing: no brick is drawn, and the surface is."""
     wall = walls()[1]
-    eyes, ways = CAMERA.rays(SIZE)
+    eyes, directions = CAMERA.rays(SIZE)
     scene = Scene(VOLUME, constant(0.0), CAMERA, geometry=(wall.mesh(),))
-    expected = np.where(np.isfinite(hits_of(wall, eyes, ways))[..., np.newaxis], (*wall.color, 1.0), 0.0)
+    expected = np.where(np.isfinite(hits_of(wall, eyes, directions))[..., np.newaxis], (*wall.color, 1.0), 0.0)
     np.testing.assert_allclose(renderer.render(scene, SIZE), expected, atol=1e-7)
     assert renderer.stats["bricks_drawn"] == 0
     away = replace(scene, geometry=(replace(scene.geometry[0], vertices=scene.geometry[0].vertices + 1e6),))
@@ -270,8 +270,8 @@ def test_what_the_shapes_do_without_is_not_compiled(renderer: Renderer) -> None:
 def test_every_combination_of_switches_compiles(context: Context, lights: dict[str, int]) -> None:
     if lights.get("SHADOWS"):
         return  # none falls on surfaces
-    for way, planes, lines, cue in itertools.product((0, 1), (0, 1, 7), (0, 1), (0, 1)):
-        switches = {"PERSPECTIVE": way, "HALF_SPACES": planes, "LINES": lines, "CUE": cue}
+    for direction, planes, lines, cue in itertools.product((0, 1), (0, 1, 7), (0, 1), (0, 1)):
+        switches = {"PERSPECTIVE": direction, "HALF_SPACES": planes, "LINES": lines, "CUE": cue}
         load_program(context.gl, "surface", defines=NO_LIGHT | lights | switches)
     load_program(context.gl, "texels", vertex="corner.vert")
 
@@ -280,16 +280,16 @@ def test_every_combination_of_switches_compiles(context: Context, lights: dict[s
 def test_every_stretch_compiles(context: Context, name: str) -> None:
     from texvol.opengl.compositor import NOTHING_SPECIAL
 
-    for way, planes, bricks in itertools.product((0, 1), (0, 2), (0, 1)):
-        common = {"PERSPECTIVE": way, "HALF_SPACES": planes, "BRICKS": bricks, "STRETCH": 1, "LEAPS": 1}
+    for direction, planes, bricks in itertools.product((0, 1), (0, 2), (0, 1)):
+        common = {"PERSPECTIVE": direction, "HALF_SPACES": planes, "BRICKS": bricks, "INTERVAL": 1, "SKIPS": 1}
         common |= {"CUE": 0, "COUNT": 0}
         if name == "projection":
-            matter = [{"MODE": 3, "DEPTH": 0, "MISSING": 0, "WEIGHTS": 0, "GRADIENT": 1}]
+            medium = [{"MODE": 3, "DEPTH": 0, "MISSING": 0, "WEIGHTS": 0, "GRADIENT": 1}]
         else:
-            matter = [
+            medium = [
                 NOTHING_SPECIAL | {"CLASSIFICATION": kind, "CAPS": int(planes > 0), "AT_ONCE": 2} for kind in range(4)
             ]
-        for each in matter:
+        for each in medium:
             load_program(context.gl, name, defines=NO_LIGHT | common | each, vertex="slab_stack.vert")
 
 

@@ -43,9 +43,9 @@ def read_gif(name: str) -> tuple[list[int], np.ndarray, dict]:
 def test_pictures_of_a_gif_are_those_of_the_orbit_and_begin_again(folder: Path) -> None:
     assert run("--orbit", "5", "-o", "turn.gif") == 0
     assert run("--orbit", "5", "-o", "turn_%d.png") == 0
-    durations, pictures, facts = read_gif("turn.gif")
+    durations, pictures, metadata = read_gif("turn.gif")
     assert pictures.shape == (5, 33, 47, 3)  # odd sides, which MP4 refuses
-    assert facts["loop"] == 0  # for ever
+    assert metadata["loop"] == 0  # for ever
     # 30 a second, each begun at the hundredth of a second that is nearest to its time.
     # The last one lasts as long as the one before.
     assert durations == [30, 40, 30, 30, 30]

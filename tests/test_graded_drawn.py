@@ -83,8 +83,8 @@ def test_a_modulation_is_a_factor(renderer: Renderer, kind: Classification, modu
     pairs, factor = MODULATIONS[modulation]
     volume = linear()
     camera = framed(volume)
-    matter = replace(even(np.inf if opaque else 0.15), modulation=np.array(pairs))
-    picture = drawn(renderer, Scene(volume, matter, camera, classification=kind))
+    medium = replace(even(np.inf if opaque else 0.15), modulation=np.array(pairs))
+    picture = drawn(renderer, Scene(volume, medium, camera, classification=kind))
     expected = layer(volume, camera, factor * (1e9 if opaque else 0.15))
     # Where the box is thinner than a billionth an opaque one still shows; and rounding of |g| moves the factor.
     assert largest(picture - expected) < 2 * ROUNDING
@@ -95,8 +95,8 @@ def test_gas_is_modulated_in_what_glows_and_what_absorbs(renderer: Renderer, kin
     volume = linear()
     camera = framed(volume)
     gas = TransferFunction(np.zeros(1), np.array([(0.1, 0.2, 0.05)]), np.array([0.15]), emissive=True)
-    matter = replace(gas, modulation=np.array([(0.5 * STEEPNESS, 0.2), (1.5 * STEEPNESS, 1.0)]))
-    picture = drawn(renderer, Scene(volume, matter, camera, classification=kind))
+    medium = replace(gas, modulation=np.array([(0.5 * STEEPNESS, 0.2), (1.5 * STEEPNESS, 1.0)]))
+    picture = drawn(renderer, Scene(volume, medium, camera, classification=kind))
     lengths = path_lengths(volume, camera, SIZE)
     glow = lengths * known.mean_transmittance(0.6 * 0.15 * lengths)
     expected = 0.6 * glow[..., np.newaxis] * np.array((0.1, 0.2, 0.05))
@@ -125,16 +125,16 @@ def test_graded_matter_has_its_share(
     renderer: Renderer, kind: Classification, ramp: str, ends: tuple[float, ...] | None
 ) -> None:
     """All over a field of values about 0, in one piece, in several, or without ends as a file has it."""
-    start, full, share = RAMPS[ramp]
+    start, full, fraction = RAMPS[ramp]
     volume = linear()
     camera = framed(volume)
     if ends is None:
         material = {"name": "all", "color": COLOR, "extinction": 0.15, "gradient": [start, full]}
-        matter = files.loads(json.dumps({"materials": [material]}))
+        medium = files.loads(json.dumps({"materials": [material]}))
     else:
-        matter = TransferFunction(**NOTHING, graded=(alike(ends, 0.15, start, full),))
-    picture = drawn(renderer, Scene(volume, matter, camera, classification=kind))
-    assert largest(picture - layer(volume, camera, 0.15 * share)) < 2 * ROUNDING
+        medium = TransferFunction(**NOTHING, graded=(alike(ends, 0.15, start, full),))
+    picture = drawn(renderer, Scene(volume, medium, camera, classification=kind))
+    assert largest(picture - layer(volume, camera, 0.15 * fraction)) < 2 * ROUNDING
 
 
 def rising(spacing: float = 0.7) -> Volume:
@@ -190,10 +190,10 @@ def flat(value: float, dtype: str) -> Volume:
     return Volume(values.astype(dtype))
 
 
-def through_flat(renderer: Renderer, matter: TransferFunction, volume: Volume, kind: Classification) -> float:
+def through_flat(renderer: Renderer, medium: TransferFunction, volume: Volume, kind: Classification) -> float:
     """Extinction per world unit of the ray through the middle, which meets one value alone."""
     camera = Camera.orthographic(volume.centre - (0, 0, 20), volume.centre, (0, 1, 0), height=1)
-    picture = drawn(renderer, Scene(volume, matter, camera, classification=kind), size=(1, 1))
+    picture = drawn(renderer, Scene(volume, medium, camera, classification=kind), size=(1, 1))
     return float(-np.log1p(-picture[0, 0, 3])) / 9
 
 
@@ -215,9 +215,9 @@ def test_the_ends_and_steps_of_graded_matter_hold_at_their_values(
         (alone, {99: 0.0, 100: 0.2, 101: 0.0}),
         (lone_end, {99: 0.1, 100: 0.3, 101: 0.0}),
     ):
-        matter = TransferFunction(**NOTHING, graded=(graded,))
+        medium = TransferFunction(**NOTHING, graded=(graded,))
         for value, extinction in expected.items():
-            found = through_flat(renderer, matter, flat(value, dtype), kind)
+            found = through_flat(renderer, medium, flat(value, dtype), kind)
             # 16 bits of integers: a value of 1/2 rounds to 2^-24, of a way of 100 of 65535.
             assert found == pytest.approx(extinction, rel=1e-5, abs=1e-5), (graded.values, value)
 
@@ -227,8 +227,8 @@ def test_the_ends_and_steps_of_graded_matter_hold_at_their_values(
     [("slab", "u1"), ("extinction", "i2"), ("post", "u1"), ("post", "i2"), ("post", "f4"), ("post", "f8")],
 )
 def test_where_nothing_rises_a_contour_is_its_value_alone(renderer: Renderer, kind: Classification, dtype: str) -> None:
-    matter = TransferFunction(**NOTHING, contours=(Contour(100, 3.0, (0, 0.1, 0), 0.2),))
-    found = [through_flat(renderer, matter, flat(value, dtype), kind) for value in (99, 100, 101)]
+    medium = TransferFunction(**NOTHING, contours=(Contour(100, 3.0, (0, 0.1, 0), 0.2),))
+    found = [through_flat(renderer, medium, flat(value, dtype), kind) for value in (99, 100, 101)]
     assert found == pytest.approx([0, 0.2, 0], rel=1e-5)
 
 
@@ -237,9 +237,9 @@ def test_dense_matter_leaves_nothing_where_it_ends(renderer: Renderer, kind: Cla
     """A sum of ramps that rise and fall would leave float32's 6e-8 of the densest: 1e-3 of a box 2 wide."""
     values = np.array([0, 20, 40, 60, 80.0])
     extinctions = np.array([1e4, 0.3e4, 0.77e4, 1.3e4, 0.1e4])
-    matter = TransferFunction(**NOTHING, graded=(Graded(values, np.zeros((5, 3)), extinctions, 0.0, 100.0),))
+    medium = TransferFunction(**NOTHING, graded=(Graded(values, np.zeros((5, 3)), extinctions, 0.0, 100.0),))
     volume = Volume(np.broadcast_to(np.linspace(90, 200, 9, dtype=np.float32)[:, np.newaxis, np.newaxis], (9, 9, 9)))
-    scene = Scene(volume, matter, framed(volume), classification=kind)
+    scene = Scene(volume, medium, framed(volume), classification=kind)
     assert renderer.render(scene, SIZE, skip_empty=False).max() == 0
 
 
@@ -281,14 +281,14 @@ def mixed(world: float = 1.0, low: float = 0.0, high: float = 1.0) -> dict[str, 
 @pytest.mark.parametrize("name", mixed())
 @pytest.mark.parametrize("lit", [False, True])
 def test_pictures_converge_to_the_oracle(renderer: Renderer, kind: Classification, name: str, lit: bool) -> None:
-    matter = mixed()[name]
+    medium = mixed()[name]
     volume = smooth()
     projection = "perspective" if lit else "orthographic"
-    if kind == "integrated" and (matter.graded or matter.contours):
+    if kind == "integrated" and (medium.graded or medium.contours):
         with pytest.raises(InputError, match="integrated needs matter that depends on the value alone"):
-            Scene(volume, matter, classification=kind)
+            Scene(volume, medium, classification=kind)
         return
-    scene = Scene(volume, matter, framed(volume, projection), classification=kind)
+    scene = Scene(volume, medium, framed(volume, projection), classification=kind)
     if lit:
         scene = replace(scene, lighting=LIGHTS["all, one side"], depth_cue=DepthCue(0.7, (0.1, 0.1, 0.3)))
     # `post` meets the jumps at the ends of graded matter somewhere in a slab: first order.
@@ -326,8 +326,8 @@ def test_materials_of_a_file_are_what_the_oracle_makes_of_them(
     renderer: Renderer, kind: Classification, show: list[str] | None
 ) -> None:
     volume = smooth()
-    matter = files.loads(json.dumps(MATERIALS), volume=volume, materials=show)
-    scene = Scene(volume, matter, framed(volume), classification=kind, lighting=LIGHTS["head"])
+    medium = files.loads(json.dumps(MATERIALS), volume=volume, materials=show)
+    scene = Scene(volume, medium, framed(volume), classification=kind, lighting=LIGHTS["head"])
     coarse, fine = errors(renderer, scene, (1, 8))
     assert fine < 1.5e-3 and coarse / fine > 5
 
@@ -340,10 +340,10 @@ def test_a_factor_of_nothing_takes_opaque_matter_away(
     """Where the field rises to the right; to the left it is flat, and the factor 1."""
     values = np.maximum(np.arange(16) - 8, 0) * 10.0 + 5
     volume = Volume(np.broadcast_to(values, (9, 9, 16)).astype(np.float32))
-    matter = replace(even(np.inf), modulation=np.array([(1.0, 1.0), (9.0, factor)]))
+    medium = replace(even(np.inf), modulation=np.array([(1.0, 1.0), (9.0, factor)]))
     camera = Camera.orthographic(volume.centre + (0, 0, 20), volume.centre, (0, 1, 0), height=8)
     for lighting in (None, LIGHTS["head"]):
-        picture = drawn(renderer, Scene(volume, matter, camera, classification=kind, lighting=lighting), 2)
+        picture = drawn(renderer, Scene(volume, medium, camera, classification=kind, lighting=lighting), 2)
         left, right = picture[:, :6], picture[:, 18:]
         np.testing.assert_allclose(left[..., 3], 1, atol=1e-6)
         np.testing.assert_allclose(right[..., 3], float(shows), atol=1e-6)
@@ -353,22 +353,22 @@ def test_a_factor_of_nothing_takes_opaque_matter_away(
 
 # Planted mistakes.
 
-MATTER, GRADED = "matter.glsl", "graded.glsl"
+MEDIUM, GRADED = "matter.glsl", "graded.glsl"
 MISTAKES: dict[str, tuple[planted.Replacement, str]] = {
     "modulation of colours only": (
-        (MATTER, "vec4(EMISSIVE != 0 ? vec3(factor) : vec3(1.0), factor)", "vec4(vec3(factor), 1.0)"),
+        (MEDIUM, "vec4(EMISSIVE != 0 ? vec3(factor) : vec3(1.0), factor)", "vec4(vec3(factor), 1.0)"),
         "modulated",
     ),
     "modulation of extinction only": (
-        (MATTER, "vec4(EMISSIVE != 0 ? vec3(factor) : vec3(1.0), factor)", "vec4(vec3(1.0), factor)"),
+        (MEDIUM, "vec4(EMISSIVE != 0 ? vec3(factor) : vec3(1.0), factor)", "vec4(vec3(1.0), factor)"),
         "modulated premultiplied",
     ),
     "graded whatever the gradient": (
         (GRADED, "ramp(magnitude, slope.y, slope.z) : 0.0", "min(1e9 * ramp(magnitude, slope.y, slope.z), 1.0) : 0.0"),
         "graded",
     ),
-    "graded beyond its ends": ((GRADED, "value >= place.x && value < place.y", "place.x < place.y"), "graded"),
-    "colour of points not weighted": ((MATTER, "if (EMISSIVE == 0) matter.rgb *= matter.a;", ""), "graded"),
+    "graded beyond its ends": ((GRADED, "value >= position.x && value < position.y", "place.x < place.y"), "graded"),
+    "colour of points not weighted": ((MEDIUM, "if (EMISSIVE == 0) medium.rgb *= medium.a;", ""), "graded"),
     "a contour of the same width everywhere": (
         (GRADED, "/ max(magnitude, 1e-30);", "/ (0.1 + 1e-6 * magnitude);"),
         "contour",
@@ -390,8 +390,8 @@ def test_a_mistake_in_the_matter_shows(renderer: Renderer, mistake: str) -> None
 def test_a_magnitude_per_spacing_shows(renderer: Renderer) -> None:
     """Gradients are per world unit, not per voxel."""
     volume = linear(world=3.0)
-    matter = replace(even(), modulation=np.array([(0.0, 0.0), (0.3, 1.0)]))
-    scene = Scene(volume, matter, framed(volume), classification="post")
+    medium = replace(even(), modulation=np.array([(0.0, 0.0), (0.3, 1.0)]))
+    scene = Scene(volume, medium, framed(volume), classification="post")
     expected = layer(volume, framed(volume), 0.15 * STEEPNESS / 3 / 0.3)
     assert largest(drawn(renderer, scene) - expected) < 2 * ROUNDING
     wrong = property(lambda texture: texture.largest_component)

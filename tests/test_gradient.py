@@ -60,10 +60,10 @@ def rounding(volume: Volume, dtype: type = np.float64) -> float:
     return 16 * float(np.finfo(dtype).eps * np.nanmax(np.abs(volume.values)) * np.abs(matrix).sum(axis=0).max())
 
 
-def punctured(values: np.ndarray, share: float = 0.2) -> np.ndarray:
+def punctured(values: np.ndarray, fraction: float = 0.2) -> np.ndarray:
     """`values` without some: NaN and infinities of both signs."""
     random = np.random.default_rng(5)
-    holes = np.where(random.random(values.shape) < share, random.choice([np.nan, np.inf, -np.inf], values.shape), 0)
+    holes = np.where(random.random(values.shape) < fraction, random.choice([np.nan, np.inf, -np.inf], values.shape), 0)
     return (values + holes).astype(values.dtype)
 
 
@@ -137,11 +137,11 @@ def test_borders_are_one_sided() -> None:
     assert middle[0, 0, :, 0].tolist() == [2, 4, 6]
 
 
-def window(values: np.ndarray, place: tuple[int, ...], reach: int) -> tuple[np.ndarray, np.ndarray]:
+def window(values: np.ndarray, position: tuple[int, ...], reach: int) -> tuple[np.ndarray, np.ndarray]:
     """Offsets z, y, x (n, 3) and values (n,) of the finite samples of a window."""
     found = []
     for offset in itertools.product(range(-reach, reach + 1), repeat=3):
-        z, y, x = np.add(place, offset)
+        z, y, x = np.add(position, offset)
         if min(z, y, x) >= 0 and (np.array([z, y, x]) < values.shape).all() and np.isfinite(values[z, y, x]):
             found.append((*offset, values[z, y, x]))
     table = np.array(found).reshape(-1, 4)
@@ -154,12 +154,12 @@ def test_gaussian_is_the_slope_of_the_plane_that_fits_best(scale: float, holes: 
     values = noise((9, 8, 7), np.float64)
     values = punctured(values, holes) if holes else values
     found = gradients(Volume(values), Estimator("gaussian", scale))
-    for place in [(0, 0, 0), (3, 4, 5), (6, 7, 8), (0, 4, 8), (2, 1, 3), (5, 2, 2)]:
-        offsets, samples = window(values, place, int(np.ceil(3 * scale)))
+    for position in [(0, 0, 0), (3, 4, 5), (6, 7, 8), (0, 4, 8), (2, 1, 3), (5, 2, 2)]:
+        offsets, samples = window(values, position, int(np.ceil(3 * scale)))
         root = np.exp(-0.25 * (offsets**2).sum(axis=1) / scale**2)
         plane = np.column_stack([np.ones(len(samples)), offsets]) * root[:, np.newaxis]
         expected = np.linalg.lstsq(plane, samples * root, rcond=None)[0][:0:-1]
-        np.testing.assert_allclose(found[place], expected, rtol=1e-9, atol=1e-9)
+        np.testing.assert_allclose(found[position], expected, rtol=1e-9, atol=1e-9)
 
 
 def test_zucker_hummel_weighs_26_neighbours_by_their_distance() -> None:
@@ -277,20 +277,20 @@ def ellipsoid(grid: str) -> tuple[Volume, np.ndarray, np.ndarray]:
     spacing, direction = GRIDS[grid]
     world_from_index, radii = direction * spacing, np.array(RADII[grid])
     radius = np.linalg.norm((positions((64, 64, 64)) - 31.5) @ world_from_index.T / radii, axis=-1)
-    places = np.random.default_rng(0).normal(size=(4000, 3))
-    places /= np.linalg.norm(places, axis=1, keepdims=True)
-    index = (places * radii) @ np.linalg.inv(world_from_index).T + 31.5
+    points = np.random.default_rng(0).normal(size=(4000, 3))
+    points /= np.linalg.norm(points, axis=1, keepdims=True)
+    index = (points * radii) @ np.linalg.inv(world_from_index).T + 31.5
     assert 1 < index.min() < index.max() < 62
-    return Volume(radius, spacing, direction=direction), index, places / radii
+    return Volume(radius, spacing, direction=direction), index, points / radii
 
 
 def interpolated(vectors: np.ndarray, index: np.ndarray) -> np.ndarray:
     """Vectors between the samples, as light uses them."""
     first = np.floor(index).astype(int)
-    share = index - first
+    fraction = index - first
     total = np.zeros((len(index), 3))
     for corner in itertools.product((0, 1), repeat=3):
-        weight = np.where(corner, share, 1 - share).prod(axis=1, keepdims=True)
+        weight = np.where(corner, fraction, 1 - fraction).prod(axis=1, keepdims=True)
         x, y, z = (first + corner).T
         total += weight * vectors[z, y, x]
     return total
@@ -305,8 +305,8 @@ def angles(found: np.ndarray, wanted: np.ndarray) -> np.ndarray:
 def fields(radius: np.ndarray, grid: str) -> dict[str, np.ndarray]:
     """Fields whose values are higher inside; the width of the step is 3 voxels where it is narrowest."""
     width = 3 * max(GRIDS[grid][0]) / min(RADII[grid])
-    share = np.clip(0.5 - (radius - 1) / width, 0, 1)
-    return {"distance": 100 - 100 * radius, "square": -(radius**2), "step": 255 * share**2 * (3 - 2 * share)}
+    fraction = np.clip(0.5 - (radius - 1) / width, 0, 1)
+    return {"distance": 100 - 100 * radius, "square": -(radius**2), "step": 255 * fraction**2 * (3 - 2 * fraction)}
 
 
 # A square's central difference is its derivative, and any mean that is even keeps it: only rounding is left, of values

@@ -64,9 +64,11 @@ def test_counts_and_signs_do_not_need_colours() -> None:
 
 
 def test_an_entry_says_what_is_known() -> None:
-    facts = {"driver": "of all", "Python": "3.11"}
-    entry = entry_of(outcome_of(blob(64, 48, 0.3), blob(64, 48)), test="test_x", facts={**facts, "driver": "<own>"})
-    text = " ".join(Parsed(index_page([entry], facts=facts)).text.split())
+    metadata = {"driver": "of all", "Python": "3.11"}
+    entry = entry_of(
+        outcome_of(blob(64, 48, 0.3), blob(64, 48)), test="test_x", metadata={**metadata, "driver": "<own>"}
+    )
+    text = " ".join(Parsed(index_page([entry], metadata=metadata)).text.split())
     for each in (*entry["violations"], *entry["kinds"], "test_x", "64 × 48 pixels", "ꟻLIP", "SSIM", "of all", "<own>"):
         assert each in text
     assert text.count("3.11") == 1, "what is the same for all is said once"
@@ -86,7 +88,7 @@ def test_any_number_of_pictures_makes_a_page(count: int) -> None:
 
 
 def test_names_are_text() -> None:
-    entry = entry_of(outcome_of(blob(9, 9, 1), blob(9, 9), ODD), test=ODD, page=ODD, facts={ODD: ODD})
+    entry = entry_of(outcome_of(blob(9, 9, 1), blob(9, 9), ODD), test=ODD, page=ODD, metadata={ODD: ODD})
     parsed = Parsed(index_page([entry], title=ODD))
     assert parsed.text.count(ODD) == 6
     assert all(each.startswith("data:image/") or "<" not in each for each in parsed.addresses)
@@ -158,7 +160,7 @@ def shown(page: Page) -> list[str]:
 @pytest.mark.parametrize("width", [1280, 400])
 def test_the_page_in_a_browser(browser: Browser, tmp_path: Path, width: int, dark: bool) -> None:
     entries = [*one_of_each(), {**off_by(0.2, LONG), "test": LONG, "violations": [LONG]}]
-    (tmp_path / "index.html").write_text(index_page(entries, title=LONG, facts={"driver": LONG}), "utf-8")
+    (tmp_path / "index.html").write_text(index_page(entries, title=LONG, metadata={"driver": LONG}), "utf-8")
     page = Page(browser, tmp_path / "index.html", width, dark=dark)
     assert page.tell("document.documentElement.scrollWidth") <= width
     assert page.tell("[...document.images].every(e => e.complete && e.naturalWidth > 0)")

@@ -67,8 +67,8 @@ def test_numbers_are_infinite_where_the_oracle_has_them_so(renderer, mode, kinds
 def test_matter_of_infinite_half_precision_is_that_of_the_end_of_the_transfer_function(
     classification, kinds, largest, backend
 ):
-    volume, matter = with_blocks(np.float16, largest, kinds), replace(TF, values=largest * TF.values)
-    scene = Scene(volume, matter, Camera.framing(volume, "perspective", fov=50), classification=classification)
+    volume, medium = with_blocks(np.float16, largest, kinds), replace(TF, values=largest * TF.values)
+    scene = Scene(volume, medium, Camera.framing(volume, "perspective", fov=50), classification=classification)
     with Renderer(backend) as renderer:
         picture = renderer.render(scene, SIZE, sampling_rate=16)
     # A slab beside a block is as dense as the block or as what is beside it: 0.8 (1 / 16), less what is in front of it.

@@ -12,43 +12,43 @@ from texvol.cli import information
 from texvol.scene import gradient
 
 
-def facts_of(values: object, dtype: str = "f8", **grid: object) -> dict:
+def metadata_of(values: object, dtype: str = "f8", **grid: object) -> dict:
     """Facts that have been through JSON, which has neither NaN nor infinity."""
-    facts = information.facts(Volume(np.array(values, dtype), **grid))
-    return json.loads(json.dumps(facts, allow_nan=False))
+    metadata = information.metadata(Volume(np.array(values, dtype), **grid))
+    return json.loads(json.dumps(metadata, allow_nan=False))
 
 
 def test_the_box_reaches_half_a_spacing_beyond_the_samples() -> None:
     turned = [[0, -1, 0], [1, 0, 0], [0, 0, 1]]
-    facts = facts_of(np.zeros((2, 3, 4)), spacing=(1, 2, 3), origin=(10, 20, 30), direction=turned, unit="mm")
-    assert facts["dimensions"] == [4, 3, 2]
-    assert facts["extent"] == [4, 6, 6]
-    np.testing.assert_allclose(facts["box_min"], [10 - 5, 20 - 0.5, 30 - 1.5])
-    np.testing.assert_allclose(facts["box_max"], [10 + 1, 20 + 3.5, 30 + 4.5])
-    assert facts["extinction_unit"] == "per mm"
+    metadata = metadata_of(np.zeros((2, 3, 4)), spacing=(1, 2, 3), origin=(10, 20, 30), direction=turned, unit="mm")
+    assert metadata["dimensions"] == [4, 3, 2]
+    assert metadata["extent"] == [4, 6, 6]
+    np.testing.assert_allclose(metadata["box_min"], [10 - 5, 20 - 0.5, 30 - 1.5])
+    np.testing.assert_allclose(metadata["box_max"], [10 + 1, 20 + 3.5, 30 + 4.5])
+    assert metadata["extinction_unit"] == "per mm"
 
 
 def test_values_count_where_they_are_finite() -> None:
-    facts = facts_of([[[1, 2, 3, 6, np.nan, np.nan, np.inf, -np.inf]]])
-    assert (facts["samples"], facts["finite_count"], facts["nan_count"], facts["inf_count"]) == (8, 4, 2, 2)
-    assert facts["value_range"] == [1, 6]
-    assert facts["mean"] == 3
-    assert facts["percentiles"]["50"] == 2.5
-    assert sum(facts["histogram"]["counts"]) == 4
+    metadata = metadata_of([[[1, 2, 3, 6, np.nan, np.nan, np.inf, -np.inf]]])
+    assert (metadata["samples"], metadata["finite_count"], metadata["nan_count"], metadata["inf_count"]) == (8, 4, 2, 2)
+    assert metadata["value_range"] == [1, 6]
+    assert metadata["mean"] == 3
+    assert metadata["percentiles"]["50"] == 2.5
+    assert sum(metadata["histogram"]["counts"]) == 4
 
 
 @pytest.mark.parametrize("dtype", ["u1", "i1", "u2", "i2", "u4", "i4", "u8", "i8", "f2", "f4", "f8"])
 def test_the_histogram_is_numpys(dtype: str) -> None:
     kind = np.dtype(dtype)
     values = np.random.default_rng(3).integers(0, 120, (7, 8, 9)).astype(kind)
-    histogram = facts_of(values, dtype)["histogram"]
+    histogram = metadata_of(values, dtype)["histogram"]
     counts, _ = np.histogram(values.astype(float), bins=histogram["edges"])
     np.testing.assert_array_equal(histogram["counts"], counts)
     assert len(counts) == information.BINS
 
 
 def test_whole_numbers_of_few_values_have_a_bin_each() -> None:
-    histogram = facts_of([[[0, 1, 1, 4]]], "u1")["histogram"]
+    histogram = metadata_of([[[0, 1, 1, 4]]], "u1")["histogram"]
     assert histogram["counts"] == [1, 2, 0, 0, 1]
     assert histogram["edges"] == [-0.5, 0.5, 1.5, 2.5, 3.5, 4.5]
 
@@ -68,34 +68,34 @@ def test_whole_numbers_of_few_values_have_a_bin_each() -> None:
     ],
 )
 def test_extreme_volumes_have_facts_and_a_page(values: list, dtype: str, value_range: list | None) -> None:
-    facts = facts_of(values, dtype)
-    assert facts["value_range"] == value_range
-    assert sum(facts["histogram"]["counts"]) == facts["finite_count"]
+    metadata = metadata_of(values, dtype)
+    assert metadata["value_range"] == value_range
+    assert sum(metadata["histogram"]["counts"]) == metadata["finite_count"]
     if value_range:
-        assert value_range[0] <= facts["mean"] <= value_range[1]
-    assert information.text(facts)
+        assert value_range[0] <= metadata["mean"] <= value_range[1]
+    assert information.text(metadata)
 
 
 def test_the_mean_of_many_chunks_is_the_mean() -> None:
     values = np.random.default_rng(4).random((5, 700, 700))  # more than two chunks
     # A sum of n rounded terms is off by at most n · 2⁻⁵³ of their sum; pairwise sums do far better.
-    assert facts_of(values)["mean"] == pytest.approx(values.mean(), rel=1e-12)
+    assert metadata_of(values)["mean"] == pytest.approx(values.mean(), rel=1e-12)
 
 
 def test_percentiles_of_a_large_volume_are_from_evenly_spread_samples(monkeypatch: pytest.MonkeyPatch) -> None:
     """A step that shares a factor with a dimension would see some columns always and others never."""
     monkeypatch.setattr(information, "MOST_SORTED", 4000)
     values = np.broadcast_to(np.arange(40) % 2 * 100, (20, 30, 40))
-    facts = facts_of(values, "u1")
-    assert facts["percentile_samples"] <= 4000
-    assert facts["percentiles"]["25"] == 0
-    assert facts["percentiles"]["75"] == 100
-    page = information.text(facts)
-    assert f"from {facts['percentile_samples']} of 24000 samples" in page
+    metadata = metadata_of(values, "u1")
+    assert metadata["percentile_samples"] <= 4000
+    assert metadata["percentiles"]["25"] == 0
+    assert metadata["percentiles"]["75"] == 100
+    page = information.text(metadata)
+    assert f"from {metadata['percentile_samples']} of 24000 samples" in page
 
 
 def test_memory_is_that_of_the_textures() -> None:
-    memory = facts_of(np.zeros((2, 3, 4)), "i2")["memory"]
+    memory = metadata_of(np.zeros((2, 3, 4)), "i2")["memory"]
     textures = {"rgba8": 96, "rgba16f": 192, "rgba32f": 384}
     assert memory == {"data_bytes": 48, "texture_bytes": textures, "gradient_bytes": 192}
 
@@ -104,9 +104,9 @@ def test_memory_is_that_of_the_textures() -> None:
     "dtype, texel", [*((kind, 8) for kind in ("u1", "i1", "u2", "i2", ">i2")), *((k, 16) for k in ("u4", "f2", "f4"))]
 )
 def test_value_and_gradient_are_four_numbers_of_16_or_32_bits(dtype: str, texel: int) -> None:
-    facts = facts_of(np.zeros((64, 64, 32)), dtype)
-    assert facts["memory"]["gradient_bytes"] == 64 * 64 * 32 * texel
-    assert f"texture with gradients {texel // 8} MiB (light, contours" in information.text(facts)
+    metadata = metadata_of(np.zeros((64, 64, 32)), dtype)
+    assert metadata["memory"]["gradient_bytes"] == 64 * 64 * 32 * texel
+    assert f"texture with gradients {texel // 8} MiB (light, contours" in information.text(metadata)
 
 
 def test_no_gradient_is_computed_to_say_what_it_takes(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -114,14 +114,14 @@ def test_no_gradient_is_computed_to_say_what_it_takes(monkeypatch: pytest.Monkey
     for name in ("gradients", "largest_component"):
         monkeypatch.setattr(gradient, name, lambda *_, name=name: called.append(name))
         monkeypatch.setattr(information, name, lambda *_, name=name: called.append(name), raising=False)
-    facts_of(np.zeros((2, 3, 4)))
+    metadata_of(np.zeros((2, 3, 4)))
     assert not called
 
 
 def test_the_page_names_what_a_person_asks_for() -> None:
     values = np.random.default_rng(5).normal(size=(10, 20, 30))
     page = information.text(
-        facts_of(values, "f4", spacing=(0.5, 0.5, 2), unit="µm", space="somewhere", name="cell.tif")
+        metadata_of(values, "f4", spacing=(0.5, 0.5, 2), unit="µm", space="somewhere", name="cell.tif")
     )
     lines = page.splitlines()
     assert lines[0] == "cell.tif"
@@ -135,6 +135,6 @@ def test_the_page_names_what_a_person_asks_for() -> None:
 
 
 def test_an_unnamed_unit_is_said_to_be_unnamed() -> None:
-    page = information.text(facts_of(np.zeros((1, 1, 1))))
+    page = information.text(metadata_of(np.zeros((1, 1, 1))))
     assert "world units (the file names none)" in page
     assert "per world unit" in page

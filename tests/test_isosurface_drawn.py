@@ -45,7 +45,7 @@ def test_isosurfaces_are_where_they_are(renderer, grid, view):
 @pytest.mark.parametrize("kind", ["nan", "inf", "-inf"])
 def test_an_isosurface_beside_gaps_is_where_it_is(renderer, kind, projection):
     volume = with_gaps(kind)
-    scene = scene_of(volume, "isosurface", projection, share=0.75)
+    scene = scene_of(volume, "isosurface", projection, fraction=0.75)
     expected = isosurface_depth(scene, (63, 51))
     renderer.render(scene, (63, 51))
     same_depths(renderer.depth(), expected, volume)
@@ -117,7 +117,7 @@ def test_skipping_what_is_empty_changes_nothing(renderer, view):
     values = np.zeros((40, 33, 37), np.uint8)
     values[20:26, 8:15, 10:30] = np.random.default_rng(0).integers(90, 250, (6, 7, 20))
     volume = Volume(values, **GRIDS["sheared"])
-    scene = scene_of(volume, "isosurface", view, share=0.5)
+    scene = scene_of(volume, "isosurface", view, fraction=0.5)
     skipped = renderer.render(scene, (64, 64))
     depth, stats = renderer.depth(), renderer.stats
     everything = renderer.render(scene, (64, 64), skip_empty=False)

@@ -47,8 +47,8 @@ def hits(scene, size=SIZE):
     depth, camera = isosurface_depth(scene, size), scene.camera_for(size)
     eyes, directions = camera.rays(size)
     hit = np.isfinite(depth)
-    way = depth[hit] / (directions[hit] @ camera.forward)
-    return hit, eyes[hit] + way[:, None] * directions[hit], directions[hit]
+    line_of_sight = depth[hit] / (directions[hit] @ camera.forward)
+    return hit, eyes[hit] + line_of_sight[:, None] * directions[hit], directions[hit]
 
 
 @PROJECTIONS
@@ -56,18 +56,18 @@ def hits(scene, size=SIZE):
 def test_that_of_a_linear_field_is_a_plane(projection, rising):
     slope = np.array([0.3, 1.1, -0.5]) * (1 if rising else -1)
     grid = Volume(np.zeros((9, 8, 10)), (1, 0.7, 1.2), (30, 40, 50), DIRECTION)
-    volume = with_values(grid, lambda place: place @ slope)
+    volume = with_values(grid, lambda position: position @ slope)
     isovalue = float(volume.centre @ slope)
     camera = Camera.framing(volume, projection)
     eyes, directions = camera.rays(SIZE)
-    way = (isovalue - eyes @ slope) / (directions @ slope)
-    index = index_of(volume, eyes + way[..., None] * directions)
+    line_of_sight = (isovalue - eyes @ slope) / (directions @ slope)
+    index = index_of(volume, eyes + line_of_sight[..., None] * directions)
     last = np.array(volume.dimensions) - 1
     within = ((index >= 0) & (index <= last)).all(axis=-1)
     outside = ((index < -0.5) | (index > last + 0.5)).any(axis=-1) & (path_lengths(volume, camera, SIZE) == 0)
     assert within.sum() > 20 and outside.any()
     depth = isosurface_depth(Scene(volume, camera=camera, mode="isosurface", isovalue=isovalue), SIZE)
-    np.testing.assert_allclose(depth[within], (way * (directions @ camera.forward))[within], rtol=1e-12)
+    np.testing.assert_allclose(depth[within], (line_of_sight * (directions @ camera.forward))[within], rtol=1e-12)
     assert np.isinf(depth[outside]).all()
 
 
@@ -139,7 +139,7 @@ def test_a_value_that_is_touched_inside_a_cell_is_met_where_it_turns():
 def ball(spacing=(1.0, 1.0, 1.0), samples=24, **options):
     """The squared distance from the middle of a box, and a scene of its surface at 0.4 of the smallest side."""
     grid = Volume(np.zeros((samples,) * 3), spacing, (7, -8, 9), options.pop("direction", None))
-    volume = with_values(grid, lambda place: ((place - grid.centre) ** 2).sum(axis=-1))
+    volume = with_values(grid, lambda position: ((position - grid.centre) ** 2).sum(axis=-1))
     radius = 0.4 * samples * min(spacing)
     projection = options.pop("projection", "orthographic")
     camera = Camera.framing(volume, projection, fov=30 if projection == "perspective" else None)
@@ -220,7 +220,7 @@ def test_a_ball_is_where_the_sphere_is_and_lit_as_it_is(projection):
 
 def test_where_the_gradient_is_small_light_falls_from_all_sides():
     lighting = Lighting((Light("directional", (0, 1, 2)),), 0.1, 0.6, 0.5, 4.0, two_sided=False)
-    volume = with_values(Volume(np.zeros((8, 8, 8)), (1, 1, 0.5)), lambda place: -0.25 * place[..., 2])
+    volume = with_values(Volume(np.zeros((8, 8, 8)), (1, 1, 0.5)), lambda position: -0.25 * position[..., 2])
     camera = Camera.orthographic(volume.centre + (0, 0, 10), volume.centre, (0, 1, 0), 1)
     scene = Scene(volume, camera=camera, mode="isosurface", isovalue=float(-0.25 * volume.centre[2]))
     cosine, halfway = 2 / np.sqrt(5), unit(np.array([0, 1, 2]) / np.sqrt(5) + [0, 0, 1])[2]

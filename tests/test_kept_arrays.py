@@ -59,11 +59,11 @@ def test_the_values_of_a_volume_are_read_only(dtype: str) -> None:
 def test_other_arrays_are_read_only() -> None:
     volume = Volume(np.ones((2, 3, 4)), colors=np.ones((2, 3, 4, 3)))
     graded = Graded(np.array([0.0, 1]), np.ones((2, 3)), np.ones(2), 0, 1)
-    matter = TransferFunction([0, 1], np.ones((2, 3)), [0, 1], modulation=[[0, 0], [1, 1]], graded=(graded,))  # type: ignore[arg-type]
+    medium = TransferFunction([0, 1], np.ones((2, 3)), [0, 1], modulation=[[0, 0], [1, 1]], graded=(graded,))  # type: ignore[arg-type]
     mesh = Mesh(np.eye(3), np.array([[0, 1, 2]]), normals=np.eye(3))
     lines = Lines(np.eye(3), np.array([[0, 1]]))
     kept = [volume.spacing, volume.origin, volume.direction, volume.colors, Mask(np.ones((2, 3, 4))).weights]
-    kept += [matter.values, matter.colors, matter.extinctions, matter.modulation]
+    kept += [medium.values, medium.colors, medium.extinctions, medium.modulation]
     kept += [graded.values, graded.emissions, graded.extinctions]
     kept += [mesh.vertices, mesh.triangles, mesh.normals, lines.points, lines.segments]
     for array in kept:
@@ -201,7 +201,7 @@ def public_objects(folder: Path) -> dict[str, Any]:
     volume, labels = texvol.load(folder / "v.npy"), Volume((wave() / 30).astype(np.int16), labels=True)
     colored = Volume(wave(), colors=np.ones((12, 12, 12, 3)), notes=("a",), unit="mm", resampling={"grid": "b"})
     graded = Graded(np.array([0.0, 1]), np.ones((2, 3)), np.ones(2), 0, 1)
-    matter = TransferFunction(
+    medium = TransferFunction(
         [0, 100], np.ones((2, 3)), [0, 1], graded=(graded,), contours=(Contour(50, 2, (1, 1, 1), 1),)
     )  # type: ignore[arg-type]
     mesh, lines = Mesh(10 * np.eye(3), np.array([[0, 1, 2]])), Lines(np.eye(3), np.array([[0, 1]]))
@@ -209,11 +209,11 @@ def public_objects(folder: Path) -> dict[str, Any]:
     mask = Mask(wave() > 40)
     light = Light("directional", (1, 2, 3))
     scene = Scene(
-        volume, matter, camera, lighting=Lighting((light,)), mask=mask, geometry=(mesh, lines), classification="post"
+        volume, medium, camera, lighting=Lighting((light,)), mask=mask, geometry=(mesh, lines), classification="post"
     )
     several = Scene(Volume(wave()), FOG, added=(AddedVolume(labels), AddedVolume(volume, FOG, mask)))
     objects = [
-        volume, labels, colored, Volume(wave()), graded, matter, mesh, lines, camera, mask, light, Lighting((light,)),
+        volume, labels, colored, Volume(wave()), graded, medium, mesh, lines, camera, mask, light, Lighting((light,)),
         scene, several, several.added[0], DepthCue(), ClipPlane((1, 0, 0), 2), Estimator("gaussian", 2.0),
         Annotation(box=True, title="a"), ONE_DRIVER, compare(np.zeros((2, 2, 4)), np.ones((2, 2, 4))),
         TimeSeries(folder / "v.npy"), Material("a", (0, 1), None, (1, 1, 1), 2.0), InputError("a"), ContextError("b"),
@@ -230,7 +230,7 @@ def by_old_pickle(thing: Any) -> Any:
     return pickle.loads(pickle.dumps(thing, protocol=2))
 
 
-WAYS: list[Callable[[Any], Any]] = [by_pickle, by_old_pickle, copy.deepcopy, copy.copy]
+METHODS: list[Callable[[Any], Any]] = [by_pickle, by_old_pickle, copy.deepcopy, copy.copy]
 
 
 def assert_alike(one: Any, other: Any) -> None:
@@ -251,21 +251,23 @@ def assert_alike(one: Any, other: Any) -> None:
         assert one == other or one is other or repr(one) == repr(other)
 
 
-@pytest.mark.parametrize("way", WAYS)
-def test_data_can_be_copied_and_sent(tmp_path: Path, way: Callable[[Any], Any]) -> None:
+@pytest.mark.parametrize("method", METHODS)
+def test_data_can_be_copied_and_sent(tmp_path: Path, method: Callable[[Any], Any]) -> None:
     for name, thing in public_objects(tmp_path).items():
-        found = way(thing)
+        found = method(thing)
         assert type(found) is type(thing), name
         assert_alike(thing, found)
 
 
-@pytest.mark.parametrize("way", WAYS)
-def test_a_copy_of_a_scene_is_the_same_picture(renderer: Renderer, tmp_path: Path, way: Callable[[Any], Any]) -> None:
+@pytest.mark.parametrize("method", METHODS)
+def test_a_copy_of_a_scene_is_the_same_picture(
+    renderer: Renderer, tmp_path: Path, method: Callable[[Any], Any]
+) -> None:
     """Also after the first one was drawn, with all that is kept of it by then."""
     for thing in public_objects(tmp_path).values():
         if isinstance(thing, Scene):
             expected = renderer.render(thing, SIZE)
-            found = way(thing)
+            found = method(thing)
             np.testing.assert_array_equal(renderer.render(found, SIZE), expected)
             np.testing.assert_array_equal(renderer.render(thing, SIZE), expected)
             with pytest.raises(ValueError, match="read-only"):

@@ -64,9 +64,9 @@ def test_over_in_the_wrong_order(name: str, renderer: Renderer) -> None:
 @pytest.mark.parametrize("name", SCENES)
 def test_slabs_of_another_thickness(name: str, ratio: float, renderer: Renderer) -> None:
     scene = SCENES[name]()
-    matter = scene.transfer_function
-    assert matter is not None
-    thicker = replace(matter, extinctions=matter.extinctions * ratio)
+    medium = scene.transfer_function
+    assert medium is not None
+    thicker = replace(medium, extinctions=medium.extinctions * ratio)
     first = kinds_of(drawn(renderer, replace(scene, transfer_function=thicker)), drawn(renderer, scene))[0]
     assert first.name == "scaled opacity"
     # Texels of slabs mix opacities, and not depths: that is another 1e-2.

@@ -62,8 +62,8 @@ def test_a_large_picture_is_moved_by_little() -> None:
 
 
 @pytest.mark.parametrize("shift", [(0.1, 0.0), (-0.4, 0.6), (12.3, -4.1)])
-@pytest.mark.parametrize("matter", [FOG, BONE], ids=["fog", "bone"])
-def test_a_camera_that_looks_past_by_part_of_a_pixel(matter, shift) -> None:  # type: ignore[no-untyped-def]
+@pytest.mark.parametrize("medium", [FOG, BONE], ids=["fog", "bone"])
+def test_a_camera_that_looks_past_by_part_of_a_pixel(medium, shift) -> None:  # type: ignore[no-untyped-def]
     size, volume = (150, 120), smooth_volume(32)
     pixel = 2 * volume.radius / size[1]
     # Off the axes of the box, whose outline would jump from one row of pixels to the next at once.
@@ -78,7 +78,7 @@ def test_a_camera_that_looks_past_by_part_of_a_pixel(matter, shift) -> None:  # 
         for target in (np.asarray(volume.centre), np.asarray(volume.centre) + by)
     ]
     with Renderer() as renderer:
-        pictures = [renderer.render(Scene(volume, matter, camera), size, sampling_rate=2) for camera in cameras]
+        pictures = [renderer.render(Scene(volume, medium, camera), size, sampling_rate=2) for camera in cameras]
     found = shift_of(kinds_of(pictures[1], pictures[0]))
     # The box's outline is not smoothed: it jumps from pixel to pixel, one in 150 along each side.
     assert found == pytest.approx(shift, abs=0.02)

@@ -119,8 +119,8 @@ def test_neighbouring_labels_have_colours_that_differ_and_stand_out() -> None:
     colors = function.at(np.arange(-3, 2 * count))[:, :3]
     # CIE L*a*b* of D65 (CIE 15): where two colours are 10 apart, nobody takes one for the other.
     xyz = colors @ np.array([[0.4124, 0.2126, 0.0193], [0.3576, 0.7152, 0.1192], [0.1805, 0.0722, 0.9505]])
-    shares = xyz / (0.9505, 1.0, 1.089)
-    roots = np.where(shares > 216 / 24389, np.cbrt(shares), (24389 / 27 * shares + 16) / 116)
+    fractions = xyz / (0.9505, 1.0, 1.089)
+    roots = np.where(fractions > 216 / 24389, np.cbrt(fractions), (24389 / 27 * fractions + 16) / 116)
     lightness = 116 * roots[:, 1] - 16
     lab = np.stack([lightness, 500 * (roots[:, 0] - roots[:, 1]), 200 * (roots[:, 1] - roots[:, 2])], axis=1)
     assert np.linalg.norm(np.diff(lab, axis=0), axis=1).min() > 10
@@ -227,17 +227,17 @@ def test_a_label_function_is_stored_and_read_again() -> None:
 
 
 def test_information_counts_labels() -> None:
-    facts = information.facts(labelled(0, 3, 4))
-    assert facts["labels"] == {
+    metadata = information.metadata(labelled(0, 3, 4))
+    assert metadata["labels"] == {
         "count": 3,
         "first": [{"label": 0, "samples": 1}, {"label": 3, "samples": 1}, {"label": 4, "samples": 2}],
     }
-    page = information.text(facts)
+    page = information.text(metadata)
     assert "3, from 0 to 4" in page and "0: 1, 3: 1, 4: 2" in page and "mean" not in page and "percentile" not in page
-    many = information.facts(labelled(*range(100)))
+    many = information.metadata(labelled(*range(100)))
     assert many["labels"]["count"] == 100 and len(many["labels"]["first"]) == information.MOST_LABELS
     assert f"{100 - information.MOST_LABELS} more are not listed" in information.text(many)
-    assert information.facts(Volume(np.zeros((2, 2, 2))))["labels"] is None
+    assert information.metadata(Volume(np.zeros((2, 2, 2))))["labels"] is None
 
 
 def test_who_has_no_labels_does_not_pay_for_them(tmp_path: Path) -> None:

@@ -23,8 +23,8 @@ X, Y, Z = (0.0, 1.0, 1.2, 4.0), (0.0, 2.0, 4.0), (0.0, 0.5, 3.0)
 LABELS = np.arange(36, dtype="u1").reshape(3, 3, 4) * 7
 
 
-def nearest(axis: tuple[float, ...], places: np.ndarray) -> np.ndarray:
-    return np.abs(np.array(axis) - places[:, np.newaxis]).argmin(axis=1)
+def nearest(axis: tuple[float, ...], positions: np.ndarray) -> np.ndarray:
+    return np.abs(np.array(axis) - positions[:, np.newaxis]).argmin(axis=1)
 
 
 @pytest.mark.parametrize("dtype", ["u1", "i4", "f4"])
@@ -69,11 +69,13 @@ def test_labels_of_a_rectilinear_grid_are_the_nearest_samples(
 ) -> None:
     volume = load(written(tmp_path, kind), labels=True, resolution=resolution)
     assert volume.values.dtype == np.uint8 and volume.dimensions == resolution
-    places = [np.linspace(axis[0], axis[-1], count) for axis, count in zip((X, Y, Z), resolution, strict=True)]
+    positions = [np.linspace(axis[0], axis[-1], count) for axis, count in zip((X, Y, Z), resolution, strict=True)]
     # Half-way between two samples either is nearest.
-    clear = [np.sort(np.abs(np.array(axis) - at[:, None]), axis=1) for axis, at in zip((X, Y, Z), places, strict=True)]
+    clear = [
+        np.sort(np.abs(np.array(axis) - at[:, None]), axis=1) for axis, at in zip((X, Y, Z), positions, strict=True)
+    ]
     sure = np.ix_(*(each[:, 1] - each[:, 0] > 1e-9 for each in clear[::-1]))
-    index = [nearest(axis, at) for axis, at in zip((X, Y, Z), places, strict=True)]
+    index = [nearest(axis, at) for axis, at in zip((X, Y, Z), positions, strict=True)]
     np.testing.assert_array_equal(volume.values[sure], LABELS[np.ix_(*index[::-1])][sure])
     assert volume.resampling is not None
     back = [
@@ -82,7 +84,7 @@ def test_labels_of_a_rectilinear_grid_are_the_nearest_samples(
     ]
     changed = int((volume.values[np.ix_(*back[::-1])] != LABELS).sum())
     assert (volume.resampling["changed"], volume.resampling["compared"]) == (changed, 36)
-    assert f"{changed} of 36 samples" in information.text(information.facts(volume))
+    assert f"{changed} of 36 samples" in information.text(information.metadata(volume))
 
 
 def test_an_even_grid_keeps_its_labels(tmp_path: Path) -> None:
@@ -109,7 +111,7 @@ def test_labels_of_a_curvilinear_grid_are_the_nearest_samples(tmp_path: Path) ->
     assert near.sum() > 100
     np.testing.assert_array_equal(volume.values.ravel()[near], labels.ravel()[distance.argmin(axis=1)[near]])
     assert volume.resampling is not None and volume.resampling["outside"] > 0
-    assert "are 0" in information.text(information.facts(volume))
+    assert "are 0" in information.text(information.metadata(volume))
 
 
 def test_time_steps_of_labels(tmp_path: Path) -> None:

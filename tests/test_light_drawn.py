@@ -173,23 +173,23 @@ def test_a_depth_cue_on_even_matter_is_its_closed_form(
 def entry_depths(volume: Volume, origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
     """Way of each ray to the box."""
     unit_from_world = volume.index_from_world / np.array(volume.dimensions)[:, np.newaxis]
-    place, way = (origins - volume.box_corner) @ unit_from_world.T, directions @ unit_from_world.T
+    position, direction = (origins - volume.box_corner) @ unit_from_world.T, directions @ unit_from_world.T
     with np.errstate(divide="ignore"):
-        return np.minimum(-place / way, (1 - place) / way).max(axis=2)
+        return np.minimum(-position / direction, (1 - position) / direction).max(axis=2)
 
 
 @kinds
 @pytest.mark.parametrize(
-    "near, far, share", [(-1e300, -1e299, 1.0), (1e9, 1e10, 0.0), (0.0, 1e-3, 1.0), (0.0, 1e300, 0.0)]
+    "near, far, fraction", [(-1e300, -1e299, 1.0), (1e9, 1e10, 0.0), (0.0, 1e-3, 1.0), (0.0, 1e300, 0.0)]
 )
 def test_beyond_its_range_a_depth_cue_is_all_or_nothing(
-    renderer: Renderer, kind: Classification, near: float, far: float, share: float
+    renderer: Renderer, kind: Classification, near: float, far: float, fraction: float
 ) -> None:
     volume = linear()
     cue = DepthCue(0.5, (0.1, 0.2, 0.7), near, far)
     plain = Scene(volume, even(), framed(volume), classification=kind)
     picture, unlit = drawn(renderer, replace(plain, depth_cue=cue)), drawn(renderer, plain)
-    t = 0.5 * share
+    t = 0.5 * fraction
     expected = (1 - t) * unlit[..., :3] + t * unlit[..., 3:] * np.array(cue.color)
     assert largest(picture[..., :3] - expected) < ROUNDING
 
@@ -203,13 +203,13 @@ SHADER_MISTAKES: dict[str, tuple[planted.Replacement, str]] = {
     "light swapped": ((LIGHT, "direction_colors[i] *", "direction_colors[i].bgr *"), "one side"),
     "halfway not of length 1": ((LIGHT, "unit(to_light + to_eye))", "(to_light + to_eye))"), "no fading"),
     "fade ignored": (
-        (LIGHT, "mix(1.0, max(facing, 0.0), believed)", "mix(1.0, max(facing, 0.0), min(1e6 * believed, 1.0))"),
+        (LIGHT, "mix(1.0, max(facing, 0.0), confidence)", "mix(1.0, max(facing, 0.0), min(1e6 * confidence, 1.0))"),
         "two of them, fading",
     ),
     "one side only": ((LIGHT, "if (dot(normal, to_eye) < -SQUARE)", "if (dot(normal, to_eye) < -2.0)"), "head"),
     "highlights on what faces away": ((LIGHT, "facing > SQUARE ?", "facing > -2.0 ?"), "shininess 0, one side"),
     "highlights coloured by matter": (
-        ("matter.glsl", "(GLOWS ? matter.a : 1.0) * shade.specular", "matter.rgb * shade.specular"),
+        ("matter.glsl", "(GLOWS ? medium.a : 1.0) * shade.specular", "matter.rgb * shade.specular"),
         "shininess 0",
     ),
 }
@@ -295,7 +295,7 @@ def test_a_cue_applied_twice_shows(renderer: Renderer, kind: Classification) -> 
     volume = linear()
     scene = Scene(volume, even(), framed(volume), classification=kind, depth_cue=DepthCue(0.5, near=0.0, far=1e-3))
     mixed = "mix(color.rgb, held_cue.rgb * color.a, %s)"
-    twice = ("seen.glsl", mixed % "share", mixed % "share * (2.0 - share)")
+    twice = ("seen.glsl", mixed % "fraction", mixed % "fraction * (2.0 - fraction)")
     half = drawn(renderer, replace(scene, depth_cue=None)) * [0.5, 0.5, 0.5, 1]
     assert largest(drawn(renderer, scene) - half) < ROUNDING
     with planted.planted(twice) as wrong:

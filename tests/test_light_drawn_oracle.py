@@ -71,8 +71,8 @@ def test_types_and_worlds_converge_to_the_oracle(
     volume = smooth(dtype, low, high, world)
     lamp = Light("point", tuple(volume.centre + 0.2 * volume.radius * np.array([1, -2, 1])))
     lighting = Lighting((lamp, Light()), shininess=8.0, two_sided=False)
-    matter = scaled(FOG, low, high, world)
-    scene = Scene(volume, matter, framed(volume, "perspective"), classification=kind, lighting=lighting)
+    medium = scaled(FOG, low, high, world)
+    scene = Scene(volume, medium, framed(volume, "perspective"), classification=kind, lighting=lighting)
     assert (1.2 if kind == "slab" else 1.7) < order(renderer, scene) < 2.4
 
 
@@ -92,9 +92,9 @@ def test_flat_regions_are_lit_from_all_sides(
 ) -> None:
     """Where nothing rises there is no normal, however little has to be believed: w = 0."""
     volume = skin()
-    matter = TransferFunction(np.array([0, 200]), np.array([(0.2, 0.3, 0.9), (0.9, 0.5, 0.2)]), np.array([0.02, 0.3]))
+    medium = TransferFunction(np.array([0, 200]), np.array([(0.2, 0.3, 0.9), (0.9, 0.5, 0.2)]), np.array([0.02, 0.3]))
     lighting = Lighting((SUN,), fade=fade, two_sided=False)
-    scene = Scene(volume, matter, framed(volume), classification=kind, lighting=lighting)
+    scene = Scene(volume, medium, framed(volume), classification=kind, lighting=lighting)
     picture = renderer.render(scene, SIZE, sampling_rate=16, texture_format=texture_format)
     # The corners' rays see flat matter alone, of value 0: D = ambient + diffuse.
     lengths = path_lengths(volume, framed(volume), SIZE)
@@ -131,10 +131,10 @@ def test_holes_are_not_lit(renderer: Renderer, kind: Classification) -> None:
 @projections
 def test_an_opaque_surface_is_lit(renderer: Renderer, kind: Classification, projection: Projection) -> None:
     volume = smooth()
-    matter = TransferFunction(
+    medium = TransferFunction(
         np.array([0, 0.55, 0.55]), np.array([(0, 0, 0), (0, 0, 0), (0.9, 0.7, 0.5)]), [0, 0, np.inf]
     )
-    scene = Scene(volume, matter, framed(volume, projection), classification=kind, lighting=LIGHTS["all, one side"])
+    scene = Scene(volume, medium, framed(volume, projection), classification=kind, lighting=LIGHTS["all, one side"])
     truth, picture = raycast(scene, SIZE), drawn(renderer, scene, 32)
     # Values find the surface half a slab early or late, a 64th of a spacing, on which normals turn by about as much.
     # Texels make the least share of an opaque sample opaque: `extinction` finds where it begins but for a slab,
@@ -165,8 +165,8 @@ def test_at_points_alone_premultiplied_matter_is_the_same(renderer: Renderer, ki
     plain = TransferFunction(np.zeros(1), color, extinction)
     premultiplied = TransferFunction(np.zeros(1), color * 0.1, extinction, premultiplied=True)
     scenes = [
-        Scene(volume, matter, framed(volume), classification=kind, lighting=LIGHTS["all, one side"])
-        for matter in (plain, premultiplied)
+        Scene(volume, medium, framed(volume), classification=kind, lighting=LIGHTS["all, one side"])
+        for medium in (plain, premultiplied)
     ]
     assert largest(drawn(renderer, scenes[0], 2) - drawn(renderer, scenes[1], 2)) < 2 * ROUNDING
 

@@ -70,8 +70,8 @@ def test_limits_that_are_given_are_the_only_ones_or_replace_those_of_a_base() ->
     assert given_limits({}) is None
     alone = given_limits({"rms": 0.01})
     assert alone is not None and alone.rms == 0.01 and alone.max_abs == alone.hard_max == alone.flip == np.inf
-    share = given_limits({"fail-percent": 2.0})
-    assert share is not None and share.max_abs == ONE_DRIVER.max_abs and share.fail_percent == 2
+    fraction = given_limits({"fail-percent": 2.0})
+    assert fraction is not None and fraction.max_abs == ONE_DRIVER.max_abs and fraction.fail_percent == 2
     based = given_limits({"rms": 0.01}, TWO_DRIVERS)
     assert based is not None and based.rms == 0.01 and based.flip == TWO_DRIVERS.flip
     assert given_limits({}, TWO_DRIVERS) is TWO_DRIVERS

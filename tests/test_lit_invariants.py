@@ -58,7 +58,7 @@ def small() -> Iterator[Renderer]:
         yield opened
 
 
-def matter_for(kind: Classification) -> TransferFunction:
+def medium_for(kind: Classification) -> TransferFunction:
     """As much of it as the classification draws."""
     return mixed()["modulated premultiplied" if kind == "integrated" else "all"]
 
@@ -69,10 +69,10 @@ def test_bricks_are_lit_as_the_whole(
     renderer: Renderer, small: Renderer, kind: Classification, projection: Projection
 ) -> None:
     volume = smooth()
-    scene = Scene(volume, matter_for(kind), framed(volume, projection), classification=kind, lighting=ALL)
+    scene = Scene(volume, medium_for(kind), framed(volume, projection), classification=kind, lighting=ALL)
     scene = replace(scene, depth_cue=DepthCue(0.5, (0.1, 0.2, 0.3)), gradient=Estimator("gaussian", 1.0))
     pictures = [drawn(each, scene) for each in (renderer, small)]
-    assert len(small._device.matter[0].textures.bricks) > 1 and len(renderer._device.matter[0].textures.bricks) == 1
+    assert len(small._device.medium[0].textures.bricks) > 1 and len(renderer._device.medium[0].textures.bricks) == 1
     assert largest(pictures[1] - pictures[0]) < SAME
     assert pictures[0].max() > 0.3
 
@@ -81,15 +81,15 @@ def test_bricks_are_lit_as_the_whole(
 @pytest.mark.parametrize("graded", [False, True])
 def test_leaps_leave_lit_pictures_as_they_are(renderer: Renderer, kind: Classification, graded: bool) -> None:
     volume = sparse_volume(3)
-    matter = FOG
+    medium = FOG
     if graded and kind != "integrated":
         clumps = Graded([0.1, 1.0], np.full((2, 3), 0.1), np.array([0.2, 0.3]), 0.01, 0.2)
-        matter = replace(FOG, graded=(clumps,), modulation=np.array([(0.0, 0.2), (0.3, 1.0)]))
-    scene = Scene(volume, matter, framed(volume), classification=kind, lighting=Lighting())
+        medium = replace(FOG, graded=(clumps,), modulation=np.array([(0.0, 0.2), (0.3, 1.0)]))
+    scene = Scene(volume, medium, framed(volume), classification=kind, lighting=Lighting())
     pictures = [
         renderer.render(scene, SIZE, texture_format="rgba32f", skip_empty=skip).astype(float) for skip in (True, False)
     ]
-    assert renderer._device.matter[0].empty_space.counts[1] < 0.7 * renderer._device.matter[0].empty_space.counts[0]
+    assert renderer._device.medium[0].empty_space.counts[1] < 0.7 * renderer._device.medium[0].empty_space.counts[0]
     assert largest(pictures[1] - pictures[0]) < SAME
     assert pictures[0].max() > 0.1
 
@@ -112,9 +112,11 @@ def test_the_light_turns_with_the_world(
     lighting = Lighting((SUN, lamp), shininess=8.0, two_sided=False)
     lights = tuple(replace(light, vector=tuple(matrix @ np.array(light.vector))) for light in lighting.lights)
     camera = framed(volume)
-    places = {name: tuple(matrix @ np.array(getattr(camera, name))) for name in ("eye", "target", "up")}
-    scene = Scene(volume, matter_for(kind), camera, classification=kind, lighting=lighting)
-    other = replace(scene, volume=turned, camera=replace(camera, **places), lighting=replace(lighting, lights=lights))
+    positions = {name: tuple(matrix @ np.array(getattr(camera, name))) for name in ("eye", "target", "up")}
+    scene = Scene(volume, medium_for(kind), camera, classification=kind, lighting=lighting)
+    other = replace(
+        scene, volume=turned, camera=replace(camera, **positions), lighting=replace(lighting, lights=lights)
+    )
     plain, picture = drawn(renderer, scene), drawn(renderer, other)
     if np.linalg.det(matrix) < 0:
         picture = picture[:, ::-1]
@@ -165,34 +167,34 @@ def test_values_and_thresholds_a_thousand_times_as_large_are_the_same_picture(
     pictures = []
     for high, values in ((1.0, volume), (1024.0, larger)):
         names = ("modulated",) if kind == "integrated" else ("all",)
-        matter = mixed(high=high)[names[0]]
+        medium = mixed(high=high)[names[0]]
         lighting = replace(ALL, fade=0.3 * high)
-        scene = Scene(values, matter, framed(volume), classification=kind, lighting=lighting)
+        scene = Scene(values, medium, framed(volume), classification=kind, lighting=lighting)
         pictures.append(drawn(renderer, scene))
     assert largest(pictures[1] - pictures[0]) < ROUNDING
     assert pictures[0].max() > 0.3
 
 
 @kinds
-@pytest.mark.parametrize("share", [1 / 16, 1 / 1024])
+@pytest.mark.parametrize("fraction", [1 / 16, 1 / 1024])
 def test_a_ray_that_ends_early_loses_no_more_than_it_may(
-    renderer: Renderer, kind: Classification, share: float
+    renderer: Renderer, kind: Classification, fraction: float
 ) -> None:
     """Also in light that makes what is behind three times as bright as any colour."""
     volume = smooth()
-    matter = TransferFunction(FOG.values, FOG.colors, 20 * FOG.extinctions)
+    medium = TransferFunction(FOG.values, FOG.colors, 20 * FOG.extinctions)
     scene = Scene(
         volume,
-        matter,
+        medium,
         framed(volume),
         classification=kind,
         lighting=Lighting((SUN, Light(color=(3, 3, 3))), ambient=0.1),
     )
     whole, ended = (
         renderer.render(scene, SIZE, texture_format="rgba32f", early_termination=end).astype(float)
-        for end in (0.0, share)
+        for end in (0.0, fraction)
     )
-    assert largest(ended - whole) <= share + ROUNDING
+    assert largest(ended - whole) <= fraction + ROUNDING
     assert largest(ended - whole) > 0
 
 
@@ -222,10 +224,10 @@ def random_scene(seed: int, kind: Classification) -> Scene:
     volume = Volume((high * values).astype(dtype), random.uniform(0.7, 1.3, 3), random.uniform(-5, 5, 3), direction)
     lights = (Light("directional", tuple(random.standard_normal(3)), tuple(random.random(3))), Light())
     lighting = Lighting(lights[seed % 2 :], shininess=float(random.uniform(1, 30)), two_sided=bool(seed % 2))
-    matter = mixed(high=high)["modulated" if kind == "integrated" else ("modulated", "graded", "contour")[seed % 3]]
+    medium = mixed(high=high)["modulated" if kind == "integrated" else ("modulated", "graded", "contour")[seed % 3]]
     eye = volume.centre + 3 * volume.radius * random.standard_normal(3)
     camera = Camera.framing(volume, ("orthographic", "perspective")[seed % 2], eye=tuple(eye))
-    return Scene(volume, matter, camera, classification=kind, lighting=lighting)
+    return Scene(volume, medium, camera, classification=kind, lighting=lighting)
 
 
 @kinds
@@ -322,7 +324,7 @@ def test_light_that_no_eye_changes_is_baked_once(renderer: Renderer, kind: Class
         (Lighting(specular=0, two_sided=False), 2),
         (Lighting(()), 1),
     ):
-        before = renderer._device.matter[0].textures.uploads
+        before = renderer._device.medium[0].textures.uploads
         for camera in cameras:
             renderer.render(Scene(volume, FOG, camera, classification=kind, lighting=lighting), SIZE)
-        assert renderer._device.matter[0].textures.uploads - before == uploads
+        assert renderer._device.medium[0].textures.uploads - before == uploads

@@ -36,24 +36,24 @@ def renderer() -> Iterator[Renderer]:
         yield opened
 
 
-def seen(volume: Volume, matter: TransferFunction, projection: Any = "perspective", **more: Any) -> Scene:
+def seen(volume: Volume, medium: TransferFunction, projection: Any = "perspective", **more: Any) -> Scene:
     eye = volume.centre + volume.radius * np.array([1.6, -2.0, 1.1])
-    return Scene(volume, matter, Camera.framing(volume, projection, eye=eye), **more)
+    return Scene(volume, medium, Camera.framing(volume, projection, eye=eye), **more)
 
 
-MATTER: dict[str, tuple[TransferFunction, Lighting | None]] = {
+MEDIUM: dict[str, tuple[TransferFunction, Lighting | None]] = {
     "plain": (BONE, None),
     "emissive": (GLOW, None),
     "lit": (BONE, LIT),
 }
 
 
-@pytest.mark.parametrize("matter", MATTER)
+@pytest.mark.parametrize("medium", MEDIUM)
 @pytest.mark.parametrize("classification", CLASSIFICATIONS)
 class TestAMask:
     @pytest.fixture
-    def scene(self, matter: str, classification: Any) -> Scene:
-        transfer, lighting = MATTER[matter]
+    def scene(self, medium: str, classification: Any) -> Scene:
+        transfer, lighting = MEDIUM[medium]
         volume = random_volume(4, (16, 15, 12))
         return seen(volume, transfer, classification=classification, lighting=lighting)
 
@@ -69,10 +69,10 @@ class TestAMask:
 
     def test_of_one_weight_thins(self, renderer: Renderer, scene: Scene) -> None:
         weight = 0.375
-        matter = scene.transfer_function
-        assert matter is not None
-        colors = matter.colors * weight if matter.emissive else matter.colors
-        thin = replace(matter, extinctions=matter.extinctions * weight, colors=colors)
+        medium = scene.transfer_function
+        assert medium is not None
+        colors = medium.colors * weight if medium.emissive else medium.colors
+        thin = replace(medium, extinctions=medium.extinctions * weight, colors=colors)
         expected = renderer.render(replace(scene, transfer_function=thin), SIZE, **EXACT)
         mask = Mask(np.full(scene.volume.values.shape, weight))
         drawn = renderer.render(replace(scene, mask=mask), SIZE, **EXACT)
@@ -183,8 +183,8 @@ def test_masks_come_out_of_volumes() -> None:
     np.testing.assert_allclose(Mask.of(labels, (0, 2)).array, labels.values / 2)
     np.testing.assert_allclose(Mask.of(labels, (2, 0)).array, 1 - labels.values / 2)
     np.testing.assert_allclose(Mask.of(labels, (1, 1.5)).array, labels.values == 2)
-    shares = Volume(np.array([[[0.25, np.nan, 1.0]]]))
-    np.testing.assert_allclose(Mask.of(shares).array, [[[0.25, 0.0, 1.0]]])
+    fractions = Volume(np.array([[[0.25, np.nan, 1.0]]]))
+    np.testing.assert_allclose(Mask.of(fractions).array, [[[0.25, 0.0, 1.0]]])
     with pytest.raises(InputError, match="fades between two finite numbers, and they are 1 and 1"):
         Mask.of(labels, (1, 1))
 
@@ -194,21 +194,23 @@ def labelled(seed: int = 0, dimensions: tuple[int, int, int] = (6, 5, 4)) -> Vol
     return Volume(values, (1.0, 1.3, 0.7), labels=True)
 
 
-def picture_of_labels(volume: Volume, matter: TransferFunction, camera: Camera) -> NDArray[np.float64]:
+def picture_of_labels(volume: Volume, medium: TransferFunction, camera: Camera) -> NDArray[np.float64]:
     """Voxel by voxel, in closed form."""
-    eyes, ways = camera.rays(SIZE)
+    eyes, directions = camera.rays(SIZE)
     origin = (eyes - volume.box_corner) @ volume.index_from_world.T
-    way = ways @ volume.index_from_world.T
+    direction = directions @ volume.index_from_world.T
     planes = [np.arange(count + 1) for count in volume.dimensions]
     with np.errstate(divide="ignore"):
-        s = np.concatenate([(p - origin[..., a, None]) / way[..., a, None] for a, p in enumerate(planes)], axis=-1)
+        s = np.concatenate(
+            [(p - origin[..., a, None]) / direction[..., a, None] for a, p in enumerate(planes)], axis=-1
+        )
     s = np.sort(np.maximum(np.nan_to_num(s), 0), axis=-1)
     picture = np.zeros((*eyes.shape[:2], 4))
     for near, far in pairwise(np.moveaxis(s, -1, 0)):
-        place = origin + way * ((near + far) / 2)[..., np.newaxis]
-        inside = ((place >= 0) & (place < volume.dimensions)).all(axis=-1)
-        i, j, k = (np.clip(np.floor(place[..., a]).astype(int), 0, volume.dimensions[a] - 1) for a in range(3))
-        emission, extinction = matter.classify(volume.values[k, j, i].reshape(-1))
+        position = origin + direction * ((near + far) / 2)[..., np.newaxis]
+        inside = ((position >= 0) & (position < volume.dimensions)).all(axis=-1)
+        i, j, k = (np.clip(np.floor(position[..., a]).astype(int), 0, volume.dimensions[a] - 1) for a in range(3))
+        emission, extinction = medium.classify(volume.values[k, j, i].reshape(-1))
         length = np.where(inside, far - near, 0.0)
         depth = extinction.reshape(length.shape) * length
         left = 1 - picture[..., 3:]
@@ -237,10 +239,10 @@ def test_labels_are_not_mixed_in_bricks_either(renderer: Renderer) -> None:
     values = np.where(volume.values > 2, 4, 0).astype(np.uint8)
     volume = Volume(values, volume.spacing, labels=True)
     red, green = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
-    matter = label_function(
+    medium = label_function(
         Volume(np.arange(5).reshape(1, 1, 5), labels=True), colors={4: red, 2: green, 1: green, 3: green}
     )
-    scene = seen(volume, matter)
+    scene = seen(volume, medium)
     with Renderer(texture_memory=0.01) as small:
         drawn = small.render(scene, SIZE, sampling_rate=16)
         assert small.stats["bricks_total"] > 1

@@ -331,4 +331,4 @@ def test_info_names_lone_values_and_what_finds_them(folder: Path, capsys: pytest
         assert main(["info", name, "--json", "--missing", value]) == 0
         found = json.loads(capsys.readouterr().out)
         assert found["lone_extremes"] == [] and found["nan_count"] == HOLES.sum()
-    assert information.facts(load("first.npy"))["lone_extremes"][0]["others"] == (0.125, 0.875)
+    assert information.metadata(load("first.npy"))["lone_extremes"][0]["others"] == (0.125, 0.875)

@@ -80,9 +80,9 @@ def test_double_thickness_is_the_picture_of_a_volume_twice_as_large(renderer: Pl
         *(2 * np.array(each) for each in (camera.eye, camera.target)), camera.up, 2 * camera.height
     )
     # Gradients are half as steep there: what asks for them has to ask for half.
-    matter = _of_half_gradients(bench.matter)
+    medium = _of_half_gradients(bench.medium)
     lighting = scene.lighting and replace(scene.lighting, fade=scene.lighting.fade / 2, lights=_twice_as_far(scene))
-    twice = replace(scene, volume=large, camera=wide, transfer_function=matter, lighting=lighting)
+    twice = replace(scene, volume=large, camera=wide, transfer_function=medium, lighting=lighting)
     settings = bench.settings | {"slab_thickness": 0.7}
     expected = renderer.render(twice, SIZE, **settings)
     # float32 rounds texels and depths otherwise; an opaque edge may be met in one and missed in the other.
@@ -90,11 +90,11 @@ def test_double_thickness_is_the_picture_of_a_volume_twice_as_large(renderer: Pl
     assert np.abs(bench.right - expected).max() > 0.02
 
 
-def _of_half_gradients(matter: TransferFunction) -> TransferFunction:
-    modulation = None if matter.modulation is None else matter.modulation * [0.5, 1]
-    graded = tuple(replace(each, start=each.start / 2, full=each.full / 2) for each in matter.graded)
-    contours = tuple(replace(each, thickness=2 * each.thickness) for each in matter.contours)
-    return replace(matter, modulation=modulation, graded=graded, contours=contours)
+def _of_half_gradients(medium: TransferFunction) -> TransferFunction:
+    modulation = None if medium.modulation is None else medium.modulation * [0.5, 1]
+    graded = tuple(replace(each, start=each.start / 2, full=each.full / 2) for each in medium.graded)
+    contours = tuple(replace(each, thickness=2 * each.thickness) for each in medium.contours)
+    return replace(medium, modulation=modulation, graded=graded, contours=contours)
 
 
 def _twice_as_far(scene: Scene):
@@ -109,12 +109,12 @@ def test_swapped_order_shows_the_back_in_front(renderer: PlantedRenderer) -> Non
     """Of two layers, red before green, as of green before red."""
     values = np.zeros((8, 4, 4), np.float32)
     values[4:] = 1
-    matter = TransferFunction(
+    medium = TransferFunction(
         np.array([0, 0.5, 0.5, 1]), np.array([(1, 0, 0), (1, 0, 0), (0, 1, 0), (0, 1, 0)]), np.full(4, 0.3)
     )
     camera = Camera.orthographic((1.5, 1.5, -20), (1.5, 1.5, 3.5), (0, 1, 0), height=3)
     for classification in CLASSIFICATIONS:
-        scene = Scene(Volume(values), matter, camera, classification=classification)  # type: ignore[arg-type]
+        scene = Scene(Volume(values), medium, camera, classification=classification)  # type: ignore[arg-type]
         _, pictures = planted(renderer, scene)
         behind = replace(scene, volume=Volume(values[::-1]))
         np.testing.assert_allclose(pictures["swapped order"], renderer.render(behind, SIZE), atol=1e-5)
@@ -140,12 +140,12 @@ def test_swapped_order_goes_through_all_stacks_and_bricks(renderer: PlantedRende
 def test_half_a_texel_is_a_volume_half_a_sample_off_along_each_axis(axis: int, renderer: PlantedRenderer) -> None:
     """Of a ramp along an axis, a layer of which shows: half a sample on the value is larger by a half."""
     values = np.moveaxis(np.broadcast_to(np.arange(24, dtype=np.float32), (24, 24, 24)), 2, 2 - axis)
-    matter = TransferFunction(np.array([9.0, 11, 13, 15]), np.full((4, 3), 0.7), np.array([0, 0.2, 0.4, 0]))
-    place = [11.5, 11.5, 11.5]
-    place[(axis + 1) % 3] = -60.0  # from aside, so that the layer is seen where it is
+    medium = TransferFunction(np.array([9.0, 11, 13, 15]), np.full((4, 3), 0.7), np.array([0, 0.2, 0.4, 0]))
+    position = [11.5, 11.5, 11.5]
+    position[(axis + 1) % 3] = -60.0  # from aside, so that the layer is seen where it is
     up = np.roll([1.0, 0, 0], axis)
-    camera = Camera.orthographic(place, (11.5, 11.5, 11.5), up, height=20)
-    scene = Scene(Volume(values), matter, camera, classification="post")
+    camera = Camera.orthographic(position, (11.5, 11.5, 11.5), up, height=20)
+    scene = Scene(Volume(values), medium, camera, classification="post")
     bench, pictures = planted(renderer, scene, slab_thickness=0.5, texture_format="rgba32f")
     expected = renderer.render(replace(scene, volume=Volume(scene.volume.values + 0.5)), SIZE, **bench.settings)
     np.testing.assert_allclose(pictures["half a texel"], expected, atol=1e-5)

@@ -37,7 +37,7 @@ OF_LIGHT = {"LIT", "HEAD_LIGHT", "DIRECTIONAL_LIGHTS", "POINT_LIGHTS", "SPECULAR
 OF_GRADIENTS = {"GRADIENT", "MODULATIONS", "GRADED", "CONTOURS"}
 UNIFORMS = {
     *("ambient", "diffuse", "fade", "specular", "shininess", "head_color", "directions", "positions", "to_eye_middle"),
-    *("arriving", "cue", "modulation_base", "graded_places", "contour_places"),
+    *("light_transmittance", "cue", "modulation_base", "graded_positions", "contour_positions"),
 }
 
 MODULATED = replace(FOG, modulation=np.array([(0.0, 0.5), (1.0, 1.0)]))
@@ -128,13 +128,13 @@ def test_a_texture_has_the_bytes_of_what_it_holds(
     renderer: Renderer, kind: Classification, dtype: str, alone: int, beside: int
 ) -> None:
     volume = smooth(dtype, 0, 100)
-    matter = TransferFunction(100 * FOG.values, FOG.colors, FOG.extinctions)
+    medium = TransferFunction(100 * FOG.values, FOG.colors, FOG.extinctions)
     for lighting, cue, size in ((None, None, alone), (None, DepthCue(), alone), (Lighting(), None, beside)):
-        scene = Scene(volume, matter, CAMERA, classification=kind, lighting=lighting, depth_cue=cue)
+        scene = Scene(volume, medium, CAMERA, classification=kind, lighting=lighting, depth_cue=cue)
         renderer.render(scene, SIZE)
         # A smooth float32 volume may do with 16 bits, under `post`.
         fewer = {4: 2, 16: 8}.get(size, size) if kind == "post" and dtype == "f4" else size
-        assert renderer._device.matter[0].textures.bytes in (fewer * volume.values.size, size * volume.values.size)
+        assert renderer._device.medium[0].textures.bytes in (fewer * volume.values.size, size * volume.values.size)
 
 
 @pytest.mark.parametrize("kind", ["slab", "extinction"])
@@ -142,7 +142,7 @@ def test_lit_texels_are_as_large_as_others(renderer: Renderer, kind: Classificat
     sizes = []
     for lighting in (None, Lighting()):
         renderer.render(plain(kind, lighting=lighting), SIZE, texture_format="rgba16f")
-        sizes.append(renderer._device.matter[0].textures.bytes)
+        sizes.append(renderer._device.medium[0].textures.bytes)
     assert sizes == [8 * VOLUME.values.size] * 2
 
 
@@ -237,7 +237,7 @@ def test_light_that_is_taken_away_leaves_nothing_behind(renderer: Renderer, kind
     pictures, sizes = [], []
     for lighting in (None, Lighting(), None):
         pictures.append(renderer.render(plain(kind, lighting=lighting), SIZE))
-        sizes.append(renderer._device.matter[0].textures.bytes)
+        sizes.append(renderer._device.medium[0].textures.bytes)
     np.testing.assert_array_equal(pictures[0], pictures[2])
     assert sizes[0] == sizes[2]
     assert np.abs(pictures[1] - pictures[0]).max() > 0.01

@@ -48,12 +48,12 @@ def test_over_is_associative(slabs: list[tuple[float, float, float, float]]) -> 
 
 
 @given(st.floats(1e-6, 20), st.floats(0.01, 0.99))
-def test_a_slab_is_its_parts_composited(depth: float, share: float) -> None:
+def test_a_slab_is_its_parts_composited(depth: float, fraction: float) -> None:
     def slab(part: float) -> np.ndarray:
         color, opacity = optics.slab_integral(np.array([0.7, 0.2, 0.1]) * depth, depth, part)
         return np.append(color, opacity)
 
-    np.testing.assert_allclose(optics.over(slab(share), slab(1 - share)), slab(1.0), rtol=1e-12)
+    np.testing.assert_allclose(optics.over(slab(fraction), slab(1 - fraction)), slab(1.0), rtol=1e-12)
 
 
 @pytest.mark.parametrize("deepest", [60.0, 2.0])

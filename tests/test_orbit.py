@@ -52,9 +52,9 @@ def read_film(name: str) -> tuple[dict, np.ndarray]:
     """What the file says of itself, and its frames, (views, height, width, 3) uint8."""
     imageio_ffmpeg = pytest.importorskip("imageio_ffmpeg", reason="films need the extra: pip install 'texvol[film]'")
     frames = imageio_ffmpeg.read_frames(name)
-    facts = next(frames)
-    width, height = facts["size"]
-    return facts, np.stack([np.frombuffer(frame, np.uint8).reshape(height, width, 3) for frame in frames])
+    metadata = next(frames)
+    width, height = metadata["size"]
+    return metadata, np.stack([np.frombuffer(frame, np.uint8).reshape(height, width, 3) for frame in frames])
 
 
 # Cameras.
@@ -136,14 +136,14 @@ def test_frames_are_the_single_pictures_of_their_cameras(folder: Path) -> None:
     assert files() == ["view_00.exr", "view_01.exr", "view_02.exr"]
     for i, name in enumerate(files()):
         source = oiio.ImageInput.open(name)
-        facts = json.loads(source.spec().get_string_attribute("texvol:scene"))
+        metadata = json.loads(source.spec().get_string_attribute("texvol:scene"))
         source.close()
         angle = np.radians(120 * i)
-        place = np.subtract(facts["camera"]["eye"], facts["camera"]["target"])
+        position = np.subtract(metadata["camera"]["eye"], metadata["camera"]["target"])
         if i == 0:
-            first = place
-        assert place[0] == pytest.approx(np.cos(angle) * first[0] - np.sin(angle) * first[1])
-        eye, target = (",".join(map(repr, facts["camera"][key])) for key in ("eye", "target"))
+            first = position
+        assert position[0] == pytest.approx(np.cos(angle) * first[0] - np.sin(angle) * first[1])
+        eye, target = (",".join(map(repr, metadata["camera"][key])) for key in ("eye", "target"))
         line = ["--projection", "perspective", "--eye", eye, "--target", target]
         assert run("render", *SCENE, *line, "-o", "single.exr") == 0
         np.testing.assert_array_equal(image.read(name), image.read("single.exr"))
@@ -161,9 +161,9 @@ def test_a_film_has_the_views_in_order_and_their_colors(folder: Path) -> None:
     scene = ["v.npy", "--tf", "viridis", "--size", "64x48", "--background", "0.1,0.2,0.6"]
     assert run("render", *scene, "--orbit", "5", "-o", "film.mp4", "--fps", "12.5") == 0
     assert run("render", *scene, "--orbit", "5", "-o", "%d.png") == 0
-    facts, frames = read_film("film.mp4")
-    assert (facts["codec"], facts["fps"], facts["size"]) == ("h264", 12.5, (64, 48))
-    assert facts["pix_fmt"].startswith("yuv420p(tv, bt709")
+    metadata, frames = read_film("film.mp4")
+    assert (metadata["codec"], metadata["fps"], metadata["size"]) == ("h264", 12.5, (64, 48))
+    assert metadata["pix_fmt"].startswith("yuv420p(tv, bt709")
     pictures = np.stack([image.read(f"{i}.png") * 255 for i in range(5)])
     assert frames.shape == pictures.shape
     distances = np.array([[np.abs(frame - picture).mean() for picture in pictures] for frame in frames.astype(float)])

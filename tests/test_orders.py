@@ -63,7 +63,7 @@ def test_thinner_slabs_converge_with_their_order(
     assert (0.85 if classification == "slab" else 1.8) < found < 2.2
 
 
-def linear_matter(emissive: bool) -> TransferFunction:
+def linear_medium(emissive: bool) -> TransferFunction:
     """Emission and extinction linear in the value: what is trilinear before classification is so after it."""
     if emissive:  # and without extinction, so that the colour of a whole slab is linear too
         return TransferFunction(
@@ -79,10 +79,12 @@ def refined(volume: Volume, times: int) -> Volume:
     """
     values = volume.values.astype(np.float64)
     for axis, count in enumerate(values.shape):
-        place = np.clip((np.arange(count * times) + 0.5) / times - 0.5, 0, count - 1)
-        cell = np.minimum(place.astype(int), max(count - 2, 0))
-        share = (place - cell).reshape([-1 if a == axis else 1 for a in range(3)])
-        values = values.take(cell, axis) * (1 - share) + values.take(np.minimum(cell + 1, count - 1), axis) * share
+        position = np.clip((np.arange(count * times) + 0.5) / times - 0.5, 0, count - 1)
+        cell = np.minimum(position.astype(int), max(count - 2, 0))
+        fraction = (position - cell).reshape([-1 if a == axis else 1 for a in range(3)])
+        values = (
+            values.take(cell, axis) * (1 - fraction) + values.take(np.minimum(cell + 1, count - 1), axis) * fraction
+        )
     spacing = volume.spacing / times
     return Volume(values.astype(np.float32), spacing, volume.box_corner + spacing / 2)
 
@@ -100,7 +102,7 @@ def test_a_finer_grid_of_the_same_trilinear_field_changes_nothing(
     camera = Camera.framing(coarse, projection)
     pictures = []
     for times in (1, 3, 9):
-        scene = Scene(refined(coarse, times), linear_matter(emissive), camera, classification=classification)
+        scene = Scene(refined(coarse, times), linear_medium(emissive), camera, classification=classification)
         pictures.append(renderer.render(scene, SIZE, slab_thickness=0.4, **FLOAT32))
     # Samples round to half an ulp. Texture coordinates round to 2^-25 of the box, 3.5 × 2^-24 of a sample, and
     # neighbours differ by up to 1 along each of three axes; of the mean of 30 slabs' roundings, as good as random, the
@@ -118,12 +120,12 @@ def test_a_finer_grid_of_a_smooth_field_converges_with_order_two(
 ) -> None:
     samples = np.array([12, 24, 48, 96])
     pictures = []
-    matter = linear_matter(emissive=False)
+    medium = linear_medium(emissive=False)
     for count in samples:
         h = 48 / count
         fine = smooth_volume(int(count))
         volume = Volume(fine.values, (h,) * 3, (h / 2,) * 3)
-        scene = Scene(volume, matter, Camera.framing(volume, projection), classification=classification)
+        scene = Scene(volume, medium, Camera.framing(volume, projection), classification=classification)
         pictures.append(renderer.render(scene, SIZE, slab_thickness=0.4, **FLOAT32))
     # Trilinear filtering is off by h² f''/8; the slabs stay the same, and so does most of their error.
     assert 1.8 < order(1 / samples, pictures) < 2.2
@@ -141,8 +143,8 @@ def errors(renderer: Renderer, scene: Scene, rates: tuple[float, ...] = RATES, *
 def fog_scene(projection: Projection = "orthographic", classification: Classification = "extinction") -> Scene:
     volume = smooth_volume(32)
     camera = Camera.framing(volume, projection, fov=60 if projection == "perspective" else None)
-    matter = TransferFunction(FOG.values, FOG.colors, 2 * FOG.extinctions)
-    return Scene(volume, matter, camera, classification=classification)
+    medium = TransferFunction(FOG.values, FOG.colors, 2 * FOG.extinctions)
+    return Scene(volume, medium, camera, classification=classification)
 
 
 @classifications
@@ -190,9 +192,9 @@ def test_straight_colour_is_a_plateau(renderer: Renderer) -> None:
 def deep_fog(slabs: int) -> tuple[Scene, float]:
     """Optical depth 2 along an axis, even all over, and the thickness of so many slabs."""
     volume = Volume(np.zeros((8, 8, 8), np.uint8))
-    matter = TransferFunction(np.zeros(1), np.ones((1, 3)), np.array([2 / 8]))
+    medium = TransferFunction(np.zeros(1), np.ones((1, 3)), np.array([2 / 8]))
     camera = Camera.orthographic(volume.centre - (0, 20, 0), volume.centre, (0, 0, 1), height=4)
-    return Scene(volume, matter, camera, classification="extinction"), 8 / slabs
+    return Scene(volume, medium, camera, classification="extinction"), 8 / slabs
 
 
 @pytest.mark.parametrize(

@@ -98,8 +98,8 @@ def test_all_three_are_true_to_four_digits(candidate: NDArray[np.float32], refer
 
 @settings(deadline=None)
 @given(pictures, st.floats(-1, 1))
-def test_they_are_where_the_pictures_are_near_each_other(reference: NDArray[np.float32], share: float) -> None:
-    check((reference * np.float32(1 + share)).astype(np.float32), reference)
+def test_they_are_where_the_pictures_are_near_each_other(reference: NDArray[np.float32], fraction: float) -> None:
+    check((reference * np.float32(1 + fraction)).astype(np.float32), reference)
 
 
 def test_they_are_however_far_the_pictures_are_apart() -> None:

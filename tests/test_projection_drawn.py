@@ -58,8 +58,8 @@ def test_extremes_are_exact(renderer, mode, grid, view):
 def test_sums_approach_those_of_the_oracle(renderer, mode, grid, view):
     volume = noise(grid)
     scene = scene_of(volume, mode, view)
-    expected, way = project(scene, SIZE), path_lengths(volume, scene.camera, SIZE)
-    scale = way if mode == "xray" else np.ones(SIZE[::-1])
+    expected, direction = project(scene, SIZE), path_lengths(volume, scene.camera, SIZE)
+    scale = direction if mode == "xray" else np.ones(SIZE[::-1])
     # The midpoint rule over a slab of length h loses h² v'' / 24 on average, and at a kink h (change of slope) / 8 in
     # the slab that holds it. With steps of s samples along the axes no slope of noise from 0 to 1 is over s per slab:
     # at a kink s / 4 times the slab at most. Rays cross s planes per slab, so that s²/4 of the way is the bound; the
@@ -136,11 +136,11 @@ def test_gaps_in_sums(renderer, mode):
     picture, expected = renderer.render(holes, SIZE, **fine), project(holes, SIZE)
     assert np.isfinite(picture).all()
     # The edge of a gap is known to half a slab, at three pairs of faces: an eighth of a sample, of values up to 1.
-    way = path_lengths(holes.volume, holes.camera, SIZE)
+    direction = path_lengths(holes.volume, holes.camera, SIZE)
     met = expected[..., 3] * picture[..., 3] > 0
     error = np.abs(picture[..., 0] - expected[..., 0])[met]
     assert (error < 3 * holes.volume.smallest_spacing / 8).all() if mode == "xray" else np.median(error) < 0.02
-    assert (way[picture[..., 3] != expected[..., 3]] < holes.volume.smallest_spacing).all()
+    assert (direction[picture[..., 3] != expected[..., 3]] < holes.volume.smallest_spacing).all()
     for kind, number in (("inf", np.inf), ("-inf", -np.inf)):
         scene = scene_of(with_gaps(kind), mode)
         picture, expected = renderer.render(scene, SIZE, **fine)[..., 0], project(scene, SIZE)[..., 0]
@@ -219,7 +219,7 @@ def test_an_xray_along_an_axis_is_a_central_slice_of_the_spectrum(renderer, axis
 @pytest.mark.parametrize("dimensions", [(1, 1, 1), (1, 1, 5), (5, 1, 1), (1, 4, 3)])
 def test_one_sample_along_an_axis(renderer, dimensions, mode):
     volume = noise("sheared", dimensions=dimensions)
-    scene = scene_of(volume, mode, "perspective", share=0.5)
+    scene = scene_of(volume, mode, "perspective", fraction=0.5)
     picture = renderer.render(scene, SIZE, sampling_rate=8)
     if mode == "isosurface" and dimensions == (1, 1, 1):
         assert picture[..., 3].any()  # all of it is the isovalue
@@ -264,8 +264,8 @@ def test_nothing_is_nothing(renderer, mode):
 
 LOST_PLANES = (
     "trilinear.glsl",
-    "floor(walk.start + depth * walk.way) + 1.0",
-    "floor(walk.start + depth * walk.way) + 2.0",
+    "floor(walk.start + depth * walk.ray) + 1.0",
+    "floor(walk.start + depth * walk.ray) + 2.0",
 )
 MISTAKES = {
     "planes half a sample off": (

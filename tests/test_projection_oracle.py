@@ -166,11 +166,11 @@ def test_an_oblique_xray_of_a_blob_is_an_oblique_slice_of_its_spectrum():
     camera = Camera.orthographic(volume.centre - [60, 110, -40], volume.centre, (0.1, 0, 1), pixels / 2)
     picture = projected(volume, "xray", camera, (pixels, pixels))[..., 0]
     u = (np.arange(pixels) - (pixels - 1) / 2) / 2
-    places = np.stack([x, y, z], axis=-1).reshape(-1, 3)
+    positions = np.stack([x, y, z], axis=-1).reshape(-1, 3)
     for a, b in [(0, 0), (2, 0), (0, 3), (3, -2), (-1, 4)]:
         k = (a * camera.right + b * camera.upward) / 80  # away from 0 by less than 0.07: e^(-2π²σ²k²) > 0.2
         seen = (picture * np.exp(-2j * np.pi * (a * u - b * u[:, None]) / 80)).sum() / 4
-        of_samples = (volume.values.ravel() * np.exp(-2j * np.pi * places @ k)).sum() * np.prod(np.sinc(k) ** 2)
+        of_samples = (volume.values.ravel() * np.exp(-2j * np.pi * positions @ k)).sum() * np.prod(np.sinc(k) ** 2)
         assert abs(seen - of_samples) < 1e-9 * volume.values.sum(), (a, b)
 
 

@@ -127,11 +127,11 @@ def test_it(check_picture):
     assert lines[0].endswith("picture 'waves' is different")
     assert any("0.13% of the pixels differ by more than 0.001, and 0% may" in line for line in lines)
     assert any(line.startswith("worst pixel: column 9, row 7") for line in lines)
-    places = dict(line.split(maxsplit=1) for line in lines if line.startswith(("candidate:", "page:", "reference:")))
-    assert places["reference:"] == "references/waves.exr"
-    candidate = image.read(places["candidate:"])
+    positions = dict(line.split(maxsplit=1) for line in lines if line.startswith(("candidate:", "page:", "reference:")))
+    assert positions["reference:"] == "references/waves.exr"
+    candidate = image.read(positions["candidate:"])
     assert candidate[7, 9, 0] == pytest.approx(waves()[7, 9, 0] + 0.25)
-    assert "<html" in Path(places["page:"]).read_text("utf-8")
+    assert "<html" in Path(positions["page:"]).read_text("utf-8")
     assert len(lines) < 15
 
 

@@ -13,7 +13,7 @@ from texvol.util.errors import InputError
 
 pytest_plugins = ("pytester", "picture_project")
 
-REASON = 'reason = "outlines are a matter of rounding"'
+REASON = 'reason = "outlines are a medium of rounding"'
 
 
 def tables(folder: Path, text: str) -> Tables:

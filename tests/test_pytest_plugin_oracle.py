@@ -19,7 +19,7 @@ from texvol.comparison.measures import flip
 from texvol.comparison.outcome import Outcome
 from texvol.comparison.pictures import Picture
 from texvol.formats.pictures import image
-from texvol.provenance.scene_metadata import scene_facts
+from texvol.provenance.scene_metadata import scene_metadata
 from texvol.pytest_plugin import oracle, plain_slabs
 from texvol.pytest_plugin.candidates import Maker, Request
 from texvol.rendering.error_control import SAFETY
@@ -170,7 +170,7 @@ def test_a_picture_s_header_may_say_the_scene(maker: Maker, project: Project) ->
 
     scene = Scene(load("bone.npy"), BONE)
     drawn = maker.renderer().render(scene, SIZE, sampling_rate=2)
-    attributes = scene_facts("bone.npy", scene, settings=maker.renderer().settings)
+    attributes = scene_metadata("bone.npy", scene, settings=maker.renderer().settings)
     image.write("bone.exr", drawn, attributes)
     drawn[4, 4] += np.float32(0.05)
     image.write("wrong.exr", drawn, attributes)
@@ -262,7 +262,7 @@ def test_an_error_of_a_loose_bound_is_seen_on_every_ground(ground: float) -> Non
 
 def test_a_header_that_contradicts_the_scene_of_the_test_is_said(maker: Maker) -> None:
     drawn = maker.renderer().render(SCENES["bone"], SIZE, sampling_rate=4)
-    header = scene_facts("", replace(SCENES["bone"], background=(1.0, 0.0, 0.0)), checksum=True)
+    header = scene_metadata("", replace(SCENES["bone"], background=(1.0, 0.0, 0.0)), checksum=True)
     picture = Picture.of_array(drawn, "picture", header)
     request = Request("scene", 1, None, SCENES["bone"], None, {"max_error": 0.05}, oracle.ACCURACY)
     outcome = oracle.examined(maker.candidate(picture, request), {"max_error": 0.05}, maker, "scene")

@@ -68,8 +68,8 @@ def test_a_report_has_all_pictures_worst_first_and_links(project: Project, proce
     assert report["counts"] == "2 broken, 2 different, 1 new, 6 same" and report["exit_status"] == 1
     folder = project.folder / "out/report"
     text = (folder / "index.html").read_text("utf-8")
-    places = [text.index(f"test_it.py::test_{name}") for name in ("broken", "far", "near", "new", "same[0]")]
-    assert places == sorted(places)
+    positions = [text.index(f"test_it.py::test_{name}") for name in ("broken", "far", "near", "new", "same[0]")]
+    assert positions == sorted(positions)
     pages = links(folder / "index.html")
     assert all(page.exists() for page in pages)
     assert {folder / each["page"] for each in report["pictures"] if each["page"]} <= set(pages)

@@ -42,8 +42,12 @@ def header(path: Path) -> dict[str, object]:
     source = oiio.ImageInput.open(str(path))
     spec = source.spec()
     source.close()
-    facts = {each.name: each.value for each in spec.extra_attribs}
-    return facts | {"channels": list(spec.channelnames), "format": str(spec.format), "size": (spec.width, spec.height)}
+    metadata = {each.name: each.value for each in spec.extra_attribs}
+    return metadata | {
+        "channels": list(spec.channelnames),
+        "format": str(spec.format),
+        "size": (spec.width, spec.height),
+    }
 
 
 @pytest.mark.parametrize("transparent", [False, True])

@@ -214,8 +214,8 @@ def test_a_spike_in_the_transfer_function_is_not_missed(width):
 def test_a_transfer_function_of_many_points_is_that_of_few():
     few = TransferFunction([0, 8], [[1, 0, 0], [0, 0, 1]], [0.1, 0.5])
     values = np.linspace(0, 8, 1001)
-    share = values[:, None] / 8
-    many = TransferFunction(values, (1 - share) * [1, 0, 0] + share * [0, 0, 1], 0.1 + 0.05 * values)
+    fraction = values[:, None] / 8
+    many = TransferFunction(values, (1 - fraction) * [1, 0, 0] + fraction * [0, 0, 1], 0.1 + 0.05 * values)
     volume = ramp_volume()
     np.testing.assert_allclose(middle_ray(volume, many, "post"), middle_ray(volume, few, "post"), **EXACT)
 

@@ -58,12 +58,12 @@ def test_a_constant_medium_shows_one_shade(light, grid, projection):
 
 
 @BOTH
-@pytest.mark.parametrize("share", [0.0, 0.3, 0.999, 1.5])
-def test_light_fades_where_the_gradient_is_small(share, classification):
-    volume = linear_volume(share * SLOPE if share else 0 * SLOPE, **GRIDS["sheared"])
+@pytest.mark.parametrize("fraction", [0.0, 0.3, 0.999, 1.5])
+def test_light_fades_where_the_gradient_is_small(fraction, classification):
+    volume = linear_volume(fraction * SLOPE if fraction else 0 * SLOPE, **GRIDS["sheared"])
     lighting = replace(LIGHTING["several"], fade=float(np.linalg.norm(SLOPE)))
     scene = Scene(volume, uniform(), framed(volume), classification=classification, lighting=lighting)
-    w = min(share, 1) ** 2 * (3 - 2 * min(share, 1))
+    w = min(fraction, 1) ** 2 * (3 - 2 * min(fraction, 1))
     diffuse, specular = answer(lighting, SLOPE, -scene.camera.rays(SIZE)[1], w)
     alpha = -np.expm1(-EXTINCTION * path_lengths(volume, scene.camera, SIZE))[..., None]
     np.testing.assert_allclose(raycast(scene, SIZE)[..., :3], (COLOR * diffuse + specular) * alpha, **EXACT)
@@ -103,15 +103,15 @@ def test_a_point_light_far_away_is_a_directional_one(classification):
 def test_a_point_light_lies_where_it_is_said(projection):
     # Opaque matter shows the shade of the place where the ray enters the box: D is the cosine there.
     volume = linear_volume(**GRIDS["sheared"])
-    place = volume.centre + volume.radius * np.array([0.4, -3.0, 0.9])
-    lighting = Lighting((Light("point", tuple(place)),), 0, 1, 0)
+    position = volume.centre + volume.radius * np.array([0.4, -3.0, 0.9])
+    lighting = Lighting((Light("point", tuple(position)),), 0, 1, 0)
     scene = Scene(volume, uniform(np.inf), framed(volume, projection), classification="post", lighting=lighting)
     eyes, directions = scene.camera.rays(SIZE)
     inverse = np.linalg.inv(volume.box_edges)
     start, step = (eyes - volume.box_corner) @ inverse.T, directions @ inverse.T
     enter = np.minimum(-start / step, (1 - start) / step).max(axis=-1, keepdims=True)
     normal = unit(SLOPE) * np.sign((directions * SLOPE).sum(-1, keepdims=True)) * -1
-    cosine = (normal * unit(place - eyes - enter * directions)).sum(-1)
+    cosine = (normal * unit(position - eyes - enter * directions)).sum(-1)
     wanted = COLOR * (np.maximum(cosine, 0) * (path_lengths(volume, scene.camera, SIZE) > 0))[..., None]
     assert wanted.max() > 0.3
     # Opacity is looked at a billionth of a cell behind its beginning.
@@ -206,8 +206,8 @@ def test_graded_matter_in_a_linear_field():
     graded = Graded(np.array([-3.0, 1, 2, 2]), np.outer([0, 2, 2, 6], COLOR), np.array([0, 2.0, 2, 6]), 0.4, 0.8)
     stepped = Graded(np.array([-1.0, 0.5]), np.outer([1, 1], COLOR), np.array([1.0, 1]), 0.499, 0.499)
     above = Graded(np.array([-1.0, 0.5]), np.outer([1, 1], COLOR), np.array([1.0, 1]), 0.501, 0.501)
-    matter = uniform(0.0, graded=(graded, stepped, above))
-    scene = Scene(volume, matter, camera, classification="post")
+    medium = uniform(0.0, graded=(graded, stepped, above))
+    scene = Scene(volume, medium, camera, classification="post")
     alpha = -np.expm1(-(0.25 * (4 * 2 / 2 + 1 * 2) / 0.5 + 1.5 / 0.5))
     np.testing.assert_allclose(raycast(scene, (1, 1))[0, 0], [*(COLOR * alpha), alpha], **EXACT)
 
@@ -221,7 +221,7 @@ def test_the_unit_of_the_world_and_of_the_values_is_no_matter(scale, classificat
         graded = Graded(
             data * np.array([0.1, 0.9]), np.ones((2, 3)) / world, np.ones(2) / world, 0.1 * data / world, data / world
         )
-        matter = TransferFunction(
+        medium = TransferFunction(
             data * np.array([0, 1]),
             [COLOR, 1 - COLOR],
             np.array([0, 1]) / world,
@@ -231,7 +231,7 @@ def test_the_unit_of_the_world_and_of_the_values_is_no_matter(scale, classificat
         )
         volume = Volume(values * data, np.array([1, 1.3, 0.7]) * world)
         lighting = LIGHTING["several"]
-        return raycast(Scene(volume, matter, classification=classification, lighting=lighting), SIZE)
+        return raycast(Scene(volume, medium, classification=classification, lighting=lighting), SIZE)
 
     plain = picture(1.0, 1.0)
     np.testing.assert_allclose(picture(scale, 1.0), plain, rtol=0, atol=2e-9)

@@ -29,11 +29,11 @@ def lines(values, numbers, at):
     right = np.searchsorted(values, at, side="right")
     left, right = np.maximum(right - 1, 0), np.minimum(right, len(values) - 1)
     width = values[right] - values[left]
-    share = np.where(width > 0, (at - values[left]) / np.where(width > 0, width, 1), 0)[..., None]
-    return numbers[left] * (1 - share) + numbers[right] * share
+    fraction = np.where(width > 0, (at - values[left]) / np.where(width > 0, width, 1), 0)[..., None]
+    return numbers[left] * (1 - fraction) + numbers[right] * fraction
 
 
-def matter(transfer, v, m):
+def medium(transfer, v, m):
     """q (…, 3) and τ (…) of finite matter of value v and gradient magnitude m."""
     numbers = lines(transfer.values, np.column_stack([transfer.colors, transfer.extinctions]), v)
     q, tau = numbers[..., :3], numbers[..., 3]
@@ -60,7 +60,7 @@ def normalised(vectors):
     return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-300)
 
 
-def shaded(lighting, volume, q, tau, g, place, to_eye):
+def shaded(lighting, volume, q, tau, g, position, to_eye):
     """q D + τ S at places (…, 3) of the world, g per world unit."""
     m = np.linalg.norm(g, axis=-1)
     x = np.clip(m / lighting.fade_for(volume), 0, 1)
@@ -75,7 +75,7 @@ def shaded(lighting, volume, q, tau, g, place, to_eye):
         elif light.kind == "directional":
             to_light = np.broadcast_to(normalised(np.array(light.vector)), g.shape)
         else:
-            to_light = normalised(np.array(light.vector) - place)
+            to_light = normalised(np.array(light.vector) - position)
         cosine = (normal * to_light).sum(-1, keepdims=True)
         halfway = np.maximum((normal * normalised(to_light + to_eye)).sum(-1, keepdims=True), 0)
         color = np.array(light.color)
@@ -84,8 +84,8 @@ def shaded(lighting, volume, q, tau, g, place, to_eye):
     return q * (lighting.ambient + lighting.diffuse * diffuse) + tau[..., None] * lighting.specular * specular
 
 
-def lit(scene, q, tau, g, place, to_eye):
-    return q if scene.lighting is None else shaded(scene.lighting, scene.volume, q, tau, g, place, to_eye)
+def lit(scene, q, tau, g, position, to_eye):
+    return q if scene.lighting is None else shaded(scene.lighting, scene.volume, q, tau, g, position, to_eye)
 
 
 def interpolated(fields, points):
@@ -100,17 +100,17 @@ def dense_sum(scene, size=SIZE, samples=SAMPLES, pixels=None):
     v = volume.values.astype(float)
     g = gradients(volume, scene.gradient).astype(float) / volume.smallest_spacing
     index = np.stack(np.meshgrid(*map(np.arange, v.shape), indexing="ij"), axis=-1)[..., ::-1]
-    places = index @ volume.world_from_index.T + volume.origin
-    sample_to_eye = normalised(np.array(camera.eye) - places)
+    positions = index @ volume.world_from_index.T + volume.origin
+    sample_to_eye = normalised(np.array(camera.eye) - positions)
     if camera.projection == "orthographic":
-        sample_to_eye = np.broadcast_to(-camera.forward, places.shape)
-    q, tau = matter(transfer, v, np.linalg.norm(g, axis=-1))
-    classified = np.concatenate([lit(scene, q, tau, g, places, sample_to_eye), tau[..., None]], axis=-1)
+        sample_to_eye = np.broadcast_to(-camera.forward, positions.shape)
+    q, tau = medium(transfer, v, np.linalg.norm(g, axis=-1))
+    classified = np.concatenate([lit(scene, q, tau, g, positions, sample_to_eye), tau[..., None]], axis=-1)
     eyes, directions = camera.rays(size)
     picture = np.zeros((size[1], size[0], 4))
     for pixel in pixels or np.ndindex(size[1], size[0]):
-        eye, way = eyes[pixel], directions[pixel]
-        start, step = volume.index_from_world @ (eye - volume.origin), volume.index_from_world @ way
+        eye, line_of_sight = eyes[pixel], directions[pixel]
+        start, step = volume.index_from_world @ (eye - volume.origin), volume.index_from_world @ line_of_sight
         with np.errstate(divide="ignore"):
             ends = np.sort([(-0.5 - start) / step, (np.array(volume.dimensions) - 0.5 - start) / step], axis=0)
         enter, leave = max(ends[0].max(), 0), ends[1].min()
@@ -123,11 +123,15 @@ def dense_sum(scene, size=SIZE, samples=SAMPLES, pixels=None):
                 q, tau = numbers[:, :3], numbers[:, 3]
             else:
                 value, slope = interpolated(v, points)[:, 0], interpolated(g, points)
-                q, tau = matter(transfer, value, np.linalg.norm(slope, axis=-1))
-                q = lit(scene, q, tau, slope, eye + s[:, None] * way, np.broadcast_to(-way, slope.shape))
+                q, tau = medium(transfer, value, np.linalg.norm(slope, axis=-1))
+                q = lit(
+                    scene, q, tau, slope, eye + s[:, None] * line_of_sight, np.broadcast_to(-line_of_sight, slope.shape)
+                )
             if scene.depth_cue is not None:
                 near, far = scene.depth_cue.range_for(volume, camera)
-                t = scene.depth_cue.strength * np.clip((s * (way @ camera.forward) - near) / (far - near), 0, 1)
+                t = scene.depth_cue.strength * np.clip(
+                    (s * (line_of_sight @ camera.forward) - near) / (far - near), 0, 1
+                )
                 q = q * (1 - t)[:, None] + (tau * t)[:, None] * np.array(scene.depth_cue.color)
             depth = np.cumsum(tau) * h
             reached = np.exp(-(depth - tau * h / 2))
@@ -138,10 +142,10 @@ def dense_sum(scene, size=SIZE, samples=SAMPLES, pixels=None):
     return picture
 
 
-def ball(samples=12, **place):
+def ball(samples=12, **position):
     """A soft ball, off the middle: no gradient is square to anything, but for the rim."""
     z, y, x = np.meshgrid(*[(np.arange(samples) + 0.5) / samples * 2 - 1] * 3, indexing="ij")
-    return Volume(np.exp(-2 * ((x - 0.11) ** 2 + (y + 0.07) ** 2 + (z - 0.05) ** 2)), **place)
+    return Volume(np.exp(-2 * ((x - 0.11) ** 2 + (y + 0.07) ** 2 + (z - 0.05) ** 2)), **position)
 
 
 SHEARED = {"spacing": (0.3, 0.5, 0.4), "origin": (4, 5, 6), "direction": [[-1, 0.5, 0], [0.1, 1, 0.4], [0, 0, 1.0]]}
@@ -168,7 +172,7 @@ CONTOURS = TransferFunction(
     contours=(Contour(0.5, 0.9, (1.0, 0.5, 0.2), 1.5), Contour(0.8, 0.25, (0.1, 0.2, 0.9), 4.0)),
 )
 GAS = TransferFunction([0.2, 0.5, 0.9], [[0, 1, 3], [2, 0, 0], [0.5, 0.5, 4]], [0, 1.5, 0.2], emissive=True)
-MATTER = {"soft": SOFT, "mixed": MIXED, "modulated": MODULATED, "graded": GRADED, "contours": CONTOURS}
+MEDIUM = {"soft": SOFT, "mixed": MIXED, "modulated": MODULATED, "graded": GRADED, "contours": CONTOURS}
 HEAD = Lighting(shininess=20.0)
 ONE_SIDED = Lighting((Light("directional", (1.0, 2, -0.5), (0.9, 0.5, 0.3)),), 0.2, 0.8, 0.5, 3.0, two_sided=False)
 SEVERAL = Lighting(
@@ -200,12 +204,12 @@ def jumps(scene):
 
 @pytest.mark.parametrize("classification", ["slab", "post"])
 @pytest.mark.parametrize("light", [None, *LIGHTING])
-@pytest.mark.parametrize("kind", MATTER)
+@pytest.mark.parametrize("kind", MEDIUM)
 def test_matter_under_light(kind, light, classification):
     volume = VOLUMES["sheared ball"]
     camera = Camera.framing(volume, "perspective" if light == "several" else "orthographic")
     cue = None if light == "head" else CUE
-    scene = Scene(volume, MATTER[kind], camera, (0.1, 0.2, 0.3), classification, LIGHTING.get(light), depth_cue=cue)
+    scene = Scene(volume, MEDIUM[kind], camera, (0.1, 0.2, 0.3), classification, LIGHTING.get(light), depth_cue=cue)
     agree(scene, JUMPS if jumps(scene) else SMOOTH)
 
 
@@ -220,7 +224,7 @@ def test_other_estimators_and_classifications(estimator, classification):
 @pytest.mark.parametrize("kind", ["graded", "contours"])
 @pytest.mark.parametrize("classification", ["slab", "post"])
 def test_matter_on_gradients_without_light(kind, classification):
-    scene = Scene(VOLUMES["noise"], MATTER[kind], classification=classification)
+    scene = Scene(VOLUMES["noise"], MEDIUM[kind], classification=classification)
     agree(scene, JUMPS if jumps(scene) else SMOOTH)
 
 
@@ -264,7 +268,7 @@ def test_a_normal_that_turns_in_no_time(aside, diffuse, specular, shininess):
         return 0.1 * np.exp(-0.1 * (z + 4)) * (diffuse * aside / m + specular * shine)
 
     near = 10.0 ** np.arange(min(np.log10(aside), -3), 0)  # a cut for every power of ten, so that quad sees it
-    places = 0.13 + aside / 4 * np.array([-1, 0, 1])
-    cuts = sorted({-4, 4, *places, *(places[:, None] + near).flat, *(places[:, None] - near).flat, *heights})
+    positions = 0.13 + aside / 4 * np.array([-1, 0, 1])
+    cuts = sorted({-4, 4, *positions, *(positions[:, None] + near).flat, *(positions[:, None] - near).flat, *heights})
     wanted = sum(quad(glow, a, b, epsabs=1e-13, epsrel=1e-12)[0] for a, b in pairwise(cuts))
     assert raycast(scene, (1, 1))[0, 0, 0] == pytest.approx(wanted, abs=1e-9)

@@ -32,8 +32,8 @@ GAS = TransferFunction([0.2, 0.5, 0.9], [[0, 1, 3], [2, 0, 0], [0.5, 0.5, 4]], [
 STEP = TransferFunction([0, 0.5, 0.5, 1], [[1, 0, 0], [1, 0, 0], [0, 0, 1], [0, 1, 1]], [0, 0.1, 1, 0.5])
 
 
-def random_volume(seed, shape=(4, 5, 6), spacing=(1.0, 1.3, 0.7), **place):
-    return Volume(np.random.default_rng(seed).random(shape), spacing, **place)
+def random_volume(seed, shape=(4, 5, 6), spacing=(1.0, 1.3, 0.7), **position):
+    return Volume(np.random.default_rng(seed).random(shape), spacing, **position)
 
 
 def dense_sum(scene, size, samples=20_000):

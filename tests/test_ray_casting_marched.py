@@ -34,13 +34,13 @@ def random_part(random: np.random.Generator, kind: str, masked: bool, graded: bo
     if kind == "colours":
         further = {"colors": random.uniform(0, 1, (*shape, 3))}
     points = np.sort(random.uniform(0, 3 if kind == "labels" else 1, 4))
-    matter = TransferFunction(
+    medium = TransferFunction(
         points, random.uniform(0, 1, (4, 3)), random.uniform(0, 0.5, 4),
         modulation=np.array([(0.1, 0.3), (0.6, 1.0)]) if graded else None,
         graded=(Graded([0.1, 0.9], random.uniform(0, 0.3, (2, 3)), [0.2, 0.4], 0.1, 0.5),) if graded else (),
     )  # fmt: skip
     mask = Mask(random.choice([0, 0.3, 1], shape)) if masked else None
-    return AddedVolume(Volume(values, spacing, origin, direction, **further), matter, mask)
+    return AddedVolume(Volume(values, spacing, origin, direction, **further), medium, mask)
 
 
 def random_scene(seed: int, classification: Any, **more: Any) -> Scene:
@@ -55,8 +55,8 @@ def random_scene(seed: int, classification: Any, **more: Any) -> Scene:
         if seed % 2
         else Camera.orthographic(eye, (3, 3, 3), (0.1, 0.2, 1), height=5)
     )
-    matter, mask = first.transfer_function, first.mask
-    return Scene(first.volume, matter, camera, (0.1, 0.2, 0.3), classification, mask=mask, added=tuple(added), **more)
+    medium, mask = first.transfer_function, first.mask
+    return Scene(first.volume, medium, camera, (0.1, 0.2, 0.3), classification, mask=mask, added=tuple(added), **more)
 
 
 def held(scene: Scene) -> None:

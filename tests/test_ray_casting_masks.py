@@ -34,8 +34,8 @@ def view(volume: Volume, projection: str = "perspective") -> Camera:
     return Camera.framing(volume, projection, fov=50 if projection == "perspective" else None)  # type: ignore[arg-type]
 
 
-def scene(volume: Volume, matter: TransferFunction, **more: Any) -> Scene:
-    return Scene(volume, matter, view(volume), **more)
+def scene(volume: Volume, medium: TransferFunction, **more: Any) -> Scene:
+    return Scene(volume, medium, view(volume), **more)
 
 
 def weight(volume: Volume, amount: float) -> Mask:
@@ -75,30 +75,30 @@ def test_a_constant_weight_is_so_much_extinction(classification: Any, light: Any
     np.testing.assert_allclose(faded, raycast(scene(volume, thin, **common), SIZE), **AGREED)
 
 
-def columns(values: np.ndarray, weights: np.ndarray, matter: TransferFunction, **more: Any) -> np.ndarray:
+def columns(values: np.ndarray, weights: np.ndarray, medium: TransferFunction, **more: Any) -> np.ndarray:
     """rgba of one ray along z, through samples and weights that change along it alone."""
     shape = (len(values), 3, 3)
     volume = Volume(np.broadcast_to(values[:, None, None], shape))
     mask = Mask(np.broadcast_to(weights[:, None, None], shape))
     camera = Camera.orthographic((1, 1, -10), (1, 1, 0), (0, 1, 0), height=1)
-    return raycast(Scene(volume, matter, camera, mask=mask, **more), (1, 1))[0, 0]
+    return raycast(Scene(volume, medium, camera, mask=mask, **more), (1, 1))[0, 0]
 
 
 @ALL
 @pytest.mark.parametrize("emissive", [False, True])
 def test_weights_between_samples_are_held_against_quadrature(classification: Any, emissive: bool) -> None:
     values, weights = np.array([0, 0.9, 0.3, 0.8, 0.1]), np.array([1, 0.25, 0.5, 0, 1])
-    matter = TransferFunction([0, 0.5, 1], [RED, BLUE, (1, 1, 1)], [0.1, 2.0, 0.5], emissive=emissive)
+    medium = TransferFunction([0, 0.5, 1], [RED, BLUE, (1, 1, 1)], [0.1, 2.0, 0.5], emissive=emissive)
     k = np.arange(5)
-    samples = matter.classify(values)
+    samples = medium.classify(values)
 
     def at(z: float) -> tuple[np.ndarray, float]:
         if classification in ("slab", "extinction"):
             q = np.array([np.interp(z, k, weights * samples.emission[:, c]) for c in range(3)])
             return q, float(np.interp(z, k, weights * samples.extinction))
-        q, tau = matter.classify(np.interp(z, k, values))
-        share = np.interp(z, k, weights)
-        return share * q, float(share * tau)
+        q, tau = medium.classify(np.interp(z, k, values))
+        fraction = np.interp(z, k, weights)
+        return fraction * q, float(fraction * tau)
 
     # Where anything has a kink: samples, and where the value meets 0.5.
     kinks = np.sort([-0.5, 0, 5 / 9, 1, 5 / 3, 2, 2.4, 3, 3 + 3 / 7, 4, 4.5])
@@ -110,7 +110,7 @@ def test_weights_between_samples_are_held_against_quadrature(classification: Any
     def depth(z: float) -> float:
         return integral(lambda x: at(x)[1], z)
 
-    picture = columns(values, weights, matter, classification=classification)
+    picture = columns(values, weights, medium, classification=classification)
     assert picture[3] == pytest.approx(-np.expm1(-depth(4.5)), abs=1e-10)
     red = integral(lambda z: at(z)[0][0] * np.exp(-depth(z)), 4.5)
     assert picture[0] == pytest.approx(red, abs=1e-9)
@@ -118,12 +118,12 @@ def test_weights_between_samples_are_held_against_quadrature(classification: Any
 
 @ALL
 def test_what_is_opaque_stays_so_under_any_weight_but_0(classification: Any) -> None:
-    matter = TransferFunction([0, 0.5, 0.5, 1], [RED, RED, BLUE, BLUE], [0.3, 0.3, np.inf, np.inf])
+    medium = TransferFunction([0, 0.5, 0.5, 1], [RED, RED, BLUE, BLUE], [0.3, 0.3, np.inf, np.inf])
     values = np.array([0, 0, 1, 1, 0.0])
-    opaque = columns(values, np.array([1, 1, 0.1, 0, 1]), matter, classification=classification)
-    bare = columns(values, np.ones(5), matter, classification=classification)
+    opaque = columns(values, np.array([1, 1, 0.1, 0, 1]), medium, classification=classification)
+    bare = columns(values, np.ones(5), medium, classification=classification)
     assert opaque[3] == bare[3] == 1
-    hidden = columns(values, np.array([1, 1, 0, 0, 1]), matter, classification=classification)
+    hidden = columns(values, np.array([1, 1, 0, 0, 1]), medium, classification=classification)
     if classification in ("slab", "extinction"):
         assert hidden[3] == pytest.approx(-np.expm1(-0.3 * 3.0), rel=1e-12)  # from 0 to 1 and so on: 1.5 + ½, ½ + ½
     else:
@@ -139,10 +139,10 @@ def test_a_mask_does_not_bring_back_what_is_missing() -> None:
 
 def by_voxels(volume: Volume, of_voxel: np.ndarray, camera: Camera, size: tuple[int, int]) -> np.ndarray:
     """Picture of voxels that are constant: emission and extinction (z, y, x, 4), each ray cut at all their faces."""
-    eyes, ways = (each.reshape(-1, 3) for each in camera.rays(size))
+    eyes, directions = (each.reshape(-1, 3) for each in camera.rays(size))
     picture = np.zeros((len(eyes), 4))
     starts = (eyes - volume.origin) @ volume.index_from_world.T + 0.5
-    steps = ways @ volume.index_from_world.T
+    steps = directions @ volume.index_from_world.T
     for ray, (start, step) in enumerate(zip(starts, steps, strict=True)):
         faces = [0.0]
         for axis, count in enumerate(volume.dimensions):
@@ -154,8 +154,8 @@ def by_voxels(volume: Volume, of_voxel: np.ndarray, camera: Camera, size: tuple[
         glow = np.where(inside[:, None], of_voxel[z, y, x], 0)
         depths = glow[:, 3] * np.diff(s)
         before = np.cumsum(depths) - depths
-        share = np.divide(-np.expm1(-depths), glow[:, 3], out=np.zeros_like(depths), where=glow[:, 3] > 0)
-        picture[ray, :3] = (np.exp(-before) * share) @ glow[:, :3]
+        fraction = np.divide(-np.expm1(-depths), glow[:, 3], out=np.zeros_like(depths), where=glow[:, 3] > 0)
+        picture[ray, :3] = (np.exp(-before) * fraction) @ glow[:, :3]
         picture[ray, 3] = -np.expm1(-depths.sum())
     return picture.reshape(size[1], size[0], 4)
 

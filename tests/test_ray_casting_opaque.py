@@ -58,9 +58,9 @@ def opaque_above(value, **further):
 def test_opaque_matter_shows_its_shade_where_it_begins(lit, premultiplied):
     volume = linear_volume((0, 0, 0.5), (9, 3, 3))
     camera = Camera.orthographic(volume.centre - (0, 0, 30), volume.centre, (0, 1, 0), 1)
-    matter, thin, solid = opaque_above(0.3, premultiplied=premultiplied)
+    medium, thin, solid = opaque_above(0.3, premultiplied=premultiplied)
     lighting = LIGHTING["several"] if lit else None
-    scene = Scene(volume, matter, camera, classification="post", lighting=lighting)
+    scene = Scene(volume, medium, camera, classification="post", lighting=lighting)
     diffuse, specular = answer(lighting, (0, 0, 0.5), np.array([0, 0, -1.0])) if lit else (1.0, 0.0)
     through = np.exp(-0.5 * (4.5 + 0.3 / 0.5))
     wanted = (thin * diffuse + specular) * (1 - through) + (solid * diffuse + specular) * through
@@ -75,9 +75,9 @@ def test_opaque_matter_shows_its_shade_where_it_begins(lit, premultiplied):
 def test_opaque_samples_show_their_shade_where_their_cell_begins(lit, premultiplied):
     volume = linear_volume((0, 0, 0.5), (9, 3, 3))
     camera = Camera.orthographic(volume.centre - (0, 0, 30), volume.centre, (0, 1, 0), 1)
-    matter, thin, solid = opaque_above(0.3, premultiplied=premultiplied)  # samples are at …, 0, 0.5, …
+    medium, thin, solid = opaque_above(0.3, premultiplied=premultiplied)  # samples are at …, 0, 0.5, …
     lighting = LIGHTING["several"] if lit else None
-    scene = Scene(volume, matter, camera, classification="slab", lighting=lighting)
+    scene = Scene(volume, medium, camera, classification="slab", lighting=lighting)
     diffuse, specular = answer(lighting, (0, 0, 0.5), np.array([0, 0, -1.0])) if lit else (1.0, 0.0)
     through = np.exp(-0.5 * 4.5)
     wanted = (thin * diffuse + specular) * (1 - through) + (solid * diffuse + specular) * through
@@ -89,8 +89,8 @@ def test_opaque_samples_show_their_shade_where_their_cell_begins(lit, premultipl
 def test_modulation_leaves_opaque_matter_whole_or_takes_it_away(factor, classification):
     volume = linear_volume((0, 0, 0.5), (9, 3, 3))
     camera = Camera.orthographic(volume.centre - (0, 0, 30), volume.centre, (0, 1, 0), 1)
-    matter = TransferFunction([0], [COLOR], [np.inf], modulation=np.array([[0.0, factor]]))
-    picture = raycast(Scene(volume, matter, camera, classification=classification), (1, 1))[0, 0]
+    medium = TransferFunction([0], [COLOR], [np.inf], modulation=np.array([[0.0, factor]]))
+    picture = raycast(Scene(volume, medium, camera, classification=classification), (1, 1))[0, 0]
     np.testing.assert_allclose(picture, [*COLOR, 1] if factor else 0, rtol=0, atol=1e-15)
 
 

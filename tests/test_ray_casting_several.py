@@ -41,8 +41,8 @@ GRADED = replace(
 )
 
 
-def other(volume: Volume, matter: Any = FOG, **more: Any) -> AddedVolume:
-    return AddedVolume(volume, matter, **more)
+def other(volume: Volume, medium: Any = FOG, **more: Any) -> AddedVolume:
+    return AddedVolume(volume, medium, **more)
 
 
 def view(volume: Volume, projection: str) -> Camera:
@@ -53,9 +53,9 @@ def spans(volume: Volume, camera: Camera, size: tuple[int, int]) -> np.ndarray:
     """Where each ray, from the eye on, enters the box and leaves it, (2, height, width); equal where it does not."""
     origins, directions = camera.rays(size)
     inverse = np.linalg.inv(volume.box_edges)
-    place, way = (origins - volume.box_corner) @ inverse.T, directions @ inverse.T
+    position, line_of_sight = (origins - volume.box_corner) @ inverse.T, directions @ inverse.T
     with np.errstate(divide="ignore"):
-        a, b = -place / way, (1 - place) / way
+        a, b = -position / line_of_sight, (1 - position) / line_of_sight
     enter, leave = np.maximum(np.minimum(a, b).max(axis=2), 0), np.maximum(a, b).min(axis=2)
     return np.stack([enter, np.maximum(enter, leave)])
 
@@ -73,8 +73,8 @@ def two_boxes(camera: Camera, parts: list[tuple[Volume, float, tuple[float, floa
             tau += extinction * inside
             q += (extinction * inside)[..., None] * np.array(color)
         alpha = -np.expm1(-tau * (there - here))
-        share = np.divide(alpha, tau, out=np.zeros_like(tau), where=tau > 0)
-        light += np.exp(-depth)[..., None] * share[..., None] * q
+        fraction = np.divide(alpha, tau, out=np.zeros_like(tau), where=tau > 0)
+        light += np.exp(-depth)[..., None] * fraction[..., None] * q
         depth += tau * (there - here)
     return np.concatenate([light, -np.expm1(-depth)[..., None]], axis=-1)
 
@@ -141,8 +141,8 @@ def refined(volume: Volume, factor: int) -> Volume:
         count = values.shape[axis]
         at = np.arange((count - 1) * factor + 1) / factor
         low = np.minimum(at.astype(int), count - 2)
-        share = (at - low).reshape([-1 if a == axis else 1 for a in range(3)])
-        values = np.take(values, low, axis) * (1 - share) + np.take(values, low + 1, axis) * share
+        fraction = (at - low).reshape([-1 if a == axis else 1 for a in range(3)])
+        values = np.take(values, low, axis) * (1 - fraction) + np.take(values, low + 1, axis) * fraction
     return Volume(values, volume.spacing / factor, volume.origin, volume.direction)
 
 
@@ -210,8 +210,10 @@ def test_all_that_is_moved_together_looks_the_same(classification: Any, projecti
     parts, _ = crowd()
     camera = view(scene_of(parts).box, projection)
     matrix = turned(110, shift=(30, -20, 50))
-    place = lambda point: matrix[:3, :3] @ np.array(point) + matrix[:3, 3]  # noqa: E731
-    moved = replace(camera, eye=place(camera.eye), target=place(camera.target), up=matrix[:3, :3] @ np.array(camera.up))
+    position = lambda point: matrix[:3, :3] @ np.array(point) + matrix[:3, 3]  # noqa: E731
+    moved = replace(
+        camera, eye=position(camera.eye), target=position(camera.target), up=matrix[:3, :3] @ np.array(camera.up)
+    )
     there = [replace(part, volume=part.volume.moved(matrix)) for part in parts]
     one = raycast(scene_of(parts, camera=camera, classification=classification), SIZE)
     two = raycast(scene_of(there, camera=moved, classification=classification), SIZE)
@@ -220,14 +222,14 @@ def test_all_that_is_moved_together_looks_the_same(classification: Any, projecti
 
 @pytest.mark.parametrize("light", [None, LIGHTS], ids=["unlit", "lit"])
 @pytest.mark.parametrize(
-    ("classification", "matter"),
+    ("classification", "medium"),
     [
-        *((kind, matter) for kind in CLASSIFICATIONS for matter in (BONE, OPAQUE)),
+        *((kind, medium) for kind in CLASSIFICATIONS for medium in (BONE, OPAQUE)),
         ("extinction", GRADED),
         ("post", GRADED),
     ],
 )
-def test_an_empty_volume_adds_nothing(classification: Any, matter: Any, light: Any) -> None:
+def test_an_empty_volume_adds_nothing(classification: Any, medium: Any, light: Any) -> None:
     """And so the walk through several is that through one, with light, cue, caps, cuts, surfaces, gaps and all."""
     volume = random_volume(9)
     values = volume.values.copy()
@@ -236,9 +238,9 @@ def test_an_empty_volume_adds_nothing(classification: Any, matter: Any, light: A
     c = volume.centre
     sail = Mesh(c + np.array([(-9, -9, 1), (9, -9, -2), (0, 9, 1)]), [(0, 1, 2)], color=RED, opacity=0.5)
     alone = Scene(
-        volume, matter, view(volume, "perspective"), (0.1, 0.2, 0.3), classification, light,
+        volume, medium, view(volume, "perspective"), (0.1, 0.2, 0.3), classification, light,
         depth_cue=DepthCue(0.4, (0.5, 0.1, 0.2)), clip=(ClipPlane((1, 2, 0.5), float(np.dot(c, (1, 2, 0.5)) - 2)),),
-        crop=((0.5, 7.0), (1.0, 9.0), (-9.0, 9.0)), caps=matter is not BONE, geometry=(sail,),
+        crop=((0.5, 7.0), (1.0, 9.0), (-9.0, 9.0)), caps=medium is not BONE, geometry=(sail,),
     )  # fmt: skip
     # In the box, so that the cue has the same range; not finer, so that caps are as thin.
     empty = Volume(np.zeros((4, 5, 3)), (0.9, 1.1, 0.8), (1, 1.7, 0.9))
@@ -258,8 +260,8 @@ def test_where_two_are_cut_open_the_cap_shows_their_mixture(classification: Any,
     )  # fmt: skip
     camera = Camera.framing(scene.box, projection, eye=scene.box.centre - (0, 0.1, 30), up=(0, 1, 0))
     picture = raycast(replace(scene, camera=camera), SIZE)
-    eyes, ways = camera.rays(SIZE)
-    met = eyes + ((3.3 - eyes[..., 2]) / ways[..., 2])[..., None] * ways
+    eyes, lines_of_sight = camera.rays(SIZE)
+    met = eyes + ((3.3 - eyes[..., 2]) / lines_of_sight[..., 2])[..., None] * lines_of_sight
     tau = [
         amount * ((met[..., :2] > low) & (met[..., :2] < np.add(low, 8))).all(axis=-1)
         for amount, low in ((0.3, (-0.5, -0.5)), (0.1, (2.5, -0.5)))
@@ -320,5 +322,5 @@ def test_the_cue_goes_by_the_box_of_all() -> None:
     seen = raycast(scene, (1, 1))[0, 0]
     np.testing.assert_allclose(seen[:3], RED, rtol=1e-8)  # nearest: no cue
     far = raycast(replace(scene, clip=(ClipPlane((0, 0, 1), 12.0),)), (1, 1))[0, 0]
-    share = (29.5 - 9.5) / (33.5 - 9.5)
-    np.testing.assert_allclose(far[:3], np.array(RED) * (1 - share) + np.array([0, 0, share]), rtol=1e-8)
+    fraction = (29.5 - 9.5) / (33.5 - 9.5)
+    np.testing.assert_allclose(far[:3], np.array(RED) * (1 - fraction) + np.array([0, 0, fraction]), rtol=1e-8)

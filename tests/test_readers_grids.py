@@ -107,8 +107,12 @@ def test_a_smooth_field_converges_with_order_two(tmp_path: Path) -> None:
     """Spacings halve where the samples double; the stretched coordinates of both lie on one smooth map."""
     errors = []
     for count in (17, 33, 65):
-        shares = np.linspace(0, 1, count)
-        axes = [shares + 0.15 * shares * (1 - shares), 1.5 * shares**2 + shares, 1 + shares + 0.1 * np.sin(3 * shares)]
+        fractions = np.linspace(0, 1, count)
+        axes = [
+            fractions + 0.15 * fractions * (1 - fractions),
+            1.5 * fractions**2 + fractions,
+            1 + fractions + 0.1 * np.sin(3 * fractions),
+        ]
         path = written(tmp_path / f"{count}.vtr", rectilinear(axes, smooth(points_of_axes(axes))))
         volume = load(path, resolution=(2 * count, 2 * count + 1, 2 * count + 3))
         errors.append(np.sqrt(np.mean((volume.values - smooth(points_of(volume))) ** 2)))
@@ -120,24 +124,26 @@ def test_the_error_is_the_one_at_the_files_own_samples(tmp_path: Path) -> None:
     values = np.random.default_rng(7).random((3, 4, 5)) * 9 - 2
     volume = load(written(tmp_path / "v.vtr", rectilinear(UNEVEN, values)), resolution=(6, 7, 5))
     differences = interpolated(volume, points_of_axes(UNEVEN)) - values
-    facts = volume.resampling
-    np.testing.assert_allclose(facts["max_error"], np.abs(differences).max(), rtol=1e-9)
-    np.testing.assert_allclose(facts["rms_error"], np.sqrt(np.mean(differences**2)), rtol=1e-9)
-    np.testing.assert_allclose(facts["max_error_share"], np.abs(differences).max() / np.ptp(values), rtol=1e-9)
-    np.testing.assert_allclose(facts["rms_error_share"], np.sqrt(np.mean(differences**2)) / np.ptp(values), rtol=1e-9)
-    assert (facts["compared"], facts["lost"]) == (60, 0)
-    assert facts["max_error"] > 0.1
+    metadata = volume.resampling
+    np.testing.assert_allclose(metadata["max_error"], np.abs(differences).max(), rtol=1e-9)
+    np.testing.assert_allclose(metadata["rms_error"], np.sqrt(np.mean(differences**2)), rtol=1e-9)
+    np.testing.assert_allclose(metadata["max_error_share"], np.abs(differences).max() / np.ptp(values), rtol=1e-9)
+    np.testing.assert_allclose(
+        metadata["rms_error_share"], np.sqrt(np.mean(differences**2)) / np.ptp(values), rtol=1e-9
+    )
+    assert (metadata["compared"], metadata["lost"]) == (60, 0)
+    assert metadata["max_error"] > 0.1
 
 
 def test_information_says_what_was_done(tmp_path: Path) -> None:
     values = np.random.default_rng(7).random((3, 4, 5))
     path = written(tmp_path / "v.vtr", rectilinear(UNEVEN, values))
-    facts = information.facts(load(path, resolution=(6, 7, 5)))
-    page = information.text(facts)
+    metadata = information.metadata(load(path, resolution=(6, 7, 5)))
+    page = information.text(metadata)
     assert "from a rectilinear grid of 5 x 4 x 3 samples to a regular one of 6 x 7 x 5 (as --resolution says)" in page
-    assert f"max {facts['resampling']['max_error']:.4g} (" in page
+    assert f"max {metadata['resampling']['max_error']:.4g} (" in page
     assert "% of the range), rms" in page
-    even = information.facts(load(written(tmp_path / "even.vtr", rectilinear(EVEN, marked.marked()))))
+    even = information.metadata(load(written(tmp_path / "even.vtr", rectilinear(EVEN, marked.marked()))))
     assert even["resampling"] is None
     assert "resampled" not in information.text(even)
 
@@ -162,9 +168,9 @@ def test_the_finest_spacing_decides_within_bounds(tmp_path: Path, axis: list, co
 def test_samples_that_the_new_grid_meets_are_kept(tmp_path: Path) -> None:
     axes = [np.array([0.0, 1.0, 2.0, 4.0, 5.0, 7.0]), np.arange(3.0), np.array([0.0, 2.0, 3.0])]
     values = np.random.default_rng(2).random((3, 3, 6))
-    facts = load(written(tmp_path / "v.vtr", rectilinear(axes, values))).resampling
-    assert facts["dimensions"] == [8, 3, 4]
-    assert facts["max_error"] < 1e-15
+    metadata = load(written(tmp_path / "v.vtr", rectilinear(axes, values))).resampling
+    assert metadata["dimensions"] == [8, 3, 4]
+    assert metadata["max_error"] < 1e-15
 
 
 @pytest.mark.parametrize(("dtype", "made"), [("u1", "f4"), ("i2", "f4"), ("i4", "f8"), ("f4", "f4"), ("f8", "f8")])
@@ -183,8 +189,8 @@ def test_a_missing_sample_leaves_a_hole_of_its_size(tmp_path: Path) -> None:
     np.testing.assert_array_equal(np.isnan(volume.values[1, 1]), np.abs(x - 2) < 0.5 - 1e-6)
     assert np.isnan(volume.values).sum() == np.isnan(volume.values[1, 1]).sum()
     np.testing.assert_allclose(volume.values[np.isfinite(volume.values)], 4.0, rtol=1e-15)
-    facts = volume.resampling
-    assert (facts["compared"], facts["lost"], facts["filled"]) == (44, 0, 0)
+    metadata = volume.resampling
+    assert (metadata["compared"], metadata["lost"], metadata["filled"]) == (44, 0, 0)
 
 
 @pytest.mark.parametrize("name", ["another", "values"])

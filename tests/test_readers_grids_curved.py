@@ -147,13 +147,13 @@ def test_the_error_is_the_one_at_the_files_own_samples(tmp_path: Path) -> None:
     drawn = RegularGridInterpolator(grid, volume.values)(np.clip(index, 0, np.array(volume.values.shape) - 1))
     # Where all eight samples are there scipy has the field; beside NaN ours are weighted, and counted apart.
     whole = np.isfinite(drawn)
-    facts = volume.resampling
-    assert facts["max_error"] >= np.abs(drawn - values)[whole].max() > 0.1
-    assert whole.sum() < facts["compared"] < values.size
-    assert facts["compared"] + facts["lost"] == values.size
-    page = information.text(information.facts(volume))
+    metadata = volume.resampling
+    assert metadata["max_error"] >= np.abs(drawn - values)[whole].max() > 0.1
+    assert whole.sum() < metadata["compared"] < values.size
+    assert metadata["compared"] + metadata["lost"] == values.size
+    page = information.text(information.metadata(volume))
     assert "from a curvilinear grid of 9 x 12 x 7 samples to a regular one of 31 x 33 x 27" in page
-    assert f"{facts['outside']} of the new samples lie outside" in page
+    assert f"{metadata['outside']} of the new samples lie outside" in page
 
 
 def test_a_wanted_resolution_of_an_even_grid_is_given(tmp_path: Path) -> None:
@@ -194,7 +194,7 @@ def test_layers_without_thickness_are_counted_and_hold_nothing(tmp_path: Path) -
     points[4] = points[3]
     volume = load(written(tmp_path / "v.vts", structured(points, linear(points))))
     assert volume.resampling["flat_cells"] == 5 * 6
-    assert "30 cells of the source have no volume" in information.text(information.facts(volume))
+    assert "30 cells of the source have no volume" in information.text(information.metadata(volume))
     found = np.isfinite(volume.values)
     np.testing.assert_allclose(volume.values[found], linear(points_of(volume))[found], atol=1e-9)
 

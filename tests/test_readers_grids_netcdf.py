@@ -47,7 +47,7 @@ def test_levels_and_latitudes_that_decrease_stay_in_the_files_order(tmp_path: Pa
     np.testing.assert_array_equal(np.diag(volume.direction), [1, -1, -1])
     assert volume.unit == ""
     assert volume.space == "lon (degrees_east), lat (degrees_north), lev (hPa)"
-    assert "different units (degrees_east, degrees_north, hPa)" in information.text(information.facts(volume))
+    assert "different units (degrees_east, degrees_north, hPa)" in information.text(information.metadata(volume))
 
 
 @pytest.mark.parametrize("order", [(0, 1, 2), (2, 1, 0), (1, 2, 0)])
@@ -99,7 +99,7 @@ def test_the_first_variable_that_is_a_volume_is_read_and_named(tmp_path: Path) -
     marked.check(volume, position=POSITION)
     note = "variable first (the first one, K), the first of 3: first, second, model/third; --variable NAME chooses"
     assert volume.notes == (note,)
-    assert note in information.text(information.facts(volume))
+    assert note in information.text(information.metadata(volume))
 
 
 def test_a_variable_is_chosen_by_name(tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from hard_case_list import linear_matter, looking, ramp
+from hard_case_list import linear_medium, looking, ramp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from planted import slabs_per_blend
@@ -95,8 +95,8 @@ def test_a_linear_extinction_is_its_closed_form(renderer: Renderer, projection: 
         camera = Camera.orthographic(eye, target, (0, 0, 1), height=5)
     transfer_function = TransferFunction(np.array([0.0, 63.0]), np.full((2, 3), 0.5), np.array([0.0, 0.63]))
     origins, directions = camera.rays(SIZE)
-    way = np.where(np.abs(directions) < 1e-15, 1e-15, directions)
-    a, b = (volume.box_corner - origins) / way, (volume.box_corner + volume.dimensions - origins) / way
+    direction = np.where(np.abs(directions) < 1e-15, 1e-15, directions)
+    a, b = (volume.box_corner - origins) / direction, (volume.box_corner + volume.dimensions - origins) / direction
     enters, leaves = np.minimum(a, b).max(axis=2), np.maximum(a, b).min(axis=2)
     ends = [(origins + s[..., np.newaxis] * directions)[..., 2] for s in (enters, leaves)]
     assert min(end.min() for end in ends) > 0 and max(end.max() for end in ends) < 63
@@ -330,7 +330,7 @@ def test_a_volume_over_the_3d_texture_limit_is_drawn_right(
     camera = looking(volume, (1, 1e-3, -5e-4), height=5.0)
     if projection == "perspective":
         camera = Camera.perspective(camera.eye, camera.target, camera.up, fov=0.1)
-    scene = Scene(volume, linear_matter(volume), camera, classification=classification)
+    scene = Scene(volume, linear_medium(volume), camera, classification=classification)
     picture = renderer.render(scene, SIZE, **FLOAT32)
     truth = raycast(scene, SIZE)
     # Linear matter is integrated exactly: what its ends and interpolated opacities cost is 1e-9 here.

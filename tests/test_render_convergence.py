@@ -22,7 +22,7 @@ from texvol.util.errors import AccuracyWarning, ContextError
 SIZE = (160, 160)
 FLOAT32 = {"texture_format": "rgba32f", "target_format": "rgba32f"}
 projections = pytest.mark.parametrize("projection", ["orthographic", "perspective"])
-matter = pytest.mark.parametrize("transfer_function", [FOG, BONE], ids=["fog", "bone"])
+medium = pytest.mark.parametrize("transfer_function", [FOG, BONE], ids=["fog", "bone"])
 
 
 @pytest.fixture(scope="module")
@@ -31,7 +31,7 @@ def renderer() -> Iterator[Renderer]:
         yield opened
 
 
-@matter
+@medium
 @projections
 @pytest.mark.parametrize("texture_format", ["auto", "rgba32f"])
 def test_the_error_falls_with_its_order(
@@ -54,7 +54,7 @@ def test_the_error_falls_with_its_order(
     assert 0.85 < orders["slab"] < 2.2
 
 
-@matter
+@medium
 @projections
 @pytest.mark.parametrize("classification", ["slab", "extinction"])
 def test_the_error_at_rate_2_is_small(

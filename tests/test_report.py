@@ -47,12 +47,12 @@ FRAME = """<!DOCTYPE html><html><body style="margin: 0"><script>
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with a volume and a quick report on it, `out`."""
-    place = tmp_path_factory.mktemp("report")
-    np.save(place / "<wavy & sharp>.npy", smooth_volume(20).values)
-    (place / "tf.json").write_text(json.dumps(BONE.as_json()))
-    scene = ["--tf", str(place / "tf.json"), "--size", "96x80", "--background", "0.1,0.2,0.3"]
-    assert main(["report", str(place / "<wavy & sharp>.npy"), "-o", str(place / "out"), *scene, "--quick"]) == 0
-    return place
+    position = tmp_path_factory.mktemp("report")
+    np.save(position / "<wavy & sharp>.npy", smooth_volume(20).values)
+    (position / "tf.json").write_text(json.dumps(BONE.as_json()))
+    scene = ["--tf", str(position / "tf.json"), "--size", "96x80", "--background", "0.1,0.2,0.3"]
+    assert main(["report", str(position / "<wavy & sharp>.npy"), "-o", str(position / "out"), *scene, "--quick"]) == 0
+    return position
 
 
 @pytest.fixture(scope="module")

@@ -21,20 +21,20 @@ from texvol.comparison.pictures import Picture
 from texvol.comparison.scene_changes import in_words, scene_changes
 from texvol.comparison.three_way import each_by_its_own
 from texvol.formats.pictures.image import write
-from texvol.provenance.scene_metadata import ATTRIBUTE, scene_facts
+from texvol.provenance.scene_metadata import ATTRIBUTE, scene_metadata
 
 pytest_plugins = ("pytester", "picture_project")
 
 VOLUME = smooth_volume(10)
-MATTER = TransferFunction(np.array([0, 1.0]), np.array([[0, 0, 0], [1, 1, 1.0]]), np.array([0, 0.5]))
-DENSER = replace(MATTER, extinctions=np.array([0, 0.7]))
+MEDIUM = TransferFunction(np.array([0, 1.0]), np.array([[0, 0, 0], [1, 1, 1.0]]), np.array([0, 0.5]))
+DENSER = replace(MEDIUM, extinctions=np.array([0, 0.7]))
 CAMERA = Camera.framing(VOLUME)
-SCENE = Scene(VOLUME, MATTER, CAMERA, lighting=Lighting((Light("directional", (1, 0, 0)),)))
+SCENE = Scene(VOLUME, MEDIUM, CAMERA, lighting=Lighting((Light("directional", (1, 0, 0)),)))
 PIXELS = np.full((4, 5, 4), 0.5, np.float32)
 
 
-def picture(scene: Scene, pixels: np.ndarray = PIXELS, checksum: bool = True, **facts: Any) -> Picture:
-    header = json.loads(scene_facts("v.npy", scene, checksum=checksum)[ATTRIBUTE]) | facts
+def picture(scene: Scene, pixels: np.ndarray = PIXELS, checksum: bool = True, **metadata: Any) -> Picture:
+    header = json.loads(scene_metadata("v.npy", scene, checksum=checksum)[ATTRIBUTE]) | metadata
     return Picture.of_array(pixels, "picture", {ATTRIBUTE: json.dumps(header)})
 
 
@@ -164,13 +164,13 @@ def told(capsys: pytest.CaptureFixture[str], *line: str) -> tuple[int, dict[str,
 
 
 def test_diff_says_that_the_light_changed_and_does_not_judge(drawn: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    status, facts = told(capsys, "new.exr", "old.exr", "--detailed-exitcode")
+    status, metadata = told(capsys, "new.exr", "old.exr", "--detailed-exitcode")
     assert status == 1  # neither worse (4) nor better (5)
-    assert {each["part"] for each in facts["scene_changes"]} == {"lighting"}
-    assert facts["oracle"]["verdict"] == "other scene"
+    assert {each["part"] for each in metadata["scene_changes"]} == {"lighting"}
+    assert metadata["oracle"]["verdict"] == "other scene"
     # Each is nearly right, of its own scene: they are far apart all the same.
-    assert max(facts["oracle"][f"{role}_error"]["rms_error"] for role in ("candidate", "reference")) < 0.02
-    assert facts["measures"]["parts"]["all"]["rms_error"] > 0.03
+    assert max(metadata["oracle"][f"{role}_error"]["rms_error"] for role in ("candidate", "reference")) < 0.02
+    assert metadata["measures"]["parts"]["all"]["rms_error"] > 0.03
     main(["diff", "new.exr", "old.exr", "--html", "page.html"])
     for text in (capsys.readouterr().out, Path("page.html").read_text("utf-8")):
         assert "the scenes differ in lighting" in text and "(1, 0, 0) instead of (0, 0, 1)" in text
@@ -178,9 +178,9 @@ def test_diff_says_that_the_light_changed_and_does_not_judge(drawn: Path, capsys
 
 
 def test_another_sampling_rate_is_the_same_scene(drawn: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    status, facts = told(capsys, "fine.exr", "old.exr", "--detailed-exitcode")
-    assert status == 5 and facts["oracle"]["verdict"] == "better" and facts["scene_changes"] == []
-    assert any("not drawn alike: slab thickness" in note for note in facts["notes"])
+    status, metadata = told(capsys, "fine.exr", "old.exr", "--detailed-exitcode")
+    assert status == 5 and metadata["oracle"]["verdict"] == "better" and metadata["scene_changes"] == []
+    assert any("not drawn alike: slab thickness" in note for note in metadata["notes"])
 
 
 def test_that_values_may_have_changed_is_said_where_no_checksum_tells(
@@ -188,10 +188,10 @@ def test_that_values_may_have_changed_is_said_where_no_checksum_tells(
 ) -> None:
     for rate, name in (("1", "a.png"), ("8", "b.png")):
         assert main(["render", "v.npy", "-o", name, "--size", "24x20", "--sampling-rate", rate]) == 0
-    _, facts = told(capsys, "a.png", "b.png")
-    assert any("a.png and b.png: the header does not say which values" in note for note in facts["notes"])
-    _, facts = told(capsys, "fine.exr", "old.exr")
-    assert not any("which values" in note for note in facts["notes"])
+    _, metadata = told(capsys, "a.png", "b.png")
+    assert any("a.png and b.png: the header does not say which values" in note for note in metadata["notes"])
+    _, metadata = told(capsys, "fine.exr", "old.exr")
+    assert not any("which values" in note for note in metadata["notes"])
 
 
 @pytest.mark.parametrize("candidate", [True, False])
@@ -202,9 +202,12 @@ def test_a_picture_that_names_no_scene_is_not_judged(
 
     write("bare.exr", read("fine.exr"))
     pair = ("bare.exr", "old.exr") if candidate else ("old.exr", "bare.exr")
-    status, facts = told(capsys, *pair, "--detailed-exitcode")
-    assert status == 1 and facts["scene_changes"] is None
-    assert facts["oracle"]["verdict"] == "unknown" and "does not say which scene it shows" in facts["oracle"]["words"]
+    status, metadata = told(capsys, *pair, "--detailed-exitcode")
+    assert status == 1 and metadata["scene_changes"] is None
+    assert (
+        metadata["oracle"]["verdict"] == "unknown"
+        and "does not say which scene it shows" in metadata["oracle"]["words"]
+    )
 
 
 def test_a_volume_that_has_changed_is_held_against_what_is_left(
@@ -212,10 +215,10 @@ def test_a_volume_that_has_changed_is_held_against_what_is_left(
 ) -> None:
     np.save("v.npy", VOLUME.values**2)
     assert main(["render", "v.npy", "-o", "changed.exr", "--size", "24x20", "--light", "0,0,1"]) == 0
-    status, facts = told(capsys, "changed.exr", "old.exr")
-    assert status == 1 and "volume" in {each["part"] for each in facts["scene_changes"]}
-    assert facts["oracle"]["verdict"] == "other scene" and facts["oracle"]["reference_error"] is None
-    assert facts["oracle"]["candidate_error"] is not None and "it has changed since" in facts["oracle"]["words"]
+    status, metadata = told(capsys, "changed.exr", "old.exr")
+    assert status == 1 and "volume" in {each["part"] for each in metadata["scene_changes"]}
+    assert metadata["oracle"]["verdict"] == "other scene" and metadata["oracle"]["reference_error"] is None
+    assert metadata["oracle"]["candidate_error"] is not None and "it has changed since" in metadata["oracle"]["words"]
 
 
 def test_annotations_and_pages_name_the_part() -> None:

@@ -19,8 +19,8 @@ from texvol.comparison.pictures import read_picture
 from texvol.formats.pictures import image
 from texvol.formats.readers import ARGUMENTS, load
 from texvol.provenance.parts import SOURCE
-from texvol.provenance.scene_metadata import ATTRIBUTE, scene_facts
-from texvol.provenance.stored_scene import StoredScene, scene_from_facts, stored_scene_of
+from texvol.provenance.scene_metadata import ATTRIBUTE, scene_metadata
+from texvol.provenance.stored_scene import StoredScene, scene_from_metadata, stored_scene_of
 from texvol.rendering.renderer import Renderer
 from texvol.scene.added_volume import AddedVolume
 from texvol.scene.camera import Camera
@@ -113,8 +113,8 @@ def one_line(caught: pytest.ExceptionInfo[InputError], *parts: str) -> None:
 
 def changed(attribute: str, **changes: Any) -> str:
     """A header with other values under some keys; without those that become None."""
-    facts = json.loads(attribute) | changes
-    return json.dumps({key: value for key, value in facts.items() if value is not None})
+    metadata = json.loads(attribute) | changes
+    return json.dumps({key: value for key, value in metadata.items() if value is not None})
 
 
 def test_every_part_of_a_scene_is_shown_in_one_of_them() -> None:
@@ -137,8 +137,8 @@ def test_the_scene_in_a_header_gives_the_same_picture_bit_for_bit(
 ) -> None:
     scene = SCENES[name]
     picture = renderer.render(scene, SIZE, slab_thickness=0.37, texture_format="rgba16f")
-    facts = scene_facts(scene.volume.name, scene, settings=renderer.settings, checksum=True)
-    image.write(tmp_path / "picture.exr", picture, facts)
+    metadata = scene_metadata(scene.volume.name, scene, settings=renderer.settings, checksum=True)
+    image.write(tmp_path / "picture.exr", picture, metadata)
     found = stored(tmp_path / "picture.exr", volume=scene.volume, mask=scene.mask, added=scene.added)
     assert picture.any()
     assert found.settings == renderer.settings
@@ -274,10 +274,10 @@ def test_a_volume_may_be_given(drawn: Path) -> None:
 
 
 def test_a_volume_without_a_file_has_to_be_given() -> None:
-    text = scene_facts("noise", SCENES["slab"], checksum=True)[ATTRIBUTE]
+    text = scene_metadata("noise", SCENES["slab"], checksum=True)[ATTRIBUTE]
     with pytest.raises(InputError, match="p: .*without a file, 'noise': give the volume"):
-        scene_from_facts(text, name="p")
-    assert scene_from_facts(text, name="p", volume=VOLUME).scene.volume is VOLUME
+        scene_from_metadata(text, name="p")
+    assert scene_from_metadata(text, name="p", volume=VOLUME).scene.volume is VOLUME
 
 
 @pytest.mark.parametrize(
@@ -291,9 +291,9 @@ def test_a_volume_without_a_file_has_to_be_given() -> None:
     ],
 )
 def test_another_volume_than_the_one_drawn_is_refused(other: Volume, message: str) -> None:
-    text = scene_facts("noise", SCENES["slab"], checksum=True)[ATTRIBUTE]
+    text = scene_metadata("noise", SCENES["slab"], checksum=True)[ATTRIBUTE]
     with pytest.raises(InputError, match=f"^p: .*{message}"):
-        scene_from_facts(text, name="p", volume=other)
+        scene_from_metadata(text, name="p", volume=other)
 
 
 # Headers of texvol 0.3, which said less.
@@ -303,10 +303,10 @@ def test_a_header_of_texvol_0_3_still_serves(drawn: Path, renderer: Renderer) ->
     text = read_picture("noise.exr").attributes[ATTRIBUTE]
     new = ("format", "source", "origin", "direction", "type", "checksum", "settings")
     old = changed(text, **dict.fromkeys(new))
-    found = scene_from_facts(old, name="noise.exr")
+    found = scene_from_metadata(old, name="noise.exr")
     assert found.slab_thickness is None
     np.testing.assert_array_equal(renderer.render(found.scene, SIZE), read_picture("noise.exr").pixels)
-    wide = scene_from_facts(changed(old, spacing=[2, 1, 1]), name="noise.exr")  # what --spacing left in it
+    wide = scene_from_metadata(changed(old, spacing=[2, 1, 1]), name="noise.exr")  # what --spacing left in it
     np.testing.assert_array_equal(wide.scene.volume.spacing, (2, 1, 1))
 
 
@@ -377,7 +377,7 @@ def test_a_header_that_was_tampered_with_is_one_clear_line(what: str, drawn: Pat
     changes, message = WRONG[what]
     text = changed(read_picture("noise.exr").attributes[ATTRIBUTE], **changes)
     with pytest.raises(InputError) as caught:
-        scene_from_facts(text, name="noise.exr", folder=drawn)
+        scene_from_metadata(text, name="noise.exr", folder=drawn)
     one_line(caught, "noise.exr", message)
 
 
@@ -386,7 +386,7 @@ def test_a_header_that_was_tampered_with_is_one_clear_line(what: str, drawn: Pat
 )
 def test_a_header_that_is_none_is_one_clear_line(text: str) -> None:
     with pytest.raises(InputError) as caught:
-        scene_from_facts(text, name="noise.exr")
+        scene_from_metadata(text, name="noise.exr")
     one_line(caught, "noise.exr", "the scene in its header")
 
 

@@ -48,8 +48,8 @@ def test_every_step_is_drawn_with_one_camera_and_one_transfer_function(folder: P
                 scene = Scene(volume, transfer, camera, classification="post")
                 np.testing.assert_array_equal(image.read(f"step_{i:02d}.exr"), renderer.render(scene, (40, 30)))
     # Each says which step it is, so that it can be drawn again.
-    facts = json.loads(read_picture("step_02.exr").attributes["texvol:scene"])
-    assert facts["source"]["time"] == 2
+    metadata = json.loads(read_picture("step_02.exr").attributes["texvol:scene"])
+    assert metadata["source"]["time"] == 2
 
 
 def test_a_transfer_function_adapts_to_all_steps_and_not_to_the_first(folder: Path) -> None:

@@ -29,23 +29,23 @@ def renderer() -> Iterator[Renderer]:
         yield opened
 
 
-def thinner(matter: TransferFunction, share: float) -> TransferFunction:
+def thinner(medium: TransferFunction, fraction: float) -> TransferFunction:
     """A share of the matter."""
-    return replace(matter, extinctions=matter.extinctions * share)
+    return replace(medium, extinctions=medium.extinctions * fraction)
 
 
 def in_two(scene: Scene) -> Scene:
     """The same scene, its volume's matter as that of two volumes in one place."""
-    matter = scene.transfer_function
-    assert matter is not None
+    medium = scene.transfer_function
+    assert medium is not None
     return replace(
-        scene, transfer_function=thinner(matter, 0.25), added=(AddedVolume(scene.volume, thinner(matter, 0.75)),)
+        scene, transfer_function=thinner(medium, 0.25), added=(AddedVolume(scene.volume, thinner(medium, 0.75)),)
     )
 
 
-def seen(volume: Volume, matter: TransferFunction, projection: Any = "perspective", **more: Any) -> Scene:
+def seen(volume: Volume, medium: TransferFunction, projection: Any = "perspective", **more: Any) -> Scene:
     eye = volume.centre + volume.radius * np.array([1.6, -2.0, 1.1])
-    return Scene(volume, matter, Camera.framing(volume, projection, eye=eye), **more)
+    return Scene(volume, medium, Camera.framing(volume, projection, eye=eye), **more)
 
 
 @pytest.mark.parametrize("classification", CLASSIFICATIONS)
@@ -107,7 +107,7 @@ def _in_other_order(scene: Scene) -> Scene:
 
 
 LIT = Lighting((Light("head"), Light("directional", (1.0, -0.5, 1.0), (0.6, 0.5, 0.4))), specular=0.4)
-WAYS: dict[str, dict[str, Any]] = {
+RAYS: dict[str, dict[str, Any]] = {
     "plain": {},
     "caps": {"clip": (ClipPlane((1.0, -2.0, 0.5), -20.0),), "caps": True},
     "cue": {"depth_cue": DepthCue(0.8, (0.1, 0.2, 0.3))},
@@ -116,10 +116,10 @@ WAYS: dict[str, dict[str, Any]] = {
 }
 
 
-@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("direction", RAYS)
 @pytest.mark.parametrize("classification", ["extinction", "post"])
-def test_a_volume_in_two_is_the_volume(renderer: Renderer, way: str, classification: Any) -> None:
-    whole = seen(smooth_volume(24), BONE, classification=classification, **WAYS[way])
+def test_a_volume_in_two_is_the_volume(renderer: Renderer, direction: str, classification: Any) -> None:
+    whole = seen(smooth_volume(24), BONE, classification=classification, **RAYS[direction])
     exact: dict[str, Any] = {"texture_format": "rgba32f"}
     expected = renderer.render(whole, SIZE, **exact)
     assert expected[..., 3].max() > 0.9
@@ -177,10 +177,10 @@ def test_two_grids_are_the_sum_on_a_common_fine_one(renderer: Renderer) -> None:
 def _three_times_as_close(values: np.ndarray) -> np.ndarray:
     for axis in range(3):
         count = values.shape[axis]
-        places = np.clip((np.arange(3 * count) - 1) / 3, 0, count - 1)
-        low = np.minimum(places.astype(int), count - 2)
-        share = np.expand_dims(places - low, tuple(other for other in range(3) if other != axis))
-        values = values.take(low, axis) * (1 - share) + values.take(low + 1, axis) * share
+        positions = np.clip((np.arange(3 * count) - 1) / 3, 0, count - 1)
+        low = np.minimum(positions.astype(int), count - 2)
+        fraction = np.expand_dims(positions - low, tuple(other for other in range(3) if other != axis))
+        values = values.take(low, axis) * (1 - fraction) + values.take(low + 1, axis) * fraction
     return values
 
 
@@ -206,8 +206,10 @@ def test_leaps_change_nothing(renderer: Renderer, classification: Any) -> None:
         seen(sparse_volume(1), BONE, classification=classification),
         added=(AddedVolume(sparse_volume(2).moved(turned(25, shift=(9, 3, 4))), FOG),),
     )
-    leapt, all_of_it = (renderer.render(scene, SIZE, skip_empty=skip, early_termination=0.0) for skip in (True, False))
-    np.testing.assert_allclose(leapt, all_of_it, rtol=0, atol=ROUNDING)
+    skipped, all_of_it = (
+        renderer.render(scene, SIZE, skip_empty=skip, early_termination=0.0) for skip in (True, False)
+    )
+    np.testing.assert_allclose(skipped, all_of_it, rtol=0, atol=ROUNDING)
     renderer.render(scene, SIZE)
     stats = renderer.stats
     assert 0 < stats["samples"] < 0.9 * stats["samples_total"]

@@ -52,9 +52,11 @@ def test_lines_for_each_stand_as_often_as_the_switch_says(context: Context, fold
     program = load_program(
         context.gl, "plain", defines={"TIMES": 3, "LEVEL_0": 1, "LEVEL_1": 2, "LEVEL_2": 3}, folder=folder
     )
-    shares = {"share_0": 0.5, "share_1": 0.25, "share_2": 0.125}
-    set_uniforms(program, {"brightness": 0.0} | shares)
-    expected = sum(share * number + (number + 1) + share + 0.25 for number, share in enumerate(shares.values()))
+    fractions = {"share_0": 0.5, "share_1": 0.25, "share_2": 0.125}
+    set_uniforms(program, {"brightness": 0.0} | fractions)
+    expected = sum(
+        fraction * number + (number + 1) + fraction + 0.25 for number, fraction in enumerate(fractions.values())
+    )
     assert one_pixel(context, program) == expected
     [zero] = [load_program(context.gl, "plain", defines={"TIMES": 0}, folder=folder)]
     set_uniforms(zero, {"brightness": 0.75})
@@ -64,12 +66,12 @@ def test_lines_for_each_stand_as_often_as_the_switch_says(context: Context, fold
 def test_a_compile_error_in_lines_for_each_names_file_and_line(context: Context, folder: Path) -> None:
     defines = {"TIMES": 2, "LEVEL_0": 1, "LEVEL_1": 2}
     (folder / "own.glsl").write_text(OWN)
-    for text, place in (
+    for text, position in (
         (EACH.replace("share * @.0", "wrong"), "plain.frag:10: "),
         (EACH + "wrong;\n", "plain.frag:15: "),
     ):
         (folder / "plain.frag").write_text(text)
-        with pytest.raises(ShaderError, match=rf"(?m)^{re.escape(place)}"):
+        with pytest.raises(ShaderError, match=rf"(?m)^{re.escape(position)}"):
             load_program(context.gl, "plain", defines=defines, folder=folder)
     (folder / "plain.frag").write_text(EACH)
     (folder / "own.glsl").write_text(OWN + "\nwrong;\n")
@@ -82,12 +84,12 @@ def test_a_compile_error_in_lines_for_each_names_file_and_line(context: Context,
 # What each of several volumes may be.
 KINDS: list[dict[str, int]] = [
     {"CLASSIFICATION": 1},
-    {"CLASSIFICATION": 1, "LEAPS": 1},
+    {"CLASSIFICATION": 1, "SKIPS": 1},
     {"CLASSIFICATION": 2, "RAMPS": 3, "WEIGHTS": 1},
-    {"CLASSIFICATION": 2, "EMISSIVE": 2, "MISSING": 1, "LEAPS": 1},
+    {"CLASSIFICATION": 2, "EMISSIVE": 2, "MISSING": 1, "SKIPS": 1},
     {"CLASSIFICATION": 2, "GRADIENT": 2, "GRADED": 2, "CONTOURS": 1, "MODULATIONS": 1} | LIGHTS[-1],
     {"CLASSIFICATION": 3, "WEIGHTS": 1, "EMISSIVE": 1},
-    {"CLASSIFICATION": 3, "GRADIENT": 1, "LEAPS": 1} | LIGHTS[4],
+    {"CLASSIFICATION": 3, "GRADIENT": 1, "SKIPS": 1} | LIGHTS[4],
 ]
 
 
@@ -96,9 +98,9 @@ def test_all_kinds_of_volumes_compile_together(context: Context, first: int, sec
     volumes = KINDS[first], KINDS[second], KINDS[0]
     number = first + second
     defines = {"VOLUMES": 2 + number % 2, "PERSPECTIVE": number // 2 % 2, "CUE": number % 3 // 2, "CAPS": number % 2}
-    defines |= {"HALF_SPACES": 2 * (number % 2), "STRETCH": number % 3 // 2, "HALVES": 1, "SHALLOW": 0}
+    defines |= {"HALF_SPACES": 2 * (number % 2), "INTERVAL": number % 3 // 2, "HALVES": 1, "SHALLOW": 0}
     defines["COUNT"] = int(number == 1)
-    own = NO_LIGHT | NOTHING_SPECIAL | {"BRICKS": 0, "LEAPS": 0, "FACES": number % 2}
+    own = NO_LIGHT | NOTHING_SPECIAL | {"BRICKS": 0, "SKIPS": 0, "FACES": number % 2}
     for other in ("WHOLE_SLABS", "SHALLOW"):
         own.pop(other)
     for volume, kind in enumerate(volumes[: defines["VOLUMES"]]):

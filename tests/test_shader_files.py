@@ -88,7 +88,7 @@ def test_a_macro_that_the_file_defines_itself_is_no_switch(context: Context, fol
 
 
 @pytest.mark.parametrize(
-    ("file", "text", "place"),
+    ("file", "text", "position"),
     [
         ("plain.vert", VERTEX + "wrong;\n", "plain.vert:5: "),
         ("plain.frag", FRAGMENT + "wrong;\n", "plain.frag:10: "),
@@ -97,9 +97,11 @@ def test_a_macro_that_the_file_defines_itself_is_no_switch(context: Context, fol
         ("twice.glsl", TWICE + "wrong;\n", "twice.glsl:3: "),
     ],
 )
-def test_a_compile_error_names_file_and_line(context: Context, folder: Path, file: str, text: str, place: str) -> None:
+def test_a_compile_error_names_file_and_line(
+    context: Context, folder: Path, file: str, text: str, position: str
+) -> None:
     (folder / file).write_text(text)
-    with pytest.raises(ShaderError, match=rf"(?m)^{re.escape(place)}"):
+    with pytest.raises(ShaderError, match=rf"(?m)^{re.escape(position)}"):
         load_program(context.gl, "plain", defines={}, folder=folder)
 
 
@@ -169,30 +171,30 @@ def test_a_uniform_of_another_shape_is_named(context: Context, folder: Path) -> 
 
 EITHER = (0, 1)
 UNCUT = {"HALF_SPACES": 0}
-WHOLE = UNCUT | {"STRETCH": 0}
-MATTER = NO_LIGHT | NOTHING_SPECIAL | WHOLE | {"CAPS": 0, "AT_ONCE": 2}
+WHOLE = UNCUT | {"INTERVAL": 0}
+MEDIUM = NO_LIGHT | NOTHING_SPECIAL | WHOLE | {"CAPS": 0, "AT_ONCE": 2}
 # What each classification asks for beside the switches that any may have; whole slabs are those of parallel rays.
 CHOICES: dict[int, list[dict[str, int]]] = {
-    0: [{"WHOLE_SLABS": whole, "PERSPECTIVE": way} for whole, way in ((0, 0), (0, 1), (1, 0), (2, 1))],
-    1: [{"PERSPECTIVE": way, "SHALLOW": way} for way in EITHER],
+    0: [{"WHOLE_SLABS": whole, "PERSPECTIVE": direction} for whole, direction in ((0, 0), (0, 1), (1, 0), (2, 1))],
+    1: [{"PERSPECTIVE": direction, "SHALLOW": direction} for direction in EITHER],
     2: [
-        {"RAMPS": ramps, "EMISSIVE": emissive, "MISSING": missing, "PERSPECTIVE": way}
+        {"RAMPS": ramps, "EMISSIVE": emissive, "MISSING": missing, "PERSPECTIVE": direction}
         | {"AT_ONCE": 4 if ramps else 2, "SHALLOW": ramps % 2}
-        for ramps, emissive, missing, way in itertools.product((0, *NUMBERS_OF_RAMPS), EITHER, EITHER, EITHER)
+        for ramps, emissive, missing, direction in itertools.product((0, *NUMBERS_OF_RAMPS), EITHER, EITHER, EITHER)
     ],
     3: [
-        {"RAMPS": ramps, "EMISSIVE": emissive, "PERSPECTIVE": way}
-        for ramps, emissive, way in itertools.product((0, 2, 12), EITHER, EITHER)
+        {"RAMPS": ramps, "EMISSIVE": emissive, "PERSPECTIVE": direction}
+        for ramps, emissive, direction in itertools.product((0, 2, 12), EITHER, EITHER)
     ],
 }
 
 
 @pytest.mark.parametrize("classification", CHOICES)
-@pytest.mark.parametrize("bricks, leaps, count", list(itertools.product(EITHER, repeat=3)))
+@pytest.mark.parametrize("bricks, skips, count", list(itertools.product(EITHER, repeat=3)))
 def test_every_combination_of_switches_compiles(
-    context: Context, classification: int, bricks: int, leaps: int, count: int
+    context: Context, classification: int, bricks: int, skips: int, count: int
 ) -> None:
-    common = MATTER | {"CUE": 0, "BRICKS": bricks, "LEAPS": leaps, "COUNT": count}
+    common = MEDIUM | {"CUE": 0, "BRICKS": bricks, "SKIPS": skips, "COUNT": count}
     for choice in CHOICES[classification]:
         load_program(context.gl, "slab_stack", defines=common | {"CLASSIFICATION": classification} | choice)
 
@@ -218,30 +220,30 @@ GRADED: list[dict[str, int]] = [
 @pytest.mark.parametrize("classification", [2, 3])
 @pytest.mark.parametrize("lights", LIGHTS, ids=str)
 def test_every_light_on_matter_compiles(context: Context, classification: int, lights: dict[str, int]) -> None:
-    for way, bricks, cue in itertools.product(EITHER, repeat=3):
-        ways = {"PERSPECTIVE": way, "BRICKS": bricks, "CUE": cue, "LEAPS": 1, "COUNT": 0}
+    for direction, bricks, cue in itertools.product(EITHER, repeat=3):
+        directions = {"PERSPECTIVE": direction, "BRICKS": bricks, "CUE": cue, "SKIPS": 1, "COUNT": 0}
         switches = {"CLASSIFICATION": classification, "GRADIENT": 1 + bricks, "RAMPS": 2 * cue}
-        load_program(context.gl, "slab_stack", defines=MATTER | ways | switches | lights)
+        load_program(context.gl, "slab_stack", defines=MEDIUM | directions | switches | lights)
 
 
 @pytest.mark.parametrize("emissive, ramps", [(0, 2), (0, 0), (1, 0), (2, 2), (2, 0)])
 @pytest.mark.parametrize("graded", GRADED, ids=str)
 def test_all_graded_matter_compiles(context: Context, emissive: int, ramps: int, graded: dict[str, int]) -> None:
-    ways = {"PERSPECTIVE": 1, "BRICKS": 0, "CUE": 1, "LEAPS": 1, "COUNT": 0}
+    directions = {"PERSPECTIVE": 1, "BRICKS": 0, "CUE": 1, "SKIPS": 1, "COUNT": 0}
     switches = {"EMISSIVE": emissive, "GRADIENT": 1} | graded
     for lights in ({}, LIGHTS[-1]):
         classifications = [{"CLASSIFICATION": 2, "RAMPS": ramps}]
         if not graded.get("GRADED") and not graded.get("CONTOURS"):  # integrated is for what depends on the value alone
             classifications.append({"CLASSIFICATION": 3, "RAMPS": ramps})
         for each in classifications:
-            defines = MATTER | ways | switches | lights | each
+            defines = MEDIUM | directions | switches | lights | each
             load_program(context.gl, "slab_stack", defines=defines)
 
 
 # For what is at a place of a volume, whatever draws it.
 OF_SLABS = ("WHOLE_SLABS", "CAPS", "AT_ONCE", *WHOLE)
 OF_A_VOLUME: list[dict[str, int]] = [
-    {name: value for name, value in (MATTER | each).items() if name not in OF_SLABS}
+    {name: value for name, value in (MEDIUM | each).items() if name not in OF_SLABS}
     | {"CUE": 1, "PERSPECTIVE": 1, "BRICKS": 0}
     for each in (
         *({"CLASSIFICATION": classification} for classification in range(4)),
@@ -254,25 +256,33 @@ OF_A_VOLUME: list[dict[str, int]] = [
 
 
 @pytest.mark.parametrize("planes", [1, 9])
-@pytest.mark.parametrize("way, bricks", list(itertools.product(EITHER, repeat=2)))
-def test_every_cut_compiles(context: Context, planes: int, way: int, bricks: int) -> None:
-    cut = {"PERSPECTIVE": way, "BRICKS": bricks, "HALF_SPACES": planes, "CUE": 0, "LEAPS": 1, "COUNT": 0}
+@pytest.mark.parametrize("direction, bricks", list(itertools.product(EITHER, repeat=2)))
+def test_every_cut_compiles(context: Context, planes: int, direction: int, bricks: int) -> None:
+    cut = {"PERSPECTIVE": direction, "BRICKS": bricks, "HALF_SPACES": planes, "CUE": 0, "SKIPS": 1, "COUNT": 0}
     for caps, classification in itertools.product(EITHER, range(4)):
-        load("slab_stack", context, MATTER | cut | {"CAPS": caps, "CLASSIFICATION": classification})
-    load("slab_stack", context, MATTER | cut | {"CAPS": 1, "CLASSIFICATION": 3, "GRADIENT": 1} | LIGHTS[-1])
+        load("slab_stack", context, MEDIUM | cut | {"CAPS": caps, "CLASSIFICATION": classification})
+    load("slab_stack", context, MEDIUM | cut | {"CAPS": 1, "CLASSIFICATION": 3, "GRADIENT": 1} | LIGHTS[-1])
     for mode in (1, 2, 3):
-        matter = {"MODE": mode, "MISSING": 0, "GRADIENT": int(mode == 3), "DEPTH": 0, "LEAPS": 0, "WEIGHTS": 0}
-        load("projection", context, NO_LIGHT | WHOLE | cut | matter)
-    shadow = NOTHING_SPECIAL | {"POINT": way, "BRICKS": bricks, "HALF_SPACES": planes, "RAMPS": 2, "ELSEWHERE": way}
+        medium = {"MODE": mode, "MISSING": 0, "GRADIENT": int(mode == 3), "DEPTH": 0, "SKIPS": 0, "WEIGHTS": 0}
+        load("projection", context, NO_LIGHT | WHOLE | cut | medium)
+    shadow = NOTHING_SPECIAL | {
+        "POINT": direction,
+        "BRICKS": bricks,
+        "HALF_SPACES": planes,
+        "RAMPS": 2,
+        "ELSEWHERE": direction,
+    }
     shadow.pop("WHOLE_SLABS")
     load_program(context.gl, "shadow", defines=shadow, vertex="corner.vert")
 
 
 @pytest.mark.parametrize("classification", [0, 1])
 def test_a_depth_cue_on_classified_texels_compiles(context: Context, classification: int) -> None:
-    common = MATTER | {"BRICKS": 0, "LEAPS": 1, "COUNT": 0, "CUE": 1}
-    for way in EITHER:
-        load_program(context.gl, "slab_stack", defines=common | {"CLASSIFICATION": classification, "PERSPECTIVE": way})
+    common = MEDIUM | {"BRICKS": 0, "SKIPS": 1, "COUNT": 0, "CUE": 1}
+    for direction in EITHER:
+        load_program(
+            context.gl, "slab_stack", defines=common | {"CLASSIFICATION": classification, "PERSPECTIVE": direction}
+        )
 
 
 @pytest.mark.parametrize("point, bricks", list(itertools.product(EITHER, repeat=2)))
@@ -280,27 +290,34 @@ def test_every_shadow_compiles(context: Context, point: int, bricks: int) -> Non
     common = NOTHING_SPECIAL | UNCUT | {"POINT": point, "BRICKS": bricks, "ELSEWHERE": bricks}
     common.pop("WHOLE_SLABS")
     for ramps, emissive, missing in ((2, 0, 0), (0, 0, 1), (3, 2, 1)):
-        matter = {"RAMPS": ramps, "EMISSIVE": emissive, "MISSING": missing}
+        medium = {"RAMPS": ramps, "EMISSIVE": emissive, "MISSING": missing}
         for graded in GRADED:
             gradients = ({"GRADIENT": 1}, {"GRADIENT": 2}) if graded else ({},)
             for gradient in gradients:
-                load_program(context.gl, "shadow", defines=common | matter | graded | gradient, vertex="corner.vert")
+                load_program(context.gl, "shadow", defines=common | medium | graded | gradient, vertex="corner.vert")
 
 
 @pytest.mark.parametrize("mode", [1, 2, 3])
-@pytest.mark.parametrize("way, bricks, missing", list(itertools.product(EITHER, repeat=3)))
-def test_every_projection_compiles(context: Context, mode: int, way: int, bricks: int, missing: int) -> None:
-    common = NO_LIGHT | WHOLE | {"MODE": mode, "PERSPECTIVE": way, "BRICKS": bricks, "MISSING": missing, "GRADIENT": 0}
-    plain = common | {"DEPTH": 0, "CUE": 0, "LEAPS": 0, "COUNT": 0, "WEIGHTS": 0}
+@pytest.mark.parametrize("direction, bricks, missing", list(itertools.product(EITHER, repeat=3)))
+def test_every_projection_compiles(context: Context, mode: int, direction: int, bricks: int, missing: int) -> None:
+    common = (
+        NO_LIGHT | WHOLE | {"MODE": mode, "PERSPECTIVE": direction, "BRICKS": bricks, "MISSING": missing, "GRADIENT": 0}
+    )
+    plain = common | {"DEPTH": 0, "CUE": 0, "SKIPS": 0, "COUNT": 0, "WEIGHTS": 0}
     if mode != 3:
         load("projection", context, plain)
         if mode == 1 and missing:
             load("projection", context, plain | {"MISSING": 2})
         return
     for number, lights in enumerate(LIGHTS[1:]):
-        others = {"GRADIENT": 1 + way, "CUE": number % 2, "LEAPS": 1 - number % 3 // 2, "COUNT": int(number % 4 == 3)}
+        others = {
+            "GRADIENT": 1 + direction,
+            "CUE": number % 2,
+            "SKIPS": 1 - number % 3 // 2,
+            "COUNT": int(number % 4 == 3),
+        }
         load("projection", context, plain | others | lights)
-    load("projection", context, plain | {"GRADIENT": 1, "DEPTH": 1, "LEAPS": 1})
+    load("projection", context, plain | {"GRADIENT": 1, "DEPTH": 1, "SKIPS": 1})
 
 
 def load(name: str, context: Context, defines: dict[str, int]) -> None:
@@ -328,20 +345,24 @@ def test_an_include_compiles_with_nothing_of_its_includer(context: Context, tmp_
         ],
         "light.glsl": [{key: each[key] for key in each if key != "LIT"} for each in every_light],
         "ray.glsl": [
-            {"PERSPECTIVE": way, "BRICKS": bricks, "HALF_SPACES": planes, "STRETCH": stretch}
-            for way, bricks, planes, stretch in itertools.product(EITHER, EITHER, (0, 1, 7), EITHER)
+            {"PERSPECTIVE": direction, "BRICKS": bricks, "HALF_SPACES": planes, "INTERVAL": interval}
+            for direction, bricks, planes, interval in itertools.product(EITHER, EITHER, (0, 1, 7), EITHER)
         ],
-        "seen.glsl": [each | {"PERSPECTIVE": way, "CUE": way} for each in [NO_LIGHT, *every_light] for way in EITHER],
+        "seen.glsl": [
+            each | {"PERSPECTIVE": direction, "CUE": direction}
+            for each in [NO_LIGHT, *every_light]
+            for direction in EITHER
+        ],
         "volume_texture.glsl": [
             {"BRICKS": bricks, "GRADIENT": gradient, "WEIGHTS": weights, "MISSING": missing}
             for bricks, gradient, weights, missing in itertools.product(EITHER, repeat=4)
         ],
-        "depths.glsl": [{"HALF_SPACES": planes, "STRETCH": stretch} for planes in (0, 1, 7) for stretch in EITHER],
-        "obliquity.glsl": [{"PERSPECTIVE": way} for way in EITHER],
-        "way.glsl": [{"PERSPECTIVE": way, "HALF_SPACES": 0, "STRETCH": 0} for way in EITHER],
+        "depths.glsl": [{"HALF_SPACES": planes, "INTERVAL": interval} for planes in (0, 1, 7) for interval in EITHER],
+        "obliquity.glsl": [{"PERSPECTIVE": direction} for direction in EITHER],
+        "way.glsl": [{"PERSPECTIVE": direction, "HALF_SPACES": 0, "INTERVAL": 0} for direction in EITHER],
         "matter.glsl": OF_A_VOLUME,
         "box_walk.glsl": [
-            each | {"HALF_SPACES": planes, "STRETCH": planes, "LEAPS": planes, "FACES": planes}
+            each | {"HALF_SPACES": planes, "INTERVAL": planes, "SKIPS": planes, "FACES": planes}
             for each in OF_A_VOLUME
             for planes in EITHER
             if each["CLASSIFICATION"]

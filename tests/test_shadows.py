@@ -13,7 +13,7 @@ from several import turned
 
 from texvol import Camera, InputError, Renderer, Scene, TransferFunction, Volume, raycast
 from texvol.opengl.shadows import Shadows
-from texvol.ray_casting.shadows import arriving_at_nodes
+from texvol.ray_casting.shadows import light_transmittance_at_nodes
 from texvol.scene.lighting import Light, Lighting, shadow_distance, shadow_nodes, unit
 from texvol.scene.scene import CLASSIFICATIONS
 from texvol.scene.transfer.graded import Contour
@@ -36,52 +36,52 @@ def renderer() -> Iterator[Renderer]:
         yield each
 
 
-def scene_of(volume: Volume, matter: TransferFunction, *lights: Light, **more: object) -> Scene:
+def scene_of(volume: Volume, medium: TransferFunction, *lights: Light, **more: object) -> Scene:
     """A scene in which these lights cast shadows; one-sided, so that its error is of order 2."""
     lighting = Lighting(lights, two_sided=False, shadows=True)
-    return Scene(volume, matter, lighting=lighting, **({"classification": "post"} | more))  # type: ignore[arg-type]
+    return Scene(volume, medium, lighting=lighting, **({"classification": "post"} | more))  # type: ignore[arg-type]
 
 
-def cast(renderer: Renderer, scene: Scene, matter: TransferFunction, thickness: float) -> np.ndarray:
+def cast(renderer: Renderer, scene: Scene, medium: TransferFunction, thickness: float) -> np.ndarray:
     """What arrives at the nodes, (z, y, x, lights), as the device finds it."""
     with renderer._context:
-        arriving = renderer._device._shadows.prepare([(scene, matter)], thickness)
-    assert arriving is not None
-    return arriving[0]
+        light_transmittance = renderer._device._shadows.prepare([(scene, medium)], thickness)
+    assert light_transmittance is not None
+    return light_transmittance[0]
 
 
-def node_places(volume: Volume) -> np.ndarray:
+def node_positions(volume: Volume) -> np.ndarray:
     """World places of the nodes, shape (z, y, x, 3)."""
     x, y, z = ((np.arange(count) + 0.5) / count for count in shadow_nodes(volume))
-    shares = np.stack(np.meshgrid(z, y, x, indexing="ij")[::-1], axis=-1)
-    return volume.box_corner + shares @ volume.box_edges.T
+    fractions = np.stack(np.meshgrid(z, y, x, indexing="ij")[::-1], axis=-1)
+    return volume.box_corner + fractions @ volume.box_edges.T
 
 
-def way_to(light: Light, volume: Volume) -> np.ndarray:
+def ray_to(light: Light, volume: Volume) -> np.ndarray:
     """World units from each node to the light, or to the face of the box through which the way leads out of it."""
-    places = node_places(volume)
+    positions = node_positions(volume)
     if light.kind == "directional":
-        direction = np.broadcast_to(unit(light.vector), places.shape)  # type: ignore[arg-type]
-        farthest = np.full(places.shape[:3], np.inf)
+        direction = np.broadcast_to(unit(light.vector), positions.shape)  # type: ignore[arg-type]
+        farthest = np.full(positions.shape[:3], np.inf)
     else:
-        to_light = np.array(light.vector) - places
+        to_light = np.array(light.vector) - positions
         farthest = np.linalg.norm(to_light, axis=-1)
         direction = to_light / farthest[..., np.newaxis]
     to_box = np.linalg.inv(volume.box_edges)
-    shares, per_unit = (places - volume.box_corner) @ to_box.T, direction @ to_box.T
+    fractions, per_unit = (positions - volume.box_corner) @ to_box.T, direction @ to_box.T
     with np.errstate(divide="ignore"):
-        faces = np.where(per_unit > 0, (1 - shares) / per_unit, shares / -per_unit)
+        faces = np.where(per_unit > 0, (1 - fractions) / per_unit, fractions / -per_unit)
     return np.minimum(faces.min(axis=-1), farthest)
 
 
 @pytest.mark.parametrize("light", [SUN, OUTSIDE, INSIDE], ids=["directional", "point outside", "point inside"])
 def test_in_a_constant_medium_light_falls_off_exponentially(renderer: Renderer, light: Light) -> None:
     scene = scene_of(BOX, FOG, light)
-    expected = np.exp(-EXTINCTION * way_to(light, BOX))
-    arriving = cast(renderer, scene, FOG, 0.5)
+    expected = np.exp(-EXTINCTION * ray_to(light, BOX))
+    light_transmittance = cast(renderer, scene, FOG, 0.5)
     # A sum of up to 60 float32 parts: some 1e-6 of the depth.
-    assert np.abs(arriving[..., 0] - expected).max() <= 5e-6
-    assert np.abs(arriving_at_nodes(scene, FOG)[0] - expected).max() <= 1e-12
+    assert np.abs(light_transmittance[..., 0] - expected).max() <= 5e-6
+    assert np.abs(light_transmittance_at_nodes(scene, FOG)[0] - expected).max() <= 1e-12
 
 
 def test_each_light_has_a_component_of_its_own_whatever_their_order(renderer: Renderer) -> None:
@@ -97,10 +97,10 @@ def test_nothing_comes_through_opaque_matter(renderer: Renderer) -> None:
     values[3] = 1
     wall = TransferFunction([0.4, 0.5, 0.5], np.full((3, 3), 0.5), [0.0, 0.0, np.inf])
     scene = scene_of(Volume(values), wall, Light("directional", (0, 0, 1)))
-    arriving = cast(renderer, scene, wall, 0.25)
-    heights = node_places(scene.volume)[:, 0, 0, 2]
-    assert (arriving[heights < 2.4] == 0).all() and (arriving[heights > 3.6] == 1).all()
-    exact = arriving_at_nodes(scene, wall)[0]
+    light_transmittance = cast(renderer, scene, wall, 0.25)
+    heights = node_positions(scene.volume)[:, 0, 0, 2]
+    assert (light_transmittance[heights < 2.4] == 0).all() and (light_transmittance[heights > 3.6] == 1).all()
+    exact = light_transmittance_at_nodes(scene, wall)[0]
     assert (exact[heights < 2.4] == 0).all() and (exact[heights > 3.6] == 1).all()
 
 
@@ -108,10 +108,10 @@ def test_nothing_comes_through_opaque_matter(renderer: Renderer) -> None:
 @pytest.mark.parametrize("projection", ["orthographic", "perspective"])
 def test_pictures_in_shadow_go_to_the_oracles(renderer: Renderer, classification: str, projection: str) -> None:
     volume = Volume(random_volume(5, (14, 13, 12)).values, (1, 1.2, 0.9), direction=OBLIQUE)
-    matter = TransferFunction([0.3, 0.6, 1.0], [(0.9, 0.3, 0.2), (0.3, 0.8, 0.4), (1, 1, 1)], [0.0, 0.15, 0.6])
+    medium = TransferFunction([0.3, 0.6, 1.0], [(0.9, 0.3, 0.2), (0.3, 0.8, 0.4), (1, 1, 1)], [0.0, 0.15, 0.6])
     camera = Camera.framing(volume, projection)  # type: ignore[arg-type]
     near = Light("point", tuple(volume.centre + (5.0, -3.0, 9.0)), (0.3, 0.6, 1.0))
-    scene = scene_of(volume, matter, SUN, near, camera=camera, classification=classification)
+    scene = scene_of(volume, medium, SUN, near, camera=camera, classification=classification)
     truth = raycast(scene, SIZE)
     errors = [np.sqrt(np.square(renderer.render(scene, SIZE, sampling_rate=rate) - truth).mean()) for rate in (2, 4, 8)]
     # Order 2, or 1 for opacities that are interpolated; two slabs a voxel of such noise are some 1e-3 off.
@@ -133,8 +133,8 @@ def test_bricks_are_in_the_shadow_of_the_whole(renderer: Renderer, classificatio
 
 def test_matter_that_depends_on_the_gradient_casts_shadows(renderer: Renderer) -> None:
     contour = Contour(0.5, 2.0, (0.4, 0.3, 0.2), 0.5)
-    matter = TransferFunction([0.0], [(0, 0, 0)], [0.0], contours=(contour,))
-    scene = scene_of(random_volume(6, (14, 14, 14)), matter, SUN)
+    medium = TransferFunction([0.0], [(0, 0, 0)], [0.0], contours=(contour,))
+    scene = scene_of(random_volume(6, (14, 14, 14)), medium, SUN)
     truth = raycast(scene, SIZE)
     errors = [np.abs(renderer.render(scene, SIZE, sampling_rate=rate) - truth).mean() for rate in (2, 8)]
     # Kinks at the edges of the contour, and none of them at the samples' places: order 2 in the mean.
@@ -168,10 +168,10 @@ def test_a_wall_leaves_a_shadow_on_the_floor_behind_it(renderer: Renderer) -> No
     values = np.zeros((24, 24, 24), np.uint8)
     values[:4] = 255
     values[4:16, :, 11:13] = 255
-    matter = TransferFunction([100, 150], [(0.8, 0.8, 0.8)] * 2, [0.0, 20.0])
+    medium = TransferFunction([100, 150], [(0.8, 0.8, 0.8)] * 2, [0.0, 20.0])
     camera = Camera.orthographic((11.5, 11.5, 60), (11.5, 11.5, 11.5), (0, 1, 0), 24)
     lighting = Lighting((Light("directional", (1, 0, 1)),), ambient=0.0, diffuse=1.0, specular=0.0, shadows=True)
-    scene = Scene(Volume(values), matter, camera, classification="post", lighting=lighting)
+    scene = Scene(Volume(values), medium, camera, classification="post", lighting=lighting)
     red = renderer.render(scene, (24, 24), sampling_rate=2)[12, :, 0]
     dark, bright = red[4:9], red[16:21]
     lit = 0.8 * np.sqrt(0.5)  # Lambert's cosine
@@ -197,35 +197,41 @@ def test_shadows_fall_from_one_volume_on_another(renderer: Renderer, light: Ligh
     """What lies in both boxes between a node and the light adds up, whether the node is in them or not."""
     other = Volume(np.ones((5, 4, 3), np.uint8), (3.0, 1.0, 2.0)).moved(turned(33))
     other = other.moved(turned(0, shift=BOX.centre - other.centre + (1.0, 0.5, 2.0)))
-    matter = (FOG, replace(FOG, extinctions=np.array([3 * EXTINCTION])))
-    scenes = [(scene_of(volume, each, light), each) for volume, each in zip((BOX, other), matter, strict=True)]
+    medium = (FOG, replace(FOG, extinctions=np.array([3 * EXTINCTION])))
+    scenes = [(scene_of(volume, each, light), each) for volume, each in zip((BOX, other), medium, strict=True)]
     with renderer._context:
         found = renderer._device._shadows.prepare(scenes, 0.25)
     assert found is not None
-    for volume, arriving in zip((BOX, other), found, strict=True):
-        places = node_places(volume)
+    for volume, light_transmittance in zip((BOX, other), found, strict=True):
+        positions = node_positions(volume)
         depth = sum(
-            each.extinctions[0] * _way_inside(light, places, box)
-            for box, each in zip((BOX, other), matter, strict=True)
+            each.extinctions[0] * _ray_inside(light, positions, box)
+            for box, each in zip((BOX, other), medium, strict=True)
         )
         # Places are float32, of lights some 50 away: 3e-6, times an extinction of 0.3, and ten times that where a way
         # just grazes an edge of a box.
-        np.testing.assert_allclose(arriving[..., 0], np.exp(-depth), rtol=0, atol=2e-5)
-    alone = [np.exp(-EXTINCTION * way_to(light, BOX)), np.exp(-3 * EXTINCTION * way_to(light, other))]
-    assert max(np.abs(arriving[..., 0] - each).max() for arriving, each in zip(found, alone, strict=True)) > 0.02
+        np.testing.assert_allclose(light_transmittance[..., 0], np.exp(-depth), rtol=0, atol=2e-5)
+    alone = [np.exp(-EXTINCTION * ray_to(light, BOX)), np.exp(-3 * EXTINCTION * ray_to(light, other))]
+    assert (
+        max(
+            np.abs(light_transmittance[..., 0] - each).max()
+            for light_transmittance, each in zip(found, alone, strict=True)
+        )
+        > 0.02
+    )
 
 
-def _way_inside(light: Light, places: np.ndarray, volume: Volume) -> np.ndarray:
+def _ray_inside(light: Light, positions: np.ndarray, volume: Volume) -> np.ndarray:
     """World units in a box between places anywhere and the light."""
     assert light.vector is not None
     if light.kind == "directional":
-        direction, farthest = np.broadcast_to(unit(light.vector), places.shape), np.full(places.shape[:3], np.inf)
+        direction, farthest = np.broadcast_to(unit(light.vector), positions.shape), np.full(positions.shape[:3], np.inf)
     else:
-        farthest = np.linalg.norm(np.array(light.vector) - places, axis=-1)
-        direction = (np.array(light.vector) - places) / farthest[..., np.newaxis]
+        farthest = np.linalg.norm(np.array(light.vector) - positions, axis=-1)
+        direction = (np.array(light.vector) - positions) / farthest[..., np.newaxis]
     to_box = np.linalg.inv(volume.box_edges)
-    shares, per_unit = (places - volume.box_corner) @ to_box.T, direction @ to_box.T
-    a, b = -shares / per_unit, (1 - shares) / per_unit
+    fractions, per_unit = (positions - volume.box_corner) @ to_box.T, direction @ to_box.T
+    a, b = -fractions / per_unit, (1 - fractions) / per_unit
     near, far = np.maximum(np.minimum(a, b).max(axis=-1), 0), np.minimum(np.maximum(a, b).min(axis=-1), farthest)
     return np.maximum(far - near, 0)
 

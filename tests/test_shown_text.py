@@ -115,7 +115,7 @@ def test_names_and_notes_of_a_volume_are_shown(folder: Path, capsys: pytest.Capt
     out = capsys.readouterr().out
     assert out.startswith(SHOWN + r"\x0aspoofed")
     volume = Volume(np.zeros((2, 2, 2)), notes=(EVIL,), unit=EVIL, space=EVIL + "\n", name="v")
-    page_ = information.text(information.facts(volume))
+    page_ = information.text(information.metadata(volume))
     assert not OBEYED.search(page_) and SHOWN in page_
 
 

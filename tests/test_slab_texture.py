@@ -54,12 +54,12 @@ def test_tables_and_arithmetic_give_the_same_texels() -> None:
 @pytest.mark.parametrize("dtype", [np.uint8, np.int16, np.float32, np.float64])
 def test_texels_of_a_box_are_those_of_the_whole_there(dtype: type) -> None:
     values = np.random.default_rng(4).uniform(0, 100, (19, 18, 17)).astype(dtype)
-    matter = TransferFunction(100 * BONE.values, BONE.colors, BONE.extinctions)
+    medium = TransferFunction(100 * BONE.values, BONE.colors, BONE.extinctions)
     box = (slice(3, 9), slice(0, 18), slice(5, 6))
     for texture in (
-        bake(Volume(values), matter, "slab", 0.5, "rgba16f"),
-        bake(Volume(values), matter, "extinction", 0.5),
-        bake_values(Volume(values), matter, "post"),
+        bake(Volume(values), medium, "slab", 0.5, "rgba16f"),
+        bake(Volume(values), medium, "extinction", 0.5),
+        bake_values(Volume(values), medium, "post"),
     ):
         np.testing.assert_array_equal(texture.texels(box), texture.texels()[box])
         assert texture.texels(box).shape == (6, 18, 1, texture.components)

@@ -14,8 +14,8 @@ from scenes import BONE, FOG, random_volume
 
 from texvol.__main__ import main
 from texvol.comparison.pictures import read_picture
-from texvol.provenance.scene_metadata import ATTRIBUTE, checksum_of, scene_facts
-from texvol.provenance.stored_scene import StoredScene, scene_from_facts, stored_scene_of
+from texvol.provenance.scene_metadata import ATTRIBUTE, checksum_of, scene_metadata
+from texvol.provenance.stored_scene import StoredScene, scene_from_metadata, stored_scene_of
 from texvol.rendering.renderer import Renderer
 from texvol.scene.added_volume import AddedVolume
 from texvol.scene.mask import Mask
@@ -64,8 +64,8 @@ def test_all_volumes_and_masks_are_found_again_where_they_were(drawn: Path) -> N
     np.testing.assert_allclose(scene.volume.world_from_index, rows[:3, :3], atol=1e-15)
     np.testing.assert_array_equal(scene.volume.origin, rows[:3, 3])
     assert scene.mask is not None
-    shares = np.clip((random_volume(6).values.astype(np.float64) - 0.2) / (0.9 - 0.2), 0, 1)
-    np.testing.assert_array_equal(scene.mask.array, shares.astype(np.float32))
+    fractions = np.clip((random_volume(6).values.astype(np.float64) - 0.2) / (0.9 - 0.2), 0, 1)
+    np.testing.assert_array_equal(scene.mask.array, fractions.astype(np.float32))
     second, labels = scene.added
     np.testing.assert_array_equal(second.volume.spacing, (1, 2, 1.5))
     assert second.mask is not None and second.transfer_function is not None
@@ -117,10 +117,10 @@ def test_what_has_changed_is_refused_by_name(drawn: Path, name: str, values: Any
 
 def test_another_place_of_an_added_volume_is_refused(drawn: Path) -> None:
     text = read_picture("picture.exr").attributes[ATTRIBUTE]
-    facts = json.loads(text)
-    facts["added"][1]["source"].pop("transform")
+    metadata = json.loads(text)
+    metadata["added"][1]["source"].pop("transform")
     with pytest.raises(InputError, match="added volume 2 of the scene in its header is of a volume of origin 5, 0, 0"):
-        scene_from_facts(json.dumps(facts), name="p")
+        scene_from_metadata(json.dumps(metadata), name="p")
 
 
 IN_MEMORY = Scene(
@@ -132,21 +132,21 @@ IN_MEMORY = Scene(
 
 
 def test_what_has_no_file_has_to_be_given() -> None:
-    text = scene_facts("noise", IN_MEMORY, checksum=True)[ATTRIBUTE]
+    text = scene_metadata("noise", IN_MEMORY, checksum=True)[ATTRIBUTE]
     given: dict[str, Any] = {"volume": FIRST}
     with pytest.raises(InputError, match="p: the mask of the scene in its header is without a file, 'a mask': give"):
-        scene_from_facts(text, name="p", **given)
+        scene_from_metadata(text, name="p", **given)
     given["mask"] = IN_MEMORY.mask
     with pytest.raises(InputError, match="p: added volume 1 of .* without a file, 'noise 4': give the volume"):
-        scene_from_facts(text, name="p", **given)
+        scene_from_metadata(text, name="p", **given)
     with pytest.raises(InputError, match="p: the mask of added volume 1 of .* without a file, 'other': give"):
-        scene_from_facts(text, name="p", **given, added=[SECOND])
-    found = scene_from_facts(text, name="p", **given, added=IN_MEMORY.added).scene
+        scene_from_metadata(text, name="p", **given, added=[SECOND])
+    found = scene_from_metadata(text, name="p", **given, added=IN_MEMORY.added).scene
     assert found.mask is IN_MEMORY.mask and found.added[0].mask is IN_MEMORY.added[0].mask
     assert found.added[0].volume is SECOND
     wrong = {"mask": Mask(FIRST.values > 0.4)}
     with pytest.raises(InputError, match="other weights than those of mask"):
-        scene_from_facts(text, name="p", **given | wrong, added=IN_MEMORY.added)
+        scene_from_metadata(text, name="p", **given | wrong, added=IN_MEMORY.added)
 
 
 @pytest.mark.parametrize(
@@ -159,10 +159,10 @@ def test_what_has_no_file_has_to_be_given() -> None:
     ],
 )
 def test_what_samples_are_is_part_of_a_volume(drawn_as: dict[str, Any], given_as: dict[str, Any], words: str) -> None:
-    text = scene_facts("v", Scene(Volume(LABELS, **drawn_as)), checksum=True)[ATTRIBUTE]
+    text = scene_metadata("v", Scene(Volume(LABELS, **drawn_as)), checksum=True)[ATTRIBUTE]
     with pytest.raises(InputError, match=words):
-        scene_from_facts(text, name="p", volume=Volume(LABELS, **given_as))
-    assert scene_from_facts(text, name="p", volume=Volume(LABELS, **drawn_as))
+        scene_from_metadata(text, name="p", volume=Volume(LABELS, **given_as))
+    assert scene_from_metadata(text, name="p", volume=Volume(LABELS, **drawn_as))
 
 
 def test_a_volume_that_is_moved_twice_is_found_where_it_went(folder: Path) -> None:
@@ -173,7 +173,7 @@ def test_a_volume_that_is_moved_twice_is_found_where_it_went(folder: Path) -> No
     turn[:2, :2] = [[0, -1], [1, 0]]
     scene = Scene(load("first.npy").moved(shift).moved(turn))
     np.testing.assert_array_equal(scene.volume.origin, (-2, 1, 3))
-    found = scene_from_facts(scene_facts("first.npy", scene)[ATTRIBUTE], name="p").scene.volume
+    found = scene_from_metadata(scene_metadata("first.npy", scene)[ATTRIBUTE], name="p").scene.volume
     np.testing.assert_allclose(found.origin, (-2, 1, 3), atol=1e-12)
     np.testing.assert_allclose(found.world_from_index, turn[:3, :3], atol=1e-12)
 
@@ -207,8 +207,8 @@ WRONG = list(_wrong())
 
 @pytest.mark.parametrize(("keys", "value", "words"), [each[1:] for each in WRONG], ids=[each[0] for each in WRONG])
 def test_a_wrong_header_is_one_line(drawn: Path, keys: list[Any], value: Any, words: str) -> None:
-    facts = json.loads(read_picture("picture.exr").attributes[ATTRIBUTE])
-    at = facts
+    metadata = json.loads(read_picture("picture.exr").attributes[ATTRIBUTE])
+    at = metadata
     for key in keys[:-1]:
         at = at[key]
     if value is None:
@@ -216,7 +216,7 @@ def test_a_wrong_header_is_one_line(drawn: Path, keys: list[Any], value: Any, wo
     else:
         at[keys[-1]] = value
     with pytest.raises(InputError, match=words) as caught:
-        scene_from_facts(json.dumps(facts), name="p")
+        scene_from_metadata(json.dumps(metadata), name="p")
     assert str(caught.value).startswith("p: ") and "\n" not in str(caught.value) and len(str(caught.value)) < 500
 
 

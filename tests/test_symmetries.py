@@ -23,7 +23,7 @@ ULP = 2.0**-24
 EXAMPLES = settings(max_examples=20, deadline=None)
 SYMMETRIES = list(product(permutations(range(3)), product((1, -1), repeat=3)))  # axes, signs: 48
 
-MATTER = TransferFunction(
+MEDIUM = TransferFunction(
     np.array([0.1, 0.4, 0.7, 1]),
     np.array([(0.1, 0.5, 1), (0.9, 0.4, 0.1), (0.2, 0.9, 0.3), (1, 1, 1)]),
     np.array([0, 0.3, 0.1, 0.6]),
@@ -34,7 +34,7 @@ GAS = TransferFunction(
 
 seeds = st.integers(0, 2**32 - 1)
 kinds = st.sampled_from(CLASSIFICATIONS)
-matters = st.sampled_from([MATTER, GAS])
+media = st.sampled_from([MEDIUM, GAS])
 projections = st.sampled_from(["orthographic", "perspective"])
 Draw = Callable[[Scene], np.ndarray]
 
@@ -92,13 +92,13 @@ def camera_of(random: np.random.Generator, volume: Volume, projection: Projectio
 
 def moved(camera: Camera, matrix: np.ndarray, scale: float = 1.0) -> Camera:
     """The camera in a world that the matrix has turned or mirrored, and that is `scale` times as large."""
-    places = {name: tuple(scale * (matrix @ getattr(camera, name))) for name in ("eye", "target")}
-    return replace(camera, **places, up=tuple(matrix @ camera.up), height=scale * camera.height)
+    positions = {name: tuple(scale * (matrix @ getattr(camera, name))) for name in ("eye", "target")}
+    return replace(camera, **positions, up=tuple(matrix @ camera.up), height=scale * camera.height)
 
 
 @EXAMPLES
-@given(seeds, kinds, matters, projections, st.sampled_from(SYMMETRIES))
-def test_the_48_symmetries_of_the_cube(draw, seed, kind, matter, projection, symmetry) -> None:
+@given(seeds, kinds, media, projections, st.sampled_from(SYMMETRIES))
+def test_the_48_symmetries_of_the_cube(draw, seed, kind, medium, projection, symmetry) -> None:
     """Samples listed in another order along other axes, in a world turned or mirrored to match."""
     random = np.random.default_rng(seed)
     volume = volume_of(random)
@@ -111,8 +111,8 @@ def test_the_48_symmetries_of_the_cube(draw, seed, kind, matter, projection, sym
     spacing = volume.spacing[list(axes)]
     centre = matrix @ volume.centre
     turned = Volume(values, spacing, centre - spacing * (np.array(values.shape[::-1]) - 1) / 2)
-    plain = draw(Scene(volume, matter, camera, classification=kind))
-    picture = draw(Scene(turned, matter, moved(camera, matrix), classification=kind))
+    plain = draw(Scene(volume, medium, camera, classification=kind))
+    picture = draw(Scene(turned, medium, moved(camera, matrix), classification=kind))
     if np.linalg.det(matrix) < 0:
         picture = picture[:, ::-1]  # the camera stays right-handed
     np.testing.assert_allclose(picture, plain, rtol=0, atol=tolerance(draw))
@@ -128,36 +128,36 @@ def test_there_are_48_of_them() -> None:
 
 
 @EXAMPLES
-@given(seeds, kinds, matters)
-def test_opacity_is_the_same_from_the_two_ends_of_a_ray(draw, seed, kind, matter) -> None:
+@given(seeds, kinds, media)
+def test_opacity_is_the_same_from_the_two_ends_of_a_ray(draw, seed, kind, medium) -> None:
     random = np.random.default_rng(seed)
     volume = volume_of(random)
     camera = camera_of(random, volume, "orthographic")
     back = replace(camera, eye=tuple(2 * volume.centre - camera.eye))
-    one, other = (draw(Scene(volume, matter, c, classification=kind))[..., 3] for c in (camera, back))
+    one, other = (draw(Scene(volume, medium, c, classification=kind))[..., 3] for c in (camera, back))
     np.testing.assert_allclose(other[:, ::-1], one, rtol=0, atol=tolerance(draw))
 
 
 @EXAMPLES
-@given(seeds, kinds, matters, projections, st.floats(-9, 9))
-def test_the_size_of_the_world_does_not_matter(draw, seed, kind, matter, projection, exponent) -> None:
+@given(seeds, kinds, media, projections, st.floats(-9, 9))
+def test_the_size_of_the_world_does_not_matter(draw, seed, kind, medium, projection, exponent) -> None:
     """Volume × k with extinction / k (and emission / k) is the same picture, k from 1e-9 to 1e9."""
     random = np.random.default_rng(seed)
     k = 10**exponent
     volume = volume_of(random)
     camera = camera_of(random, volume, projection)
     scaled = Volume(volume.values, k * volume.spacing, k * volume.origin)
-    colors = matter.colors / k if matter.emissive else matter.colors
-    thinner = TransferFunction(matter.values, colors, matter.extinctions / k, matter.emissive)
-    plain = draw(Scene(volume, matter, camera, classification=kind))
+    colors = medium.colors / k if medium.emissive else medium.colors
+    thinner = TransferFunction(medium.values, colors, medium.extinctions / k, medium.emissive)
+    plain = draw(Scene(volume, medium, camera, classification=kind))
     picture = draw(Scene(scaled, thinner, moved(camera, np.eye(3), k), classification=kind))
     # What reaches OpenGL differs by roundings of float64, and so by one of float32 here and there.
     np.testing.assert_allclose(picture, plain, rtol=0, atol=4 * ULP if hasattr(draw, "rounds") else 3e-13)
 
 
 @EXAMPLES
-@given(seeds, kinds, matters, projections, st.integers(1, 3))
-def test_an_empty_border_adds_nothing(draw, seed, kind, matter, projection, width) -> None:
+@given(seeds, kinds, media, projections, st.integers(1, 3))
+def test_an_empty_border_adds_nothing(draw, seed, kind, medium, projection, width) -> None:
     """Samples of nothing around a volume whose outer samples are nothing; as many on each side: the slabs stay."""
     random = np.random.default_rng(seed)
     volume = volume_of(random)
@@ -166,17 +166,17 @@ def test_an_empty_border_adds_nothing(draw, seed, kind, matter, projection, widt
     plain, wide = (
         Volume(np.pad(values, w), volume.spacing, volume.origin - (1 + w) * volume.spacing) for w in (0, width)
     )
-    pictures = [draw(Scene(v, matter, camera, classification=kind)) for v in (plain, wide)]
+    pictures = [draw(Scene(v, medium, camera, classification=kind)) for v in (plain, wide)]
     # The eye may be in the border, and the box is up to 15 samples wide instead of 7: twice the coordinates' rounding.
     np.testing.assert_allclose(pictures[1], pictures[0], rtol=0, atol=2 * tolerance(draw))
 
 
 @EXAMPLES
-@given(seeds, kinds, matters, projections, st.tuples(*[st.floats(0, 1)] * 3))
-def test_the_background_enters_as_what_is_left(draw, seed, kind, matter, projection, background) -> None:
+@given(seeds, kinds, media, projections, st.tuples(*[st.floats(0, 1)] * 3))
+def test_the_background_enters_as_what_is_left(draw, seed, kind, medium, projection, background) -> None:
     random = np.random.default_rng(seed)
     volume = volume_of(random)
-    scene = Scene(volume, matter, camera_of(random, volume, projection), classification=kind)
+    scene = Scene(volume, medium, camera_of(random, volume, projection), classification=kind)
     plain, behind = draw(scene), draw(replace(scene, background=background))
     np.testing.assert_array_equal(behind[..., 3], plain[..., 3])
     expected = plain[..., :3] + (1 - plain[..., 3:]) * np.array(background)
@@ -187,16 +187,16 @@ def test_the_background_enters_as_what_is_left(draw, seed, kind, matter, project
 
 @EXAMPLES
 @given(seeds, kinds, st.booleans(), projections, st.floats(0, 1))
-def test_light_is_linear_in_the_colour(draw, seed, kind, emissive, projection, share) -> None:
+def test_light_is_linear_in_the_colour(draw, seed, kind, emissive, projection, fraction) -> None:
     random = np.random.default_rng(seed)
     volume = volume_of(random)
     camera = camera_of(random, volume, projection)
     one, other = random.random((2, 4, 3)) * (0.3 if emissive else 1.0)
     lights = []
-    for colors in (one, other, share * one + (1 - share) * other):
-        matter = TransferFunction(MATTER.values, colors, MATTER.extinctions, emissive)
-        lights.append(draw(Scene(volume, matter, camera, classification=kind)))
-    mixed = share * lights[0] + (1 - share) * lights[1]
+    for colors in (one, other, fraction * one + (1 - fraction) * other):
+        medium = TransferFunction(MEDIUM.values, colors, MEDIUM.extinctions, emissive)
+        lights.append(draw(Scene(volume, medium, camera, classification=kind)))
+    mixed = fraction * lights[0] + (1 - fraction) * lights[1]
     # The same fetches, so only what follows rounds: 30 products and sums, as good as random, and the worst pixel has
     # five times their rms; colours and the blend add four roundings.
     brightest = max(light.max() for light in lights)
@@ -206,8 +206,8 @@ def test_light_is_linear_in_the_colour(draw, seed, kind, emissive, projection, s
 
 
 @EXAMPLES
-@given(seeds, kinds, matters, projections)
-def test_a_whole_is_its_halves_composited(draw, seed, kind, matter, projection) -> None:
+@given(seeds, kinds, media, projections)
+def test_a_whole_is_its_halves_composited(draw, seed, kind, medium, projection) -> None:
     """Cut where two layers are the same, so that each half is clamped to what was there; the slabs' phase is kept."""
     random = np.random.default_rng(seed)
     front, back = random.integers(1, 4, 2)
@@ -222,5 +222,5 @@ def test_a_whole_is_its_halves_composited(draw, seed, kind, matter, projection) 
         camera = Camera.orthographic(eye, target, (0, 1, 0), height=7)
     halves = Volume(values[:front]), Volume(values[front:], origin=(0, 0, front))
     # Middles of volumes of whole samples are half samples apart at least, which is a slab.
-    together, first, second = (draw(Scene(v, matter, camera, classification=kind)) for v in (whole, *halves))
+    together, first, second = (draw(Scene(v, medium, camera, classification=kind)) for v in (whole, *halves))
     np.testing.assert_allclose(first + (1 - first[..., 3:]) * second, together, rtol=0, atol=tolerance(draw))

@@ -18,7 +18,7 @@ from texvol.comparison import limits
 from texvol.geometry import load_mesh
 from texvol.options import transform as transform_options
 from texvol.options.scene_options import SceneOptions
-from texvol.provenance.stored_scene import scene_from_facts
+from texvol.provenance.stored_scene import scene_from_metadata
 from texvol.pytest_plugin.tables import Tables
 from texvol.scene.transfer import TransferFunction
 from texvol.util import text_files
@@ -116,7 +116,7 @@ def test_json_that_cannot_be_used_is_refused(tmp_path: Path, kind: str, what: st
 @pytest.mark.parametrize("what", BAD_JSON)
 def test_headers_that_cannot_be_used_are_refused(what: str) -> None:
     with pytest.raises(InputError, match="^a.exr: the scene in its header"):
-        scene_from_facts(BAD_JSON[what], name="a.exr")
+        scene_from_metadata(BAD_JSON[what], name="a.exr")
 
 
 @pytest.mark.parametrize("number", ["NaN", "Infinity", "-Infinity", "1" + "0" * 400, "1e999"])
@@ -206,9 +206,9 @@ def test_there_are_only_so_many_parts_that_are_mixed(tmp_path: Path, key: str) -
 
 def test_a_recent_list_of_nonsense_is_passed_over(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
-    recent.place().parent.mkdir()
+    recent.position().parent.mkdir()
     for text in BAD_JSON.values():
-        recent.place().write_text(text)
+        recent.position().write_text(text)
         assert recent.files() == []
 
 

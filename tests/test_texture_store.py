@@ -28,10 +28,10 @@ BYTES = {"rgba8": 4, "rgba16f": 8, "rgba32f": 16, "r16": 2, "r16f": 2, "r32f": 4
 TYPES = TEXEL_TYPES | {"r16": np.uint16, "r16f": np.float16, "r32f": np.float32}
 
 
-def baked_of(volume: Volume, texel_format: str = "rgba32f", matter: TransferFunction = BONE) -> BakedTexture:
+def baked_of(volume: Volume, texel_format: str = "rgba32f", medium: TransferFunction = BONE) -> BakedTexture:
     classification = "post" if texel_format.startswith("r1") or texel_format == "r32f" else "extinction"
-    scene = Scene(volume, matter, classification=classification)  # type: ignore[arg-type]
-    return bake(scene, matter, Camera.framing(volume), 1.0, texel_format)
+    scene = Scene(volume, medium, classification=classification)  # type: ignore[arg-type]
+    return bake(scene, medium, Camera.framing(volume), 1.0, texel_format)
 
 
 @pytest.fixture(scope="module")
@@ -101,7 +101,7 @@ def test_what_is_there_is_not_uploaded_again(store: TextureStore) -> None:
         first = store.resources(store.bricks[0])
         assert store.uploads == 1, again
     # Other texels go where the old ones were.
-    thinner = baked_of(volume, matter=FOG)
+    thinner = baked_of(volume, medium=FOG)
     store.prepare(thinner, volume, (volume, FOG, 1.0), MARGIN)
     assert store.resources(store.bricks[0])["texels"] is first["texels"]
     assert store.uploads == 2
@@ -132,10 +132,10 @@ def test_the_transfer_function_of_values_is_a_table_and_no_texel(store: TextureS
     volume = smooth_volume(16)
     opaque = TransferFunction(np.array([0.0, 1]), np.ones((2, 3)), np.array([0, np.inf]))
     found = []
-    for matter in (opaque, replace(opaque, colors=np.zeros((2, 3))), BONE, opaque):
-        store.prepare(baked_of(volume, "r32f", matter), volume, (volume,), MARGIN)
+    for medium in (opaque, replace(opaque, colors=np.zeros((2, 3))), BONE, opaque):
+        store.prepare(baked_of(volume, "r32f", medium), volume, (volume,), MARGIN)
         resources = store.resources(store.bricks[0])
-        assert set(resources) == ({"texels"} if matter is BONE else {"texels", "segments", "segment_grid"})
+        assert set(resources) == ({"texels"} if medium is BONE else {"texels", "segments", "segment_grid"})
         found.append(resources["texels"])
     assert store.uploads == 1
     assert all(texture is found[0] for texture in found)

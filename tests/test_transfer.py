@@ -84,11 +84,11 @@ def test_values_may_be_percentiles_or_shares_of_the_range() -> None:
     volume = Volume(np.arange(1000, dtype=np.uint16).reshape(10, 10, 10))
     percentile = transfer.loads(json.dumps(RAMP | {"values": "percentile"}), volume=volume)
     np.testing.assert_allclose(percentile.values, [0, 99.9], atol=0.5)
-    shares = transfer.loads(
+    fractions = transfer.loads(
         json.dumps({"values": "range", "points": [p | {"value": p["value"] / 10} for p in RAMP["points"]]}),  # type: ignore[index,operator]
         volume=volume,
     )
-    np.testing.assert_allclose(shares.values, [0, 999])
+    np.testing.assert_allclose(fractions.values, [0, 999])
 
 
 def test_extinction_may_be_per_box() -> None:
@@ -168,9 +168,9 @@ def _blob(low: float, high: float, dtype: type) -> Volume:
 def test_every_preset_shows_the_matter_and_not_the_air(name: str, volume: Volume) -> None:
     magnitudes = np.linalg.norm(np.gradient(volume.values.astype(np.float64)), axis=0)
     extinction = transfer.preset(name, volume).classify(volume.values, magnitudes).extinction * 32  # per box
-    air, matter = extinction[0, 0, 0], extinction.max()
-    assert matter > 3
-    assert air < 0.2 * matter
+    air, medium = extinction[0, 0, 0], extinction.max()
+    assert medium > 3
+    assert air < 0.2 * medium
 
 
 @pytest.mark.parametrize("dtype", [np.uint8, np.float32, np.int16])

@@ -19,7 +19,7 @@ RANDOM = np.random.default_rng
 def mixed(parts: list[tuple[float, float, float]], samples: int = 64**3) -> Volume:
     """Normally distributed values: mean, standard deviation and share of each part."""
     random = RANDOM(0)
-    counts = [int(share * samples) for _, _, share in parts]
+    counts = [int(fraction * samples) for _, _, fraction in parts]
     counts[0] += samples - sum(counts)
     values = [random.normal(mean, width, count) for (mean, width, _), count in zip(parts, counts, strict=True)]
     return Volume(random.permutation(np.concatenate(values)).astype(np.float32).reshape(64, 64, 64))

@@ -24,7 +24,7 @@ def loads(content: dict[str, Any], volume: Volume | None = None, materials: Any 
     return transfer.loads(json.dumps(content), "materials.json", volume, materials)
 
 
-def share(material: dict[str, Any], value: float) -> float:
+def fraction(material: dict[str, Any], value: float) -> float:
     """The percentage of Drebin, Carpenter, Hanrahan 1988, a case at a time."""
     for key, rising in (("from", True), ("to", False)):
         if key not in material:
@@ -72,9 +72,11 @@ def test_a_value_shows_its_shares_of_all_materials(seed: int) -> None:
     values = np.append(np.random.default_rng(seed).uniform(-20, 220, 500), np.arange(-5, 205))
     emission, extinction = function.classify(values)
     for value, q, tau in zip(values, emission, extinction, strict=True):
-        shares = [share(each, value) for each in materials]
-        assert tau == pytest.approx(sum(s * m["extinction"] for s, m in zip(shares, materials, strict=True)), abs=1e-12)
-        glow = sum(s * m["extinction"] * np.array(m["color"]) for s, m in zip(shares, materials, strict=True))
+        fractions = [fraction(each, value) for each in materials]
+        assert tau == pytest.approx(
+            sum(s * m["extinction"] for s, m in zip(fractions, materials, strict=True)), abs=1e-12
+        )
+        glow = sum(s * m["extinction"] * np.array(m["color"]) for s, m in zip(fractions, materials, strict=True))
         np.testing.assert_allclose(q, glow, atol=1e-12)
 
 
@@ -96,7 +98,7 @@ def test_a_material_with_a_gradient_is_graded() -> None:
     values = np.array([0, 45, 60, 80, 1e30])
     for magnitude, weight in ((0, 0), (2, 0), (4, 0.5), (6, 1), (9, 1)):
         emission, extinction = function.classify(values, np.full(5, float(magnitude)))
-        bone = np.array([share(BONE, value) for value in values]) * 4 * weight
+        bone = np.array([fraction(BONE, value) for value in values]) * 4 * weight
         np.testing.assert_allclose(extinction, fat.classify(values).extinction + bone, atol=1e-12)
         np.testing.assert_allclose(emission, fat.classify(values).emission + np.outer(bone, RIGHT), atol=1e-12)
 

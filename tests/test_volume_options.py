@@ -51,13 +51,13 @@ def same(one: Scene, other: Scene) -> None:
     assert len(one.added) == len(other.added)
     parts = [(each, each.volume, each.transfer_function, each.mask) for each in (one, *one.added)]
     others = [(each, each.volume, each.transfer_function, each.mask) for each in (other, *other.added)]
-    for (_, volume, matter, mask), (_, wanted, wanted_matter, wanted_mask) in zip(parts, others, strict=True):
+    for (_, volume, medium, mask), (_, wanted, wanted_medium, wanted_mask) in zip(parts, others, strict=True):
         np.testing.assert_array_equal(volume.values, wanted.values)
         np.testing.assert_array_equal(volume.world_from_index, wanted.world_from_index)
         np.testing.assert_array_equal(volume.origin, wanted.origin)
         assert (volume.labels, volume.name) == (wanted.labels, wanted.name)
-        assert (matter is None) == (wanted_matter is None)
-        assert matter is None or matter.as_json() == wanted_matter.as_json()  # type: ignore[union-attr]
+        assert (medium is None) == (wanted_medium is None)
+        assert medium is None or medium.as_json() == wanted_medium.as_json()  # type: ignore[union-attr]
         assert (mask is None) == (wanted_mask is None)
         assert mask is None or np.array_equal(mask.array, wanted_mask.array)  # type: ignore[union-attr]
 
@@ -154,8 +154,8 @@ def test_the_line_wins() -> None:
 def test_a_look_of_the_line_takes_the_place_of_another_kind() -> None:
     by_label = 'label-look = "1=0.5"'
     assert scene("--tf", "fog", file=by_label).transfer_function.name == "fog"  # type: ignore[union-attr]
-    by_matter = 'tf = "table-5-1"\nmaterials = "bone"'
-    look = scene("--labels", "--label-look", "1=0.5", file=by_matter, volume="labels.npy").transfer_function
+    by_medium = 'tf = "table-5-1"\nmaterials = "bone"'
+    look = scene("--labels", "--label-look", "1=0.5", file=by_medium, volume="labels.npy").transfer_function
     wanted = transfer.labels.label_function(Volume(MASK, labels=True), {1: 0.5})
     assert look is not None and look.as_json()["points"] == wanted.as_json()["points"]
 
@@ -326,9 +326,9 @@ def test_load_is_not_asked_for_more_than_it_knows() -> None:
     """Each option of a further volume that is not its look or its place is an argument of `load`."""
     import inspect
 
-    from texvol.options.volumes import LOOK, OF_ADDED, PLACE
+    from texvol.options.volumes import LOOK, OF_ADDED, POSITION
 
-    own = {option.name for option in (*LOOK, *PLACE)} - {"spacing"}
+    own = {option.name for option in (*LOOK, *POSITION)} - {"spacing"}
     assert {each.option.name for each in OF_ADDED} - own == set(inspect.signature(load).parameters) - {"path"}
 
 

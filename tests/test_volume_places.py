@@ -66,7 +66,7 @@ def test_a_world_may_have_its_axes_in_another_order() -> None:
     assert spaces.turned(volume, "scanner-xyz") is volume
 
 
-PLACES = [  # origin of the mask in voxels from the volume's, and by how many voxels it lies elsewhere
+POSITIONS = [  # origin of the mask in voxels from the volume's, and by how many voxels it lies elsewhere
     ((0, 0, 0), None),
     ((0.4, -0.4, 0.4), None),
     ((0, 0, 0.6), "0.6"),
@@ -74,7 +74,7 @@ PLACES = [  # origin of the mask in voxels from the volume's, and by how many vo
 ]
 
 
-@pytest.mark.parametrize(("offset", "voxels"), PLACES)
+@pytest.mark.parametrize(("offset", "voxels"), POSITIONS)
 @pytest.mark.parametrize("space", ["right-anterior-superior", "left-posterior-superior"])
 @pytest.mark.parametrize("moved", [[], ["--transform", "0,2,0,9,2,0,0,8,0,0,2,7"]])
 def test_a_mask_that_lies_elsewhere_is_warned_of(

@@ -281,7 +281,7 @@ def test_recent_files_keep_every_volume_and_how_it_was_read(folder: Path) -> Non
     recent.add("ball.npy", recent.how(again.scene))
     assert len(recent.files()) == 1, "it is the same again"
     for text in ('[{"path": "ball.npy", "add": [{"no": 1}]}]', '[{"path": "ball.npy", "add": 3}]'):
-        recent.place().write_text(text)
+        recent.position().write_text(text)
         assert recent.files() == []
 
 

@@ -13,7 +13,7 @@ from texvol.scene.transfer import TransferFunction
 from texvol.scene.volume import Volume
 from texvol.window import navigation
 from texvol.window.document import Document, opened_file
-from texvol.window.handles import place_of
+from texvol.window.handles import position_of
 
 WIDE, NARROW = (400, 200), (150, 400)
 FOG = TransferFunction([0.0, 1.0], np.ones((2, 3)), [0.0, 0.1])
@@ -28,7 +28,7 @@ def document(tmp_path: Path) -> Document:
 
 def margin(camera: Camera, box: Volume, size: tuple[int, int]) -> float:
     """How far the box stays away from the nearest edge of the picture, in shares of its half height or width."""
-    corners = np.array([place_of(camera, corner) for corner in box.corners_from_centre + box.centre])
+    corners = np.array([position_of(camera, corner) for corner in box.corners_from_centre + box.centre])
     aspect = size[0] / size[1]
     return 1 - max(np.abs(corners[:, 0]).max() / aspect, np.abs(corners[:, 1]).max())
 

@@ -26,7 +26,7 @@ PREMULTIPLIED = TransferFunction([0.0, 10.0, 20.0], COLORS * DENSE[:, None], DEN
 EMISSIVE = TransferFunction([0.0, 10.0, 20.0], 3 * COLORS, DENSE, emissive=True)
 OPAQUE = TransferFunction([0.0, 10.0, 20.0], COLORS, [0.0, 0.5, np.inf])
 VALUES = np.linspace(-5, 25, 61)
-kinds = pytest.mark.parametrize("matter", [STRAIGHT, PREMULTIPLIED, EMISSIVE, OPAQUE])
+kinds = pytest.mark.parametrize("medium", [STRAIGHT, PREMULTIPLIED, EMISSIVE, OPAQUE])
 
 
 def same(one: TransferFunction, other: TransferFunction) -> bool:
@@ -37,19 +37,19 @@ def same(one: TransferFunction, other: TransferFunction) -> bool:
 
 
 @kinds
-def test_points_that_are_not_edited_stay_what_they_are(matter: TransferFunction) -> None:
-    assert same(Curve.of(matter).applied(matter), matter)
+def test_points_that_are_not_edited_stay_what_they_are(medium: TransferFunction) -> None:
+    assert same(Curve.of(medium).applied(medium), medium)
 
 
 @kinds
 @given(value=st.floats(-5, 25))
-def test_a_point_on_the_curve_changes_the_straight_curve_nowhere(matter: TransferFunction, value: float) -> None:
-    curve, index = Curve.of(matter).added(value)
+def test_a_point_on_the_curve_changes_the_straight_curve_nowhere(medium: TransferFunction, value: float) -> None:
+    curve, index = Curve.of(medium).added(value)
     assert curve.points[index].value == value
-    if matter is not PREMULTIPLIED and matter is not OPAQUE:
-        assert same(curve.applied(matter), matter)
-    elif matter is PREMULTIPLIED:
-        assert np.allclose(curve.applied(matter).classify(VALUES).extinction, matter.classify(VALUES).extinction)
+    if medium is not PREMULTIPLIED and medium is not OPAQUE:
+        assert same(curve.applied(medium), medium)
+    elif medium is PREMULTIPLIED:
+        assert np.allclose(curve.applied(medium).classify(VALUES).extinction, medium.classify(VALUES).extinction)
 
 
 @given(st.floats(-100, 100), st.floats(0, 10), st.integers(0, 2))
@@ -57,23 +57,23 @@ def test_a_point_goes_no_farther_than_its_neighbours(value: float, extinction: f
     moved = Curve.of(STRAIGHT).moved(index, value, extinction).applied(STRAIGHT)
     assert (np.diff(moved.values) >= 0).all()
     assert moved.extinctions[index] == extinction
-    kept = [place for place in range(3) if place != index]
+    kept = [position for position in range(3) if position != index]
     assert (moved.values[kept] == STRAIGHT.values[kept]).all()
 
 
 @kinds
-def test_another_colour_leaves_the_extinction(matter: TransferFunction) -> None:
-    changed = Curve.of(matter).colored(1, (0.3, 0.6, 0.9)).applied(matter)
-    assert (changed.extinctions == matter.extinctions).all()
+def test_another_colour_leaves_the_extinction(medium: TransferFunction) -> None:
+    changed = Curve.of(medium).colored(1, (0.3, 0.6, 0.9)).applied(medium)
+    assert (changed.extinctions == medium.extinctions).all()
     shown = changed.classify([10.0])
-    wanted = np.array([0.3, 0.6, 0.9]) * (1 if matter.emissive else 0.5)
+    wanted = np.array([0.3, 0.6, 0.9]) * (1 if medium.emissive else 0.5)
     assert np.allclose(shown.emission[0], wanted)
 
 
 @given(st.floats(0.01, 100))
 def test_denser_matter_is_denser_everywhere(factor: float) -> None:
-    for matter in (STRAIGHT, PREMULTIPLIED):
-        changed, before = (each.classify(VALUES) for each in (Curve.of(matter).denser(factor).applied(matter), matter))
+    for medium in (STRAIGHT, PREMULTIPLIED):
+        changed, before = (each.classify(VALUES) for each in (Curve.of(medium).denser(factor).applied(medium), medium))
         assert np.allclose(changed.extinction, factor * before.extinction)
         assert np.allclose(changed.emission, factor * before.emission)
 
@@ -81,8 +81,8 @@ def test_denser_matter_is_denser_everywhere(factor: float) -> None:
 @given(st.floats(-1e3, 1e3), st.floats(1e-3, 1e3))
 def test_another_range_has_the_same_shape(low: float, width: float) -> None:
     changed = Curve.of(STRAIGHT).between(low, low + width).applied(STRAIGHT)
-    shares = np.linspace(-0.2, 1.2, 29)
-    assert np.allclose(changed.at(low + width * shares), STRAIGHT.at(20 * shares), atol=1e-6)
+    fractions = np.linspace(-0.2, 1.2, 29)
+    assert np.allclose(changed.at(low + width * fractions), STRAIGHT.at(20 * fractions), atol=1e-6)
 
 
 def test_the_last_point_stays() -> None:
@@ -102,9 +102,9 @@ def test_opacity_over_a_length_and_back(opacity: float, length: float) -> None:
 def test_what_depends_on_the_gradient_is_kept() -> None:
     z, y, x = np.mgrid[:16, :16, :16]
     volume = Volume((x**2 + y**2 + z**2).astype(np.float32))
-    matter = preset("contours", volume)
-    assert matter.contours
-    assert Curve.of(matter).denser(2).applied(matter).contours == matter.contours
+    medium = preset("contours", volume)
+    assert medium.contours
+    assert Curve.of(medium).denser(2).applied(medium).contours == medium.contours
 
 
 def document() -> Document:
@@ -199,13 +199,13 @@ def test_looks_of_labels_are_found_in_their_transfer_function_and_make_it_again(
     values = np.zeros((4, 5, 6), np.uint8)
     values[1:3, 1:3, 1:3], values[3, 4, 5], values[0, 0, 1] = 3, 7, 12
     volume = Volume(values, spacing=(1.5, 0.5, 2.0), labels=True)
-    matter = label_function(volume, {3: 1.0, 7: 0.25}, {12: (0.1, 0.2, 0.3)})
-    look = look_of(matter, volume)
+    medium = label_function(volume, {3: 1.0, 7: 0.25}, {12: (0.1, 0.2, 0.3)})
+    look = look_of(medium, volume)
     # 1 - exp(-τ d) and back costs a few units in the last place.
     assert look.opacities == pytest.approx({0: 0, 3: 1, 7: 0.25, 12: OPACITY}, rel=1e-14)
     assert look.colors[12] == pytest.approx((0.1, 0.2, 0.3), rel=1e-14)
     again = label_function(volume, look.opacities, look.colors)
-    assert np.array_equal(again.values, matter.values)
-    np.testing.assert_allclose(again.extinctions, matter.extinctions, rtol=1e-14)
-    shown = np.flatnonzero(matter.extinctions > 0)
-    np.testing.assert_allclose(again.colors[shown], matter.colors[shown], rtol=1e-14)
+    assert np.array_equal(again.values, medium.values)
+    np.testing.assert_allclose(again.extinctions, medium.extinctions, rtol=1e-14)
+    shown = np.flatnonzero(medium.extinctions > 0)
+    np.testing.assert_allclose(again.colors[shown], medium.colors[shown], rtol=1e-14)

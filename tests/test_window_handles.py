@@ -49,11 +49,11 @@ def test_a_handle_follows_the_hand_as_far_as_its_axis_goes(projection: Any, numb
     shown = scene(projection)
     handle = handles.handles_of(shown)[number]
     assert shown.camera is not None
-    before = handles.place_of(shown.camera, np.array(handle.point))
-    way = handles.way_of(handle, shown.camera, by, VOLUME.radius)
-    after = handles.place_of(shown.camera, np.array(handle.point) + way * np.array(handle.axis))
+    before = handles.position_of(shown.camera, np.array(handle.point))
+    direction = handles.ray_of(handle, shown.camera, by, VOLUME.radius)
+    after = handles.position_of(shown.camera, np.array(handle.point) + direction * np.array(handle.axis))
     assert before is not None and after is not None
-    along_axis = handles.place_of(shown.camera, np.array(handle.point) + VOLUME.radius * np.array(handle.axis))
+    along_axis = handles.position_of(shown.camera, np.array(handle.point) + VOLUME.radius * np.array(handle.axis))
     assume(along_axis is not None and np.hypot(*np.subtract(along_axis, before)) > 0.5)  # it does not point at the eye
     # What is left of the drag is across the way; to first order, over a hundredth of the picture.
     left = np.subtract(by, np.subtract(after, before))
@@ -67,11 +67,11 @@ def test_what_points_at_the_eye_goes_away_from_it_when_it_is_pushed_up(projectio
     shown = scene(projection, eye=VOLUME.centre + (0, -200 * side, 0))
     along_y = handles.handles_of(shown)[3]
     assert shown.camera is not None
-    assert handles.way_of(along_y, shown.camera, (0.3, 0.0), VOLUME.radius) == 0
-    way = handles.way_of(along_y, shown.camera, (0.0, 0.3), VOLUME.radius)
+    assert handles.ray_of(along_y, shown.camera, (0.3, 0.0), VOLUME.radius) == 0
+    direction = handles.ray_of(along_y, shown.camera, (0.0, 0.3), VOLUME.radius)
     # As much as it would move across the view there.
     depth = 1.0 if projection == "orthographic" else shown.camera.forward @ np.subtract(along_y.point, shown.camera.eye)
-    assert way == pytest.approx(side * 0.3 * shown.camera.half_height * depth)
+    assert direction == pytest.approx(side * 0.3 * shown.camera.half_height * depth)
 
 
 @given(cameras, st.integers(0, 1), st.tuples(st.floats(-1e-3, 1e-3), st.floats(-1e-3, 1e-3)))
@@ -101,14 +101,14 @@ def test_the_tip_of_an_arrow_follows_the_hand_and_turns_its_plane(projection: An
 
 
 @given(moving, st.floats(-300, 300))
-def test_what_is_moved_makes_a_scene_and_leaves_the_rest(number: int, way: float) -> None:
+def test_what_is_moved_makes_a_scene_and_leaves_the_rest(number: int, direction: float) -> None:
     shown = scene("perspective")
     handle = handles.handles_of(shown)[number]
-    changed = replace(shown, **handles.moved(shown, handle, way))  # a scene refuses an empty crop box
+    changed = replace(shown, **handles.moved(shown, handle, direction))  # a scene refuses an empty crop box
     if handle.plane is not None:
         kept = 1 - handle.plane
         assert changed.clip[kept] == PLANES[kept] and changed.crop == shown.crop
-        point = np.array(handle.point) + way * np.array(handle.axis)
+        point = np.array(handle.point) + direction * np.array(handle.axis)
         assert np.dot(PLANES[handle.plane].normal, point) == pytest.approx(changed.clip[handle.plane].offset)
         return
     assert changed.clip == PLANES and handle.face is not None and changed.crop is not None

@@ -166,8 +166,12 @@ def test_a_window_that_lost_the_focus_drags_no_more() -> None:
 def test_two_clicks_are_a_double_one_where_they_are_near_and_soon() -> None:
     def clicked(second: float, x: float) -> Any:
         steering = Steering()
-        for time, place in ((0.0, 400.0), (second, x)):
-            events = [Event("move", place, 300), Event("button", name="left", down=True), Event("button", name="left")]
+        for time, position in ((0.0, 400.0), (second, x)):
+            events = [
+                Event("move", position, 300),
+                Event("button", name="left", down=True),
+                Event("button", name="left"),
+            ]
             outcome = steering.handle(events, view(), VOLUME, ROOM, time)
         return outcome.clicked
 

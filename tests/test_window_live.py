@@ -40,11 +40,11 @@ def tapped(t: float, name: str, *modifiers: str) -> list[dict[str, Any]]:
 
 def dragged(t: float, start: tuple[int, int], end: tuple[int, int], steps: int = 10) -> list[dict[str, Any]]:
     """A drag with the left button, for half a second."""
-    places = np.linspace(start, end, steps)
+    positions = np.linspace(start, end, steps)
     return [
         {"t": t, "kind": "move", "x": start[0], "y": start[1]},
         {"t": t + 0.05, "kind": "button", "name": "left", "down": True},
-        *({"t": t + 0.05 + 0.04 * n, "kind": "move", "x": x, "y": y} for n, (x, y) in enumerate(places.tolist(), 1)),
+        *({"t": t + 0.05 + 0.04 * n, "kind": "move", "x": x, "y": y} for n, (x, y) in enumerate(positions.tolist(), 1)),
         {"t": t + 0.5, "kind": "button", "name": "left", "down": False},
     ]
 

@@ -38,7 +38,7 @@ def scene(**parts: Any) -> Scene:
 
 @given(st.floats(-0.3, 0.3), st.floats(-0.3, 0.3))
 def test_the_first_visible_matter_is_where_it_begins(across: float, up: float) -> None:
-    found = probe.first_matter(scene(), (across, up))
+    found = probe.first_medium(scene(), (across, up))
     assert found is not None
     # Value 10 is at x = 30; the extinction of 50 hides all behind within half a sample of the ray.
     assert found[0] == pytest.approx(30, abs=RAMP.smallest_spacing)
@@ -48,7 +48,7 @@ def test_the_first_visible_matter_is_where_it_begins(across: float, up: float) -
 
 def test_in_perspective_it_is_on_the_ray_too() -> None:
     camera = Camera.perspective((-100, 2, 15), (0, 2, 15), (0, 0, 1), fov=20)
-    found = probe.first_matter(replace(scene(), camera=camera), (0.2, 0.1))
+    found = probe.first_medium(replace(scene(), camera=camera), (0.2, 0.1))
     assert found is not None and found[0] == pytest.approx(30, abs=1.5)
     slope = (found - camera.eye) / (found[0] + 100)
     tangent = np.tan(np.radians(10))
@@ -58,7 +58,7 @@ def test_in_perspective_it_is_on_the_ray_too() -> None:
 def test_of_thin_matter_it_is_the_middle_of_its_opacity() -> None:
     depth = 0.01
     fog = TransferFunction([0.0], np.ones((1, 3)), [depth])
-    found = probe.first_matter(replace(scene(), transfer_function=fog), (0.0, 0.0))
+    found = probe.first_medium(replace(scene(), transfer_function=fog), (0.0, 0.0))
     length = 64.0
     half = -np.log1p(0.5 * np.expm1(-depth * length)) / depth
     assert found is not None and found[0] == pytest.approx(9 + half, abs=RAMP.smallest_spacing)
@@ -66,22 +66,22 @@ def test_of_thin_matter_it_is_the_middle_of_its_opacity() -> None:
 
 def test_what_is_cut_away_is_not_met() -> None:
     cut = scene(clip=(ClipPlane((1, 0, 0), 50.0),))
-    found = probe.first_matter(cut, (0.0, 0.0))
+    found = probe.first_medium(cut, (0.0, 0.0))
     assert found is not None and found[0] == pytest.approx(50, abs=1)
-    assert probe.first_matter(scene(clip=(ClipPlane((-1, 0, 0), -20.0),)), (0.0, 0.0)) is None
+    assert probe.first_medium(scene(clip=(ClipPlane((-1, 0, 0), -20.0),)), (0.0, 0.0)) is None
 
 
 def test_beside_the_volume_and_behind_the_eye_there_is_nothing() -> None:
-    assert probe.first_matter(scene(), (0.9, 0.0)) is None
+    assert probe.first_medium(scene(), (0.9, 0.0)) is None
     behind = replace(FROM_LEFT, eye=(100, 2, 15), target=(200, 2, 15))
-    assert probe.first_matter(replace(scene(), camera=behind), (0.0, 0.0)) is None
+    assert probe.first_medium(replace(scene(), camera=behind), (0.0, 0.0)) is None
     clear = TransferFunction([0.0], np.ones((1, 3)), [0.0])
-    assert probe.first_matter(replace(scene(), transfer_function=clear), (0.0, 0.0)) is None
+    assert probe.first_medium(replace(scene(), transfer_function=clear), (0.0, 0.0)) is None
 
 
 def test_of_an_isosurface_it_is_the_surface() -> None:
     surface = Scene(RAMP, None, FROM_LEFT, mode="isosurface", isovalue=20.5)
-    found = probe.first_matter(surface, (0.0, 0.0))
+    found = probe.first_medium(surface, (0.0, 0.0))
     assert found is not None and found[0] == pytest.approx(51, abs=0.5)
 
 
@@ -149,7 +149,7 @@ def test_the_crosshair_is_where_it_was_put(direction: Any, right: float, down: f
     for slice_ in slices.slices_of(volume).values():
         index = slice_.moved(volume, np.array([1.0, 2.0, 3.0]), right, down)
         assert index[slice_.axis] == (1.0, 2.0, 3.0)[slice_.axis]
-        found = slice_.shares(volume, index)
+        found = slice_.fractions(volume, index)
         # The outermost half samples belong to the outermost samples.
         assert np.abs(np.subtract(found, (right, down))).max() <= 1 / 16 + 1e-12
         row, column = (min(int(each * 8), 7) for each in (found[1], found[0]))
@@ -177,7 +177,7 @@ def test_recent_files_are_the_latest_first_and_there(tmp_path: Path, monkeypatch
     paths[5].unlink()
     assert Recent(str(paths[5])) not in recent.files()
     for text in ("{", "7", '[7, {"path": 7}, {"path": "/", "shout": 1}]'):
-        recent.place().write_text(text)
+        recent.position().write_text(text)
         assert recent.files() == []
 
 
@@ -217,9 +217,9 @@ def test_a_text_is_shortened_no_more_than_needed(text: str, most: int) -> None:
 def test_slices_of_labels_have_their_colours_and_hidden_ones_none() -> None:
     values = np.array([[0, 3], [7, 9]], np.uint8)
     volume = Volume(values[np.newaxis], labels=True)
-    matter = label_function(volume, {7: 0.0}, {3: (1.0, 0.0, 0.0), 9: (0.0, 0.214, 1.0)})
+    medium = label_function(volume, {7: 0.0}, {3: (1.0, 0.0, 0.0), 9: (0.0, 0.214, 1.0)})
     # Linear 0.214 is seen as half: 1.055 · 0.214^(1/2.4) - 0.055 = 0.500.
-    assert slices.painted(values, matter).tolist() == [[[0, 0, 0], [255, 0, 0]], [[0, 0, 0], [0, 127, 255]]]
+    assert slices.painted(values, medium).tolist() == [[[0, 0, 0], [255, 0, 0]], [[0, 0, 0], [0, 127, 255]]]
 
 
 def test_a_table_of_frame_times_has_a_line_for_each(tmp_path: Path) -> None:

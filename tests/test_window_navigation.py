@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 from texvol.scene.camera import Camera
 from texvol.scene.volume import Volume
 from texvol.window import navigation
-from texvol.window.navigation import AXES, Place, View
+from texvol.window.navigation import AXES, Position, View
 
 VOLUME = Volume(np.zeros((20, 30, 40), np.uint8), spacing=(1.0, 2.0, 0.5), origin=(100.0, -50.0, 7.0))
 ASPECT = 4 / 3
 angles = st.floats(-3, 3)
-places = st.tuples(st.floats(-1.3, 1.3), st.floats(-1, 1))
+positions = st.tuples(st.floats(-1.3, 1.3), st.floats(-1, 1))
 views = st.sampled_from(["orthographic", "perspective"]).map(lambda kind: view_of(kind))
 # Positions are worked out in float64 from numbers of about 1e2 in a few dozen operations.
 ROUNDING = 1e-9
@@ -36,11 +36,11 @@ def seen_at(view: View, point: Any) -> NDArray[np.float64]:
     return np.array([right, up]) / scale
 
 
-def under(view: View, place: Place) -> NDArray[np.float64]:
+def under(view: View, position: Position) -> NDArray[np.float64]:
     """The point of the world that is seen there, at the pivot's depth."""
     camera = view.camera
     middle = np.array(camera.eye) + view.pivot_depth * camera.forward
-    return np.asarray(middle + (place[0] * camera.right + place[1] * camera.upward) * view.half_height)
+    return np.asarray(middle + (position[0] * camera.right + position[1] * camera.upward) * view.half_height)
 
 
 @given(views, st.booleans(), angles, angles)
@@ -57,7 +57,7 @@ def test_a_turn_keeps_the_pivot_and_every_distance(view: View, free: bool, right
 @pytest.mark.parametrize("projection", ["orthographic", "perspective"])
 @pytest.mark.parametrize("free", [False, True])
 @pytest.mark.parametrize("hand", [(0.1, 0.0), (-0.1, 0.0), (0.0, 0.1), (0.0, -0.1)])
-def test_matter_before_the_pivot_follows_the_hand(projection: str, free: bool, hand: Place) -> None:
+def test_matter_before_the_pivot_follows_the_hand(projection: str, free: bool, hand: Position) -> None:
     view = view_of(projection)
     nearer = np.array(view.pivot) - 3 * view.camera.forward
     moved = seen_at(navigation.orbit(view, *hand, free=free), nearer) - seen_at(view, nearer)
@@ -67,7 +67,7 @@ def test_matter_before_the_pivot_follows_the_hand(projection: str, free: bool, h
 
 
 @given(st.lists(st.tuples(angles, angles), max_size=20))
-def test_on_a_turntable_up_stays_up(turns: list[Place]) -> None:
+def test_on_a_turntable_up_stays_up(turns: list[Position]) -> None:
     view = view_of("perspective")
     for right, up in turns:
         view = navigation.orbit(view, right, up)
@@ -77,19 +77,19 @@ def test_on_a_turntable_up_stays_up(turns: list[Place]) -> None:
         assert abs(view.camera.right[2]) < 1e-6
 
 
-@given(views, places, places)
-def test_what_is_grasped_follows_the_hand_when_it_moves(view: View, start: Place, end: Place) -> None:
+@given(views, positions, positions)
+def test_what_is_grasped_follows_the_hand_when_it_moves(view: View, start: Position, end: Position) -> None:
     point = under(view, start)
     moved = navigation.pan(view, end[0] - start[0], end[1] - start[1])
     assert np.allclose(seen_at(moved, point), end, atol=ROUNDING)
     assert moved.pivot == view.pivot
 
 
-@given(views, places, st.floats(0.5, 2))
-def test_what_is_under_the_cursor_stays_when_one_comes_nearer(view: View, place: Place, factor: float) -> None:
-    point = under(view, place)
-    nearer = navigation.dolly(view, factor, place, VOLUME)
-    assert np.allclose(seen_at(nearer, point), place, atol=1e-7)
+@given(views, positions, st.floats(0.5, 2))
+def test_what_is_under_the_cursor_stays_when_one_comes_nearer(view: View, position: Position, factor: float) -> None:
+    point = under(view, position)
+    nearer = navigation.dolly(view, factor, position, VOLUME)
+    assert np.allclose(seen_at(nearer, point), position, atol=1e-7)
     # And grows by the factor.
     aside = point + 1e-3 * view.camera.right
     sizes = [np.linalg.norm(seen_at(each, aside) - seen_at(each, point)) for each in (view, nearer)]
@@ -102,14 +102,14 @@ def test_what_is_under_the_cursor_stays_when_one_comes_nearer(view: View, place:
 def test_one_comes_into_the_volume_and_out_of_it_on_the_other_side() -> None:
     view = view_of("perspective")
     forward = view.camera.forward
-    way = []
+    direction = []
     for _ in range(60):
         view = navigation.dolly(view, 1 / 1.15, (0.0, 0.0), VOLUME)
-        way.append(float(forward @ (np.array(view.camera.eye) - VOLUME.centre)))
+        direction.append(float(forward @ (np.array(view.camera.eye) - VOLUME.centre)))
         # One always turns about something ahead.
         assert view.camera.forward @ np.subtract(view.pivot, view.camera.eye) > 0
-    steps = np.diff([*way])
-    assert way[0] < -VOLUME.radius < 0 < VOLUME.radius < way[-1]
+    steps = np.diff([*direction])
+    assert direction[0] < -VOLUME.radius < 0 < VOLUME.radius < direction[-1]
     # A wheel never sticks, and never leaps: no step is longer than the first, nor shorter than a 40th of the box.
     assert (steps > VOLUME.radius / 40).all()
     assert (np.diff(steps) < 1e-9).all()

@@ -48,7 +48,7 @@ def seen(easel: Any, document: Document) -> tuple[np.ndarray, Any]:
     answers.clear()
     drawing.paint(Job(1, "rest", document.scene, SIZE, {"max_error": 0.02}, document.showing))
     assert answers[-1].final and answers[-1].pixels is not None, answers[-1].text
-    return answers[-1].pixels, answers[-1].facts["settings"]
+    return answers[-1].pixels, answers[-1].metadata["settings"]
 
 
 def pixels_of(name: str) -> np.ndarray:

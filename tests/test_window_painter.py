@@ -64,10 +64,10 @@ def test_what_is_no_longer_needed_is_forgotten_and_comes_again(pipe: tuple[Sende
     sender, receiver, _ = pipe
     other = TransferFunction([0.5], [(1, 1, 1)], [1.0])
     scenes = []
-    for matter in (FOG, other, FOG):
-        sender.send(replace(SCENE, transfer_function=matter))
+    for medium in (FOG, other, FOG):
+        sender.send(replace(SCENE, transfer_function=medium))
         scenes.append(receiver.receive())
-        assert np.array_equal(scenes[-1].transfer_function.values, matter.values)
+        assert np.array_equal(scenes[-1].transfer_function.values, medium.values)
     assert scenes[0].transfer_function is not scenes[2].transfer_function
     assert scenes[0].volume is scenes[2].volume
     assert len(receiver._known) == 3  # the volume, its array, one transfer function
@@ -120,7 +120,7 @@ def test_a_painter_draws_what_render_writes(studio: Studio) -> None:
     (answer,) = studio.answers(kind="move", scene=SCENE, size=SIZE, accuracy={"sampling_rate": 0.7})
     with Renderer() as renderer:
         picture = renderer.render(SCENE, SIZE, sampling_rate=0.7)
-        assert answer.facts["settings"] == renderer.settings
+        assert answer.metadata["settings"] == renderer.settings
     assert answer.pixels is not None and np.array_equal(answer.pixels, image.eight_bits(picture))
 
 
@@ -143,14 +143,14 @@ def test_light_that_is_new_is_preceded_by_the_same_unlit(studio: Studio) -> None
 def test_at_rest_the_error_is_what_was_wanted(studio: Studio, kind: Any) -> None:
     scene, wanted = replace(SCENE, classification=kind), 1 / 255
     answers = studio.answers(kind="rest", scene=scene, size=SIZE, accuracy={"max_error": wanted})
-    facts = answers[-1].facts
-    assert [answer.kind for answer in answers] == ["picture"] * 3 and facts["reached"]
-    assert facts["estimated_error"] <= wanted
-    quick = answers[1].facts
+    metadata = answers[-1].metadata
+    assert [answer.kind for answer in answers] == ["picture"] * 3 and metadata["reached"]
+    assert metadata["estimated_error"] <= wanted
+    quick = answers[1].metadata
     assert quick["reached"] and quick["estimated_error"] <= wanted
     with Renderer() as renderer:
         picture = renderer.render(scene, SIZE, max_error=wanted)
-        assert renderer.settings == facts["settings"]
+        assert renderer.settings == metadata["settings"]
         early = renderer.render(scene, SIZE, **quick["settings"])
         finest = renderer.render(scene, SIZE, sampling_rate=32, early_termination=0)
     assert np.array_equal(answers[-1].pixels, image.eight_bits(picture))
@@ -232,8 +232,8 @@ def test_a_film_is_an_orbit(studio: Studio, tmp_path: Path) -> None:
     answers = studio.answers(
         kind="film", scene=SCENE, size=SIZE, accuracy={"sampling_rate": 1}, path=path, views=3, name="b"
     )
-    assert answers[-1].kind == "done" and answers[-1].facts["views"] == 3
-    assert [answer.facts["done"] for answer in answers[:-1]] == pytest.approx([0, 1 / 3, 2 / 3])
+    assert answers[-1].kind == "done" and answers[-1].metadata["views"] == 3
+    assert [answer.metadata["done"] for answer in answers[:-1]] == pytest.approx([0, 1 / 3, 2 / 3])
     assert sorted(each.name for each in tmp_path.iterdir()) == ["f00.png", "f01.png", "f02.png"]
 
 

@@ -46,9 +46,9 @@ class Sketcher:
         taken, self.waiting = self.waiting, []
         return taken
 
-    def answer(self, *, final: bool = True, **facts: Any) -> None:
+    def answer(self, *, final: bool = True, **metadata: Any) -> None:
         width, height = self.jobs[-1]["size"]
-        known = {"seconds": 0.01, "renderer": "llvmpipe"} | facts
+        known = {"seconds": 0.01, "renderer": "llvmpipe"} | metadata
         self.waiting.append(Answer("picture", len(self.jobs), final, np.zeros((height, width, 3), np.uint8), known))
         self.busy = not final
 
@@ -65,11 +65,11 @@ def test_pictures_come_in_time_and_no_coarser_than_it_takes(speed: float) -> Non
         chosen = pace.choose(FULL)
         pace.learn(chosen, FULL, speed * chosen.work(FULL))
     ladder = list(pace.ladder)
-    place = ladder.index(chosen)
+    position = ladder.index(chosen)
     assert speed * chosen.work(FULL) <= 1 / 30
-    if place:
+    if position:
         # The next finer one would take more than the share of the time from which on it is left alone.
-        finer = ladder[place - 1]
+        finer = ladder[position - 1]
         assert speed * finer.work(FULL) > quality._FINER_BELOW / 30
 
 
@@ -204,7 +204,7 @@ def test_a_fault_is_said_once_and_the_last_picture_stays() -> None:
 
 
 @pytest.mark.parametrize(
-    "facts, text",
+    "metadata, text",
     [
         ({"estimated_error": 0.003, "wanted_error": 1 / 255, "reached": True}, "error ≤ 1/255"),
         ({"estimated_error": 0.003, "wanted_error": 0.0041, "reached": True}, "error ≤ 0.0041"),
@@ -213,5 +213,5 @@ def test_a_fault_is_said_once_and_the_last_picture_stays() -> None:
         ({}, "error not estimated"),
     ],
 )
-def test_an_error_is_claimed_only_where_it_was_reached(facts: dict[str, Any], text: str) -> None:
-    assert quality.error_text(facts) == text
+def test_an_error_is_claimed_only_where_it_was_reached(metadata: dict[str, Any], text: str) -> None:
+    assert quality.error_text(metadata) == text

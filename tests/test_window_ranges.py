@@ -10,8 +10,8 @@ from texvol.window.ranges import Hold
 
 BOUNDS = (0.0, 100.0)
 REACH, LEAST = 4.0, 0.1
-shares = st.floats(0, 1)
-places = st.floats(-300, 300)
+fractions = st.floats(0, 1)
+positions = st.floats(-300, 300)
 
 
 @pytest.mark.parametrize(
@@ -34,7 +34,7 @@ def test_a_handle_does_not_jump_when_it_is_taken_but_comes_from_afar() -> None:
     assert Hold.taken((20.0, 80.0), 5.0, REACH).moved(5.0, BOUNDS, LEAST) == (5, 80)
 
 
-@given(first=shares, width=st.floats(0.01, 1), at=places, there=places)
+@given(first=fractions, width=st.floats(0.01, 1), at=positions, there=positions)
 def test_ends_stay_in_order_and_within_the_bounds(first: float, width: float, at: float, there: float) -> None:
     low = 100 * first * (1 - width)
     ends = low, low + 100 * width

@@ -17,7 +17,7 @@ from texvol.annotation import Annotation
 from texvol.formats.pictures import image
 from texvol.geometry import Lines, Mesh
 from texvol.options import scene_options as options
-from texvol.provenance.scene_metadata import ATTRIBUTE, scene_facts
+from texvol.provenance.scene_metadata import ATTRIBUTE, scene_metadata
 from texvol.rendering.renderer import Renderer
 from texvol.scene.camera import Camera
 from texvol.scene.cutting import ClipPlane
@@ -92,7 +92,7 @@ def document(scene: Scene, showing: Showing | None = None) -> Document:
 
 
 def described(scene: Scene) -> dict[str, Any]:
-    content = json.loads(scene_facts("", scene)[ATTRIBUTE])
+    content = json.loads(scene_metadata("", scene)[ATTRIBUTE])
     content["source"] = {"absolute": content["source"]["absolute"]}  # how it is named depends on the folder
     return content
 

@@ -65,7 +65,7 @@ def color(page: Page, x: float, y: float, pane: int = 0) -> tuple[int, ...]:
     return tuple(page.tell(look(x, y, pane)))
 
 
-def share(page: Page, column: float, row: float, width: int, height: int) -> tuple[float, float]:
+def fraction(page: Page, column: float, row: float, width: int, height: int) -> tuple[float, float]:
     """Where the middle of a pixel is in a pane that shows a whole picture, as shares of the pane's size."""
     across, tall = page.tell(PANE_SIZE)
     side = zoom(page) / 100

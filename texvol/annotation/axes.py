@@ -27,7 +27,7 @@ _SHORTEST = 3.0  # ems: on a shorter edge no two numbers have room
 _CLOSEST = 1.2  # ems between ticks: numbers that stand beside a steep edge
 _MOST_TICKS = 8
 _STEEP = 0.8  # of a unit vector's part across: longer names go along edges steeper than that
-_NAME_PLACES = (0.5, 0.35, 0.65, 0.2, 0.8)  # along the edge
+_NAME_POSITIONS = (0.5, 0.35, 0.65, 0.2, 0.8)  # along the edge
 
 
 class Label(NamedTuple):
@@ -43,7 +43,7 @@ class Tick(NamedTuple):
     """A tick: the world coordinate that it marks, and where that lies in the picture."""
 
     value: float
-    place: NDArray[np.float64]
+    position: NDArray[np.float64]
 
 
 class Axis(NamedTuple):
@@ -81,8 +81,8 @@ def laid_axes(sheet: Sheet, view: View) -> list[Axis]:
         laid = [
             each
             for edge in candidates[axis]
-            for way in ((1.0,) if view.faces_that_show(edge) else (1.0, -1.0))
-            if (each := _laid(sheet, view, edge, followed[axis], way)) is not None
+            for side in ((1.0,) if view.faces_that_show(edge) else (1.0, -1.0))
+            if (each := _laid(sheet, view, edge, followed[axis], side)) is not None
         ]
         if laid:
             best = max(laid, key=_worth)
@@ -99,7 +99,7 @@ def draw_axes(sheet: Sheet, view: View) -> None:
         assert ends is not None
         sheet.line(*ends, "line" if view.faces_that_show(axis.edge) else "behind")
         for tick in axis.ticks:
-            sheet.line(tick.place, tick.place + _TICK * sheet.em * axis.outward)
+            sheet.line(tick.position, tick.position + _TICK * sheet.em * axis.outward)
         for label in [*axis.numbers, *([axis.name] if axis.name else [])]:
             sheet.text(label.text, label.middle, _SCALE, turned=label.turned)
 
@@ -118,45 +118,45 @@ def _worth(axis: Axis) -> tuple[bool, int, float]:
 
 
 def _length(view: View, edge: Edge) -> float:
-    places = _part(view, edge)
-    return 0.0 if places is None else float(np.linalg.norm(places[1] - places[0]))
+    positions = _part(view, edge)
+    return 0.0 if positions is None else float(np.linalg.norm(positions[1] - positions[0]))
 
 
 def _part(view: View, edge: Edge) -> NDArray[np.float64] | None:
     """Where what is seen of an edge begins and ends in the picture."""
-    shares = view.visible_part(edge)
-    return None if shares is None else view.places(_along(view, edge, np.array(shares)))
+    fractions = view.visible_part(edge)
+    return None if fractions is None else view.positions(_along(view, edge, np.array(fractions)))
 
 
-def _along(view: View, edge: Edge, shares: NDArray[np.float64]) -> NDArray[np.float64]:
+def _along(view: View, edge: Edge, fractions: NDArray[np.float64]) -> NDArray[np.float64]:
     start, end = view.corners[edge.start], view.corners[edge.end]
-    return start + shares[:, np.newaxis] * (end - start)
+    return start + fractions[:, np.newaxis] * (end - start)
 
 
-def _laid(sheet: Sheet, view: View, edge: Edge, world_axis: int, way: float) -> Axis | None:
+def _laid(sheet: Sheet, view: View, edge: Edge, world_axis: int, side: float) -> Axis | None:
     """The axis along an edge, with its numbers on its outer (way 1) or inner side; None where it has no room."""
-    shares, places = view.visible_part(edge), _part(view, edge)
-    if shares is None or places is None or not _length(view, edge) >= _SHORTEST * sheet.em:
+    fractions, positions = view.visible_part(edge), _part(view, edge)
+    if fractions is None or positions is None or not _length(view, edge) >= _SHORTEST * sheet.em:
         return None
-    outward = way * _outward(view, places)
+    outward = side * _outward(view, positions)
     ends = view.volume.centre[world_axis] + view.corners[[edge.start, edge.end], world_axis]
-    low, high = sorted(ends[0] + np.array(shares) * (ends[1] - ends[0]))
+    low, high = sorted(ends[0] + np.array(fractions) * (ends[1] - ends[0]))
     if not high - low > 1e-9 * max(abs(low), abs(high)):  # so far from the origin that no digits are left
         return None
     closest = (high - low) * max(_CLOSEST * sheet.em / _length(view, edge), 1 / _MOST_TICKS)
     for values, step in _choices(low, high, closest):
         texts, factor = rounding.written(values, step)
         at = (np.array([float(value) for value in values]) - ends[0]) / (ends[1] - ends[0])
-        marked = view.places(_along(view, edge, at))
-        labels = [_beside(sheet, text, place, outward) for text, place in zip(texts, marked, strict=True)]
+        marked = view.positions(_along(view, edge, at))
+        labels = [_beside(sheet, text, position, outward) for text, position in zip(texts, marked, strict=True)]
         if not any(one.rect.grown(_GAP / 2 * sheet.em).meets(other.rect.grown(_GAP / 2 * sheet.em))
                    for one, other in pairwise(labels)):  # fmt: skip
             numbers = [label for label in labels if sheet.fits(label.rect)]
             if len(numbers) < 2:
                 return None
-            ticks = [Tick(float(value), place) for value, place in zip(values, marked, strict=True)]
+            ticks = [Tick(float(value), position) for value, position in zip(values, marked, strict=True)]
             ticks = [tick for tick in ticks if _has_room(sheet, tick, outward)]
-            name = _named(sheet, axis_name(view.volume, world_axis, factor), places, outward, numbers)
+            name = _named(sheet, axis_name(view.volume, world_axis, factor), positions, outward, numbers)
             return Axis(edge, world_axis, outward, ticks, numbers, name)
     return None
 
@@ -173,41 +173,41 @@ def _choices(low: float, high: float, closest: float) -> Iterator[tuple[list[Dec
     yield [values[0], values[-1]], step
 
 
-def _outward(view: View, places: NDArray[np.float64]) -> NDArray[np.float64]:
+def _outward(view: View, positions: NDArray[np.float64]) -> NDArray[np.float64]:
     """Unit vector of the picture across an edge, away from the middle of the box, or of the picture from inside it."""
-    along = (places[1] - places[0]) / np.linalg.norm(places[1] - places[0])
+    along = (positions[1] - positions[0]) / np.linalg.norm(positions[1] - positions[0])
     across = np.array([-along[1], along[0]])
-    corners = view.places(view.corners)
+    corners = view.positions(view.corners)
     middle = corners.mean(axis=0) if np.isfinite(corners).all() else np.array(view.size) / 2
-    return across if across @ (places.mean(axis=0) - middle) >= 0 else -across
+    return across if across @ (positions.mean(axis=0) - middle) >= 0 else -across
 
 
 def _beside(
-    sheet: Sheet, text: str, place: NDArray[np.float64], outward: NDArray[np.float64], off: float = 0, *,
+    sheet: Sheet, text: str, position: NDArray[np.float64], outward: NDArray[np.float64], off: float = 0, *,
     turned: bool = False,
 ) -> Label:  # fmt: skip
     """A text just beyond a tick, `off` pixels farther."""
     size = np.array(sheet.text_size(text, _SCALE))
     away = (_TICK + _GAP) * sheet.em + float(np.abs(outward) @ (size[::-1] if turned else size)) / 2 + off
-    x, y = (float(part) for part in place + away * outward)
+    x, y = (float(part) for part in position + away * outward)
     return Label(text, (x, y), sheet.text_rect(text, (x, y), _SCALE, turned=turned), turned)
 
 
 def _has_room(sheet: Sheet, tick: Tick, outward: NDArray[np.float64]) -> bool:
-    ends = np.stack([tick.place, tick.place + _TICK * sheet.em * outward])
+    ends = np.stack([tick.position, tick.position + _TICK * sheet.em * outward])
     rect = Rect(*ends.min(axis=0), *ends.max(axis=0))
     return not any(rect.meets(other) for other in sheet.taken)
 
 
 def _named(
-    sheet: Sheet, text: str, places: NDArray[np.float64], outward: NDArray[np.float64], numbers: list[Label]
+    sheet: Sheet, text: str, positions: NDArray[np.float64], outward: NDArray[np.float64], numbers: list[Label]
 ) -> Label | None:
     """The axis' name where there is room for it: beyond the numbers, or in the place of some of them."""
     widest = max(np.abs(outward) @ (label.rect.right - label.rect.left, label.rect.bottom - label.rect.top)
                  for label in numbers)  # fmt: skip
     width, height = sheet.text_size(text, _SCALE)
     turned = abs(float(outward[0])) > _STEEP and width > 2 * height
-    spots = [places[0] + share * (places[1] - places[0]) for share in _NAME_PLACES]
+    spots = [positions[0] + fraction * (positions[1] - positions[0]) for fraction in _NAME_POSITIONS]
     for spot in spots:
         label = _beside(sheet, text, spot, outward, float(widest) + _NAME_GAP * sheet.em, turned=turned)
         if sheet.fits(label.rect, [number.rect for number in numbers]):

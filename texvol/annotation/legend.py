@@ -21,7 +21,7 @@ _SCALE, _SMALL = 0.9, 0.8
 _BAR, _PLOT, _TICK, _GAP, _LINE = 1.0, 3.2, 0.3, 0.35, 1.35  # ems; the last from line to line
 _FROM_BORDER, _BESIDE_LETTERS = 0.6, 2.6  # ems
 _HEIGHT, _LOWEST = 0.4, 5.0  # of the picture's height; ems
-_HIGHEST_PLACE, _LOWEST_PLACE = 0.25, 0.75  # where the middle may move to, of what is free
+_HIGHEST_POSITION, _LOWEST_POSITION = 0.25, 0.75  # where the middle may move to, of what is free
 _CLOSEST = 2.2  # ems between numbers
 _FINER = 8  # looks per row of pixels: colours and steps are averaged over it
 _MOST_NAMES, _LONGEST_NAME = 12, 12.0  # the latter in ems
@@ -55,7 +55,7 @@ def draw_legends(sheet: Sheet, contents: Sequence[Content], *, beside_letters: b
         for most, with_opacity, with_names in product(_numbers_of_labels(contents), (True, False), (True, False)):
             chosen = [_cut(sheet, content, most) for content in contents[:count]]
             shapes = _shapes(sheet, chosen, with_opacity, with_names)
-            rect = _place(sheet, shapes, int(right))
+            rect = _position(sheet, shapes, int(right))
             if rect is not None:
                 sheet.take(rect)
                 top = int(rect.top)
@@ -78,12 +78,12 @@ def _numbers_of_labels(contents: Sequence[Content]) -> range:
     return range(max(min(longest, _MOST_LABELS), _LEAST_LABELS), _LEAST_LABELS - 1, -1)
 
 
-def _place(sheet: Sheet, shapes: Sequence[_Shape], right: int) -> Rect | None:
+def _position(sheet: Sheet, shapes: Sequence[_Shape], right: int) -> Rect | None:
     """Where legends of those shapes have room, from the middle on; None: nowhere."""
     width = max(shape.width for shape in shapes)
     height = sum(shape.total for shape in shapes) + _between(sheet) * (len(shapes) - 1)
-    for share in (0.5, _HIGHEST_PLACE, _LOWEST_PLACE):
-        top = round(share * (sheet.size[1] - height))
+    for fraction in (0.5, _HIGHEST_POSITION, _LOWEST_POSITION):
+        top = round(fraction * (sheet.size[1] - height))
         rect = Rect(right - width, top, right, top + height)
         if sheet.fits(rect):
             return rect
@@ -187,8 +187,8 @@ def _draw_bar(sheet: Sheet, bar: ColorBar, shape: _Shape, left: int, top: int) -
     if shape.plot:
         _frame(sheet, Rect(left, top, start, top + shape.height))
     end = start + shape.bar
-    for share, text in _numbers(sheet, bar, shape.height)[0]:
-        y = top + (1 - share) * shape.height
+    for fraction, text in _numbers(sheet, bar, shape.height)[0]:
+        y = top + (1 - fraction) * shape.height
         sheet.line((end, y), (end + _TICK * sheet.em, y))
         _write(sheet, text, end + (_TICK + _GAP) * sheet.em, y, _SCALE)
 
@@ -211,8 +211,8 @@ def _draw_opacity(
 
 
 def _values_of_rows(bar: ColorBar, height: int) -> NDArray[np.float64]:
-    shares = 1 - (np.arange(height * _FINER) + 0.5) / (height * _FINER)
-    return (bar.low + shares * (bar.high - bar.low)).reshape(height, _FINER)
+    fractions = 1 - (np.arange(height * _FINER) + 0.5) / (height * _FINER)
+    return (bar.low + fractions * (bar.high - bar.low)).reshape(height, _FINER)
 
 
 def _numbers(sheet: Sheet, bar: ColorBar, height: int) -> tuple[list[tuple[float, str]], str]:
@@ -222,10 +222,10 @@ def _numbers(sheet: Sheet, bar: ColorBar, height: int) -> tuple[list[tuple[float
     step = rounding.round_up((bar.high - bar.low) * min(_CLOSEST * sheet.em / height, 1.0))
     values = rounding.multiples(bar.low, bar.high, step)
     texts, factor = rounding.written(values, step)
-    shares = [(float(value) - bar.low) / (bar.high - bar.low) for value in values]
+    fractions = [(float(value) - bar.low) / (bar.high - bar.low) for value in values]
     if not values:
         return [(0.0, rounding.plain(bar.low)), (1.0, rounding.plain(bar.high))], ""
-    return list(zip(shares, texts, strict=True)), factor
+    return list(zip(fractions, texts, strict=True)), factor
 
 
 def _frame(sheet: Sheet, rect: Rect) -> None:

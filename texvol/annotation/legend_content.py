@@ -65,7 +65,7 @@ def content_of(scene: Scene, value_name: str, window: Window | None) -> Content:
             transfer = proposed_for(scene.volume)
         looks: tuple[Numbers | None, ...] = tuple(np.array(color) for color in transfer.material_colors)
         looks = looks or (None,) * len(transfer.materials)
-        return Content(name, _matter(transfer, scene.volume), tuple(zip(transfer.materials, looks, strict=True)))
+        return Content(name, _medium(transfer, scene.volume), tuple(zip(transfer.materials, looks, strict=True)))
     caption = _of_xray(scene, name) if scene.mode == "xray" else value_name.strip() or _NUMBERS[scene.mode]
     if (given := number_colors(scene, window)) is not None:
         low, high = _shown_range(given, scene.volume)
@@ -100,13 +100,13 @@ def _grey(scene: Scene, window: Window | None) -> ColorBar:
         return ColorBar(centre, centre, lambda values: np.tile(linear_from_srgb(np.full(3, 0.5)), (values.size, 1)))
 
     def grey(values: Numbers) -> Numbers:
-        shares = np.clip((values - centre) / width + 0.5, 0, 1)
-        return np.repeat(linear_from_srgb(shares)[:, np.newaxis], 3, axis=1)
+        fractions = np.clip((values - centre) / width + 0.5, 0, 1)
+        return np.repeat(linear_from_srgb(fractions)[:, np.newaxis], 3, axis=1)
 
     return ColorBar(low, high, grey)
 
 
-def _matter(transfer: TransferFunction, volume: Volume) -> ColorBar:
+def _medium(transfer: TransferFunction, volume: Volume) -> ColorBar:
     """Colours of matter, and its opacity over a round length on which the densest is nearly opaque."""
     low, high = _shown_range(transfer, volume)
     extinctions = _at_full_gradient(transfer, np.linspace(low, high, 1025))[1]

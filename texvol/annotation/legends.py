@@ -40,12 +40,12 @@ def contents_of(scene: Scene, value_name: str, window: Window | None, letters: L
 
 def _labels(scene: Scene, name: str) -> Content:
     """The labels that are seen, by their colours; by names where the transfer function has some."""
-    matter = scene.transfer_function or proposed_for(scene.volume)
-    names, colors = matter.materials, [np.array(color) for color in matter.material_colors]
+    medium = scene.transfer_function or proposed_for(scene.volume)
+    names, colors = medium.materials, [np.array(color) for color in medium.material_colors]
     if not colors:
         labels = label_counts(scene.volume).labels.astype(np.float64)
-        seen = labels[matter.classify(labels).extinction > 0]
-        names, colors = tuple(f"{label:.0f}" for label in seen), list(straight_colors(matter, seen))
+        seen = labels[medium.classify(labels).extinction > 0]
+        names, colors = tuple(f"{label:.0f}" for label in seen), list(straight_colors(medium, seen))
     entries = zip((each.removeprefix("label ") for each in names), colors, strict=True)
     return Content(name.strip() or "label", None, tuple(entries))
 

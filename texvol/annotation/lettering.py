@@ -99,7 +99,7 @@ class Lettering:
                     f"{what}: the font {self.name} has no letter {letter!r} (U+{ord(letter):04X}): give a font that has"
                 )
 
-    def fitted(self, text: str, size: float, width: float, least_share: float) -> tuple[str, float]:
+    def fitted(self, text: str, size: float, width: float, least_fraction: float) -> tuple[str, float]:
         """The text and a size at which it is no wider than `width`: smaller, down to `least_share`, and then cut.
 
         Empty where not even a letter fits.
@@ -107,7 +107,7 @@ class Lettering:
         natural = self.box(text, size).width
         if natural <= width:
             return text, size
-        size = max(size * width / natural, size * least_share)
+        size = max(size * width / natural, size * least_fraction)
         if self.box(text, size).width <= width:
             return text, size
         most = min(len(text), int(width))  # letters of a pixel each say nothing

@@ -46,8 +46,8 @@ def rectangle(left: float, top: float, right: float, bottom: float, color: Array
     """Mark of an upright rectangle, exact to rounding."""
     columns, rows = (np.arange(max(int(np.floor(low)), 0), min(int(np.ceil(high)), count))
                      for low, high, count in ((left, right, size[0]), (top, bottom, size[1])))  # fmt: skip
-    across, down = (np.minimum(places + 1, high) - np.maximum(places, low)
-                    for places, low, high in ((columns, left, right), (rows, top, bottom)))  # fmt: skip
+    across, down = (np.minimum(positions + 1, high) - np.maximum(positions, low)
+                    for positions, low, high in ((columns, left, right), (rows, top, bottom)))  # fmt: skip
     coverage = np.clip(down, 0, 1)[:, np.newaxis] * np.clip(across, 0, 1)
     if not coverage.size:
         return patch(np.zeros((0, 0)), 0, 0, color, size)
@@ -75,35 +75,35 @@ def line(start: Point, end: Point, width: float, color: ArrayLike, size: Size, o
     middle = begin[minor] + (steps + 0.5 - begin[major]) * along[minor] / along[major]
     # Half of the strip's cut along the minor axis, and half of a pixel's shadow there.
     half = int(np.ceil(width / 2 / abs(along[major]) + 0.5 * (1 + abs(along[minor] / along[major])))) + 1
-    places = np.empty((2, steps.size, 2 * half + 1))
-    places[major] = (steps + 0.5)[:, np.newaxis]
-    places[minor] = np.floor(middle)[:, np.newaxis] + np.arange(-half, half + 1) + 0.5
-    away = places - begin[:, np.newaxis, np.newaxis]
+    positions = np.empty((2, steps.size, 2 * half + 1))
+    positions[major] = (steps + 0.5)[:, np.newaxis]
+    positions[minor] = np.floor(middle)[:, np.newaxis] + np.arange(-half, half + 1) + 0.5
+    away = positions - begin[:, np.newaxis, np.newaxis]
     across = away[1] * along[0] - away[0] * along[1]
     onward = away[0] * along[0] + away[1] * along[1]
     coverage = (_beyond(across + width / 2, along[::-1]) - _beyond(across - width / 2, along[::-1])) * (
         _beyond(onward, along) - _beyond(onward - length, along)
     )
-    columns, rows = np.floor(places).astype(np.intp)
+    columns, rows = np.floor(positions).astype(np.intp)
     shown = (coverage > 1e-9) & (columns >= 0) & (columns < size[0]) & (rows >= 0) & (rows < size[1])
     return Mark(rows[shown], columns[shown], opacity * coverage[shown], np.asarray(color, np.float64))
 
 
 def lay_over(pixels: NDArray, mark: Mark) -> None:
     """Composite the mark over the pixels, in place."""
-    place = mark.rows, mark.columns
+    position = mark.rows, mark.columns
     coverage = mark.coverage[:, np.newaxis]
-    pixel = _shown(pixels[place])
-    pixels[place] = pixel + coverage * (np.concatenate(_with_one(mark.color, pixel), axis=1) - pixel)
+    pixel = _shown(pixels[position])
+    pixels[position] = pixel + coverage * (np.concatenate(_with_one(mark.color, pixel), axis=1) - pixel)
 
 
 def lay_behind(pixels: NDArray, mark: Mark, background: ArrayLike) -> None:
     """Composite the mark between the pixels' matter and the background that they hold, in place."""
-    place = mark.rows, mark.columns
-    pixel = _shown(pixels[place])
+    position = mark.rows, mark.columns
+    pixel = _shown(pixels[position])
     let_through = (1 - pixel[:, 3:]) * mark.coverage[:, np.newaxis]
     behind = np.append(_shown(np.asarray(background, np.float64)), 0.0)
-    pixels[place] = pixel + let_through * (np.concatenate(_with_one(mark.color, pixel), axis=1) - behind)
+    pixels[position] = pixel + let_through * (np.concatenate(_with_one(mark.color, pixel), axis=1) - behind)
 
 
 def _shown(numbers: NDArray) -> NDArray[np.float64]:
@@ -135,16 +135,16 @@ def _within(
     start: NDArray[np.float64], end: NDArray[np.float64], margin: float, size: Size
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
     """The part of a line that lies in the picture and a margin about it; None where none does."""
-    way = end - start
+    direction = end - start
     first, last = 0.0, 1.0
     for axis, count in enumerate(size):
         low, high = -margin - start[axis], count + margin - start[axis]
-        if abs(way[axis]) < _LEVEL:
+        if abs(direction[axis]) < _LEVEL:
             if low > 0 or high < 0:
                 return None
             continue
-        near, far = sorted((low / way[axis], high / way[axis]))
+        near, far = sorted((low / direction[axis], high / direction[axis]))
         first, last = max(first, near), min(last, far)
     if not first < last:
         return None
-    return start + first * way, start + last * way
+    return start + first * direction, start + last * direction

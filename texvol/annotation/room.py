@@ -48,17 +48,17 @@ def framed(camera: Camera, scene: Scene, size: tuple[int, int], annotation: Anno
     z = z - float(np.linalg.norm(np.subtract(camera.target, camera.eye)))
     if camera.projection == "orthographic":
         half = max(np.ptp(x) / (right - left), np.ptp(y) / (top - bottom))
-        shift = [(places.min() + places.max()) / 2 - (low + high) / 2 * half
-                 for places, low, high in ((x, left, right), (y, bottom, top))]  # fmt: skip
+        shift = [(positions.min() + positions.max()) / 2 - (low + high) / 2 * half
+                 for positions, low, high in ((x, left, right), (y, bottom, top))]  # fmt: skip
         return _moved(replace(camera, height=2 * float(half)), shift, 0.0)
     slope = camera.half_height
     distance = max(
-        (np.max(places - high * slope * z) - np.min(places - low * slope * z)) / (slope * (high - low))
-        for places, low, high in ((x, left, right), (y, bottom, top))
+        (np.max(positions - high * slope * z) - np.min(positions - low * slope * z)) / (slope * (high - low))
+        for positions, low, high in ((x, left, right), (y, bottom, top))
     )
     depths = slope * (z + distance)
-    shift = [(np.max(places - high * depths) + np.min(places - low * depths)) / 2
-             for places, low, high in ((x, left, right), (y, bottom, top))]  # fmt: skip
+    shift = [(np.max(positions - high * depths) + np.min(positions - low * depths)) / 2
+             for positions, low, high in ((x, left, right), (y, bottom, top))]  # fmt: skip
     back = float(distance) - float(np.linalg.norm(np.subtract(camera.target, camera.eye)))
     return _moved(camera, shift, back)
 

@@ -52,7 +52,7 @@ class View:
         """Depth of the camera's target, world units."""
         return float(np.linalg.norm(np.subtract(self.camera.target, self.camera.eye)))
 
-    def places(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+    def positions(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Where points, relative to the box's centre, lie in the picture, shape (n, 2); NaN behind the eye."""
         return self._projected(self.camera.in_eye_space(points, self.volume.centre))
 
@@ -66,8 +66,8 @@ class View:
             return None
         if (depths < 0).any():
             behind = int(depths[1] < 0)
-            share = depths[behind] / (depths[behind] - depths[1 - behind])
-            ends[behind] += share * (ends[1 - behind] - ends[behind])
+            fraction = depths[behind] / (depths[behind] - depths[1 - behind])
+            ends[behind] += fraction * (ends[1 - behind] - ends[behind])
             ends[behind, 2] = self._near
         first, second = self._projected(ends)
         return first, second
@@ -105,9 +105,9 @@ class View:
         if self._perspective:
             eye = inverse @ (np.array(self.camera.eye) - self.volume.centre)  # faces lie at -½ and ½
             lost = _EDGE_ON * max(1.0, float(np.abs(eye).max()))
-            return [(bool(place < -0.5 - lost), bool(place > 0.5 + lost)) for place in eye]
-        way = inverse @ self.camera.forward * np.linalg.norm(self.volume.box_edges, axis=0)
-        return [(bool(step > _EDGE_ON), bool(step < -_EDGE_ON)) for step in way]
+            return [(bool(position < -0.5 - lost), bool(position > 0.5 + lost)) for position in eye]
+        direction = inverse @ self.camera.forward * np.linalg.norm(self.volume.box_edges, axis=0)
+        return [(bool(step > _EDGE_ON), bool(step < -_EDGE_ON)) for step in direction]
 
     def _projected(self, in_eye_space: NDArray[np.float64]) -> NDArray[np.float64]:
         depth = in_eye_space[:, 2]

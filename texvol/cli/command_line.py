@@ -31,7 +31,7 @@ from texvol.options import scene_options as options
 from texvol.options import texts
 from texvol.output import sequences
 from texvol.output.shown_pictures import Display, is_exact
-from texvol.provenance.scene_metadata import scene_facts
+from texvol.provenance.scene_metadata import scene_metadata
 from texvol.scene.scene import Scene
 from texvol.util import termination, writing
 from texvol.util.errors import AccuracyWarning, InputError, TexvolError
@@ -198,8 +198,8 @@ def _add_orbit(parser: argparse.ArgumentParser) -> None:
 def _info(arguments: argparse.Namespace) -> None:
     from texvol.cli import information
 
-    facts = information.facts(reading_options.load_volume(arguments, arguments.spacing))
-    say(json.dumps(facts, indent=2, allow_nan=False) if arguments.json else information.text(facts))
+    metadata = information.metadata(reading_options.load_volume(arguments, arguments.spacing))
+    say(json.dumps(metadata, indent=2, allow_nan=False) if arguments.json else information.text(metadata))
 
 
 def _render(arguments: argparse.Namespace) -> None:
@@ -226,13 +226,15 @@ def _render(arguments: argparse.Namespace) -> None:
             more = _draw_frames(*frames, renderer, accuracy, display, scene_options, arguments)
         stats = renderer.stats if arguments.stats else {}
         found, settings = renderer.check, renderer.settings
-        facts = {"texvol:renderer": renderer.renderer_name} | (found.attributes if found else {})
+        metadata = {"texvol:renderer": renderer.renderer_name} | (found.attributes if found else {})
     # With the textures gone there is room for what writes pictures.
     files = {}
     if picture is not None:
         shown = display.of(picture, scene, arguments.output)
-        facts |= display.facts(scene_options.volume, scene, arguments.output, settings)
-        files[arguments.output] = image.encoded(arguments.output, shown, facts, transparent=scene_options.transparent)
+        metadata |= display.metadata(scene_options.volume, scene, arguments.output, settings)
+        files[arguments.output] = image.encoded(
+            arguments.output, shown, metadata, transparent=scene_options.transparent
+        )
     if depth is not None:
         files[arguments.depth] = depth_picture.encoded(arguments.depth, depth)
     if arguments.stats:
@@ -318,9 +320,11 @@ def _raycast(arguments: argparse.Namespace) -> None:
     display = Display(scene_options, scene_options.annotation)
     scene = display.prepared(scene, scene_options.size, chose_view=scene_options.chose_view)
     picture = display.of(raycast(scene, scene_options.size), scene, arguments.output)
-    facts = {"texvol:renderer": "ray casting, float64"} | display.facts(scene_options.volume, scene, arguments.output)
+    metadata = {"texvol:renderer": "ray casting, float64"} | display.metadata(
+        scene_options.volume, scene, arguments.output
+    )
     transparent = scene_options.transparent
-    files = {arguments.output: image.encoded(arguments.output, picture, facts, transparent=transparent)}
+    files = {arguments.output: image.encoded(arguments.output, picture, metadata, transparent=transparent)}
     if arguments.depth:
         files[arguments.depth] = depth_picture.encoded(arguments.depth, isosurface_depth(scene, scene_options.size))
     writing.write_files(files)
@@ -380,8 +384,8 @@ def _demo(arguments: argparse.Namespace) -> None:
     with Renderer(arguments.backend) as renderer:
         scene = demo_scene()
         picture = renderer.render(scene, (512, 512), sampling_rate=2)
-        facts = scene_facts("demo", scene, settings=renderer.settings, checksum=is_exact(arguments.output))
-        image.write(arguments.output, picture, {"texvol:renderer": renderer.renderer_name} | facts)
+        metadata = scene_metadata("demo", scene, settings=renderer.settings, checksum=is_exact(arguments.output))
+        image.write(arguments.output, picture, {"texvol:renderer": renderer.renderer_name} | metadata)
         say(f"{Path(arguments.output).resolve()} drawn by {renderer.renderer_name} ({renderer.backend})")
 
 

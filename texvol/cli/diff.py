@@ -214,7 +214,7 @@ def in_words(outcome: Outcome) -> str:
     """What a terminal shows of an outcome."""
     lines = [f"{outcome.status}: {outcome.candidate.name}, held against {outcome.reference.name}"]
     lines += [f"  {each}" for each in (*outcome.violations, *outcome.scene_words)]
-    lines += [f"  {each.words}{_share(each.explained)}" for each in outcome.kinds]
+    lines += [f"  {each.words}{_fraction(each.explained)}" for each in outcome.kinds]
     lines += [f"  {outcome.three_way.words}"] if outcome.three_way and not outcome.is_equal else []
     lines += [f"  {each}" for each in outcome.notes]
     if outcome.measures is not None:
@@ -222,7 +222,7 @@ def in_words(outcome: Outcome) -> str:
     return "\n".join(map(shown_line, lines))
 
 
-def _share(explained: float) -> str:
+def _fraction(explained: float) -> str:
     return f" ({100 * explained:.3g}% of the squared difference)" if explained > 0 else ""
 
 

@@ -27,7 +27,7 @@ _LABELS_A_ROW = 6
 _BAR = 44
 
 
-def facts(volume: Volume) -> dict[str, Any]:
+def metadata(volume: Volume) -> dict[str, Any]:
     """Facts about a volume that JSON can hold; what does not exist or is not finite is None.
 
     Lengths are in world units, triples x, y, z. `extent` is the box along the grid's axes; `box_min` and `box_max`
@@ -85,36 +85,41 @@ def facts(volume: Volume) -> dict[str, Any]:
     }
 
 
-def text(facts: dict[str, Any]) -> str:
+def text(metadata: dict[str, Any]) -> str:
     """A page about the volume, from what `facts` returned."""
-    unit = facts["unit"]
+    unit = metadata["unit"]
     unit_name = unit or "world units (the file names none)"
-    memory = facts["memory"]
+    memory = metadata["memory"]
     textures = ", ".join(f"{name} {_bytes(size)}" for name, size in memory["texture_bytes"].items())
     with_gradients = f"{_bytes(memory['gradient_bytes'])} (light, contours in post and integrated)"
     rows = [
-        ("dimensions", f"{_row(facts['dimensions'], ' x ')}  ({facts['samples']} samples of {facts['type']})"),
-        ("spacing", f"{_row(facts['spacing'], ' x ')} {unit_name}"),
-        ("extent", f"{_row(facts['extent'], ' x ')} {unit}".rstrip()),
-        ("world", f"{_row(facts['box_min'])}  to  {_row(facts['box_max'])}"),
-        ("axes", facts["space"] or "the file does not say what the world axes point to"),
-        ("origin", _row(facts["origin"])),
-        ("direction", "; ".join(_row(row) for row in facts["direction"])),
-        ("extinction", facts["extinction_unit"]),
-        *(_label_rows(facts) if facts["labels"] else [_value_row(facts)]),
-        *([("value unit", _unit_row(facts))] if facts["value_unit"] or facts["hounsfield"] else []),
-        *([("colour", "each sample has its own; values are how much of it there is")] if facts["color"] else []),
-        *((("alone" if number == 0 else "", line) for number, line in enumerate(_lone_lines(facts["lone_extremes"])))),
-        ("not finite", f"{facts['nan_count']} NaN, {facts['inf_count']} infinite"),
+        ("dimensions", f"{_row(metadata['dimensions'], ' x ')}  ({metadata['samples']} samples of {metadata['type']})"),
+        ("spacing", f"{_row(metadata['spacing'], ' x ')} {unit_name}"),
+        ("extent", f"{_row(metadata['extent'], ' x ')} {unit}".rstrip()),
+        ("world", f"{_row(metadata['box_min'])}  to  {_row(metadata['box_max'])}"),
+        ("axes", metadata["space"] or "the file does not say what the world axes point to"),
+        ("origin", _row(metadata["origin"])),
+        ("direction", "; ".join(_row(row) for row in metadata["direction"])),
+        ("extinction", metadata["extinction_unit"]),
+        *(_label_rows(metadata) if metadata["labels"] else [_value_row(metadata)]),
+        *([("value unit", _unit_row(metadata))] if metadata["value_unit"] or metadata["hounsfield"] else []),
+        *([("colour", "each sample has its own; values are how much of it there is")] if metadata["color"] else []),
+        *(
+            (
+                ("alone" if number == 0 else "", line)
+                for number, line in enumerate(_lone_lines(metadata["lone_extremes"]))
+            )
+        ),
+        ("not finite", f"{metadata['nan_count']} NaN, {metadata['inf_count']} infinite"),
         ("memory", f"data {_bytes(memory['data_bytes'])}; texture {textures}"),
         ("", f"texture with gradients {with_gradients}"),
     ]
-    lines = [] if facts["resampling"] is None else resampling.text(facts["resampling"])
+    lines = [] if metadata["resampling"] is None else resampling.text(metadata["resampling"])
     rows += [("resampled" if number == 0 else "", line) for number, line in enumerate(lines)]
-    rows += [("note", note) for note in facts["notes"]]
-    page = [facts["name"], "", *(f"{name:<12}{value}" for name, value in rows)]
-    if facts["value_range"] is not None and not facts["labels"]:
-        page += ["", *_percentile_lines(facts), "", *_histogram_lines(facts["histogram"])]
+    rows += [("note", note) for note in metadata["notes"]]
+    page = [metadata["name"], "", *(f"{name:<12}{value}" for name, value in rows)]
+    if metadata["value_range"] is not None and not metadata["labels"]:
+        page += ["", *_percentile_lines(metadata), "", *_histogram_lines(metadata["histogram"])]
     return "\n".join(map(shown_line, page))
 
 
@@ -139,15 +144,15 @@ def _lone(volume: Volume) -> list[dict[str, Any]]:
     ]
 
 
-def _value_row(facts: dict[str, Any]) -> tuple[str, str]:
-    extent = facts["value_range"]
-    return "values", f"{_row(extent, ' to ')}, mean {_digits(facts['mean'])}" if extent else "none is finite"
+def _value_row(metadata: dict[str, Any]) -> tuple[str, str]:
+    extent = metadata["value_range"]
+    return "values", f"{_row(extent, ' to ')}, mean {_digits(metadata['mean'])}" if extent else "none is finite"
 
 
-def _unit_row(facts: dict[str, Any]) -> str:
-    if facts["hounsfield"] == "values":
+def _unit_row(metadata: dict[str, Any]) -> str:
+    if metadata["hounsfield"] == "values":
         return "taken for Hounsfield units, by their range and the share of air; the file names no unit"
-    return "HU, Hounsfield units" if facts["hounsfield"] else facts["value_unit"]
+    return "HU, Hounsfield units" if metadata["hounsfield"] else metadata["value_unit"]
 
 
 def _lone_lines(lone: list[dict[str, Any]]) -> list[str]:
@@ -161,13 +166,13 @@ def _lone_lines(lone: list[dict[str, Any]]) -> list[str]:
     return lines
 
 
-def _label_rows(facts: dict[str, Any]) -> list[tuple[str, str]]:
+def _label_rows(metadata: dict[str, Any]) -> list[tuple[str, str]]:
     """The number of labels, and a line for each few of the first ones."""
-    labels = facts["labels"]
+    labels = metadata["labels"]
     named = [f"{each['label']}: {each['samples']}" for each in labels["first"]]
     lines = [", ".join(named[at : at + _LABELS_A_ROW]) for at in range(0, len(named), _LABELS_A_ROW)]
     more = labels["count"] - len(named)
-    extent = _row(facts["value_range"], " to ")
+    extent = _row(metadata["value_range"], " to ")
     count = f"{labels['count']}, from {extent}, with numbers of samples"
     count += f"; {more} more are not listed" if more else ""
     return [("labels", count), *(("", line) for line in lines)]
@@ -236,8 +241,8 @@ def _histogram(values: NDArray[Any], low: Any, high: Any) -> tuple[list[float], 
         return [begin, end], [sum(_finite(chunk).size for chunk in _chunks(values))]
     counts = np.zeros(bins, np.int64)
     for chunk in _chunks(values):
-        places = (_finite(chunk).astype(np.float64) / 2 - begin / 2) / width * bins
-        counts += np.bincount(np.clip(places.astype(np.int64), 0, bins - 1), minlength=bins)
+        positions = (_finite(chunk).astype(np.float64) / 2 - begin / 2) / width * bins
+        counts += np.bincount(np.clip(positions.astype(np.int64), 0, bins - 1), minlength=bins)
     fractions = np.linspace(0, 1, bins + 1)
     edges = begin * (1 - fractions) + end * fractions
     return [float(edge) for edge in edges], [int(count) for count in counts]
@@ -253,15 +258,15 @@ def _number(number: Any, is_whole: bool = False) -> float | int | None:
     return int(number) if is_whole else float(number)
 
 
-def _percentile_lines(facts: dict[str, Any]) -> list[str]:
-    names, numbers = list(facts["percentiles"]), [_digits(number) for number in facts["percentiles"].values()]
+def _percentile_lines(metadata: dict[str, Any]) -> list[str]:
+    names, numbers = list(metadata["percentiles"]), [_digits(number) for number in metadata["percentiles"].values()]
     widths = [max(len(name) + 1, len(number)) for name, number in zip(names, numbers, strict=True)]
     lines = [
         "percentile  " + "  ".join(f"{name + '%':>{width}}" for name, width in zip(names, widths, strict=True)),
         "value       " + "  ".join(f"{number:>{width}}" for number, width in zip(numbers, widths, strict=True)),
     ]
-    if facts["percentile_samples"] < facts["finite_count"]:
-        used, all_of_them = facts["percentile_samples"], facts["finite_count"]
+    if metadata["percentile_samples"] < metadata["finite_count"]:
+        used, all_of_them = metadata["percentile_samples"], metadata["finite_count"]
         lines.append(f"            from {used} of {all_of_them} samples, evenly spread")
     return lines
 

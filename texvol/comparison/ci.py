@@ -157,9 +157,9 @@ def attachment(path: str) -> str:
 
 
 def _annotation(result: Result, environment: Mapping[str, str]) -> str:
-    place = {"file": _in_workspace(result.file, environment), "line": result.line if result.file else None}
-    place["title"] = f"picture {result.name} is {result.status}"
-    told = ",".join(f"{key}={_escaped(str(value), of_property=True)}" for key, value in place.items() if value)
+    position = {"file": _in_workspace(result.file, environment), "line": result.line if result.file else None}
+    position["title"] = f"picture {result.name} is {result.status}"
+    told = ",".join(f"{key}={_escaped(str(value), of_property=True)}" for key, value in position.items() if value)
     return f"::error {told}::{_escaped(chr(10).join(dict.fromkeys((*result.words, *result.kinds))) or result.status)}"
 
 

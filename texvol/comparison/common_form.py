@@ -153,16 +153,16 @@ def _says_how(header: Mapping[str, Any]) -> bool:
 
 def _shown_as(header: Mapping[str, Any], name: str) -> StoredScene:
     """The display of a header, in a scene of no other use: its volume is a single sample."""
-    from texvol.provenance.scene_metadata import scene_facts
-    from texvol.provenance.stored_scene import scene_from_facts
+    from texvol.provenance.scene_metadata import scene_metadata
+    from texvol.provenance.stored_scene import scene_from_metadata
     from texvol.scene.scene import Scene
     from texvol.scene.volume import Volume
 
     volume = Volume(np.zeros((1, 1, 1), np.float32))
-    plain = json.loads(scene_facts("", Scene(volume, mode="mip"))[SCENE_ATTRIBUTE])
+    plain = json.loads(scene_metadata("", Scene(volume, mode="mip"))[SCENE_ATTRIBUTE])
     kept = ("mode", "background", "transfer_function", *SHOWING)
     text = json.dumps(plain | {key: header[key] for key in kept if key in header})
-    return scene_from_facts(text, name=name, volume=volume)
+    return scene_from_metadata(text, name=name, volume=volume)
 
 
 def _as_found(numbers: Picture) -> StoredScene:

@@ -24,7 +24,7 @@ THUMBNAIL_DECADES = 2  # of differences, each way from the limit
 _MAGENTA = 1.0, 0.0, 1.0
 
 
-def entry_of(outcome: Outcome, *, test: str = "", page: str = "", facts: Mapping[str, str] = {}) -> dict[str, Any]:
+def entry_of(outcome: Outcome, *, test: str = "", page: str = "", metadata: Mapping[str, str] = {}) -> dict[str, Any]:
     """The line of a pair.
 
     Parameters
@@ -45,7 +45,7 @@ def entry_of(outcome: Outcome, *, test: str = "", page: str = "", facts: Mapping
     """
     measures = outcome.measures
     return {
-        **_start(outcome.name, outcome.status, test, page, facts),
+        **_start(outcome.name, outcome.status, test, page, metadata),
         "excess": excess(measures, outcome.limits),
         "size": _size(outcome.candidate),
         "measures": None if measures is None else without_infinities(_few(measures)),
@@ -66,11 +66,11 @@ def entry_without_reference(
     status: str = "new",
     test: str = "",
     page: str = "",
-    facts: Mapping[str, str] = {},
+    metadata: Mapping[str, str] = {},
 ) -> dict[str, Any]:
     """The line of a picture that has no reference yet ("new"), or whose reference can't be read ("broken")."""
     return {
-        **_start(name, status, test, page, facts),
+        **_start(name, status, test, page, metadata),
         "excess": None,
         "size": _size(candidate) if candidate else "",
         "measures": None,
@@ -83,9 +83,9 @@ def entry_without_reference(
     }
 
 
-def _start(name: str, status: str, test: str, page: str, facts: Mapping[str, str]) -> dict[str, Any]:
+def _start(name: str, status: str, test: str, page: str, metadata: Mapping[str, str]) -> dict[str, Any]:
     page = PurePath(page).as_posix() if page else ""
-    return {"name": name, "status": status, "test": test, "page": page, "facts": dict(facts)}
+    return {"name": name, "status": status, "test": test, "page": page, "facts": dict(metadata)}
 
 
 def _size(picture: Picture) -> str:
@@ -110,11 +110,11 @@ def excess(measures: Measures | None, limits: Limits) -> float | None:
         (measures.beyond_rms, limits.rms),
         (measures.beyond_flip, limits.flip),
     )
-    shares = [_share(number, limit) for number, limit in pairs if limit < np.inf]
-    return max(shares, default=0.0)
+    fractions = [_fraction(number, limit) for number, limit in pairs if limit < np.inf]
+    return max(fractions, default=0.0)
 
 
-def _share(number: float, limit: float) -> float:
+def _fraction(number: float, limit: float) -> float:
     if not number > 0:
         return 0.0 if number == 0 else _MOST_EXCESS
     return float(min(number / limit, _MOST_EXCESS)) if limit else _MOST_EXCESS
@@ -168,10 +168,10 @@ def _difference_thumbnail(differences: NDArray, limit: float) -> str:
     """Differences in false colours, by their share of the limit of a pixel: one wrong pixel is to be seen."""
     reduced = _grown(_reduced(differences, np.maximum))
     with np.errstate(divide="ignore"):
-        shares = 0.5 + np.log10(reduced / limit) / (2 * THUMBNAIL_DECADES)
-    entries = np.rint(255 * np.clip(np.nan_to_num(shares), 0, 1)).astype(np.uint8)
+        fractions = 0.5 + np.log10(reduced / limit) / (2 * THUMBNAIL_DECADES)
+    entries = np.rint(255 * np.clip(np.nan_to_num(fractions), 0, 1)).astype(np.uint8)
     colors = color.linear_from_srgb(color_table()[entries] / 255)
-    colors[shares <= 0] = 0
+    colors[fractions <= 0] = 0
     colors[~np.isfinite(reduced)] = _MAGENTA
     return _encoded(colors)
 

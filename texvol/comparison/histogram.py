@@ -67,20 +67,20 @@ class _Drawing:
 
     def y(self, count: float) -> float:
         # A single pixel is to be seen too: so the axis begins at a half.
-        share = np.log10(2 * count) / (self.count_decades + np.log10(2)) if count else 0.0
-        return float(self.bottom - (self.bottom - _TOP) * share)
+        fraction = np.log10(2 * count) / (self.count_decades + np.log10(2)) if count else 0.0
+        return float(self.bottom - (self.bottom - _TOP) * fraction)
 
 
 def _svg(kind: str, width: int, counts: NDArray, edges: NDArray, limit: float) -> str:
     most = max(int(np.ceil(np.log10(counts.max()))), 1)
-    place = _Drawing(width, float(edges[0]), float(edges[-1]), most)
+    position = _Drawing(width, float(edges[0]), float(edges[-1]), most)
     mark = float(np.log10(limit)) if limit > 0 else -np.inf
     middles = (edges[1:] + edges[:-1]) / 2
     parts = [
-        *_axes(place),
-        _columns("columns", place, counts, edges, middles <= mark),
-        _columns("too-far", place, counts, edges, middles > mark),
-        _limit_mark(place, mark, limit) if place.low <= mark <= place.high else "",
+        *_axes(position),
+        _columns("columns", position, counts, edges, middles <= mark),
+        _columns("too-far", position, counts, edges, middles > mark),
+        _limit_mark(position, mark, limit) if position.low <= mark <= position.high else "",
     ]
     return (
         f'<svg class="histogram {kind}" viewBox="0 0 {width} {_HEIGHT}" role="img" '
@@ -88,37 +88,37 @@ def _svg(kind: str, width: int, counts: NDArray, edges: NDArray, limit: float) -
     )
 
 
-def _axes(place: _Drawing) -> Iterator[str]:
-    for decade in range(place.count_decades + 1):
-        y = place.y(10.0**decade)
-        yield f'<line class="grid" x1="{_LEFT}" x2="{place.right}" y1="{y:.1f}" y2="{y:.1f}"/>'
+def _axes(position: _Drawing) -> Iterator[str]:
+    for decade in range(position.count_decades + 1):
+        y = position.y(10.0**decade)
+        yield f'<line class="grid" x1="{_LEFT}" x2="{position.right}" y1="{y:.1f}" y2="{y:.1f}"/>'
         yield f'<text x="{_LEFT - 6}" y="{y + 4:.1f}" text-anchor="end">{_power(decade)}</text>'
-    low, high = int(place.low), int(place.high)
-    every = 2 if place.width < 500 and high - low > 5 else 1
+    low, high = int(position.low), int(position.high)
+    every = 2 if position.width < 500 and high - low > 5 else 1
     for decade in range(low, high + 1, every):
-        x, anchor = place.x(decade), "end" if decade == high else "middle"
-        yield f'<text x="{x:.1f}" y="{place.bottom + 17}" text-anchor="{anchor}">{_power(decade)}</text>'
+        x, anchor = position.x(decade), "end" if decade == high else "middle"
+        yield f'<text x="{x:.1f}" y="{position.bottom + 17}" text-anchor="{anchor}">{_power(decade)}</text>'
     yield f'<text class="name" x="{_LEFT - 6}" y="12" text-anchor="end">pixels</text>'
     yield (
-        f'<text class="name" x="{place.right}" y="{_HEIGHT - 5}" text-anchor="end">'
+        f'<text class="name" x="{position.right}" y="{_HEIGHT - 5}" text-anchor="end">'
         "difference, the largest of a pixel's channels</text>"
     )
 
 
-def _columns(kind: str, place: _Drawing, counts: NDArray, edges: NDArray, chosen: NDArray[np.bool_]) -> str:
+def _columns(kind: str, position: _Drawing, counts: NDArray, edges: NDArray, chosen: NDArray[np.bool_]) -> str:
     path = "".join(
-        f"M{place.x(edges[i]) + 0.5:.1f} {place.bottom}V{place.y(counts[i]):.1f}"
-        f"H{place.x(edges[i + 1]) - 0.5:.1f}V{place.bottom}Z"
+        f"M{position.x(edges[i]) + 0.5:.1f} {position.bottom}V{position.y(counts[i]):.1f}"
+        f"H{position.x(edges[i + 1]) - 0.5:.1f}V{position.bottom}Z"
         for i in np.flatnonzero(chosen & (counts > 0))
     )
     return f'<path class="{kind}" d="{path}"/>'
 
 
-def _limit_mark(place: _Drawing, mark: float, limit: float) -> str:
-    x = place.x(mark)
-    anchor, shift = ("end", -6) if x > 0.7 * place.width else ("start", 6)
+def _limit_mark(position: _Drawing, mark: float, limit: float) -> str:
+    x = position.x(mark)
+    anchor, shift = ("end", -6) if x > 0.7 * position.width else ("start", 6)
     return (
-        f'<line class="limit" x1="{x:.1f}" x2="{x:.1f}" y1="{_TOP - 8}" y2="{place.bottom}"/>'
+        f'<line class="limit" x1="{x:.1f}" x2="{x:.1f}" y1="{_TOP - 8}" y2="{position.bottom}"/>'
         f'<text class="name" x="{x + shift:.1f}" y="{_TOP - 8}" text-anchor="{anchor}">limit {limit:.3g}</text>'
     )
 

@@ -51,9 +51,9 @@ def listed(sentences: Iterable[str]) -> str:
     return f"<ul>{items}</ul>" if items else ""
 
 
-def fact_list(facts: Mapping[str, str]) -> str:
+def fact_list(metadata: Mapping[str, str]) -> str:
     """Names with what they are, or nothing."""
-    items = "".join(f"<dt>{escaped(str(name))}</dt><dd>{escaped(str(fact))}</dd>" for name, fact in facts.items())
+    items = "".join(f"<dt>{escaped(str(name))}</dt><dd>{escaped(str(fact))}</dd>" for name, fact in metadata.items())
     return f"<dl>{items}</dl>" if items else ""
 
 

@@ -31,7 +31,7 @@ def index_page(
     entries: Sequence[Mapping[str, Any]],
     *,
     title: str = "Pictures",
-    facts: Mapping[str, str] = {},
+    metadata: Mapping[str, str] = {},
     self_test: str = "",
 ) -> str:
     """The page's text.
@@ -48,7 +48,7 @@ def index_page(
     ordered = sorted(entries, key=_badness)
     counts = {status: sum(_status(each) == status for each in ordered) for status in STATUSES}
     tested = f'<section id="self-test"><h2>What the limits catch</h2>\n{self_test}</section>' if self_test else ""
-    made = f"<h2>Made with</h2>\n{fact_list(facts)}" if facts else ""
+    made = f"<h2>Made with</h2>\n{fact_list(metadata)}" if metadata else ""
     body = f"""<h1>{escaped(title)}</h1>
 {_summary(counts)}
 {_filter(counts) if ordered else ""}
@@ -56,7 +56,7 @@ def index_page(
 {_SCALE_WORDS if any("difference" in (each.get("thumbnails") or ()) for each in ordered) else ""}
 <p id="none" role="status" hidden>No picture is of that kind.</p>
 <div id="entries">
-{"".join(_article(each, facts) for each in ordered)}
+{"".join(_article(each, metadata) for each in ordered)}
 </div>
 {tested}
 {made}"""
@@ -74,11 +74,11 @@ def _badness(entry: Mapping[str, Any]) -> tuple[int, float, str]:
     status = _status(entry)
     excess = entry.get("excess") or 0.0
     if status == "same":
-        excess = _rms_share(entry)
+        excess = _rms_fraction(entry)
     return STATUSES.index(status), -excess, str(entry.get("name", ""))
 
 
-def _rms_share(entry: Mapping[str, Any]) -> float:
+def _rms_fraction(entry: Mapping[str, Any]) -> float:
     """How much of the limit of the rms difference is used up."""
     measures, limits = entry.get("measures") or {}, entry.get("limits") or {}
     return float((measures.get("beyond_rms") or 0.0) / (limits.get("rms") or 1.0))
@@ -130,7 +130,7 @@ def _article(entry: Mapping[str, Any], common: Mapping[str, str]) -> str:
 {f'<p class="kinds">{escaped("; ".join(map(str, kinds)))}</p>' if kinds else ""}{oracle}
 {_numbers(entry)}
 {f'<p class="dim">{escaped("; ".join(map(str, notes)))}</p>' if notes else ""}
-{_own_facts(own)}</div></article>
+{_own_metadata(own)}</div></article>
 """
 
 
@@ -165,5 +165,5 @@ def _measured(value: float | None) -> str:
     return "∞" if value is None else number(value, 3)
 
 
-def _own_facts(facts: Mapping[str, str]) -> str:
-    return f"<details><summary>Made with</summary>{fact_list(facts)}</details>" if facts else ""
+def _own_metadata(metadata: Mapping[str, str]) -> str:
+    return f"<details><summary>Made with</summary>{fact_list(metadata)}</details>" if metadata else ""

@@ -69,7 +69,7 @@ class Bench:
         return bool((np.abs(picture - self.right)[finite] <= self.rounding).all())
 
     @property
-    def matter(self) -> TransferFunction:
+    def medium(self) -> TransferFunction:
         """What the scene is made of, also where it does not say."""
         return self.scene.transfer_function or proposed_for(self.scene.volume)
 
@@ -101,7 +101,7 @@ class Bench:
         if not condition:
             raise DoesNotApply(otherwise)
 
-    def needs_matter(self) -> None:
+    def needs_medium(self) -> None:
         """Raise DoesNotApply where values are seen, and no matter."""
         self.needs(self.scene.mode == "composite", f"mode {self.scene.mode} composites nothing")
 
@@ -149,13 +149,13 @@ def _dropped_slab(bench: Bench) -> Pixels:
 
 
 def _swapped_order(bench: Bench) -> Pixels:
-    bench.needs_matter()
+    bench.needs_medium()
     backwards = ("optics.glsl", "return front + (1.0 - front.a) * back;", "return back + (1.0 - back.a) * front;")
     return bench.draw(Planted((backwards,), under=OVER_WHAT_IS_THERE))
 
 
 def _alpha_of_the_back(bench: Bench) -> Pixels:
-    bench.needs_matter()
+    bench.needs_medium()
     by_back = ("optics.glsl", "return front + (1.0 - front.a) * back;", "return front + (1.0 - back.a) * back;")
     return bench.draw(Planted((by_back,), under=UNDER_BY_ITS_OWN_ALPHA))
 
@@ -198,22 +198,22 @@ def _missing_cosine(bench: Bench) -> Pixels:
 
 
 def _linear_opacity(bench: Bench) -> Pixels:
-    bench.needs_matter()
+    bench.needs_medium()
     if bench.scene.classification != "slab" or bench.draws_pieces:
         in_series = ("optics.glsl", "return opacity;", "return min(x, 1.0);")
         otherwise = ("optics.glsl", "return x < 0.5 ? series : 1.0 - exp(-x);", "return min(x, 1.0);")
         return bench.draw(Planted((in_series, otherwise)))
-    matter = linear_in_depth(bench.matter, float(bench.settings["slab_thickness"]))
-    return bench.draw(scene=replace(bench.scene, transfer_function=matter))
+    medium = linear_in_depth(bench.medium, float(bench.settings["slab_thickness"]))
+    return bench.draw(scene=replace(bench.scene, transfer_function=medium))
 
 
 def _double_thickness(bench: Bench) -> Pixels:
-    bench.needs_matter()
+    bench.needs_medium()
     added = tuple(
         replace(each, transfer_function=times(each.transfer_function or proposed_for(each.volume), 2.0))
         for each in bench.scene.added
     )
-    return bench.draw(scene=replace(bench.scene, transfer_function=times(bench.matter, 2.0), added=added))
+    return bench.draw(scene=replace(bench.scene, transfer_function=times(bench.medium, 2.0), added=added))
 
 
 def _eight_bit_target(bench: Bench) -> Pixels:

@@ -45,29 +45,29 @@ class OtherExtinction(TransferFunction):
         return Classified(straight * weight[..., np.newaxis], extinction)
 
 
-def linear_in_depth(matter: TransferFunction, slab_thickness: float) -> OtherExtinction:
+def linear_in_depth(medium: TransferFunction, slab_thickness: float) -> OtherExtinction:
     """Matter that has in a slab the opacity min(τL, 1), where it should be 1 - e^-τL."""
 
     def change(extinction: NDArray[np.float64]) -> NDArray[np.float64]:
         return depth_from_opacity(np.minimum(extinction * slab_thickness, 1.0)) / slab_thickness
 
-    return OtherExtinction(**{each.name: getattr(matter, each.name) for each in fields(matter)}, change=change)
+    return OtherExtinction(**{each.name: getattr(medium, each.name) for each in fields(medium)}, change=change)
 
 
-def times(matter: TransferFunction, factor: float) -> TransferFunction:
+def times(medium: TransferFunction, factor: float) -> TransferFunction:
     """The same matter, so many times as dense: a slab of it shows what one so many times as thick did."""
     # Colours of points that glow are per length; those of others, and of opaque ones, are colours.
-    glows = matter.emissive | (matter.premultiplied & np.isfinite(matter.extinctions))
+    glows = medium.emissive | (medium.premultiplied & np.isfinite(medium.extinctions))
     return replace(
-        matter,
-        colors=matter.colors * np.where(glows, factor, 1.0)[..., np.newaxis],
-        extinctions=matter.extinctions * factor,
+        medium,
+        colors=medium.colors * np.where(glows, factor, 1.0)[..., np.newaxis],
+        extinctions=medium.extinctions * factor,
         graded=tuple(
             replace(each, emissions=each.emissions * factor, extinctions=each.extinctions * factor)
-            for each in matter.graded
+            for each in medium.graded
         ),
         contours=tuple(
             replace(each, emission=tuple(factor * np.array(each.emission)), extinction=each.extinction * factor)
-            for each in matter.contours
+            for each in medium.contours
         ),
     )

@@ -14,7 +14,7 @@ from texvol.comparison.limits import DRIVER_ATTRIBUTE, Limits, default_limits, v
 from texvol.comparison.measures import Measures, measure, without_infinities
 from texvol.comparison.pictures import Picture
 from texvol.comparison.scene_changes import SceneChange, drawing_changes, in_words, listed, scene_changes
-from texvol.comparison.three_way import ThreeWay, three_way
+from texvol.comparison.three_way import ThreeRay, three_way
 
 _SEEN_LIGHT = 1 / 255  # a level of 8 bits: less is rounding
 
@@ -45,7 +45,7 @@ class Outcome:
     violations: tuple[str, ...]
     status: str
     kinds: tuple[Kind, ...] = ()
-    three_way: ThreeWay | None = None
+    three_way: ThreeRay | None = None
     notes: tuple[str, ...] = ()
     scene_changes: tuple[SceneChange, ...] | None = None
 

@@ -38,7 +38,7 @@ _MOST_GAIN = 30  # powers of two: what is below 1e-9 is no difference of float32
 
 
 def comparison_page(
-    outcome: Outcome, *, facts: Mapping[str, str] = {}, index: str | None = None, flip: bool = False
+    outcome: Outcome, *, metadata: Mapping[str, str] = {}, index: str | None = None, flip: bool = False
 ) -> str:
     """The page's text.
 
@@ -60,9 +60,9 @@ def comparison_page(
 {number_tables(measures, outcome.limits) if measures else ""}
 <h2>Files</h2>
 {file_table(outcome)}
-{fact_list(facts)}"""
+{fact_list(metadata)}"""
     title = f"{outcome.status}: {outcome.name}"
-    return document(title, body, _STYLES, _SCRIPTS, data_element("facts", _viewer_facts(outcome, flip)))
+    return document(title, body, _STYLES, _SCRIPTS, data_element("facts", _viewer_metadata(outcome, flip)))
 
 
 def _verdict(outcome: Outcome) -> str:
@@ -100,7 +100,7 @@ def _histogram_section(outcome: Outcome) -> str:
     )
 
 
-def _viewer_facts(outcome: Outcome, flip: bool) -> dict[str, Any]:
+def _viewer_metadata(outcome: Outcome, flip: bool) -> dict[str, Any]:
     """What the page's script has to know."""
     measures, limits = outcome.measures, outcome.limits
     if measures is None:
@@ -139,8 +139,12 @@ def _is_seen_through(pixels: NDArray) -> bool:
 
 def _clipped_words(outcome: Outcome) -> str:
     """Says that pixels are brighter than a screen shows, if they are."""
-    share = 0.0
+    fraction = 0.0
     for each in (outcome.candidate.pixels, outcome.reference.pixels):
         bright = (each[..., :3] > 1) & np.isfinite(each[..., :3])
-        share = max(share, float(bright.any(axis=2).mean()) if bright.any() else 0.0)
-    return f"{100 * share:.2g}% of the pixels are brighter than 1 and shown as 1: lower the exposure." if share else ""
+        fraction = max(fraction, float(bright.any(axis=2).mean()) if bright.any() else 0.0)
+    return (
+        f"{100 * fraction:.2g}% of the pixels are brighter than 1 and shown as 1: lower the exposure."
+        if fraction
+        else ""
+    )

@@ -26,7 +26,7 @@ _MOST_TEXT = 60  # characters of a value
 _MOST_VALUES = 3  # of a part that are named
 _LONGEST_TUPLE = 4  # numbers that are shown together: a place, a colour
 _NO_SCENE = ("format", "settings")
-_PLACES = ("volume", "name", "source", "path", "absolute", "type")  # of content that a checksum stands for
+_POSITIONS = ("volume", "name", "source", "path", "absolute", "type")  # of content that a checksum stands for
 _BY_TRANSFER_FUNCTION = "transfer function"  # scene_facts.BY_TRANSFER_FUNCTION, without what it imports
 _FILES = ("volume", "name", "path")
 _VOLUME = ("volume", "source", "dimensions", "spacing", "origin", "direction", "type", "kind", "checksum")
@@ -136,7 +136,7 @@ def _compared_keys(ours: Mapping[str, Any], theirs: Mapping[str, Any]) -> list[s
     """Keys of two objects, without those that a checksum stands for; a PNG has none, and is compared by files."""
     keys = list({**ours, **theirs})
     if "checksum" in ours and "checksum" in theirs:
-        return [key for key in keys if key not in _PLACES]
+        return [key for key in keys if key not in _POSITIONS]
     left_out = {"checksum", "absolute"} | ({"volume", "name"} if ours.get("source") and theirs.get("source") else set())
     return [key for key in keys if key not in left_out]
 

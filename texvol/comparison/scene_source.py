@@ -52,8 +52,8 @@ def scene_of(path: str | os.PathLike[str], *, volume: AnyVolume = None) -> tuple
 
 def small_size(size: tuple[int, int]) -> tuple[int, int]:
     """A size of the same shape that is quick to draw."""
-    share = min(1.0, LONGEST_SIDE / max(size))
-    return max(1, round(size[0] * share)), max(1, round(size[1] * share))
+    fraction = min(1.0, LONGEST_SIDE / max(size))
+    return max(1, round(size[0] * fraction)), max(1, round(size[1] * fraction))
 
 
 def _stored(scene_options: SceneOptions, volume: Volume, name: str) -> StoredScene:

@@ -22,7 +22,7 @@ from texvol.comparison.mistakes import Bench, drawn
 from texvol.comparison.outcome import Outcome, examine
 from texvol.comparison.pictures import Picture
 from texvol.comparison.planting import PlantedRenderer
-from texvol.provenance.scene_metadata import scene_facts
+from texvol.provenance.scene_metadata import scene_metadata
 from texvol.provenance.stored_scene import AnyVolume, StoredScene
 from texvol.rendering.renderer import Renderer
 from texvol.util.errors import ContextError
@@ -190,7 +190,7 @@ class _Judge:
     def __init__(self, bench: Bench, limits: Limits) -> None:
         self.bench = bench
         self._limits = limits
-        self._attributes = scene_facts(bench.stored.name, bench.scene)  # says whether pixels are numbers
+        self._attributes = scene_metadata(bench.stored.name, bench.scene)  # says whether pixels are numbers
         self._reference = self._picture(bench.right, "right picture")
 
     def _picture(self, pixels: NDArray, name: str) -> Picture:

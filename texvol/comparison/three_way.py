@@ -38,7 +38,7 @@ OTHER_SCENE, UNKNOWN = "other scene", "unknown"
 
 
 @dataclass(frozen=True)
-class ThreeWay:
+class ThreeRay:
     """What came of holding a candidate and its reference against the truth."""
 
     candidate_error: Difference | None  # of the candidate from the truth; None where that is not known
@@ -78,7 +78,7 @@ def truth_of(
     return form.of_truth(raycast(stored.scene, size), stored)
 
 
-def three_way(candidate: ArrayLike, reference: ArrayLike, truth: ArrayLike, *, has_opacity: bool = True) -> ThreeWay:
+def three_way(candidate: ArrayLike, reference: ArrayLike, truth: ArrayLike, *, has_opacity: bool = True) -> ThreeRay:
     """Which of two pictures is nearer to the truth.
 
     Parameters
@@ -99,7 +99,7 @@ def three_way(candidate: ArrayLike, reference: ArrayLike, truth: ArrayLike, *, h
     pictures = _without_common_infinities(*pictures)
     ours, theirs = (compare(each, pictures[2]) for each in pictures[:2])
     verdict, reason = _verdict(ours, theirs, ROUNDING * max(1.0, float(np.abs(pictures[2]).max())))
-    return ThreeWay(ours, theirs, verdict, f"{_TITLES[verdict]}: {reason}")
+    return ThreeRay(ours, theirs, verdict, f"{_TITLES[verdict]}: {reason}")
 
 
 def each_by_its_own(
@@ -109,7 +109,7 @@ def each_by_its_own(
     *,
     has_opacity: bool = True,
     reasons: Sequence[str] = (),
-) -> ThreeWay:
+) -> ThreeRay:
     """Two pictures of unlike scenes, each held against the truth of its own scene.
 
     Parameters
@@ -145,10 +145,10 @@ def each_by_its_own(
         if error is not None
     ]
     words = "the scenes are not the same, so that neither better nor worse can be said: " + "; ".join([*said, *reasons])
-    return ThreeWay(errors[0], errors[1], OTHER_SCENE, words)
+    return ThreeRay(errors[0], errors[1], OTHER_SCENE, words)
 
 
-def supposing(found: ThreeWay, who: str, other: str) -> ThreeWay:
+def supposing(found: ThreeRay, who: str, other: str) -> ThreeRay:
     """A verdict where only one of the pictures says of which scene it is: that of `who` may not be that of `other`."""
     words = f"{other} does not say which scene it shows, so that it can't be judged; if it is that of {who}: "
     return replace(found, verdict=UNKNOWN, words=words + found.words.partition(": ")[2])
@@ -181,9 +181,9 @@ def _verdict(ours: Difference, theirs: Difference, rounding: float) -> tuple[str
     return (BETTER if rms + largest < 0 else WORSE), numbers
 
 
-def _change(now: float, before: float, share: float, rounding: float) -> int:
+def _change(now: float, before: float, fraction: float, rounding: float) -> int:
     """-1 if it fell, 1 if it rose, 0 if that may be chance or rounding."""
-    if abs(now - before) <= max(share * max(now, before), rounding):
+    if abs(now - before) <= max(fraction * max(now, before), rounding):
         return 0
     return 1 if now > before else -1
 

@@ -76,11 +76,11 @@ def _above(volume: Volume, value: float) -> tuple[NDArray[np.float32], NDArray[n
     return np.pad(above, 1, mode="edge"), np.pad(missing, 1, mode="edge") if missing.any() else missing
 
 
-def _is_beside(missing: NDArray[np.bool_], places: NDArray) -> NDArray[np.bool_]:
+def _is_beside(missing: NDArray[np.bool_], positions: NDArray) -> NDArray[np.bool_]:
     """Whether places lie in cells of which a corner is missing."""
-    cells = np.minimum(np.floor(places).astype(int), np.array(missing.shape) - 2)
+    cells = np.minimum(np.floor(positions).astype(int), np.array(missing.shape) - 2)
     z, y, x = cells.T
-    found = np.zeros(len(places), np.bool_)
+    found = np.zeros(len(positions), np.bool_)
     for corner in range(8):
         found |= missing[z + (corner & 1), y + (corner >> 1 & 1), x + (corner >> 2)]
     return found

@@ -87,10 +87,10 @@ class _Piece:
         step = np.arange(len(start)) - np.repeat(np.cumsum(of_each) - of_each, of_each)
         if is_strip:
             odd = step % 2  # every other triangle of a strip goes the other way round
-            places = start + step + odd, start + step + 1 - odd, start + step + 2
+            positions = start + step + odd, start + step + 1 - odd, start + step + 2
         else:
-            places = start, start + step + 1, start + step + 2
-        return np.stack([corners[place] for place in places], axis=1)
+            positions = start, start + step + 1, start + step + 2
+        return np.stack([corners[position] for position in positions], axis=1)
 
     def _count(self, name: str) -> int:
         count = int(self._piece.get(name, 0))

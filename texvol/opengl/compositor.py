@@ -50,7 +50,7 @@ NO_LIGHT = dict.fromkeys(
 _ENDS_AHEAD, _LEAST_AHEAD, _MOST_AHEAD = 6.0, 16.0, 64.0  # times the slabs that end a ray, and slabs
 
 AnyTexture = moderngl.Texture | moderngl.Texture3D
-Stretch = tuple[moderngl.Texture, moderngl.Texture]
+Interval = tuple[moderngl.Texture, moderngl.Texture]
 
 
 @dataclass(frozen=True)
@@ -68,16 +68,16 @@ class Drawing:
     size: tuple[int, int]
     color_scale: float = 1.0
     least_transmittance: float = 0.0
-    leaps: moderngl.Texture3D | None = None
+    skips: moderngl.Texture3D | None = None
     cells_per_box: tuple[float, float, float] = (1.0, 1.0, 1.0)
     count: bool = False
     lighting: Lighting | None = None  # that falls on what the shader classifies
     depth_cue: DepthCue | None = None
     projection: Projection | None = None  # in place of matter
-    arriving: moderngl.Texture3D | None = None  # of each light that casts shadows
+    light_transmittance: moderngl.Texture3D | None = None  # of each light that casts shadows
     cutting: Cutting = NOT_CUT
     surfaces: Surfaces | None = None  # that stand in the volume
-    stretch: Stretch | None = None  # places between which matter is seen
+    interval: Interval | None = None  # places between which matter is seen
     origin: NDArray[np.float64] | None = None  # world point at depth 0, where it is not the middle of the box
 
     @property
@@ -145,14 +145,14 @@ class Compositor:
             return
         units = dict(resources)
         uniforms = seen_uniforms(drawing) | picture_uniforms(drawing, stacks) | light_uniforms_of(drawing)
-        uniforms |= way_uniforms(drawing.volume, drawing.camera, drawing.size, stacks.slab_thickness, drawing.about)
-        if drawing.leaps is not None:
-            units["leaps"] = drawing.leaps
-            uniforms |= leap_uniforms(drawing)
-        if drawing.arriving is not None:
-            units["arriving"] = drawing.arriving
-        if drawing.stretch is not None:
-            units |= dict(zip(("near_places", "far_places"), drawing.stretch, strict=True))
+        uniforms |= ray_uniforms(drawing.volume, drawing.camera, drawing.size, stacks.slab_thickness, drawing.about)
+        if drawing.skips is not None:
+            units["skips"] = drawing.skips
+            uniforms |= skip_uniforms(drawing)
+        if drawing.light_transmittance is not None:
+            units["light_transmittance"] = drawing.light_transmittance
+        if drawing.interval is not None:
+            units |= dict(zip(("near_positions", "far_positions"), drawing.interval, strict=True))
         if not brick.is_whole:
             uniforms |= brick_uniforms(brick)
         blending = "add" if drawing.count else drawing.projection.blending if drawing.projection else "under"
@@ -266,11 +266,11 @@ def _switches(drawing: Drawing, brick: Brick) -> dict[str, int]:
         | {
             "PERSPECTIVE": int(not parallel),
             "BRICKS": int(not brick.is_whole),
-            "LEAPS": int(drawing.leaps is not None),
+            "SKIPS": int(drawing.skips is not None),
             "COUNT": int(drawing.count),
             "CUE": int(drawing.depth_cue is not None),
             "HALF_SPACES": len(drawing.cutting),
-            "STRETCH": int(drawing.stretch is not None),
+            "INTERVAL": int(drawing.interval is not None),
         }
     )
 
@@ -278,7 +278,7 @@ def _switches(drawing: Drawing, brick: Brick) -> dict[str, int]:
 def _slabs_at_once(drawing: Drawing, switches: dict[str, int]) -> int:
     """How many slabs of a run are sampled at a time: more where runs are long, and little is remembered of each."""
     is_little = switches["CLASSIFICATION"] == 2 and switches["RAMPS"] and not switches["GRADIENT"] | switches["WEIGHTS"]
-    runs_are_long = drawing.leaps is None or drawing.slab_thickness <= drawing.volume.smallest_spacing
+    runs_are_long = drawing.skips is None or drawing.slab_thickness <= drawing.volume.smallest_spacing
     return 4 if is_little and runs_are_long else 2
 
 
@@ -299,12 +299,12 @@ def picture_uniforms(drawing: Drawing, stacks: SlabStacks) -> dict[str, Any]:
     uniforms: dict[str, Any] = {"eye_depth": stacks.eye_depth, "picture_middle": (size[0] / 2, size[1] / 2)}
     if drawing.cutting:
         uniforms["half_spaces"] = half_spaces_in_box(drawing.cutting, drawing.volume)
-    if camera.projection == "perspective" and (drawing.projection is None or drawing.projection.measures_ways):
+    if camera.projection == "perspective" and (drawing.projection is None or drawing.projection.measures_rays):
         uniforms["tangent_per_pixel"] = 2 * camera.half_height / size[1]
     return uniforms
 
 
-def way_uniforms(
+def ray_uniforms(
     volume: Volume, camera: Camera, size: tuple[int, int], slab_thickness: float, about: NDArray[np.float64]
 ) -> dict[str, Any]:
     """Where the rays are in the box at depth 0, and how they go on, for a depth of one slab; worked out in float64.
@@ -335,7 +335,7 @@ def seen_uniforms(drawing: Drawing) -> dict[str, Any]:
     return scales | drawing.baked.uniforms(drawing.slab_thickness)
 
 
-def leap_uniforms(drawing: Drawing) -> dict[str, Any]:
+def skip_uniforms(drawing: Drawing) -> dict[str, Any]:
     """How the cells lie in the box, and in `post` how many slabs of matter a ray looks for before it samples them.
 
     A ray that ends has looked in vain for what lies behind; one that goes on waits for its neighbours each time that it

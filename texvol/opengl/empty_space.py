@@ -21,7 +21,7 @@ class EmptySpace:
         self._shown: tuple[Shown, int, Mask | None, tuple[float, float] | None] | None = None
         self._cells: Cells | None = None
         self._visible = np.zeros((0, 0, 0), np.bool_)
-        self._leaps: moderngl.Texture3D | None = None
+        self._skips: moderngl.Texture3D | None = None
         self._parts: dict[Brick, NDArray[np.float64] | None] = {}
 
     def prepare(
@@ -46,18 +46,18 @@ class EmptySpace:
         steepest = self._cells.steepest(volume, reach) if reach else np.inf
         self._visible = self._cells.visible(shown, steepest, mask, steps)
         self._parts.clear()
-        self._release_leaps()
+        self._release_skips()
         if not self._visible.all():
-            leaps = self._cells.leaps(self._visible)
-            nz, ny, nx = leaps.shape
-            self._leaps = self._gl.texture3d((nx, ny, nz), 1, leaps, alignment=1, dtype="u1")
-            self._leaps.filter = moderngl.NEAREST, moderngl.NEAREST
+            skips = self._cells.skips(self._visible)
+            nz, ny, nx = skips.shape
+            self._skips = self._gl.texture3d((nx, ny, nz), 1, skips, alignment=1, dtype="u1")
+            self._skips.filter = moderngl.NEAREST, moderngl.NEAREST
         self._shown = shown, reach, mask, steps
 
     @property
-    def leaps(self) -> moderngl.Texture3D | None:
+    def skips(self) -> moderngl.Texture3D | None:
         """`Cells.leaps` as a texture, or None where every cell shows something."""
-        return self._leaps
+        return self._skips
 
     @property
     def cells_per_box(self) -> tuple[float, float, float]:
@@ -81,20 +81,20 @@ class EmptySpace:
         size = np.array(self._cells.size)
         first, last = np.array(brick.stored_first) // size, -(-np.array(brick.stored_last) // size)
         z, y, x = (slice(a, b) for a, b in zip(first[::-1], last[::-1], strict=True))
-        places = np.nonzero(self._visible[z, y, x])
-        if not places[0].size:
+        positions = np.nonzero(self._visible[z, y, x])
+        if not positions[0].size:
             return None
-        cells = np.array([[axis.min() for axis in places], [axis.max() + 1 for axis in places]])[:, ::-1] + first
+        cells = np.array([[axis.min() for axis in positions], [axis.max() + 1 for axis in positions]])[:, ::-1] + first
         part = cells * size / np.array(brick.dimensions)
         stored = brick.stored_box
         return np.array([np.maximum(part[0], stored[0]), np.minimum(part[1], stored[1])])
 
     def release(self) -> None:
         """Give the texture back and forget the volume."""
-        self._release_leaps()
+        self._release_skips()
         self._volume = self._cells = None
 
-    def _release_leaps(self) -> None:
-        if self._leaps is not None:
-            self._leaps.release()
-        self._leaps = self._shown = None
+    def _release_skips(self) -> None:
+        if self._skips is not None:
+            self._skips.release()
+        self._skips = self._shown = None

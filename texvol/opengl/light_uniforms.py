@@ -20,7 +20,7 @@ from texvol.scene.lighting import (
     casts_shadows,
     depends_on_eye,
     lights_of_kind,
-    place_of,
+    position_of,
     shadow_distance,
     unit,
 )
@@ -58,22 +58,22 @@ def light_uniforms(lighting: Lighting, volume: Volume, largest_gradient: float) 
         uniforms["directions"] = _array([unit(light.vector) for light in directional if light.vector])
         uniforms["direction_colors"] = _array([light.color for light in directional])
     if points := lights_of_kind(lighting, "point"):
-        uniforms["positions"] = _array([place_of(light, volume) / volume.radius for light in points])
+        uniforms["positions"] = _array([position_of(light, volume) / volume.radius for light in points])
         uniforms["position_colors"] = _array([light.color for light in points])
     if points or casts_shadows(lighting):
-        to_place, to_box = box_matrices(volume)
-        uniforms["world_from_box"] = tuple(to_place.T.reshape(-1))  # column after column
-        uniforms["world_corner"] = tuple(to_place @ np.full(3, -0.5))
+        to_position, to_box = box_matrices(volume)
+        uniforms["world_from_box"] = tuple(to_position.T.reshape(-1))  # column after column
+        uniforms["world_corner"] = tuple(to_position @ np.full(3, -0.5))
     if casts_shadows(lighting):
-        uniforms["box_from_place"] = tuple(to_box.T.reshape(-1))
+        uniforms["box_from_position"] = tuple(to_box.T.reshape(-1))
         uniforms["shadow_distance"] = shadow_distance(volume) / volume.radius
     return uniforms
 
 
 def box_matrices(volume: Volume) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """From shares of the box to places in units of its radius, both from its middle, and back; shape (3, 3)."""
-    to_place = volume.box_edges / volume.radius
-    return to_place, volume.index_from_world * volume.radius / np.array(volume.dimensions)[:, np.newaxis]
+    to_position = volume.box_edges / volume.radius
+    return to_position, volume.index_from_world * volume.radius / np.array(volume.dimensions)[:, np.newaxis]
 
 
 def eye_uniforms(lighting: Lighting, camera: Camera, size: tuple[int, int]) -> dict[str, Any]:

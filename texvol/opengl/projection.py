@@ -38,7 +38,7 @@ from texvol.textures.value_storage import FAR, HUGE, bulk_of
 from texvol.textures.value_texture import ValueTexture
 
 # Stands where texels of values want a transfer function that nothing is asked of.
-NO_MATTER = TransferFunction(np.zeros(1), np.zeros((1, 3)), np.zeros(1))
+NO_MEDIUM = TransferFunction(np.zeros(1), np.zeros((1, 3)), np.zeros(1))
 NOTHING_YET = -3e38  # the largest value of none
 _ROUNDING = 2.0**-20  # of a value, more than interpolation loses
 _SAME = 2.0**-22  # of a stored value: half an ulp or two, which interpolation may take from equal texels
@@ -84,7 +84,7 @@ class Projection:
         return {1: "add", 2: "largest", 3: "under"}[_MODES[self.mode]]
 
     @property
-    def measures_ways(self) -> bool:
+    def measures_rays(self) -> bool:
         """Whether it matters how long a ray's way is."""
         return _MODES[self.mode] == 1
 
@@ -112,9 +112,9 @@ class Projection:
         uniforms: dict[str, Any] = {}
         if self._missing(baked):
             uniforms = {"missing_from": baked.missing_from, "largest_finite": _largest_finite(baked)}
-        if self._missing(baked) == 2 or not self.measures_ways:
+        if self._missing(baked) == 2 or not self.measures_rays:
             uniforms["samples"] = tuple(map(float, baked.volume.dimensions))
-        if self.measures_ways:
+        if self.measures_rays:
             bias = self._bias(baked)
             return uniforms | {"bias": bias, "least": -_ALL_FINITE if self.attenuation is None else bias}
         if self.mode in ("mip", "minip"):
@@ -153,23 +153,26 @@ class Projection:
 
     def _sums(self, drawn: NDArray[np.float32], baked: ValueTexture) -> tuple[Numbers, NDArray[np.bool_]]:
         """Integrals per slab thickness, or averages, and where there are any."""
-        above, way, infinite, minus_infinite = np.moveaxis(drawn.astype(np.float64), -1, 0)
-        base, per, finite = baked.offset + baked.scale * self._bias(baked), 1.0, way
+        above, direction, infinite, minus_infinite = np.moveaxis(drawn.astype(np.float64), -1, 0)
+        base, per, finite = baked.offset + baked.scale * self._bias(baked), 1.0, direction
         if self.attenuation is not None:
             base, per = max(base - self.attenuation.air, 0.0), self.attenuation.per_value
-            finite, minus_infinite = way - minus_infinite, np.zeros_like(way)  # which lets all through as air does
+            finite, minus_infinite = (
+                direction - minus_infinite,
+                np.zeros_like(direction),
+            )  # which lets all through as air does
         found = per * (baked.scale * above + base * finite)
         if self.mode == "average":
-            found = np.divide(found, way, out=np.zeros_like(found), where=way > 0)
+            found = np.divide(found, direction, out=np.zeros_like(found), where=direction > 0)
         found[infinite > 0] = np.inf
         found[minus_infinite > 0] = -np.inf
         found[(infinite > 0) & (minus_infinite > 0)] = np.nan  # of both there is no sum
-        return found, way > 0
+        return found, direction > 0
 
     def _missing(self, baked: ValueTexture) -> int:
         """The shader's switch MISSING."""
         if _has_infinities(baked.volume):
-            return 2 if self.measures_ways else 1
+            return 2 if self.measures_rays else 1
         return int(baked.volume.has_missing or self._may_be_far(baked))
 
     def _bias(self, baked: ValueTexture) -> float:

@@ -18,8 +18,8 @@ from texvol.opengl.compositor import (
     brick_uniforms,
     light_uniforms_of,
     picture_uniforms,
+    ray_uniforms,
     seen_uniforms,
-    way_uniforms,
 )
 from texvol.opengl.light_uniforms import light_switches
 from texvol.slicing.bricks import Brick
@@ -52,22 +52,22 @@ def draw_several(
     uniforms: dict[str, Any] = picture_uniforms(first, stacks)
     for number, (drawing, brick, its) in enumerate(zip(drawings, bricks, resources, strict=True)):
         textures = dict(its)
-        own = way_uniforms(drawing.volume, drawing.camera, drawing.size, drawing.slab_thickness, drawing.about)
+        own = ray_uniforms(drawing.volume, drawing.camera, drawing.size, drawing.slab_thickness, drawing.about)
         own |= seen_uniforms(drawing) | light_uniforms_of(drawing)
         if not brick.is_whole:
             own |= brick_uniforms(brick)
         if drawing.volume.labels:
             own["samples_per_edge"] = tuple(map(float, drawing.volume.dimensions))
-        if drawing.arriving is not None:
-            textures["arriving"] = drawing.arriving
-        if drawing.leaps is not None:
-            textures["leaps"] = drawing.leaps
+        if drawing.light_transmittance is not None:
+            textures["light_transmittance"] = drawing.light_transmittance
+        if drawing.skips is not None:
+            textures["skips"] = drawing.skips
             own["cells_per_box"] = drawing.cells_per_box
         units |= {f"{name}_{number}": texture for name, texture in textures.items()}
         uniforms |= {f"{name}_{number}": value for name, value in own.items() if name not in _OF_ALL}
     uniforms |= {name: value for name, value in seen_uniforms(first).items() if name in _OF_ALL}
-    if first.stretch is not None:
-        units |= dict(zip(("near_places", "far_places"), first.stretch, strict=True))
+    if first.interval is not None:
+        units |= dict(zip(("near_positions", "far_positions"), first.interval, strict=True))
     if len(units) > compositor.most_textures:
         raise InputError(
             f"{len(drawings)} volumes take {len(units)} textures at once, and this driver has room for "
@@ -85,7 +85,7 @@ def switches_of(drawings: Sequence[Drawing], bricks: Sequence[Brick]) -> dict[st
         "VOLUMES": len(drawings),
         "PERSPECTIVE": int(first.camera.projection == "perspective"),
         "HALF_SPACES": len(first.cutting),
-        "STRETCH": int(first.stretch is not None),
+        "INTERVAL": int(first.interval is not None),
         "CAPS": int(first.cutting.caps),
         "CUE": int(first.depth_cue is not None),
         "COUNT": int(first.count),
@@ -95,7 +95,7 @@ def switches_of(drawings: Sequence[Drawing], bricks: Sequence[Brick]) -> dict[st
     for number, (drawing, brick) in enumerate(zip(drawings, bricks, strict=True)):
         own = NO_LIGHT | NOTHING_SPECIAL | drawing.baked.switches(math.inf, 1.0)
         own |= light_switches(drawing.lighting)
-        own |= {"BRICKS": int(not brick.is_whole), "LEAPS": int(drawing.leaps is not None)}
+        own |= {"BRICKS": int(not brick.is_whole), "SKIPS": int(drawing.skips is not None)}
         own["FACES"] = int(drawing.volume.labels)
         for other in ("WHOLE_SLABS", "SHALLOW"):
             own.pop(other)

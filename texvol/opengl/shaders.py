@@ -49,7 +49,7 @@ _DEFINITION = re.compile(r"^\s*#\s*define\s+(\w+)", re.MULTILINE)
 # on: Mesa 22 forgets #line's second number, the source string, for function calls.
 _LINES_PER_FILE = 10_000
 # Where a message points to: Mesa writes 0:12(3):, NVIDIA 0(12) :, others ERROR: 0:12:.
-_PLACE = re.compile(r"^(?:ERROR: )?\d+(?::(\d+)(?:\(\d+\))?|\((\d+)\)) ?: ?", re.MULTILINE)
+_POSITION = re.compile(r"^(?:ERROR: )?\d+(?::(\d+)(?:\(\d+\))?|\((\d+)\)) ?: ?", re.MULTILINE)
 
 
 class ShaderError(RuntimeError):
@@ -222,8 +222,8 @@ def _check_switches(sources: list[str], defines: Mapping[str, int], files: str) 
 def _with_files(message: str, files: list[str]) -> str:
     """The driver's message with file:line in place of its numbers."""
 
-    def place(match: re.Match[str]) -> str:
+    def position(match: re.Match[str]) -> str:
         file, line = divmod(int(match[1] or match[2]), _LINES_PER_FILE)
         return f"{files[file - 1]}:{line}: " if 1 <= file <= len(files) else match[0]
 
-    return _PLACE.sub(place, message)
+    return _POSITION.sub(position, message)

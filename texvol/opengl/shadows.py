@@ -20,15 +20,15 @@ from texvol.opengl.light_uniforms import box_matrices
 from texvol.opengl.shaders import load_program, set_uniforms
 from texvol.opengl.texture_store import TextureStore, same
 from texvol.scene.cutting import Cutting
-from texvol.scene.lighting import Light, Lighting, casts_shadows, place_of, shadow_nodes, unit
+from texvol.scene.lighting import Light, Lighting, casts_shadows, position_of, shadow_nodes, unit
 from texvol.scene.scene import Scene
 from texvol.scene.transfer import TransferFunction
 from texvol.scene.volume import Volume
 from texvol.slicing.bricks import Brick
-from texvol.textures.shaded_samples import Arriving
+from texvol.textures.shaded_samples import LightTransmittance
 from texvol.textures.value_texture import ValueTexture, bake_values
 
-Matter = Sequence[tuple[Scene, TransferFunction]]
+Medium = Sequence[tuple[Scene, TransferFunction]]
 _MOST_PARTS = 2048  # of a way through the box: more would take seconds
 
 
@@ -46,10 +46,10 @@ class Shadows:
         self._gl = context.gl
         self._programs: dict[tuple[Any, ...], moderngl.Program] = {}
         self._cast_for: tuple[Any, ...] | None = None
-        self._arriving: list[Arriving] = []
+        self._light_transmittance: list[LightTransmittance] = []
         self.textures: list[moderngl.Texture3D] = []
 
-    def prepare(self, scenes: Matter, thickness: float) -> list[Arriving] | None:
+    def prepare(self, scenes: Medium, thickness: float) -> list[LightTransmittance] | None:
         """Have what arrives at the nodes of each volume, as found by parts of about a slab's thickness.
 
         `scenes` are those of one volume each, with its transfer function, see `Scene.each_alone`. None where nothing
@@ -60,24 +60,24 @@ class Shadows:
             return None
         volumes = [each.volume for each, _ in scenes]
         part = max(thickness, 2 * max(volume.radius for volume in volumes) / _MOST_PARTS)
-        estimators = [scene.gradient if matter.needs_gradient else None for _, matter in scenes]
+        estimators = [scene.gradient if medium.needs_gradient else None for _, medium in scenes]
         asked: tuple[Any, ...] = (part, repr(lighting.casting), repr(estimators), repr(scene.cutting))
-        asked += tuple(thing for each, matter in scenes for thing in (each.volume, each.mask, matter))
+        asked += tuple(thing for each, medium in scenes for thing in (each.volume, each.mask, medium))
         if self._cast_for is None or not same(self._cast_for, asked):
             self._cast_for = None
             self._release_textures()
-            self._arriving = self._cast(lighting, scenes, estimators, asked, part)
-            self.textures = [self._uploaded(arriving) for arriving in self._arriving]
+            self._light_transmittance = self._cast(lighting, scenes, estimators, asked, part)
+            self.textures = [self._uploaded(light_transmittance) for light_transmittance in self._light_transmittance]
             self._cast_for = asked
-        return self._arriving
+        return self._light_transmittance
 
     def _cast(
-        self, lighting: Lighting, scenes: Matter, estimators: list[Any], asked: tuple[Any, ...], part_length: float
-    ) -> list[Arriving]:
+        self, lighting: Lighting, scenes: Medium, estimators: list[Any], asked: tuple[Any, ...], part_length: float
+    ) -> list[LightTransmittance]:
         volumes = [scene.volume for scene, _ in scenes]
         depths = [np.zeros((len(lighting.casting), *shadow_nodes(volume)[::-1]), np.float32) for volume in volumes]
-        for (scene, matter), estimator in zip(scenes, estimators, strict=True):
-            baked = bake_values(scene.volume, matter, "post", "exact", estimator, scene.mask)
+        for (scene, medium), estimator in zip(scenes, estimators, strict=True):
+            baked = bake_values(scene.volume, medium, "post", "exact", estimator, scene.mask)
             textures = TextureStore(self._context, self._budget)
             try:
                 textures.prepare(baked, scene.volume, asked, (1, 1, 1))
@@ -168,9 +168,9 @@ class Shadows:
             self._programs[key] = load_program(self._gl, "shadow", defines=switches, vertex="corner.vert")
         return self._programs[key]
 
-    def _uploaded(self, arriving: Arriving) -> moderngl.Texture3D:
-        nz, ny, nx, lights = arriving.shape
-        texture = self._gl.texture3d((nx, ny, nz), lights, arriving, alignment=1, dtype="f4")
+    def _uploaded(self, light_transmittance: LightTransmittance) -> moderngl.Texture3D:
+        nz, ny, nx, lights = light_transmittance.shape
+        texture = self._gl.texture3d((nx, ny, nz), lights, light_transmittance, alignment=1, dtype="f4")
         texture.repeat_x = texture.repeat_y = texture.repeat_z = False
         texture.filter = moderngl.LINEAR, moderngl.LINEAR
         return texture
@@ -178,7 +178,7 @@ class Shadows:
     def _release_textures(self) -> None:
         for texture in self.textures:
             texture.release()
-        self.textures, self._arriving = [], []
+        self.textures, self._light_transmittance = [], []
 
 
 def _from_other_box(volume: Volume, other: Volume) -> dict[str, Any]:
@@ -193,19 +193,19 @@ def _uniforms(
     light: Light, baked: ValueTexture, brick: Brick, nodes: tuple[int, int, int], part_length: float
 ) -> dict[str, Any]:
     volume = baked.volume
-    place_from_box, box_from_place = box_matrices(volume)
+    position_from_box, box_from_position = box_matrices(volume)
     assert light.vector is not None
     uniforms: dict[str, Any] = {
         "nodes": nodes,
-        "to_light": tuple(place_of(light, volume) / volume.radius if light.kind == "point" else unit(light.vector)),
-        "box_from_place": tuple(box_from_place.T.reshape(-1)),
+        "to_light": tuple(position_of(light, volume) / volume.radius if light.kind == "point" else unit(light.vector)),
+        "box_from_position": tuple(box_from_position.T.reshape(-1)),
         "part_length": part_length / volume.radius,
         "length_per_unit": volume.radius / baked.length_unit,
     }
     if light.kind == "point":
-        uniforms["place_from_box"] = tuple(place_from_box.T.reshape(-1))
-    matter = baked.uniforms(1.0)
-    matter.pop("slab_length")
+        uniforms["position_from_box"] = tuple(position_from_box.T.reshape(-1))
+    medium = baked.uniforms(1.0)
+    medium.pop("slab_length")
     if not brick.is_whole:
         uniforms |= brick_uniforms(brick)
-    return uniforms | matter
+    return uniforms | medium

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from texvol.opengl.contexts import Context
 
-_SHARE = 0.5  # of what is free
+_FRACTION = 0.5  # of what is free
 _UNKNOWN = 1 << 30  # where the driver does not tell
 _SOFTWARE_TEXTURE = (1 << 30) - 1  # Mesa's software driver refuses textures of a gibibyte and more
 _NVIDIA_FREE, _AMD_FREE = 0x9049, 0x87FC  # GL_NVX_gpu_memory_info, GL_ATI_meminfo: kibibytes
@@ -14,7 +14,7 @@ _NVIDIA_FREE, _AMD_FREE = 0x9049, 0x87FC  # GL_NVX_gpu_memory_info, GL_ATI_memin
 
 def default_budget(context: Context) -> int:
     """Bytes: half of what is free."""
-    return int(_SHARE * _free(context))
+    return int(_FRACTION * _free(context))
 
 
 def largest_texture(context: Context) -> int:

@@ -8,7 +8,7 @@ from texvol.options import light as lit
 from texvol.options import meshes as geometry
 from texvol.options import texts
 from texvol.options.scene_option import SceneOption
-from texvol.options.volumes import ADD, LOOK, OF_ADDED, PLACE, OfAdded
+from texvol.options.volumes import ADD, LOOK, OF_ADDED, POSITION, OfAdded
 from texvol.scene.lighting import Lighting
 from texvol.scene.scene import CLASSIFICATIONS, COLORINGS, MODES
 
@@ -33,7 +33,7 @@ GROUPS: tuple[tuple[str, str | None, tuple[SceneOption | OfAdded, ...]], ...] = 
                 "classification", texts.choice(*CLASSIFICATIONS), "KIND",
                 "slab (default), extinction, post or integrated",
             ),
-            *PLACE,
+            *POSITION,
             SceneOption("size", texts.size, "WxH", "pixels (512x512)"),
             SceneOption("background", texts.color, "R,G,B", "linear light from behind (0,0,0), or: transparent"),
             SceneOption(
@@ -79,15 +79,15 @@ GROUPS: tuple[tuple[str, str | None, tuple[SceneOption | OfAdded, ...]], ...] = 
                 "--ambient; depth: no light, but shading by depth; none: no light, whatever the scene file says",
                 lit.light_table,
             ),
-            SceneOption("ambient", lit.share, "A", f"light from everywhere ({Lighting.ambient:g})"),
-            SceneOption("diffuse", lit.share, "D", f"share of light that matter scatters ({Lighting.diffuse:g})"),
-            SceneOption("specular", lit.share, "S", f"share of light in highlights ({Lighting.specular:g})"),
-            SceneOption("shininess", lit.share, "N", f"the higher, the smaller highlights ({Lighting.shininess:g})"),
+            SceneOption("ambient", lit.fraction, "A", f"light from everywhere ({Lighting.ambient:g})"),
+            SceneOption("diffuse", lit.fraction, "D", f"share of light that matter scatters ({Lighting.diffuse:g})"),
+            SceneOption("specular", lit.fraction, "S", f"share of light in highlights ({Lighting.specular:g})"),
+            SceneOption("shininess", lit.fraction, "N", f"the higher, the smaller highlights ({Lighting.shininess:g})"),
             SceneOption(
                 "two-sided", bool, "", "light the side that faces the eye (default), or only the side of lower values"
             ),
             SceneOption(
-                "fade", lit.share, "G",
+                "fade", lit.fraction, "G",
                 "gradient magnitude, data units per world unit, under which shading fades out "
                 "(a hundredth of the range of values per sample)",
             ),

@@ -59,9 +59,9 @@ def light(text: str) -> Light | str:
         return kind
     if kind not in LIGHT_KINDS or len(parts) > len(_TABLE_KEYS[kind]):
         raise argparse.ArgumentTypeError(f"a light is {_LIGHT_FORMS}, and not {text!r}")
-    place = _TABLE_KEYS[kind][0] if kind != "head" else ""
-    where = parts.pop(0) if place and parts else ""
-    vector = cast(Triple, _numbers(where, f"a {place} X,Y,Z", 3)) if where else None
+    position = _TABLE_KEYS[kind][0] if kind != "head" else ""
+    where = parts.pop(0) if position and parts else ""
+    vector = cast(Triple, _numbers(where, f"a {position} X,Y,Z", 3)) if where else None
     color = _light_color(parts[0]) if parts else Light.color
     return _checked(lambda: Light(cast(LightKind, kind), vector, color))
 
@@ -86,7 +86,7 @@ def as_text(value: Any) -> str:
     return ",".join(str(part) for part in value) if isinstance(value, list) else str(value)
 
 
-def share(text: str) -> float:
+def fraction(text: str) -> float:
     """A number from 0 upwards."""
     (wanted,) = _numbers(text, "a number from 0 upwards", 1)
     if wanted < 0:

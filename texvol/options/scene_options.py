@@ -224,9 +224,9 @@ class SceneOptions:
         return air_in_8_bits(volume) if in_8_bits else None
 
     def _transfer_function(self, volume: Volume) -> TransferFunction | None:
-        matter = volume_options.matter_of(self._chosen, volume)
+        medium = volume_options.medium_of(self._chosen, volume)
         # The other modes classify nothing.
-        return transfer.proposed_for(volume) if matter is None and self.mode == "composite" else matter
+        return transfer.proposed_for(volume) if medium is None and self.mode == "composite" else medium
 
 
 def with_negative_values(line: Sequence[str]) -> list[str]:

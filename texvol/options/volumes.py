@@ -57,7 +57,7 @@ LOOK = (
         "*=OPACITY for the others; an opacity is that of one smallest spacing",
     ),
 )  # fmt: skip
-PLACE = (
+POSITION = (
     SceneOption("spacing", texts.triple, "X,Y,Z", "distance of samples, overrides the file's"),
     SceneOption(
         "transform", transform_options.transform, "M",
@@ -73,7 +73,7 @@ PLACE = (
 )  # fmt: skip
 _TIME = SceneOption("time", texts.index, "N", "which time step, from 0")
 _OF_ADDED = {
-    option.name: option for option in (*LOOK, *PLACE, *(READING | {"time": _TIME}).values())
+    option.name: option for option in (*LOOK, *POSITION, *(READING | {"time": _TIME}).values())
 }  # fmt: skip
 
 
@@ -117,8 +117,8 @@ class AddedChoice:
         """
         mask = masked(self.chosen, loaded)
         volume = placed(turned(loaded, first.space), self.chosen)
-        matter = matter_of(self.chosen, volume)
-        return AddedVolume(volume, transfer.proposed_beside(volume, number) if matter is None else matter, mask)
+        medium = medium_of(self.chosen, volume)
+        return AddedVolume(volume, transfer.proposed_beside(volume, number) if medium is None else medium, mask)
 
 
 def added(text: str) -> AddedChoice:
@@ -229,7 +229,7 @@ def masked(chosen: Mapping[str, Any], volume: Volume) -> Mask | None:
     return choice.load(volume)
 
 
-def matter_of(chosen: Mapping[str, Any], volume: Volume) -> TransferFunction | None:
+def medium_of(chosen: Mapping[str, Any], volume: Volume) -> TransferFunction | None:
     """The transfer function that the options say for a volume; None where they say nothing.
 
     Raises

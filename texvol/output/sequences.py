@@ -106,7 +106,7 @@ def draw_frames(
     fps: float | None = None,
 ) -> dict[str, Any]:
     """Draw and write every frame; what `--stats` says of them."""
-    facts = {"texvol:renderer": renderer.renderer_name}
+    metadata = {"texvol:renderer": renderer.renderer_name}
     estimate: dict[str, Any] = {}
     start = after_first = time.perf_counter()
     with (
@@ -119,7 +119,7 @@ def draw_frames(
                 accuracy, estimate = _kept(renderer, accuracy)
                 after_first = time.perf_counter()
             shown = display.of(picture, scene, output)
-            writer.add(shown, facts | display.facts(frames.name, scene, output, renderer.settings))
+            writer.add(shown, metadata | display.metadata(frames.name, scene, output, renderer.settings))
             progress.show(number + 1)
         writer.finish()
     end = time.perf_counter()

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from numpy.typing import NDArray
 
 from texvol.annotation import Annotation, annotate, check, with_room
-from texvol.provenance.scene_metadata import scene_facts
+from texvol.provenance.scene_metadata import scene_metadata
 from texvol.scene.display import NUMBER_MODES
 from texvol.scene.scene import Scene
 from texvol.scene.volume import Volume
@@ -114,9 +114,9 @@ class Display:
             self._window = display.found_window(picture, scene)
         return display.shown(picture, scene, window=self._window)
 
-    def facts(self, name: str, scene: Scene, path: str, settings: Mapping[str, Any] | None = None) -> dict[str, str]:
+    def metadata(self, name: str, scene: Scene, path: str, settings: Mapping[str, Any] | None = None) -> dict[str, str]:
         """What the header of a picture file of that name says of its scene, and of how it is shown."""
         shown: dict[str, Any] = {}
         if scene.mode in NUMBER_MODES and self._window is not None:
             shown = {"window": self._window}
-        return scene_facts(name, scene, settings=settings or {}, display=shown, checksum=is_exact(path))
+        return scene_metadata(name, scene, settings=settings or {}, display=shown, checksum=is_exact(path))

@@ -22,20 +22,20 @@ _LOOK = {"color": list, "opacity": (int, float), "lit": bool, "cut": bool}
 _KEYS = {*_LOOK, "path", "absolute", "checksum"}
 
 
-def geometry_facts(geometry: Iterable[Mesh | Lines]) -> list[dict[str, Any]]:
+def geometry_metadata(geometry: Iterable[Mesh | Lines]) -> list[dict[str, Any]]:
     """What the header says of it."""
-    facts = []
+    metadata = []
     for shape in geometry:
         fact: dict[str, Any] = {"color": list(shape.color), "opacity": shape.opacity}
         if isinstance(shape, Mesh):
             fact |= {"lit": shape.lit, "cut": shape.cut, "checksum": _checksum(shape)}
             if os.path.isfile(shape.name):
                 fact |= {"path": shape.name, "absolute": os.path.abspath(shape.name)}
-        facts.append(fact)
-    return facts
+        metadata.append(fact)
+    return metadata
 
 
-def geometry_from_facts(content: Any, places: Callable[[Mapping[str, Any]], Iterator[str]]) -> tuple[Mesh, ...]:
+def geometry_from_metadata(content: Any, positions: Callable[[Mapping[str, Any]], Iterator[str]]) -> tuple[Mesh, ...]:
     """The meshes again; `places` says where a file may be.
 
     Raises
@@ -45,16 +45,16 @@ def geometry_from_facts(content: Any, places: Callable[[Mapping[str, Any]], Iter
     """
     if not isinstance(content, list) or not all(isinstance(each, dict) and set(each) <= _KEYS for each in content):
         raise InputError("a list of meshes is wanted")
-    return tuple(_mesh(each, places) for each in content)
+    return tuple(_mesh(each, positions) for each in content)
 
 
-def _mesh(fact: Mapping[str, Any], places: Callable[[Mapping[str, Any]], Iterator[str]]) -> Mesh:
+def _mesh(fact: Mapping[str, Any], positions: Callable[[Mapping[str, Any]], Iterator[str]]) -> Mesh:
     for key, kind in _LOOK.items():
         if key in fact and not isinstance(fact[key], kind):  # type: ignore[arg-type]
             raise InputError(f"{key} is of another type than it should be")
     if not isinstance(fact.get("path"), str) or not isinstance(fact.get("absolute", ""), str):
         raise InputError("lines, or a mesh that was in no file, which can't be drawn again")
-    path = next(places(fact), None)
+    path = next(positions(fact), None)
     if path is None:
         raise InputError(f"the mesh {fact['path']!r}, which is neither here nor beside the picture")
     color = fact.get("color")

@@ -15,14 +15,14 @@ MOST_CHARACTERS = 64 << 20  # as many as of a transfer function, which is the lo
 T = TypeVar("T")
 
 
-class Facts:
+class Metadata:
     """A header's object, or one within it; `where` is what messages call it."""
 
     def __init__(self, content: Mapping[str, Any], name: str, where: str = "the scene in its header") -> None:
         self.content, self.name, self._where = content, name, where
 
     @classmethod
-    def of(cls, text: str, name: str, known: Mapping[str, Any], always: tuple[str, ...]) -> Facts:
+    def of(cls, text: str, name: str, known: Mapping[str, Any], always: tuple[str, ...]) -> Metadata:
         """What a header of the picture `name` says, by keys that are known, and some that have to be there.
 
         Raises
@@ -30,25 +30,25 @@ class Facts:
         InputError
             If it is none that texvol writes.
         """
-        facts = cls({}, name)
+        metadata = cls({}, name)
         try:
             content = text_files.parsed_json(text, "it") if len(text) <= MOST_CHARACTERS else None
         except InputError as error:
-            raise facts.fault(str(error).removeprefix("it: ")) from None
+            raise metadata.fault(str(error).removeprefix("it: ")) from None
         if not isinstance(content, dict):
-            raise facts.fault(f"is not a JSON object of at most {MOST_CHARACTERS >> 20} MB")
+            raise metadata.fault(f"is not a JSON object of at most {MOST_CHARACTERS >> 20} MB")
         version = content.get("format", 1)
         if version not in (1, FORMAT):
-            raise facts.fault(f"is of format {parts.quoted(version)}, and this texvol reads up to {FORMAT}")
-        facts.content = content
-        facts.check_keys(known, always)
-        return facts
+            raise metadata.fault(f"is of format {parts.quoted(version)}, and this texvol reads up to {FORMAT}")
+        metadata.content = content
+        metadata.check_keys(known, always)
+        return metadata
 
-    def inner(self, content: Any, what: str) -> Facts:
+    def inner(self, content: Any, what: str) -> Metadata:
         """The facts of an object within this one."""
         if not isinstance(content, dict):
             raise self.fault(f"has {what} that is none: an object is wanted, and not {parts.quoted(content)}")
-        return Facts(content, self.name, f"{what} of {self._where}")
+        return Metadata(content, self.name, f"{what} of {self._where}")
 
     def check_keys(self, known: Mapping[str, Any], always: tuple[str, ...]) -> None:
         """Raise InputError where a key is not known, or one of `always` is not there."""

@@ -44,7 +44,7 @@ LABELS, COLORS = "labels", "colors"  # kinds of samples, where they are not valu
 _CHECKSUMS: WeakKeyDictionary[Volume | Mask, str] = WeakKeyDictionary()
 
 
-def scene_facts(
+def scene_metadata(
     name: str,
     scene: Scene,
     *,
@@ -65,14 +65,14 @@ def scene_facts(
     checksum : bool
         Whether to say which values the volume has, which takes as long as reading through them.
     """
-    facts: dict[str, Any] = {"format": FORMAT, **_volume(name, scene.volume, scene.mask, checksum)}
+    metadata: dict[str, Any] = {"format": FORMAT, **_volume(name, scene.volume, scene.mask, checksum)}
     if scene.added:
-        facts["added"] = [_added(each, checksum) for each in scene.added]
-    facts |= _shown(scene)
+        metadata["added"] = [_added(each, checksum) for each in scene.added]
+    metadata |= _shown(scene)
     if settings:
-        facts["settings"] = dict(settings)
-    facts |= display
-    return {"Software": f"texvol {__version__}", ATTRIBUTE: json.dumps(facts, default=_plain)}
+        metadata["settings"] = dict(settings)
+    metadata |= display
+    return {"Software": f"texvol {__version__}", ATTRIBUTE: json.dumps(metadata, default=_plain)}
 
 
 def checksum_of(held: Volume | Mask) -> str:
@@ -97,7 +97,7 @@ def kind_of(volume: Volume) -> str:
 
 def _volume(name: str, volume: Volume, mask: Mask | None, checksum: bool) -> dict[str, Any]:
     """Which volume it is, and where; and its mask."""
-    facts: dict[str, Any] = {
+    metadata: dict[str, Any] = {
         "volume": name,
         "source": dict(volume.source),
         "dimensions": volume.dimensions,
@@ -107,22 +107,22 @@ def _volume(name: str, volume: Volume, mask: Mask | None, checksum: bool) -> dic
         "type": volume.values.dtype.name,
     }
     if kind_of(volume):
-        facts["kind"] = kind_of(volume)
+        metadata["kind"] = kind_of(volume)
     if checksum:
-        facts["checksum"] = checksum_of(volume)
+        metadata["checksum"] = checksum_of(volume)
     if mask is not None:
-        facts["mask"] = {"name": mask.name, "source": dict(mask.source)}
-        facts["mask"] |= {"checksum": checksum_of(mask)} if checksum else {}
-    return facts
+        metadata["mask"] = {"name": mask.name, "source": dict(mask.source)}
+        metadata["mask"] |= {"checksum": checksum_of(mask)} if checksum else {}
+    return metadata
 
 
 def _added(added: AddedVolume, checksum: bool) -> dict[str, Any]:
     """A further volume, and its matter."""
-    facts = _volume(added.volume.name, added.volume, added.mask, checksum)
-    return facts | {"transfer_function": _matter(added.transfer_function, added.volume).as_json()}
+    metadata = _volume(added.volume.name, added.volume, added.mask, checksum)
+    return metadata | {"transfer_function": _medium(added.transfer_function, added.volume).as_json()}
 
 
-def _matter(transfer_function: TransferFunction | None, volume: Volume) -> TransferFunction:
+def _medium(transfer_function: TransferFunction | None, volume: Volume) -> TransferFunction:
     """The transfer function, or the proposed one, as renderer and oracle do; another texvol may propose another."""
     if transfer_function is None:
         from texvol.scene.transfer import proposed_for
@@ -133,44 +133,44 @@ def _matter(transfer_function: TransferFunction | None, volume: Volume) -> Trans
 
 def _shown(scene: Scene) -> dict[str, Any]:
     """What is seen of the volume, and how."""
-    facts: dict[str, Any] = {"classification": scene.classification, "background": scene.background}
+    metadata: dict[str, Any] = {"classification": scene.classification, "background": scene.background}
     if scene.mode != "composite":
-        facts |= {"mode": scene.mode} | ({"isovalue": scene.isovalue} if scene.isovalue is not None else {})
-        facts |= {"air": scene.air} if scene.air is not None else {}
+        metadata |= {"mode": scene.mode} | ({"isovalue": scene.isovalue} if scene.isovalue is not None else {})
+        metadata |= {"air": scene.air} if scene.air is not None else {}
     transfer_function = scene.transfer_function
     is_colored = scene.mode in NUMBER_MODES and scene.coloring == "tf"
     if scene.mode == "composite" or is_colored:
-        transfer_function = _matter(transfer_function, scene.volume)
+        transfer_function = _medium(transfer_function, scene.volume)
     if is_colored:
-        facts["colors"] = BY_TRANSFER_FUNCTION
-    if scene.needs_gradient or _matter_needs_gradient(scene):
-        facts["gradient"] = asdict(scene.gradient)
-    facts |= {
+        metadata["colors"] = BY_TRANSFER_FUNCTION
+    if scene.needs_gradient or _medium_needs_gradient(scene):
+        metadata["gradient"] = asdict(scene.gradient)
+    metadata |= {
         name: asdict(part)
         for name, part in (("lighting", scene.lighting), ("depth_cue", scene.depth_cue), ("camera", scene.camera))
         if part is not None
     }
     if transfer_function is not None:
-        facts["transfer_function"] = transfer_function.as_json()
+        metadata["transfer_function"] = transfer_function.as_json()
     if scene.geometry:
-        from texvol.provenance.geometry import geometry_facts
+        from texvol.provenance.geometry import geometry_metadata
 
-        facts["geometry"] = geometry_facts(scene.geometry)
-    return facts | _cutting(scene)
+        metadata["geometry"] = geometry_metadata(scene.geometry)
+    return metadata | _cutting(scene)
 
 
-def _matter_needs_gradient(scene: Scene) -> bool:
+def _medium_needs_gradient(scene: Scene) -> bool:
     """Whether some matter of the scene depends on the gradient, also of what is proposed for it."""
     if scene.mode != "composite":
         return False
     parts = [(scene.transfer_function, scene.volume), *((each.transfer_function, each.volume) for each in scene.added)]
-    return any(_matter(*part).needs_gradient for part in parts)
+    return any(_medium(*part).needs_gradient for part in parts)
 
 
 def _cutting(scene: Scene) -> dict[str, Any]:
     """What is cut away."""
-    facts: dict[str, Any] = {"clip": [asdict(plane) for plane in scene.clip]} if scene.clip else {}
-    return facts | ({"crop": scene.crop} if scene.crop else {}) | ({"caps": True} if scene.caps else {})
+    metadata: dict[str, Any] = {"clip": [asdict(plane) for plane in scene.clip]} if scene.clip else {}
+    return metadata | ({"crop": scene.crop} if scene.crop else {}) | ({"caps": True} if scene.caps else {})
 
 
 def _plain(thing: Any) -> Any:

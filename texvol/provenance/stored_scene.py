@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.provenance import parts
-from texvol.provenance.geometry import geometry_from_facts
-from texvol.provenance.metadata import Facts
+from texvol.provenance.geometry import geometry_from_metadata
+from texvol.provenance.metadata import Metadata
 from texvol.provenance.scene_metadata import ATTRIBUTE, BY_TRANSFER_FUNCTION
-from texvol.provenance.volumes import ALWAYS, KEYS, AnyVolume, found_added, found_mask, found_volume, places
+from texvol.provenance.volumes import ALWAYS, KEYS, AnyVolume, found_added, found_mask, found_volume, positions
 from texvol.scene.added_volume import AddedVolume
 from texvol.scene.air import checked_air
 from texvol.scene.camera import Camera
@@ -32,7 +32,7 @@ from texvol.scene.shapes import Mesh
 from texvol.scene.transfer.files import from_content
 from texvol.util.errors import InputError
 
-__all__ = ["AnyVolume", "StoredScene", "scene_from_facts", "stored_scene_of"]
+__all__ = ["AnyVolume", "StoredScene", "scene_from_metadata", "stored_scene_of"]
 _ALWAYS = (*ALWAYS, "classification", "background")
 _KEYS = dict.fromkeys(
     (*KEYS, "classification", "background", "format", "added", "mode", "isovalue", "air", "gradient", "lighting")
@@ -86,7 +86,7 @@ def stored_scene_of(
     mask: Mask | None = None,
     added: Sequence[AddedVolume | AnyVolume] = (),
 ) -> StoredScene:
-    """The scene in a picture's attributes; see `scene_from_facts`.
+    """The scene in a picture's attributes; see `scene_from_metadata`.
 
     Raises
     ------
@@ -95,10 +95,10 @@ def stored_scene_of(
     """
     if ATTRIBUTE not in attributes:
         raise InputError(f"{name}: has no scene in its header ({ATTRIBUTE}), where texvol writes it in EXR and PNG")
-    return scene_from_facts(attributes[ATTRIBUTE], name=name, folder=folder, volume=volume, mask=mask, added=added)
+    return scene_from_metadata(attributes[ATTRIBUTE], name=name, folder=folder, volume=volume, mask=mask, added=added)
 
 
-def scene_from_facts(
+def scene_from_metadata(
     text: str,
     *,
     name: str,
@@ -130,38 +130,38 @@ def scene_from_facts(
     InputError
         If the text is not such a header, or a volume or a mask is not found or has changed.
     """
-    facts = Facts.of(text, name, _KEYS, _ALWAYS)
-    settings = facts.part("settings", parts.settings) or {}
-    window = facts.part("window", lambda each: checked_window(parts.numbers(each, 2)))
-    described = _described(facts, folder)
+    metadata = Metadata.of(text, name, _KEYS, _ALWAYS)
+    settings = metadata.part("settings", parts.settings) or {}
+    window = metadata.part("window", lambda each: checked_window(parts.numbers(each, 2)))
+    described = _described(metadata, folder)
     # Last, since it may take long to read them.
-    found = found_volume(facts, volume, folder)
-    described |= {"mask": found_mask(facts, found, mask, folder), "added": found_added(facts, added, folder)}
-    scene = facts.checked(lambda: Scene(found, **described))
+    found = found_volume(metadata, volume, folder)
+    described |= {"mask": found_mask(metadata, found, mask, folder), "added": found_added(metadata, added, folder)}
+    scene = metadata.checked(lambda: Scene(found, **described))
     return StoredScene(scene, settings, window, name)
 
 
-def _described(facts: Facts, folder: str | os.PathLike[str] | None) -> dict[str, Any]:
+def _described(metadata: Metadata, folder: str | os.PathLike[str] | None) -> dict[str, Any]:
     """All of a scene but its volumes and masks."""
 
     def meshes(content: Any) -> tuple[Mesh, ...]:
-        return geometry_from_facts(content, lambda fact: places(fact, folder))
+        return geometry_from_metadata(content, lambda fact: positions(fact, folder))
 
     return {
-        "transfer_function": facts.part("transfer_function", lambda each: from_content(each, "transfer function")),
-        "camera": facts.part("camera", lambda each: parts.made(Camera, each)),
-        "lighting": facts.part("lighting", parts.lighting),
-        "depth_cue": facts.part("depth_cue", lambda each: parts.made(DepthCue, each)),
-        "background": facts.part("background", lambda each: parts.numbers(each, 3)),
-        "isovalue": facts.part("isovalue", parts.number),
-        "air": facts.part("air", _air),
-        "coloring": facts.part("colors", _coloring) or "grey",
-        "gradient": facts.part("gradient", lambda each: parts.made(Estimator, each)) or Estimator(),
-        "clip": facts.part("clip", parts.clip_planes) or (),
-        "crop": facts.part("crop", checked_crop),
-        "caps": facts.part("caps", parts.switch) or False,
-        "geometry": facts.part("geometry", meshes) or (),
-    } | {key: facts.content[key] for key in ("classification", "mode") if key in facts.content}
+        "transfer_function": metadata.part("transfer_function", lambda each: from_content(each, "transfer function")),
+        "camera": metadata.part("camera", lambda each: parts.made(Camera, each)),
+        "lighting": metadata.part("lighting", parts.lighting),
+        "depth_cue": metadata.part("depth_cue", lambda each: parts.made(DepthCue, each)),
+        "background": metadata.part("background", lambda each: parts.numbers(each, 3)),
+        "isovalue": metadata.part("isovalue", parts.number),
+        "air": metadata.part("air", _air),
+        "coloring": metadata.part("colors", _coloring) or "grey",
+        "gradient": metadata.part("gradient", lambda each: parts.made(Estimator, each)) or Estimator(),
+        "clip": metadata.part("clip", parts.clip_planes) or (),
+        "crop": metadata.part("crop", checked_crop),
+        "caps": metadata.part("caps", parts.switch) or False,
+        "geometry": metadata.part("geometry", meshes) or (),
+    } | {key: metadata.content[key] for key in ("classification", "mode") if key in metadata.content}
 
 
 def _air(content: Any) -> Any:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from texvol.provenance import parts
-from texvol.provenance.metadata import Facts
+from texvol.provenance.metadata import Metadata
 from texvol.provenance.scene_metadata import COLORS, LABELS, checksum_of, kind_of
 from texvol.scene.added_volume import AddedVolume
 from texvol.scene.mask import Mask
@@ -27,41 +27,41 @@ KEYS = (*ALWAYS, "source", "origin", "direction", "type", "kind", "checksum", "m
 _ADDED_KEYS = dict.fromkeys((*KEYS, "transfer_function"))
 _MASK_KEYS = dict.fromkeys(("name", "source", "checksum"))
 _MOST_DEMO_SAMPLES = 512  # along each axis, 0.5 GB: a header must not be able to ask for more
-_SAME_PLACE = 1e-9  # of the spacing: what another version of a library may make of the same file
+_SAME_POSITION = 1e-9  # of the spacing: what another version of a library may make of the same file
 
 Folder = str | os.PathLike[str] | None
 
 
-def found_volume(facts: Facts, given: AnyVolume, folder: Folder) -> Volume:
+def found_volume(metadata: Metadata, given: AnyVolume, folder: Folder) -> Volume:
     """The volume that was drawn, or InputError."""
     if isinstance(given, Volume):
-        return _same_volume(facts, given)
-    source = facts.part("source", parts.source) or {}
+        return _same_volume(metadata, given)
+    source = metadata.part("source", parts.source) or {}
     if given is not None:
-        return _same_volume(facts, _loaded(facts, os.fspath(given), source))
+        return _same_volume(metadata, _loaded(metadata, os.fspath(given), source))
     if "built_in" in source:
-        return _same_volume(facts, _built_in(facts, source))
-    name = str(facts.content["volume"])
-    if facts.told_how_to_read and not source:
-        raise facts.fault(f"is of a volume without a file, {parts.quoted(name)}: give the volume as well")
+        return _same_volume(metadata, _built_in(metadata, source))
+    name = str(metadata.content["volume"])
+    if metadata.told_how_to_read and not source:
+        raise metadata.fault(f"is of a volume without a file, {parts.quoted(name)}: give the volume as well")
     first_fault: InputError | None = None
-    for path in places(source or {"path": name}, folder):
+    for path in positions(source or {"path": name}, folder):
         try:
-            return _same_volume(facts, _loaded(facts, path, source))
+            return _same_volume(metadata, _loaded(metadata, path, source))
         except InputError as error:  # another file of that name may be the one
             first_fault = first_fault or error
     if first_fault is not None:
         raise first_fault
     wanted = parts.quoted(source.get("path", name))
-    raise facts.fault(f"is of the volume {wanted}, which is neither here nor beside the picture: give its path")
+    raise metadata.fault(f"is of the volume {wanted}, which is neither here nor beside the picture: give its path")
 
 
-def found_mask(facts: Facts, volume: Volume, given: Mask | None, folder: Folder) -> Mask | None:
+def found_mask(metadata: Metadata, volume: Volume, given: Mask | None, folder: Folder) -> Mask | None:
     """The mask of a volume that was drawn, None where it had none, or InputError."""
-    content = facts.content.get("mask")
+    content = metadata.content.get("mask")
     if content is None:
         return None
-    mask = facts.inner(content, "the mask")
+    mask = metadata.inner(content, "the mask")
     mask.check_keys(_MASK_KEYS, ("name",))
     if given is not None:
         return _same_mask(mask, given, volume)
@@ -70,7 +70,7 @@ def found_mask(facts: Facts, volume: Volume, given: Mask | None, folder: Folder)
     if not source:
         raise mask.fault(f"is without a file, {name}: give the mask as well")
     first_fault: InputError | None = None
-    for path in places(source, folder):
+    for path in positions(source, folder):
         try:
             found = _loaded(mask, path, source)
             return _same_mask(mask, mask.checked(lambda found=found: Mask.of(found, fade)), volume)  # type: ignore[misc]
@@ -79,31 +79,33 @@ def found_mask(facts: Facts, volume: Volume, given: Mask | None, folder: Folder)
     raise first_fault or mask.fault(f"is {name}, which is neither here nor beside the picture: give it as well")
 
 
-def found_added(facts: Facts, given: Sequence[AddedVolume | AnyVolume], folder: Folder) -> tuple[AddedVolume, ...]:
+def found_added(
+    metadata: Metadata, given: Sequence[AddedVolume | AnyVolume], folder: Folder
+) -> tuple[AddedVolume, ...]:
     """Further volumes that were drawn, or InputError; of each that is not `given` the file is looked for."""
-    content = facts.content.get("added")
+    content = metadata.content.get("added")
     if content is None:
         return ()
     if not isinstance(content, list):
-        raise facts.fault(f"is none that texvol writes: added: a list is wanted, and not {parts.quoted(content)}")
+        raise metadata.fault(f"is none that texvol writes: added: a list is wanted, and not {parts.quoted(content)}")
     all_given = [*given, *[None] * (len(content) - len(given))]
     return tuple(
-        _added(facts.inner(each, f"added volume {number}"), one, folder)
+        _added(metadata.inner(each, f"added volume {number}"), one, folder)
         for number, (each, one) in enumerate(zip(content, all_given, strict=False), 1)
     )
 
 
-def _added(facts: Facts, given: AddedVolume | AnyVolume, folder: Folder) -> AddedVolume:
-    facts.check_keys(_ADDED_KEYS, (*ALWAYS, "source"))
-    matter = facts.part("transfer_function", lambda each: from_content(each, "transfer function"))
+def _added(metadata: Metadata, given: AddedVolume | AnyVolume, folder: Folder) -> AddedVolume:
+    metadata.check_keys(_ADDED_KEYS, (*ALWAYS, "source"))
+    medium = metadata.part("transfer_function", lambda each: from_content(each, "transfer function"))
     if isinstance(given, AddedVolume):
-        volume, mask = found_volume(facts, given.volume, folder), given.mask
+        volume, mask = found_volume(metadata, given.volume, folder), given.mask
     else:
-        volume, mask = found_volume(facts, given, folder), None
-    return AddedVolume(volume, matter, found_mask(facts, volume, mask, folder))
+        volume, mask = found_volume(metadata, given, folder), None
+    return AddedVolume(volume, medium, found_mask(metadata, volume, mask, folder))
 
 
-def places(source: Mapping[str, Any], folder: Folder) -> Iterator[str]:
+def positions(source: Mapping[str, Any], folder: Folder) -> Iterator[str]:
     """Where there is something that may be the file, each place once."""
     path, absolute = source.get("path", ""), source.get("absolute", "")
     candidates = [path]
@@ -117,67 +119,67 @@ def places(source: Mapping[str, Any], folder: Folder) -> Iterator[str]:
             yield each
 
 
-def _loaded(facts: Facts, path: str, source: Mapping[str, Any]) -> Volume:
+def _loaded(metadata: Metadata, path: str, source: Mapping[str, Any]) -> Volume:
     """The volume of that file, read as it was, where it was moved to."""
     from texvol.formats.readers import ARGUMENTS, load
 
     told = {key: source[key] for key in ARGUMENTS if key in source}
-    if not facts.told_how_to_read:  # the scene's spacing, whether it was the file's or not
-        told["spacing"] = facts.part("spacing", lambda each: parts.numbers(each, 3))
+    if not metadata.told_how_to_read:  # the scene's spacing, whether it was the file's or not
+        told["spacing"] = metadata.part("spacing", lambda each: parts.numbers(each, 3))
     try:
         return _moved(load(path, **told), source)
     except TexvolError as error:
-        raise facts.fault(f"has a volume that can't be read: {error}") from None
+        raise metadata.fault(f"has a volume that can't be read: {error}") from None
 
 
 def _moved(volume: Volume, source: Mapping[str, Any]) -> Volume:
     return volume.moved(source["transform"]) if "transform" in source else volume
 
 
-def _built_in(facts: Facts, source: Mapping[str, Any]) -> Volume:
+def _built_in(metadata: Metadata, source: Mapping[str, Any]) -> Volume:
     from texvol.scene.demo import demo_volume
 
     samples = source.get("samples", 0)
     if source["built_in"] != "demo" or not 1 <= samples <= _MOST_DEMO_SAMPLES:
-        raise facts.fault(f"is of a built-in volume that there is none of: {parts.quoted(dict(source))}")
-    return facts.checked(lambda: _moved(demo_volume(samples), source))
+        raise metadata.fault(f"is of a built-in volume that there is none of: {parts.quoted(dict(source))}")
+    return metadata.checked(lambda: _moved(demo_volume(samples), source))
 
 
-def _same_volume(facts: Facts, volume: Volume) -> Volume:
+def _same_volume(metadata: Metadata, volume: Volume) -> Volume:
     """`volume`, if it is the one that was drawn."""
-    dimensions = facts.part("dimensions", lambda each: parts.numbers(each, 3)) or ()
+    dimensions = metadata.part("dimensions", lambda each: parts.numbers(each, 3)) or ()
     if dimensions != volume.dimensions:
         was, now = (" x ".join(f"{number:.12g}" for number in each) for each in (dimensions, volume.dimensions))
-        raise facts.fault(f"is of a volume of {was} samples, and {volume.name} has {now}")
-    _check_place(facts, volume, "spacing", (3,), volume.smallest_spacing)
-    _check_place(facts, volume, "origin", (3,), float(volume.spacing.max() + np.abs(volume.origin).max()))
-    _check_place(facts, volume, "direction", (3, 3), float(np.abs(volume.direction).max()))
-    kind = facts.part("kind", _kind) or ""
+        raise metadata.fault(f"is of a volume of {was} samples, and {volume.name} has {now}")
+    _check_position(metadata, volume, "spacing", (3,), volume.smallest_spacing)
+    _check_position(metadata, volume, "origin", (3,), float(volume.spacing.max() + np.abs(volume.origin).max()))
+    _check_position(metadata, volume, "direction", (3, 3), float(np.abs(volume.direction).max()))
+    kind = metadata.part("kind", _kind) or ""
     if kind != kind_of(volume):
         then, since = (each or "values" for each in (kind, kind_of(volume)))
-        raise facts.fault(f"is of a volume of {then}, and {volume.name} has {since}")
-    checksum = facts.content.get("checksum")
+        raise metadata.fault(f"is of a volume of {then}, and {volume.name} has {since}")
+    checksum = metadata.content.get("checksum")
     if checksum is not None and checksum != checksum_of(volume):
-        raise facts.fault(f"is of other values than those of {volume.name}: it has changed since, or is another")
+        raise metadata.fault(f"is of other values than those of {volume.name}: it has changed since, or is another")
     return volume
 
 
-def _same_mask(facts: Facts, mask: Mask, volume: Volume) -> Mask:
+def _same_mask(metadata: Metadata, mask: Mask, volume: Volume) -> Mask:
     """`mask`, if it is the one that was drawn."""
-    facts.checked(lambda: mask.check_fits(volume))
-    checksum = facts.content.get("checksum")
+    metadata.checked(lambda: mask.check_fits(volume))
+    checksum = metadata.content.get("checksum")
     if checksum is not None and checksum != checksum_of(mask):
-        raise facts.fault(f"is of other weights than those of {mask.name}: it has changed since, or is another")
+        raise metadata.fault(f"is of other weights than those of {mask.name}: it has changed since, or is another")
     return mask
 
 
-def _check_place(facts: Facts, volume: Volume, what: str, shape: tuple[int, ...], scale: float) -> None:
+def _check_position(metadata: Metadata, volume: Volume, what: str, shape: tuple[int, ...], scale: float) -> None:
     """InputError if the volume's box lies elsewhere than the one that was drawn."""
-    was = facts.part(what, lambda each: parts.array(each, shape))
+    was = metadata.part(what, lambda each: parts.array(each, shape))
     now = getattr(volume, what)
-    if was is not None and not (np.abs(was - now) <= _SAME_PLACE * scale).all():
+    if was is not None and not (np.abs(was - now) <= _SAME_POSITION * scale).all():
         then, since = (", ".join(f"{number:.12g}" for number in each.reshape(-1)) for each in (was, now))
-        raise facts.fault(f"is of a volume of {what} {then}, and {volume.name} has {since}")
+        raise metadata.fault(f"is of a volume of {what} {then}, and {volume.name} has {since}")
 
 
 def _kind(content: Any) -> str:

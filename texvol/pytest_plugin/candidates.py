@@ -145,7 +145,7 @@ class Maker:
         return Candidate(_with_scene(_labelled(picture, request), request.scene), scene=request.scene)
 
     def _drawn(self, scene: Scene, request: Request) -> Candidate:
-        from texvol.provenance.scene_metadata import scene_facts
+        from texvol.provenance.scene_metadata import scene_metadata
 
         if request.scene is not None:
             raise InputError("scene= says what an array or a file is a picture of, and a scene came: leave it out")
@@ -153,19 +153,19 @@ class Maker:
         options = {"size": DEFAULT_SIZE} | request.options
         pixels = renderer.render(scene, **options)
         attributes = {DRIVER_ATTRIBUTE: renderer.renderer_name}
-        attributes |= scene_facts(scene.volume.name, scene, settings=renderer.settings, checksum=True)
+        attributes |= scene_metadata(scene.volume.name, scene, settings=renderer.settings, checksum=True)
         picture = _labelled(Picture.of_array(pixels, request.name, attributes), request)
         return Candidate(picture, (), scene, renderer.settings, {}, renderer)
 
 
 def _with_scene(picture: Picture, scene: Scene | None) -> Picture:
     """The picture with the scene that the test names, where its header holds none."""
-    from texvol.provenance.scene_metadata import ATTRIBUTE, scene_facts
+    from texvol.provenance.scene_metadata import ATTRIBUTE, scene_metadata
 
     if scene is None or ATTRIBUTE in picture.attributes:
         return picture
-    facts = scene_facts(scene.volume.name, scene, checksum=True)
-    return replace(picture, attributes={**picture.attributes, ATTRIBUTE: facts[ATTRIBUTE]})
+    metadata = scene_metadata(scene.volume.name, scene, checksum=True)
+    return replace(picture, attributes={**picture.attributes, ATTRIBUTE: metadata[ATTRIBUTE]})
 
 
 def _labelled(picture: Picture, request: Request) -> Picture:

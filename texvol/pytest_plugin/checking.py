@@ -80,20 +80,20 @@ class Check:
         """
         __tracebackhide__ = True
         where = sys._getframe(1)
-        place = (where.f_code.co_filename, where.f_lineno)
+        position = (where.f_code.co_filename, where.f_lineno)
         try:
             names.checked(name)
         except InputError as error:
             raise InputError(str(error)) from None  # where it was found tells nobody anything
         request = Request(name, repeat, driver, scene, renderer, options)
-        return _Run(self._item, self._session, request, place).outcome_of(picture, against_oracle=oracle)
+        return _Run(self._item, self._session, request, position).outcome_of(picture, against_oracle=oracle)
 
 
 class _Run:
     """One check while it runs."""
 
-    def __init__(self, item: pytest.Item, session: PictureSession, request: Request, place: tuple[str, int]) -> None:
-        self._item, self._session, self._request, self._place = item, session, request, place
+    def __init__(self, item: pytest.Item, session: PictureSession, request: Request, position: tuple[str, int]) -> None:
+        self._item, self._session, self._request, self._position = item, session, request, position
         self._name, self._test = request.name, item.nodeid
         self._folder = names.references_of(item.path, item.config)
         self._limits_file = names.limits_of(self._folder, item.config)
@@ -129,7 +129,7 @@ class _Run:
         outcome = oracle.examined(candidate, accuracy, self._session.maker, self._name)
         outcome = self._told(candidate, outcome, None, "the oracle")
         if words := oracle.loose_words(outcome):
-            warnings.warn_explicit(words, AccuracyWarning, *self._place)
+            warnings.warn_explicit(words, AccuracyWarning, *self._position)
         return outcome
 
     def _held_against_stored(self, thing: Any) -> Outcome:
@@ -220,14 +220,14 @@ class _Run:
     def _written(self, candidate: Candidate, outcome: Outcome, rules: Rules) -> Outcome:
         """The candidate is the reference from now on, and lies in its place when the run has ended."""
         __tracebackhide__ = True
-        path = references.place_of(self._reference, candidate.picture)
+        path = references.position_of(self._reference, candidate.picture)
         replaced = self._reference.path if self._reference.exists else None
         content = references.encoded(path, candidate.picture)
         if not self._session.pending.keep(self._key, path, replaced, content):
             return self._held_against(candidate, rules)  # another process was quicker
         words = f"wrote {self._said(path)}"
         record = self._record("updated", [words], outcome, candidate)
-        self._session.keep(self._item, record, outcome, self._facts(candidate, None, words))
+        self._session.keep(self._item, record, outcome, self._metadata(candidate, None, words))
         return outcome
 
     def _told(self, candidate: Candidate, outcome: Outcome, stored: Picture | None, reference: str) -> Outcome:
@@ -239,7 +239,7 @@ class _Run:
             lines = messages.difference(outcome, repeats.words if repeats else "")
             raise self._failed(candidate, outcome, lines, reference, repeats)
         record = self._record("same", [], outcome, candidate) | _noise(repeats)
-        self._session.keep(self._item, record, outcome, self._facts(candidate, repeats))
+        self._session.keep(self._item, record, outcome, self._metadata(candidate, repeats))
         return outcome
 
     def _failed(
@@ -247,8 +247,8 @@ class _Run:
     ) -> PictureError:
         """The failure, told to the session."""
         record = self._record(outcome.status, lines, outcome, candidate) | _noise(repeats)
-        kept = self._session.keep(self._item, record, outcome, self._facts(candidate, repeats), candidate.picture)
-        lines = [*lines, *messages.places(kept.candidate, reference, kept.page)]
+        kept = self._session.keep(self._item, record, outcome, self._metadata(candidate, repeats), candidate.picture)
+        lines = [*lines, *messages.positions(kept.candidate, reference, kept.page)]
         if reference != "the oracle" and candidate.is_finite:
             lines.append(messages.how_to_update(self._test))
         return PictureError("\n".join(lines), outcome.status)
@@ -262,9 +262,9 @@ class _Run:
         """A path as short as it can be said from where pytest was started."""
         return self._session.said(path)
 
-    def _facts(self, candidate: Candidate, repeats: Repeats | None, words: str = "") -> dict[str, str]:
-        facts = references.fingerprint_of(candidate.picture)
-        return facts | ({"repeats": repeats.words} if repeats else {}) | ({"reference": words} if words else {})
+    def _metadata(self, candidate: Candidate, repeats: Repeats | None, words: str = "") -> dict[str, str]:
+        metadata = references.fingerprint_of(candidate.picture)
+        return metadata | ({"repeats": repeats.words} if repeats else {}) | ({"reference": words} if words else {})
 
     def _record(
         self, status: str, lines: list[str], outcome: Outcome | None = None, candidate: Candidate | None = None
@@ -274,8 +274,8 @@ class _Run:
         return {
             "test": self._test,
             "name": self._name,
-            "file": self._place[0],
-            "line": self._place[1],
+            "file": self._position[0],
+            "line": self._position[1],
             "status": status,
             "message": lines,
             "max_error": measures.max_error if measures else None,

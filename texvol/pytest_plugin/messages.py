@@ -22,10 +22,10 @@ def difference(outcome: Outcome, repeats: str) -> list[str]:
     return [*lines, *([repeats] if repeats else [])]
 
 
-def places(candidate: Path | None, reference: str, page: Path | None) -> list[str]:
+def positions(candidate: Path | None, reference: str, page: Path | None) -> list[str]:
     """Where to look."""
     found = {"candidate": candidate, "reference": reference, "page": page}
-    return [f"{what + ':':11}{place}" for what, place in found.items() if place]
+    return [f"{what + ':':11}{position}" for what, position in found.items() if position]
 
 
 def how_to_update(test: str) -> str:

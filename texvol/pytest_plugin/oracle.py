@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from texvol.comparison.limits import DRIVER_ATTRIBUTE, Limits
 from texvol.comparison.outcome import Outcome, examine, number_range
 from texvol.comparison.pictures import Picture
-from texvol.provenance.scene_metadata import ATTRIBUTE, scene_facts
+from texvol.provenance.scene_metadata import ATTRIBUTE, scene_metadata
 from texvol.pytest_plugin import plain_slabs
 from texvol.pytest_plugin.candidates import Candidate, Maker
 from texvol.rendering import error_control
@@ -75,7 +75,7 @@ def examined(candidate: Candidate, options: Mapping[str, Any], maker: Maker, nam
     bound = _bound(candidate, scene, truth, options, maker)
     header = {key: text for key, text in candidate.picture.attributes.items() if key == ATTRIBUTE}
     if given is not None and candidate.renderer is None:  # which a file's own header may contradict
-        header = {ATTRIBUTE: scene_facts(scene.volume.name, scene, checksum=True)[ATTRIBUTE]}
+        header = {ATTRIBUTE: scene_metadata(scene.volume.name, scene, checksum=True)[ATTRIBUTE]}
     attributes = {DRIVER_ATTRIBUTE: ORACLE} | header
     reference = Picture.of_array(truth, "the oracle", attributes)
     if candidate.picture.channels != reference.channels:

@@ -57,7 +57,7 @@ class Pending:
         InputError
             If its folder can't be written to.
         """
-        _check_place(target)
+        _check_position(target)
         self._folder.mkdir(exist_ok=True, mode=0o700, parents=True)
         picture = self._file(key, f"-{os.urandom(4).hex()}{target.suffix}")
         writing.write_files({picture: content})
@@ -117,7 +117,7 @@ class Pending:
         return {}
 
 
-def _check_place(target: Path) -> None:
+def _check_position(target: Path) -> None:
     """Raise InputError where the picture can't be written later."""
     there = next(folder for folder in target.parents if os.path.lexists(folder))
     if not there.is_dir() or not os.access(there, os.W_OK):

@@ -41,7 +41,7 @@ class _Rays:
     """Rays in a volume's index space: start and way per world unit (n, 3), where they enter and leave, planes (n,)."""
 
     start: Numbers
-    way: Numbers
+    direction: Numbers
     enters: Numbers
     leaves: Numbers
     first_plane: Numbers
@@ -67,14 +67,14 @@ def _is_plain(scene: Scene) -> bool:
     """Whether matter of a single volume is finite, smooth between samples, and depends on the value alone."""
     if scene.volume.labels:
         return False
-    matter = _matter(scene)
+    medium = _medium(scene)
     return (
-        bool(np.isfinite(matter.extinctions).all() and np.isfinite(scene.volume.values).all())
-        and not matter.needs_gradient
+        bool(np.isfinite(medium.extinctions).all() and np.isfinite(scene.volume.values).all())
+        and not medium.needs_gradient
     )
 
 
-def _matter(scene: Scene) -> TransferFunction:
+def _medium(scene: Scene) -> TransferFunction:
     return scene.transfer_function or proposed_for(scene.volume)
 
 
@@ -110,15 +110,15 @@ def _rays_of(volume: Volume, camera: Camera, middle: Numbers, size: tuple[int, i
     """The rays of a picture in one of its volumes; slabs are counted from `middle`."""
     origins, directions = (each.reshape(-1, 3) for each in camera.rays(size))
     from_centre = origins - volume.centre
-    way = directions @ volume.index_from_world.T
+    direction = directions @ volume.index_from_world.T
     samples = np.array(volume.dimensions)
     start = from_centre @ volume.index_from_world.T + (samples - 1) / 2
     with np.errstate(divide="ignore", invalid="ignore"):
-        a, b = (-0.5 - start) / way, (samples - 0.5 - start) / way
+        a, b = (-0.5 - start) / direction, (samples - 0.5 - start) / direction
     cosine = directions @ np.asarray(camera.forward)
     return _Rays(
         start,
-        way,
+        direction,
         np.maximum(np.fmin(a, b).max(axis=1), 0),
         np.fmax(a, b).min(axis=1),
         -((origins - middle) @ np.asarray(camera.forward)) / cosine,
@@ -132,13 +132,13 @@ class _Field:
     def __init__(
         self,
         grid: NDArray,
-        matter: TransferFunction | None,
+        medium: TransferFunction | None,
         length_unit: float = 0.0,
         *,
         halves: bool = False,
     ) -> None:
         self._grid = grid  # (nz, ny, nx, channels)
-        self._matter = matter  # classifies what is interpolated, and a weight follows it; None: it is matter already
+        self._medium = medium  # classifies what is interpolated, and a weight follows it; None: it is matter already
         self._length_unit = length_unit  # of texels that hold colour and opacity; 0: they hold emission and extinction
         self.halves = halves
 
@@ -146,19 +146,19 @@ class _Field:
         """Emission and extinction times length (count, n, 4) of so many parts of slabs from `front` to `back`."""
         length = (back - front)[:, np.newaxis] / count
         if not self.halves:
-            whole = self._matter_of(self._at(rays, (front + back) / 2, steps))
+            whole = self._medium_of(self._at(rays, (front + back) / 2, steps))
             return np.broadcast_to(whole * length, (count, *whole.shape))
-        ends = [self._at(rays, front + share * (back - front), steps) for share in (0.0, 0.5, 1.0)]
+        ends = [self._at(rays, front + fraction * (back - front), steps) for fraction in (0.0, 0.5, 1.0)]
         return np.stack([
-            self._matter_of(one + (part + 0.5) / (count // 2) * (other - one)) * length
+            self._medium_of(one + (part + 0.5) / (count // 2) * (other - one)) * length
             for one, other in pairwise(ends)
             for part in range(count // 2)
         ])  # fmt: skip
 
-    def _matter_of(self, texels: Numbers) -> Numbers:
+    def _medium_of(self, texels: Numbers) -> Numbers:
         """Emission and extinction (n, 4)."""
-        if self._matter is not None:
-            emission, extinction = self._matter.classify(texels[:, 0])
+        if self._medium is not None:
+            emission, extinction = self._medium.classify(texels[:, 0])
             return np.column_stack([emission, extinction]) * texels[:, 1:]
         if not self._length_unit:
             return texels
@@ -168,29 +168,29 @@ class _Field:
 
     def _at(self, rays: _Rays, distance: Numbers, steps: int) -> Numbers:
         """What is stored, interpolated trilinearly (n, channels); beyond the outermost samples they hold on."""
-        place = rays.start + distance[:, np.newaxis] * rays.way
+        position = rays.start + distance[:, np.newaxis] * rays.direction
         if steps:
-            place = np.rint(place * steps) / steps
+            position = np.rint(position * steps) / steps
         counts = np.array(self._grid.shape[2::-1])
-        place = np.clip(place, 0, counts - 1)
-        low = np.minimum(place.astype(np.intp), np.maximum(counts - 2, 0))
-        share = place - low
+        position = np.clip(position, 0, counts - 1)
+        low = np.minimum(position.astype(np.intp), np.maximum(counts - 2, 0))
+        fraction = position - low
         high = np.minimum(low + 1, counts - 1)
-        found = np.zeros((len(place), self._grid.shape[3]))
+        found = np.zeros((len(position), self._grid.shape[3]))
         for corner in range(8):
             x, y, z = (high[:, axis] if corner >> axis & 1 else low[:, axis] for axis in range(3))
-            weights = [share[:, axis] if corner >> axis & 1 else 1 - share[:, axis] for axis in range(3)]
+            weights = [fraction[:, axis] if corner >> axis & 1 else 1 - fraction[:, axis] for axis in range(3)]
             found += (weights[0] * weights[1] * weights[2])[:, np.newaxis] * self._grid[z, y, x]
         return found
 
 
 def _field_of(scene: Scene, slab_thickness: float, texel_format: str) -> _Field:
-    volume, matter = scene.volume, _matter(scene)
+    volume, medium = scene.volume, _medium(scene)
     mask = np.ones(volume.values.shape) if scene.mask is None else scene.mask.array.astype(np.float64)
     if scene.classification in ("post", "integrated") and volume.colors is None:
         grid = np.stack([volume.values.astype(np.float64), mask], axis=3)
-        return _Field(grid, matter, halves=scene.classification == "integrated")
-    emission, extinction = matter.classify(volume.values)
+        return _Field(grid, medium, halves=scene.classification == "integrated")
+    emission, extinction = medium.classify(volume.values)
     if volume.colors is not None:
         emission = emission * volume.colors
     length_unit = 0.0
@@ -242,9 +242,9 @@ def _pieces(all_rays: Sequence[_Rays], slab: int) -> Iterator[tuple[Numbers, Num
     start = first.first_plane + slab * first.per_slab
     end = first.first_plane + (slab + 1) * first.per_slab
     between = [
-        np.where(rays.enters < rays.leaves, np.clip(place, start, end), start)
+        np.where(rays.enters < rays.leaves, np.clip(position, start, end), start)
         for rays in all_rays
-        for place in (rays.enters, rays.leaves)
+        for position in (rays.enters, rays.leaves)
     ]
     return pairwise(np.sort([start, *between, end], axis=0))
 

@@ -54,7 +54,7 @@ def find(folder: Path, name: str) -> Reference:
     return Reference(there[0], True) if there else Reference(folder / f"{name}.exr", False)
 
 
-def place_of(reference: Reference, picture: Picture) -> Path:
+def position_of(reference: Reference, picture: Picture) -> Path:
     """Where the picture is the reference.
 
     A PNG of colours stays one; of every other format the EXR takes the place, which holds all that there is.

@@ -51,21 +51,21 @@ def prepare(folder: Path) -> None:
         raise InputError(f"{folder}: cannot hold a report: {error.strerror}") from None
 
 
-def write_page(path: Path, outcome: Outcome, facts: Mapping[str, str], index: str | None) -> None:
+def write_page(path: Path, outcome: Outcome, metadata: Mapping[str, str], index: str | None) -> None:
     """One picture's page."""
     from texvol.comparison.page import comparison_page
 
-    text = comparison_page(outcome, facts=facts, index=index)
+    text = comparison_page(outcome, metadata=metadata, index=index)
     writing.write_files({path: text.encode() + b"\n" + _MARK})
 
 
-def entry(record: Record, outcome: Outcome | None, facts: Mapping[str, str], page: str) -> dict[str, Any]:
+def entry(record: Record, outcome: Outcome | None, metadata: Mapping[str, str], page: str) -> dict[str, Any]:
     """What index and report.json hold of a check: `entry` and `outcome`."""
     from texvol.comparison.entries import entry_of, entry_without_reference
 
     test = record["test"]
     if outcome is not None and outcome.candidate is not outcome.reference:
-        found = entry_of(outcome, test=test, page=page, facts=facts)
+        found = entry_of(outcome, test=test, page=page, metadata=metadata)
         if record["status"] == "updated":
             # It was different or broken, and no longer is.
             found |= {"status": "same", "violations": [], "notes": [*record["message"], *outcome.violations]}
@@ -74,7 +74,7 @@ def entry(record: Record, outcome: Outcome | None, facts: Mapping[str, str], pag
     status = record["status"] if record["status"] in ("new", "updated") else "broken"
     lines = record["message"] or [record["status"]]
     found = entry_without_reference(
-        record["name"], candidate, lines, status="same" if status == "updated" else status, test=test, facts=facts
+        record["name"], candidate, lines, status="same" if status == "updated" else status, test=test, metadata=metadata
     )
     return {"entry": found}
 
@@ -92,7 +92,9 @@ def finish(folder: Path, records: Sequence[Record], status: int) -> None:
 
     entries = [record["entry"] for record in records if "entry" in record]
     tables = [record["self_test"] for record in records if record.get("self_test")]
-    page = index_page(entries, title="Pictures", facts=_common_facts(records), self_test=tables[0] if tables else "")
+    page = index_page(
+        entries, title="Pictures", metadata=_common_metadata(records), self_test=tables[0] if tables else ""
+    )
     shown = [{k: v for k, v in record.items() if k not in ("entry", "self_test")} for record in records]
     content = {
         "program": _PROGRAM,
@@ -130,7 +132,7 @@ def result_of(record: Record, folder: Path | None = None) -> Any:
     )
 
 
-def _common_facts(records: Sequence[Record]) -> dict[str, str]:
+def _common_metadata(records: Sequence[Record]) -> dict[str, str]:
     """What the fingerprints of all pictures agree on."""
     fingerprints = [record["fingerprint"] for record in records if record["fingerprint"]]
     first = fingerprints[0] if fingerprints else {"texvol": __version__}

@@ -86,7 +86,7 @@ class PictureSession:
         item: pytest.Item,
         record: dict[str, Any],
         outcome: Outcome | None = None,
-        facts: Mapping[str, str] = {},
+        metadata: Mapping[str, str] = {},
         picture: Picture | None = None,
     ) -> Kept:
         """Keep what is known of a check, for pytest's report; write what there is to look at.
@@ -108,10 +108,10 @@ class PictureSession:
             assert kept.page is not None
             _make_folder(kept.page.parent)
             back = os.path.relpath(root / "index.html", kept.page.parent) if self._folder else None
-            report.write_page(kept.page, outcome, facts, back)
+            report.write_page(kept.page, outcome, metadata, back)
             record = record | {"page": str(kept.page)}
         if self._folder:
-            record = record | report.entry(record, outcome, facts, f"{page}.html" if has_page else "")
+            record = record | report.entry(record, outcome, metadata, f"{page}.html" if has_page else "")
         record = plain(record)
         item.stash.setdefault(RECORDS, []).append(record)
         self._tell_junit(item, record)

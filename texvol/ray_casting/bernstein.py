@@ -18,9 +18,9 @@ EPSILON = float(np.finfo(np.float64).eps)
 
 
 @compiled
-def mix(a, b, share):
+def mix(a, b, fraction):
     """`a` + `share` (`b` - `a`): exactly `a` where both are the same, so that a flat field stays flat."""
-    return a + share * (b - a)
+    return a + fraction * (b - a)
 
 
 @compiled
@@ -62,9 +62,9 @@ def trilinear(corners, entry, leave):
 
 
 @compiled
-def mixed(a, b, share):
+def mixed(a, b, fraction):
     """`mix` with a cubic share: between the numbers a and b."""
-    return mix(a, b, share[0]), mix(a, b, share[1]), mix(a, b, share[2]), mix(a, b, share[3])
+    return mix(a, b, fraction[0]), mix(a, b, fraction[1]), mix(a, b, fraction[2]), mix(a, b, fraction[3])
 
 
 @compiled

@@ -23,7 +23,7 @@ def thin_ends(scene: Scene, starts: Numbers, steps: Numbers, ends: Numbers, eyes
     """The ends of the stretch behind each cut, as `rays_of` has them; none where a ray begins at a box or the eye."""
     first, last = ends[..., 0], ends[..., 1]
     is_cut_open = np.zeros(first.shape, np.bool_)
-    for volume, start, step in _ways(scene, starts, steps):
+    for volume, start, step in _rays(scene, starts, steps):
         low, high = np.full(3, -0.5), np.array(volume.dimensions) - 0.5
         with np.errstate(divide="ignore", invalid="ignore"):
             faces = np.stack([(low - start) / step, (high - start) / step])
@@ -34,7 +34,7 @@ def thin_ends(scene: Scene, starts: Numbers, steps: Numbers, ends: Numbers, eyes
     return np.stack([first, np.where(is_cut_open, np.minimum(first + short, last), -np.inf)], axis=-1)
 
 
-def _ways(scene: Scene, starts: Numbers, steps: Numbers) -> Iterator[tuple[Volume, Numbers, Numbers]]:
+def _rays(scene: Scene, starts: Numbers, steps: Numbers) -> Iterator[tuple[Volume, Numbers, Numbers]]:
     """Starts and steps of rays in the index space of each volume."""
     first = scene.volume
     yield first, starts, steps
@@ -45,10 +45,10 @@ def _ways(scene: Scene, starts: Numbers, steps: Numbers) -> Iterator[tuple[Volum
             yield each.volume, *rays_in(each.volume, first, nearest, directions)
 
 
-def caps_within(thin: Numbers, stretch: Numbers) -> Numbers:
+def caps_within(thin: Numbers, interval: Numbers) -> Numbers:
     """Those of `thin_ends` that begin in a stretch of the ray, between its ends."""
     first, last = thin[..., 0], thin[..., 1]
-    begins = (first >= stretch[..., 0]) & (first < stretch[..., 1])
+    begins = (first >= interval[..., 0]) & (first < interval[..., 1])
     return np.stack([first, np.where(begins, last, -np.inf)], axis=-1)
 
 

@@ -31,8 +31,8 @@ LARGEST = float(np.finfo(np.float64).max)
 def _has_weight(corner, middle, rounding):
     """Whether a corner (bits: far in x, y, z) counts along a piece through `middle`, beyond rounding."""
     for axis in range(3):
-        share = middle[axis] if (corner >> axis) & 1 else 1 - middle[axis]
-        if share <= rounding[axis]:
+        fraction = middle[axis] if (corner >> axis) & 1 else 1 - middle[axis]
+        if fraction <= rounding[axis]:
             return False
     return True
 
@@ -44,11 +44,11 @@ def _point_between(entry, leave, t):
 
 
 @compiled
-def cross_preclassified(corners, channels, matter, entry, leave, length, rounding, depth, light):
+def cross_preclassified(corners, channels, medium, entry, leave, length, rounding, depth, light):
     """Optical depth behind a cell whose corners are classified, then interpolated. `channels`: scratch (4, 8)."""
     opaque = False
     for corner in range(8):
-        red, green, blue, extinction = classified(matter, corners[corner])
+        red, green, blue, extinction = classified(medium, corners[corner])
         channels[0, corner], channels[1, corner], channels[2, corner] = red, green, blue
         channels[3, corner] = extinction
         opaque = opaque or isinf(extinction)
@@ -81,9 +81,9 @@ def _opaque_color(channels, entry, leave, rounding):
 
 
 @compiled
-def _color_of_opaque(channels, place, middle, rounding):
+def _color_of_opaque(channels, position, middle, rounding):
     """Colour at a place of those opaque corners that count along a piece through `middle`, and their weight there."""
-    x, y, z = place
+    x, y, z = position
     red, green, blue, total = 0.0, 0.0, 0.0, 0.0
     for corner in range(8):
         if isinf(channels[3, corner]) and _has_weight(corner, middle, rounding):
@@ -100,14 +100,14 @@ def _color_of_opaque(channels, place, middle, rounding):
 
 
 @compiled
-def cross_postclassified(corners, matter, entry, leave, length, rounding, depth, light):
+def cross_postclassified(corners, medium, entry, leave, length, rounding, depth, light):
     """Optical depth behind a cell whose value is interpolated, then classified."""
     if not isfinite(corners.sum()):
         value = _value_beside_gaps(corners, _point_between(entry, leave, 0.5), rounding)
         if isnan(value):
             return depth
         if value != 0.0:
-            return _add_segment((value, value, value, value), 0.0, 1.0, 0.0, matter, length, depth, light)
+            return _add_segment((value, value, value, value), 0.0, 1.0, 0.0, medium, length, depth, light)
     low, high = corners.min(), corners.max()
     # Values no farther apart than this could be one value, but for rounding.
     margin = max(rounding[0], rounding[1], rounding[2]) * (high - low) + 4 * EPSILON * max(abs(low), abs(high))
@@ -117,7 +117,7 @@ def cross_postclassified(corners, matter, entry, leave, length, rounding, depth,
     for span in range(3):
         end = turns[span] if span < 2 else 1.0
         if start < end:
-            depth = _cross_monotone(cubic, start, end, margin, matter, length, depth, light)
+            depth = _cross_monotone(cubic, start, end, margin, medium, length, depth, light)
             start = end
     return depth
 
@@ -136,25 +136,25 @@ def _value_beside_gaps(corners, middle, rounding):
 
 
 @compiled
-def _cross_monotone(cubic, start, end, margin, matter, length, depth, light):
+def _cross_monotone(cubic, start, end, margin, medium, length, depth, light):
     """Optical depth behind the part of a cell from `start` to `end`, where the value only rises or only falls."""
     first, last = value_and_slope(cubic, start)[0], value_and_slope(cubic, end)[0]
-    below, above = segment_of(matter.points, min(first, last)), segment_of(matter.points, max(first, last))
+    below, above = segment_of(medium.points, min(first, last)), segment_of(medium.points, max(first, last))
     for crossed in range(above - below + 1):
         cut = end
         if crossed < above - below:
-            point = matter.points[below + crossed if first < last else above - 1 - crossed]
+            point = medium.points[below + crossed if first < last else above - 1 - crossed]
             cut = crossing(cubic, point, start, end)
         if start < cut and depth < OPAQUE_DEPTH:
-            depth = _add_segment(cubic, start, cut, margin, matter, length, depth, light)
+            depth = _add_segment(cubic, start, cut, margin, medium, length, depth, light)
             start = cut
     return depth
 
 
 @compiled
-def _add_segment(cubic, start, end, margin, matter, length, depth, light):
+def _add_segment(cubic, start, end, margin, medium, length, depth, light):
     """Optical depth behind the part from `start` to `end`, where the value stays between two control points."""
-    points, extinctions = matter.points, matter.extinctions
+    points, extinctions = medium.points, medium.extinctions
     value = value_and_slope(cubic, (start + end) / 2)[0]
     segment = segment_of(points, value)
     left, right = max(segment - 1, 0), min(segment, points.size - 1)
@@ -174,10 +174,10 @@ def _add_segment(cubic, start, end, margin, matter, length, depth, light):
         from_left = points[left]
         part = (a - from_left) / width, (b - from_left) / width, (c - from_left) / width, (d - from_left) / width
     if isinf(extinctions[left]) or isinf(extinctions[right]):
-        red, green, blue = mixed_color(matter, left, right, min(max(part[0], 0.0), 1.0))
-        shown = 0.0 if matter.emissive else 1.0
+        red, green, blue = mixed_color(medium, left, right, min(max(part[0], 0.0), 1.0))
+        shown = 0.0 if medium.emissive else 1.0
         return add_opaque((shown * red, shown * green, shown * blue), depth, light)
     extinction = mixed(extinctions[left], extinctions[right], part)
-    a, b = matter.colors[left], matter.colors[right]
+    a, b = medium.colors[left], medium.colors[right]
     color = (mixed(a[0], b[0], part), mixed(a[1], b[1], part), mixed(a[2], b[2], part))
-    return add_piece(color, extinction, not matter.glows, (end - start) * length, depth, light)
+    return add_piece(color, extinction, not medium.glows, (end - start) * length, depth, light)

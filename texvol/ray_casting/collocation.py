@@ -12,9 +12,9 @@ import numpy as np
 
 from texvol.ray_casting.bernstein import value_at
 from texvol.ray_casting.compiling import compiled, inlined, woven_in
-from texvol.ray_casting.lit_ray import MOST_LEVELS, NODE_COUNT, place_at
+from texvol.ray_casting.lit_ray import MOST_LEVELS, NODE_COUNT, position_at
 from texvol.ray_casting.medium import OPAQUE_DEPTH
-from texvol.ray_casting.shading import FACING, cue_at, cued, dot, lit, matter_at
+from texvol.ray_casting.shading import FACING, cue_at, cued, dot, lit, medium_at
 
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(NODE_COUNT)
 NODES, WEIGHTS = (1 + _POINTS) / 2, _WEIGHTS / 2  # over 0 … 1
@@ -31,7 +31,7 @@ WIDEST_TURN = 4.0
 
 
 @woven_in
-def add_stretch(collocate, scene, ray, bench, start, end, here, length, depth, light):
+def add_interval(collocate, scene, ray, bench, start, end, here, length, depth, light):
     """Optical depth behind the part from `start` to `end` of a cell of which `bench` holds the fields.
 
     `here` is where the ray enters the cell and `length` its way through that; the light is added to `light`.
@@ -100,15 +100,15 @@ def add_glows(scene, ray, bench, start, width, here, length):
 
 
 @compiled
-def integrate(glows, way, result):
+def integrate(glows, direction, result):
     """Depth and light (3) of a stretch `way` long, of which the glows are those at the nodes, into `result`."""
     result[:] = 0.0
     for node in range(NODE_COUNT):
-        result[0] += way * WEIGHTS[node] * glows[node, 3]
+        result[0] += direction * WEIGHTS[node] * glows[node, 3]
         depth = 0.0
         for other in range(NODE_COUNT):
             depth += TO_NODES[node, other] * glows[other, 3]
-        seen = way * WEIGHTS[node] * exp(-way * depth)
+        seen = direction * WEIGHTS[node] * exp(-direction * depth)
         for channel in range(3):
             result[1 + channel] += seen * glows[node, channel]
 
@@ -117,7 +117,7 @@ def integrate(glows, way, result):
 def glow_at(scene, ray, bench, t, s):
     """Emission (3) and extinction as the eye sees them `t` of the way through a cell, the gradient there and |g|."""
     value, gradient, m = fields_at(bench, t)
-    red, green, blue, extinction = matter_at(scene, bench.chosen, value, m)
+    red, green, blue, extinction = medium_at(scene, bench.chosen, value, m)
     color = shown(scene, ray, (red, green, blue), extinction, gradient, m, bench.chosen[FACING], s)
     return (color[0], color[1], color[2], extinction), gradient, m
 
@@ -134,8 +134,8 @@ def fields_at(bench, t):
 def shown(scene, ray, color, extinction, gradient, m, side, s):
     """Emission, lit and cued, of a place at s of the ray; with τ = 1, straight colour."""
     if scene.lit:
-        place = place_at(ray, s)
-        color = lit(scene.lights, color, extinction, gradient, m, side, ray.toward_eye, place)
+        position = position_at(ray, s)
+        color = lit(scene.lights, color, extinction, gradient, m, side, ray.toward_eye, position)
     if scene.cued:
         color = cued(scene.cue, color, extinction, cue_at(scene.cue, (s - ray.eye) * ray.along))
     return color

@@ -58,9 +58,9 @@ def _without_counts(context, builder, kind, value):
         array.meminfo = array.meminfo.type(None)  # what numba takes for memory that is not its own
         return array._getvalue()
     if isinstance(kind, types.BaseTuple):
-        for place, part in enumerate(kind):
-            inner = _without_counts(context, builder, part, builder.extract_value(value, place))
-            value = builder.insert_value(value, inner, place)
+        for position, part in enumerate(kind):
+            inner = _without_counts(context, builder, part, builder.extract_value(value, position))
+            value = builder.insert_value(value, inner, position)
     return value
 
 

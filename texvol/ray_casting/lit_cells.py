@@ -11,7 +11,7 @@ from math import exp, inf, isfinite, isinf, isnan, nan, sqrt
 
 from texvol.ray_casting.bernstein import EPSILON, mix, quartic_at, restricted, trilinear, value_at
 from texvol.ray_casting.cells import JUST_INSIDE, _opaque_color, _point_between, _value_beside_gaps
-from texvol.ray_casting.collocation import add_stretch, collocate, fields_at, shown
+from texvol.ray_casting.collocation import add_interval, collocate, fields_at, shown
 from texvol.ray_casting.compiling import compiled, woven_in
 from texvol.ray_casting.lit_cuts import find_cuts
 from texvol.ray_casting.medium import GAUSS_POINTS, GAUSS_WEIGHTS, OPAQUE_DEPTH, add_opaque, add_piece, segment_of
@@ -24,7 +24,7 @@ from texvol.ray_casting.shading import (
     dot,
     facing,
     lit,
-    matter_at,
+    medium_at,
     opaque_color,
     unit,
 )
@@ -62,9 +62,9 @@ def sample_of(shape, cell, corner):
 @woven_in
 def _may_show(scene, low, high, steepest):
     """Whether there is matter of any value from low to high."""
-    matter, graded = scene.matter, scene.graded
-    lowest, highest = segment_of(matter.points, low), segment_of(matter.points, high)
-    if matter.visible_before[highest + 1] > matter.visible_before[lowest]:
+    medium, graded = scene.medium, scene.graded
+    lowest, highest = segment_of(medium.points, low), segment_of(medium.points, high)
+    if medium.visible_before[highest + 1] > medium.visible_before[lowest]:
         return True
     margin = 4 * EPSILON * max(abs(low), abs(high))
     for k in range(graded.start.size):
@@ -124,7 +124,7 @@ def _add_part(scene, ray, bench, start, end, margin, here, length, depth, light)
         return depth
     if bench.chosen[OPAQUE]:
         return add_opaque(opaque_at(scene, ray, bench, start, end, here, length), depth, light)
-    return add_stretch(collocate, scene, ray, bench, start, end, here, length, depth, light)
+    return add_interval(collocate, scene, ray, bench, start, end, here, length, depth, light)
 
 
 @woven_in
@@ -150,7 +150,7 @@ def cross_preclassified(scene, ray, bench, cell, entry, leave, here, length, rou
     """Optical depth behind a cell whose corners are classified and lit, then interpolated."""
     channels, opaque, seen = bench.channels, False, False
     for corner in range(8):
-        red, green, blue, extinction = matter_of_corner(scene, bench, cell, corner, (1.0, 1.0, 1.0), 1.0)
+        red, green, blue, extinction = medium_of_corner(scene, bench, cell, corner, (1.0, 1.0, 1.0), 1.0)
         channels[0, corner], channels[1, corner], channels[2, corner] = red, green, blue
         channels[3, corner] = extinction
         opaque = opaque or isinf(extinction)
@@ -181,7 +181,7 @@ def add_cubics(cued, cue, ray, color, extinction, here, length, depth, light):
 
 
 @woven_in
-def matter_of_corner(scene, bench, cell, corner, tint, weight):
+def medium_of_corner(scene, bench, cell, corner, tint, weight):
     """Emission, lit, and extinction of a corner of a cell; straight colour if opaque.
 
     `tint` is the sample's own colour, `weight` the mask's: opaque matter stays so however little of it there is.
@@ -196,22 +196,22 @@ def matter_of_corner(scene, bench, cell, corner, tint, weight):
     if bench.chosen[OPAQUE]:
         color, extinction, shines, weight = opaque_color(scene, bench.chosen, value), inf, 1.0, 1.0
     else:
-        red, green, blue, extinction = matter_at(scene, bench.chosen, value, m)
+        red, green, blue, extinction = medium_at(scene, bench.chosen, value, m)
         color, shines = (red, green, blue), extinction
     color = color[0] * tint[0], color[1] * tint[1], color[2] * tint[2]
     if scene.lit:
-        place = _place_of_sample(scene, cell, corner)
+        position = _position_of_sample(scene, cell, corner)
         toward_eye = scene.eye.backward
         if scene.eye.perspective:
-            eye = scene.eye.place
-            toward_eye = unit((eye[0] - place[0], eye[1] - place[1], eye[2] - place[2]))
+            eye = scene.eye.position
+            toward_eye = unit((eye[0] - position[0], eye[1] - position[1], eye[2] - position[2]))
         side = facing(scene.lights, gradient, m, toward_eye)
-        color = lit(scene.lights, color, shines, gradient, m, side, toward_eye, place)
+        color = lit(scene.lights, color, shines, gradient, m, side, toward_eye, position)
     return weight * color[0], weight * color[1], weight * color[2], weight * extinction
 
 
 @woven_in
-def _place_of_sample(scene, cell, corner):
+def _position_of_sample(scene, cell, corner):
     """World; outside the box that of the sample that is repeated there."""
     nearest = 2 * scene.middle  # the last sample of each axis
     x = min(max(cell[0] + (corner & 1), 0.0), nearest[0]) - scene.middle[0]

@@ -11,7 +11,7 @@ from math import sqrt
 
 from texvol.ray_casting.bernstein import EPSILON
 from texvol.ray_casting.compiling import compiled, inlined, woven_in
-from texvol.ray_casting.lit_ray import place_at
+from texvol.ray_casting.lit_ray import position_at
 from texvol.ray_casting.medium import segment_of
 from texvol.ray_casting.roots import add_roots
 from texvol.ray_casting.shading import SQUARE, added, dot, toward, unit
@@ -22,7 +22,7 @@ NOISE = 32 * EPSILON  # what rounding leaves of a coefficient, of those that it 
 
 def most_cuts(scene) -> int:
     """How many cuts there can be in a cell."""
-    points = scene.matter.points.size + scene.graded.values.size
+    points = scene.medium.points.size + scene.graded.values.size
     cuts_of_contours = (3 + 6) * scene.contours.shape[0]
     return 3 * points + cuts_of_contours + 6 * scene.thresholds.size + 4 * (2 * scene.lights.rows.shape[0] + 1) + 4
 
@@ -32,7 +32,7 @@ def find_cuts(scene, ray, bench, here, length):
     """Number of cuts of a cell, their shares of the way written to `bench.cuts`, ascending; the last is 1."""
     cuts, count = bench.cuts, 0
     low, high = bench.corners.min(), bench.corners.max()
-    count = _cut_at_points(scene.matter.points, 0, scene.matter.points.size, low, high, bench, count)
+    count = _cut_at_points(scene.medium.points, 0, scene.medium.points.size, low, high, bench, count)
     for k in range(scene.graded.start.size):
         first, end = scene.graded.first[k], scene.graded.first[k + 1]
         count = _cut_at_points(scene.graded.values, first, end, low, high, bench, count)
@@ -121,8 +121,8 @@ def _cut_at_sides(scene, ray, bench, here, length, count):
     if lights.two_sided:
         count = _cut_across(ray.toward_eye, ray.toward_eye, largest, bench, count)
     for light in range(lights.rows.shape[0]):
-        at_entry = toward(lights, light, ray.toward_eye, place_at(ray, here))
-        at_leave = toward(lights, light, ray.toward_eye, place_at(ray, here + length))
+        at_entry = toward(lights, light, ray.toward_eye, position_at(ray, here))
+        at_leave = toward(lights, light, ray.toward_eye, position_at(ray, here + length))
         count = _cut_across(at_entry, at_leave, largest, bench, count)
         if not lights.two_sided and lights.specular > 0.0:
             # The highlight's own edge; from a point light halfway is not quite linear, and the cut as near as that is.
@@ -150,8 +150,8 @@ def _cut_across(at_entry, at_leave, largest, bench, count):
 def sort_cuts(cuts, count):
     """By insertion: there are few."""
     for k in range(1, count):
-        cut, place = cuts[k], k
-        while place > 0 and cuts[place - 1] > cut:
-            cuts[place] = cuts[place - 1]
-            place -= 1
-        cuts[place] = cut
+        cut, position = cuts[k], k
+        while position > 0 and cuts[position - 1] > cut:
+            cuts[position] = cuts[position - 1]
+            position -= 1
+        cuts[position] = cut

@@ -14,7 +14,7 @@ Numbers = NDArray[np.float64]
 Triple = tuple[float, float, float]
 NODE_COUNT = 5  # see `collocation`
 MOST_LEVELS = 200  # halvings in front of deep matter
-STRETCH = 4  # depth and light of a stretch
+INTERVAL = 4  # depth and light of a stretch
 
 
 class Ray(NamedTuple):
@@ -59,13 +59,13 @@ def bench_for(most_cuts: int, most_chosen: int) -> Bench:
         cuts=np.zeros(most_cuts),
         chosen=np.zeros(most_chosen, np.int64),
         glows=np.zeros((NODE_COUNT, 4)),
-        halves=np.zeros((2, STRETCH)),
-        stack=np.zeros((MOST_LEVELS + 2, 2 + STRETCH)),
+        halves=np.zeros((2, INTERVAL)),
+        stack=np.zeros((MOST_LEVELS + 2, 2 + INTERVAL)),
     )
 
 
 @woven_in
-def place_at(ray, s):
+def position_at(ray, s):
     """World, relative to the centre of the scene's first volume."""
     return (
         ray.nearest[0] + s * ray.direction[0],

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.ray_casting.common_positions import centre_from, middle_of
-from texvol.ray_casting.medium import Matter, matter_of
-from texvol.ray_casting.shadows import arriving_at_nodes
+from texvol.ray_casting.medium import Medium, medium_of
+from texvol.ray_casting.shadows import light_transmittance_at_nodes
 from texvol.scene.camera import Camera
 from texvol.scene.gradient import gradients
 from texvol.scene.lighting import DepthCue, Lighting, shadow_distance, unit
@@ -42,7 +42,9 @@ class Lights(NamedTuple):
     shininess: float
     two_sided: bool
     fade: float  # kernel units
-    arriving: Numbers  # what is left of those that cast shadows, at the nodes of the box: shape (lights, z, y, x)
+    light_transmittance: (
+        Numbers  # what is left of those that cast shadows, at the nodes of the box: shape (lights, z, y, x)
+    )
     box_from_world: Numbers  # to shares of the edges, (3, 4)
     shadow_distance: float
 
@@ -60,7 +62,7 @@ class Eye(NamedTuple):
     """Where the eye is, and the direction back to it in the middle."""
 
     perspective: bool
-    place: Triple
+    position: Triple
     backward: Triple
 
 
@@ -78,7 +80,7 @@ class Graded(NamedTuple):
 class LitScene(NamedTuple):
     """Everything but the samples and the rays."""
 
-    matter: Matter
+    medium: Medium
     modulation: Numbers  # gradient magnitude (kernel units) and factor, shape (m, 2)
     graded: Graded
     contours: Numbers  # value, thickness × (data units per kernel unit of gradient), q, τ: shape (n, 6)
@@ -104,10 +106,12 @@ def gradients_of(scene: Scene) -> NDArray[np.floating]:
 def lit_scene(scene: Scene, transfer: TransferFunction, camera: Camera, whole: Scene | None = None) -> LitScene:
     """`scene`, of one volume, as compiled code takes it; `whole` is that of all volumes, where there are several."""
     volume, first = scene.volume, (whole or scene).volume
-    arriving = arriving_at_nodes(whole or scene, whole.transfer_function if whole else transfer, volume)
+    light_transmittance = light_transmittance_at_nodes(
+        whole or scene, whole.transfer_function if whole else transfer, volume
+    )
     factor = _gradient_factor(volume)
     from_world = volume.smallest_spacing * factor  # kernel units from data units per world unit
-    lights = _lights(scene.lighting, volume, first, from_world, arriving)
+    lights = _lights(scene.lighting, volume, first, from_world, light_transmittance)
     modulation = np.array(np.zeros((0, 2)) if transfer.modulation is None else transfer.modulation, np.float64)
     modulation[:, 0] *= from_world
     graded = _graded(transfer, from_world)
@@ -118,7 +122,7 @@ def lit_scene(scene: Scene, transfer: TransferFunction, camera: Camera, whole: S
         (each.value, each.thickness / from_world, *each.emission, each.extinction) for each in transfer.contours
     ]
     return LitScene(
-        matter=matter_of(transfer),
+        medium=medium_of(transfer),
         modulation=modulation,
         graded=graded,
         contours=np.array(contours, np.float64).reshape(-1, 6),
@@ -147,11 +151,13 @@ def _gradient_factor(volume: Volume) -> float:
     return 2.0 ** -frexp(half_range)[1] if half_range > 0 else 1.0
 
 
-def _lights(lighting: Lighting | None, volume: Volume, first: Volume, from_world: float, arriving: Numbers) -> Lights:
+def _lights(
+    lighting: Lighting | None, volume: Volume, first: Volume, from_world: float, light_transmittance: Numbers
+) -> Lights:
     axes = volume.index_from_world / np.array(volume.dimensions)[:, np.newaxis]
     to_box = np.column_stack([axes, 0.5 - axes @ centre_from(first, volume)])
     if lighting is None:
-        return Lights(np.zeros((0, 8)), 0.0, 0.0, 0.0, 0.0, False, 1.0, arriving, to_box, 0.0)
+        return Lights(np.zeros((0, 8)), 0.0, 0.0, 0.0, 0.0, False, 1.0, light_transmittance, to_box, 0.0)
     rows = np.zeros((len(lighting.lights), 8))
     for row, light in zip(rows, lighting.lights, strict=True):
         row[0], row[4:7] = _KINDS[light.kind], light.color
@@ -166,7 +172,7 @@ def _lights(lighting: Lighting | None, volume: Volume, first: Volume, from_world
         float(lighting.shininess),
         bool(lighting.two_sided),
         max(lighting.fade_for(volume) * from_world, _LEAST_FADE),
-        arriving,
+        light_transmittance,
         to_box,
         shadow_distance(volume),
     )

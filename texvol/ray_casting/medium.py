@@ -21,7 +21,7 @@ _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(8)  # over -1 … 1
 GAUSS_POINTS, GAUSS_WEIGHTS = (1 + _POINTS) / 2, _WEIGHTS / 2
 
 
-class Matter(NamedTuple):
+class Medium(NamedTuple):
     """A transfer function as arrays; segment k lies between points k - 1 and k, the outermost reach to infinity."""
 
     points: NDArray[np.float64]
@@ -32,7 +32,7 @@ class Matter(NamedTuple):
     visible_before: NDArray[np.int64]  # how many of the segments before segment k hold anything to be seen
 
 
-def matter_of(transfer: TransferFunction) -> Matter:
+def medium_of(transfer: TransferFunction) -> Medium:
     """`transfer` as compiled code takes it."""
     seen = transfer.extinctions > 0
     if transfer.glows:
@@ -41,7 +41,7 @@ def matter_of(transfer: TransferFunction) -> Matter:
     visible_before = np.append(0, np.cumsum(of_segments)).astype(np.int64)
     glow = bool(transfer.emissive), bool(transfer.glows)
     values, colors, extinctions = transfer.values.copy(), transfer.colors.copy(), transfer.extinctions.copy()
-    return Matter(values, colors, extinctions, *glow, visible_before)
+    return Medium(values, colors, extinctions, *glow, visible_before)
 
 
 @compiled
@@ -58,31 +58,31 @@ def segment_of(points, value):
 
 
 @compiled
-def classified(matter, value):
+def classified(medium, value):
     """Emission (3) and extinction of a sample, as `TransferFunction.classify` has it; straight colour if opaque."""
     if isnan(value):
         return 0.0, 0.0, 0.0, 0.0
-    segment = segment_of(matter.points, value)
-    left, right = max(segment - 1, 0), min(segment, matter.points.size - 1)
-    width = matter.points[right] - matter.points[left]
-    share = (value - matter.points[left]) / width if width > 0 else 0.0
-    red, green, blue = mixed_color(matter, left, right, share)
-    extinction = matter.extinctions[left]
-    if share > 0:
-        extinction = extinction * (1 - share) + matter.extinctions[right] * share
+    segment = segment_of(medium.points, value)
+    left, right = max(segment - 1, 0), min(segment, medium.points.size - 1)
+    width = medium.points[right] - medium.points[left]
+    fraction = (value - medium.points[left]) / width if width > 0 else 0.0
+    red, green, blue = mixed_color(medium, left, right, fraction)
+    extinction = medium.extinctions[left]
+    if fraction > 0:
+        extinction = extinction * (1 - fraction) + medium.extinctions[right] * fraction
     factor = 1.0
-    if matter.emissive and isinf(extinction):
+    if medium.emissive and isinf(extinction):
         factor = 0.0
-    elif not matter.glows and not isinf(extinction):
+    elif not medium.glows and not isinf(extinction):
         factor = extinction
     return red * factor, green * factor, blue * factor, extinction
 
 
 @compiled
-def mixed_color(matter, left, right, share):
+def mixed_color(medium, left, right, fraction):
     """Colour `share` of the way from the control point `left` to `right`."""
-    a, b = matter.colors[left], matter.colors[right]
-    return mix(a[0], b[0], share), mix(a[1], b[1], share), mix(a[2], b[2], share)
+    a, b = medium.colors[left], medium.colors[right]
+    return mix(a[0], b[0], fraction), mix(a[1], b[1], fraction), mix(a[2], b[2], fraction)
 
 
 @compiled

@@ -68,23 +68,23 @@ def project(
     scene = without_hidden(scene)
     camera = scene.camera_for(size)
     rays, numbers = _traced(scene, camera, size, chosen)
-    number, way = numbers[..., 0], numbers[..., 1]
+    number, direction = numbers[..., 0], numbers[..., 1]
     if scene.mode == "isosurface":
-        picture = _surface_picture(scene, camera, rays, number, way >= 0)
+        picture = _surface_picture(scene, camera, rays, number, direction >= 0)
         if scene.geometry:
             from texvol.ray_casting.surfaces import Layer, put_before, surface_layers
 
-            until = np.where(way >= 0, number, np.inf)
+            until = np.where(direction >= 0, number, np.inf)
             layers = surface_layers(scene, camera, size)
             put_before([Layer(chosen(layer.s), chosen(layer.color)) for layer in layers], until, picture)
         return picture
     if (attenuation := attenuation_of(scene.air)) is not None:
         number = attenuation.per_value * number
     if scene.mode == "average":
-        number = np.divide(number, way, out=np.zeros_like(number), where=way > 0)
-    picture = np.zeros((*way.shape, 4))
-    picture[way > 0, :3] = (_KINDS[scene.mode][1] * number[way > 0])[:, np.newaxis]
-    picture[way > 0, 3] = 1.0
+        number = np.divide(number, direction, out=np.zeros_like(number), where=direction > 0)
+    picture = np.zeros((*direction.shape, 4))
+    picture[direction > 0, :3] = (_KINDS[scene.mode][1] * number[direction > 0])[:, np.newaxis]
+    picture[direction > 0, 3] = 1.0
     return picture
 
 

@@ -16,26 +16,26 @@ _LAYERS_AT_ONCE = 32  # of samples along z, whose gradients are held at one time
 def gradients_at(volume: Volume, estimator: Estimator, index: Array) -> Array:
     """Gradients at places (n, 3) in index space, interpolated between samples; data units per smallest spacing."""
     found = np.zeros((len(index), 3))
-    place = np.clip(index, 0, np.array(volume.dimensions) - 1)
-    layer = place[:, 2].astype(int) // _LAYERS_AT_ONCE
+    position = np.clip(index, 0, np.array(volume.dimensions) - 1)
+    layer = position[:, 2].astype(int) // _LAYERS_AT_ONCE
     for each in np.unique(layer):
         here = layer == each
-        found[here] = _interpolated(volume, estimator, place[here])
+        found[here] = _interpolated(volume, estimator, position[here])
     return found
 
 
-def _interpolated(volume: Volume, estimator: Estimator, place: Array) -> Array:
+def _interpolated(volume: Volume, estimator: Estimator, position: Array) -> Array:
     """`gradients_at` of places within the outermost samples, from the box of samples around them."""
-    near = np.floor(place).astype(int)
+    near = np.floor(position).astype(int)
     far = np.minimum(near + 1, np.array(volume.dimensions) - 1)
     first, end = near.min(axis=0), far.max(axis=0) + 1
     box = (slice(first[2], end[2]), slice(first[1], end[1]), slice(first[0], end[0]))
     samples = gradients(volume, estimator, box)
-    share, total = place - near, np.zeros(place.shape)
+    fraction, total = position - near, np.zeros(position.shape)
     for corner in range(8):
         bits = (corner >> np.arange(3)) & 1
         x, y, z = (np.where(bits, far, near) - first).T
-        weight = np.where(bits, share, 1 - share).prod(axis=1, keepdims=True)
+        weight = np.where(bits, fraction, 1 - fraction).prod(axis=1, keepdims=True)
         total += weight * samples[z, y, x]
     return total
 
@@ -73,8 +73,8 @@ def _normals(volume: Volume, slopes: Array, fade: float) -> tuple[Array, Array]:
     scaled = np.divide(slopes, largest, out=np.zeros_like(slopes), where=largest > 0)  # its square is a number
     magnitude = np.linalg.norm(scaled, axis=1, keepdims=True)
     with np.errstate(over="ignore"):
-        share = np.clip(largest / volume.smallest_spacing * magnitude / fade, 0, 1)
-    return -_units(scaled), share**2 * (3 - 2 * share)
+        fraction = np.clip(largest / volume.smallest_spacing * magnitude / fade, 0, 1)
+    return -_units(scaled), fraction**2 * (3 - 2 * fraction)
 
 
 def _direction_to(light: Light, volume: Volume, from_centre: Array, to_eye: Array) -> Array:

@@ -22,29 +22,29 @@ INTEGRAL, HIGHEST, SURFACE, ABOVE = 0, 1, 2, 3
 
 
 @compiled
-def _cross(kind, level, corners, beside, entry, leave, length, number, way, side):
+def _cross(kind, level, corners, beside, entry, leave, length, number, direction, side):
     """(number, way, side) behind a cell, see `project_rays`; `way` is less than 0 before a surface is found."""
     if kind == SURFACE:
-        share, side = first_hit(corners, beside, entry, leave, level, side)
-        return share * length, (0.0 if share < NO_HIT else -1.0), side
+        fraction, side = first_hit(corners, beside, entry, leave, level, side)
+        return fraction * length, (0.0 if fraction < NO_HIT else -1.0), side
     if isnan(beside):
-        return number, way, side
+        return number, direction, side
     if kind == INTEGRAL:
         number += length * mean_of(corners, beside, entry, leave)
     elif kind == ABOVE:
         number += length * mean_above(corners, beside, entry, leave, level)
     else:
         number = highest_of(corners, beside, entry, leave, number)
-    return number, way + length, side
+    return number, direction + length, side
 
 
 @compiled
 def _walk(values, kind, sign, level, start, step, ends, rounding, corners):
     """The two numbers of one ray, `start` + s `step` for s between its ends, see `project_rays`."""
     here, last = _clipped(start, step, values.shape, ends)
-    number, way, side = (-inf if kind == HIGHEST else 0.0), (-1.0 if kind == SURFACE else 0.0), nan
+    number, direction, side = (-inf if kind == HIGHEST else 0.0), (-1.0 if kind == SURFACE else 0.0), nan
     if not here < last:
-        return number, way
+        return number, direction
     i, next_i = _first_cell(start[0], step[0], here)
     j, next_j = _first_cell(start[1], step[1], here)
     k, next_k = _first_cell(start[2], step[2], here)
@@ -54,9 +54,11 @@ def _walk(values, kind, sign, level, start, step, ends, rounding, corners):
             load_corners(values, sign, i, j, k, corners)
             entry, leave = _in_cell(start, step, here, i, j, k), _in_cell(start, step, there, i, j, k)
             beside = value_beside_gaps(corners, entry, leave, rounding)
-            number, way, side = _cross(kind, level, corners, beside, entry, leave, there - here, number, way, side)
-            if kind == SURFACE and way >= 0.0:
-                return here + number, way
+            number, direction, side = _cross(
+                kind, level, corners, beside, entry, leave, there - here, number, direction, side
+            )
+            if kind == SURFACE and direction >= 0.0:
+                return here + number, direction
         if next_i <= there:
             i, next_i = _next_cell(start[0], step[0], i)
         if next_j <= there:
@@ -64,7 +66,7 @@ def _walk(values, kind, sign, level, start, step, ends, rounding, corners):
         if next_k <= there:
             k, next_k = _next_cell(start[2], step[2], k)
         here = max(here, there)
-    return number, way
+    return number, direction
 
 
 def _projector(sources):
@@ -80,7 +82,7 @@ def _projector(sources):
         corners = np.empty(8)
         for row in range(numbers.shape[0]):
             for column in range(numbers.shape[1]):
-                number, way = _walk(
+                number, direction = _walk(
                     values,
                     kind,
                     sign,
@@ -91,7 +93,7 @@ def _projector(sources):
                     rounding,
                     corners,
                 )
-                numbers[row, column, 0], numbers[row, column, 1] = number, way
+                numbers[row, column, 0], numbers[row, column, 1] = number, direction
 
     return project_rays
 

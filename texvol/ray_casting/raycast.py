@@ -35,7 +35,7 @@ from numpy.typing import NDArray
 from texvol.ray_casting.bernstein import EPSILON
 from texvol.ray_casting.caps import caps_within, put_in_front, thin_ends
 from texvol.ray_casting.common_positions import middle_of
-from texvol.ray_casting.medium import matter_of
+from texvol.ray_casting.medium import medium_of
 from texvol.ray_casting.walk import trace_rays
 from texvol.scene.camera import Camera
 from texvol.scene.scene import Scene, checked_size
@@ -125,14 +125,14 @@ def _raycast(scene: Scene, size: tuple[int, int], chosen: Chosen) -> Numbers:
         starts, steps, s_of_eyes, ends = rays_of(scene, eyes[rows], directions[rows])
         thin = thin_ends(scene, starts, steps, ends, s_of_eyes) if scene.cutting.caps else None
 
-        def trace_stretch(stretch: Numbers, part: Numbers) -> None:
-            trace(starts, steps, stretch, s_of_eyes, directions[rows], part)
+        def trace_interval(interval: Numbers, part: Numbers) -> None:
+            trace(starts, steps, interval, s_of_eyes, directions[rows], part)
             if thin is not None:
                 caps = np.zeros_like(part)
-                trace(starts, steps, caps_within(thin, stretch), s_of_eyes, directions[rows], caps)
+                trace(starts, steps, caps_within(thin, interval), s_of_eyes, directions[rows], caps)
                 put_in_front(caps, part)
 
-        trace_between(rows, ends, trace_stretch, picture[rows])
+        trace_between(rows, ends, trace_interval, picture[rows])
 
     over_rows(trace_rows, len(picture))
     optical_depth = picture[..., 3].copy()
@@ -146,7 +146,7 @@ def _between_surfaces(
 ) -> Callable[[slice, Numbers, Callable[[Numbers, Numbers], None], Numbers], None]:
     """What has stretches of rows traced: the whole way where there are no surfaces, or from one to the next."""
     if not scene.geometry:
-        return lambda rows, ends, trace_stretch, picture: trace_stretch(ends, picture)
+        return lambda rows, ends, trace_interval, picture: trace_interval(ends, picture)
     from texvol.ray_casting import surfaces
 
     layers = [
@@ -154,10 +154,10 @@ def _between_surfaces(
     ]
 
     def trace_between(
-        rows: slice, ends: Numbers, trace_stretch: Callable[[Numbers, Numbers], None], picture: Numbers
+        rows: slice, ends: Numbers, trace_interval: Callable[[Numbers, Numbers], None], picture: Numbers
     ) -> None:
         of_rows = [surfaces.Layer(layer.s[rows], layer.color[rows]) for layer in layers]
-        surfaces.trace_between(of_rows, ends, trace_stretch, picture)
+        surfaces.trace_between(of_rows, ends, trace_interval, picture)
 
     return trace_between
 
@@ -183,14 +183,14 @@ def _tracer_for(scene: Scene, camera: Camera) -> Callable[[Numbers, Numbers, Num
         from texvol.ray_casting.lit_walk import rows_tracer
 
         return rows_tracer(scene, transfer, camera, rounding)
-    matter = matter_of(transfer)
+    medium = medium_of(transfer)
     preclassified = scene.classification in ("slab", "extinction")
     values = read_only(volume.values.astype(np.float32)) if volume.values.dtype == np.float16 else volume.values
 
     def trace(
         starts: Numbers, steps: Numbers, ends: Numbers, eyes: Numbers, directions: Numbers, picture: Numbers
     ) -> None:
-        trace_rays(values, matter, preclassified, starts, steps, ends, rounding, picture)
+        trace_rays(values, medium, preclassified, starts, steps, ends, rounding, picture)
 
     return trace
 

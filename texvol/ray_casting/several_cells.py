@@ -12,14 +12,14 @@ from math import isinf, isnan
 
 from texvol.ray_casting.bernstein import restricted, trilinear, value_at
 from texvol.ray_casting.cells import _has_weight, _opaque_color, _point_between
-from texvol.ray_casting.collocation import NODES, add_glows, add_stretch, integrate
+from texvol.ray_casting.collocation import NODES, add_glows, add_interval, integrate
 from texvol.ray_casting.compiling import compiled, inlined, woven_in
 from texvol.ray_casting.lit_cells import (
     add_cubics,
     choose_between,
     lay_fields,
     load_cell,
-    matter_of_corner,
+    medium_of_corner,
     opaque_at,
     sample_of,
 )
@@ -114,11 +114,11 @@ def _load(several, v, bench):
             k, j, i = sample_of(shape, cell, corner)
             own = colors[(k * ny + j) * nx + i]
             tint = own[0], own[1], own[2]
-        matter = matter_of_corner(scene, room, cell, corner, tint, bench.weights[v, corner])
+        medium = medium_of_corner(scene, room, cell, corner, tint, bench.weights[v, corner])
         for channel in range(4):
-            room.channels[channel, corner] = matter[channel]
-            seen = seen or matter[channel] > 0.0
-        bench.opaque[v] = bench.opaque[v] or isinf(matter[EXTINCTION])
+            room.channels[channel, corner] = medium[channel]
+            seen = seen or medium[channel] > 0.0
+        bench.opaque[v] = bench.opaque[v] or isinf(medium[EXTINCTION])
     return seen
 
 
@@ -222,7 +222,7 @@ def _add_part(several, ray, bench, posts, start, end, here, length, depth, light
     if seen == 0:
         return _add_cubics(common.cued, common.cue, ray, bench.cubics, start, end, here, length, depth, light)
     bench.counts[0] = seen
-    return add_stretch(_collocate, several, ray, bench, start, end, here, length, depth, light)
+    return add_interval(_collocate, several, ray, bench, start, end, here, length, depth, light)
 
 
 @inlined
@@ -249,8 +249,8 @@ def _add_cubics(cued, cue, ray, cubics, start, end, here, length, depth, light):
     """Optical depth behind the part from `start` to `end` of a piece in which there are cubics alone."""
     red, green = _cubic(cubics[0], start, end), _cubic(cubics[1], start, end)
     blue, extinction = _cubic(cubics[2], start, end), _cubic(cubics[3], start, end)
-    way = (end - start) * length
-    return add_cubics(cued, cue, ray, (red, green, blue), extinction, here + start * length, way, depth, light)
+    direction = (end - start) * length
+    return add_cubics(cued, cue, ray, (red, green, blue), extinction, here + start * length, direction, depth, light)
 
 
 @woven_in

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from texvol.ray_casting.bernstein import EPSILON
 from texvol.ray_casting.compiling import inlined, woven_in
 from texvol.ray_casting.lit_scene import Graded, Lights, LitScene, gradients_of, lit_scene
-from texvol.ray_casting.medium import Matter
+from texvol.ray_casting.medium import Medium
 from texvol.scene.camera import Camera
 from texvol.scene.scene import Scene
 from texvol.scene.transfer import TransferFunction
@@ -25,7 +25,7 @@ from texvol.scene.transfer import TransferFunction
 PRECLASSIFIED, POSTCLASSIFIED, LABELS = 0, 1, 2
 # What may be of different lengths. GRADED_FIRST is one longer than GRADED, for each volume.
 VALUES, WEIGHTS, COLORS, GRADIENTS, POINTS, SEGMENTS, MODULATION, CONTOURS = range(8)
-GRADED, GRADED_FIRST, GRADED_VALUES, THRESHOLDS, ARRIVING = range(8, 13)
+GRADED, GRADED_FIRST, GRADED_VALUES, THRESHOLDS, LIGHT_TRANSMITTANCE = range(8, 13)
 
 Numbers = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -57,7 +57,7 @@ class Several(NamedTuple):
     graded_full: Numbers
     fades: Numbers
     boxes_from_world: Numbers
-    arriving: Numbers
+    light_transmittance: Numbers
     nodes: Indices  # of that, (volumes, 4): lights, z, y, x
     shadow_distances: Numbers
     uses_gradient: NDArray[np.bool_]
@@ -78,17 +78,17 @@ def several(
     lit = [lit_scene(s, t, camera, whole) for s, t in zip(scenes, transfers, strict=True)]
     volumes = [scene.volume for scene in scenes]
     radius = max(float(np.linalg.norm(each.centre)) + v.radius for each, v in zip(lit, volumes, strict=True))
-    samples, matter = _samples_of_all(scenes), _matter_of_all(lit)
-    numbers: dict[str, NDArray] = {name: np.concatenate(parts) for name, parts in (samples | matter).items()}
+    samples, medium = _samples_of_all(scenes), _medium_of_all(lit)
+    numbers: dict[str, NDArray] = {name: np.concatenate(parts) for name, parts in (samples | medium).items()}
     together = Several(
         kinds=np.array([_kind(scene) for scene in scenes]),
         shapes=np.array([volume.values.shape for volume in volumes]),
-        first=_firsts([*samples.values(), *(matter[each] for each in _LENGTHS_OF_MATTER)]),
+        first=_firsts([*samples.values(), *(medium[each] for each in _LENGTHS_OF_MEDIUM)]),
         **numbers,
-        emissive=np.array([each.matter.emissive for each in lit]),
-        glows=np.array([each.matter.glows for each in lit]),
+        emissive=np.array([each.medium.emissive for each in lit]),
+        glows=np.array([each.medium.glows for each in lit]),
         fades=np.array([each.lights.fade for each in lit]),
-        nodes=np.array([each.lights.arriving.shape for each in lit]),
+        nodes=np.array([each.lights.light_transmittance.shape for each in lit]),
         boxes_from_world=np.stack([each.lights.box_from_world for each in lit]),
         shadow_distances=np.array([each.lights.shadow_distance for each in lit]),
         uses_gradient=np.array([each.uses_gradient for each in lit]),
@@ -126,20 +126,20 @@ def _samples_of_all(scenes: Sequence[Scene]) -> dict[str, list[NDArray]]:
 
 
 # Of what lengths are to be had, in the order from POINTS on.
-_LENGTHS_OF_MATTER = (
+_LENGTHS_OF_MEDIUM = (
     *("points", "visible_before", "modulation", "contours"),
-    *("graded_start", "graded_first", "graded_values", "thresholds", "arriving"),
+    *("graded_start", "graded_first", "graded_values", "thresholds", "light_transmittance"),
 )
 
 
-def _matter_of_all(lit: Sequence[LitScene]) -> dict[str, list[NDArray]]:
+def _medium_of_all(lit: Sequence[LitScene]) -> dict[str, list[NDArray]]:
     """What matter there is, by the names of its fields."""
-    matters, graded = [each.matter for each in lit], [each.graded for each in lit]
+    media, graded = [each.medium for each in lit], [each.graded for each in lit]
     return {
-        "points": [matter.points for matter in matters],
-        "point_colors": [matter.colors for matter in matters],
-        "extinctions": [matter.extinctions for matter in matters],
-        "visible_before": [matter.visible_before for matter in matters],
+        "points": [medium.points for medium in media],
+        "point_colors": [medium.colors for medium in media],
+        "extinctions": [medium.extinctions for medium in media],
+        "visible_before": [medium.visible_before for medium in media],
         "modulation": [each.modulation for each in lit],
         "contours": [each.contours for each in lit],
         "graded_first": [each.first for each in graded],
@@ -149,7 +149,7 @@ def _matter_of_all(lit: Sequence[LitScene]) -> dict[str, list[NDArray]]:
         "graded_start": [each.start for each in graded],
         "graded_full": [each.full for each in graded],
         "thresholds": [each.thresholds for each in lit],
-        "arriving": [each.lights.arriving.reshape(-1) for each in lit],
+        "light_transmittance": [each.lights.light_transmittance.reshape(-1) for each in lit],
     }
 
 
@@ -169,7 +169,7 @@ def part_of(several, what, v, array):
 def scene_of(several, v):
     """The `LitScene` of volume v."""
     common, lights = several.common, several.common.lights
-    matter = Matter(
+    medium = Medium(
         part_of(several, POINTS, v, several.points),
         part_of(several, POINTS, v, several.point_colors),
         part_of(several, POINTS, v, several.extinctions),
@@ -179,8 +179,10 @@ def scene_of(several, v):
     )
     shining = (lights.ambient, lights.diffuse, lights.specular, lights.shininess, lights.two_sided, several.fades[v])
     nodes = several.nodes[v]
-    arriving = part_of(several, ARRIVING, v, several.arriving).reshape((nodes[0], nodes[1], nodes[2], nodes[3]))
-    of_box = (arriving, several.boxes_from_world[v], several.shadow_distances[v])
+    light_transmittance = part_of(several, LIGHT_TRANSMITTANCE, v, several.light_transmittance).reshape(
+        (nodes[0], nodes[1], nodes[2], nodes[3])
+    )
+    of_box = (light_transmittance, several.boxes_from_world[v], several.shadow_distances[v])
     answering = Lights(lights.rows, *shining, *of_box)
     eye = (common.lit, answering, common.cued, common.cue, common.eye)
     gradient = (
@@ -190,7 +192,7 @@ def scene_of(several, v):
     )
     masked = several.first[WEIGHTS, v + 1] > several.first[WEIGHTS, v]
     return LitScene(
-        matter,
+        medium,
         part_of(several, MODULATION, v, several.modulation),
         _graded_of(several, v),
         part_of(several, CONTOURS, v, several.contours),

@@ -143,8 +143,8 @@ def rows_tracer(
         along = (directions @ camera.forward)[..., np.newaxis]
         rays = np.concatenate([nearest, directions, -directions, eyes[..., np.newaxis], along], axis=-1)
         # Of all in the same way, so that equal grids have equal faces.
-        ways = [rays_in(volume, volumes[0], nearest, directions) for volume in volumes]
-        all_starts, all_steps = (np.stack(each, axis=-2) for each in zip(*ways, strict=True))
+        lines = [rays_in(volume, volumes[0], nearest, directions) for volume in volumes]
+        all_starts, all_steps = (np.stack(each, axis=-2) for each in zip(*lines, strict=True))
         bench = several_bench(len(volumes), room, chosen)
         trace_several_rays(together, all_starts, all_steps, ends, rays, bench, picture)
 

@@ -25,37 +25,37 @@ def choose(scene, value, m, margin, chosen):
 
     Values no farther apart than `margin` could be one value, but for rounding: beside a step, its right side.
     """
-    matter, graded = scene.matter, scene.graded
-    left, right = _points_around(matter.points, 0, matter.points.size, value, margin)
+    medium, graded = scene.medium, scene.graded
+    left, right = _points_around(medium.points, 0, medium.points.size, value, margin)
     factor = 1.0
     if scene.modulation.shape[0] > 0:
         chosen[MODULATION] = segment_of(scene.modulation[:, 0], m)
         factor = _modulation(scene, chosen, m)
-    if factor == 0.0 or not (_is_matter(matter, left) or _is_matter(matter, right)):
+    if factor == 0.0 or not (_is_medium(medium, left) or _is_medium(medium, right)):
         left = NONE
     chosen[LEFT], chosen[RIGHT] = left, right
-    chosen[OPAQUE] = left != NONE and (isinf(matter.extinctions[left]) or isinf(matter.extinctions[right]))
-    any_matter = left != NONE
+    chosen[OPAQUE] = left != NONE and (isinf(medium.extinctions[left]) or isinf(medium.extinctions[right]))
+    any_medium = left != NONE
     for k in range(graded.start.size):
         first, end = graded.first[k], graded.first[k + 1]
         left = NONE
         is_in_ramp = m > graded.start[k] or (m == graded.start[k] and m == graded.full[k])
         if is_in_ramp and graded.values[first] - margin <= value <= graded.values[end - 1] + margin:
             left, right = _points_around(graded.values, first, end, value, margin)
-            any_matter = True
+            any_medium = True
         chosen[FURTHER + 2 * k], chosen[FURTHER + 2 * k + 1] = left, right
     for k in range(scene.contours.shape[0]):
         away = abs(value - scene.contours[k, 0])
         holds = away < scene.contours[k, 1] * m or away <= margin
         chosen[FURTHER + 2 * graded.start.size + k] = holds
-        any_matter = any_matter or holds
-    return any_matter
+        any_medium = any_medium or holds
+    return any_medium
 
 
 @woven_in
-def _is_matter(matter, point):
-    color = matter.colors[point]
-    return matter.extinctions[point] > 0 or (matter.glows and max(color[0], color[1], color[2]) > 0)
+def _is_medium(medium, point):
+    color = medium.colors[point]
+    return medium.extinctions[point] > 0 or (medium.glows and max(color[0], color[1], color[2]) > 0)
 
 
 @inlined
@@ -76,11 +76,11 @@ def _points_around(points, first, end, value, margin):
 def _modulation(scene, chosen, m):
     pairs = scene.modulation
     left, right = max(chosen[MODULATION] - 1, 0), min(chosen[MODULATION], pairs.shape[0] - 1)
-    return mix(pairs[left, 1], pairs[right, 1], share_of(pairs[left, 0], pairs[right, 0], m))
+    return mix(pairs[left, 1], pairs[right, 1], fraction_of(pairs[left, 0], pairs[right, 0], m))
 
 
 @woven_in
-def share_of(left, right, value):
+def fraction_of(left, right, value):
     """How far a value is from `left` to `right`, from 0 to 1; 0 where they are the same."""
     return min(max((value - left) / (right - left), 0.0), 1.0) if right > left else 0.0
 
@@ -88,15 +88,15 @@ def share_of(left, right, value):
 @woven_in
 def opaque_color(scene, chosen, value):
     """Straight colour of opaque points at a value."""
-    matter, left, right = scene.matter, chosen[LEFT], chosen[RIGHT]
-    share = share_of(matter.points[left], matter.points[right], value)
-    red, green, blue = mixed_color(matter, left, right, share)
-    shown = 0.0 if matter.emissive else 1.0
+    medium, left, right = scene.medium, chosen[LEFT], chosen[RIGHT]
+    fraction = fraction_of(medium.points[left], medium.points[right], value)
+    red, green, blue = mixed_color(medium, left, right, fraction)
+    shown = 0.0 if medium.emissive else 1.0
     return shown * red, shown * green, shown * blue
 
 
 @inlined
-def matter_at(scene, chosen, value, m):
+def medium_at(scene, chosen, value, m):
     """Emission (3) and extinction of the chosen matter, none of it opaque."""
     glow = _points_at(scene, chosen, value, m) if chosen[LEFT] != NONE else (0.0, 0.0, 0.0, 0.0)
     graded, contours = scene.graded, scene.contours
@@ -120,12 +120,12 @@ def matter_at(scene, chosen, value, m):
 @woven_in
 def _points_at(scene, chosen, value, m):
     """Emission and extinction of the points, as modulated."""
-    matter, left, right = scene.matter, chosen[LEFT], chosen[RIGHT]
-    share = share_of(matter.points[left], matter.points[right], value)
+    medium, left, right = scene.medium, chosen[LEFT], chosen[RIGHT]
+    fraction = fraction_of(medium.points[left], medium.points[right], value)
     factor = _modulation(scene, chosen, m) if scene.modulation.shape[0] > 0 else 1.0
-    extinction = factor * mix(matter.extinctions[left], matter.extinctions[right], share)
-    weight = factor if matter.glows else extinction
-    red, green, blue = mixed_color(matter, left, right, share)
+    extinction = factor * mix(medium.extinctions[left], medium.extinctions[right], fraction)
+    weight = factor if medium.glows else extinction
+    red, green, blue = mixed_color(medium, left, right, fraction)
     return weight * red, weight * green, weight * blue, extinction
 
 
@@ -133,15 +133,15 @@ def _points_at(scene, chosen, value, m):
 def _graded_at(graded, k, chosen, value, m, glow):
     """`glow` with what the graded matter of number k adds."""
     left, right = chosen[FURTHER + 2 * k], chosen[FURTHER + 2 * k + 1]
-    share = share_of(graded.values[left], graded.values[right], value)
+    fraction = fraction_of(graded.values[left], graded.values[right], value)
     start, full = graded.start[k], graded.full[k]
-    weight = share_of(start, full, m) if full > start else 1.0
+    weight = fraction_of(start, full, m) if full > start else 1.0
     a, b = graded.emissions[left], graded.emissions[right]
     return (
-        glow[0] + weight * mix(a[0], b[0], share),
-        glow[1] + weight * mix(a[1], b[1], share),
-        glow[2] + weight * mix(a[2], b[2], share),
-        glow[3] + weight * mix(graded.extinctions[left], graded.extinctions[right], share),
+        glow[0] + weight * mix(a[0], b[0], fraction),
+        glow[1] + weight * mix(a[1], b[1], fraction),
+        glow[2] + weight * mix(a[2], b[2], fraction),
+        glow[3] + weight * mix(graded.extinctions[left], graded.extinctions[right], fraction),
     )
 
 
@@ -153,15 +153,15 @@ def facing(lights, gradient, m, toward_eye):
 
 
 @inlined
-def lit(lights, color, extinction, gradient, m, side, toward_eye, place):
+def lit(lights, color, extinction, gradient, m, side, toward_eye, position):
     """Emission under all lights of matter of extinction τ; with τ = 1, straight colour."""
     bright = min(m / lights.fade, 1.0)
     w = bright * bright * (3 - 2 * bright)
     diffuse_red, diffuse_green, diffuse_blue = 0.0, 0.0, 0.0
     shine_red, shine_green, shine_blue = 0.0, 0.0, 0.0
     for light in range(lights.rows.shape[0]):
-        toward_light = unit(toward(lights, light, toward_eye, place))
-        red, green, blue = arriving(lights, light, place, toward_light)
+        toward_light = unit(toward(lights, light, toward_eye, position))
+        red, green, blue = light_transmittance(lights, light, position, toward_light)
         diffuse, specular = 1.0, 0.0
         if w > 0.0:
             cosine = -side * dot(gradient, toward_light) / m
@@ -181,32 +181,32 @@ def lit(lights, color, extinction, gradient, m, side, toward_eye, place):
 
 
 @woven_in
-def arriving(lights, light, place, toward_light):
+def light_transmittance(lights, light, position, toward_light):
     """Colour of a light where it arrives at a place."""
     row = lights.rows[light]
     if row[7] < 0.0:
         return row[4], row[5], row[6]
-    left = left_at(lights, int(row[7]), added(place, scaled(toward_light, lights.shadow_distance)))
+    left = left_at(lights, int(row[7]), added(position, scaled(toward_light, lights.shadow_distance)))
     return left * row[4], left * row[5], left * row[6]
 
 
 @woven_in
-def left_at(lights, number, place):
+def left_at(lights, number, position):
     """What is left of a light, trilinear between the nodes, which are in the middles of the box's cells."""
-    grid = lights.arriving[number]
-    k0, k1, z = _between_nodes(lights.box_from_world[2], place, grid.shape[0])
-    j0, j1, y = _between_nodes(lights.box_from_world[1], place, grid.shape[1])
-    i0, i1, x = _between_nodes(lights.box_from_world[0], place, grid.shape[2])
+    grid = lights.light_transmittance[number]
+    k0, k1, z = _between_nodes(lights.box_from_world[2], position, grid.shape[0])
+    j0, j1, y = _between_nodes(lights.box_from_world[1], position, grid.shape[1])
+    i0, i1, x = _between_nodes(lights.box_from_world[0], position, grid.shape[2])
     near = mix(mix(grid[k0, j0, i0], grid[k0, j0, i1], x), mix(grid[k0, j1, i0], grid[k0, j1, i1], x), y)
     far = mix(mix(grid[k1, j0, i0], grid[k1, j0, i1], x), mix(grid[k1, j1, i0], grid[k1, j1, i1], x), y)
     return mix(near, far, z)
 
 
 @woven_in
-def _between_nodes(row, place, count):
+def _between_nodes(row, position, count):
     """The nodes on either side of a place along one axis, and the share of the way; the outermost hold beyond them."""
-    share = row[3] + row[0] * place[0] + row[1] * place[1] + row[2] * place[2]
-    index = min(max(share * count - 0.5, 0.0), count - 1.0)
+    fraction = row[3] + row[0] * position[0] + row[1] * position[1] + row[2] * position[2]
+    index = min(max(fraction * count - 0.5, 0.0), count - 1.0)
     low = min(int(index), max(count - 2, 0))
     return low, min(low + 1, count - 1), index - low
 
@@ -217,14 +217,14 @@ def scaled(vector, factor):
 
 
 @woven_in
-def toward(lights, light, toward_eye, place):
+def toward(lights, light, toward_eye, position):
     """Vector, of any length, from a place to a light."""
     row = lights.rows[light]
     if row[0] == HEAD:
         return toward_eye
     if row[0] == DIRECTIONAL:
         return row[1], row[2], row[3]
-    return row[1] - place[0], row[2] - place[1], row[3] - place[2]
+    return row[1] - position[0], row[2] - position[1], row[3] - position[2]
 
 
 @woven_in

@@ -24,7 +24,9 @@ Numbers = NDArray[np.float64]
 Depths = Callable[[Numbers, Numbers], Numbers]  # of rays: world origins and unit directions, (rows, columns, 3)
 
 
-def arriving_at_nodes(scene: Scene, transfer: TransferFunction | None, volume: Volume | None = None) -> Numbers:
+def light_transmittance_at_nodes(
+    scene: Scene, transfer: TransferFunction | None, volume: Volume | None = None
+) -> Numbers:
     """Share of each casting light, shape (lights, z, y, x), see `texvol.scene.lighting`; nothing where none casts.
 
     `transfer` is that of the first of the scene's volumes. The nodes are those of one of them, the first unless told;
@@ -34,11 +36,11 @@ def arriving_at_nodes(scene: Scene, transfer: TransferFunction | None, volume: V
     if lighting is None or not lighting.shadows or not lighting.casting:
         return np.ones((0, 1, 1, 1))
     x, y, z = (((np.arange(count) + 0.5) / count) - 0.5 for count in shadow_nodes(volume))
-    shares = np.stack(np.meshgrid(x, y, z, indexing="ij"), axis=-1).transpose(2, 1, 0, 3)
-    places = (shares @ volume.box_edges.T + volume.centre).reshape(-1, len(x), 3)
+    fractions = np.stack(np.meshgrid(x, y, z, indexing="ij"), axis=-1).transpose(2, 1, 0, 3)
+    positions = (fractions @ volume.box_edges.T + volume.centre).reshape(-1, len(x), 3)
     depths = _depths_of(_casting(scene, transfer))
-    arriving = [np.exp(-_depth_to(light, volume, places, depths)) for light in lighting.casting]
-    return np.stack(arriving).reshape(len(arriving), len(z), len(y), len(x))
+    light_transmittance = [np.exp(-_depth_to(light, volume, positions, depths)) for light in lighting.casting]
+    return np.stack(light_transmittance).reshape(len(light_transmittance), len(z), len(y), len(x))
 
 
 def _casting(scene: Scene, transfer: TransferFunction | None) -> Scene:
@@ -56,18 +58,18 @@ def _without_colors(volume: Volume) -> Volume:
     return other
 
 
-def _depth_to(light: Light, volume: Volume, places: Numbers, depths: Depths) -> Numbers:
+def _depth_to(light: Light, volume: Volume, positions: Numbers, depths: Depths) -> Numbers:
     """Optical depth between places and a light."""
     assert light.vector is not None
     if light.kind == "directional":
-        return depths(places, np.broadcast_to(unit(light.vector), places.shape))
-    here = np.broadcast_to(np.array(light.vector, np.float64), places.shape)
-    away = np.linalg.norm(here - places, axis=-1, keepdims=True)
-    direction = np.where(away > 0, (here - places) / np.where(away > 0, away, 1.0), (1.0, 0.0, 0.0))
-    forth, back = depths(places, direction), depths(here, -direction)
+        return depths(positions, np.broadcast_to(unit(light.vector), positions.shape))
+    here = np.broadcast_to(np.array(light.vector, np.float64), positions.shape)
+    away = np.linalg.norm(here - positions, axis=-1, keepdims=True)
+    direction = np.where(away > 0, (here - positions) / np.where(away > 0, away, 1.0), (1.0, 0.0, 0.0))
+    forth, back = depths(positions, direction), depths(here, -direction)
     with np.errstate(invalid="ignore"):
         forth = np.where(forth < OPAQUE_DEPTH, forth - depths(here, direction), np.inf)
-        back = np.where(back < OPAQUE_DEPTH, back - depths(places, -direction), np.inf)
+        back = np.where(back < OPAQUE_DEPTH, back - depths(positions, -direction), np.inf)
     return np.maximum(np.minimum(forth, back), 0.0)
 
 

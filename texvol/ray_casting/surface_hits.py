@@ -13,21 +13,23 @@ _TIE = 2.0**-12  # pixels, see `hits_of_lines`
 
 
 @compiled
-def _edge(point, way, a, b):
+def _edge(point, direction, a, b):
     """The volume way · (a - point) × (b - point), and whether it counts as positive."""
     ax, ay, az = a[0] - point[0], a[1] - point[1], a[2] - point[2]
     bx, by, bz = b[0] - point[0], b[1] - point[1], b[2] - point[2]
-    volume = way[0] * (ay * bz - az * by) + way[1] * (az * bx - ax * bz) + way[2] * (ax * by - ay * bx)
+    volume = (
+        direction[0] * (ay * bz - az * by) + direction[1] * (az * bx - ax * bz) + direction[2] * (ax * by - ay * bx)
+    )
     goes_up = (a[0], a[1], a[2]) < (b[0], b[1], b[2])
     return volume, volume > 0.0 or (volume == 0.0 and goes_up)
 
 
 @compiled
-def _weights(corners, point, way):
+def _weights(corners, point, direction):
     """Weights of the corners where a line meets a triangle, not all positive where it doesn't."""
-    at_a, a_side = _edge(point, way, corners[1], corners[2])
-    at_b, b_side = _edge(point, way, corners[2], corners[0])
-    at_c, c_side = _edge(point, way, corners[0], corners[1])
+    at_a, a_side = _edge(point, direction, corners[1], corners[2])
+    at_b, b_side = _edge(point, direction, corners[2], corners[0])
+    at_c, c_side = _edge(point, direction, corners[0], corners[1])
     total = at_a + at_b + at_c
     if a_side != b_side or b_side != c_side or total == 0.0:
         return -1.0, -1.0, -1.0
@@ -35,48 +37,50 @@ def _weights(corners, point, way):
 
 
 @compiled
-def _along(corner, way):
-    return corner[0] * way[0] + corner[1] * way[1] + corner[2] * way[2]
+def _along(corner, direction):
+    return corner[0] * direction[0] + corner[1] * direction[1] + corner[2] * direction[2]
 
 
 @compiled
-def _distance_along(place, table, radius):
+def _distance_along(position, table, radius):
     """Depth of a line where it is nearest to a place in the picture, negative where that is too far away."""
     a, b = table[0], table[1]
-    way_x, way_y = b[0] - a[0], b[1] - a[1]
+    ray_x, ray_y = b[0] - a[0], b[1] - a[1]
     # One way along the longer axis, up the picture; rows go down.
-    if (way_x < 0.0) if abs(way_x) >= abs(way_y) else (way_y > 0.0):
+    if (ray_x < 0.0) if abs(ray_x) >= abs(ray_y) else (ray_y > 0.0):
         a, b = table[1], table[0]
-        way_x, way_y = -way_x, -way_y
-    x, y = place[0] - a[0], place[1] - a[1]
-    square = way_x * way_x + way_y * way_y
-    share = min(max((x * way_x + y * way_y) / square, 0.0), 1.0) if square > 0.0 else 0.0
-    weight_a, weight_b = (1.0 - share) * a[2], share * b[2]
+        ray_x, ray_y = -ray_x, -ray_y
+    x, y = position[0] - a[0], position[1] - a[1]
+    square = ray_x * ray_x + ray_y * ray_y
+    fraction = min(max((x * ray_x + y * ray_y) / square, 0.0), 1.0) if square > 0.0 else 0.0
+    weight_a, weight_b = (1.0 - fraction) * a[2], fraction * b[2]
     depth = (weight_a * a[3] + weight_b * b[3]) / (weight_a + weight_b)
-    if 0.0 < share < 1.0:
-        across = (way_y * x - way_x * y) / sqrt(square)
+    if 0.0 < fraction < 1.0:
+        across = (ray_y * x - ray_x * y) / sqrt(square)
         return depth if -radius - _TIE <= across < radius - _TIE else -1.0
-    off_x, off_y = x - share * way_x, y - share * way_y
+    off_x, off_y = x - fraction * ray_x, y - fraction * ray_y
     return depth if off_x * off_x + off_y * off_y <= radius * radius else -1.0
 
 
 def _finders(sources):
     @compiled_and_kept
-    def find_triangles(corners, boxes, nearest, directions, keeps, pixels, places, weights, triangles):
+    def find_triangles(corners, boxes, nearest, directions, keeps, pixels, positions, weights, triangles):
         """How many places there are where rays meet triangles; they themselves, where `keeps`."""
         sources  # noqa: B018 - see walk
         count, width = 0, nearest.shape[1]
         for triangle in range(corners.shape[0]):
             for row in range(boxes[triangle, 1], boxes[triangle, 3] + 1):
                 for column in range(boxes[triangle, 0], boxes[triangle, 2] + 1):
-                    way = directions[row, column]
-                    a, b, c = _weights(corners[triangle], nearest[row, column], way)
+                    direction = directions[row, column]
+                    a, b, c = _weights(corners[triangle], nearest[row, column], direction)
                     if a < 0.0 or b < 0.0 or c < 0.0:
                         continue
                     if keeps:
                         x = corners[triangle]
                         pixels[count], triangles[count] = row * width + column, triangle
-                        places[count] = a * _along(x[0], way) + b * _along(x[1], way) + c * _along(x[2], way)
+                        positions[count] = (
+                            a * _along(x[0], direction) + b * _along(x[1], direction) + c * _along(x[2], direction)
+                        )
                         weights[count, 0], weights[count, 1], weights[count, 2] = a, b, c
                     count += 1
         return count
@@ -117,10 +121,10 @@ def hits_of_triangles(corners: NDArray, boxes: NDArray, nearest: NDArray, direct
 
     def found(count: int, keeps: bool) -> tuple[int, tuple[NDArray, ...]]:
         pixels, triangles = np.empty(count, np.int64), np.empty(count, np.int64)
-        places, weights = np.empty(count), np.empty((count, 3))
+        positions, weights = np.empty(count), np.empty((count, 3))
         rays = np.ascontiguousarray(nearest), np.ascontiguousarray(directions)
         of_all = np.ascontiguousarray(corners), boxes, *rays, keeps
-        return find_triangles(*of_all, pixels, places, weights, triangles), (pixels, places, weights, triangles)
+        return find_triangles(*of_all, pixels, positions, weights, triangles), (pixels, positions, weights, triangles)
 
     return found(found(0, False)[0], True)[1]
 

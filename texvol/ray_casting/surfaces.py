@@ -69,7 +69,7 @@ def surface_layers(scene: Scene, camera: Camera, size: tuple[int, int]) -> list[
 
 
 def trace_between(
-    layers: list[Layer], ends: Numbers, trace_stretch: Callable[[Numbers, Numbers], None], picture: Numbers
+    layers: list[Layer], ends: Numbers, trace_interval: Callable[[Numbers, Numbers], None], picture: Numbers
 ) -> None:
     """Light and, in the last channel, optical depth of rays through matter and surfaces, into `picture`.
 
@@ -83,9 +83,9 @@ def trace_between(
     here = np.full(ends.shape[:2], -np.inf)
     for layer in [*layers, None]:
         there = np.full_like(here, np.inf) if layer is None else layer.s
-        stretch = np.zeros_like(picture)
-        trace_stretch(np.stack([np.maximum(ends[..., 0], here), np.minimum(ends[..., 1], there)], axis=-1), stretch)
-        _put_behind(stretch[..., :3], stretch[..., 3], picture)
+        interval = np.zeros_like(picture)
+        trace_interval(np.stack([np.maximum(ends[..., 0], here), np.minimum(ends[..., 1], there)], axis=-1), interval)
+        _put_behind(interval[..., :3], interval[..., 3], picture)
         if layer is not None:
             alpha = layer.color[..., 3]
             with np.errstate(divide="ignore"):
@@ -114,8 +114,8 @@ def _on_mesh(
 ) -> tuple[NDArray, ...]:
     """Pixels, s, weights and numbers of all places where lines of sight, before or behind the eye, meet triangles."""
     vertices = mesh.vertices - scene.volume.centre
-    places, depths = _places(vertices, scene, camera, size)
-    corners = places[mesh.triangles]
+    positions, depths = _positions(vertices, scene, camera, size)
+    corners = positions[mesh.triangles]
     boxes = np.concatenate([corners.min(axis=1), corners.max(axis=1)], axis=1)
     if camera.projection == "perspective":
         through_eye = ~(depths[mesh.triangles] > 0).all(axis=1)
@@ -137,9 +137,9 @@ def _on_lines(
     scale = size[1] / 2 / camera.half_height
     weights = 1 / ends[..., 2:] if camera.projection == "perspective" else np.ones((len(ends), 2, 1))
     # Columns to the right and rows down, from the middle of the first pixel.
-    places = ends[..., :2] * weights * (scale, -scale) + (np.array(size) - 1) / 2
-    boxes = np.concatenate([places.min(axis=1), places.max(axis=1)], axis=1)
-    table = np.concatenate([places, weights, ends[..., 2:]], axis=-1)
+    positions = ends[..., :2] * weights * (scale, -scale) + (np.array(size) - 1) / 2
+    boxes = np.concatenate([positions.min(axis=1), positions.max(axis=1)], axis=1)
+    table = np.concatenate([positions, weights, ends[..., 2:]], axis=-1)
     pixel, depth, segment = hits_of_lines(table, _whole(boxes, lines.width / 2 + 1, size), lines.width / 2, size)
     along = (directions.reshape(-1, 3) @ camera.forward)[pixel]
     s = eye.reshape(-1)[pixel] + depth / along
@@ -151,11 +151,11 @@ def _cut_off(ends: Numbers, least: Numbers) -> Numbers:
     a, b = ends[:, 0], ends[:, 1]
     rise = b[:, 2] - a[:, 2]
     is_cut = a[:, 2] < least
-    share = np.divide(least - a[:, 2], rise, out=np.zeros_like(rise), where=is_cut)
-    return a + share[:, np.newaxis] * (b - a)
+    fraction = np.divide(least - a[:, 2], rise, out=np.zeros_like(rise), where=is_cut)
+    return a + fraction[:, np.newaxis] * (b - a)
 
 
-def _places(points: Numbers, scene: Scene, camera: Camera, size: tuple[int, int]) -> tuple[Numbers, Numbers]:
+def _positions(points: Numbers, scene: Scene, camera: Camera, size: tuple[int, int]) -> tuple[Numbers, Numbers]:
     """Columns and rows in the picture, and depths, of points relative to the centre of the volume."""
     in_eye_space = camera.in_eye_space(points, scene.volume.centre)
     depths = in_eye_space[:, 2]
@@ -213,16 +213,16 @@ def _colors(hits: _Hits, scene: Scene, camera: Camera, nearest: Numbers, directi
     lighting = surface_lighting(scene)
     if lighting is not None:
         is_lit = np.array([isinstance(shape, Mesh) and shape.lit for shape in scene.geometry])[hits.shape]
-        places = nearest.reshape(-1, 3)[hits.pixel] - hits.s[:, np.newaxis] * to_eye
+        positions = nearest.reshape(-1, 3)[hits.pixel] - hits.s[:, np.newaxis] * to_eye
         slopes = -_normals(hits, scene)
-        diffuse, specular = answer(lighting, scene.volume, slopes[is_lit], places[is_lit], to_eye[is_lit])
+        diffuse, specular = answer(lighting, scene.volume, slopes[is_lit], positions[is_lit], to_eye[is_lit])
         colors[is_lit, :3] = colors[is_lit, :3] * diffuse + specular
     cue = scene.depth_cue
     if cue is not None:
         near, far = cue.range_for(scene.box, camera)
         depth = (hits.s - eye.reshape(-1)[hits.pixel]) * -(to_eye @ camera.forward)
-        share = cue.strength * np.clip((depth - near) / (far - near), 0, 1)[:, np.newaxis]
-        colors[:, :3] = colors[:, :3] * (1 - share) + share * np.array(cue.color)
+        fraction = cue.strength * np.clip((depth - near) / (far - near), 0, 1)[:, np.newaxis]
+        colors[:, :3] = colors[:, :3] * (1 - fraction) + fraction * np.array(cue.color)
     return colors
 
 

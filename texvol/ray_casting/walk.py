@@ -16,7 +16,7 @@ from texvol.ray_casting.medium import OPAQUE_DEPTH, segment_of
 
 
 @compiled
-def _trace(values, matter, preclassified, start, step, ends, rounding, corners, channels, light):
+def _trace(values, medium, preclassified, start, step, ends, rounding, corners, channels, light):
     """Optical depth of one ray, `start` + s `step` for s between its `ends`; its emission is added to `light`."""
     here, last = _clipped(start, step, values.shape, ends)
     depth = 0.0
@@ -27,13 +27,13 @@ def _trace(values, matter, preclassified, start, step, ends, rounding, corners, 
     k, next_k = _first_cell(start[2], step[2], here)
     while here < last and depth < OPAQUE_DEPTH:
         there = min(next_i, next_j, next_k, last)
-        if here < there and _load_corners(values, matter, i, j, k, corners):
+        if here < there and _load_corners(values, medium, i, j, k, corners):
             entry, leave = _in_cell(start, step, here, i, j, k), _in_cell(start, step, there, i, j, k)
             length = there - here
             if preclassified:
-                depth = cross_preclassified(corners, channels, matter, entry, leave, length, rounding, depth, light)
+                depth = cross_preclassified(corners, channels, medium, entry, leave, length, rounding, depth, light)
             else:
-                depth = cross_postclassified(corners, matter, entry, leave, length, rounding, depth, light)
+                depth = cross_postclassified(corners, medium, entry, leave, length, rounding, depth, light)
         if next_i <= there:
             i, next_i = _next_cell(start[0], step[0], i)
         if next_j <= there:
@@ -89,7 +89,7 @@ def _in_cell(start, step, s, i, j, k):
 
 
 @compiled
-def _load_corners(values, matter, i, j, k, corners):
+def _load_corners(values, medium, i, j, k, corners):
     """Whether there may be something to be seen in cell (i, j, k); its samples, edge values repeated, in `corners`."""
     nz, ny, nx = values.shape
     i0, i1 = min(max(i, 0), nx - 1), min(max(i + 1, 0), nx - 1)
@@ -104,13 +104,13 @@ def _load_corners(values, matter, i, j, k, corners):
         low, high = min(low, corner), max(high, corner)  # NaN is neither
     if low > high:
         return False
-    lowest, highest = segment_of(matter.points, low), segment_of(matter.points, high)
-    return matter.visible_before[highest + 1] > matter.visible_before[lowest]
+    lowest, highest = segment_of(medium.points, low), segment_of(medium.points, high)
+    return medium.visible_before[highest + 1] > medium.visible_before[lowest]
 
 
 def _tracer(sources):
     @compiled_and_kept
-    def trace_rays(values, matter, preclassified, starts, steps, ends, rounding, picture):
+    def trace_rays(values, medium, preclassified, starts, steps, ends, rounding, picture):
         """Light and, in the last channel, optical depth of rays (rows, columns, 3) in index space, into `picture`."""
         sources  # noqa: B018 - numba keeps one result per set of closed-over values; by itself it watches this file only
         corners, channels = np.empty(8), np.empty((4, 8))
@@ -119,7 +119,7 @@ def _tracer(sources):
                 start, step = starts[row, column], steps[row, column]
                 light = picture[row, column, :3]
                 picture[row, column, 3] = _trace(
-                    values, matter, preclassified, start, step, ends[row, column], rounding, corners, channels, light
+                    values, medium, preclassified, start, step, ends[row, column], rounding, corners, channels, light
                 )
 
     return trace_rays

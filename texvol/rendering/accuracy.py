@@ -16,7 +16,7 @@ DEFAULT_SAMPLING_RATE = 1.0
 # Costs a tenth more time than 1/1024 in dense matter, and is lost in the rounding of a float32 picture: a coarser
 # default would be the largest error of every fine picture.
 DEFAULT_EARLY_TERMINATION = 2.0**-22
-_TERMINATION_SHARE, _MOST_TERMINATION = 1 / 16, 1 / 1024  # of a wanted error
+_TERMINATION_FRACTION, _MOST_TERMINATION = 1 / 16, 1 / 1024  # of a wanted error
 TARGET_FORMATS = TEXEL_FORMATS
 
 
@@ -50,7 +50,7 @@ def checked_termination(early_termination: float | None, max_error: float | None
         If it is not from 0 to 1.
     """
     if early_termination is None:
-        return min(_TERMINATION_SHARE * max_error, _MOST_TERMINATION) if max_error else DEFAULT_EARLY_TERMINATION
+        return min(_TERMINATION_FRACTION * max_error, _MOST_TERMINATION) if max_error else DEFAULT_EARLY_TERMINATION
     if not 0 <= early_termination < 1:
         raise InputError(f"early termination is a transmittance from 0 to under 1, and is {early_termination:g}")
     return early_termination

@@ -70,16 +70,16 @@ class Check:
         found = f"{pixels} checked: largest error {self.largest_error:.2g}"
         if self.beyond:
             found += f", {self.beyond} of them beyond {self.limit:.2g}"
-        share = math.ceil(1000 * self.at_most) / 10  # never less than what is known
-        return f"{found}; 99 % confident that at most {share:g} % of the pixels are beyond {self.limit:.2g}"
+        fraction = math.ceil(1000 * self.at_most) / 10  # never less than what is known
+        return f"{found}; 99 % confident that at most {fraction:g} % of the pixels are beyond {self.limit:.2g}"
 
     @property
     def attributes(self) -> dict[str, str]:
         """The same as an attribute of a picture's header."""
-        return {ATTRIBUTE: json.dumps(self.facts)}
+        return {ATTRIBUTE: json.dumps(self.metadata)}
 
     @property
-    def facts(self) -> dict[str, Any]:
+    def metadata(self) -> dict[str, Any]:
         """All of it, JSON-able, as `--stats` and headers have it; an error that is no number is None."""
         found: dict[str, Any] = asdict(self) | {"confidence": CONFIDENCE, "sentence": self.sentence}
         unsaid = {key for key, each in found.items() if isinstance(each, float) and not math.isfinite(each)}
@@ -164,7 +164,7 @@ def _check_of(errors: NDArray[np.float64], total: int, limit: float | None) -> C
     if n == total:
         return Check(n, total, largest, limit, beyond, beyond / n)
     # Strata are of one size but for a pixel.
-    at_most = min(share_at_most(beyond, n) * -(-total // n) * n / total, 1.0)
+    at_most = min(fraction_at_most(beyond, n) * -(-total // n) * n / total, 1.0)
     return Check(n, total, largest, limit, beyond, at_most)
 
 
@@ -194,7 +194,7 @@ def chosen_pixels(size: tuple[int, int], count: int, seed: int = 0) -> NDArray[n
     return np.column_stack([order[at] % width, order[at] // width])
 
 
-def share_at_most(beyond: int, count: int) -> float:
+def fraction_at_most(beyond: int, count: int) -> float:
     """Upper limit of a share, with the confidence, of which `beyond` of `count` were found."""
     if beyond >= count:
         return 1.0
@@ -208,14 +208,17 @@ def share_at_most(beyond: int, count: int) -> float:
     return high
 
 
-def _so_few(most: int, count: int, share: float) -> float:
+def _so_few(most: int, count: int, fraction: float) -> float:
     """Probability of at most so many of `count` events, each of probability `share`."""
-    if share >= 1:
+    if fraction >= 1:
         return 0.0
-    if share <= 0:
+    if fraction <= 0:
         return 1.0
-    ways = [math.lgamma(count + 1) - math.lgamma(i + 1) - math.lgamma(count - i + 1) for i in range(most + 1)]
-    logs = [way + i * math.log(share) + (count - i) * math.log1p(-share) for i, way in enumerate(ways)]
+    combinations = [math.lgamma(count + 1) - math.lgamma(i + 1) - math.lgamma(count - i + 1) for i in range(most + 1)]
+    logs = [
+        combination + i * math.log(fraction) + (count - i) * math.log1p(-fraction)
+        for i, combination in enumerate(combinations)
+    ]
     return math.fsum(map(math.exp, logs))
 
 

@@ -69,8 +69,8 @@ def reference_for(scene: Scene) -> Scene:
     if scene.mode != "composite" or scene.classification != "post":
         return scene
     # Of any of the volumes: `integrated` knows no matter that depends on the gradient.
-    matters = [scene.transfer_function, *(each.transfer_function for each in scene.added)]
-    if any(matter is not None and (matter.graded or matter.contours) for matter in matters):
+    media = [scene.transfer_function, *(each.transfer_function for each in scene.added)]
+    if any(medium is not None and (medium.graded or medium.contours) for medium in media):
         return scene
     return replace(scene, classification="integrated")
 

@@ -71,28 +71,28 @@ def march_pixels(
     before = scene.classification in ("slab", "extinction")
     steps = _STEPS_BEFORE if before else _STEPS
     middles = first[:, np.newaxis] + (np.arange(steps) + 0.5) / steps * length[:, np.newaxis]
-    places = nearest[:, np.newaxis] + middles[..., np.newaxis] * directions[:, np.newaxis]
-    q, tau = _matter(volume, transfer_function, places.reshape(-1, 3), before)
+    positions = nearest[:, np.newaxis] + middles[..., np.newaxis] * directions[:, np.newaxis]
+    q, tau = _medium(volume, transfer_function, positions.reshape(-1, 3), before)
     q, tau = q.reshape(len(pixels), steps, 3), tau.reshape(len(pixels), steps)
     fine = _composited(q, tau, length / steps, scene.background)
     even, odd = (_composited(q[:, i::2], tau[:, i::2], 2 * length / steps, scene.background) for i in (0, 1))
     return fine, np.abs(even - odd).max(axis=1)
 
 
-def _matter(
-    volume: Volume, transfer_function: TransferFunction, places: Numbers, before: bool
+def _medium(
+    volume: Volume, transfer_function: TransferFunction, positions: Numbers, before: bool
 ) -> tuple[Numbers, Numbers]:
     """Emission (n, 3) and extinction (n) at places from the middle of the box, world units; 0 outside."""
     last = np.array(volume.dimensions) - 1
-    index = places @ volume.index_from_world.T + 0.5 * last
+    index = positions @ volume.index_from_world.T + 0.5 * last
     outside = np.any((index < -0.5) | (index > last + 0.5), axis=1)
     index = np.clip(index, 0, last)
     low = np.minimum(index.astype(np.intp), np.maximum(last - 1, 0))
-    share = index - low
-    value, q, tau = np.zeros(len(places)), np.zeros((len(places), 3)), np.zeros(len(places))
+    fraction = index - low
+    value, q, tau = np.zeros(len(positions)), np.zeros((len(positions), 3)), np.zeros(len(positions))
     for corner in range(8):
         far = corner >> np.arange(3) & 1
-        weight = np.where(far, share, 1 - share).prod(axis=1)
+        weight = np.where(far, fraction, 1 - fraction).prod(axis=1)
         x, y, z = np.minimum(low + far, last).T
         samples = volume.values[z, y, x].astype(np.float64)
         if before:

@@ -29,21 +29,21 @@ def modelled(scene: Scene, camera: Camera) -> list[str]:
         names[f"{scene.gradient.kind} gradient"] = True
     if scene.mode == "composite":
         for each in each_alone:
-            names |= {name: True for name, is_modelled in _matter(each).items() if is_modelled}
+            names |= {name: True for name, is_modelled in _medium(each).items() if is_modelled}
     if scene.mode in ("composite", "isosurface"):
         names |= _light(scene)
     return [name for name, is_modelled in names.items() if is_modelled]
 
 
-def _matter(scene: Scene) -> dict[str, bool]:
-    matter = scene.transfer_function
-    if matter is None:
+def _medium(scene: Scene) -> dict[str, bool]:
+    medium = scene.transfer_function
+    if medium is None:
         return {}
     return {
-        "emissive": matter.emissive,
-        "gradient modulation": matter.modulation is not None,
-        "graded materials": bool(matter.graded),
-        "contours": bool(matter.contours),
+        "emissive": medium.emissive,
+        "gradient modulation": medium.modulation is not None,
+        "graded materials": bool(medium.graded),
+        "contours": bool(medium.contours),
     }
 
 

@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.opengl.compositor import Compositor, Drawing, Stretch
+from texvol.opengl.compositor import Compositor, Drawing, Interval
 from texvol.opengl.texture_store import BakedTexture, TextureStore
 from texvol.scene.added_volume import common_box
 from texvol.scene.camera import Camera
@@ -29,7 +29,7 @@ from texvol.scene.transfer import TransferFunction
 from texvol.slicing import bricks
 from texvol.slicing import slabs as slicing
 from texvol.textures import slab_texture, value_texture
-from texvol.textures.shaded_samples import Arriving, matter_of_samples, needs_samples
+from texvol.textures.shaded_samples import LightTransmittance, medium_of_samples, needs_samples
 from texvol.textures.value_storage import features_about
 
 VisiblePart = Callable[[bricks.Brick], "NDArray[np.float64] | None"]  # its corners in shares of the box; None: nothing
@@ -51,7 +51,7 @@ def bake(
     camera: Camera,
     slab_thickness: float,
     texel_format: str,
-    arriving: Arriving | None = None,
+    light_transmittance: LightTransmittance | None = None,
 ) -> BakedTexture:
     """Classify the volume and integrate over a slab; or leave the values, to be classified when they are drawn.
 
@@ -66,7 +66,7 @@ def bake(
     recipe = volume, transfer_function, classification, slab_thickness, texel_format
     if not needs_samples(scene, transfer_function):
         return slab_texture.bake(*recipe, hidden=scene.mask.hidden if scene.mask else None)
-    samples = partial(matter_of_samples, scene, transfer_function, camera, arriving)
+    samples = partial(medium_of_samples, scene, transfer_function, camera, light_transmittance)
     return slab_texture.bake(*recipe, samples, scene.lighting)
 
 
@@ -90,18 +90,18 @@ def draw(compositor: Compositor, parts: Sequence[Part], target_format: str) -> i
     per_stack = drawing.baked.slabs_per_stack
     shown = {brick: part for brick in textures.bricks if (part := visible_part(brick)) is not None}
     # Surfaces cut the rays into stretches, and stand between one and the next.
-    for stretch in drawing.surfaces.stretches(drawing, compositor) if drawing.surfaces else (drawing,):
+    for interval in drawing.surfaces.intervals(drawing, compositor) if drawing.surfaces else (drawing,):
         if len(parts) > 1:
-            draw_together(compositor, parts, [part.textures.bricks[0] for part in parts], stretch.stretch)
+            draw_together(compositor, parts, [part.textures.bricks[0] for part in parts], interval.interval)
             continue
         for brick in bricks.visibility_order(shown, volume, camera):
             # Labels change from sample to sample: their rays are cut where they do, which is done where rays are cut
             # anyway.
             if volume.labels:
-                draw_together(compositor, parts, [brick], stretch.stretch, shown[brick])
+                draw_together(compositor, parts, [brick], interval.interval, shown[brick])
                 continue
             stacks = slicing.slab_stacks(volume, camera, drawing.slab_thickness, drawing.size, per_stack, shown[brick])
-            compositor.draw(stretch, brick, stacks, textures.resources(brick))
+            compositor.draw(interval, brick, stacks, textures.resources(brick))
     compositor.finish()
     return len(shown) if len(parts) == 1 else len(parts)
 
@@ -110,7 +110,7 @@ def draw_together(
     compositor: Compositor,
     parts: Sequence[Part],
     of_each: Sequence[bricks.Brick],
-    stretch: Stretch | None,
+    interval: Interval | None,
     shown: NDArray[np.float64] = slicing.WHOLE_BOX,
 ) -> None:
     """Draw several volumes in the slabs that all of them have in common, a brick of each.
@@ -119,7 +119,7 @@ def draw_together(
     """
     from texvol.opengl.several import draw_several
 
-    drawings = [replace(part.drawing, stretch=stretch) for part in parts]
+    drawings = [replace(part.drawing, interval=interval) for part in parts]
     first = drawings[0]
     # Loops are limited: a piece of a slab for each end of each box, at most.
     per_stack = max(min(drawing.baked.slabs_per_stack for drawing in drawings) // (2 * len(parts)), 1)

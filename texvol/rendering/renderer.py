@@ -191,8 +191,8 @@ class Renderer:
             if count is not None:
                 self._check = checking.check_picture(picture, scene, count, wanted)
             elif wanted is not None:
-                matter = self._device.matter[0].transfer_function(scene)
-                self._check = checking.check_in_passing(picture, scene, matter, wanted)
+                medium = self._device.medium[0].transfer_function(scene)
+                self._check = checking.check_in_passing(picture, scene, medium, wanted)
         found = self._check
         if wanted is None or found is None or not found.beyond:
             return
@@ -232,7 +232,7 @@ class Renderer:
         if self._last is None:
             return {}
         if not self._stats:
-            self._stats = self._facts(*self._last)
+            self._stats = self._metadata(*self._last)
         return self._stats
 
     @property
@@ -320,21 +320,21 @@ class Renderer:
         exact = replace(settings, texture_format=REFERENCE, target_format="rgba32f", early_termination=0.0)
         return self._draw(scene, size, exact)
 
-    def _facts(self, scene: Scene, size: Size, settings: Settings) -> dict[str, Any]:
+    def _metadata(self, scene: Scene, size: Size, settings: Settings) -> dict[str, Any]:
         seconds, drawn = dict(self._watch.seconds), self._bricks_drawn
-        counts = [matter.empty_space.counts for matter in self._device.matter] if settings.skips(scene) else [(0, 0)]
-        textures = [matter.textures for matter in self._device.matter]
+        counts = [medium.empty_space.counts for medium in self._device.medium] if settings.skips(scene) else [(0, 0)]
+        textures = [medium.textures for medium in self._device.medium]
         cells, visible_cells = map(sum, zip(*counts, strict=True))
         camera = scene.camera_for(size)
-        facts = {
+        metadata = {
             "renderer": self._context.renderer,
             "backend": self._context.backend,
             "size": list(size),
             "slab_thickness": settings.slab_thickness,
             "slabs": slicing.slab_stacks(scene.box, camera, settings.slab_thickness, size).slab_count,
             "classification": scene.classification,
-            "texture_format": ", ".join(matter.baked[1].texel_format for matter in self._device.matter if matter.baked),
-            "halvings": self._device.matter[0].halvings(scene.volume),
+            "texture_format": ", ".join(medium.baked[1].texel_format for medium in self._device.medium if medium.baked),
+            "halvings": self._device.medium[0].halvings(scene.volume),
             "target_format": settings.target_format,
             "bricks_total": sum(len(each.bricks) for each in textures),
             "bricks_drawn": drawn,
@@ -345,10 +345,10 @@ class Renderer:
             "modelled": modelled(scene, camera),
             "seconds": seconds,
         }
-        facts["samples"], facts["samples_total"] = self._samples(scene, size, settings)
+        metadata["samples"], metadata["samples_total"] = self._samples(scene, size, settings)
         estimate = self._at_least_as_checked(self._estimated_error(scene, size, settings))
-        facts["estimated_error"] = error_control.if_finite(estimate)
-        return facts | ({"check": self._check.facts} if self._check else {})
+        metadata["estimated_error"] = error_control.if_finite(estimate)
+        return metadata | ({"check": self._check.metadata} if self._check else {})
 
     def _at_least_as_checked(self, estimate: float | None) -> float | None:
         """An estimate of the largest error, which is at least that of a checked pixel."""
@@ -380,8 +380,8 @@ class Renderer:
             small = smaller(size)
             picture = self._draw(scene, small, settings)
             with ExitStack() as aside:
-                for matter in self._device.matter:
-                    aside.enter_context(matter.set_aside(None if scene.added else _REFERENCE_BYTES))
+                for medium in self._device.medium:
+                    aside.enter_context(medium.set_aside(None if scene.added else _REFERENCE_BYTES))
                 self._estimate = error_control.estimate_by_finer(
                     scene,
                     picture,

@@ -10,7 +10,7 @@ from texvol.opengl.stopwatch import Stopwatch
 from texvol.opengl.surfaces.cache import DrawnGeometry
 from texvol.rendering.render import Part
 from texvol.rendering.settings import Settings, color_scale_of, most_light_of, stored_scene
-from texvol.rendering.volume_cache import MatterOnDevice
+from texvol.rendering.volume_cache import MediumOnDevice
 from texvol.scene.scene import Scene
 from texvol.textures.value_texture import ValueTexture
 
@@ -26,38 +26,40 @@ class SceneOnDevice:
 
     def __init__(self, context: Context, budget: int) -> None:
         self._context, self._budget = context, budget
-        self.matter = [MatterOnDevice(context, budget)]
+        self.medium = [MediumOnDevice(context, budget)]
         self._shadows = Shadows(context, budget)
         self._geometry = DrawnGeometry(context)
-        self.watch = Stopwatch(lambda: [matter.textures for matter in self.matter])
+        self.watch = Stopwatch(lambda: [medium.textures for medium in self.medium])
 
     @property
     def lost_digits(self) -> float:
         """`MatterOnDevice.lost_digits`, the most of all volumes."""
-        return max(matter.lost_digits for matter in self.matter)
+        return max(medium.lost_digits for medium in self.medium)
 
     def rounding(self, scene: Scene) -> float:
         """`MatterOnDevice.rounding` of all volumes."""
-        return sum(matter.rounding(scene) for matter in self.matter)
+        return sum(medium.rounding(scene) for medium in self.medium)
 
     def parts(self, scene: Scene, size: tuple[int, int], settings: Settings, depth: bool = False) -> list[Part]:
         """The scene's volumes as they are drawn, each with its textures."""
         scenes = scene.each_alone(scene.camera_for(size))
-        self._have_matter(len(scenes))
+        self._have_medium(len(scenes))
         with self.watch.timed("bake"):
-            each_with = zip(self.matter, scenes, strict=True)
-            scenes = tuple(matter.drawn_scene(alone, scene, size, settings) for matter, alone in each_with)
-        matters = [(each, matter.transfer_function(each)) for each, matter in zip(scenes, self.matter, strict=True)]
-        scale = color_scale_of(matters)
+            each_with = zip(self.medium, scenes, strict=True)
+            scenes = tuple(medium.drawn_scene(alone, scene, size, settings) for medium, alone in each_with)
+        media = [(each, medium.transfer_function(each)) for each, medium in zip(scenes, self.medium, strict=True)]
+        scale = color_scale_of(media)
         with self.watch.timed("bake"):
-            arriving = self._shadows.prepare(matters, settings.slab_thickness)
+            light_transmittance = self._shadows.prepare(media, settings.slab_thickness)
         surfaces = None if depth else self._geometry.prepare(scene, size, settings.slab_thickness)
         parts = []
-        for number, (alone, matter) in enumerate(zip(scenes, self.matter, strict=True)):
+        for number, (alone, medium) in enumerate(zip(scenes, self.medium, strict=True)):
             stored = stored_scene(alone)
             with self.watch.timed("bake"):
-                baked = matter.prepare(stored, size, settings, arriving[number] if arriving else None)
-            leaps = matter.empty_space.leaps if settings.skips(alone) else None
+                baked = medium.prepare(
+                    stored, size, settings, light_transmittance[number] if light_transmittance else None
+                )
+            skips = medium.empty_space.skips if settings.skips(alone) else None
             projection = projection_of(alone, depth=depth)
             lit_when_drawn = isinstance(baked, ValueTexture) and not projection
             lighting = scene.lighting if lit_when_drawn else None
@@ -68,30 +70,30 @@ class SceneOnDevice:
                 settings.slab_thickness,
                 size,
                 1.0 if projection else scale,
-                settings.early_termination / most_light_of(matters),
-                leaps,
-                matter.empty_space.cells_per_box if leaps else (1.0, 1.0, 1.0),
+                settings.early_termination / most_light_of(media),
+                skips,
+                medium.empty_space.cells_per_box if skips else (1.0, 1.0, 1.0),
                 lighting=projection.lighting if projection else lighting,
                 depth_cue=alone.depth_cue if not projection or projection.lighting else None,
                 projection=projection,
-                arriving=self._shadows.textures[number] if arriving and lit_when_drawn else None,
+                light_transmittance=self._shadows.textures[number] if light_transmittance and lit_when_drawn else None,
                 cutting=scene.cutting,
                 surfaces=surfaces,
                 origin=scene.volume.centre,
             )
-            parts.append(Part(drawing, matter.textures, matter.visible_part(alone, settings)))
+            parts.append(Part(drawing, medium.textures, medium.visible_part(alone, settings)))
         return parts
 
-    def _have_matter(self, count: int) -> None:
+    def _have_medium(self, count: int) -> None:
         """As many as a scene has volumes."""
-        while len(self.matter) > count:
-            self.matter.pop().release()
-        while len(self.matter) < count:
-            self.matter.append(MatterOnDevice(self._context, self._budget))
+        while len(self.medium) > count:
+            self.medium.pop().release()
+        while len(self.medium) < count:
+            self.medium.append(MediumOnDevice(self._context, self._budget))
 
     def release(self) -> None:
         """Give everything back."""
-        for matter in self.matter:
-            matter.release()
+        for medium in self.medium:
+            medium.release()
         self._shadows.release()
         self._geometry.release()

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from texvol.opengl.projection import NO_MATTER, Isovalue
+from texvol.opengl.projection import NO_MEDIUM, Isovalue
 from texvol.rendering import accuracy
 from texvol.scene.camera import Camera
 from texvol.scene.lighting import Lighting, casts_shadows
@@ -43,7 +43,7 @@ def stored_scene(scene: Scene) -> Scene:
         if scene.volume.colors is not None and scene.classification in ("post", "integrated"):
             return replace(scene, classification="extinction")
         return scene
-    return replace(scene, transfer_function=NO_MATTER, classification="post", depth_cue=None)
+    return replace(scene, transfer_function=NO_MEDIUM, classification="post", depth_cue=None)
 
 
 def shown_of(scene: Scene, transfer_function: TransferFunction) -> tuple[Shown, int]:
@@ -53,21 +53,21 @@ def shown_of(scene: Scene, transfer_function: TransferFunction) -> tuple[Shown, 
     return transfer_function, scene.gradient.reach if transfer_function.needs_gradient else 0
 
 
-def color_scale_of(matter: Sequence[tuple[Scene, TransferFunction]]) -> float:
+def color_scale_of(medium: Sequence[tuple[Scene, TransferFunction]]) -> float:
     """What colours are multiplied with while a picture is drawn, of each volume's matter and of surfaces."""
     scales = []
-    for scene, transfer_function in matter:
+    for scene, transfer_function in medium:
         brightest = max((scene.lighting or Lighting()).brightest, 1.0) if scene.geometry else 0.0
         scales.append(accuracy.color_scale(scene.volume, transfer_function, scene.lighting, brightest))
     # What glows adds up, beyond the brightest of all.
-    glowing = sum(transfer_function.emissive for _, transfer_function in matter)
+    glowing = sum(transfer_function.emissive for _, transfer_function in medium)
     return min(scales) / 2 ** max(glowing - 1, 0)
 
 
-def most_light_of(matter: Sequence[tuple[Scene, TransferFunction]]) -> float:
+def most_light_of(medium: Sequence[tuple[Scene, TransferFunction]]) -> float:
     """The most light that may come from behind something: of white matter in all lights, and of what glows beyond."""
-    glow = sum(2 * scene.volume.radius * transfer_function.excess_emission for scene, transfer_function in matter)
-    lighting = matter[0][0].lighting
+    glow = sum(2 * scene.volume.radius * transfer_function.excess_emission for scene, transfer_function in medium)
+    lighting = medium[0][0].lighting
     return (1.0 + glow) * max(lighting.brightest if lighting else 1.0, 1.0)
 
 
@@ -79,6 +79,6 @@ def texels_of(
     if scene.classification in ("slab", "extinction"):
         # Shadows are cast through parts of the slabs' thickness.
         baked_for = thickness if scene.classification == "slab" or casts_shadows(scene.lighting) else 0.0
-        matter = (scene.volume, scene.mask, transfer_function, scene.classification, baked_for, texture_format)
-        return (*matter, *gradient, seen_from(scene, camera)) if gradient else matter
+        medium = (scene.volume, scene.mask, transfer_function, scene.classification, baked_for, texture_format)
+        return (*medium, *gradient, seen_from(scene, camera)) if gradient else medium
     return (scene.volume, scene.mask, *gradient)

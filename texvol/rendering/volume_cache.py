@@ -22,7 +22,7 @@ from texvol.scene.volume import Volume
 from texvol.slicing import bricks
 from texvol.textures import halving as coarser
 from texvol.textures import texel_format
-from texvol.textures.shaded_samples import Arriving
+from texvol.textures.shaded_samples import LightTransmittance
 from texvol.textures.value_storage import FAR, ULP
 from texvol.textures.value_texture import REFERENCE, ValueTexture
 from texvol.util.errors import NoRoomError
@@ -31,7 +31,7 @@ _OF_A_CUBIC = 3.0  # times the rounding of the four values that it is found from
 Recipe = tuple[Any, ...]
 
 
-class MatterOnDevice:
+class MediumOnDevice:
     """The textures of a scene's only volume, or of one of several; every method needs the context to be current.
 
     Parameters
@@ -57,22 +57,22 @@ class MatterOnDevice:
             self._coarsest = None  # nothing is kept of a volume that is gone
         if scene.added or settings.texture_format != "auto":
             return alone
-        matter, thickness = self.transfer_function(scene), settings.slab_thickness
-        if not coarser.may_be_coarser(scene, matter, thickness):
+        medium, thickness = self.transfer_function(scene), settings.slab_thickness
+        if not coarser.may_be_coarser(scene, medium, thickness):
             return scene
-        if self._coarsest is None or not same(self._coarsest[0], (scene.volume, matter)):
-            self._coarsest = (scene.volume, matter), {}
+        if self._coarsest is None or not same(self._coarsest[0], (scene.volume, medium)):
+            self._coarsest = (scene.volume, medium), {}
         known = self._coarsest[1]
         if thickness not in known:
-            known[thickness] = coarser.coarsest(scene.volume, matter, thickness)
+            known[thickness] = coarser.coarsest(scene.volume, medium, thickness)
         if known[thickness] is scene.volume:
             return scene
         self._source = scene.volume
         camera = scene.camera_for(size)  # which frames the same box to the last bit
-        return replace(scene, volume=known[thickness], transfer_function=matter, camera=camera)
+        return replace(scene, volume=known[thickness], transfer_function=medium, camera=camera)
 
     def prepare(
-        self, scene: Scene, size: tuple[int, int], settings: Settings, arriving: Arriving | None
+        self, scene: Scene, size: tuple[int, int], settings: Settings, light_transmittance: LightTransmittance | None
     ) -> BakedTexture:
         """Have what the textures of a scene of one volume are made of, and know where it is empty.
 
@@ -88,7 +88,10 @@ class MatterOnDevice:
         texels = texels_of(scene, transfer_function, camera, thickness, texture_format)
         recipe = (*texels, transfer_function, scene.classification, texture_format, scene.mode, scene.isovalue)
         if self.baked is None or not same(self.baked[0], recipe):
-            self.baked = (recipe, bake(scene, transfer_function, camera, thickness, texture_format, arriving))
+            self.baked = (
+                recipe,
+                bake(scene, transfer_function, camera, thickness, texture_format, light_transmittance),
+            )
         baked = self.baked[1]
         if isinstance(baked, ValueTexture):
             texels = (*texels, baked.texel_format, baked.offset, baked.scale)

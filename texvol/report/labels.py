@@ -27,33 +27,33 @@ def place_labels(
         return
     from matplotlib.patheffects import withStroke
 
-    places = panel.transData.transform(points)
+    positions = panel.transData.transform(points)
     canvas = figure.canvas.get_renderer()
-    taken = [np.array([x - _MARK, y - _MARK, x + _MARK, y + _MARK]) for x, y in places]
+    taken = [np.array([x - _MARK, y - _MARK, x + _MARK, y + _MARK]) for x, y in positions]
     taken += [np.array([x - 1, y - 1, x + 1, y + 1]) for x, y in _along_lines(panel)]
     frame = panel.get_window_extent(canvas)
     inside = np.array([frame.x0, frame.y0, frame.x1, frame.y1])
-    for place, text, color in zip(places, texts, colors, strict=True):
+    for position, text, color in zip(positions, texts, colors, strict=True):
         label = panel.text(0, 0, text, fontsize=_FONT_SIZE, color=color, ha="center", va="center", transform=None)
         extent = label.get_window_extent(canvas)
         half = np.array([extent.width, extent.height]) / 2
-        centre, distance = _best_place(place, half, np.array(taken), inside)
+        centre, distance = _best_position(position, half, np.array(taken), inside)
         label.set_position(centre)
         label.set_path_effects([withStroke(linewidth=2.5, foreground=paper)])
         taken.append(np.concatenate([centre - half, centre + half]))
         if distance > _LEADER:
-            _draw_leader(panel, place, centre, half, color)
+            _draw_leader(panel, position, centre, half, color)
 
 
-def _best_place(
-    place: NDArray[np.float64], half: NDArray[np.float64], taken: NDArray[np.float64], inside: NDArray[np.float64]
+def _best_position(
+    position: NDArray[np.float64], half: NDArray[np.float64], taken: NDArray[np.float64], inside: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], float]:
     """Centre of the label and how far it is from the mark: the nearest that is free, or else covers least."""
-    best, least = (place, 0.0), np.inf
+    best, least = (position, 0.0), np.inf
     for distance in _DISTANCES:
         for angle in _ANGLES:
             direction = np.array([np.cos(angle), np.sin(angle)])
-            centre = place + direction * (half + distance)
+            centre = position + direction * (half + distance)
             box = np.concatenate([centre - half, centre + half])
             covered = _overlap(box, taken)
             outside = np.maximum(inside[:2] - box[:2], 0).sum() + np.maximum(box[2:] - inside[2:], 0).sum()
@@ -67,15 +67,15 @@ def _best_place(
 
 def _along_lines(panel: Any) -> NDArray[np.float64]:
     """Places on the panel's lines, in pixels, a few pixels apart."""
-    places = [np.empty((0, 2))]
+    positions = [np.empty((0, 2))]
     for line in panel.get_lines():
         if line.get_linestyle() == "None":
             continue
         ends = line.get_transform().transform(np.column_stack(line.get_data()).astype(float))
         for start, end in pairwise(ends):
             count = int(np.hypot(*(end - start)) / _LINE_STEP) + 1
-            places.append(start + np.linspace(0, 1, count)[:, np.newaxis] * (end - start))
-    return np.concatenate(places)
+            positions.append(start + np.linspace(0, 1, count)[:, np.newaxis] * (end - start))
+    return np.concatenate(positions)
 
 
 def _overlap(box: NDArray[np.float64], others: NDArray[np.float64]) -> float:
@@ -84,10 +84,10 @@ def _overlap(box: NDArray[np.float64], others: NDArray[np.float64]) -> float:
     return float(np.maximum(sides, 0).prod(axis=1).sum())
 
 
-def _draw_leader(panel: Any, place: NDArray, centre: NDArray, half: NDArray, color: str) -> None:
+def _draw_leader(panel: Any, position: NDArray, centre: NDArray, half: NDArray, color: str) -> None:
     from matplotlib.lines import Line2D
 
-    end = np.clip(place, centre - half, centre + half)
+    end = np.clip(position, centre - half, centre + half)
     panel.add_line(
-        Line2D([place[0], end[0]], [place[1], end[1]], color=color, linewidth=0.6, alpha=0.7, transform=None)
+        Line2D([position[0], end[0]], [position[1], end[1]], color=color, linewidth=0.6, alpha=0.7, transform=None)
     )

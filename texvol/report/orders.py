@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 _SIZE = (96, 96)
 _EDGE = 24.0  # of the box of the program's own scenes, world units
-_MATTER = TransferFunction(np.array([0.0, 1.0]), np.array([(0.2, 0.4, 0.9), (1.0, 0.8, 0.4)]), np.array([0.0, 0.1]))
+_MEDIUM = TransferFunction(np.array([0.0, 1.0]), np.array([(0.2, 0.4, 0.9), (1.0, 0.8, 0.4)]), np.array([0.0, 0.1]))
 
 
 def slope(steps: Sequence[float], changes: Sequence[float]) -> float | None:
@@ -91,15 +91,15 @@ where the transfer function has steps or spikes.</p>
 def _picture(renderer: Renderer, values: NDArray[np.float64]) -> NDArray[np.float64]:
     spacing = _EDGE / values.shape[0]
     volume = Volume(values.astype(np.float32), (spacing,) * 3, (spacing / 2,) * 3)
-    scene = Scene(volume, _MATTER, Camera.framing(volume), classification="post")
+    scene = Scene(volume, _MEDIUM, Camera.framing(volume), classification="post")
     options = {"texture_format": "rgba32f", "target_format": "rgba32f"}
     return renderer.render(scene, _SIZE, slab_thickness=_EDGE / 96, **options).astype(np.float64)  # type: ignore[arg-type]
 
 
 def _three_times(values: NDArray[np.float64]) -> NDArray[np.float64]:
     """The piecewise linear interpolant of `values` at three times as many places, each sample among them."""
-    places = (np.arange(3 * values.size) + 0.5) / 3 - 0.5
-    return np.interp(places, np.arange(values.size), values)
+    positions = (np.arange(3 * values.size) + 0.5) / 3 - 0.5
+    return np.interp(positions, np.arange(values.size), values)
 
 
 def _smooth(samples: int) -> NDArray[np.float64]:

@@ -42,7 +42,7 @@ def html(findings: Findings, plots: Plots) -> str:
         picture_caption=f"<code>{escaped(scene.classification)}</code> at rate 1, {_size(findings)} pixels, over the "
         "background",
         answer=_answer(findings),
-        facts="".join(f"<dt>{escaped(name)}</dt><dd>{escaped(fact)}</dd>" for name, fact in _facts(findings)),
+        metadata="".join(f"<dt>{escaped(name)}</dt><dd>{escaped(fact)}</dd>" for name, fact in _metadata(findings)),
         notes=_notes(findings),
         sections="\n".join(filter(None, sections)),
     )
@@ -56,7 +56,7 @@ def _answer(findings: Findings) -> str:
     return escaped(f"{said} {words.of_discretisation(findings.ours, total_max, findings.asked)}".strip())
 
 
-def _facts(findings: Findings) -> list[tuple[str, str]]:
+def _metadata(findings: Findings) -> list[tuple[str, str]]:
     volume, camera = findings.scene.volume, findings.scene.camera
     assert camera is not None
     unit = volume.unit or "world units"
@@ -65,32 +65,32 @@ def _facts(findings: Findings) -> list[tuple[str, str]]:
         if camera.projection == "perspective"
         else f"{camera.height:.5g} {unit} high"
     )
-    facts = [
-        *(fact for each in findings.scene.each_alone(camera) for fact in _volume_facts(each)),
+    metadata = [
+        *(fact for each in findings.scene.each_alone(camera) for fact in _volume_metadata(each)),
         ("camera", f"{camera.projection}, {view}, eye {_triple(camera.eye)}, target {_triple(camera.target)}"),
         ("picture", f"{_size(findings)} pixels"),
     ]
     model = findings.truths.model_error
     if model is not None:
         error = f"maximum {words.max_of(model)}, rms {words.rms_of(model)}"
-        facts.append(("model error of slab and extinction", error))
-    return facts
+        metadata.append(("model error of slab and extinction", error))
+    return metadata
 
 
-def _volume_facts(scene: Scene) -> list[tuple[str, str]]:
+def _volume_metadata(scene: Scene) -> list[tuple[str, str]]:
     """One of the scene's volumes."""
     volume, transfer_function = scene.volume, scene.transfer_function
     assert transfer_function is not None
     low, high = volume.finite_range or (float("nan"),) * 2
     kind = "labels" if volume.labels else "values" if volume.colors is None else "amounts of colour"
-    facts = [
+    metadata = [
         ("file", volume.name),
         ("volume", f"{' × '.join(map(str, volume.dimensions))} samples of {volume.values.dtype}"),
         ("spacing", f"{' × '.join(f'{each:.5g}' for each in volume.spacing)} {volume.unit or 'world units'}"),
         (kind, f"{low:.6g} to {high:.6g}"),
         ("transfer function", f"{transfer_function.name}, {len(transfer_function.values)} points"),
     ]
-    return facts + ([("mask", scene.mask.name)] if scene.mask is not None else [])
+    return metadata + ([("mask", scene.mask.name)] if scene.mask is not None else [])
 
 
 def _notes(findings: Findings) -> str:
@@ -163,7 +163,9 @@ discretisation error alone, which thinner slabs remove. Farther left is faster, 
 def _method_section(findings: Findings) -> str:
     truths, scene = findings.truths, findings.scene
     oracle = "" if truths.reason else f" Both integrals together took {words.seconds(truths.seconds)}."
-    facts = "".join(f"<dt>{escaped(name)}</dt><dd>{escaped(fact)}</dd>" for name, fact in findings.fingerprint.items())
+    metadata = "".join(
+        f"<dt>{escaped(name)}</dt><dd>{escaped(fact)}</dd>" for name, fact in findings.fingerprint.items()
+    )
     command = f"<p>Made by <code>{escaped(findings.command)}</code>.</p>" if findings.command else ""
     return f"""<h2>How it was measured</h2>
 <p>Everything on this page was measured in one run, which took {words.seconds(findings.seconds)}, one setting after the
@@ -177,7 +179,7 @@ error.{oracle}</p>
 <p>A slab is {scene.smallest_spacing:.5g} {escaped(scene.volume.unit or "world units")} thick at rate 1. VTK's mappers
 draw in a process of their own, with that as sample distance; theirs is the time of a render and its read-back in 8
 bits.</p>
-{command}<dl>{facts}</dl>"""
+{command}<dl>{metadata}</dl>"""
 
 
 def _size(findings: Findings) -> str:

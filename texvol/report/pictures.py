@@ -22,8 +22,8 @@ def false_color(errors: NDArray, scale: tuple[int, int]) -> bytes:
     """PNG file of an error map (height, width), coloured by the logarithm of the error."""
     low, high = scale
     with np.errstate(divide="ignore"):
-        shares = (np.log10(errors) - low) / (high - low)
-    return png(colored(np.clip(np.nan_to_num(shares, nan=1.0, posinf=1.0, neginf=0.0), 0, 1)))
+        fractions = (np.log10(errors) - low) / (high - low)
+    return png(colored(np.clip(np.nan_to_num(fractions, nan=1.0, posinf=1.0, neginf=0.0), 0, 1)))
 
 
 def scale_bar() -> bytes:

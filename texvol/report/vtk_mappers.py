@@ -110,17 +110,17 @@ def _check(theirs: NDArray, ours: NDArray, mapper: str) -> None:
         raise VtkError(f"{mapper} draws another picture of a soft version of this scene (rms {rms:.2g}): not compared")
 
 
-def _check_drawable(scene: Scene, matter: TransferFunction) -> None:
+def _check_drawable(scene: Scene, medium: TransferFunction) -> None:
     """Raise VtkError where VTK would draw another picture."""
     if scene.added or scene.mask is not None:
         raise VtkError("several volumes and masks are other pictures in VTK")
     if scene.volume.labels or scene.volume.colors is not None:
         raise VtkError("VTK mixes labels, and knows no samples with colours of their own")
-    if matter.emissive:
+    if medium.emissive:
         raise VtkError("VTK knows no emission apart from extinction")
     if scene.lighting is not None or scene.depth_cue is not None:
         raise VtkError("VTK's light is another model")
-    if matter.premultiplied or matter.needs_gradient:
+    if medium.premultiplied or medium.needs_gradient:
         raise VtkError("VTK classifies by straight colours of the value alone")
     gram = scene.volume.direction.T @ scene.volume.direction
     if not np.allclose(gram, np.eye(3), atol=1e-6):

@@ -140,9 +140,9 @@ def _scalars(values: NDArray) -> Any:
     return numpy_to_vtk(np.ascontiguousarray(values).reshape(-1), deep=True)
 
 
-def answer(**facts: Any) -> None:
+def answer(**metadata: Any) -> None:
     """One line for the other process."""
-    print(json.dumps(facts), flush=True)
+    print(json.dumps(metadata), flush=True)
 
 
 def main(folder: Path) -> None:

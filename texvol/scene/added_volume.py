@@ -48,7 +48,7 @@ def common_box(volumes: Sequence[Volume]) -> Volume:
         return first
     axes = first.direction / np.linalg.norm(first.direction, axis=0)
     corners = np.concatenate([each.corners_from_centre + (each.centre - first.centre) for each in volumes])
-    places = np.linalg.solve(axes, corners.T)
-    low, high = places.min(axis=1), places.max(axis=1)
+    positions = np.linalg.solve(axes, corners.T)
+    low, high = positions.min(axis=1), positions.max(axis=1)
     middle = first.centre + axes @ (low / 2 + high / 2)
     return Volume(np.zeros((1, 1, 1)), high - low, middle, axes, space=first.space, name=first.name)

@@ -12,7 +12,7 @@ from texvol.scene.shapes import Mesh
 def surface_lighting(scene: Scene) -> Lighting | None:
     """The light that falls on the scene's meshes; None where none is lit.
 
-    It is the scene's, or a head light, without shadows: what `texvol.scene.lighting` says of a surface with normal N, on
+    It is the scene's, or a head light, without shadows: `texvol.scene.lighting` says it of a surface with normal N, on
     the side that the eye sees.
     """
     if not any(isinstance(shape, Mesh) and shape.lit for shape in scene.geometry):

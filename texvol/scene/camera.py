@@ -104,9 +104,9 @@ class Camera:
         """Camera that shows the whole box where the arguments leave a choice; `aspect` is width over height."""
         fov = DEFAULT_FOV if fov is None else fov
         aim = volume.centre if target is None else np.array(_finite_triple(target, "target"))
-        place = aim - _default_view(volume) if eye is None else np.array(_finite_triple(eye, "eye"))
-        upward = _default_up(aim - place) if up is None else tuple(up)
-        camera = cls(projection, tuple(place), tuple(aim), upward, fov=fov, height=height or 1.0)  # type: ignore[arg-type]
+        position = aim - _default_view(volume) if eye is None else np.array(_finite_triple(eye, "eye"))
+        upward = _default_up(aim - position) if up is None else tuple(up)
+        camera = cls(projection, tuple(position), tuple(aim), upward, fov=fov, height=height or 1.0)  # type: ignore[arg-type]
         reach = camera._reach(volume)
         if projection == "orthographic":
             if height is None:

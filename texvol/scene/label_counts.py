@@ -68,9 +68,9 @@ def _counted(values: NDArray) -> LabelCounts:
         there = np.flatnonzero(counts)
         return LabelCounts(there + low, counts[there])
     found = [np.unique(chunk, return_counts=True) for chunk in _chunks(values)]
-    labels, place = np.unique(np.concatenate([each for each, _ in found]).astype(np.int64), return_inverse=True)
+    labels, position = np.unique(np.concatenate([each for each, _ in found]).astype(np.int64), return_inverse=True)
     counts = np.zeros(labels.size, np.int64)
-    np.add.at(counts, place, np.concatenate([each for _, each in found]))
+    np.add.at(counts, position, np.concatenate([each for _, each in found]))
     return LabelCounts(labels, counts)
 
 

@@ -208,10 +208,10 @@ def lights_of_kind(lighting: Lighting, kind: str) -> list[Light]:
     return [light for light in lighting.lights if light.kind == kind]
 
 
-def place_of(light: Light, volume: Volume) -> NDArray[np.float64]:
+def position_of(light: Light, volume: Volume) -> NDArray[np.float64]:
     """Position of a point light, (x, y, z) from the middle of the box in world units, at most _FARTHEST away."""
-    place = np.array(light.vector) - volume.centre
-    return np.asarray(place / max(np.abs(place).max() / (_FARTHEST * volume.radius), 1.0))
+    position = np.array(light.vector) - volume.centre
+    return np.asarray(position / max(np.abs(position).max() / (_FARTHEST * volume.radius), 1.0))
 
 
 def depends_on_eye(lighting: Lighting) -> bool:

@@ -21,7 +21,7 @@ MOST = 4  # distinct values at each end of the range that may be lone
 
 # Values at the lower and the upper end that are left out at a time. With more of them, a few distinct ones that happen
 # to lie close together would have all others for lone.
-_WAYS = ((0, 1), (1, 0), (0, 2), (1, 1), (2, 0))
+_RAYS = ((0, 1), (1, 0), (0, 2), (1, 1), (2, 0))
 # Nodata values of GDAL's and ArcGIS' files, fill values of netCDF, GRIB and others; beside the ends of wider types.
 _MARKS = (-999, -9999, -99999, -999999, -32767, -2147483647, 1e15, 1e20, 1e30, 1e35, 1e36, 9.96921e36, 9.999e20)
 
@@ -113,7 +113,7 @@ def _split(lowest: NDArray, highest: NDArray) -> tuple[int, int] | None:
 
 def _first_split(lowest: NDArray, highest: NDArray) -> tuple[int, int] | None:
     """One or two values, as few as can be, that are far from those left, and how many at each end; None if none are."""
-    for below, above in _WAYS:
+    for below, above in _RAYS:
         if below >= len(lowest) or above >= len(highest):
             continue
         first, last = float(lowest[below]), float(highest[len(highest) - 1 - above])

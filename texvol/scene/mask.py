@@ -78,9 +78,9 @@ class Mask(KeepsArrays):
             raise InputError(
                 f"{volume.name}: a mask fades between two finite numbers, and they are {low:g} and {high:g}"
             )
-        shares = np.clip((values.astype(np.float64) - low) / (high - low), 0, 1)
+        fractions = np.clip((values.astype(np.float64) - low) / (high - low), 0, 1)
         source = {**volume.source, "fade": [low, high]} if volume.source else {}
-        return cls(np.nan_to_num(shares, nan=0.0), volume.name, source)
+        return cls(np.nan_to_num(fractions, nan=0.0), volume.name, source)
 
     def check_unchanged(self) -> None:
         """Raise InputError if the array that it was made of has been changed since something was made of it."""

@@ -111,7 +111,7 @@ class Scene:
             raise InputError(f"scene: coloring must be one of {', '.join(COLORINGS)}, got {self.coloring!r}")
         self._check_isovalue()
         self._check_air()
-        self._check_matter()
+        self._check_medium()
         self._check_cutting()
         self._check_geometry()
         self._check_volumes()
@@ -156,8 +156,8 @@ class Scene:
 
     @staticmethod
     def _with(added: AddedVolume, scene: Scene) -> Scene:
-        matter = added.transfer_function
-        return replace(scene, volume=added.volume, transfer_function=matter, mask=added.mask)
+        medium = added.transfer_function
+        return replace(scene, volume=added.volume, transfer_function=medium, mask=added.mask)
 
     @property
     def cutting(self) -> Cutting:
@@ -221,15 +221,15 @@ class Scene:
                 f"{self.mode}, whose pictures hold numbers"
             )
 
-    def _check_matter(self) -> None:
-        matter = self.transfer_function
+    def _check_medium(self) -> None:
+        medium = self.transfer_function
         if self.mode == "isosurface" and self.lighting is not None and self.lighting.shadows:
             raise InputError("scene: shadows are those of matter, in mode composite, and the mode is isosurface")
-        if matter is None or self.mode != "composite":
+        if medium is None or self.mode != "composite":
             return
-        if self.lighting is not None and matter.emissive:
+        if self.lighting is not None and medium.emissive:
             raise InputError("scene: an emissive transfer function glows by itself, and light is for associated ones")
-        if self.classification == "integrated" and (matter.graded or matter.contours):
+        if self.classification == "integrated" and (medium.graded or medium.contours):
             raise InputError(
                 "scene: integrated needs matter that depends on the value alone, and some depends on the gradient: "
                 "use post, extinction or slab"

@@ -157,8 +157,8 @@ def _points(numbers: ArrayLike, what: str, name: str) -> NDArray[np.float64]:
     bad = ~(np.abs(points) < _FARTHEST).all(axis=1)
     if bad.any():
         first = int(np.argmax(bad))
-        place = ", ".join(f"{number:g}" for number in points[first])
-        raise InputError(f"{name}: {what} must be finite and within {_FARTHEST:g}, and number {first} is {place}")
+        position = ", ".join(f"{number:g}" for number in points[first])
+        raise InputError(f"{name}: {what} must be finite and within {_FARTHEST:g}, and number {first} is {position}")
     return points
 
 

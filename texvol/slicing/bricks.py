@@ -98,9 +98,9 @@ def cut(dimensions: Triple, texture_size: Triple, margin: Triple) -> list[Brick]
         for count, size, m in zip(dimensions, texture_size, margin, strict=True)
     ]
     bricks = []
-    for position in product(*(range(len(places)) for places in axes)):
-        places = zip(*(axes[axis][position[axis]] for axis in range(3)), strict=True)
-        bricks.append(Brick(position, *places, dimensions, texture_size))  # type: ignore[arg-type,call-arg]
+    for position in product(*(range(len(positions)) for positions in axes)):
+        positions = zip(*(axes[axis][position[axis]] for axis in range(3)), strict=True)
+        bricks.append(Brick(position, *positions, dimensions, texture_size))  # type: ignore[arg-type,call-arg]
     return bricks
 
 
@@ -153,11 +153,11 @@ def _view(volume: Volume, camera: Camera) -> list[tuple[float, float, bool]]:
     return [(float(e), float(f), camera.projection == "perspective") for e, f in zip(eye, forward, strict=True)]
 
 
-def _ranks(places: Sequence[tuple[int, int]], eye: float, forward: float, diverge: bool) -> dict[int, int]:
+def _ranks(positions: Sequence[tuple[int, int]], eye: float, forward: float, diverge: bool) -> dict[int, int]:
     """Rank of each position along one axis, 0 where the view begins."""
     if not diverge:
-        ordered = sorted(places, reverse=forward < 0)
+        ordered = sorted(positions, reverse=forward < 0)
         return {position: rank for rank, (position, _) in enumerate(ordered)}
     # Outward from the position that the eye is at, counted on either side for itself.
-    at = sum(last <= eye for _, last in places)
-    return {position: abs(rank - at) for rank, (position, _) in enumerate(places)}
+    at = sum(last <= eye for _, last in positions)
+    return {position: abs(rank - at) for rank, (position, _) in enumerate(positions)}

@@ -23,7 +23,7 @@ CELL = 3  # samples: smaller ones follow the matter closer, a twentieth less tim
 _MOST_CELLS = 640_000  # so that a new transfer function has its leaps within a tenth of a second
 _ROUNDED = 2.0**-14  # twice a rounding to 16 bits with a sign
 _MOST_ALONG_AN_AXIS = 1024  # a texture has two of them for each, and at least 2048 texels along an axis
-_FARTHEST_LEAP = 16  # cells; one pass over the cells for each
+_FARTHEST_SKIP = 16  # cells; one pass over the cells for each
 # A bit for each octant of directions: 1 for those that go down along x, 2 along y, 4 along z. Which of them go down:
 _DOWN = {"x": 0b10101010, "y": 0b11001100, "z": 0b11110000}
 
@@ -97,7 +97,7 @@ class Cells:
         # Texels of gradients may be rounded to 16 bits of the largest.
         return np.nan_to_num(most + _ROUNDED * most.max(), nan=np.inf, posinf=np.inf)
 
-    def leaps(self, visible: NDArray[np.bool_]) -> NDArray[np.uint8]:
+    def skips(self, visible: NDArray[np.bool_]) -> NDArray[np.uint8]:
         """For each octant of directions and each cell 2 r + visible, shape (2 cz, 2 cy, 2 cx).
 
         All cells less than r away are like it, along the axes and diagonals of the octant. The first half along an axis
@@ -106,7 +106,7 @@ class Cells:
         empty = np.where(visible, np.uint8(0), np.uint8(255))
         alike = np.stack([empty, ~empty])
         reach = np.ones((8, *visible.shape), np.uint8)
-        for _ in range(_FARTHEST_LEAP - 1):
+        for _ in range(_FARTHEST_SKIP - 1):
             alike = _eroded(alike)
             of_a_kind = alike[0] | alike[1]
             if not of_a_kind.any():

@@ -102,10 +102,10 @@ def slabs_crossed(volume: Volume, camera: Camera, slab_thickness: float, size: t
     total = 0
     for y in np.arange(size[1]) - (size[1] - 1) / 2:
         position = 0.5 + (rays.point + x * rays.point_per_column + y * rays.point_per_row) @ box_from_world.T
-        way = slab_thickness * (rays.velocity + x * rays.velocity_per_column + y * rays.velocity_per_row)
-        way = way @ box_from_world.T
-        way = np.where(np.abs(way) < 1e-30, 1e-30, way)
-        ends = np.stack([-position / way, (1 - position) / way])
+        direction = slab_thickness * (rays.velocity + x * rays.velocity_per_column + y * rays.velocity_per_row)
+        direction = direction @ box_from_world.T
+        direction = np.where(np.abs(direction) < 1e-30, 1e-30, direction)
+        ends = np.stack([-position / direction, (1 - position) / direction])
         enters = np.maximum(ends.min(axis=0).max(axis=1), -rays.reference_depth / slab_thickness)
         leaves = ends.max(axis=0).min(axis=1)
         total += int((np.ceil(leaves) - np.floor(enters))[enters < leaves].sum())
@@ -129,10 +129,10 @@ def _box_between(
     planes = np.concatenate([near[:, np.newaxis], far[:, np.newaxis]], axis=1)  # (stacks, 2)
     rise = b[:, 2] - a[:, 2]
     with np.errstate(divide="ignore", invalid="ignore"):
-        share = (planes[:, :, np.newaxis] - a[:, 2]) / rise  # (stacks, 2, edges)
-    crosses = (share >= 0) & (share <= 1)
-    share = np.where(crosses, share, 0.0)
-    crossings = a + share[..., np.newaxis] * (b - a)
+        fraction = (planes[:, :, np.newaxis] - a[:, 2]) / rise  # (stacks, 2, edges)
+    crosses = (fraction >= 0) & (fraction <= 1)
+    fraction = np.where(crosses, fraction, 0.0)
+    crossings = a + fraction[..., np.newaxis] * (b - a)
     between = (corners[:, 2] >= near[:, np.newaxis]) & (corners[:, 2] <= far[:, np.newaxis])
     stacks = near.size
     points = np.concatenate([np.broadcast_to(corners, (stacks, 8, 3)), crossings.reshape(stacks, -1, 3)], axis=1)

@@ -85,7 +85,7 @@ def _graded(
 ) -> dict[str, Any]:
     starts: list[Row] = []
     ends: list[Row] = []
-    places: list[Row] = []
+    positions: list[Row] = []
     slopes: list[Row] = []
     for each in graded:
         numbers = np.column_stack([each.emissions, each.extinctions]) * length_unit
@@ -100,9 +100,9 @@ def _graded(
             is_closed = last == len(edges) - 1 and (first == last or not _ends_in_step(each))
             starts.append(_row(numbers[first]))
             ends.append(_row(numbers[last]))
-            places.append(_row((bounds[first], beyond if is_closed else bounds[last], edges[first])))
+            positions.append(_row((bounds[first], beyond if is_closed else bounds[last], edges[first])))
             slopes.append(_row((_slope(edges[last] - edges[first]), start, _slope(width))))
-    return {"graded_starts": starts, "graded_ends": ends, "graded_places": places, "graded_slopes": slopes}
+    return {"graded_starts": starts, "graded_ends": ends, "graded_positions": positions, "graded_slopes": slopes}
 
 
 def _pieces(graded: Graded) -> list[tuple[int, int]]:
@@ -110,8 +110,8 @@ def _pieces(graded: Graded) -> list[tuple[int, int]]:
     pairs = [(i, i + 1) for i in range(graded.values.size - 1) if graded.values[i + 1] > graded.values[i]]
     if _ends_in_step(graded):
         pairs.append((graded.values.size - 1,) * 2)
-    matter = (graded.extinctions > 0) | (graded.emissions > 0).any(axis=1)
-    return [(first, last) for first, last in pairs if matter[first] or matter[last]]
+    medium = (graded.extinctions > 0) | (graded.emissions > 0).any(axis=1)
+    return [(first, last) for first, last in pairs if medium[first] or medium[last]]
 
 
 def _ends_in_step(graded: Graded) -> bool:
@@ -131,14 +131,14 @@ def _contours(
     largest_gradient: float,
     step_margin: float,
 ) -> dict[str, Any]:
-    places: list[Row] = []
+    positions: list[Row] = []
     for each in contours:
-        place = float(np.clip(stored(np.array(each.value)), -_FARTHEST, _FARTHEST))
+        position = float(np.clip(stored(np.array(each.value)), -_FARTHEST, _FARTHEST))
         # What is no farther away than rounding is there, also where nothing rises.
         per_value = _slope(each.thickness * largest_gradient / value_scale)
-        places.append(_row((place, step_margin * abs(place), per_value)))
-    matters = [_row(np.array([*each.emission, each.extinction]) * length_unit) for each in contours]
-    return {"contour_matters": matters, "contour_places": places}
+        positions.append(_row((position, step_margin * abs(position), per_value)))
+    media = [_row(np.array([*each.emission, each.extinction]) * length_unit) for each in contours]
+    return {"contour_media": media, "contour_positions": positions}
 
 
 def _row(numbers: Iterable[float]) -> Row:

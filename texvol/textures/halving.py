@@ -43,7 +43,7 @@ from texvol.scene.scene import Scene
 from texvol.scene.transfer import TransferFunction
 from texvol.scene.volume import Volume
 from texvol.textures.slab_texture import texel_classifier
-from texvol.textures.value_storage import features_of_matter
+from texvol.textures.value_storage import features_of_medium
 from texvol.util.statistics import rms
 from texvol.util.threads import in_threads
 
@@ -83,7 +83,7 @@ def may_be_coarser(scene: Scene, transfer_function: TransferFunction, slab_thick
         return False
     low, high = volume.value_range
     # Halved values are rounded to 65536 steps of their range; a far-off sample leaves few for all others.
-    fine = features_of_matter(transfer_function, volume).finest < _LEAST_WIDTH * (high - low)
+    fine = features_of_medium(transfer_function, volume).finest < _LEAST_WIDTH * (high - low)
     return max(abs(low), abs(high)) < _LARGEST and not fine
 
 
@@ -189,8 +189,8 @@ class _Rays:
 
     def __init__(self, volume: Volume, transfer_function: TransferFunction, slab_thickness: float) -> None:
         self._classifier = texel_classifier(transfer_function, "extinction", 1.0, np.inf)
-        self._points, self._ways = _spread_rays(volume)
-        self._ends = _ends_in_box(volume, self._points, self._ways)
+        self._points, self._rays = _spread_rays(volume)
+        self._ends = _ends_in_box(volume, self._points, self._rays)
         self._edges = self._cut(slab_thickness)
         self._picture = self._drawn(volume, self._edges)
         self._exact = self._drawn(volume, self._cut(slab_thickness / _FINER))
@@ -209,17 +209,17 @@ class _Rays:
         near, far = self._ends[:, 0], self._ends[:, 1]
         first = np.floor(near / thickness)
         most = int((np.ceil(far / thickness) - first).max())
-        places = (first[:, np.newaxis] + np.arange(most + 1)) * thickness
-        return np.clip(places, near[:, np.newaxis], far[:, np.newaxis])
+        positions = (first[:, np.newaxis] + np.arange(most + 1)) * thickness
+        return np.clip(positions, near[:, np.newaxis], far[:, np.newaxis])
 
     def _drawn(self, volume: Volume, edges: NDArray[np.float64]) -> NDArray[np.float64]:
         """Premultiplied colour and opacity of each ray, by the matter in the middle of each slab, shape (rays, 4)."""
         lengths = np.diff(edges, axis=1)
         rays, slabs = np.nonzero(lengths > 0)
         middles = 0.5 * (edges[rays, slabs] + edges[rays, slabs + 1])
-        places = self._points[rays] + middles[:, np.newaxis] * self._ways[rays]
-        matter = self._classifier(_values_at(volume, places))
-        color, opacity = optics.slab_integral(matter[:, :3], matter[:, 3], lengths[rays, slabs])
+        positions = self._points[rays] + middles[:, np.newaxis] * self._rays[rays]
+        medium = self._classifier(_values_at(volume, positions))
+        color, opacity = optics.slab_integral(medium[:, :3], medium[:, 3], lengths[rays, slabs])
         through = np.ones((len(lengths), lengths.shape[1] + 1))
         through[rays, slabs + 1] = 1 - opacity
         through = np.cumprod(through, axis=1)
@@ -238,28 +238,28 @@ def _spread_rays(volume: Volume) -> tuple[NDArray[np.float64], NDArray[np.float6
     return points, np.column_stack([across * np.cos(angle), across * np.sin(angle), height])
 
 
-def _ends_in_box(volume: Volume, points: NDArray[np.float64], ways: NDArray[np.float64]) -> NDArray[np.float64]:
+def _ends_in_box(volume: Volume, points: NDArray[np.float64], directions: NDArray[np.float64]) -> NDArray[np.float64]:
     """How far along each ray, from its place, the box begins and ends, shape (rays, 2)."""
     box_from_world = volume.index_from_world / np.array(volume.dimensions)[:, np.newaxis]
-    position, way = points @ box_from_world.T + 0.5, ways @ box_from_world.T
+    position, direction = points @ box_from_world.T + 0.5, directions @ box_from_world.T
     with np.errstate(divide="ignore"):
-        ends = np.stack([-position / way, (1 - position) / way])
+        ends = np.stack([-position / direction, (1 - position) / direction])
     return np.column_stack([ends.min(axis=0).max(axis=1), ends.max(axis=0).min(axis=1)])
 
 
-def _values_at(volume: Volume, places: NDArray[np.float64]) -> NDArray[np.float64]:
+def _values_at(volume: Volume, positions: NDArray[np.float64]) -> NDArray[np.float64]:
     """Interpolated values at places from the middle of the box, world units, shape (n, 3)."""
     last = np.array(volume.dimensions) - 1
-    index = np.clip(places @ volume.index_from_world.T + 0.5 * last, 0, last)
+    index = np.clip(positions @ volume.index_from_world.T + 0.5 * last, 0, last)
     low = np.minimum(index.astype(np.intp), np.maximum(last - 1, 0))
-    share = index - low
+    fraction = index - low
     nx, ny, _ = volume.dimensions
     to_next = np.where(last > 0, (1, nx, nx * ny), 0)
     start = low @ (1, nx, nx * ny)
     flat = volume.values.reshape(-1)
-    values = np.zeros(len(places))
+    values = np.zeros(len(positions))
     for corner in range(8):
         bits = corner >> np.arange(3) & 1
-        weight = np.where(bits, share, 1 - share).prod(axis=1)
+        weight = np.where(bits, fraction, 1 - fraction).prod(axis=1)
         values += weight * flat[start + int(bits @ to_next)]
     return values

@@ -20,7 +20,7 @@ _LOST = 1e-6  # largest rounding of a number, relative to itself
 
 
 def ramp_uniforms(
-    places: NDArray[np.float64], numbers: NDArray[np.float64], emissive: bool, step_margin: float
+    positions: NDArray[np.float64], numbers: NDArray[np.float64], emissive: bool, step_margin: float
 ) -> dict[str, Any] | None:
     """The shader's `ramp_base`, `ramp_rises`, `ramp_places` (start, 1 / width, end); None where there is no such sum.
 
@@ -36,13 +36,13 @@ def ramp_uniforms(
         How much lower a step is put, in shares of its place: interpolation may round equal texels down.
     """
     if emissive or not numbers[:, 3].any():
-        first, last = 0, len(places) - 1
+        first, last = 0, len(positions) - 1
     else:
         # Colours show nothing before the extinction rises from 0, and after it has fallen to that.
         shows = np.flatnonzero(numbers[:, 3])
-        first, last = max(shows[0] - 1, 0), min(shows[-1] + 1, len(places) - 1)
-    places, wanted = places[first : last + 1], numbers[first : last + 1].astype(np.float32)
-    starts, ends = places[:-1].astype(np.float32), places[1:].astype(np.float32)
+        first, last = max(shows[0] - 1, 0), min(shows[-1] + 1, len(positions) - 1)
+    positions, wanted = positions[first : last + 1], numbers[first : last + 1].astype(np.float32)
+    starts, ends = positions[:-1].astype(np.float32), positions[1:].astype(np.float32)
     is_step = ends <= starts
     with np.errstate(divide="ignore"):
         # A little steeper, so that the ramp has ended at its end whatever rounding says.
@@ -56,18 +56,18 @@ def ramp_uniforms(
         if (np.abs(sums - number) > _LOST * number).any():
             return None
     ramps = [
-        (rise, place)
-        for rise, place in zip(rises, zip(starts, np.minimum(per_width, _UPRIGHT), ends, strict=True), strict=True)
+        (rise, position)
+        for rise, position in zip(rises, zip(starts, np.minimum(per_width, _UPRIGHT), ends, strict=True), strict=True)
         if rise.any()
     ]
     number_of_ramps = next((number for number in NUMBERS_OF_RAMPS if number >= len(ramps)), 0)
     if not number_of_ramps:
         return None
-    last_place = np.float32(places[-1])
-    flat = (np.zeros(4, np.float32), (last_place, 1.0, last_place))
-    rise, place = zip(*ramps, *[flat] * (number_of_ramps - len(ramps)), strict=True)
+    last_position = np.float32(positions[-1])
+    flat = (np.zeros(4, np.float32), (last_position, 1.0, last_position))
+    rise, position = zip(*ramps, *[flat] * (number_of_ramps - len(ramps)), strict=True)
     return {
         "ramp_base": tuple(map(float, wanted[0])),
         "ramp_rises": [tuple(map(float, each)) for each in rise],
-        "ramp_places": [tuple(map(float, each)) for each in place],
+        "ramp_positions": [tuple(map(float, each)) for each in position],
     }

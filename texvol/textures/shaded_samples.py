@@ -17,20 +17,24 @@ from numpy.typing import NDArray
 
 from texvol.scene.camera import Camera
 from texvol.scene.gradient import Box, gradients
-from texvol.scene.lighting import MOST, Light, Lighting, depends_on_eye, place_of, shadow_distance, unit
+from texvol.scene.lighting import MOST, Light, Lighting, depends_on_eye, position_of, shadow_distance, unit
 from texvol.scene.scene import Scene
 from texvol.scene.transfer import Classified, TransferFunction
 from texvol.scene.volume import Volume
 from texvol.textures.visible_values import visible
 
 Numbers = NDArray[np.floating[Any]]
-Arriving = NDArray[np.float32]  # at nodes (z, y, x), of each light that casts shadows: from 0 to 1
+LightTransmittance = NDArray[np.float32]  # at nodes (z, y, x), of each light that casts shadows: from 0 to 1
 # Cosine under which two directions are square to each other but for rounding: a surface then has no side to turn.
 _SQUARE = 1e-6
 
 
-def matter_of_samples(
-    scene: Scene, transfer_function: TransferFunction, camera: Camera, arriving: Arriving | None, box: Box
+def medium_of_samples(
+    scene: Scene,
+    transfer_function: TransferFunction,
+    camera: Camera,
+    light_transmittance: LightTransmittance | None,
+    box: Box,
 ) -> tuple[NDArray[np.intp], Classified]:
     """Which samples of a box show anything, as they lie in it, ascending; and their matter, lit where the scene is.
 
@@ -50,19 +54,19 @@ def matter_of_samples(
     slopes, index = _slopes_at(scene, box, is_shown)
     normals, magnitudes = _directions(slopes, volume.smallest_spacing)
     shown = values.reshape(-1)[shows]
-    matter = transfer_function.classify(shown, magnitudes if transfer_function.needs_gradient else None)
-    matter = _there(scene, matter, box, shows)
+    medium = transfer_function.classify(shown, magnitudes if transfer_function.needs_gradient else None)
+    medium = _there(scene, medium, box, shows)
     lighting = scene.lighting
     if lighting is None:
-        return shows, matter
-    places = None
-    if _needs_places(lighting, camera, arriving):
-        places = volume.world_from_index @ (index - (np.array(volume.dimensions)[:, np.newaxis] - 1) / 2)
-    diffuse, highlight = shade(lighting, volume, camera, normals, magnitudes, places, arriving)
-    glow = matter.emission * diffuse
+        return shows, medium
+    positions = None
+    if _needs_positions(lighting, camera, light_transmittance):
+        positions = volume.world_from_index @ (index - (np.array(volume.dimensions)[:, np.newaxis] - 1) / 2)
+    diffuse, highlight = shade(lighting, volume, camera, normals, magnitudes, positions, light_transmittance)
+    glow = medium.emission * diffuse
     if highlight is not None:
-        glow += np.where(np.isinf(matter.extinction), 1.0, matter.extinction)[:, np.newaxis] * highlight
-    return shows, Classified(glow, matter.extinction)
+        glow += np.where(np.isinf(medium.extinction), 1.0, medium.extinction)[:, np.newaxis] * highlight
+    return shows, Classified(glow, medium.extinction)
 
 
 def needs_samples(scene: Scene, transfer_function: TransferFunction) -> bool:
@@ -71,9 +75,9 @@ def needs_samples(scene: Scene, transfer_function: TransferFunction) -> bool:
     return bool(scene.lighting or transfer_function.needs_gradient or scene.volume.colors is not None or fades)
 
 
-def _there(scene: Scene, matter: Classified, box: Box, shows: NDArray[np.intp]) -> Classified:
+def _there(scene: Scene, medium: Classified, box: Box, shows: NDArray[np.intp]) -> Classified:
     """Matter of the shown samples of a box in their own colours, and as much of it as the mask leaves."""
-    emission, extinction = matter
+    emission, extinction = medium
     if scene.volume.colors is not None:
         emission = emission * scene.volume.colors[box].reshape(-1, 3)[shows]
     if scene.mask is not None and scene.mask.array.dtype != np.bool_:
@@ -114,9 +118,13 @@ def _directions(slopes: Numbers, smallest_spacing: float) -> tuple[Numbers, NDAr
     return slopes, largest.astype(np.float64) * length / smallest_spacing
 
 
-def _needs_places(lighting: Lighting, camera: Camera, arriving: Arriving | None) -> bool:
+def _needs_positions(lighting: Lighting, camera: Camera, light_transmittance: LightTransmittance | None) -> bool:
     has_points = any(light.kind == "point" for light in lighting.lights)
-    return has_points or arriving is not None or (camera.projection == "perspective" and depends_on_eye(lighting))
+    return (
+        has_points
+        or light_transmittance is not None
+        or (camera.projection == "perspective" and depends_on_eye(lighting))
+    )
 
 
 def shade(
@@ -125,17 +133,17 @@ def shade(
     camera: Camera,
     normals: Numbers,
     magnitudes: NDArray[np.float64],
-    places: NDArray[np.float64] | None = None,
-    arriving: Arriving | None = None,
+    positions: NDArray[np.float64] | None = None,
+    light_transmittance: LightTransmittance | None = None,
 ) -> tuple[Numbers, Numbers | None]:
     """D and S of `texvol.scene.lighting`, both (n, 3); None where nothing has highlights.
 
     Gradients are `magnitudes` per world unit, `places` relative to the middle of the box, for what depends on them.
     """
     with np.errstate(over="ignore"):
-        share = np.minimum(magnitudes / lighting.fade_for(volume), 1).astype(normals.dtype)
-    believed = share * share * (3 - 2 * share)
-    to_eye = _to_eye(volume, camera, places) if depends_on_eye(lighting) else np.zeros((3, 1))
+        fraction = np.minimum(magnitudes / lighting.fade_for(volume), 1).astype(normals.dtype)
+    confidence = fraction * fraction * (3 - 2 * fraction)
+    to_eye = _to_eye(volume, camera, positions) if depends_on_eye(lighting) else np.zeros((3, 1))
     if lighting.two_sided:
         normals = np.where(_dot(normals, to_eye) < -_SQUARE, -normals, normals)
     falls, shines = [], []
@@ -143,18 +151,18 @@ def shade(
         min(number, MOST) for number in (lighting.ambient, lighting.diffuse, lighting.specular, lighting.shininess)
     )
     for light in lighting.lights:
-        to_light = _to_light(light, volume, to_eye, places)
+        to_light = _to_light(light, volume, to_eye, positions)
         facing = _dot(normals, to_light)
-        fall = 1 - believed + believed * np.maximum(facing, 0)
+        fall = 1 - confidence + confidence * np.maximum(facing, 0)
         left: Numbers | float = 1.0
-        if arriving is not None and light.kind != "head":
-            assert places is not None
-            nodes = arriving[..., lighting.casting.index(light)]
-            left = _left_at(nodes, volume, places + shadow_distance(volume) * to_light).astype(normals.dtype)
+        if light_transmittance is not None and light.kind != "head":
+            assert positions is not None
+            nodes = light_transmittance[..., lighting.casting.index(light)]
+            left = _left_at(nodes, volume, positions + shadow_distance(volume) * to_light).astype(normals.dtype)
         falls.append(fall * left)
         if lighting.specular > 0:
             halfway = np.maximum(_dot(normals, _unit(to_light + to_eye)), 0)
-            shines.append(np.where(facing > _SQUARE, believed * halfway**shininess, 0) * left)
+            shines.append(np.where(facing > _SQUARE, confidence * halfway**shininess, 0) * left)
     bright = np.array([light.color for light in lighting.lights]).reshape(-1, 3)
     colors = np.minimum(bright, MOST).astype(normals.dtype)
     falling = ambient + diffuse * _in_colors(falls, colors, magnitudes.size)
@@ -169,15 +177,15 @@ def _in_colors(strengths: Sequence[Numbers], colors: Numbers, count: int) -> Num
     return total
 
 
-def _left_at(left: NDArray[np.float32], volume: Volume, places: NDArray[np.float64]) -> NDArray[np.float64]:
+def _left_at(left: NDArray[np.float32], volume: Volume, positions: NDArray[np.float64]) -> NDArray[np.float64]:
     """Trilinear between nodes (z, y, x) in the middles of the box's cells, the outermost beyond them, shape (n,)."""
     nodes = np.array(left.shape[::-1])[:, np.newaxis]
-    shares = 0.5 + (volume.index_from_world / np.array(volume.dimensions)[:, np.newaxis]) @ places
-    index = np.clip(shares * nodes - 0.5, 0, nodes - 1)
+    fractions = 0.5 + (volume.index_from_world / np.array(volume.dimensions)[:, np.newaxis]) @ positions
+    index = np.clip(fractions * nodes - 0.5, 0, nodes - 1)
     low = np.minimum(index.astype(np.intp), np.maximum(nodes - 2, 0))
     high = np.minimum(low + 1, nodes - 1)
     beyond = index - low
-    total = np.zeros(places.shape[1])
+    total = np.zeros(positions.shape[1])
     for corner in np.ndindex(2, 2, 2):
         far = np.array(corner, bool)[:, np.newaxis]
         x, y, z = np.where(far, high, low)
@@ -195,20 +203,20 @@ def seen_from(scene: Scene, camera: Camera) -> str:
     return f"{scene.lighting} {camera.projection} {eye}"
 
 
-def _to_eye(volume: Volume, camera: Camera, places: NDArray[np.float64] | None) -> Numbers:
+def _to_eye(volume: Volume, camera: Camera, positions: NDArray[np.float64] | None) -> Numbers:
     if camera.projection == "orthographic":
         return -camera.forward[:, np.newaxis]
-    assert places is not None
-    return _unit((np.array(camera.eye) - volume.centre)[:, np.newaxis] - places)
+    assert positions is not None
+    return _unit((np.array(camera.eye) - volume.centre)[:, np.newaxis] - positions)
 
 
-def _to_light(light: Light, volume: Volume, to_eye: Numbers, places: NDArray[np.float64] | None) -> Numbers:
+def _to_light(light: Light, volume: Volume, to_eye: Numbers, positions: NDArray[np.float64] | None) -> Numbers:
     if light.vector is None:
         return to_eye
     if light.kind == "directional":
         return unit(light.vector)[:, np.newaxis]
-    assert places is not None
-    return _unit(place_of(light, volume)[:, np.newaxis] - places)
+    assert positions is not None
+    return _unit(position_of(light, volume)[:, np.newaxis] - positions)
 
 
 def _unit(vectors: Numbers) -> Numbers:

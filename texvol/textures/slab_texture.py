@@ -88,9 +88,9 @@ class SlabTexture:
     ) -> None:
         """Write what shows of some layers and rows of a box."""
         z, y, x = box[0][part[0]], box[1][part[1]], box[2]
-        shows, matter = samples((slice(z.start, z.stop), slice(y.start, y.stop), slice(x.start, x.stop)))
-        numbers = _texels_of_matter(
-            *matter, self.classification, self.length_unit, _OPAQUE_EXTINCTION[self.texel_format], self.emissive
+        shows, medium = samples((slice(z.start, z.stop), slice(y.start, y.stop), slice(x.start, x.stop)))
+        numbers = _texels_of_medium(
+            *medium, self.classification, self.length_unit, _OPAQUE_EXTINCTION[self.texel_format], self.emissive
         )
         rows, columns = np.divmod(shows, len(x))
         layers, rows = np.divmod(rows, len(y))
@@ -175,11 +175,11 @@ def bake(
         largest_extinction = _largest_extinction(volume, transfer_function)
         length_unit = min(slab_thickness, _DEEPEST_SLAB / largest_extinction if largest_extinction > 0 else np.inf)
     classifier = texel_classifier(transfer_function, classification, length_unit, _OPAQUE_EXTINCTION[texel_format])
-    largest = classifier(_places(volume, transfer_function)).max(axis=0)
+    largest = classifier(_positions(volume, transfer_function)).max(axis=0)
     if samples is not None:
-        emission, extinction = _most_matter(volume, transfer_function)
+        emission, extinction = _most_medium(volume, transfer_function)
         opaque = _OPAQUE_EXTINCTION[texel_format]
-        texels = _texels_of_matter(
+        texels = _texels_of_medium(
             emission, extinction, classification, length_unit, opaque, transfer_function.emissive
         )
         if classification == "slab":
@@ -209,7 +209,7 @@ def texel_classifier(
         if classification == "extinction" or transfer_function.glows:
             emission, extinction = points.classify(values)
             emissive = transfer_function.emissive
-            return _texels_of_matter(emission, extinction, classification, length_unit, opaque_extinction, emissive)
+            return _texels_of_medium(emission, extinction, classification, length_unit, opaque_extinction, emissive)
         # q = cτ makes C = c A, and the colour is at hand: a third less work.
         texels = transfer_function.at(values)
         opacity = optics.opacity_from_depth(texels[:, 3] * length_unit)
@@ -220,7 +220,7 @@ def texel_classifier(
     return classify
 
 
-def _texels_of_matter(
+def _texels_of_medium(
     emission: NDArray[np.float64],
     extinction: NDArray[np.float64],
     classification: Classification,
@@ -252,13 +252,13 @@ def _points_alone(transfer_function: TransferFunction) -> TransferFunction:
 
 def _largest_extinction(volume: Volume, transfer_function: TransferFunction) -> float:
     """The largest finite extinction that the volume's range of values can give, per world unit."""
-    extinction = _most_matter(volume, transfer_function).extinction
+    extinction = _most_medium(volume, transfer_function).extinction
     return float(extinction[np.isfinite(extinction)].max(initial=0.0))
 
 
-def _most_matter(volume: Volume, transfer_function: TransferFunction) -> Classified:
+def _most_medium(volume: Volume, transfer_function: TransferFunction) -> Classified:
     """Matter at the `_places` of the points, and what depends on the gradient at its most on top of each."""
-    points = _points_alone(transfer_function).classify(_places(volume, transfer_function))
+    points = _points_alone(transfer_function).classify(_positions(volume, transfer_function))
     if not transfer_function.needs_gradient:
         return points
     modulation = transfer_function.modulation
@@ -275,7 +275,7 @@ def _most_matter(volume: Volume, transfer_function: TransferFunction) -> Classif
     return Classified(emission, extinction)
 
 
-def _places(volume: Volume, transfer_function: TransferFunction) -> NDArray[np.float64]:
+def _positions(volume: Volume, transfer_function: TransferFunction) -> NDArray[np.float64]:
     """Values among which a texel's components have their largest: the ends of the range, the points, and in between.
 
     Between two points colour may fall while extinction rises, and their product peak on the way: it is a parabola,
@@ -286,8 +286,8 @@ def _places(volume: Volume, transfer_function: TransferFunction) -> NDArray[np.f
     low, high = np.clip(volume.value_range or (values[0], values[-1]), values[0], values[-1])
     within = values[(values >= low) & (values <= high)]
     ends = distinct(np.concatenate([[low, high], within, np.nextafter(within, -np.inf)]))
-    shares = np.linspace(0, 1, 33)[:, np.newaxis]
-    return (ends[:-1] * (1 - shares) + ends[1:] * shares).reshape(-1) if ends.size > 1 else ends
+    fractions = np.linspace(0, 1, 33)[:, np.newaxis]
+    return (ends[:-1] * (1 - fractions) + ends[1:] * fractions).reshape(-1) if ends.size > 1 else ends
 
 
 def _texel_scale(largest: NDArray[np.float64], dtype: np.dtype) -> NDArray[np.float64]:

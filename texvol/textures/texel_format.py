@@ -56,10 +56,10 @@ def cheapest_texel_format(
     allowed = rms(discretisation) / 4
     scale = texels.max(axis=(0, 1))
     scale[:3] = scale[:3].max()
-    on_the_way = float(np.mean(volume.dimensions))
+    on_the_ray = float(np.mean(volume.dimensions))
     for texel_format in ("rgba8", "rgba16f"):
         rounding = _rounded(middle, scale, texel_format) - middle
-        if rms(rounding) + np.abs(rounding.mean(axis=0)).max() * np.sqrt(on_the_way) <= allowed:
+        if rms(rounding) + np.abs(rounding.mean(axis=0)).max() * np.sqrt(on_the_ray) <= allowed:
             return texel_format
     return "rgba32f"
 
@@ -87,8 +87,8 @@ def _cheapest_value_format(
     middle, before, after = texels[shows, :1], texels[shows, 1::2], texels[shows, 2::2]
     discretisation = 0.06 * (after - 2 * middle + before) * (slab_thickness / volume.smallest_spacing) ** 2
     rounding = rounded[shows, 0] - middle[:, 0]
-    on_the_way = float(np.mean(volume.dimensions))
-    moved = rms(rounding) + np.abs(rounding.mean(axis=0)).max() * np.sqrt(on_the_way)
+    on_the_ray = float(np.mean(volume.dimensions))
+    moved = rms(rounding) + np.abs(rounding.mean(axis=0)).max() * np.sqrt(on_the_ray)
     return "r16" if moved <= rms(discretisation) / 4 else EXACT_VALUES
 
 
@@ -105,8 +105,8 @@ def _stencil_values(volume: Volume) -> NDArray:
 
 
 def _rounded(texels: NDArray, scale: NDArray, texel_format: str) -> NDArray:
-    share = np.divide(texels, scale, out=np.zeros_like(texels), where=scale > 0)
+    fraction = np.divide(texels, scale, out=np.zeros_like(texels), where=scale > 0)
     if texel_format == "rgba8":
         # Drivers filter 8-bit texels in 8 bits too, which loses about as much again at either step.
-        return texels + 3 * (np.rint(share * 255) / 255 - share) * scale
-    return share.astype(TEXEL_TYPES[texel_format]).astype(np.float64) * scale
+        return texels + 3 * (np.rint(fraction * 255) / 255 - fraction) * scale
+    return fraction.astype(TEXEL_TYPES[texel_format]).astype(np.float64) * scale

@@ -173,7 +173,7 @@ def stored_values(values: NDArray, storage: Storage) -> NDArray:
     return _finite(placed.astype(np.float32))
 
 
-def features_of_matter(transfer_function: TransferFunction, volume: Volume) -> Features:
+def features_of_medium(transfer_function: TransferFunction, volume: Volume) -> Features:
     """Intervals in which a transfer function changes, of the points and of what depends on the gradient.
 
     An interval in which only a part of all change takes place counts as that much wider. A step counts as wide as most
@@ -182,13 +182,13 @@ def features_of_matter(transfer_function: TransferFunction, volume: Volume) -> F
     found = [_changes(transfer_function.values, transfer_function.numbers)]
     for graded in transfer_function.graded:
         found.append(_changes(graded.values, np.column_stack([graded.emissions, graded.extinctions])))
-    low, high, share = (np.concatenate(each) for each in zip(*found, strict=True))
+    low, high, fraction = (np.concatenate(each) for each in zip(*found, strict=True))
     contours = np.array([each.value for each in transfer_function.contours])
     low, high = np.append(low, contours), np.append(high, contours)
-    share = np.append(share, np.ones(contours.size))
+    fraction = np.append(fraction, np.ones(contours.size))
     if not low.size:
         return _features([], [], [])
-    widths = (high - low) / share
+    widths = (high - low) / fraction
     steps = ~(widths > 0)
     if steps.any():
         first, last = bulk_of(volume)
@@ -293,9 +293,9 @@ def _changes(values: NDArray[np.float64], numbers: NDArray[np.float64]) -> tuple
     most = np.abs(numbers).max(axis=0)
     with np.errstate(invalid="ignore", divide="ignore"):
         relative = np.where(np.isinf(numbers), 1.0, np.where(most > 0, numbers / most, 0.0))
-    share = np.abs(np.diff(relative, axis=0)).max(axis=1)
-    changing = share > 0
-    return values[:-1][changing], values[1:][changing], share[changing]
+    fraction = np.abs(np.diff(relative, axis=0)).max(axis=1)
+    changing = fraction > 0
+    return values[:-1][changing], values[1:][changing], fraction[changing]
 
 
 def _features(low: Iterable[float], high: Iterable[float], widths: Iterable[float]) -> Features:

@@ -39,7 +39,7 @@ from texvol.textures.slab_texture import Box
 from texvol.textures.value_storage import (
     Features,
     Storage,
-    features_of_matter,
+    features_of_medium,
     other_storage,
     storage_of,
     stored_values,
@@ -87,14 +87,14 @@ class ValueTexture:
         values = stored_values(self.volume.values[box], storage)
         if self.estimator is None:
             return values[..., np.newaxis]
-        shares = gradients(self.volume, self.estimator, box)
-        shares /= shares.dtype.type(self.largest_component)
+        fractions = gradients(self.volume, self.estimator, box)
+        fractions /= fractions.dtype.type(self.largest_component)
         texels = np.empty((*values.shape, 4), values.dtype)
         if values.dtype == np.uint16:
-            shares *= shares.dtype.type(_NO_GRADIENT)
-            texels[..., :3] = np.rint(shares, out=shares) + shares.dtype.type(_NO_GRADIENT)
+            fractions *= fractions.dtype.type(_NO_GRADIENT)
+            texels[..., :3] = np.rint(fractions, out=fractions) + fractions.dtype.type(_NO_GRADIENT)
         else:
-            texels[..., :3] = shares
+            texels[..., :3] = fractions
         texels[..., 3] = values
         return texels
 
@@ -253,8 +253,8 @@ class ValueTexture:
         """The transfer function as ramps, where that is possible; few of them for `integrated`."""
         if np.isinf(self.transfer_function.extinctions).any():
             return None
-        places = self._stored(self.transfer_function.values)
-        ramps = ramp_uniforms(places, self._numbers, self.transfer_function.glows, _STEP_MARGIN)
+        positions = self._stored(self.transfer_function.values)
+        ramps = ramp_uniforms(positions, self._numbers, self.transfer_function.glows, _STEP_MARGIN)
         if ramps and self.classification == "integrated" and len(ramps["ramp_rises"]) > _MOST_RAMPS:
             return None
         return ramps
@@ -299,7 +299,7 @@ def bake_values(
     other `features`. In `REFERENCE` values are rounded otherwise than they usually are. With an estimator its gradients
     are beside the values; a mask has a texture of its own.
     """
-    features = features_of_matter(transfer_function, volume) if features is None else features
+    features = features_of_medium(transfer_function, volume) if features is None else features
     storage = storage_for(volume, features, texel_format)
     kind, largest = storage.texel_format, 0.0
     if estimator is not None:

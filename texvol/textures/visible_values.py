@@ -31,8 +31,8 @@ def visible(volume: Volume, transfer_function: TransferFunction, values: NDArray
         return transfer_function.shows_between(values, values)
     wide = values.astype(np.float64)
     with np.errstate(invalid="ignore", over="ignore"):  # NaN is any integer
-        place = (wide - table.low) * (1 / table.width)
-        number = np.clip(place, 0, _BINS - 1, out=place).astype(np.intp)
+        position = (wide - table.low) * (1 / table.width)
+        number = np.clip(position, 0, _BINS - 1, out=position).astype(np.intp)
     # Any place that is none counts as the first or the last.
     above, below = table.above.take(number, mode="clip"), table.below.take(number, mode="clip")
     shows = np.asarray((wide > above) & (wide < below))
@@ -69,8 +69,8 @@ def _visible_parts(
     shows = transfer_function.shows_between(lowest, highest)
     above, below = np.where(shows, -np.inf, np.inf), np.where(shows, np.inf, -np.inf)
     low, high = lowest[shows], highest[shows]
-    above[shows] = _last_dark(low, high, lambda some, place: transfer_function.shows_between(low[some], place))
-    below[shows] = _last_dark(high, low, lambda some, place: transfer_function.shows_between(place, high[some]))
+    above[shows] = _last_dark(low, high, lambda some, position: transfer_function.shows_between(low[some], position))
+    below[shows] = _last_dark(high, low, lambda some, position: transfer_function.shows_between(position, high[some]))
     return above, below
 
 

@@ -85,7 +85,7 @@ def checksum(array: NDArray) -> int:
         rest = raw[words.size * 8 :]
     else:
         blocks = raw[: raw.size // _BLOCK * _BLOCK].reshape(-1, _BLOCK)
-        words = blocks.take(_places(len(blocks)), axis=0).reshape(-1).view(np.uint64)
+        words = blocks.take(_positions(len(blocks)), axis=0).reshape(-1).view(np.uint64)
         rest = raw[-_BLOCK:]
     whole = words.size // _BINS * _BINS
     bins = words[:whole].reshape(-1, _BINS).sum(axis=0, dtype=np.uint64)  # modulo 2^64
@@ -93,7 +93,7 @@ def checksum(array: NDArray) -> int:
 
 
 @lru_cache(maxsize=16)
-def _places(count: int) -> NDArray[np.intp]:
+def _positions(count: int) -> NDArray[np.intp]:
     """Numbers of blocks, one at random in each of as many strata, so that no row or slice is always passed over."""
     within = np.random.default_rng(count).random(_BLOCKS)
     return ((np.arange(_BLOCKS) + within) * (count / _BLOCKS)).astype(np.intp)

@@ -22,12 +22,12 @@ def distinct(numbers: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def percentile_of_sorted(numbers: NDArray[np.float64], percent: ArrayLike) -> NDArray[np.float64]:
     """np.percentile of numbers in ascending order, shape (n,), of which none is NaN; of the shape of `percent`."""
-    place = np.asarray(percent, np.float64) / 100 * (numbers.size - 1)
-    before = np.floor(place).astype(np.intp)
+    position = np.asarray(percent, np.float64) / 100 * (numbers.size - 1)
+    before = np.floor(position).astype(np.intp)
     low, high = numbers[before], numbers[np.minimum(before + 1, numbers.size - 1)]
-    share, rise = place - before, high - low
+    fraction, rise = position - before, high - low
     # From the nearer end, so that it is that end itself at a share of 0 or 1.
-    return np.asarray(np.where(share < 0.5, low + rise * share, high - rise * (1 - share)))
+    return np.asarray(np.where(fraction < 0.5, low + rise * fraction, high - rise * (1 - fraction)))
 
 
 def median(numbers: Sequence[float]) -> float:

@@ -19,7 +19,7 @@ from texvol.window.events import Event, Queue
 from texvol.window.interface import Interface
 from texvol.window.painter import Painter
 from texvol.window.parcels import Shared
-from texvol.window.probe import at_point, first_matter
+from texvol.window.probe import at_point, first_medium
 from texvol.window.quality import DEFAULT_ERROR, DEFAULT_FRAMES_PER_SECOND, SETTLED, Pace
 from texvol.window.screen import Screen, Texture, Textures
 from texvol.window.script import Action, Player, Recorder
@@ -272,7 +272,7 @@ class Application:
         if outcome.view is not document.view:
             desk.attempt(lambda: document.look(outcome.view))
         if outcome.clicked:
-            point = first_matter(document.scene, desk.room.place(*outcome.clicked))
+            point = first_medium(document.scene, desk.room.position(*outcome.clicked))
             if point is not None:
                 from texvol.window import navigation
 
@@ -282,7 +282,7 @@ class Application:
             desk.run(command)
         desk.probed = None
         if desk.preferences.probe and ours["mouse"] and desk.room.holds(*desk.steering.cursor):
-            point = first_matter(document.scene, desk.room.place(*desk.steering.cursor))
+            point = first_medium(document.scene, desk.room.position(*desk.steering.cursor))
             desk.probed = None if point is None else at_point(document.scene, point)
         if not imgui_is_active() and not desk.gripping:
             document.history.end_stroke()

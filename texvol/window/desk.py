@@ -246,16 +246,16 @@ class Desk:
     def accuracy(self) -> dict[str, Any]:
         """What a file is to be drawn with: as the picture at rest was, or to the same error."""
         shown = self.director.shown
-        if shown is not None and shown.state == "rest" and "settings" in shown.facts:
-            return dict(shown.facts["settings"])
+        if shown is not None and shown.state == "rest" and "settings" in shown.metadata:
+            return dict(shown.metadata["settings"])
         return {"max_error": self.director.max_error}
 
     def _hear(self, answer: Answer) -> None:
         if answer.kind == "progress":
-            self.writing = float(answer.facts["done"])
+            self.writing = float(answer.metadata["done"])
             return
         self.writing = None
-        for warning in answer.facts.get("warnings", ()):
+        for warning in answer.metadata.get("warnings", ()):
             self.say(warning)
         if answer.kind == "failed":
             self.say(answer.text, fault=True)
@@ -263,6 +263,6 @@ class Desk:
         for name in ("picture name", "film name"):
             if self.panel_state.get(name) == answer.text:
                 self.panel_state[name] = ""  # another is proposed
-        numbered = "%" in os.path.basename(answer.text) and "views" in answer.facts
-        written = f"{answer.facts['views']} pictures are written: " if numbered else "written: "
+        numbered = "%" in os.path.basename(answer.text) and "views" in answer.metadata
+        written = f"{answer.metadata['views']} pictures are written: " if numbered else "written: "
         self.say(written + os.path.abspath(answer.text))

@@ -59,7 +59,7 @@ class Shown:
     pixels: NDArray
     version: int
     state: str
-    facts: Mapping[str, Any] = field(default_factory=dict)
+    metadata: Mapping[str, Any] = field(default_factory=dict)
     coarseness: Coarseness | None = None
 
 
@@ -155,27 +155,27 @@ class Director:
             return False
         assert self._moving is not None and answer.pixels is not None
         version, coarseness, size = self._moving
-        if self.pictures == 0 and not is_software(answer.facts.get("renderer", "")):
+        if self.pictures == 0 and not is_software(answer.metadata.get("renderer", "")):
             self.pace.ladder = quality.ON_CARD
         warm = self.pictures > 0
         self.pictures += 1
         if warm and answer.final:  # the first one compiles programs and uploads textures
-            self.pace.learn(coarseness, size, answer.facts["seconds"])
+            self.pace.learn(coarseness, size, answer.metadata["seconds"])
         if self.shown is not None and (self.shown.version, self.shown.state) >= (version, "refining"):
             return False  # the refiner was faster
-        self.shown = Shown(answer.pixels, version, "moving", answer.facts, coarseness)
+        self.shown = Shown(answer.pixels, version, "moving", answer.metadata, coarseness)
         return True
 
     def _hear_refiner(self, answer: Answer) -> bool:
         if answer.kind == "failed":
             self._fault(answer)
             if self.shown is not None:
-                self.shown = Shown(self.shown.pixels, self._version, "rest", self.shown.facts)
+                self.shown = Shown(self.shown.pixels, self._version, "rest", self.shown.metadata)
             return False
         assert answer.pixels is not None
         self.pictures += 1
         state = "rest" if answer.final else "refining"
-        self.shown = Shown(answer.pixels, self._refined, state, answer.facts)
+        self.shown = Shown(answer.pixels, self._refined, state, answer.metadata)
         return True
 
     def _fault(self, answer: Answer) -> None:

@@ -254,7 +254,7 @@ def opened(arguments: argparse.Namespace, size: tuple[int, int]) -> Document:
     options = SceneOptions(arguments)
     options.size = size
     volume = options.load()
-    scene = _with_all_matter(options.scene(volume, in_8_bits=True))
+    scene = _with_all_medium(options.scene(volume, in_8_bits=True))
     check(options.annotation, scene)
     showing = Showing(options.window, options.transparent, options.annotation)
     origin = Origin(options.volume, arguments.scene, options.transfer_function)
@@ -264,7 +264,7 @@ def opened(arguments: argparse.Namespace, size: tuple[int, int]) -> Document:
     return document
 
 
-def _with_all_matter(scene: Scene) -> Scene:
+def _with_all_medium(scene: Scene) -> Scene:
     """The scene in which every volume has the transfer function that it would be drawn with, to be edited."""
     if not scene.added:
         return scene

@@ -36,24 +36,24 @@ class Curve:
     points: tuple[Point, ...]
 
     @classmethod
-    def of(cls, matter: TransferFunction) -> Curve:
+    def of(cls, medium: TransferFunction) -> Curve:
         """The points of a transfer function."""
-        colors = _straight(matter)
+        colors = _straight(medium)
         return cls(
             tuple(
                 Point(float(value), (float(color[0]), float(color[1]), float(color[2])), float(extinction))
-                for value, color, extinction in zip(matter.values, colors, matter.extinctions, strict=True)
+                for value, color, extinction in zip(medium.values, colors, medium.extinctions, strict=True)
             )
         )
 
-    def applied(self, matter: TransferFunction) -> TransferFunction:
+    def applied(self, medium: TransferFunction) -> TransferFunction:
         """The transfer function with these points in the place of its own."""
         colors = np.array([point.color for point in self.points])
         extinctions = np.array([point.extinction for point in self.points])
-        if matter.premultiplied:
+        if medium.premultiplied:
             colors = colors * np.where(np.isinf(extinctions), 1.0, extinctions)[:, np.newaxis]
         values = np.array([point.value for point in self.points])
-        return replace(matter, values=values, colors=colors, extinctions=extinctions)
+        return replace(medium, values=values, colors=colors, extinctions=extinctions)
 
     def moved(self, index: int, value: float, extinction: float) -> Curve:
         """Point `index` elsewhere, no farther than to its neighbours' values."""
@@ -75,12 +75,12 @@ class Curve:
         index = int(np.searchsorted(values, value, side="right"))
         before, after = self.points[max(index - 1, 0)], self.points[min(index, len(self.points) - 1)]
         width = after.value - before.value
-        share = (value - before.value) / width if width > 0 else 0.0
-        share = float(np.clip(share, 0, 1))
-        red, green, blue = ((1 - share) * a + share * b for a, b in zip(before.color, after.color, strict=True))
+        fraction = (value - before.value) / width if width > 0 else 0.0
+        fraction = float(np.clip(fraction, 0, 1))
+        red, green, blue = ((1 - fraction) * a + fraction * b for a, b in zip(before.color, after.color, strict=True))
         if extinction is None:
             ends = before.extinction, after.extinction
-            extinction = max(ends) if np.isinf(max(ends)) else (1 - share) * ends[0] + share * ends[1]
+            extinction = max(ends) if np.isinf(max(ends)) else (1 - fraction) * ends[0] + fraction * ends[1]
         point = Point(float(value), (red, green, blue), float(extinction))
         return Curve((*self.points[:index], point, *self.points[index:])), index
 
@@ -111,7 +111,7 @@ class Curve:
         return Curve((*self.points[:index], point, *self.points[index + 1 :]))
 
 
-def matter_of(scene: Scene, number: int) -> TransferFunction | None:
+def medium_of(scene: Scene, number: int) -> TransferFunction | None:
     """The transfer function of a scene's volume by its number; 0 is the scene's own."""
     return scene.transfer_function if number == 0 else scene.added[number - 1].transfer_function
 
@@ -139,12 +139,12 @@ def with_coloring(scene: Scene, coloring: str) -> dict[str, Any]:
     return parts
 
 
-def with_matter(scene: Scene, number: int, matter: TransferFunction) -> dict[str, Any]:
+def with_medium(scene: Scene, number: int, medium: TransferFunction) -> dict[str, Any]:
     """Parts of the scene with another transfer function of that volume."""
     if number == 0:
-        return {"transfer_function": matter}
+        return {"transfer_function": medium}
     added = list(scene.added)
-    added[number - 1] = replace(added[number - 1], transfer_function=matter)
+    added[number - 1] = replace(added[number - 1], transfer_function=medium)
     return {"added": tuple(added)}
 
 
@@ -160,17 +160,17 @@ def extinction_of(opacity: float, length: float) -> float:
     return float(-np.log1p(-max(opacity, 0.0)) / length)
 
 
-def _straight(matter: TransferFunction) -> NDArray[np.float64]:
+def _straight(medium: TransferFunction) -> NDArray[np.float64]:
     """Straight colours of a function's points, shape (n, 3)."""
-    if not matter.premultiplied:
-        return matter.colors
-    known = np.isinf(matter.extinctions) | (matter.extinctions > 0)
-    weights = np.where(np.isinf(matter.extinctions), 1.0, matter.extinctions)
+    if not medium.premultiplied:
+        return medium.colors
+    known = np.isinf(medium.extinctions) | (medium.extinctions > 0)
+    weights = np.where(np.isinf(medium.extinctions), 1.0, medium.extinctions)
     straight = np.divide(
-        matter.colors, weights[:, np.newaxis], out=np.zeros_like(matter.colors), where=known[:, np.newaxis]
+        medium.colors, weights[:, np.newaxis], out=np.zeros_like(medium.colors), where=known[:, np.newaxis]
     )
     if known.any():
-        places = np.flatnonzero(known)
-        nearest = places[np.abs(np.arange(len(known))[:, np.newaxis] - places).argmin(axis=1)]
+        positions = np.flatnonzero(known)
+        nearest = positions[np.abs(np.arange(len(known))[:, np.newaxis] - positions).argmin(axis=1)]
         straight = straight[nearest]
     return np.asarray(np.minimum(straight, 1.0))

@@ -21,7 +21,7 @@ from texvol.scene.camera import Camera
 from texvol.scene.cutting import ClipPlane, Range
 from texvol.scene.scene import Scene
 from texvol.scene.volume import Volume
-from texvol.window.navigation import Place, rotation
+from texvol.window.navigation import Position, rotation
 
 # Half heights of the picture per radius of the box; slower, a hand's breadth would move a plane out of the box.
 _LEAST_SPEED = 0.2
@@ -79,7 +79,7 @@ def handles_of(scene: Scene) -> list[Handle]:
     return found
 
 
-def place_of(camera: Camera, point: NDArray[np.float64]) -> Place | None:
+def position_of(camera: Camera, point: NDArray[np.float64]) -> Position | None:
     """Where a point is in the picture, in half heights from its middle; None behind the eye."""
     right, up, depth = camera.in_eye_space(np.zeros((1, 3)), np.asarray(point, np.float64))[0]
     if depth <= 0:
@@ -88,11 +88,11 @@ def place_of(camera: Camera, point: NDArray[np.float64]) -> Place | None:
     return float(right / scale), float(up / scale)
 
 
-def way_of(handle: Handle, camera: Camera, by: Place, radius: float) -> float:
+def ray_of(handle: Handle, camera: Camera, by: Position, radius: float) -> float:
     """How far along its axis a drag moves a handle."""
     point, axis = np.array(handle.point), np.array(handle.axis)
     step = 1e-4 * radius
-    here, there = place_of(camera, point), place_of(camera, point + step * axis)
+    here, there = position_of(camera, point), position_of(camera, point + step * axis)
     if here is None or there is None:
         return 0.0
     speed = np.subtract(there, here) / step
@@ -106,7 +106,7 @@ def points_away(handle: Handle, camera: Camera) -> bool:
     return float(np.array(handle.axis) @ camera.forward) > 0
 
 
-def turned(scene: Scene, handle: Handle, camera: Camera, by: Place, *, away: bool) -> dict[str, object]:
+def turned(scene: Scene, handle: Handle, camera: Camera, by: Position, *, away: bool) -> dict[str, object]:
     """Parts of the scene with a plane turned by a drag at the tip of its arrow, which pointed away at first, or not."""
     assert handle.plane is not None
     planes = list(scene.clip)
@@ -126,12 +126,12 @@ def _half_height(camera: Camera, point: NDArray[np.float64]) -> float:
     return camera.half_height * max(depth, 0.0)
 
 
-def moved(scene: Scene, handle: Handle, way: float) -> dict[str, object]:
+def moved(scene: Scene, handle: Handle, direction: float) -> dict[str, object]:
     """Parts of the scene with the handle moved by so much along its axis."""
     if handle.plane is not None:
         planes = list(scene.clip)
         plane = planes[handle.plane]
-        planes[handle.plane] = replace(plane, offset=plane.offset + way * float(np.linalg.norm(plane.normal)))
+        planes[handle.plane] = replace(plane, offset=plane.offset + direction * float(np.linalg.norm(plane.normal)))
         return {"clip": tuple(planes)}
     assert handle.face is not None and scene.crop is not None
     axis, end = handle.face
@@ -139,8 +139,12 @@ def moved(scene: Scene, handle: Handle, way: float) -> dict[str, object]:
     limits = bounds(scene.box)[axis]
     least = _THINNEST * (limits[1] - limits[0])
     first, last = (float(each) for each in np.clip(ranges[axis], *limits))
-    place = np.clip(first + way, limits[0], last - least) if end == 0 else np.clip(last + way, first + least, limits[1])
-    ranges[axis][end] = float(place)
+    position = (
+        np.clip(first + direction, limits[0], last - least)
+        if end == 0
+        else np.clip(last + direction, first + least, limits[1])
+    )
+    ranges[axis][end] = float(position)
     return {"crop": tuple((low, high) for low, high in ranges)}
 
 
@@ -168,8 +172,8 @@ def _border(plane: ClipPlane, box: Volume) -> list[NDArray[np.float64]]:
         for axis in range(3):
             b = a | 1 << axis
             if b != a and (height[a] < 0) != (height[b] < 0):
-                share = height[a] / (height[a] - height[b])
-                found.append(corners[a] + share * (corners[b] - corners[a]))
+                fraction = height[a] / (height[a] - height[b])
+                found.append(corners[a] + fraction * (corners[b] - corners[a]))
     if len(found) < 3:
         return []
     middle = np.mean(found, axis=0)
@@ -177,7 +181,7 @@ def _border(plane: ClipPlane, box: Volume) -> list[NDArray[np.float64]]:
     first /= max(float(np.linalg.norm(first)), 1e-300)
     second = np.cross(unit, first)
     angles = [np.arctan2((each - middle) @ second, (each - middle) @ first) for each in found]
-    return [box.centre + found[place] for place in np.argsort(angles)]
+    return [box.centre + found[position] for position in np.argsort(angles)]
 
 
 def _triple(numbers: NDArray[np.float64]) -> tuple[float, float, float]:

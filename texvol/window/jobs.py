@@ -80,5 +80,5 @@ class Answer:
     number: int
     final: bool = True
     pixels: NDArray | None = None
-    facts: Mapping[str, Any] = field(default_factory=dict)
+    metadata: Mapping[str, Any] = field(default_factory=dict)
     text: str = ""

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from texvol.scene.camera import Camera, Projection, Vector
 from texvol.scene.volume import Volume
 
-Place = tuple[float, float]
+Position = tuple[float, float]
 # Views as one names them: where the camera stands seen from the middle, and what is up.
 AXES: dict[str, tuple[tuple[float, float, float], tuple[float, float, float]]] = {
     "+x": ((1, 0, 0), (0, 0, 1)),
@@ -94,7 +94,7 @@ def pan(view: View, right: float, up: float) -> View:
     return replace(view, camera=_shifted(view.camera, shift))
 
 
-def dolly(view: View, factor: float, at: Place, volume: Volume) -> View:
+def dolly(view: View, factor: float, at: Position, volume: Volume) -> View:
     """Distances, or an orthographic picture's height, times `factor`; what is at `at` in the pivot's depth stays."""
     camera = view.camera
     point = np.array(camera.eye) + view.pivot_depth * camera.forward + _across(view, at)
@@ -185,7 +185,7 @@ def with_pivot(view: View, point: Any) -> View:
     return replace(view, pivot=_triple(point))
 
 
-def _across(view: View, at: Place) -> Vector:
+def _across(view: View, at: Position) -> Vector:
     """From the middle of the picture to a place in it, at the pivot's depth."""
     camera = view.camera
     across: Vector = (at[0] * camera.right + at[1] * camera.upward) * view.half_height

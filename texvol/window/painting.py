@@ -147,7 +147,7 @@ class Easel:
             pass
         except Exception as error:  # whatever it is, the window stays and says so
             text = " ".join(str(error).split()) or type(error).__name__
-            self._answer(Answer("failed", job.number, text=text, facts={"error": type(error).__name__}))
+            self._answer(Answer("failed", job.number, text=text, metadata={"error": type(error).__name__}))
 
     def close(self) -> None:
         """Give the context back."""
@@ -183,14 +183,14 @@ class Easel:
             # The error is wanted of what is seen: in shares of what goes from black to white.
             _, width = job.showing.window or found_window(first, job.scene)
             wanted *= width or 1.0
-        chosen, facts = renderer.fine_enough(job.scene, job.size, wanted)
+        chosen, metadata = renderer.fine_enough(job.scene, job.size, wanted)
         quick = renderer.render(job.scene, job.size, **chosen)
-        self._send(job, quick, renderer.settings, start, final=False, **facts)
+        self._send(job, quick, renderer.settings, start, final=False, **metadata)
         with warnings.catch_warnings(record=True) as missed:
             warnings.simplefilter("always", AccuracyWarning)
             picture = renderer.render(job.scene, job.size, max_error=wanted)
-        facts |= {"estimated_error": renderer.estimate, "reached": not missed}
-        self._send(job, picture, renderer.settings, start, **facts)
+        metadata |= {"estimated_error": renderer.estimate, "reached": not missed}
+        self._send(job, picture, renderer.settings, start, **metadata)
 
     def _file(self, job: Job) -> None:
         display = _display(job)
@@ -198,12 +198,12 @@ class Easel:
             warnings.simplefilter("always")
             picture = self._renderer.render(job.scene, job.size, **job.accuracy)
             shown = display.of(picture, job.scene, job.path)
-        facts = {"texvol:renderer": self._renderer.renderer_name}
-        facts |= display.facts(job.name, job.scene, job.path, self._renderer.settings)
-        content = image.encoded(job.path, shown, facts, transparent=job.showing.transparent)
+        metadata = {"texvol:renderer": self._renderer.renderer_name}
+        metadata |= display.metadata(job.name, job.scene, job.path, self._renderer.settings)
+        content = image.encoded(job.path, shown, metadata, transparent=job.showing.transparent)
         writing.write_files({job.path: content})
         warned = {"warnings": [str(each.message) for each in said]}
-        self._answer(Answer("done", job.number, text=job.path, facts=warned))
+        self._answer(Answer("done", job.number, text=job.path, metadata=warned))
 
     def _film(self, job: Job) -> None:
         from texvol.output import sequences
@@ -213,22 +213,24 @@ class Easel:
         accuracy: dict[str, Any] = dict.fromkeys(("slab_thickness", "sampling_rate", "max_error")) | dict(job.accuracy)
         how: dict[str, Any] = {"transparent": job.showing.transparent, "fps": job.fps}
         sequences.draw_frames(told, self._renderer, job.size, accuracy, _display(job), job.path, **how)
-        self._answer(Answer("done", job.number, text=job.path, facts={"views": job.views}))
+        self._answer(Answer("done", job.number, text=job.path, metadata={"views": job.views}))
 
     def _counted(self, job: Job, frames: Any) -> Any:
         for number, scene in enumerate(frames.scenes):
             if self._newest() > job.number:
                 raise Superseded
-            self._answer(Answer("progress", job.number, final=False, facts={"done": number / frames.count}))
+            self._answer(Answer("progress", job.number, final=False, metadata={"done": number / frames.count}))
             yield scene
 
-    def _send(self, job: Job, picture: NDArray, settings: Any, start: float, final: bool = True, **facts: Any) -> None:
+    def _send(
+        self, job: Job, picture: NDArray, settings: Any, start: float, final: bool = True, **metadata: Any
+    ) -> None:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # a view that misses the volume is no surprise here
             display = _display(job)
             shown = display.of(picture, job.scene, "window.png")
         camera, thickness = job.scene.camera_for(job.size), settings["slab_thickness"]
-        facts |= {
+        metadata |= {
             "settings": dict(settings),
             "seconds": time.perf_counter() - start,
             "slabs": slicing.slab_stacks(job.scene.volume, camera, thickness, job.size).slab_count,
@@ -238,7 +240,7 @@ class Easel:
             "window": display.window,
         }
         pixels = image.eight_bits(shown)
-        self._answer(Answer("picture", job.number, final, pixels, facts))
+        self._answer(Answer("picture", job.number, final, pixels, metadata))
 
 
 def _display(job: Job) -> Display:
@@ -261,7 +263,7 @@ def serve(connection_descriptor: int, newest_descriptor: int, niceness: int) -> 
         try:
             easel = Easel(lambda answer: connection.send(answer), lambda: int(newest[0]))
         except Exception as error:
-            connection.send(Answer("failed", 0, text=str(error), facts={"error": "ContextError"}))
+            connection.send(Answer("failed", 0, text=str(error), metadata={"error": "ContextError"}))
             return
         with np.errstate(all="ignore"):
             while True:

@@ -15,7 +15,7 @@ from texvol.scene.camera import Camera
 from texvol.scene.scene import Scene
 from texvol.scene.transfer import TransferFunction
 from texvol.scene.volume import Volume
-from texvol.window.navigation import Place
+from texvol.window.navigation import Position
 
 _LEAST_OPACITY = 0.02  # of a ray: less is not seen
 _MOST_SAMPLES = 4096  # of a ray
@@ -39,10 +39,10 @@ class Found:
     extinction: float
 
 
-def first_matter(scene: Scene, place: Place) -> NDArray[np.float64] | None:
+def first_medium(scene: Scene, position: Position) -> NDArray[np.float64] | None:
     """World point of the first visible matter at a place in the picture; None where nothing shows."""
     assert scene.camera is not None
-    start, direction = ray(scene.camera, place)
+    start, direction = ray(scene.camera, position)
     box = scene.box
     span = _span(box, start, direction)
     if span is None:
@@ -55,10 +55,10 @@ def first_matter(scene: Scene, place: Place) -> NDArray[np.float64] | None:
     if not near < far:
         return None
     count = int(np.clip(np.ceil((far - near) / (scene.smallest_spacing / 2)), 2, _MOST_SAMPLES))
-    ways = near + (np.arange(count) + 0.5) * (far - near) / count
-    place_of = _first_surface if scene.mode == "isosurface" else _half_way
-    index = place_of(scene, start + ways[:, np.newaxis] * direction, (far - near) / count)
-    return None if index is None else np.asarray(start + ways[index] * direction)
+    directions = near + (np.arange(count) + 0.5) * (far - near) / count
+    position_of = _first_surface if scene.mode == "isosurface" else _half_way
+    index = position_of(scene, start + directions[:, np.newaxis] * direction, (far - near) / count)
+    return None if index is None else np.asarray(start + directions[index] * direction)
 
 
 def at_point(scene: Scene, point: NDArray[np.float64]) -> Found:
@@ -70,9 +70,9 @@ def at_point(scene: Scene, point: NDArray[np.float64]) -> Found:
     return Found(point, value, extinction)
 
 
-def ray(camera: Camera, place: Place) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def ray(camera: Camera, position: Position) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Start and unit direction of the ray through a place in the picture."""
-    across = (place[0] * camera.right + place[1] * camera.upward) * camera.half_height
+    across = (position[0] * camera.right + position[1] * camera.upward) * camera.half_height
     if camera.projection == "orthographic":
         return np.array(camera.eye) + across, np.array(camera.forward)
     direction = camera.forward + across
@@ -89,13 +89,13 @@ def sampled(volume: Volume, points: NDArray[np.float64]) -> NDArray[np.float64]:
         x, y, z = np.rint(index).astype(int).T
         return np.where(inside, volume.values[z, y, x].astype(np.float64), np.nan)
     low = np.minimum(index.astype(int), np.maximum(counts - 2, 0))
-    share = index - low
+    fraction = index - low
     high = np.minimum(low + 1, counts - 1)
     result = np.zeros(len(points))
     for corner in range(8):
         bits = [(corner >> axis) & 1 for axis in range(3)]
         x, y, z = (np.where(bit, high[:, axis], low[:, axis]) for axis, bit in enumerate(bits))
-        weight = np.prod([share[:, axis] if bit else 1 - share[:, axis] for axis, bit in enumerate(bits)], axis=0)
+        weight = np.prod([fraction[:, axis] if bit else 1 - fraction[:, axis] for axis, bit in enumerate(bits)], axis=0)
         with np.errstate(invalid="ignore"):
             result += np.where(weight > 0, weight * volume.values[z, y, x].astype(np.float64), 0.0)
     return np.where(inside, result, np.nan)
@@ -104,11 +104,11 @@ def sampled(volume: Volume, points: NDArray[np.float64]) -> NDArray[np.float64]:
 def _half_way(scene: Scene, points: NDArray[np.float64], step: float) -> int | None:
     """Number of the sample at which half of the ray's opacity has been met."""
     depth = np.zeros(len(points))
-    matters = [(scene.volume, scene.transfer_function)]
-    matters += [(each.volume, each.transfer_function) for each in scene.added]
-    for volume, matter in matters:
-        if matter is not None:
-            depth += _extinctions(matter, sampled(volume, points)) * step
+    media = [(scene.volume, scene.transfer_function)]
+    media += [(each.volume, each.transfer_function) for each in scene.added]
+    for volume, medium in media:
+        if medium is not None:
+            depth += _extinctions(medium, sampled(volume, points)) * step
         elif scene.mode != "composite":
             depth += np.isfinite(sampled(volume, points)) * 1.0  # everything counts alike: the middle of the box
     with np.errstate(over="ignore"):
@@ -127,10 +127,10 @@ def _first_surface(scene: Scene, points: NDArray[np.float64], _: float) -> int |
     return int(crossings[0]) + 1 if crossings.size else None
 
 
-def _extinctions(matter: TransferFunction, values: NDArray[np.float64]) -> NDArray[np.float64]:
+def _extinctions(medium: TransferFunction, values: NDArray[np.float64]) -> NDArray[np.float64]:
     """Of values, where the gradient has no say: matter at its largest gradient hides nothing that shows."""
-    magnitudes = np.full(values.shape, np.finfo(np.float64).max ** 0.25) if matter.needs_gradient else None
-    extinction = matter.classify(values, magnitudes).extinction
+    magnitudes = np.full(values.shape, np.finfo(np.float64).max ** 0.25) if medium.needs_gradient else None
+    extinction = medium.classify(values, magnitudes).extinction
     return np.asarray(np.minimum(np.nan_to_num(extinction, nan=0.0, posinf=1e30), 1e30))
 
 

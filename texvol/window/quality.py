@@ -115,12 +115,12 @@ def moving_accuracy(coarseness: Coarseness) -> Mapping[str, Any]:
     return {"sampling_rate": coarseness.rate, "early_termination": MOVING_TERMINATION}
 
 
-def error_text(facts: Mapping[str, Any], *, numbers: bool = False) -> str:
+def error_text(metadata: Mapping[str, Any], *, numbers: bool = False) -> str:
     """What is said of the error of a picture at rest."""
-    estimate, wanted = facts.get("estimated_error"), facts.get("wanted_error")
+    estimate, wanted = metadata.get("estimated_error"), metadata.get("wanted_error")
     if estimate is None:
         return "error not estimated"
-    if facts.get("reached") and wanted is not None and estimate <= wanted:
+    if metadata.get("reached") and wanted is not None and estimate <= wanted:
         return f"error ≤ {share_text(wanted)}" if not numbers else f"error ≤ {wanted:.3g}"
     return f"error ≈ {estimate:.2g}"
 

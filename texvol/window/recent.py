@@ -77,7 +77,7 @@ def how(scene: Scene) -> dict[str, Any]:
     return first | ({"add": others} if others else {})
 
 
-def place() -> Path:
+def position() -> Path:
     """Where they are kept (XDG base directories)."""
     folder = os.environ.get("XDG_STATE_HOME") or str(Path.home() / ".local/state")
     return Path(folder) / "texvol" / "recent.json"
@@ -86,7 +86,7 @@ def place() -> Path:
 def files() -> list[Recent]:
     """The latest first; those that are gone are left out."""
     with suppress(OSError, ValueError, RuntimeError):
-        content = text_files.parsed_json(text_files.read_text(place(), "JSON", _MOST_BYTES), str(place()))
+        content = text_files.parsed_json(text_files.read_text(position(), "JSON", _MOST_BYTES), str(position()))
         found = map(Recent.from_json, content if isinstance(content, list) else [])
         return [each for each in found if each is not None and os.path.exists(each.path)][:_MOST]
     return []
@@ -97,6 +97,6 @@ def add(path: str, told: Mapping[str, Any]) -> None:
     with suppress(OSError, RuntimeError, ValueError, TypeError):  # a home that can't be written to is no reason to stop
         newest = Recent(os.path.abspath(path), json.loads(json.dumps(told)))  # with lists, as the others
         kept = [newest, *(each for each in files() if each != newest)][:_MOST]
-        place().parent.mkdir(parents=True, exist_ok=True)
+        position().parent.mkdir(parents=True, exist_ok=True)
         text = json.dumps([each.as_json() for each in kept], indent=1)
-        writing.write_files({place(): (text + "\n").encode()})
+        writing.write_files({position(): (text + "\n").encode()})

@@ -48,7 +48,7 @@ def scene_files(
     first = volume_table(scene, 0, path.parent)
     content: dict[str, Any] = {"volume": first.pop("file")} | first
     files: dict[Path, bytes] = {}
-    content |= _matter(scene.transfer_function, path.with_name(f"{path.stem}.tf.json"), files)
+    content |= _medium(scene.transfer_function, path.with_name(f"{path.stem}.tf.json"), files)
     content["size"] = f"{size[0]}x{size[1]}"
     content["classification"] = scene.classification
     content["background"] = "transparent" if showing.transparent else list(scene.background)
@@ -114,19 +114,19 @@ def _mask(mask: Mask | None, folder: Path | None) -> dict[str, Any]:
     return {"mask": found}
 
 
-def _matter(matter: TransferFunction | None, path: Path, files: dict[Path, bytes]) -> dict[str, Any]:
+def _medium(medium: TransferFunction | None, path: Path, files: dict[Path, bytes]) -> dict[str, Any]:
     """The name of a file with the transfer function, which is put among the files."""
-    if matter is None:
+    if medium is None:
         return {}
-    files[path] = (json.dumps(matter.as_json(), indent=1) + "\n").encode()
+    files[path] = (json.dumps(medium.as_json(), indent=1) + "\n").encode()
     return {"tf": path.name}
 
 
 def _added(scene: Scene, number: int, path: Path, files: dict[Path, bytes]) -> dict[str, Any]:
     """A further volume, as a table."""
-    matter = scene.added[number].transfer_function
+    medium = scene.added[number].transfer_function
     name = path.with_name(f"{path.stem}.tf{number + 2}.json")
-    return volume_table(scene, number + 1, path.parent) | _matter(matter, name, files)
+    return volume_table(scene, number + 1, path.parent) | _medium(medium, name, files)
 
 
 def _geometry(scene: Scene, folder: Path) -> dict[str, Any]:
@@ -173,8 +173,8 @@ def _depth_cue(cue: DepthCue) -> dict[str, Any]:
 
 
 def _light_table(light: Any) -> dict[str, Any]:
-    place = {"directional": "direction", "point": "position"}.get(light.kind)
-    return {"kind": light.kind} | ({place: list(light.vector)} if place else {}) | {"color": list(light.color)}
+    position = {"directional": "direction", "point": "position"}.get(light.kind)
+    return {"kind": light.kind} | ({position: list(light.vector)} if position else {}) | {"color": list(light.color)}
 
 
 def _cutting(scene: Scene) -> dict[str, Any]:

@@ -54,21 +54,21 @@ class Slice:
         lengths = volume.spacing * np.array(volume.dimensions)
         return float(lengths[self.across[0]]), float(lengths[self.down[0]])
 
-    def shares(self, volume: Volume, index: NDArray[np.float64]) -> tuple[float, float]:
+    def fractions(self, volume: Volume, index: NDArray[np.float64]) -> tuple[float, float]:
         """Where a place in index space is in the picture: from 0 at the left, or top, to 1."""
         return tuple(  # type: ignore[return-value]
-            float(share if sign > 0 else 1 - share)
+            float(fraction if sign > 0 else 1 - fraction)
             for axis, sign in (self.across, self.down)
-            for share in [(index[axis] + 0.5) / volume.dimensions[axis]]
+            for fraction in [(index[axis] + 0.5) / volume.dimensions[axis]]
         )
 
     def moved(self, volume: Volume, index: NDArray[np.float64], right: float, down: float) -> NDArray[np.float64]:
         """The place in index space that is there in the picture, in this slice."""
         result = np.array(index, np.float64)
-        for (axis, sign), share in ((self.across, right), (self.down, down)):
+        for (axis, sign), fraction in ((self.across, right), (self.down, down)):
             count = volume.dimensions[axis]
-            share = share if sign > 0 else 1 - share
-            result[axis] = np.clip(share * count - 0.5, 0, count - 1)
+            fraction = fraction if sign > 0 else 1 - fraction
+            result[axis] = np.clip(fraction * count - 0.5, 0, count - 1)
         return result
 
 
@@ -102,10 +102,10 @@ def letters_of(volume: Volume, slice_: Slice) -> tuple[str, str, str, str] | Non
         return None
     found: list[str] = []
     for axis, sign in (slice_.across, slice_.down):
-        way = sign * volume.direction[:, axis] / np.linalg.norm(volume.direction[:, axis])
-        world = int(np.argmax(np.abs(way)))
+        axis_direction = sign * volume.direction[:, axis] / np.linalg.norm(volume.direction[:, axis])
+        world = int(np.argmax(np.abs(axis_direction)))
         ends = (OPPOSITE[space[world]], space[world])
-        found += ends if way[world] > 0 else ends[::-1]
+        found += ends if axis_direction[world] > 0 else ends[::-1]
     left, right, top, bottom = found
     return left, right, top, bottom
 
@@ -150,18 +150,18 @@ def grey(values: NDArray, window: tuple[float, float]) -> NDArray[np.uint8]:
     """Levels of values in a window (centre, width), shape (…, 3); NaN is black."""
     centre, width = window
     with np.errstate(over="ignore", invalid="ignore"):
-        share = (values.astype(np.float64) - centre) / max(width, 1e-300) + 0.5
-    levels = np.rint(np.clip(np.nan_to_num(share, nan=0.0), 0, 1) * 255).astype(np.uint8)
+        fraction = (values.astype(np.float64) - centre) / max(width, 1e-300) + 0.5
+    levels = np.rint(np.clip(np.nan_to_num(fraction, nan=0.0), 0, 1) * 255).astype(np.uint8)
     return np.repeat(levels[..., np.newaxis], 3, axis=-1)
 
 
-def painted(values: NDArray, matter: TransferFunction) -> NDArray[np.uint8]:
+def painted(values: NDArray, medium: TransferFunction) -> NDArray[np.uint8]:
     """Levels of labels in their colours, shape (…, 3); what is clear is black."""
-    labels, places = np.unique(values, return_inverse=True)
+    labels, positions = np.unique(values, return_inverse=True)
     numbers = labels.astype(np.float64)
-    shown = matter.classify(numbers).extinction > 0
-    colors = srgb_from_linear(straight_colors(matter, numbers)) * shown[:, np.newaxis]
-    return np.asarray(np.rint(np.clip(colors, 0, 1) * 255).astype(np.uint8)[places.reshape(values.shape)])
+    shown = medium.classify(numbers).extinction > 0
+    colors = srgb_from_linear(straight_colors(medium, numbers)) * shown[:, np.newaxis]
+    return np.asarray(np.rint(np.clip(colors, 0, 1) * 255).astype(np.uint8)[positions.reshape(values.shape)])
 
 
 def typical_window(volume: Volume) -> tuple[float, float]:

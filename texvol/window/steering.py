@@ -11,7 +11,7 @@ import numpy as np
 from texvol.scene.volume import Volume
 from texvol.window import navigation
 from texvol.window.events import Event
-from texvol.window.navigation import Place, View
+from texvol.window.navigation import Position, View
 
 _STEP = np.radians(5)  # of a key
 _DOUBLE = 0.35, 4.0  # seconds and window coordinates within which two clicks are a double one
@@ -79,7 +79,7 @@ class Room:
         """Whether a place of the window is in it."""
         return 0 <= x - self.x < self.width and 0 <= y - self.y < self.height
 
-    def place(self, x: float, y: float) -> Place:
+    def position(self, x: float, y: float) -> Position:
         """In half heights from the middle, y upwards."""
         half = max(self.height, 1) / 2
         return (x - self.x - self.width / 2) / half, (self.height / 2 - (y - self.y)) / half
@@ -148,7 +148,7 @@ class Steering:
         return outcome
 
     def _move(self, event: Event, outcome: Outcome, volume: Volume, room: Room) -> None:
-        before, after = room.place(*self._at), room.place(event.x, event.y)
+        before, after = room.position(*self._at), room.position(event.x, event.y)
         self._at = event.x, event.y
         right, up = after[0] - before[0], after[1] - before[1]
         view = outcome.view
@@ -188,7 +188,7 @@ class Steering:
             return navigation.advance(view, _ADVANCE * (event.y or event.x), volume)
         if "ctrl" in event.modifiers:
             return navigation.with_fov(view, view.camera.fov * 1.05**-event.y)
-        return navigation.dolly(view, _WHEEL**-event.y, room.place(*self._at), volume)
+        return navigation.dolly(view, _WHEEL**-event.y, room.position(*self._at), volume)
 
     def _key(self, event: Event, outcome: Outcome, volume: Volume) -> None:
         chord = "+".join([*sorted(event.modifiers), event.name])

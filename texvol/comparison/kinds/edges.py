@@ -10,7 +10,7 @@ from texvol.comparison.kinds.kind import Kind, number
 from texvol.comparison.kinds.pair import GREY, Pair, Pixels
 
 # Nine tenths of the difference, on the steepest half of where anything is shown, and a quarter of the picture.
-_SHARE, _OF_SHOWN, _AREA = 0.9, 1 / 2, 0.25
+_FRACTION, _OF_SHOWN, _AREA = 0.9, 1 / 2, 0.25
 _SHOWN = 0.005  # of the steepest: less is a background
 _SPREAD = 0.01  # of the pixels on edges
 _BINS = 256
@@ -29,9 +29,9 @@ def edges(pair: Pair) -> Finding | None:
     counts = np.bincount(steps.ravel(), minlength=_BINS)[::-1]
     energies = np.bincount(steps.ravel(), pair.energy.ravel(), _BINS)[::-1]
     # From the steepest on, until nine tenths of the difference are reached.
-    reached = int(np.searchsorted(np.cumsum(energies), _SHARE * energies.sum()))
+    reached = int(np.searchsorted(np.cumsum(energies), _FRACTION * energies.sum()))
     area = float(counts[: reached + 1].sum() / contrast.size)
-    share = float(energies[: reached + 1].sum() / energies.sum())
+    fraction = float(energies[: reached + 1].sum() / energies.sum())
     # A spot that lies on an edge is no difference of edges: the number of pixels that the squares are as if spread on.
     spread = float(energies.sum()) ** 2 / max(float(np.square(pair.energy, dtype=np.float64).sum()), 1e-300)
     if spread < _SPREAD * counts[: reached + 1].sum():
@@ -40,11 +40,11 @@ def edges(pair: Pair) -> Finding | None:
     if area > min(_AREA, _OF_SHOWN * shown):
         return None
     words = (
-        f"the difference sits where the pictures change most, on edges and outlines: {number(100 * share, 3)} % of it "
-        f"on {number(100 * area, 2)} % of the pixels"
+        f"the difference sits where the pictures change most, on edges and outlines: {number(100 * fraction, 3)} % of "
+        f"it on {number(100 * area, 2)} % of the pixels"
     )
-    parameters = {"share": share, "area": area}
-    return Finding(Kind("edges only", share, words, parameters), pair.with_side("candidate", pair.reference))
+    parameters = {"share": fraction, "area": area}
+    return Finding(Kind("edges only", fraction, words, parameters), pair.with_side("candidate", pair.reference))
 
 
 def _shown(grey: Pixels, contrast: Pixels) -> float:

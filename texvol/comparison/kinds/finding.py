@@ -51,16 +51,16 @@ class Change:
         undone = self.undone(pair)
         if self.is_idempotent:
             return pair.all_explained_by(undone)
-        share = pair.explained_by(undone)
-        if share <= 0:
-            return share
+        fraction = pair.explained_by(undone)
+        if fraction <= 0:
+            return fraction
         if pair.roundings is None:
             both = self._on(undone, other(self.applied_to)).total
-            return min(share, 1 - undone.total / both) if both > 0 else 0.0
+            return min(fraction, 1 - undone.total / both) if both > 0 else 0.0
         # Of several that leave no more than rounding the one is best that leaves least.
-        share -= _TIE * undone.total / pair.total
+        fraction -= _TIE * undone.total / pair.total
         both = self._on(undone, other(self.applied_to)).beyond_floor
-        return min(share, 1 - undone.beyond_floor / both) if both > 0 else 0.0
+        return min(fraction, 1 - undone.beyond_floor / both) if both > 0 else 0.0
 
     def undone(self, pair: Pair) -> Pair:
         """The pair whose other picture has the change as well."""

@@ -88,13 +88,13 @@ def _seen_of_difference(pair: Pair, before: Pair, dx: float, dy: float) -> float
     """The least share of the squared difference in the pixels of either picture that were compared."""
     left, top = before.corner[0] - pair.corner[0], before.corner[1] - pair.corner[1]
     width, height = before.size
-    shares = []
+    fractions = []
     for sign in (0, 1, -1):  # in place, and where the moved picture's pixels came from: inside, one way or the other
         x, y = left + sign * round(dx), top + sign * round(dy)
         if x >= 0 and x + width <= pair.size[0] and y >= 0 and y + height <= pair.size[1]:
             energy = pair.energy[y : y + height, x : x + width].sum(dtype=np.float64)
-            shares.append(float(energy / pair.energy.sum(dtype=np.float64)))
-    return min(shares)
+            fractions.append(float(energy / pair.energy.sum(dtype=np.float64)))
+    return min(fractions)
 
 
 def _words(dx: float, dy: float) -> str:
@@ -112,10 +112,12 @@ def _without_shift(pair: Pair, dx: float, dy: float) -> tuple[Pair, Pair] | None
     Interpolation softens; so the one that was softened already stays, and the other is moved. And it smears a wrong
     pixel: where one is found alone, the picture that it is in was not moved. Which one it is shows in a part already.
     """
-    ways = [(taps, side) for taps in {registration.taps_for(pair.size): 0, 2: 0} for side in ("reference", "candidate")]
-    best, best_explained = ways[0], -np.inf
-    for way in ways:
-        moved = _moved(pair.window, dx, dy, *way)
+    directions = [
+        (taps, side) for taps in {registration.taps_for(pair.size): 0, 2: 0} for side in ("reference", "candidate")
+    ]
+    best, best_explained = directions[0], -np.inf
+    for direction in directions:
+        moved = _moved(pair.window, dx, dy, *direction)
         if moved is None:
             continue
         explained = moved[0].explained_by(moved[1])
@@ -123,7 +125,7 @@ def _without_shift(pair: Pair, dx: float, dy: float) -> tuple[Pair, Pair] | None
         if alone is not None and isolated(moved[1], alone).kind.explained > _ALONE:
             explained = 1.0
         if explained > best_explained:
-            best, best_explained = way, explained
+            best, best_explained = direction, explained
         if explained > _SURELY:
             break
     return _moved(pair, dx, dy, *best) if best_explained > _LEAST_OF_WINDOW else None

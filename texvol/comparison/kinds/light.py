@@ -81,8 +81,8 @@ def _opacity_with_color(sample: Pair) -> Iterator[Change]:
 
     def apply(pixels: NDArray) -> NDArray:
         more = np.minimum(pixels[..., 3:] * np.asarray(by, pixels.dtype), np.maximum(pixels[..., 3:], 1))
-        share = np.divide(more, pixels[..., 3:], out=np.ones_like(more), where=pixels[..., 3:] > 0)
-        return pixels * share
+        fraction = np.divide(more, pixels[..., 3:], out=np.ones_like(more), where=pixels[..., 3:] > 0)
+        return pixels * fraction
 
     words = f"the candidate's opacity is {number(factor, 4)} times the reference's, under the same straight colour"
     if abs(factor - 1) > ROUNDING and float(sample.of(side)[..., 3].max()) * by > 1 >= float(np.max(opacity)):

@@ -31,25 +31,25 @@ def noise(pair: Pair) -> Finding | None:
     values = difference[differing]
     mean = np.abs(values.mean(axis=0, dtype=np.float64)).max()
     rms = float(np.sqrt(np.square(values, dtype=np.float64).mean()))
-    share = count / pair.energy.size
+    fraction = count / pair.energy.size
     # A few single pixels may all be white, or black; many that are brighter are no noise.
     has_mean = mean > (_MEAN + _SCATTER / np.sqrt(count)) * rms
-    if max(map(abs, alike)) > limit or (has_mean and share > _FEW):
+    if max(map(abs, alike)) > limit or (has_mean and fraction > _FEW):
         return None
     everywhere = float(np.sqrt(square / difference.size)) * pair.largest
     tails = float(np.power(values, 4, dtype=np.float64).mean()) / rms**4
-    form = _noise_form(tails, share)
+    form = _noise_form(tails, fraction)
     words = f"noise of rms {number(everywhere)}, {form}, not correlated between neighbours"
     words += ", brighter or darker on the whole" if has_mean else ", of mean zero"
-    parameters = {"rms": everywhere, "share": share, "kurtosis": tails}
+    parameters = {"rms": everywhere, "share": fraction, "kurtosis": tails}
     explained = 1 - max(map(abs, alike))
     return Finding(Kind("noise", explained, words, parameters), pair.with_side("candidate", pair.reference))
 
 
-def _noise_form(tails: float, share: float) -> str:
+def _noise_form(tails: float, fraction: float) -> str:
     # The fourth moment is 3 for a Gaussian, 1.8 for even odds between two ends.
-    if share < 0.2:
-        return f"in {number(100 * share, 2)} % of the pixels"
+    if fraction < 0.2:
+        return f"in {number(100 * fraction, 2)} % of the pixels"
     even = (
         "like a Gaussian"
         if 2.3 <= tails <= MOST_GAUSSIAN
@@ -58,7 +58,7 @@ def _noise_form(tails: float, share: float) -> str:
         else "more in some places than in others"
     )
     is_even = tails <= MOST_GAUSSIAN
-    return even + (" everywhere" * is_even if share > 0.95 else f" in {number(100 * share, 2)} % of the pixels")
+    return even + (" everywhere" * is_even if fraction > 0.95 else f" in {number(100 * fraction, 2)} % of the pixels")
 
 
 def _is_correlated(window: Pair) -> bool:

@@ -21,7 +21,7 @@ from texvol.comparison.kinds.pair import ROUNDING, Pair
 _LEAST_RATIO, _LARGEST_RATIO = 1 / 64, 64.0
 _ONE_RATIO = 1e-4  # thicknesses nearer to each other than this are the same
 _TINY, _CLEAR = 1e-30, 1e-3  # opacities
-_SHARE_OF_OPACITY, _PROVEN = 0.02, 0.98  # of the squared difference
+_FRACTION_OF_OPACITY, _PROVEN = 0.02, 0.98  # of the squared difference
 
 
 def changes(sample: Pair) -> Iterator[Change]:
@@ -51,8 +51,8 @@ def rescaled(ratio: float, light: NDArray | None = None) -> Curve:
             # log1p and expm1: the digits of a thin opacity are kept.
             scaled = -np.expm1(np.asarray(ratio, pixels.dtype) * np.log1p(-opacity))
             # Below the smallest normal number a ratio of two opacities is none.
-            share = np.divide(scaled, opacity, out=np.full_like(scaled, ratio), where=opacity > _TINY)
-        color = (pixels[..., :3] - (1 - opacity) * behind) * share + (1 - scaled) * behind
+            fraction = np.divide(scaled, opacity, out=np.full_like(scaled, ratio), where=opacity > _TINY)
+        color = (pixels[..., :3] - (1 - opacity) * behind) * fraction + (1 - scaled) * behind
         return np.concatenate([color, scaled], axis=-1)
 
     return apply
@@ -64,7 +64,7 @@ def proves(sample: Pair, change: Change) -> bool:
     changed = change.apply(sample.reference)[..., 3], change.apply(sample.candidate)[..., 3]
     pairs = (sample.reference[..., 3], sample.candidate[..., 3]), (changed[0], sample.candidate[..., 3]), changed
     before, after, both = (float((weights * np.square(a - b, dtype=np.float64)).sum()) for a, b in pairs)
-    return before > _SHARE_OF_OPACITY * sample.total and after < (1 - _PROVEN) * min(before, both)
+    return before > _FRACTION_OF_OPACITY * sample.total and after < (1 - _PROVEN) * min(before, both)
 
 
 def _scaled(sample: Pair) -> Iterator[Change]:

@@ -18,7 +18,7 @@ from texvol.comparison.kinds.finding import Finding
 from texvol.comparison.kinds.kind import Kind, number
 from texvol.comparison.kinds.pair import Pair
 
-_OPACITY_SHARE = 0.02  # of the squared difference that may be opacity's: that of rounding and thin slabs
+_OPACITY_FRACTION = 0.02  # of the squared difference that may be opacity's: that of rounding and thin slabs
 _BINS = 12
 _LEAST_PIXELS = 20  # of a bin
 # Halfway between a change that goes with opacity and one that goes with its square.
@@ -34,7 +34,7 @@ def swapped(pair: Pair) -> Finding | None:
         return None
     difference = pair.difference
     of_opacity = float(np.square(difference[..., 3], dtype=np.float64).sum())
-    if of_opacity > _OPACITY_SHARE * pair.total:
+    if of_opacity > _OPACITY_FRACTION * pair.total:
         return None
     power = _power(pair)
     if power is None or power < _LEAST_POWER:

@@ -182,8 +182,8 @@ class Pair:
         before, after = self.beyond_floor, undone.beyond_floor
         if self.roundings is None or before < _LEAST_BEYOND * self.total:
             return self.all_explained_by(undone)
-        share = min(1 - after / before, self._along(undone) / max(self.signal, 1e-300))
-        return share if np.isfinite(share) else -np.inf
+        fraction = min(1 - after / before, self._along(undone) / max(self.signal, 1e-300))
+        return fraction if np.isfinite(fraction) else -np.inf
 
     @cached_property
     def signal(self) -> float:
@@ -217,8 +217,8 @@ class Pair:
 
     def all_explained_by(self, undone: Pair) -> float:
         """The same, of all of the squared difference."""
-        share = 1 - undone.total / self.total if self.total > 0 else 0.0
-        return share if np.isfinite(share) else -np.inf
+        fraction = 1 - undone.total / self.total if self.total > 0 else 0.0
+        return fraction if np.isfinite(fraction) else -np.inf
 
     @cached_property
     def sample(self) -> Pair:

@@ -57,8 +57,8 @@ class Levels:
         if self.how == "repeated bits":
             shifts = range(of - bits, -bits, -bits)
             return np.asarray(sum(j << shift if shift >= 0 else j >> -shift for shift in shifts), float)
-        share = j / self.steps
-        return np.rint(most * (srgb_encoded(share) if self.how == "linear" else share))
+        fraction = j / self.steps
+        return np.rint(most * (srgb_encoded(fraction) if self.how == "linear" else fraction))
 
     def index(self, numbers: NDArray, mode: str) -> NDArray:
         """The level that each of the format's numbers goes to."""
@@ -66,8 +66,8 @@ class Levels:
         if self.how in ("first bits", "repeated bits"):
             at = numbers / ((most + 1) / (self.steps + 1))
         else:
-            share = np.clip(numbers / most, 0, 1)
-            at = (srgb_decoded(share) if self.how == "linear" else share) * (self.steps + (mode == "bins"))
+            fraction = np.clip(numbers / most, 0, 1)
+            at = (srgb_decoded(fraction) if self.how == "linear" else fraction) * (self.steps + (mode == "bins"))
         at = np.rint(at) if mode == "rint" else np.floor(at + _SLACK)
         return np.clip(at, 0, self.steps).astype(np.int32)
 
@@ -91,8 +91,8 @@ def posterised(pair: Pair) -> Finding | None:
             if levels in found[other(side)]:
                 continue
             for mode in ("rint", "floor", "bins"):
-                share = _explained(pair.sample, side, levels, mode)
-                if share > _LEAST and (best is None or share > best.kind.explained):
+                fraction = _explained(pair.sample, side, levels, mode)
+                if fraction > _LEAST and (best is None or fraction > best.kind.explained):
                     best = _finding(pair, side, levels, mode)
     return best
 

@@ -72,18 +72,18 @@ class Found:
 def explain(pair: Pair) -> list[Kind]:
     """Kinds that together explain the pair's difference, at most three, with those that do as well."""
     kinds: list[Kind] = []
-    share, left = 1.0, pair
+    fraction, left = 1.0, pair
     while len(kinds) < MOST_KINDS and not left.is_rounding and left.total > _NOTHING * pair.total:
         if kinds and (left.is_within_allowance or left.is_format):
             break
         found = _next(left, {kind.name for kind in kinds})
         if found is None:
             break
-        kinds += [_in_all(each.kind, share) for each in found.chain]
-        kinds += [_or(_in_all(each.kind, share)) for each in found.alternatives]
+        kinds += [_in_all(each.kind, fraction) for each in found.chain]
+        kinds += [_or(_in_all(each.kind, fraction)) for each in found.alternatives]
         if kinds[-1].name == "unexplained":
             break
-        share *= max(0.0, 1 - found.explained)
+        fraction *= max(0.0, 1 - found.explained)
         left = found.left
     return kinds[:MOST_KINDS]
 
@@ -266,9 +266,9 @@ def _dimmed_before_noise(pair: Pair, random: Finding | None) -> Found | None:
     rest = noise(found.left)
     if rest is None or rest.kind.parameters["share"] < _SPARSE:
         return None
-    share = found.kind.explained
-    after = replace(rest, kind=replace(rest.kind, explained=(1 - share) * rest.kind.explained))
-    chain = (found, after) if share > 0.5 else (replace(after, left=found.left), replace(found, left=after.left))
+    fraction = found.kind.explained
+    after = replace(rest, kind=replace(rest.kind, explained=(1 - fraction) * rest.kind.explained))
+    chain = (found, after) if fraction > 0.5 else (replace(after, left=found.left), replace(found, left=after.left))
     return Found(chain)
 
 
@@ -277,27 +277,27 @@ def _rest(found: Found) -> Found | None:
     left = found.left
     if left.is_rounding:
         return found
-    share = 1 - found.explained
+    fraction = 1 - found.explained
     random = noise(left)
     follower = Found((random,)) if random is not None else next(iter(_pixelwise(left)), None)
     if follower is None or follower.explained < 0.9:
         return None
     last = follower.chain[0]
-    kind = replace(last.kind, explained=share * last.kind.explained)
+    kind = replace(last.kind, explained=fraction * last.kind.explained)
     return Found((*found.chain, replace(last, kind=kind)))
 
 
-def _in_all(kind: Kind, share: float) -> Kind:
+def _in_all(kind: Kind, fraction: float) -> Kind:
     """The kind with its share of the whole difference; said where it leaves some."""
     words = kind.words
     if kind.name not in _NEVER_UNDONE and kind.explained < _CURVE:
-        words += f"; undone, that takes {100 * _share(kind.explained):.0f} % of the squared difference away"
-    return replace(kind, explained=_share(share * kind.explained), words=words)
+        words += f"; undone, that takes {100 * _fraction(kind.explained):.0f} % of the squared difference away"
+    return replace(kind, explained=_fraction(fraction * kind.explained), words=words)
 
 
 def _or(kind: Kind) -> Kind:
     return replace(kind, words=f"or, as likely: {kind.words}")
 
 
-def _share(explained: float) -> float:
+def _fraction(explained: float) -> float:
     return min(1.0, max(0.0, explained))

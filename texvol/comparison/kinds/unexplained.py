@@ -9,7 +9,7 @@ from texvol.comparison.kinds.finding import Finding
 from texvol.comparison.kinds.kind import CHANNELS, Kind, number
 from texvol.comparison.kinds.pair import Pair
 
-_BOX_SHARE = 0.9
+_BOX_FRACTION = 0.9
 
 
 def unexplained(pair: Pair) -> Finding:
@@ -36,9 +36,9 @@ def _box(energy: NDArray) -> tuple[int, int, int, int]:
     ends = []
     for axis in (0, 1):
         along = energy.sum(axis=axis, dtype=np.float64)
-        share = np.cumsum(along) / max(along.sum(), 1e-300)
+        fraction = np.cumsum(along) / max(along.sum(), 1e-300)
         # The tails are cut on four sides, so that together they hold what is left out.
-        tail = (1 - _BOX_SHARE) / 4
-        ends.append((int(np.searchsorted(share, tail)), int(np.searchsorted(share, 1 - tail))))
+        tail = (1 - _BOX_FRACTION) / 4
+        ends.append((int(np.searchsorted(fraction, tail)), int(np.searchsorted(fraction, 1 - tail))))
     (left, right), (top, bottom) = ends
     return left, top, min(right, energy.shape[1] - 1), min(bottom, energy.shape[0] - 1)

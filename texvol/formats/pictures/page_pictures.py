@@ -33,10 +33,10 @@ def color_table() -> NDArray[np.uint8]:
     return np.rint(255 * np.asarray(Colormap(_COLORMAP)(np.arange(256) / 255), np.float64)[:, :3]).astype(np.uint8)
 
 
-def colored(shares: NDArray) -> NDArray[np.float64]:
+def colored(fractions: NDArray) -> NDArray[np.float64]:
     """A linear picture in the false colours of shares in [0, 1]."""
     from cmap import Colormap
 
-    colors = np.asarray(Colormap(_COLORMAP)(shares), np.float64)
+    colors = np.asarray(Colormap(_COLORMAP)(fractions), np.float64)
     colors[..., :3] = color.linear_from_srgb(colors[..., :3])
     return colors

@@ -164,8 +164,10 @@ class _Maps:
         self.size = np.abs(terms[1:]).max(axis=(0, 1))
         columns = tuple(terms[1 << axis] for axis in range(3))
         # By how much the terms beyond the linear ones move an estimate from the middle: |u| is 1/2 at most in the cell.
-        shares = {3: 0.25, 5: 0.25, 6: 0.25, 7: 0.125}
-        self.beyond = np.sum([share * np.abs(_solved(columns, terms[m])) for m, share in shares.items()], axis=0)
+        fractions = {3: 0.25, 5: 0.25, 6: 0.25, 7: 0.125}
+        self.beyond = np.sum(
+            [fraction * np.abs(_solved(columns, terms[m])) for m, fraction in fractions.items()], axis=0
+        )
 
     def locate(
         self, cell: NDArray[np.intp], point: NDArray[np.float64]
@@ -180,7 +182,7 @@ class _Maps:
         trial = np.flatnonzero(near)
         cell, point, terms, found = cell[trial], point[:, trial], terms[:, :, trial], found[:, trial]
         found = np.clip(found, -0.5 - _REACH, 0.5 + _REACH)
-        chosen, places = [], []
+        chosen, positions = [], []
         for _ in range(_MOST_STEPS):
             u, v, w = found
             along_u = terms[1] + v * (terms[3] + w * terms[7]) + w * terms[5]
@@ -188,7 +190,7 @@ class _Maps:
             missed = (point - terms[0]) - (u * along_u + v * (terms[2] + w * terms[6]) + w * terms[4])
             ends = np.abs(missed).max(axis=0) <= _CONVERGED * self.size[cell]
             chosen.append(trial[ends])
-            places.append(found[:, ends])
+            positions.append(found[:, ends])
             along_v = terms[2] + u * (terms[3] + w * terms[7]) + w * terms[6]
             along_w = terms[4] + u * (terms[5] + v * terms[7]) + v * terms[6]
             moved = np.clip(found + _solved((along_u, along_v, along_w), missed), -0.5 - _REACH, 0.5 + _REACH)
@@ -199,9 +201,9 @@ class _Maps:
             if not going.all():
                 cell, trial, point, terms = cell[going], trial[going], point[:, going], terms[:, :, going]
             found = moved[:, going]
-        number, place = np.concatenate(chosen), np.concatenate(places, axis=1).T + 0.5
-        inside = ((place >= -_EDGE) & (place <= 1 + _EDGE)).all(axis=1)
-        return number[inside], np.clip(place[inside], 0.0, 1.0)
+        number, position = np.concatenate(chosen), np.concatenate(positions, axis=1).T + 0.5
+        inside = ((position >= -_EDGE) & (position <= 1 + _EDGE)).all(axis=1)
+        return number[inside], np.clip(position[inside], 0.0, 1.0)
 
 
 def _solved(columns: Sequence[NDArray[np.float64]], right: NDArray[np.float64]) -> NDArray[np.float64]:

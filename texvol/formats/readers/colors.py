@@ -102,8 +102,8 @@ def _from_whole(source: NDArray, bits: int, associated: bool) -> tuple[NDArray, 
     if int(source.max()) > most:
         raise FileFault(f"its colours have {bits} bits, and {source.max()} is among them; {_INSTEAD}")
     if associated and source.shape[-1] == 4:
-        shares = source.astype(np.float64) / most
-        return linear_from_srgb(_unassociated(shares)), shares[..., 3]
+        fractions = source.astype(np.float64) / most
+        return linear_from_srgb(_unassociated(fractions)), fractions[..., 3]
     amounts = source[..., 3] if source.shape[-1] == 4 else source.max(axis=-1)
     linear, encoded = _tables(bits)
     return linear[source[..., :3]], encoded[amounts]
@@ -114,8 +114,8 @@ def _tables(bits: int) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """Linear light of each whole number, and its share of the largest."""
     from texvol.util.color import linear_from_srgb
 
-    shares = np.arange(2**bits) / (2**bits - 1)
-    return linear_from_srgb(shares).astype(np.float32), shares.astype(np.float32)
+    fractions = np.arange(2**bits) / (2**bits - 1)
+    return linear_from_srgb(fractions).astype(np.float32), fractions.astype(np.float32)
 
 
 def _from_floats(source: NDArray, bits: int, associated: bool) -> tuple[NDArray, NDArray]:
@@ -132,10 +132,10 @@ def _from_floats(source: NDArray, bits: int, associated: bool) -> tuple[NDArray,
     return colors, np.where(missing, np.nan, amounts)
 
 
-def _unassociated(shares: NDArray) -> NDArray:
+def _unassociated(fractions: NDArray) -> NDArray:
     """Straight colour of shares that opacity has been multiplied into; black where there is none."""
-    opacity = shares[..., 3:]
-    straight = np.divide(shares[..., :3], opacity, out=np.zeros_like(shares[..., :3]), where=opacity > 0)
+    opacity = fractions[..., 3:]
+    straight = np.divide(fractions[..., :3], opacity, out=np.zeros_like(fractions[..., :3]), where=opacity > 0)
     return np.minimum(straight, 1)
 
 

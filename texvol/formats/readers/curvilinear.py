@@ -37,28 +37,28 @@ def on_points(values: NDArray, points: NDArray, choice: Choice) -> Samples:
     regular = once(choice, "regular", lambda: _checked(points, choice.resolution))
     if regular is not None:
         return Samples(values, **regular)
-    place = once(choice, "place", lambda: _Place(points, choice.resolution))
-    made = place.resampled(values, choice)
-    lost = _lost(values, points, made, place, choice.labels)
+    position = once(choice, "place", lambda: _Position(points, choice.resolution))
+    made = position.resampled(values, choice)
+    lost = _lost(values, points, made, position, choice.labels)
     sizes = list(values.shape[::-1])
-    facts: dict[str, Any] = {"grid": "curvilinear", "samples": sizes, "dimensions": place.counts}
-    facts |= {"chosen_by": chosen_by(choice.resolution)} | lost
-    facts |= {"outside": place.outside, "flat_cells": place.flat_cells}
-    return Samples(made, place.spacing.tolist(), place.origin.tolist(), resampling=facts)
+    metadata: dict[str, Any] = {"grid": "curvilinear", "samples": sizes, "dimensions": position.counts}
+    metadata |= {"chosen_by": chosen_by(choice.resolution)} | lost
+    metadata |= {"outside": position.outside, "flat_cells": position.flat_cells}
+    return Samples(made, position.spacing.tolist(), position.origin.tolist(), resampling=metadata)
 
 
-def _lost(values: NDArray, points: NDArray, made: NDArray, place: _Place, labels: bool) -> dict[str, Any]:
+def _lost(values: NDArray, points: NDArray, made: NDArray, position: _Position, labels: bool) -> dict[str, Any]:
     """How far the regular grid's values are from the source's, or how many labels are others."""
     difference, changed = Difference(), 0
     flat_values, flat_points = values.reshape(-1), points.reshape(-1, 3)
     for begin in range(0, flat_values.size, _CHUNK):
         part = slice(begin, begin + _CHUNK)
-        index = (flat_points[part] - place.origin) / place.spacing
+        index = (flat_points[part] - position.origin) / position.spacing
         if labels:
             changed += int((labels_at(made, index) != flat_values[part]).sum())
         else:
             difference.add(flat_values[part], sampled_at(made, index))
-    return {"changed": changed, "compared": flat_values.size} if labels else difference.facts()
+    return {"changed": changed, "compared": flat_values.size} if labels else difference.metadata()
 
 
 def _checked(points: NDArray, resolution: Sequence[int] | None) -> dict[str, Any] | None:
@@ -116,7 +116,7 @@ def _completed(columns: list[NDArray[np.float64]], length: float) -> list[NDArra
     return columns
 
 
-class _Place:
+class _Position:
     """The regular grid, and which of its points lies where in the curvilinear one."""
 
     def __init__(self, points: NDArray, resolution: Sequence[int] | None) -> None:

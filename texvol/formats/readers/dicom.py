@@ -35,7 +35,7 @@ from texvol.formats.readers.samples import (
 
 # Positions are often rounded to 0.01 mm, which moves a gap of 0.4 mm by up to 5 %; a missing slice doubles it.
 _GAP_TOLERANCE = 0.05
-_SAME_PLACE = 0.01  # of the usual gap: slices nearer than that lie at one place
+_SAME_POSITION = 0.01  # of the usual gap: slices nearer than that lie at one place
 _SAME_ANGLE = 1e-3  # largest difference of direction cosines within a series, as those are rounded
 
 
@@ -57,7 +57,7 @@ def read(path: str, choice: Choice) -> Samples:
     _check_alike(slices)
     ordered = _in_order(slices, choice)
     first = ordered[0]
-    place = _grid(ordered) | {"unit": "mm", "space": "left-posterior-superior", "value_unit": first.value_unit}
+    position = _grid(ordered) | {"unit": "mm", "space": "left-posterior-superior", "value_unit": first.value_unit}
     if first.samples_per_pixel != 1:
         sizes = [len(ordered), first.rows, first.columns, first.samples_per_pixel]
         said = f"photometric interpretation {first.photometric}" if first.is_color else ""
@@ -65,12 +65,12 @@ def read(path: str, choice: Choice) -> Samples:
         # The step is one of several slices at a place, and no axis.
         index = pick(axes, sizes, choice._replace(time=None))
         if is_colored(axes):
-            return Samples(**colored(_stored(ordered), axes, index, said, bits=first.bits), **place)
-        return Samples(_values(ordered, index[3], choice)[0], **place)
+            return Samples(**colored(_stored(ordered), axes, index, said, bits=first.bits), **position)
+        return Samples(_values(ordered, index[3], choice)[0], **position)
     with_color("ZYX", [], None, choice, "")
     pick("ZYX", [len(ordered), first.rows, first.columns], choice._replace(time=None))
     values, notes = _values(ordered, slice(None), choice)
-    return Samples(values, **place, notes=notes)
+    return Samples(values, **position, notes=notes)
 
 
 def _slices(path: str, choice: Choice) -> list[Slice]:
@@ -172,15 +172,15 @@ def _in_order(slices: Sequence[Slice], choice: Choice) -> list[Slice]:
     along = {one: float(np.dot(one.position, normal)) for one in slices}
     ordered = sorted(slices, key=lambda one: (along[one], one.order))
     gaps = np.diff([along[one] for one in ordered])
-    real_gaps = gaps[gaps > _SAME_PLACE * gaps.max(initial=0.0)]
+    real_gaps = gaps[gaps > _SAME_POSITION * gaps.max(initial=0.0)]
     usual = float(np.median(real_gaps)) if real_gaps.size else 0.0
-    places: list[list[Slice]] = [[ordered[0]]]
+    positions: list[list[Slice]] = [[ordered[0]]]
     for one, gap in zip(ordered[1:], gaps, strict=True):
-        if gap > _SAME_PLACE * usual and gap > 0:
-            places.append([one])
+        if gap > _SAME_POSITION * usual and gap > 0:
+            positions.append([one])
         else:
-            places[-1].append(one)
-    one_each = _one_at_each(places, choice)
+            positions[-1].append(one)
+    one_each = _one_at_each(positions, choice)
     for before, after in pairwise(one_each):
         gap = along[after] - along[before]
         if abs(gap - usual) > _GAP_TOLERANCE * usual:
@@ -192,24 +192,24 @@ def _in_order(slices: Sequence[Slice], choice: Choice) -> list[Slice]:
     return one_each
 
 
-def _one_at_each(places: Sequence[list[Slice]], choice: Choice) -> list[Slice]:
+def _one_at_each(positions: Sequence[list[Slice]], choice: Choice) -> list[Slice]:
     """The slice of each place, or the one of the chosen time step where all have several."""
-    counts = {len(place) for place in places}
+    counts = {len(position) for position in positions}
     if len(counts) > 1:
-        twice = next(place for place in places if len(place) > 1)
+        twice = next(position for position in positions if len(position) > 1)
         raise FileFault(f"has duplicate slices: {twice[0].name} and {twice[1].name} lie at the same place")
     steps = counts.pop()
     if choice.counting:
         raise TimeSteps(steps)
     if steps > 1 and choice.time is None:
         raise FileFault(
-            f"has duplicate slices: {steps} at each of {len(places)} places; if these are time steps or echoes, "
+            f"has duplicate slices: {steps} at each of {len(positions)} places; if these are time steps or echoes, "
             f"choose one with --time 0..{steps - 1}"
         )
     step = choice.time or 0
     if not 0 <= step < steps:
         raise out_of_range("T", step, steps)
-    return [sorted(place, key=lambda one: one.order)[step] for place in places]
+    return [sorted(position, key=lambda one: one.order)[step] for position in positions]
 
 
 def _check_on_a_line(ordered: Sequence[Slice]) -> None:

@@ -41,16 +41,16 @@ def pixels_of(ordered: Sequence[Slice]) -> Iterator[tuple[int, NDArray]]:
     MissingExtraError
         If there is no decoder.
     """
-    places: dict[str, dict[int, int]] = {}
+    positions: dict[str, dict[int, int]] = {}
     for number, one in enumerate(ordered):
-        places.setdefault(one.path, {})[one.frame] = number
-    files = [ordered[next(iter(frames.values()))]._replace(frames=max(frames) + 1) for frames in places.values()]
+        positions.setdefault(one.path, {})[one.frame] = number
+    files = [ordered[next(iter(frames.values()))]._replace(frames=max(frames) + 1) for frames in positions.values()]
     packed = [one for one in files if one.syntax]
     for one in {one.syntax: one for one in packed}.values():
         _check_decoder(one)
     with closing(_unpacked(packed)) as unpacked:
         for one in files:
-            frames = places[one.path]
+            frames = positions[one.path]
             for frame, pixels in enumerate(next(unpacked) if one.syntax else _frames(one)):
                 if frame in frames:
                     yield frames[frame], one.stored(pixels)

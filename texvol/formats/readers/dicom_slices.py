@@ -105,8 +105,10 @@ def slices_of(path: str, header: Any) -> list[Slice]:
         if header.get("PerFrameFunctionalGroupsSequence"):
             return [first, *(_slice(path, header, frame, count) for frame in range(1, count))]
         # Frames without groups of their own differ by where they lie.
-        places = np.array(first.position) + np.outer(_along(header, count), np.cross(*first.axes))
-        return [first._replace(frame=frame, position=tuple(place)) for frame, place in enumerate(places.tolist())]
+        positions = np.array(first.position) + np.outer(_along(header, count), np.cross(*first.axes))
+        return [
+            first._replace(frame=frame, position=tuple(position)) for frame, position in enumerate(positions.tolist())
+        ]
     except FileFault as fault:
         raise FileFault(f"{os.path.basename(path)}: {fault}") from None
 

@@ -76,8 +76,8 @@ def _source(path: str, choice: Choice, spacing: Sequence[float] | None) -> dict[
     told["labels"] = choice.labels or None
     told["missing"] = list(choice.missing) or None
     told["spacing"] = None if spacing is None else [float(number) for number in spacing]
-    place = {"path": path, "absolute": os.path.abspath(path)}
-    return place | {name: told[name] for name in ARGUMENTS if told[name] is not None}
+    position = {"path": path, "absolute": os.path.abspath(path)}
+    return position | {name: told[name] for name in ARGUMENTS if told[name] is not None}
 
 
 def _read(kind: str, path: str, choice: Choice) -> Samples:

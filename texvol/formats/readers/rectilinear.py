@@ -17,7 +17,7 @@ from texvol.formats.readers.samples import FileFault, Samples, by, check_size
 
 # Shares of a spacing by which coordinates may miss an even grid and still be one: rounding of the type that they are
 # stored in, but no more than the second (a hundredth moves nothing that is seen); numbers of six digits, as text has.
-_SAME_PLACE, _MOST_ROUNDING = 1e-6, 1e-2
+_SAME_POSITION, _MOST_ROUNDING = 1e-6, 1e-2
 
 
 class Axis(NamedTuple):
@@ -47,7 +47,7 @@ class Axis(NamedTuple):
 
 def tolerance(rounding: float, step: float) -> float:
     """How far a coordinate may lie from an even grid's and still be the same."""
-    return max(min(rounding, _MOST_ROUNDING * step), _SAME_PLACE * step)
+    return max(min(rounding, _MOST_ROUNDING * step), _SAME_POSITION * step)
 
 
 def rounding_of(stored: NDArray) -> float:
@@ -103,9 +103,9 @@ def on_axes(
     to_source = [_index_in_source(axis, count) for axis, count in zip(axes, wanted, strict=True)]
     to_made = [_index_in_made(axis, count) for axis, count in zip(axes, wanted, strict=True)]
     made, lost = _named(values, to_source, to_made) if labels else _between(values, to_source, to_made)
-    facts: dict[str, Any] = {"grid": "rectilinear", "samples": sizes, "dimensions": wanted}
-    facts["chosen_by"] = chosen_by(resolution)
-    return Samples(made, **_grid(axes, wanted), resampling=facts | lost)
+    metadata: dict[str, Any] = {"grid": "rectilinear", "samples": sizes, "dimensions": wanted}
+    metadata["chosen_by"] = chosen_by(resolution)
+    return Samples(made, **_grid(axes, wanted), resampling=metadata | lost)
 
 
 def _between(
@@ -120,7 +120,7 @@ def _between(
     difference = Difference()
     for source, plane in zip(values, slices_at(made, to_made), strict=True):
         difference.add(source, plane)
-    return made, difference.facts()
+    return made, difference.metadata()
 
 
 def _named(
@@ -165,21 +165,21 @@ def _resolution(axes: Sequence[Axis], resolution: Sequence[int] | None) -> list[
     return wanted
 
 
-def _count(places: NDArray[np.float64]) -> int:
+def _count(positions: NDArray[np.float64]) -> int:
     """Samples along an uneven axis: as many as its finest spacing needs, or up to twice that where these fit better.
 
     Between two samples of the source the field is straight, and kinked by some k at each. A kink that lies a share t of
     the new spacing h beyond a new sample is missed by k t (1 - t) h: chosen is the least of the counts for which the
     mean of t (1 - t) h is, but for a twentieth, as small as it gets.
     """
-    extent, finest = float(places[-1]), float(np.diff(places).min())
-    most = resolution_for(2 * extent, finest, len(places))
-    counts = np.arange(min(resolution_for(extent - finest / 2, finest, len(places)), most), most + 1)
+    extent, finest = float(positions[-1]), float(np.diff(positions).min())
+    most = resolution_for(2 * extent, finest, len(positions))
+    counts = np.arange(min(resolution_for(extent - finest / 2, finest, len(positions)), most), most + 1)
     missed = []
     for count in counts:
-        share = places / extent * (count - 1) % 1.0
-        missed.append(float((share * (1 - share)).mean()) / (count - 1))
-    return int(counts[np.argmax(missed <= 1.05 * min(missed) + _SAME_PLACE / len(places))])
+        fraction = positions / extent * (count - 1) % 1.0
+        missed.append(float((fraction * (1 - fraction)).mean()) / (count - 1))
+    return int(counts[np.argmax(missed <= 1.05 * min(missed) + _SAME_POSITION / len(positions))])
 
 
 def _index_in_source(axis: Axis, count: int) -> NDArray[np.float64]:

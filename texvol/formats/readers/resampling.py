@@ -170,7 +170,7 @@ class Difference:
             mean = float(((errors / scale) ** 2).mean()) * scale**2
             self._mean_square += (mean - self._mean_square) * (errors.size / self._compared)
 
-    def facts(self) -> dict[str, Any]:
+    def metadata(self) -> dict[str, Any]:
         """The error, in data units and as a share of the source's range of values, and of how many samples."""
         extent = self._high - self._low
         is_known = self._compared > 0
@@ -199,31 +199,31 @@ def resolution_for(extent: float, finest: float, samples: int) -> int:
     return max(2, min(wanted, MOST_REFINED * samples, max(MOST_SAMPLES, samples)))
 
 
-def text(facts: dict[str, Any]) -> list[str]:
+def text(metadata: dict[str, Any]) -> list[str]:
     """Lines for people about what a volume's `resampling` says."""
-    source, made = (" x ".join(map(str, facts[key])) for key in ("samples", "dimensions"))
-    lines = [f"from a {facts['grid']} grid of {source} samples to a regular one of {made} ({facts['chosen_by']})"]
-    if "changed" in facts:
-        changed, compared = facts["changed"], facts["compared"]
+    source, made = (" x ".join(map(str, metadata[key])) for key in ("samples", "dimensions"))
+    lines = [f"from a {metadata['grid']} grid of {source} samples to a regular one of {made} ({metadata['chosen_by']})"]
+    if "changed" in metadata:
+        changed, compared = metadata["changed"], metadata["compared"]
         lines.append(f"{changed} of {compared} samples of the source lie where another label is nearest")
-    elif facts["max_error"] is None:
+    elif metadata["max_error"] is None:
         lines.append("error not known: no sample of the source lies where the new field has a value")
     else:
         lines.append(
-            f"error at the source's samples: max {_amount(facts, 'max_error')}, rms {_amount(facts, 'rms_error')}"
+            f"error at the source's samples: max {_amount(metadata, 'max_error')}, rms {_amount(metadata, 'rms_error')}"
         )
-    nothing = "0" if "changed" in facts else "NaN"
+    nothing = "0" if "changed" in metadata else "NaN"
     for key, what in (
         ("lost", "samples of the source lie where the new field is missing"),
         ("filled", "missing samples of the source lie where the new field has a value"),
         ("outside", f"of the new samples lie outside of the source's grid and are {nothing}"),
         ("flat_cells", "cells of the source have no volume and hold nothing"),
     ):
-        if facts.get(key):
-            lines.append(f"{facts[key]} {what}")
+        if metadata.get(key):
+            lines.append(f"{metadata[key]} {what}")
     return lines
 
 
-def _amount(facts: dict[str, Any], key: str) -> str:
-    share = facts[f"{key}_share"]
-    return f"{facts[key]:.4g}" + ("" if share is None else f" ({100 * share:.3g} % of the range)")
+def _amount(metadata: dict[str, Any], key: str) -> str:
+    fraction = metadata[f"{key}_share"]
+    return f"{metadata[key]:.4g}" + ("" if fraction is None else f" ({100 * fraction:.3g} % of the range)")

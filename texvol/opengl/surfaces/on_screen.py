@@ -124,9 +124,9 @@ def _lines(lines: Lines, view: _View, number: int) -> Primitives:
     numbers[:, :2, 3] = placed[..., 3]
     numbers[:, 2, 0] = radius
     # One way along the longer axis, so that the band of pixels has its open side where the next one has it.
-    way = numbers[:, 1, :2] - numbers[:, 0, :2]
-    longer = np.abs(way[:, 0]) >= np.abs(way[:, 1])
-    backward = np.where(longer, way[:, 0], way[:, 1]) < 0
+    direction = numbers[:, 1, :2] - numbers[:, 0, :2]
+    longer = np.abs(direction[:, 0]) >= np.abs(direction[:, 1])
+    backward = np.where(longer, direction[:, 0], direction[:, 1]) < 0
     numbers[backward, :2] = numbers[backward, 1::-1]
     reach = radius + _MARGIN
     rectangles = np.stack([numbers[:, :2, :2].min(axis=1) - reach, numbers[:, :2, :2].max(axis=1) + reach], axis=1)
@@ -138,21 +138,21 @@ def _facets(corners: Numbers, view: _View) -> tuple[Numbers, NDArray[np.bool_]]:
     sides = corners[:, 1:] - corners[:, :1]
     sides = sides * _power_of_two(sides.reshape(-1, 6))[:, np.newaxis, np.newaxis]
     normals = _units(np.cross(sides[:, 0], sides[:, 1]))
-    way = corners[:, 0] - np.array(view.camera.eye) if view.diverges else view.camera.forward
-    distance = np.linalg.norm(way, axis=-1)
-    return normals, np.abs((normals * way).sum(axis=-1)) > EDGE_ON * distance
+    direction = corners[:, 0] - np.array(view.camera.eye) if view.diverges else view.camera.forward
+    distance = np.linalg.norm(direction, axis=-1)
+    return normals, np.abs((normals * direction).sum(axis=-1)) > EDGE_ON * distance
 
 
 def _covers(points: Numbers, edges: Numbers, view: _View) -> Numbers:
     """Two triangles around each of triangles (n, 3, 3): around its rectangle, or just itself, whichever is smaller."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        places = points[..., :2] / points[..., 2:]
-    rectangles = np.stack([places.min(axis=1), places.max(axis=1)], axis=1)
+        positions = points[..., :2] / points[..., 2:]
+    rectangles = np.stack([positions.min(axis=1), positions.max(axis=1)], axis=1)
     through_eye = (points[..., 2] <= 0).any(axis=1)
     if through_eye.any():
         rectangles[through_eye] = _cut_rectangles(points[through_eye], edges[through_eye], view.half + _MARGIN)
     covers = _as_triangles(rectangles + np.array([[-_MARGIN], [_MARGIN]]), view)
-    around = _widened(places)
+    around = _widened(positions)
     with np.errstate(invalid="ignore"):
         is_near = (np.abs(around) < _FARTHEST * view.half).all(axis=(1, 2))
         is_smaller = _area(around) < 2 * _area(covers[:, :3])
@@ -161,16 +161,16 @@ def _covers(points: Numbers, edges: Numbers, view: _View) -> Numbers:
     return covers
 
 
-def _widened(places: Numbers) -> Numbers:
+def _widened(positions: Numbers) -> Numbers:
     """Triangles (n, 3, 2) with each side moved outward by the margin; not finite where one is flat."""
-    following = np.roll(places, -1, axis=1)
+    following = np.roll(positions, -1, axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
-        ways = following - places
-        ways = ways / np.linalg.norm(ways, axis=2, keepdims=True)  # from corner i to i + 1
-        before = np.roll(ways, 1, axis=1)  # to corner i
-        sine = before[..., 0] * ways[..., 1] - before[..., 1] * ways[..., 0]
+        directions = following - positions
+        directions = directions / np.linalg.norm(directions, axis=2, keepdims=True)  # from corner i to i + 1
+        before = np.roll(directions, 1, axis=1)  # to corner i
+        sine = before[..., 0] * directions[..., 1] - before[..., 1] * directions[..., 0]
         # Where the sides that meet in a corner are moved outward by m, it moves by m (before - following) / |sine|.
-        return places + _MARGIN * (before - ways) / np.abs(sine)[..., np.newaxis]
+        return positions + _MARGIN * (before - directions) / np.abs(sine)[..., np.newaxis]
 
 
 def _area(corners: Numbers) -> Numbers:
@@ -195,21 +195,23 @@ def _cut_rectangles(points: Numbers, edges: Numbers, half: Numbers) -> Numbers:
     signs = np.array([(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)])
     rays = np.column_stack([signs * half, np.ones(4)])
     inside: NDArray[np.bool_] = np.all(edges @ rays.T >= 0, axis=1)  # (n, rays)
-    corner_places = np.where(inside[..., np.newaxis], rays[:, :2], np.nan)
+    corner_positions = np.where(inside[..., np.newaxis], rays[:, :2], np.nan)
     heights = points @ _sides(half).T  # (n, corners, sides), at least 0 inside
     a, b = heights, np.roll(heights, -1, axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
-        share = a / (a - b)
-    meets = points[:, :, np.newaxis] + share[..., np.newaxis] * (np.roll(points, -1, axis=1) - points)[:, :, np.newaxis]
-    meets[~((share >= 0) & (share <= 1))] = np.nan
+        fraction = a / (a - b)
+    meets = (
+        points[:, :, np.newaxis] + fraction[..., np.newaxis] * (np.roll(points, -1, axis=1) - points)[:, :, np.newaxis]
+    )
+    meets[~((fraction >= 0) & (fraction <= 1))] = np.nan
     candidates = np.concatenate([points, meets.reshape(len(points), -1, 3)], axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
-        places = candidates[..., :2] / candidates[..., 2:]
-        is_seen = (candidates[..., 2] > 0) & (np.abs(places) <= half * (1 + 1e-9)).all(axis=-1)
-    places = np.concatenate([np.where(is_seen[..., np.newaxis], places, np.nan), corner_places], axis=1)
-    found = ~np.isnan(places[..., 0]).all(axis=1)
-    low = np.where(np.isnan(places), np.inf, places).min(axis=1)
-    high = np.where(np.isnan(places), -np.inf, places).max(axis=1)
+        positions = candidates[..., :2] / candidates[..., 2:]
+        is_seen = (candidates[..., 2] > 0) & (np.abs(positions) <= half * (1 + 1e-9)).all(axis=-1)
+    positions = np.concatenate([np.where(is_seen[..., np.newaxis], positions, np.nan), corner_positions], axis=1)
+    found = ~np.isnan(positions[..., 0]).all(axis=1)
+    low = np.where(np.isnan(positions), np.inf, positions).min(axis=1)
+    high = np.where(np.isnan(positions), -np.inf, positions).max(axis=1)
     return np.where(found[:, np.newaxis, np.newaxis], np.stack([low, high], axis=1), np.nan)
 
 
@@ -223,9 +225,9 @@ def _in_frustum(a: Numbers, b: Numbers, half: Numbers) -> tuple[Numbers, Numbers
     sides = _sides(half)
     at_start, at_end = a @ sides.T, b @ sides.T
     with np.errstate(divide="ignore", invalid="ignore"):
-        share = at_start / (at_start - at_end)
-    first = np.where((at_start < 0) & (at_end > 0), share, 0.0).max(axis=1)
-    last = np.where((at_start > 0) & (at_end < 0), share, 1.0).min(axis=1)
+        fraction = at_start / (at_start - at_end)
+    first = np.where((at_start < 0) & (at_end > 0), fraction, 0.0).max(axis=1)
+    last = np.where((at_start > 0) & (at_end < 0), fraction, 1.0).min(axis=1)
     last[((at_start <= 0) & (at_end <= 0)).any(axis=1)] = -np.inf
     return first, last
 

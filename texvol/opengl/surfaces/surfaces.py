@@ -18,7 +18,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.opengl.compositor import NO_LIGHT, Compositor, Drawing, half_spaces_in_box, way_uniforms
+from texvol.opengl.compositor import NO_LIGHT, Compositor, Drawing, half_spaces_in_box, ray_uniforms
 from texvol.opengl.light_uniforms import cue_uniforms, eye_uniforms, light_switches, light_uniforms
 from texvol.opengl.shaders import FOLDER, load_program, set_uniforms
 from texvol.opengl.surfaces.on_screen import primitives_of
@@ -69,19 +69,19 @@ class Surfaces:
             self._release_targets()
             self._targets = _Targets(self._gl, size)
 
-    def stretches(self, drawing: Drawing, compositor: Compositor) -> Iterator[Drawing]:
+    def intervals(self, drawing: Drawing, compositor: Compositor) -> Iterator[Drawing]:
         """The drawing between places, front to back; what is at the end of each is composited behind it."""
         shapes, targets = self._shapes, self._targets
         assert shapes is not None and targets is not None, "nothing has been prepared"
         last, here, there = targets.last, *targets.passing
-        for layer, place in ((last, _BEHIND_ALL), (here, _BEFORE_ALL), (there, _BEHIND_ALL)):
-            layer.places_only.clear(*place)
+        for layer, position in ((last, _BEHIND_ALL), (here, _BEFORE_ALL), (there, _BEHIND_ALL)):
+            layer.positions_only.clear(*position)
         any_opaque = self._finds_next(drawing, shapes.opaque, here, there, last)
         while self._finds_next(drawing, shapes.translucent, here, last, there):
-            yield replace(drawing, stretch=(here.places, there.places))
+            yield replace(drawing, interval=(here.positions, there.positions))
             self._composite(there, drawing, compositor)
             here, there = there, here
-        yield replace(drawing, stretch=(here.places, last.places))
+        yield replace(drawing, interval=(here.positions, last.positions))
         if any_opaque:
             self._composite(last, drawing, compositor)
 
@@ -95,7 +95,7 @@ class Surfaces:
         gl, nearest = self._gl, self._targets.nearest
         program = self._program(drawing)
         uniforms = _uniforms(drawing, self._lighting, self._shapes.count)
-        textures = {"table": self._shapes.table, "behind": behind.places, "in_front_of": in_front_of.places}
+        textures = {"table": self._shapes.table, "behind": behind.positions, "in_front_of": in_front_of.positions}
         array = gl.vertex_array(program, [(vertices, "2f 2f", "in_position", "in_numbers")])
         try:
             self._targets.nearest_only.clear(_BEYOND)
@@ -104,13 +104,13 @@ class Surfaces:
             gl.enable(moderngl.BLEND)
             gl.blend_equation = (moderngl.MIN, moderngl.MIN)
             # No texture may be read and written at once: while the nearest are found, another stands for them.
-            _bind(program, textures | {"nearest": behind.places}, uniforms | {"finds_depth": True})
+            _bind(program, textures | {"nearest": behind.positions}, uniforms | {"finds_depth": True})
             with self._query:
                 array.render(moderngl.TRIANGLES)
             if not self._query.samples:
                 return False
             into.all.clear()
-            self._copy(in_front_of.places, into.places_only)
+            self._copy(in_front_of.positions, into.positions_only)
             # Of equally near ones the first of the scene is drawn first, and no other passes the test.
             into.all.use()
             gl.disable(moderngl.BLEND)
@@ -196,12 +196,12 @@ class _Layer:
 
     def __init__(self, gl: moderngl.Context, size: tuple[int, int], depth: moderngl.Renderbuffer) -> None:
         self.color = gl.texture(size, 4, dtype="f4")
-        self.places = gl.texture(size, 4, dtype="f4")
-        self.all = gl.framebuffer([self.color, self.places], depth)
-        self.places_only = gl.framebuffer([self.places])
+        self.positions = gl.texture(size, 4, dtype="f4")
+        self.all = gl.framebuffer([self.color, self.positions], depth)
+        self.positions_only = gl.framebuffer([self.positions])
 
     def release(self) -> None:
-        for each in (self.all, self.places_only, self.color, self.places):
+        for each in (self.all, self.positions_only, self.color, self.positions):
             each.release()
 
 
@@ -272,7 +272,7 @@ def _uniforms(drawing: Drawing, lighting: Lighting | None, shapes: int) -> dict[
     if drawing.cutting:
         uniforms["half_spaces"] = half_spaces_in_box(drawing.cutting, volume)
     if drawing.cutting or "positions" in uniforms:
-        uniforms |= way_uniforms(volume, camera, size, drawing.slab_thickness, drawing.about)
+        uniforms |= ray_uniforms(volume, camera, size, drawing.slab_thickness, drawing.about)
     if drawing.depth_cue is not None:
         uniforms |= cue_uniforms(drawing.depth_cue, volume, camera, drawing.slab_thickness, drawing.about)
     return uniforms

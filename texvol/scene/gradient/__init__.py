@@ -131,7 +131,7 @@ class _Field:
         for component in range(3):
             # A column is a row of the transpose. Its numbers are for x, y, z, and the derivatives along z, y, x.
             column = self._index_from_world[::-1, component]
-            terms = [(float(share), along) for share, along in zip(column, derivatives, strict=True) if share]
+            terms = [(float(fraction), along) for fraction, along in zip(column, derivatives, strict=True) if fraction]
             _sum(terms, out[..., component])
         if self._unit != 1:
             largest = np.finfo(self.dtype).max
@@ -145,15 +145,15 @@ def _sum(terms: list[tuple[float, NDArray]], out: NDArray) -> None:
     if not terms:
         out[...] = 0
         return
-    share, numbers = terms[0]
+    fraction, numbers = terms[0]
     if len(terms) == 1:
-        np.multiply(numbers, share, out=out)
+        np.multiply(numbers, fraction, out=out)
         return
-    total = numbers * share
-    for share, numbers in terms[1:-1]:
-        total += numbers * share
-    share, numbers = terms[-1]
-    np.add(total, numbers * share, out=out)
+    total = numbers * fraction
+    for fraction, numbers in terms[1:-1]:
+        total += numbers * fraction
+    fraction, numbers = terms[-1]
+    np.add(total, numbers * fraction, out=out)
 
 
 def _work_type(volume: Volume) -> np.dtype:

@@ -59,9 +59,9 @@ def _difference(block: Neighbourhood, axis: int, across: int) -> tuple[NDArray, 
         # Beyond the border the outermost sample stands for its neighbour: half the way.
         first = np.maximum(block.positions(axis)[block.reach : -block.reach] - 1, 0)
         last = np.minimum(block.positions(axis)[block.reach : -block.reach] + 1, block.counts[axis] - 1)
-        share = (1 / np.maximum(last - first, 1)).astype(values.dtype)
+        fraction = (1 / np.maximum(last - first, 1)).astype(values.dtype)
         derivative = after - before
-        derivative *= vector_along(axis, share)
+        derivative *= vector_along(axis, fraction)
         return derivative, None
     there = _trimmed(block, block.there, axis, across)
     is_before, is_after = there[along(axis, 0, size - 2)], there[along(axis, 2, size)]

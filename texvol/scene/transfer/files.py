@@ -155,7 +155,7 @@ def _points(content: dict[str, Any], emission: str, name: str, units: Units) -> 
     """The points in data and world units, or None where there are none."""
     if "points" not in content:
         return None
-    parsed = [_point(point, place, emission) for place, point in enumerate(parsing.objects(content, "points"))]
+    parsed = [_point(point, position, emission) for position, point in enumerate(parsing.objects(content, "points"))]
     values = np.array([value for value, _ in parsed])
     extinctions = np.array([looks.extinction for _, looks in parsed])
     premultiplied, emissive = emission == "premultiplied", emission == "emissive"
@@ -169,9 +169,9 @@ def _points(content: dict[str, Any], emission: str, name: str, units: Units) -> 
     return TransferFunction(placed, colors, extinctions * per_length, emissive, name, premultiplied)
 
 
-def _point(point: Any, place: int, emission: str) -> tuple[float, parsing.Weighted]:
+def _point(point: Any, position: int, emission: str) -> tuple[float, parsing.Weighted]:
     """Value, and colour or emission and extinction, of one point."""
-    where = f"point {place}"
+    where = f"point {position}"
     keys = {"associated": ("color",), "emissive": ("emission",), "premultiplied": ("emission", "color")}[emission]
     parsing.refuse_unknown(point, {"value", *keys, "extinction", "opacity"}, where, f"value, {keys[0]} and extinction")
     looks = parsing.weighted(point, where, keys)
@@ -183,7 +183,9 @@ def _point(point: Any, place: int, emission: str) -> tuple[float, parsing.Weight
 
 
 def _materials(content: dict[str, Any], units: Units) -> list[Material]:
-    found = [parsing.material(each, place, units) for place, each in enumerate(parsing.objects(content, "materials"))]
+    found = [
+        parsing.material(each, position, units) for position, each in enumerate(parsing.objects(content, "materials"))
+    ]
     names = [each.name for each in found]
     for name, count in Counter(names).items():
         if count > 1:
@@ -208,14 +210,16 @@ def _by_gradient(
     """What depends on the gradient, and the names of the materials that it refers to."""
     graded = [each.graded() for each in shown if each.gradient is not None]
     referred: set[str] = set()
-    for place, each in enumerate(parsing.objects(content, "boundaries")):
-        found, names = parsing.region_boundary(each, place, units, materials)
+    for position, each in enumerate(parsing.objects(content, "boundaries")):
+        found, names = parsing.region_boundary(each, position, units, materials)
         graded.append(found)
         referred.update(names)
-    graded += [parsing.graded(each, place, units) for place, each in enumerate(parsing.objects(content, "graded"))]
+    graded += [
+        parsing.graded(each, position, units) for position, each in enumerate(parsing.objects(content, "graded"))
+    ]
     contours = []
-    for place, each in enumerate(parsing.objects(content, "contours")):
-        contours.append(parsing.contour(each, place, units, materials))
+    for position, each in enumerate(parsing.objects(content, "contours")):
+        contours.append(parsing.contour(each, position, units, materials))
         referred.add(each.get("material", ""))
     return graded, contours, referred
 

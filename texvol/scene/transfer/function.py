@@ -197,14 +197,14 @@ class TransferFunction(KeepsArrays):
         colors, extinction = numbers[..., :3], numbers[..., 3]
         if self.emissive:
             # ∫ q T vanishes where T does at once.
-            matter = Classified(np.where(np.isinf(extinction)[..., np.newaxis], 0.0, colors), extinction)
+            medium = Classified(np.where(np.isinf(extinction)[..., np.newaxis], 0.0, colors), extinction)
         elif self.premultiplied:
-            matter = Classified(colors, extinction)
+            medium = Classified(colors, extinction)
         else:
             # An infinite extinction shows its straight colour.
             weight = np.where(np.isinf(extinction), 1.0, extinction)
-            matter = Classified(colors * weight[..., np.newaxis], extinction)
-        return self._with_gradient(matter, values, magnitudes) if self.needs_gradient else matter
+            medium = Classified(colors * weight[..., np.newaxis], extinction)
+        return self._with_gradient(medium, values, magnitudes) if self.needs_gradient else medium
 
     def _with_gradient(self, points: Classified, values: ArrayLike, magnitudes: ArrayLike | None) -> Classified:
         """The points' matter times their modulation, and what depends on the gradient."""

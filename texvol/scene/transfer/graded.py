@@ -19,7 +19,7 @@ from texvol.scene.transfer.pieces import LARGEST_VALUE, ROUNDING
 from texvol.util.errors import InputError
 from texvol.util.kept_arrays import KeepsArrays, read_only
 
-Matter = tuple[NDArray[np.float64], NDArray[np.float64]]  # emission (…, 3) and extinction (…), per world unit
+Medium = tuple[NDArray[np.float64], NDArray[np.float64]]  # emission (…, 3) and extinction (…), per world unit
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +86,7 @@ class Graded(KeepsArrays):
         held = (values >= self.values[0]) & (values <= self.values[-1])
         return np.where(held, ramp, 0.0)
 
-    def at(self, values: ArrayLike, magnitudes: ArrayLike) -> Matter:
+    def at(self, values: ArrayLike, magnitudes: ArrayLike) -> Medium:
         """Emission, shape (…, 3), and extinction, shape (…), of values and gradient magnitudes, per world unit."""
         numbers = pieces.inside(self.values, np.column_stack([self.emissions, self.extinctions]), values)
         numbers = numbers * self.weights(values, magnitudes)[..., np.newaxis]
@@ -140,7 +140,7 @@ class Contour:
             weight = np.maximum(1.0 - away / (self.thickness * magnitudes), 0.0)
         return np.where(away == 0, 1.0, np.where(np.isfinite(values), np.nan_to_num(weight), 0.0))
 
-    def at(self, values: ArrayLike, magnitudes: ArrayLike) -> Matter:
+    def at(self, values: ArrayLike, magnitudes: ArrayLike) -> Medium:
         """Emission, shape (…, 3), and extinction, shape (…), of values and gradient magnitudes, per world unit."""
         weights = self.weights(values, magnitudes)
         return weights[..., np.newaxis] * np.array(self.emission), weights * self.extinction

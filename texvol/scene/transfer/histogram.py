@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.scene.transfer.pieces import LARGEST_VALUE
-from texvol.scene.transfer.units import matter_range, typical_samples
+from texvol.scene.transfer.units import medium_range, typical_samples
 from texvol.scene.volume import Volume
 
 _MOST_MATERIALS = 5  # as many as colours that one tells apart
@@ -72,7 +72,7 @@ class Regions:
     boundaries: tuple[float, ...]
     softness: tuple[float, ...]
     top: float
-    shares: tuple[float, ...]
+    fractions: tuple[float, ...]
 
 
 def content_for(volume: Volume) -> dict[str, Any]:
@@ -86,18 +86,18 @@ def contours_for(volume: Volume) -> dict[str, Any]:
     count = len(regions.boundaries)
     chosen = sorted({0, count // 2, count - 1})
     # The background is noise about one value, and the first contour keeps clear of it.
-    values = [start + (soft if place == 0 else 0) for place, start, soft in _numbered(regions)]
+    values = [start + (soft if position == 0 else 0) for position, start, soft in _numbered(regions)]
     depths = _CONTOUR_DEPTHS[-len(chosen) :]
     unit = _CONTOUR_THICKNESS * volume.smallest_spacing  # what a ray goes through of a contour that it meets head-on
     return {
         "contours": [
             {
-                "value": values[place],
+                "value": values[position],
                 "thickness": _CONTOUR_THICKNESS,
                 "color": list(color),
                 "extinction": depth / unit,
             }
-            for place, color, depth in zip(chosen, _COLORS[len(chosen)], depths, strict=True)
+            for position, color, depth in zip(chosen, _COLORS[len(chosen)], depths, strict=True)
         ]
     }
 
@@ -137,7 +137,7 @@ def regions_of(volume: Volume) -> Regions:
     if levels.size <= _FEW_LEVELS:
         found = _regions_of_levels(samples, levels)
     else:
-        low, high = (each / largest for each in matter_range(volume))
+        low, high = (each / largest for each in medium_range(volume))
         found = _regions_between(samples, low, high)
     background, starts, top = found
     # Ramps beside the values have to be values, too.
@@ -159,7 +159,7 @@ def _materials(regions: Regions) -> list[dict[str, Any]]:
     count = len(regions.boundaries)
     extinctions = np.geomspace(*_EXTINCTIONS, count) if count > 1 else np.array([_ALONE])
     # What there is much of would hide what is denser.
-    extinctions[:-1] = np.minimum(extinctions[:-1], _MOST_DEPTH / np.maximum(regions.shares[:-1], 1e-9))
+    extinctions[:-1] = np.minimum(extinctions[:-1], _MOST_DEPTH / np.maximum(regions.fractions[:-1], 1e-9))
     # The first begins after the background, not within it.
     ramps = [[start if number == 0 else start - soft, start + soft] for number, start, soft in _numbered(regions)]
     ends = [{"to": ramp} for ramp in ramps[1:]] + [{}]
@@ -187,28 +187,28 @@ def _regions_between(
     samples: NDArray[np.float64], low: float, high: float
 ) -> tuple[float | None, NDArray[np.float64], float]:
     """Materials among the samples from `low`, where the background ends, to `high`."""
-    matter = samples[(samples > low) & (samples <= high)]
+    medium = samples[(samples > low) & (samples <= high)]
     below = samples[samples <= low]
     background = float(np.median(below)) if below.size else None
-    if matter.size < 2 or not matter[-1] > matter[0]:
+    if medium.size < 2 or not medium[-1] > medium[0]:
         return background, np.array([low]), high
-    starts = _massive(matter, np.append(low, _valleys(matter, low, high)))
+    starts = _massive(medium, np.append(low, _valleys(medium, low, high)))
     if starts.size == 1:
-        starts = np.append(low, np.quantile(matter, _QUANTILES))
+        starts = np.append(low, np.quantile(medium, _QUANTILES))
     while starts.size < _ENOUGH:
         ends = np.append(starts[1:], high)
         widest = int(np.argmax(ends - starts))
-        inside = matter[(matter > starts[widest]) & (matter <= ends[widest])]
+        inside = medium[(medium > starts[widest]) & (medium <= ends[widest])]
         if ends[widest] - starts[widest] < _WIDE * (high - low) or inside.size < 2 or inside[0] == inside[-1]:
             break
         starts = np.insert(starts, widest + 1, _parted(inside))
     return background, np.unique(starts), high
 
 
-def _massive(matter: NDArray[np.float64], starts: NDArray[np.float64]) -> NDArray[np.float64]:
+def _massive(medium: NDArray[np.float64], starts: NDArray[np.float64]) -> NDArray[np.float64]:
     """Without the starts of materials that hardly any sample has; they go to the one below."""
     while starts.size > 1:
-        masses = np.histogram(matter, [*starts, np.inf])[0] / matter.size
+        masses = np.histogram(medium, [*starts, np.inf])[0] / medium.size
         least = int(np.argmin(masses))
         if masses[least] >= _LEAST_MASS:
             break
@@ -226,28 +226,28 @@ def _parted(samples: NDArray[np.float64]) -> float:
     return float(samples[best] / 2 + samples[best + 1] / 2)
 
 
-def _valleys(matter: NDArray[np.float64], low: float, high: float) -> NDArray[np.float64]:
+def _valleys(medium: NDArray[np.float64], low: float, high: float) -> NDArray[np.float64]:
     """Values between neighbouring peaks of the histogram, and where a long tail begins."""
-    edges = _edges(matter, low, high)
-    counts = np.histogram(matter, edges)[0].astype(np.float64)
+    edges = _edges(medium, low, high)
+    counts = np.histogram(medium, edges)[0].astype(np.float64)
     smooth = _smoothed(counts)
     height = np.log(smooth + 1)
     peaks = _peaks(height, smooth)
-    places = [int(first + np.argmin(height[first : last + 1])) for first, last in pairwise(peaks)]
+    positions = [int(first + np.argmin(height[first : last + 1])) for first, last in pairwise(peaks)]
     last = peaks[-1]
     ended = np.flatnonzero(smooth[last:] < _TAIL_STARTS * smooth[last])
     if ended.size and len(peaks) < _MOST_MATERIALS:
         tail = last + int(ended[0])
-        share, samples = 1 - tail / counts.size, counts[tail:].sum() / matter.size
-        if share >= _LEAST_TAIL[0] and samples >= _LEAST_TAIL[1]:
-            places.append(tail)
+        fraction, samples = 1 - tail / counts.size, counts[tail:].sum() / medium.size
+        if fraction >= _LEAST_TAIL[0] and samples >= _LEAST_TAIL[1]:
+            positions.append(tail)
     middles = (edges[:-1] + edges[1:]) / 2
-    return np.asarray(middles[places])
+    return np.asarray(middles[positions])
 
 
-def _edges(matter: NDArray[np.float64], low: float, high: float) -> NDArray[np.float64]:
+def _edges(medium: NDArray[np.float64], low: float, high: float) -> NDArray[np.float64]:
     """Edges of bins that hold the same number of levels each, where the samples are few levels of equal distance."""
-    levels = np.unique(matter)
+    levels = np.unique(medium)
     if levels.size > 4 * _BINS:
         return np.linspace(low, high, _BINS + 1)
     step = float(np.diff(levels).min())

@@ -75,16 +75,16 @@ def label_function(
         raise InputError(f"unknown label {unknown[0]}: {volume.name} has {listed(labels)}")
     established = color_list(colors if isinstance(colors, str) else COLOR_LIST)
     shown = established[(labels - 1) % len(established)]
-    shares = np.full(len(labels), OPACITY)
+    fractions = np.full(len(labels), OPACITY)
     if others is not None:
-        shares[~np.isin(labels, list(named))] = _opacity(others, "of all other labels")
-    shares[labels == _UNLABELLED] = 0.0
+        fractions[~np.isin(labels, list(named))] = _opacity(others, "of all other labels")
+    fractions[labels == _UNLABELLED] = 0.0
     for label, color in named.items():
         shown[labels == label] = _color(color, label)
     for label, opacity in opacities.items():
-        shares[labels == label] = _opacity(opacity, f"of label {label}")
+        fractions[labels == label] = _opacity(opacity, f"of label {label}")
     with np.errstate(divide="ignore"):
-        extinctions = -np.log1p(-shares) / volume.smallest_spacing
+        extinctions = -np.log1p(-fractions) / volume.smallest_spacing
     return _stepped(labels, shown, extinctions, f"labels of {volume.name}")
 
 

@@ -57,10 +57,10 @@ class Material:
     extinction: float
     gradient: Pair | None = None
 
-    def shares(self, values: ArrayLike) -> NDArray[np.float64]:
+    def fractions(self, values: ArrayLike) -> NDArray[np.float64]:
         """Its share of each value, from 0 to 1."""
-        knots, shares = self._corners
-        return pieces.sides(knots, shares[:, np.newaxis], np.asarray(values, np.float64))[..., 0]
+        knots, fractions = self._corners
+        return pieces.sides(knots, fractions[:, np.newaxis], np.asarray(values, np.float64))[..., 0]
 
     @property
     def typical(self) -> float:
@@ -80,8 +80,8 @@ class Material:
     @property
     def _corners(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         knots = [*(self.rises or ()), *(self.falls or ())]
-        shares = [*((0.0, 1.0) if self.rises else ()), *((1.0, 0.0) if self.falls else ())]
-        return np.array(knots or [0.0]), np.array(shares or [1.0])
+        fractions = [*((0.0, 1.0) if self.rises else ()), *((1.0, 0.0) if self.falls else ())]
+        return np.array(knots or [0.0]), np.array(fractions or [1.0])
 
     @property
     def emission(self) -> NDArray[np.float64]:
@@ -91,18 +91,18 @@ class Material:
     def graded(self) -> Graded:
         """The material as matter that depends on the gradient."""
         assert self.gradient is not None
-        knots, shares = self._corners
+        knots, fractions = self._corners
         # An open end holds as far as values go.
         knots = np.concatenate([[] if self.rises else [-LARGEST_VALUE], knots, [] if self.falls else [LARGEST_VALUE]])
-        shares = np.concatenate([[] if self.rises else [1.0], shares, [] if self.falls else [1.0]])
-        return Graded(knots, shares[:, np.newaxis] * self.emission, shares * self.extinction, *self.gradient)
+        fractions = np.concatenate([[] if self.rises else [1.0], fractions, [] if self.falls else [1.0]])
+        return Graded(knots, fractions[:, np.newaxis] * self.emission, fractions * self.extinction, *self.gradient)
 
     def part(self) -> _Part:
         """The material as a part of a mixture."""
-        knots, shares = self._corners
+        knots, fractions = self._corners
         opaque = bool(np.isinf(self.extinction))
         row = [0, 0, 0, 0, 1, *self.color] if opaque else [*self.emission, self.extinction, 0, 0, 0, 0]
-        return _Part(knots, shares[:, np.newaxis] * np.array(row))
+        return _Part(knots, fractions[:, np.newaxis] * np.array(row))
 
 
 def boundary(materials: Sequence[Material], magnitude: float) -> Graded:
@@ -138,22 +138,22 @@ def mixture(
     parts = [each.part() for each in materials] + ([_part_of(points)] if points else [])
     if not parts:
         return np.zeros(1), np.zeros((1, 3)), np.zeros(1)
-    places = np.unique(np.concatenate([part.knots for part in parts]))
-    before, after = (np.sum([part.at(places, right) for part in parts], axis=0) for right in (False, True))
-    opaque_here = np.array([_opaque_at(place, materials, points) for place in places])
+    positions = np.unique(np.concatenate([part.knots for part in parts]))
+    before, after = (np.sum([part.at(positions, right) for part in parts], axis=0) for right in (False, True))
+    opaque_here = np.array([_opaque_at(position, materials, points) for position in positions])
     found: list[tuple[float, NDArray[np.float64]]] = []
-    for number, place in enumerate(places):
+    for number, position in enumerate(positions):
         left = _looks(before[number], after[number - 1] if number else before[number])
-        right = _looks(after[number], before[number + 1] if number + 1 < len(places) else after[number])
+        right = _looks(after[number], before[number + 1] if number + 1 < len(positions) else after[number])
         here = right if opaque_here[number] else after[number, :4]
-        found.append((place, left))
+        found.append((position, left))
         if not np.array_equal(here, left):
-            found.append((place, here))
+            found.append((position, here))
         if not np.array_equal(right, here):
             # The ramp of an opaque material has its share of 0 still at its place, and is opaque from there on.
-            width = places[number + 1] - place
-            found.append((place + min(_AFTER * max(width, abs(place)), width / 2), right))
-    values, numbers = np.array([place for place, _ in found]), np.array([numbers for _, numbers in found])
+            width = positions[number + 1] - position
+            found.append((position + min(_AFTER * max(width, abs(position)), width / 2), right))
+    values, numbers = np.array([position for position, _ in found]), np.array([numbers for _, numbers in found])
     return values, numbers[:, :3], numbers[:, 3]
 
 
@@ -164,8 +164,8 @@ class _Part:
     knots: NDArray[np.float64]
     rows: NDArray[np.float64]  # shape (n, 8)
 
-    def at(self, places: NDArray[np.float64], right: bool) -> NDArray[np.float64]:
-        return pieces.sides(self.knots, self.rows, places, right)
+    def at(self, positions: NDArray[np.float64], right: bool) -> NDArray[np.float64]:
+        return pieces.sides(self.knots, self.rows, positions, right)
 
 
 def _looks(row: NDArray[np.float64], other_end: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -177,10 +177,10 @@ def _looks(row: NDArray[np.float64], other_end: NDArray[np.float64]) -> NDArray[
     return np.append(opaque[5:] / opaque[4], np.inf)
 
 
-def _opaque_at(place: float, materials: Sequence[Material], points: TransferFunction | None) -> bool:
-    if points is not None and np.isinf(points.at(place)[3]):
+def _opaque_at(position: float, materials: Sequence[Material], points: TransferFunction | None) -> bool:
+    if points is not None and np.isinf(points.at(position)[3]):
         return True
-    return any(np.isinf(each.extinction) and each.shares(place) > 0 for each in materials)
+    return any(np.isinf(each.extinction) and each.fractions(position) > 0 for each in materials)
 
 
 def _part_of(points: TransferFunction) -> _Part:
@@ -190,9 +190,9 @@ def _part_of(points: TransferFunction) -> _Part:
         if points.values[right] == points.values[left]:
             continue
         opaque = bool(np.isinf(points.extinctions[[left, right]]).any())
-        for share in np.linspace(0, 1, _lines_of(points, left, right, opaque) + 1):
-            knots.append(float(points.values[left] * (1 - share) + points.values[right] * share))
-            rows.append(_row_between(points, left, right, float(share), opaque))
+        for fraction in np.linspace(0, 1, _lines_of(points, left, right, opaque) + 1):
+            knots.append(float(points.values[left] * (1 - fraction) + points.values[right] * fraction))
+            rows.append(_row_between(points, left, right, float(fraction), opaque))
     return _Part(np.array([*knots, points.values[-1]]), np.array([*rows, _row(points, len(points.values) - 1)]))
 
 
@@ -206,11 +206,11 @@ def _row(points: TransferFunction, number: int) -> NDArray[np.float64]:
     return _row_between(points, number, number, 0.0, bool(np.isinf(points.extinctions[number])))
 
 
-def _row_between(points: TransferFunction, left: int, right: int, share: float, opaque: bool) -> NDArray[np.float64]:
-    color = points.colors[left] * (1 - share) + points.colors[right] * share
+def _row_between(points: TransferFunction, left: int, right: int, fraction: float, opaque: bool) -> NDArray[np.float64]:
+    color = points.colors[left] * (1 - fraction) + points.colors[right] * fraction
     numbers = points.numbers[:, 3]
-    extinction = numbers[left] * (1 - share) + numbers[right] * share
-    finite = not opaque or bool(np.isfinite(points.extinctions[left if share == 0 else right]))
+    extinction = numbers[left] * (1 - fraction) + numbers[right] * fraction
+    finite = not opaque or bool(np.isfinite(points.extinctions[left if fraction == 0 else right]))
     emission = color if points.premultiplied else color * extinction
     row = np.zeros(8)
     if finite:

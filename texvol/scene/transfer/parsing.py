@@ -90,9 +90,9 @@ def weighted(thing: dict[str, Any], where: str, color_keys: Sequence[str] = ("co
     return Weighted((color[0], color[1], color[2]), given[0] == "emission", extinction)
 
 
-def material(thing: Any, place: int, units: Units) -> Material:
+def material(thing: Any, position: int, units: Units) -> Material:
     """An entry of "materials"."""
-    where = f"material {place}"
+    where = f"material {position}"
     known = ("name", "from", "to", "color", *_WEIGHTS, "gradient")
     refuse_unknown(thing, known, where, "name, from, to, color and extinction")
     name = thing.get("name")
@@ -122,9 +122,9 @@ def named(name: Any, materials: Sequence[Material]) -> Material:
     raise InputError(f"there is no material {name!r}; there are {known}")
 
 
-def contour(thing: Any, place: int, units: Units, materials: Sequence[Material]) -> Contour:
+def contour(thing: Any, position: int, units: Units, materials: Sequence[Material]) -> Contour:
     """An entry of "contours"."""
-    where = f"contour {place}"
+    where = f"contour {position}"
     known = ("value", "thickness", "world_thickness", "material", "color", "emission", *_WEIGHTS)
     refuse_unknown(thing, known, where, "value, thickness, color and extinction")
     if "value" not in thing:
@@ -148,13 +148,13 @@ def contour(thing: Any, place: int, units: Units, materials: Sequence[Material])
     if not 0 < thickness < np.inf:
         raise InputError(f"{where}: {key} is a finite number above 0, and is {thickness:g}")
     thickness *= units.voxel if key == "thickness" else 1.0
-    value = _place(thing["value"], f"{where}: value", units)
+    value = _position(thing["value"], f"{where}: value", units)
     return Contour(value, thickness, tuple(emission.tolist()), extinction)
 
 
-def region_boundary(thing: Any, place: int, units: Units, materials: Sequence[Material]) -> tuple[Graded, list[str]]:
+def region_boundary(thing: Any, position: int, units: Units, materials: Sequence[Material]) -> tuple[Graded, list[str]]:
     """An entry of "boundaries", and the names of its materials."""
-    where = f"boundary {place}"
+    where = f"boundary {position}"
     refuse_unknown(thing, ("materials", "gradient"), where, "materials and gradient")
     names = thing.get("materials")
     if not isinstance(names, list) or len(names) < 2:
@@ -171,9 +171,9 @@ def region_boundary(thing: Any, place: int, units: Units, materials: Sequence[Ma
         raise InputError(f"{where}: {error}") from None
 
 
-def graded(thing: Any, place: int, units: Units) -> Graded:
+def graded(thing: Any, position: int, units: Units) -> Graded:
     """An entry of "graded"."""
-    where = f"graded {place}"
+    where = f"graded {position}"
     refuse_unknown(thing, ("points", "gradient"), where, "points and gradient")
     if "gradient" not in thing:
         raise InputError(f"{where} lacks gradient")
@@ -188,7 +188,7 @@ def graded(thing: Any, place: int, units: Units) -> Graded:
         _check_finite(looks.extinction, at)
         if "value" not in point:
             raise InputError(f"{at} lacks value")
-        values.append(_place(point["value"], f"{at}: value", units))
+        values.append(_position(point["value"], f"{at}: value", units))
         rows.append([*looks.emission, looks.extinction])
     if not rows:
         raise InputError(f"{where} has a list of points, and at least one")
@@ -207,7 +207,7 @@ def modulation(content: dict[str, Any], units: Units) -> NDArray[np.float64] | N
     if not isinstance(pairs, list) or not pairs:
         raise InputError(f"gradient is a list of pairs [magnitude, factor], and not {pairs!r}")
     wanted = "a pair [magnitude, factor]"
-    rows = [_numbers(pair, 2, f"gradient: entry {place}", wanted) for place, pair in enumerate(pairs)]
+    rows = [_numbers(pair, 2, f"gradient: entry {position}", wanted) for position, pair in enumerate(pairs)]
     return np.array(rows) * [units.per_gradient, 1.0]
 
 
@@ -217,9 +217,9 @@ def colors(content: dict[str, Any], key: str) -> list[tuple[float, float, float]
     if not isinstance(things, list):
         raise InputError(f"{key} is a list of colours, and not {things!r}")
     found = []
-    for place, each in enumerate(things):
-        red, green, blue = _numbers(each, 3, f"{key}: entry {place}", "three numbers")
-        _check_straight((red, green, blue), f"{key}: entry {place}")
+    for position, each in enumerate(things):
+        red, green, blue = _numbers(each, 3, f"{key}: entry {position}", "three numbers")
+        _check_straight((red, green, blue), f"{key}: entry {position}")
         found.append((red, green, blue))
     return found
 
@@ -254,7 +254,7 @@ def _placed(ends: Pair | None, units: Units) -> Pair | None:
     return float(low), float(high)
 
 
-def _place(thing: Any, what: str, units: Units) -> float:
+def _position(thing: Any, what: str, units: Units) -> float:
     value = number(thing, what)
     if not np.isfinite(value):
         raise InputError(f"{what} must be finite, and is {value:g}")

@@ -17,28 +17,28 @@ def slopes(values: NDArray[np.float64], numbers: NDArray[np.float64]) -> NDArray
     return gained
 
 
-def inside(values: NDArray[np.float64], numbers: NDArray[np.float64], places: ArrayLike) -> NDArray[np.float64]:
+def inside(values: NDArray[np.float64], numbers: NDArray[np.float64], positions: ArrayLike) -> NDArray[np.float64]:
     """`numbers` at `places`, shape (…, k); 0 before the first value, after the last, and where a place is NaN."""
-    places = np.asarray(places, np.float64)
-    held = (places >= values[0]) & (places <= values[-1])
-    found = sides(values, numbers, np.where(held, places, values[0]))
+    positions = np.asarray(positions, np.float64)
+    held = (positions >= values[0]) & (positions <= values[-1])
+    found = sides(values, numbers, np.where(held, positions, values[0]))
     return np.where(held[..., np.newaxis], np.maximum(found, 0.0), 0.0)
 
 
 def sides(
-    values: NDArray[np.float64], numbers: NDArray[np.float64], places: NDArray[np.float64], right: bool = True
+    values: NDArray[np.float64], numbers: NDArray[np.float64], positions: NDArray[np.float64], right: bool = True
 ) -> NDArray[np.float64]:
     """`numbers` just right (or left) of `places`, shape (…, k); beyond the outer points those of the outer points."""
-    segment = np.searchsorted(values, places, side="right" if right else "left")
+    segment = np.searchsorted(values, positions, side="right" if right else "left")
     # A place on a point takes that point's numbers themselves: on its left side those of the end, with no rounding.
     at_start = np.clip(segment - 1, 0, values.size - 1)
     at_end = np.clip(segment, 0, values.size - 1)
     gained = np.vstack([slopes(values, numbers), np.zeros((1, numbers.shape[1]))])
     on_line = (
-        numbers[at_start] + gained[at_start] * (np.clip(places, values[0], values[-1]) - values[at_start])[..., None]
+        numbers[at_start] + gained[at_start] * (np.clip(positions, values[0], values[-1]) - values[at_start])[..., None]
     )
     on_line = np.where((segment == 0)[..., None], numbers[0], on_line)
-    return np.where((~np.bool_(right) & (places == values[at_end]))[..., None], numbers[at_end], on_line)
+    return np.where((~np.bool_(right) & (positions == values[at_end]))[..., None], numbers[at_end], on_line)
 
 
 def shows_between(

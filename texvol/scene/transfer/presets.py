@@ -79,7 +79,7 @@ _CT: dict[str, tuple[list[Point], list[Point]]] = {
     ),
 }
 
-_SHARES: dict[str, list[Point]] = {
+_FRACTIONS: dict[str, list[Point]] = {
     "mr": [
         (0.08, (0.20, 0.05, 0.04), 0),
         (0.25, (0.45, 0.16, 0.12), 4),
@@ -114,7 +114,7 @@ _HUES = ((0.1, 0.65, 1.0), (0.2, 1.0, 0.25), (1.0, 0.2, 0.9), (1.0, 0.9, 0.1))
 
 _OF_THE_HISTOGRAM = ("histogram", "contours", "boundaries")
 
-PRESETS: tuple[str, ...] = (*_CT, *_SHARES, *_RAMPS, *CT_MATERIALS, *MATERIALS, *_OF_THE_HISTOGRAM)
+PRESETS: tuple[str, ...] = (*_CT, *_FRACTIONS, *_RAMPS, *CT_MATERIALS, *MATERIALS, *_OF_THE_HISTOGRAM)
 
 
 def preset(name: str, volume: Volume, materials: Sequence[str] | None = None) -> TransferFunction:
@@ -139,11 +139,11 @@ def preset(name: str, volume: Volume, materials: Sequence[str] | None = None) ->
         asked = ", ".join(map(repr, materials))
         raise InputError(f"the preset {name} has no materials, and {asked} can't be chosen from it")
     if name in _CT:
-        hounsfield, shares = _CT[name]
+        hounsfield, fractions = _CT[name]
         if _is_hounsfield(volume):
             return _from_points(hounsfield, volume, "data", name)
-        return _from_points(shares, volume, "matter", name)
-    return _from_points(_SHARES[name] if name in _SHARES else _ramp(name), volume, "matter", name)
+        return _from_points(fractions, volume, "matter", name)
+    return _from_points(_FRACTIONS[name] if name in _FRACTIONS else _ramp(name), volume, "matter", name)
 
 
 def _check_measured(name: str, volume: Volume) -> None:
@@ -168,8 +168,8 @@ def _content_of(name: str, volume: Volume) -> dict[str, Any] | None:
         }
         return chosen[name](volume)
     if name in CT_MATERIALS:
-        hounsfield, shares = CT_MATERIALS[name]
-        return {"values": "data"} | hounsfield if _is_hounsfield(volume) else {"values": "matter"} | shares
+        hounsfield, fractions = CT_MATERIALS[name]
+        return {"values": "data"} | hounsfield if _is_hounsfield(volume) else {"values": "matter"} | fractions
     return MATERIALS.get(name)
 
 
@@ -211,9 +211,9 @@ def _is_hounsfield(volume: Volume) -> bool:
 
 def _from_points(points: list[Point], volume: Volume, values: str, name: str) -> TransferFunction:
     units = Units(volume, values, "box")
-    places, colors, extinctions = (np.array(column, np.float64) for column in zip(*points, strict=True))
+    positions, colors, extinctions = (np.array(column, np.float64) for column in zip(*points, strict=True))
     # In a range of no width rounding may put a point before the last one.
-    values_of_points = np.maximum.accumulate(units.placed(places))
+    values_of_points = np.maximum.accumulate(units.placed(positions))
     return TransferFunction(values_of_points, colors, extinctions * units.per_length, name=name)
 
 
@@ -223,6 +223,6 @@ def _ramp(name: str) -> list[Point]:
 
     from texvol.util.color import linear_from_srgb
 
-    shares = np.linspace(0, 1, 17)
-    colors = linear_from_srgb(np.asarray(Colormap(name)(shares))[:, :3])
-    return [(float(s), tuple(c), 30 * float(s) ** 2) for s, c in zip(shares, colors, strict=True)]
+    fractions = np.linspace(0, 1, 17)
+    colors = linear_from_srgb(np.asarray(Colormap(name)(fractions))[:, :3])
+    return [(float(s), tuple(c), 30 * float(s) ** 2) for s, c in zip(fractions, colors, strict=True)]

@@ -50,7 +50,7 @@ class Units:
             return percentile_of_sorted(typical_samples(self._wanted), values)
         low, high = self._wanted.finite_range or (0.0, 1.0)
         if self.values == "matter":
-            low, high = matter_range(self._wanted)
+            low, high = medium_range(self._wanted)
         return np.clip(low * (1 - values) + high * values, -LARGEST_VALUE, LARGEST_VALUE)
 
     @property
@@ -93,7 +93,7 @@ def typical_samples(volume: Volume) -> NDArray[np.float64]:
     return np.sort(samples) if samples.size else np.zeros(1)
 
 
-def matter_range(volume: Volume) -> tuple[float, float]:
+def medium_range(volume: Volume) -> tuple[float, float]:
     """Values between which the volume's matter lies: from where its background ends to its 99.9th percentile.
 
     The background is the value that most samples have, if it is near the low end and stands for at least a twentieth
@@ -101,11 +101,11 @@ def matter_range(volume: Volume) -> tuple[float, float]:
     """
     samples = typical_samples(volume)
     largest = max(float(np.abs(samples).max()), 1e-300)
-    low, high = _range_of_matter(samples / largest)  # values up to 1e308 have no range that float64 could hold
+    low, high = _range_of_medium(samples / largest)  # values up to 1e308 have no range that float64 could hold
     return low * largest, high * largest
 
 
-def _range_of_matter(samples: NDArray[np.float64]) -> tuple[float, float]:
+def _range_of_medium(samples: NDArray[np.float64]) -> tuple[float, float]:
     low, high = percentile_of_sorted(samples, (0.1, 99.9))
     if not high > low:
         low, high = samples[0], samples[-1]

@@ -10,7 +10,7 @@ from texvol.window.commands import TABS
 from texvol.window.desk import PANEL_WIDTH, Desk
 from texvol.window.document import Document
 from texvol.window.panels import browser, camera, contents, cut, edge, files, grips, light, offer, overlay, slices
-from texvol.window.panels import medium as matter
+from texvol.window.panels import medium as medium
 
 WIDTH = round(PANEL_WIDTH)  # unless another is chosen
 _CONTROL = 0.56  # of a panel's width: the rest is for what a control is called
@@ -18,7 +18,7 @@ _TAB_PADDING = 0.5  # of a button's: so all names and the dot of what is not sav
 BEHIND = (0.05, 0.05, 0.055)  # where there is no picture
 
 _TABS: dict[str, Callable[[Desk, Document], None]] = {
-    "Matter": matter.show,
+    "Matter": medium.show,
     "Scene": contents.show,
     "View": camera.show,
     "Light": light.show,

@@ -31,24 +31,24 @@ class Axis:
     left: float
     width: float
 
-    def place(self, value: float) -> float:
+    def position(self, value: float) -> float:
         """Where a value is."""
         return self.left + (value - self.shown[0]) * self.width / (self.shown[1] - self.shown[0])
 
-    def value(self, place: float) -> float:
+    def value(self, position: float) -> float:
         """What value is there."""
-        return self.shown[0] + (place - self.left) * (self.shown[1] - self.shown[0]) / self.width
+        return self.shown[0] + (position - self.left) * (self.shown[1] - self.shown[0]) / self.width
 
 
-def bar(axis: Axis, matter: TransferFunction) -> None:
+def bar(axis: Axis, medium: TransferFunction) -> None:
     """Colours by value."""
-    colors = srgb_from_linear(straight_colors(matter, np.linspace(*axis.shown, 65)))
+    colors = srgb_from_linear(straight_colors(medium, np.linspace(*axis.shown, 65)))
     top, height = imgui.get_cursor_screen_pos().y, _BAR * _scale()
     draw = imgui.get_window_draw_list()
-    for place in range(64):
-        left, right = (imgui.color_convert_float4_to_u32(parts.shade(colors[place + end])) for end in (0, 1))
-        corner = imgui.ImVec2(axis.left + axis.width * place / 64, top)
-        other = imgui.ImVec2(axis.left + axis.width * (place + 1) / 64, top + height)
+    for position in range(64):
+        left, right = (imgui.color_convert_float4_to_u32(parts.shade(colors[position + end])) for end in (0, 1))
+        corner = imgui.ImVec2(axis.left + axis.width * position / 64, top)
+        other = imgui.ImVec2(axis.left + axis.width * (position + 1) / 64, top + height)
         draw.add_rect_filled_multi_color(corner, other, left, right, right, left)
     imgui.dummy(imgui.ImVec2(axis.width, height))
 
@@ -76,7 +76,7 @@ def _draw(axis: Axis, ends: Ends, top: float, height: float, hold: Hold | None) 
     draw, middle = imgui.get_window_draw_list(), top + height / 2
     half, thin = _HANDLE * _scale(), height / 6
     right = axis.left + axis.width
-    low, high = (min(max(axis.place(end), axis.left), right) for end in ends)
+    low, high = (min(max(axis.position(end), axis.left), right) for end in ends)
 
     def box(left: float, end: float, tall: float, color: int) -> None:
         corner, other = imgui.ImVec2(left, middle - tall), imgui.ImVec2(end, middle + tall)
@@ -86,8 +86,8 @@ def _draw(axis: Axis, ends: Ends, top: float, height: float, hold: Hold | None) 
     box(low, high, 2 * thin, _HELD if hold and hold.low and hold.high else _RANGE)
     for end, held in zip(ends, (hold and hold.low, hold and hold.high), strict=True):
         if axis.shown[0] <= end <= axis.shown[1]:  # else it is beside what the plot shows
-            place = axis.place(end)
-            box(place - half, place + half, 3 * thin, _HELD if held else _KNOB)
+            position = axis.position(end)
+            box(position - half, position + half, 3 * thin, _HELD if held else _KNOB)
 
 
 def _scale() -> float:

@@ -72,8 +72,8 @@ def _picture(desk: Desk) -> None:
     if changed:
         desk.change("background", background=color)
     annotation = showing.annotation
-    for place, part in enumerate(PARTS):
-        if place % 2:
+    for position, part in enumerate(PARTS):
+        if position % 2:
             imgui.same_line(imgui.get_content_region_avail().x / 2)
         name = part.replace("-", "_")
         changed, on = _part(part, getattr(annotation, name), scene)

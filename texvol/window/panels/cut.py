@@ -52,8 +52,8 @@ def _crop(desk: Desk, scene: Scene) -> None:
 
 def _planes(desk: Desk, scene: Scene) -> None:
     imgui.separator_text("Clip planes")
-    for place, plane in enumerate(scene.clip):
-        imgui.push_id(place)
+    for position, plane in enumerate(scene.clip):
+        imgui.push_id(position)
         edited = _plane(plane, scene.box)
         taken = imgui.small_button("remove")
         imgui.same_line()
@@ -61,23 +61,23 @@ def _planes(desk: Desk, scene: Scene) -> None:
         imgui.pop_id()
         planes = list(scene.clip)
         if taken:
-            del planes[place]
+            del planes[position]
         elif turned:
             x, y, z = (-each for each in plane.normal)
-            planes[place] = ClipPlane((x, y, z), -plane.offset)
+            planes[position] = ClipPlane((x, y, z), -plane.offset)
         else:
-            planes[place] = edited
+            planes[position] = edited
         if taken or edited is not plane or turned:
-            desk.change(None if taken or turned else f"plane {place}", clip=tuple(planes))
+            desk.change(None if taken or turned else f"plane {position}", clip=tuple(planes))
             return
     imgui.text_unformatted("add a plane across")
     pressed = parts.buttons(("view", "x", "y", "z"), 4)
     if pressed:
         document = desk.document
         assert document is not None
-        ways = dict(zip("xyz", np.eye(3), strict=True)) | {"view": document.view.camera.forward}
-        x, y, z = (float(each) for each in ways[pressed])
-        desk.change(clip=(*scene.clip, ClipPlane((x, y, z), float(ways[pressed] @ scene.box.centre))))
+        directions = dict(zip("xyz", np.eye(3), strict=True)) | {"view": document.view.camera.forward}
+        x, y, z = (float(each) for each in directions[pressed])
+        desk.change(clip=(*scene.clip, ClipPlane((x, y, z), float(directions[pressed] @ scene.box.centre))))
 
 
 def _plane(plane: ClipPlane, box: Volume) -> ClipPlane:
@@ -93,5 +93,5 @@ def _plane(plane: ClipPlane, box: Volume) -> ClipPlane:
     size = float(np.linalg.norm(plane.normal))
     unit = np.array(plane.normal) / size
     middle = float(unit @ box.centre)
-    changed, place = parts.slider("place", plane.offset / size - middle, -box.radius, box.radius)
-    return ClipPlane(plane.normal, (place + middle) * size) if changed else plane
+    changed, position = parts.slider("place", plane.offset / size - middle, -box.radius, box.radius)
+    return ClipPlane(plane.normal, (position + middle) * size) if changed else plane

@@ -10,7 +10,7 @@ from imgui_bundle import imgui
 from texvol.window import handles
 from texvol.window.desk import Desk
 from texvol.window.handles import Handle
-from texvol.window.navigation import Place
+from texvol.window.navigation import Position
 
 _LINE, _GRIP, _HELD = 0xA0_50_B8_FF, 0xFF_50_B8_FF, 0xFF_FF_FF_FF  # ABGR: amber, and white
 _TURNS = 0xFF_FF_C8_78  # light blue
@@ -34,16 +34,16 @@ def draw(desk: Desk) -> None:
     drawn = imgui.get_background_draw_list()
     drawn.push_clip_rect(imgui.ImVec2(room.x, room.y), imgui.ImVec2(room.x + room.width, room.y + room.height))
     for start, end in handles.outline(document.scene):
-        one, other = handles.place_of(camera, start), handles.place_of(camera, end)
+        one, other = handles.position_of(camera, start), handles.position_of(camera, end)
         if one is not None and other is not None:
             drawn.add_line(_point(desk, one), _point(desk, other), _LINE, 1.5)
     over, grips = desk.panel_state.get("over"), _grips(desk)
-    for (foot, foot_place), (tip, tip_place) in pairwise(grips):
+    for (foot, foot_position), (tip, tip_position) in pairwise(grips):
         if tip.turns and foot.plane == tip.plane:
-            drawn.add_line(_point(desk, foot_place), _point(desk, tip_place), _TURNS, 2.0)
-    for number, (handle, place) in enumerate(grips):
+            drawn.add_line(_point(desk, foot_position), _point(desk, tip_position), _TURNS, 2.0)
+    for number, (handle, position) in enumerate(grips):
         color = _HELD if number == over else _TURNS if handle.turns else _GRIP
-        drawn.add_circle_filled(_point(desk, place), _RADIUS, color)
+        drawn.add_circle_filled(_point(desk, position), _RADIUS, color)
     drawn.pop_clip_rect()
 
 
@@ -51,33 +51,33 @@ def _shows(desk: Desk) -> bool:
     return desk.document is not None and desk.panel_state.get("tab") == "Cut" and desk.preferences.panels
 
 
-def _grips(desk: Desk) -> list[tuple[Handle, Place]]:
+def _grips(desk: Desk) -> list[tuple[Handle, Position]]:
     """Handles in front of the eye, and where they are in the picture."""
     assert desk.document is not None
     camera = desk.document.view.camera
-    found: list[tuple[Handle, Place]] = []
+    found: list[tuple[Handle, Position]] = []
     for each in handles.handles_of(desk.document.scene):
-        place = handles.place_of(camera, np.array(each.point))
-        if place is None:
+        position = handles.position_of(camera, np.array(each.point))
+        if position is None:
             continue
         foot = found[-1] if found else None
         if each.turns and foot is not None and foot[0].plane == each.plane:
-            place = _apart(foot[1], place, 2 * _APART / max(desk.room.height, 1))
-        found.append((each, place))
+            position = _apart(foot[1], position, 2 * _APART / max(desk.room.height, 1))
+        found.append((each, position))
     return found
 
 
-def _apart(foot: Place, tip: Place, least: float) -> Place:
+def _apart(foot: Position, tip: Position, least: float) -> Position:
     """The tip in its direction from the foot, at least so far from it."""
-    way = np.subtract(tip, foot)
-    length = float(np.linalg.norm(way))
+    ray = np.subtract(tip, foot)
+    length = float(np.linalg.norm(ray))
     if length >= least:
         return tip
-    way = way / length if length > 1e-3 * least else np.array((0.6, 0.8))
-    return float(foot[0] + least * way[0]), float(foot[1] + least * way[1])
+    ray = ray / length if length > 1e-3 * least else np.array((0.6, 0.8))
+    return float(foot[0] + least * ray[0]), float(foot[1] + least * ray[1])
 
 
-def _drag(desk: Desk, grips: list[tuple[Handle, Place]]) -> int | None:
+def _drag(desk: Desk, grips: list[tuple[Handle, Position]]) -> int | None:
     """Take hold, move, let go; the number of the grip that is held or pointed at."""
     io, state, document = imgui.get_io(), desk.panel_state, desk.document
     assert document is not None
@@ -87,7 +87,7 @@ def _drag(desk: Desk, grips: list[tuple[Handle, Place]]) -> int | None:
         held = state["grip"] = None
     if held is not None:
         handle, _ = grips[held]
-        now, before = desk.room.place(mouse.x, mouse.y), state["gripped at"]
+        now, before = desk.room.position(mouse.x, mouse.y), state["gripped at"]
         by = now[0] - before[0], now[1] - before[1]
         _pull(desk, handle, by)
         state["gripped at"] = now
@@ -95,18 +95,18 @@ def _drag(desk: Desk, grips: list[tuple[Handle, Place]]) -> int | None:
         return int(held)
     if io.want_capture_mouse or desk.steering.dragging or not desk.room.holds(mouse.x, mouse.y):
         return None
-    for number, (handle, place) in enumerate(grips):
-        at = _point(desk, place)
+    for number, (handle, position) in enumerate(grips):
+        at = _point(desk, position)
         if np.hypot(at.x - mouse.x, at.y - mouse.y) < _REACH:
             desk.gripping = True
             if imgui.is_mouse_clicked(0):
-                state["grip"], state["gripped at"] = number, desk.room.place(mouse.x, mouse.y)
+                state["grip"], state["gripped at"] = number, desk.room.position(mouse.x, mouse.y)
                 state["grip away"] = handles.points_away(handle, document.view.camera)
             return number
     return None
 
 
-def _pull(desk: Desk, handle: Handle, by: Place) -> None:
+def _pull(desk: Desk, handle: Handle, by: Position) -> None:
     """Move a handle, or turn what it turns."""
     document = desk.document
     assert document is not None
@@ -116,12 +116,12 @@ def _pull(desk: Desk, handle: Handle, by: Place) -> None:
             away = bool(desk.panel_state.get("grip away"))
             desk.change("grip", **handles.turned(scene, handle, camera, by, away=away))
         return
-    way = handles.way_of(handle, camera, by, scene.box.radius)
-    if way:
-        desk.change("grip", **handles.moved(scene, handle, way))
+    ray = handles.ray_of(handle, camera, by, scene.box.radius)
+    if ray:
+        desk.change("grip", **handles.moved(scene, handle, ray))
 
 
-def _point(desk: Desk, place: Place) -> imgui.ImVec2:
+def _point(desk: Desk, position: Position) -> imgui.ImVec2:
     room = desk.room
     half = room.height / 2
-    return imgui.ImVec2(room.x + room.width / 2 + place[0] * half, room.y + half - place[1] * half)
+    return imgui.ImVec2(room.x + room.width / 2 + position[0] * half, room.y + half - position[1] * half)

@@ -20,12 +20,12 @@ from texvol.window.panels import parts
 _MOST = 400  # rows: nobody goes through more of them by hand
 
 
-def look_of(matter: TransferFunction, volume: Volume) -> LabelLook:
+def look_of(medium: TransferFunction, volume: Volume) -> LabelLook:
     """How each label looks; opacities are those of one smallest spacing."""
     labels = label_counts(volume).labels
-    optics = matter.classify(labels.astype(np.float64))
+    optics = medium.classify(labels.astype(np.float64))
     opacities = np.clip(editing.opacity_of(optics.extinction, volume.smallest_spacing), 0, 1)
-    colors = np.clip(straight_colors(matter, labels.astype(np.float64)), 0, 1)
+    colors = np.clip(straight_colors(medium, labels.astype(np.float64)), 0, 1)
     names = [int(label) for label in labels]
     return LabelLook(
         dict(zip(names, opacities.tolist(), strict=True)),
@@ -33,11 +33,11 @@ def look_of(matter: TransferFunction, volume: Volume) -> LabelLook:
     )
 
 
-def show(desk: Desk, scene: Scene, matter: TransferFunction, number: int) -> None:
+def show(desk: Desk, scene: Scene, medium: TransferFunction, number: int) -> None:
     """A row for each."""
     volume, state = scene.volumes[number], desk.panel_state
-    if state.get("look_of") is not matter:
-        state["look_of"], state["look"] = matter, look_of(matter, volume)
+    if state.get("look_of") is not medium:
+        state["look_of"], state["look"] = medium, look_of(medium, volume)
     look: LabelLook = state["look"]
     wanted = _all(look)
     names = [name for name in look.opacities if name]
@@ -48,7 +48,7 @@ def show(desk: Desk, scene: Scene, matter: TransferFunction, number: int) -> Non
     if wanted is not look:
         found = label_function(volume, wanted.opacities, wanted.colors)
         # Every slide of one hand is one step back.
-        desk.change("labels", **editing.with_matter(scene, number, replace(found, name=matter.name)))
+        desk.change("labels", **editing.with_medium(scene, number, replace(found, name=medium.name)))
 
 
 def _all(look: LabelLook) -> LabelLook:

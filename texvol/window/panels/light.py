@@ -27,12 +27,12 @@ def show(desk: Desk, document: Document) -> None:
         said = "A light at the eye, until another is chosen." if surface else "Matter shows its own colour."
         imgui.text_disabled(said)
         return
-    _matter(desk, scene.lighting, scene)
+    _medium(desk, scene.lighting, scene)
     imgui.separator_text("Lights")
     _lights(desk, scene.lighting, scene)
 
 
-def _matter(desk: Desk, lighting: Lighting, scene: Scene) -> None:
+def _medium(desk: Desk, lighting: Lighting, scene: Scene) -> None:
     for name, most in (("ambient", 1.0), ("diffuse", 1.5), ("specular", 1.5), ("shininess", 128.0)):
         changed, value = parts.slider(name, getattr(lighting, name), 0.0, most, "%.2f")
         if changed:
@@ -53,18 +53,18 @@ def _with(lighting: Lighting, name: str, value: Any) -> Lighting:
 
 def _lights(desk: Desk, lighting: Lighting, scene: Scene) -> None:
     lights = lighting.lights
-    for place, light in enumerate(lights):
-        imgui.push_id(place)
+    for position, light in enumerate(lights):
+        imgui.push_id(position)
         edited = _light(light, scene)
         imgui.same_line()
         taken = imgui.small_button("remove")
         imgui.pop_id()
         if taken:
-            desk.change(lighting=replace(lighting, lights=lights[:place] + lights[place + 1 :]))
+            desk.change(lighting=replace(lighting, lights=lights[:position] + lights[position + 1 :]))
             return
         if edited is not light:
-            others = (*lights[:place], edited, *lights[place + 1 :])
-            desk.change(f"light {place}", lighting=replace(lighting, lights=others))
+            others = (*lights[:position], edited, *lights[position + 1 :])
+            desk.change(f"light {position}", lighting=replace(lighting, lights=others))
             return
     if len(lights) < 8 and imgui.button("add a light"):
         desk.change(lighting=replace(lighting, lights=(*lights, Light("directional", (-1.0, -1.0, 1.0)))))

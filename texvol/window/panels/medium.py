@@ -24,7 +24,7 @@ from texvol.window.naming import volume_called
 from texvol.window.panels import axis, labels, mode, parts, steps
 
 # Of the panel: in one of 600 pixels all that is edited of a point, and of the whole curve, is seen without scrolling.
-_PLOT_SHARE = 0.26
+_PLOT_FRACTION = 0.26
 _LOWEST_PLOT, _HIGHEST_PLOT = 90.0, 260.0  # window coordinates at scale 1
 _LENGTH = 1 / 20  # of the mean edge of the box: over it a proposed transfer function fills the height
 _MOST_OPACITY = 0.9999  # by hand: beyond, it is opaque by the switch
@@ -42,19 +42,19 @@ def show(desk: Desk, document: Document) -> None:
     mode.show(desk, scene)
     imgui.separator_text("Transfer function")
     number = _which(desk, scene)
-    matter = editing.matter_of(scene, number)
-    if matter is None or scene.volumes[number].labels:
+    medium = editing.medium_of(scene, number)
+    if medium is None or scene.volumes[number].labels:
         steps.show(desk, document)
-    if matter is None:
+    if medium is None:
         imgui.text_disabled("There is none: the mode shows numbers." if number == 0 else "There is none.")
         return
     if scene.mode in NUMBER_MODES and number_colors(scene, document.showing.window) is None:
         imgui.text_disabled("The mode shows numbers, and none of this.")
     if scene.volumes[number].labels:
-        labels.show(desk, scene, matter, number)
+        labels.show(desk, scene, medium, number)
         return
-    _presets(desk, document, matter, number)
-    _curve(desk, document, matter, number)
+    _presets(desk, document, medium, number)
+    _curve(desk, document, medium, number)
 
 
 def _which(desk: Desk, scene: Scene) -> int:
@@ -63,7 +63,7 @@ def _which(desk: Desk, scene: Scene) -> int:
     if not scene.added:
         _edits(state, scene.volume)
         return 0
-    names = [f"{place + 1}: {volume_called(each, _LETTERS)}" for place, each in enumerate(scene.volumes)]
+    names = [f"{position + 1}: {volume_called(each, _LETTERS)}" for position, each in enumerate(scene.volumes)]
     imgui.set_next_item_width(-1)  # for names that tell volumes of one file apart
     number = names.index(parts.choice("##volume", names[min(state.get("volume", 0), len(names) - 1)], names))
     imgui.set_item_tooltip(f"volume {number + 1}: {volume_called(scene.volumes[number])}")
@@ -84,21 +84,21 @@ def _edits(state: dict[str, Any], volume: Volume) -> None:
 class _Named:
     """What a transfer function is called, and which of a preset's materials are in it."""
 
-    matter: TransferFunction
+    medium: TransferFunction
     name: str
     materials: tuple[str, ...] = ()
     shown: frozenset[str] = frozenset()
 
 
-def _presets(desk: Desk, document: Document, matter: TransferFunction, number: int) -> None:
+def _presets(desk: Desk, document: Document, medium: TransferFunction, number: int) -> None:
     scene, state = document.scene, desk.panel_state
     if "named" not in state:
         given = document.origin.transfer_function
         opened = (os.path.basename(given) if given else "proposed") if number == 0 else "as opened"
-        found = matter.materials if opened in transfer.PRESETS else ()
-        state["named"] = [_Named(matter, opened, found, frozenset(found))]
+        found = medium.materials if opened in transfer.PRESETS else ()
+        state["named"] = [_Named(medium, opened, found, frozenset(found))]
     # By what is there and not by what was done last: that may have been undone.
-    named = next((each for each in state["named"] if each.matter is matter), _Named(matter, "own"))
+    named = next((each for each in state["named"] if each.medium is medium), _Named(medium, "own"))
     names = transfer.PRESETS if named.name in transfer.PRESETS else (named.name, *transfer.PRESETS)
     imgui.set_next_item_width(imgui.get_content_region_avail().x - steps.width())
     name = parts.choice("##preset", named.name, names)
@@ -117,14 +117,14 @@ def _presets(desk: Desk, document: Document, matter: TransferFunction, number: i
 
 
 def _apply(desk: Desk, scene: Scene, number: int, named: _Named) -> None:
-    if desk.change(**editing.with_matter(scene, number, named.matter)):
+    if desk.change(**editing.with_medium(scene, number, named.medium)):
         desk.panel_state["named"] = [*desk.panel_state["named"][-_REMEMBERED:], named]
 
 
 def _materials(desk: Desk, scene: Scene, number: int, named: _Named) -> None:
     """Which of a preset's materials show."""
-    for place, name in enumerate(named.materials):
-        if place % 2:
+    for position, name in enumerate(named.materials):
+        if position % 2:
             imgui.same_line(imgui.get_content_region_avail().x / 2)
         changed, is_shown = imgui.checkbox(name, name in named.shown)
         wanted = named.shown | {name} if is_shown else named.shown - {name}
@@ -138,10 +138,10 @@ def _materials(desk: Desk, scene: Scene, number: int, named: _Named) -> None:
             desk.attempt(apply)
 
 
-def _curve(desk: Desk, document: Document, matter: TransferFunction, number: int) -> None:
+def _curve(desk: Desk, document: Document, medium: TransferFunction, number: int) -> None:
     state = desk.panel_state
-    if state.get("curve_of") is not matter:
-        state["curve_of"], state["curve"] = matter, Curve.of(matter)
+    if state.get("curve_of") is not medium:
+        state["curve_of"], state["curve"] = medium, Curve.of(medium)
         state["density"] = 0.0  # of whatever is there now
         state["bounds"] = _bounds(document.histogram(number), state["curve"])
         state["selected"] = min(state.get("selected", 0), len(state["curve"].points) - 1)
@@ -149,13 +149,13 @@ def _curve(desk: Desk, document: Document, matter: TransferFunction, number: int
     box = document.scene.volumes[number]
     histogram = document.histogram(number)
     length = float(state.setdefault("length", _LENGTH * float(np.linalg.norm(box.box_edges, axis=0).mean())))
-    edited = _plot(desk, histogram, matter, curve, _Height(length, box.unit))
+    edited = _plot(desk, histogram, medium, curve, _Height(length, box.unit))
     imgui.text_disabled("double click: new point · right click: take away")
-    edited = _selected(desk, edited, matter, length, box.unit)
+    edited = _selected(desk, edited, medium, length, box.unit)
     edited = _whole(desk, edited)
     if edited is not curve:
-        changed = edited.applied(matter)
-        if desk.change("curve", **editing.with_matter(document.scene, number, changed)):
+        changed = edited.applied(medium)
+        if desk.change("curve", **editing.with_medium(document.scene, number, changed)):
             state["curve_of"], state["curve"] = changed, edited
     _unit(desk, length, box.unit)
 
@@ -181,10 +181,10 @@ def _bounds(histogram: Histogram, curve: Curve) -> tuple[float, float]:
 
 def _tall() -> float:
     scale = max(float(imgui.get_style().font_scale_dpi), 1.0)
-    return float(min(max(_PLOT_SHARE * imgui.get_window_height(), _LOWEST_PLOT * scale), _HIGHEST_PLOT * scale))
+    return float(min(max(_PLOT_FRACTION * imgui.get_window_height(), _LOWEST_PLOT * scale), _HIGHEST_PLOT * scale))
 
 
-def _plot(desk: Desk, histogram: Histogram, matter: TransferFunction, curve: Curve, height: _Height) -> Curve:
+def _plot(desk: Desk, histogram: Histogram, medium: TransferFunction, curve: Curve, height: _Height) -> Curve:
     """The curve over the histogram; points are dragged, added by a double click, taken away by a right click."""
     state, length = desk.panel_state, height.length
     low, high = state["bounds"]
@@ -202,25 +202,25 @@ def _plot(desk: Desk, histogram: Histogram, matter: TransferFunction, curve: Cur
     implot.get_input_map().fit = _NO_BUTTON  # a double click is a new point
     implot.setup_finish()
     _columns(histogram.edges, histogram.heights(bool(state.get("log", True))))
-    _line(matter, curve, length, low, high)
+    _line(medium, curve, length, low, high)
     edited = curve
     if len(curve.points) <= _ENOUGH:
         edited = _points(state, curve, length)
-    place = implot.get_plot_mouse_pos()
+    position = implot.get_plot_mouse_pos()
     if (
         edited is curve
         and implot.is_plot_hovered()
         and imgui.is_mouse_double_clicked(0)
         and state.get("over point") is None
     ):
-        opacity = float(np.clip(place.y, 0, _MOST_OPACITY))
-        edited, state["selected"] = curve.added(float(place.x), extinction_of(opacity, length))
+        opacity = float(np.clip(position.y, 0, _MOST_OPACITY))
+        edited, state["selected"] = curve.added(float(position.x), extinction_of(opacity, length))
     limits, corner, size = implot.get_plot_limits().x, implot.get_plot_pos(), implot.get_plot_size()
     implot.end_plot()
     at = imgui.ImVec2(corner.x + 6, corner.y + 2)
     imgui.get_window_draw_list().add_text(at, imgui.get_color_u32(imgui.Col_.text_disabled), height.text)
     under = axis.Axis((limits.min, limits.max), corner.x, size.x)
-    axis.bar(under, matter)
+    axis.bar(under, medium)
     ranged = axis.track(under, state, curve, (low, high))
     return ranged if edited is curve else edited
 
@@ -233,12 +233,12 @@ def _columns(edges: Any, heights: Any) -> None:
     implot.plot_shaded("histogram", np.ascontiguousarray(xs), np.ascontiguousarray(ys), 0.0, spec)
 
 
-def _line(matter: TransferFunction, curve: Curve, length: float, low: float, high: float) -> None:
+def _line(medium: TransferFunction, curve: Curve, length: float, low: float, high: float) -> None:
     margin = high - low
     points = np.array([point.value for point in curve.points])
     values = np.concatenate([np.linspace(low - margin, high + margin, 768), points, np.nextafter(points, -np.inf)])
     values = np.unique(values)
-    opacities = opacity_of(matter.at(values)[:, 3], length)
+    opacities = opacity_of(medium.at(values)[:, 3], length)
     spec = implot.Spec()
     spec.line_color, spec.line_weight = imgui.ImVec4(0.95, 0.96, 0.98, 1.0), 2.0
     implot.plot_line("opacity", values, np.ascontiguousarray(opacities), spec)
@@ -284,7 +284,7 @@ def _points(state: dict[str, Any], curve: Curve, length: float) -> Curve:
     return edited
 
 
-def _selected(desk: Desk, curve: Curve, matter: TransferFunction, length: float, unit: str) -> Curve:
+def _selected(desk: Desk, curve: Curve, medium: TransferFunction, length: float, unit: str) -> Curve:
     """The point that was clicked last, in numbers."""
     index = desk.panel_state.get("selected", 0)
     if not 0 <= index < len(curve.points) or len(curve.points) > _ENOUGH:

@@ -70,7 +70,7 @@ def _window(desk: Desk, scene: Scene) -> None:
     found = imgui.checkbox("find black and white", showing.window is None)
     low, high = possible_range(scene)
     if found[0]:
-        seen = shown.facts.get("window") if shown is not None else None
+        seen = shown.metadata.get("window") if shown is not None else None
         centre, width = seen or ((low + high) / 2, high - low)
         desk.document.show(window=None if found[1] else (centre, max(width, 1e-300)))
     elif showing.window is not None:

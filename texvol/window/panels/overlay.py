@@ -58,33 +58,33 @@ def status_lines(desk: Desk) -> list[str]:
     shown, document = desk.director.shown, desk.document
     if shown is None or document is None:
         return []
-    facts = shown.facts
+    metadata = shown.metadata
     height, width = shown.pixels.shape[:2]
-    slabs = f"{facts.get('slabs', 0)} slabs"
+    slabs = f"{metadata.get('slabs', 0)} slabs"
     numbers = document.scene.mode in NUMBER_MODES
     if shown.state == "moving":
-        share = 1 / shown.coarseness.shrink if shown.coarseness else 1.0
-        first = f"{slabs} · {width} × {height}" + (f" ({share:.0%})" if share < 1 else "")
+        fraction = 1 / shown.coarseness.shrink if shown.coarseness else 1.0
+        first = f"{slabs} · {width} × {height}" + (f" ({fraction:.0%})" if fraction < 1 else "")
     elif shown.state == "refining":
-        known = f"{error_text(facts, numbers=numbers)}, checking" if "reached" in facts else "refining"
+        known = f"{error_text(metadata, numbers=numbers)}, checking" if "reached" in metadata else "refining"
         known += _taken(desk)
         first = f"{known} · {slabs} · {width} × {height}"
     else:
-        seconds = facts.get("seconds", 0.0)
-        known = f"{error_text(facts, numbers=numbers)}{_missed(facts, numbers=numbers)}"
+        seconds = metadata.get("seconds", 0.0)
+        known = f"{error_text(metadata, numbers=numbers)}{_missed(metadata, numbers=numbers)}"
         first = f"{known} · {slabs} · {width} × {height} · {seconds:.1f} s"
     rate = frames_per_second(desk)
     speed = [f"{rate:.0f} frames/s" + (" while moving" if shown.state != "moving" else "")] if rate else []
-    modelled = [*facts.get("modelled", ())]
+    modelled = [*metadata.get("modelled", ())]
     if document.scene.mode == "composite":
-        modelled.insert(0, f"{facts.get('classification', '')} classification")
+        modelled.insert(0, f"{metadata.get('classification', '')} classification")
     return [*speed, first, "modelled: " + ", ".join(modelled)]
 
 
-def _missed(facts: Mapping[str, Any], *, numbers: bool) -> str:
+def _missed(metadata: Mapping[str, Any], *, numbers: bool) -> str:
     """What is to be said where the error that was wanted is not reached."""
-    wanted = facts.get("wanted_error")
-    if facts.get("reached", True) or wanted is None:
+    wanted = metadata.get("wanted_error")
+    if metadata.get("reached", True) or wanted is None:
         return ""
     return f", over {wanted:.3g}" if numbers else f", over {share_text(wanted)}"
 
@@ -137,8 +137,8 @@ def probed(desk: Desk) -> None:
     if found is None or document is None:
         return
     unit = document.scene.volume.unit
-    place = ", ".join(f"{part:.5g}" for part in found.point)
-    lines = [(f"value {found.value:.5g}", False), (f"at {place} {unit}".strip(), False)]
+    position = ", ".join(f"{part:.5g}" for part in found.point)
+    lines = [(f"value {found.value:.5g}", False), (f"at {position} {unit}".strip(), False)]
     if np.isfinite(found.extinction):
         lines.append((f"extinction {found.extinction:.4g} per {unit or 'unit'}", False))
     x, y = desk.steering.cursor

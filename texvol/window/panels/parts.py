@@ -21,8 +21,8 @@ def shade(shown: NDArray) -> imgui.ImVec4:
 
 def choice(label: str, current: str, names: Sequence[str]) -> str:
     """One of several names; what is chosen now."""
-    place = names.index(current) if current in names else 0
-    _, chosen = imgui.combo(label, place, list(names))
+    position = names.index(current) if current in names else 0
+    _, chosen = imgui.combo(label, position, list(names))
     return names[chosen]
 
 
@@ -69,8 +69,8 @@ def buttons(names: Sequence[str], in_row: int) -> str | None:
     spacing = imgui.get_style().item_spacing.x
     width = (imgui.get_content_region_avail().x - spacing * (in_row - 1)) / in_row
     pressed = None
-    for place, name in enumerate(names):
-        if place % in_row:
+    for position, name in enumerate(names):
+        if position % in_row:
             imgui.same_line()
         if imgui.button(name, imgui.ImVec2(width, 0)):
             pressed = name

@@ -31,25 +31,25 @@ _SMALL = 0.55  # of the width that they could have: smaller, and scrolling is th
 
 def show(desk: Desk, document: Document) -> None:
     """The tab."""
-    volume, matter, state = document.scene.volume, document.scene.transfer_function, desk.panel_state
+    volume, medium, state = document.scene.volume, document.scene.transfer_function, desk.panel_state
     if not volume.labels:
-        matter = None
+        medium = None
     if state.get("sliced") is not volume:
         state["sliced"], state["slices"] = volume, slices_of(volume)
         state["window"] = typical_window(volume)
         state["crosshair"] = (np.array(volume.dimensions) - 1) / 2
-    if matter is None:
+    if medium is None:
         _window(state, volume)
     # A line, a button, and the spaces around what ends the slices.
     spaces = 3 * imgui.get_style().item_spacing.y
     foot = imgui.get_text_line_height_with_spacing() + imgui.get_frame_height_with_spacing() + spaces
     available = imgui.get_content_region_avail()
-    _slices(desk, volume, matter, available.x, max(available.y - foot, _LEAST))
+    _slices(desk, volume, medium, available.x, max(available.y - foot, _LEAST))
     index = state["crosshair"]
     here = volume.origin + volume.world_from_index @ index
-    place = ", ".join(f"{part:.5g}" for part in here)
+    position = ", ".join(f"{part:.5g}" for part in here)
     found = probe.at_point(document.scene, here)
-    imgui.text_unformatted(f"{place} {volume.unit}".strip() + f":  {found.value:.5g}")
+    imgui.text_unformatted(f"{position} {volume.unit}".strip() + f":  {found.value:.5g}")
     if imgui.button("turn about the crosshair"):
         document.look(navigation.with_pivot(document.view, here))
     imgui.set_item_tooltip(
@@ -67,12 +67,12 @@ def mark(desk: Desk) -> None:
     if state.get("sliced") is not volume:
         return
     here = volume.origin + volume.world_from_index @ state["crosshair"]
-    place = handles.place_of(document.view.camera, here)
-    if place is None:
+    position = handles.position_of(document.view.camera, here)
+    if position is None:
         return
     room, arm = desk.room, _ARM * max(float(imgui.get_style().font_scale_dpi), 1.0)
-    x = room.x + room.width / 2 + place[0] * room.height / 2
-    y = room.y + room.height / 2 - place[1] * room.height / 2
+    x = room.x + room.width / 2 + position[0] * room.height / 2
+    y = room.y + room.height / 2 - position[1] * room.height / 2
     drawn = imgui.get_background_draw_list()
     drawn.push_clip_rect(imgui.ImVec2(room.x, room.y), imgui.ImVec2(room.x + room.width, room.y + room.height))
     for right, down in ((arm, 0.0), (0.0, arm)):
@@ -91,36 +91,36 @@ def _window(state: dict[str, Any], volume: Volume) -> None:
         state["window"] = centre, max(width, 1e-300)
 
 
-def _slices(desk: Desk, volume: Volume, matter: TransferFunction | None, width: float, height: float) -> None:
+def _slices(desk: Desk, volume: Volume, medium: TransferFunction | None, width: float, height: float) -> None:
     """All of them, or the one that was chosen."""
     state = desk.panel_state
     alone = state.get("slice alone")
     names = [alone] if alone else list(NAMES)
     extents = [state["slices"][name].extent(volume) for name in names]
-    places = tiled(extents, width, height, _GAP)
+    positions = tiled(extents, width, height, _GAP)
     least = _LEAST_SLICE * max(float(imgui.get_style().font_scale_dpi), 1.0)
-    narrow = places[0].width < _SMALL * width and places[0].columns == 1
-    if not alone and (narrow or min(place.width for place in places) < least):
-        places = tiled(extents, width, np.inf, _GAP)
+    narrow = positions[0].width < _SMALL * width and positions[0].columns == 1
+    if not alone and (narrow or min(position.width for position in positions) < least):
+        positions = tiled(extents, width, np.inf, _GAP)
     start = imgui.get_cursor_pos()
     bottom = 0.0
-    for name, place in zip(names, places, strict=True):
-        imgui.set_cursor_pos(imgui.ImVec2(start.x + place.x, start.y + place.y))
-        _slice(desk, name, volume, matter, imgui.ImVec2(place.width, place.height))
-        bottom = max(bottom, place.y + place.height)
+    for name, position in zip(names, positions, strict=True):
+        imgui.set_cursor_pos(imgui.ImVec2(start.x + position.x, start.y + position.y))
+        _slice(desk, name, volume, medium, imgui.ImVec2(position.width, position.height))
+        bottom = max(bottom, position.y + position.height)
     imgui.set_cursor_pos(imgui.ImVec2(start.x, start.y + bottom))
     imgui.dummy(imgui.ImVec2(1, 1))  # what is below begins below all of them
 
 
-def _texture(desk: Desk, name: str, volume: Volume, matter: TransferFunction | None, number: int) -> int:
+def _texture(desk: Desk, name: str, volume: Volume, medium: TransferFunction | None, number: int) -> int:
     """The slice's picture: grey, or by the transfer function of labels."""
     window, slice_ = desk.panel_state["window"], desk.panel_state["slices"][name]
 
     def make() -> Any:
         values = slice_.values(volume, number)
-        return grey(values, window) if matter is None else painted(values, matter)
+        return grey(values, window) if medium is None else painted(values, medium)
 
-    return desk.texture(name, (id(volume), number, window if matter is None else matter), make)
+    return desk.texture(name, (id(volume), number, window if medium is None else medium), make)
 
 
 def _text(x: float, y: float, text: str) -> None:
@@ -146,7 +146,7 @@ def _windowing(state: dict[str, Any], volume: Volume) -> None:
         state["window"] = centre, max(width + step * io.mouse_delta.x, 1e-3 * (high - low), 1e-300)
 
 
-def _slice(desk: Desk, name: str, volume: Volume, matter: TransferFunction | None, size: Any) -> None:
+def _slice(desk: Desk, name: str, volume: Volume, medium: TransferFunction | None, size: Any) -> None:
     """One slice; a drag in it moves the crosshair, the wheel goes through, a double click shows it alone."""
     state = desk.panel_state
     slice_: Slice = state["slices"][name]
@@ -155,15 +155,15 @@ def _slice(desk: Desk, name: str, volume: Volume, matter: TransferFunction | Non
     start = imgui.get_cursor_screen_pos()
     draw = imgui.get_window_draw_list()
     end = imgui.ImVec2(start.x + size.x, start.y + size.y)
-    draw.add_image(imgui.ImTextureRef(_texture(desk, name, volume, matter, number)), start, end)
-    right, down = slice_.shares(volume, index)
+    draw.add_image(imgui.ImTextureRef(_texture(desk, name, volume, medium, number)), start, end)
+    right, down = slice_.fractions(volume, index)
     x, y = start.x + right * size.x, start.y + down * size.y
     draw.add_line(imgui.ImVec2(x, start.y), imgui.ImVec2(x, end.y), _LINE)
     draw.add_line(imgui.ImVec2(start.x, y), imgui.ImVec2(end.x, y), _LINE)
     _text(start.x + 5, start.y + 3, f"{name} {number}")
     for letter, (across, below) in zip(letters_of(volume, slice_) or (), _SIDES, strict=False):
         extent = imgui.calc_text_size(letter)
-        at = [low + 4 + share * (room - taken - 8) for low, share, room, taken in (
+        at = [low + 4 + fraction * (room - taken - 8) for low, fraction, room, taken in (
             (start.x, across, size.x, extent.x), (start.y, below, size.y, extent.y),
         )]  # fmt: skip
         _text(at[0], at[1], letter)

@@ -19,8 +19,8 @@ def width() -> float:
 def show(desk: Desk, document: Document) -> None:
     """Two buttons beside each other; grey where there is no step."""
     history = document.history
-    for place, (name, can) in enumerate(zip(_NAMES, (history.can_undo, history.can_redo), strict=True)):
-        if place:
+    for position, (name, can) in enumerate(zip(_NAMES, (history.can_undo, history.can_redo), strict=True)):
+        if position:
             imgui.same_line()
         imgui.begin_disabled(not can)
         if imgui.button(name):
