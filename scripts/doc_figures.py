@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -76,7 +77,7 @@ def _draw_planes(axes: object, box: np.ndarray, planes: np.ndarray) -> None:
 
     outline = Polygon(box, closed=True, fill=False, lw=1.6, ec="#333333", zorder=3)
     axes.add_patch(outline)  # type: ignore[attr-defined]
-    for number, (near, far) in enumerate(zip(planes[:-1], planes[1:], strict=True)):
+    for number, (near, far) in enumerate(pairwise(planes)):
         color = "#f4b183" if number == 3 else ("#dbe7f3", "#bcd3ea")[number % 2]
         band = Polygon([(near, -3), (far, -3), (far, 3), (near, 3)], closed=True, color=color, lw=0, zorder=1)
         axes.add_patch(band)  # type: ignore[attr-defined]

@@ -89,7 +89,9 @@ def store(picture: Image.Image, target: Path, width: int = WIDTH) -> None:
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--only", metavar="PAGE,PAGE", help="pages by name, thumbnails, slabs, screenshot; all unless told")
+    parser.add_argument(
+        "--only", metavar="PAGE,PAGE", help="pages by name, thumbnails, slabs, screenshot; all unless told"
+    )
     only = parser.parse_args().only
     pages = {path.stem: path for path in [DOCS.parents[1] / "README.md", *sorted(DOCS.glob("*.md"))]}
     chosen = [*pages, *_DRAWN_HERE] if only is None else only.split(",")

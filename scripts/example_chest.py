@@ -252,9 +252,10 @@ def _branch(grid: Grid, tree: Array, random: np.random.RandomState, start: NDArr
 
 def _draw_rod(grid: Grid, tree: Array, start: NDArray, end: NDArray, radius: float) -> None:
     """Draw one rod where it can reach."""
-    low, high = np.minimum(start, end) - radius - 3 * grid.spacing, np.maximum(start, end) + radius + 3 * grid.spacing
+    reach = radius + 3 * grid.spacing
+    bounds = np.stack([np.minimum(start, end) - reach, np.maximum(start, end) + reach], axis=1)
     axes = (grid.x, grid.y.ravel(), grid.z.ravel())
-    x, y, z = (slice(*np.searchsorted(axis, bounds)) for axis, bounds in zip(axes, zip(low, high), strict=True))
+    x, y, z = (slice(*np.searchsorted(axis, ends)) for axis, ends in zip(axes, bounds, strict=True))
     part = Grid(grid.x[x], grid.y[y], grid.z[z], grid.spacing)
     if 0 in part.shape:
         return
