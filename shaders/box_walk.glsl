@@ -41,19 +41,19 @@ struct BoxWalk {
 // a half space is where these begin.
 BoxWalk box_walk(vec2 pixel, float obliquity, real2 seen, bool is_cut) {
     real3 position = position_of(pixel);
-    real3 ray = ray_of(pixel);
-    real2 inside = depths_between(real3(0.0), real3(1.0), position, ray);
+    real3 direction = direction_of(pixel);
+    real2 inside = depths_between(real3(0.0), real3(1.0), position, direction);
     BoxWalk walk;
     walk.is_cut_open = is_cut && seen.x > inside.x;
     inside = real2(max(inside.x, seen.x), min(inside.y, seen.y));
 #if BRICKS
     // Neighbours work out the same depth for the face that they share.
-    real2 own = depths_between(brick_low, brick_high, position, ray);
+    real2 own = depths_between(brick_low, brick_high, position, direction);
     walk.is_cut_open = walk.is_cut_open && own.x <= inside.x;
     inside = real2(max(inside.x, own.x), min(inside.y, own.y));
 #endif
     walk.start = vec3(position);
-    walk.step = vec3(ray);
+    walk.step = vec3(direction);
     walk.whole_length = obliquity * slab_length;
     walk.first_slab = float(floor(inside.x));
     walk.first_fraction = float(inside.x - floor(inside.x));
@@ -88,12 +88,12 @@ float next_end(BoxWalk walk, float slab, float fraction) {
     if (slab == walk.first_slab && walk.first_fraction > fraction) until = walk.first_fraction;
     if (slab == walk.last_slab && walk.last_fraction > fraction) until = min(until, walk.last_fraction);
 #if FACES
-    vec3 ray = walk.step * samples_per_edge;
+    vec3 direction = walk.step * samples_per_edge;
     vec3 position = (walk.start + slab * walk.step) * samples_per_edge;
-    vec3 from = position + (fraction + LEAST_PIECE) * ray;
-    vec3 faces = mix(ceil(from) - 1.0, floor(from) + 1.0, greaterThan(ray, vec3(0.0)));
-    vec3 fractions = (faces - position) / mix(ray, vec3(1e-30), lessThan(abs(ray), vec3(1e-30)));
-    fractions = mix(fractions, vec3(1.0), lessThan(abs(ray), vec3(1e-30)));
+    vec3 from = position + (fraction + LEAST_PIECE) * direction;
+    vec3 faces = mix(ceil(from) - 1.0, floor(from) + 1.0, greaterThan(direction, vec3(0.0)));
+    vec3 fractions = (faces - position) / mix(direction, vec3(1e-30), lessThan(abs(direction), vec3(1e-30)));
+    fractions = mix(fractions, vec3(1.0), lessThan(abs(direction), vec3(1e-30)));
     until = min(until, max(min(fractions.x, min(fractions.y, fractions.z)), fraction + LEAST_PIECE));
 #endif
     return until;
@@ -116,11 +116,11 @@ vec4 glow_there(vec4 texel, vec3 position, float length) {
 }
 #else
 vec4 glow_between(vec4 front, vec4 behind, float length, vec3 position, float depth) {
-    ray_depth = 0.0;
+    path_depth = 0.0;
     vec4 color = color_between(front, behind, length, position, depth);
     // As if nothing of it were absorbed on the piece itself.
-    float seen = ray_depth > 0.0 ? color.a / ray_depth : 1.0;
-    return vec4(color.rgb / max(seen, 1e-30), ray_depth);
+    float seen = path_depth > 0.0 ? color.a / path_depth : 1.0;
+    return vec4(color.rgb / max(seen, 1e-30), path_depth);
 }
 #endif
 

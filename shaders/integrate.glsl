@@ -74,13 +74,13 @@ vec3 emissive_color(vec3 front, vec3 behind, float extinction_in_front, float ex
     return color * (path_length / parts);
 }
 
-float ray_depth;                  // optical depth of all stretches since it was last set to 0
+float path_depth;                  // optical depth of all stretches since it was last set to 0
 
 // Colour and opacity of a stretch along which matter goes linearly from `front` to `behind`.
 vec4 interval_color(vec4 front, vec4 behind, float path_length) {
     float depth = 0.5 * (front.a + behind.a) * path_length;
     float opacity = opacity_from_depth(depth);
-    ray_depth += depth;
+    path_depth += depth;
 #if EMISSIVE
     return vec4(emissive_color(front.rgb, behind.rgb, front.a, behind.a, path_length), opacity);
 #else
@@ -148,7 +148,7 @@ vec4 color_between_values(float front, float behind, float path_length) {
         float fraction = behind == front ? 1.0 : clamp((next - value) / (behind - front), 0.0, 1.0);
         if (fraction > 0.0) {
             if (is_opaque(segment, max(value, next))) {
-                ray_depth += OPAQUE;
+                path_depth += OPAQUE;
                 return over(color, opaque_color(color_at(segment, fraction_of(segment, value))));
             }
             color = over(color, interval_color(medium_in(segment, value), medium_in(segment, next), path_length * fraction));

@@ -11,7 +11,7 @@ flat uniform vec3 cells_per_box;
 // A ray through the cells, in coordinates that grow along it: where it goes downwards they are mirrored at 0.
 struct CellWalk {
     vec3 start;                   // where it is at depth 0
-    vec3 ray;                     // per unit of depth, not negative
+    vec3 direction;                     // per unit of depth, not negative
     vec3 depth_per_cell;
     vec3 depth_at_zero;           // where each coordinate is 0
     vec3 sign;                    // cell c of the mirrored coordinates is texel sign * c + first
@@ -24,8 +24,8 @@ CellWalk cell_walk(vec3 start, vec3 step) {
     vec3 sign = mix(vec3(-1.0), vec3(1.0), greaterThanEqual(step, vec3(0.0)));
     CellWalk walk;
     walk.start = sign * start * cells_per_box;
-    walk.ray = sign * step * cells_per_box;
-    walk.depth_per_cell = 1.0 / max(walk.ray, vec3(1e-30));
+    walk.direction = sign * step * cells_per_box;
+    walk.depth_per_cell = 1.0 / max(walk.direction, vec3(1e-30));
     walk.depth_at_zero = -walk.start * walk.depth_per_cell;
     walk.sign = sign;
     vec3 cells = vec3(textureSize(skips, 0) / 2);
@@ -47,7 +47,7 @@ bool is_full_until(CellWalk walk, inout vec3 cell, inout float depth) {
     vec3 depths = beyond * walk.depth_per_cell + walk.depth_at_zero;
     float leaving = max(min(depths.x, min(depths.y, depths.z)), depth);
     // Along the axis that it leaves by the next cell is known; along the others no rounding takes it back.
-    vec3 next = max(floor(walk.start + leaving * walk.ray), cell);
+    vec3 next = max(floor(walk.start + leaving * walk.direction), cell);
     cell = mix(next, beyond, lessThanEqual(depths, vec3(leaving)));
     depth = leaving;
     return (entry & 1u) == 1u;
@@ -59,7 +59,7 @@ const float NOWHERE = 1e9;
 // or the one after it: rounding may end a cell where the slab begins.
 vec2 full_run(CellWalk walk, float slab, float end) {
     float depth = slab;
-    vec3 cell = floor(walk.start + depth * walk.ray);
+    vec3 cell = floor(walk.start + depth * walk.direction);
     vec2 run = vec2(NOWHERE);
     float from = depth;
     bool is_full = false;
@@ -108,7 +108,7 @@ float skip(CellWalk walk, float base, float slab, float end, vec2 sampled, float
     float count = 0.0;
     runs = Runs(NO_RUN, NO_RUN, NO_RUN, NO_RUN, NO_RUN, NO_RUN);
     while (slab < end && count < MOST_RUNS) {
-        vec3 cell = floor(walk.start + clamp(slab + 0.5, sampled.x, sampled.y) * walk.ray);
+        vec3 cell = floor(walk.start + clamp(slab + 0.5, sampled.x, sampled.y) * walk.direction);
         uint entry = entry_of(walk, cell);
         vec3 depths = (cell + float(entry >> 1u)) * walk.depth_per_cell + walk.depth_at_zero;
         float next = max(ceil(min(depths.x, min(depths.y, depths.z)) - 0.5), slab + 1.0);

@@ -141,13 +141,13 @@ const float TO = 3.0;
 // Values at t = 0, 1, 2 and 3; `at_front` is known where t = 0 is the front.
 vec4 values_between(Ray ray, float front, float back, float at_front) {
     vec3 start = ray.start + front * ray.step;
-    vec3 ray = ((back - front) / (TO - FROM)) * ray.step;
+    vec3 direction = ((back - front) / (TO - FROM)) * ray.step;
 #if MISSING
-    start += 0.5 * ray;
+    start += 0.5 * direction;
     at_front = value_at(start);
-    return vec4(at_front, value_at(start + ray), value_at(start + 2.0 * ray), value_at(start + 3.0 * ray));
+    return vec4(at_front, value_at(start + direction), value_at(start + 2.0 * direction), value_at(start + 3.0 * direction));
 #else
-    return vec4(at_front, value_at(start + ray), value_at(start + 2.0 * ray), value_at(ray.start + back * ray.step));
+    return vec4(at_front, value_at(start + direction), value_at(start + 2.0 * direction), value_at(ray.start + back * ray.step));
 #endif
 }
 
@@ -236,7 +236,7 @@ bool meets_surface(Ray ray, vec2 slabs, out float depth) {
     float front = first_depth(walk, front_of(ray), max(slabs.x, front_of(ray)), planes);
     vec4 values = vec4(value_at(ray.start + front * ray.step));
     // How much the depth grows over the longest edge of the box.
-    float longest = max(samples.x, max(samples.y, samples.z)) / max(walk.ray.x, max(walk.ray.y, walk.ray.z));
+    float longest = max(samples.x, max(samples.y, samples.z)) / max(walk.direction.x, max(walk.direction.y, walk.direction.z));
     bool found = false;
 #if MISSING
     float before = 0.0;           // how much above the isovalue the ray was, or NaN

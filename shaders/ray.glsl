@@ -29,17 +29,17 @@ struct Ray {
 };
 
 // The ray through the middle of the pixel at `place`, in window coordinates, and its slabs among those of `slab_range`.
-Ray ray_through(vec2 position, vec2 slab_range) {
-    vec2 pixel = position - picture_middle;
+Ray ray_through(vec2 fragment, vec2 slab_range) {
+    vec2 pixel = fragment - picture_middle;
     real3 position = position_of(pixel);
-    real3 ray = ray_of(pixel);
+    real3 direction = direction_of(pixel);
     Ray ray;
     ray.obliquity = obliquity_of(pixel);
     ray.start = vec3(position);
-    ray.step = vec3(ray);
+    ray.step = vec3(direction);
     // A depth is a slab and a share of it, so that the share keeps float32's digits at any depth.
-    real2 inside = depths_between(real3(0.0), real3(1.0), position, ray);
-    inside = depths_seen(inside, position, ray, position, ray.is_cut_open);
+    real2 inside = depths_between(real3(0.0), real3(1.0), position, direction);
+    inside = depths_seen(inside, position, direction, fragment, ray.is_cut_open);
     ray.first_slab = float(floor(inside.x));
     ray.first_fraction = float(inside.x - floor(inside.x));
     ray.last_slab = float(ceil(inside.y)) - 1.0;
@@ -48,7 +48,7 @@ Ray ray_through(vec2 position, vec2 slab_range) {
     ray.end = min(ray.last_slab + 1.0, slab_range.y);
 #if BRICKS
     // Neighbours work out the same depth for the face that they share, and a slab's middle lies on one side of it.
-    real2 own = depths_between(brick_low, brick_high, position, ray);
+    real2 own = depths_between(brick_low, brick_high, position, direction);
     float own_slab = float(ceil(own.x - 0.5));
     float own_end = float(ceil(own.y - 0.5));
     // Of the first only a part may be seen, and the middle of the whole may lie behind the eye.

@@ -36,7 +36,7 @@ void main() {
     vec2 pixel = gl_FragCoord.xy - picture_middle;
     float obliquity = obliquity_of(pixel);
     bool is_cut;
-    real2 seen = depths_seen(real2(-BEYOND, BEYOND), position_of_0(pixel), ray_of_0(pixel), gl_FragCoord.xy, is_cut);
+    real2 seen = depths_seen(real2(-BEYOND, BEYOND), position_of_0(pixel), direction_of_0(pixel), gl_FragCoord.xy, is_cut);
     float first = BEYOND;
     float end = -BEYOND;
 #each VOLUMES

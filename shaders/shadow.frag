@@ -74,20 +74,20 @@ void main() {
     farthest = length(direction);
     direction /= max(farthest, 1e-30);
 #endif
-    vec3 ray = box_from_position * direction;
+    vec3 direction_in_box = box_from_position * direction;
     // Where it leaves the box: along each axis through the face that it goes to.
-    vec3 ahead = mix(start, 1.0 - start, greaterThan(ray, vec3(0.0)));
-    vec3 faces = ahead / max(abs(ray), vec3(1e-30));
+    vec3 ahead = mix(start, 1.0 - start, greaterThan(direction_in_box, vec3(0.0)));
+    vec3 faces = ahead / max(abs(direction_in_box), vec3(1e-30));
     float whole = min(farthest, min(faces.x, min(faces.y, faces.z)));
     float near = 0.0;
 #if ELSEWHERE
-    vec3 entries = (ahead - 1.0) / max(abs(ray), vec3(1e-30));
+    vec3 entries = (ahead - 1.0) / max(abs(direction_in_box), vec3(1e-30));
     near = max(near, max(entries.x, max(entries.y, entries.z)));
 #endif
 #if HALF_SPACES
     for (int i = 0; i < HALF_SPACES; ++i) {
         float height = dot(half_spaces[i].xyz, start) + half_spaces[i].w;
-        float rise = dot(half_spaces[i].xyz, ray);
+        float rise = dot(half_spaces[i].xyz, direction_in_box);
         float meets = -height / (abs(rise) < 1e-30 ? 1e-30 : rise);
         if (rise >= 1e-30) near = max(near, meets);
         else if (rise <= -1e-30) whole = min(whole, meets);
@@ -103,7 +103,7 @@ void main() {
 #endif
     float depth = 0.0;
     for (float part = 0.0; part < parts; part += 1.0) {
-        vec3 position = start + (near + (part + 0.5) * one) * ray;
+        vec3 position = start + (near + (part + 0.5) * one) * direction_in_box;
         float fraction = depth_of_part(texel_at(position), one * length_per_unit, position);
         if (is_own(position)) depth += fraction;
     }

@@ -43,7 +43,7 @@ flat in vec4 low[3];
 flat in vec3 normals[3];
 #endif
 layout(location = 0) out vec4 color;  // premultiplied; or the depth
-layout(location = 1) out vec4 position;
+layout(location = 1) out vec4 position_out;
 
 const float TIE = 1.0 / 4096.0;   // TIE of on_screen.py
 
@@ -77,16 +77,16 @@ bool meets_line(real2 pixel, out real depth) {
     real4 a = row(0);
     real4 b = row(1);
     real radius = row(2).x;
-    real2 ray = b.xy - a.xy;
+    real2 direction = b.xy - a.xy;
     real2 from_start = pixel - a.xy;
-    real square = dot(ray, ray);
-    real along = square > 0.0 ? clamp(dot(from_start, ray) / square, real(0.0), real(1.0)) : real(0.0);
+    real square = dot(direction, direction);
+    real along = square > 0.0 ? clamp(dot(from_start, direction) / square, real(0.0), real(1.0)) : real(0.0);
     real at_a = (real(1.0) - along) * a.z;
     real at_b = along * b.z;
     depth = (at_a * a.w + at_b * b.w) / (at_a + at_b);
-    real2 off = from_start - along * ray;
+    real2 off = from_start - along * direction;
     if (along <= 0.0 || along >= 1.0) return dot(off, off) <= radius * radius;
-    real across = (ray.x * from_start.y - ray.y * from_start.x) / sqrt(square);
+    real across = (direction.x * from_start.y - direction.y * from_start.x) / sqrt(square);
     return across >= -radius - TIE && across < radius - TIE;
 }
 #endif
@@ -103,11 +103,11 @@ bool comes_before(float depth, vec4 other) {
 #if HALF_SPACES || POINT_LIGHTS
 // In the box.
 real3 position_at(real2 pixel, real depth) {
-    real3 ray = velocity;
+    real3 direction = velocity;
 #if PERSPECTIVE
-    ray += pixel.x * velocity_per_column + pixel.y * velocity_per_row;
+    direction += pixel.x * velocity_per_column + pixel.y * velocity_per_row;
 #endif
-    return point + pixel.x * point_per_column + pixel.y * point_per_row + depth * ray;
+    return point + pixel.x * point_per_column + pixel.y * point_per_row + depth * direction;
 }
 #endif
 
@@ -159,10 +159,10 @@ void main() {
     if ((done & bit) != 0u) discard;
     if (finds_depth) {
         color = vec4(rounded);
-        position = vec4(0.0);
+        position_out = vec4(0.0);
         return;
     }
     if (rounded != texelFetch(nearest, ivec2(gl_FragCoord.xy), 0).r) discard;
     color = color_at(weights, pixel, depth);
-    position = vec4(number, rounded, float(depth - real(rounded)), float(done | bit));
+    position_out = vec4(number, rounded, float(depth - real(rounded)), float(done | bit));
 }

@@ -4,7 +4,7 @@
 // so the planes are at whole numbers.
 struct SampleWalk {
     vec3 start;                   // where it is at depth 0
-    vec3 ray;                     // per unit of depth, not negative
+    vec3 direction;                     // per unit of depth, not negative
     vec3 depth_per_sample;
 };
 
@@ -13,14 +13,14 @@ SampleWalk sample_walk(vec3 start, vec3 step, vec3 samples) {
     vec3 sign = mix(vec3(-1.0), vec3(1.0), greaterThanEqual(step, vec3(0.0)));
     SampleWalk walk;
     walk.start = sign * (start * samples - 0.5);
-    walk.ray = sign * step * samples;
-    walk.depth_per_sample = 1.0 / max(walk.ray, vec3(1e-30));
+    walk.direction = sign * step * samples;
+    walk.depth_per_sample = 1.0 / max(walk.direction, vec3(1e-30));
     return walk;
 }
 
 // Depth of the last plane before `depth`, but not before `least`; and the first planes behind it.
 float first_depth(SampleWalk walk, float least, float depth, out vec3 planes) {
-    planes = floor(walk.start + depth * walk.ray) + 1.0;
+    planes = floor(walk.start + depth * walk.direction) + 1.0;
     vec3 depths = (planes - 1.0 - walk.start) * walk.depth_per_sample;
     return clamp(max(depths.x, max(depths.y, depths.z)), least, depth);
 }
@@ -89,18 +89,18 @@ bool first_root(vec4 values, float from, float to, float margin, out float root)
     bvec4 met = lessThanEqual(above, vec4(margin));
     root = from;
     if (met.x || !any(met)) return met.x;
-    vec2 interval = met.y ? ends.xy : met.z ? ends.yz : ends.zw;
+    vec2 piece = met.y ? ends.xy : met.z ? ends.yz : ends.zw;
     vec2 at = met.y ? above.xy : met.z ? above.yz : above.zw;
     // False position, in which the end that stays twice is counted half (Dowell, Jarratt 1971).
-    root = interval.y;
-    for (int i = 0; i < MOST_STEPS && at.x > 0.0 && at.y < 0.0 && interval.x < interval.y; ++i) {
-        root = mix(interval.x, interval.y, at.x / (at.x - at.y));
+    root = piece.y;
+    for (int i = 0; i < MOST_STEPS && at.x > 0.0 && at.y < 0.0 && piece.x < piece.y; ++i) {
+        root = mix(piece.x, piece.y, at.x / (at.x - at.y));
         float there = side * cubic_between(values, root);
         if (there > 0.0) {
-            interval.x = root;
+            piece.x = root;
             at = vec2(there, 0.5 * at.y);
         } else {
-            interval.y = root;
+            piece.y = root;
             at = vec2(0.5 * at.x, there);
         }
     }

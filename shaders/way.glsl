@@ -18,7 +18,7 @@ real3 position_of(vec2 pixel) {
     return point + real(pixel.x) * point_per_column + real(pixel.y) * point_per_row;
 }
 
-real3 ray_of(vec2 pixel) {
+real3 direction_of(vec2 pixel) {
 #if PERSPECTIVE
     return velocity + real(pixel.x) * velocity_per_column + real(pixel.y) * velocity_per_row;
 #else

@@ -264,8 +264,8 @@ def test_nothing_is_nothing(renderer, mode):
 
 LOST_PLANES = (
     "trilinear.glsl",
-    "floor(walk.start + depth * walk.ray) + 1.0",
-    "floor(walk.start + depth * walk.ray) + 2.0",
+    "floor(walk.start + depth * walk.direction) + 1.0",
+    "floor(walk.start + depth * walk.direction) + 2.0",
 )
 MISTAKES = {
     "planes half a sample off": (

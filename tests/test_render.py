@@ -350,7 +350,7 @@ def test_the_interface_is_callable_however_it_is_reached() -> None:
     scene = texvol.Scene(texvol.Volume(np.ones((2, 2, 2))), FOG)
     first = texvol.render(scene, size=(8, 6))
     assert texvol.Renderer is Renderer
-    importlib.import_module("texvol.render")
+    importlib.import_module("texvol.rendering.render")
     np.testing.assert_array_equal(texvol.render(scene, size=(8, 6)), first)
     assert first.shape == (6, 8, 4)
     assert first.flags.c_contiguous
