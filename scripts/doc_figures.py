@@ -1,4 +1,4 @@
-"""Figures of the documentation that no command of a page draws: thumbnails of the presets, slabs, the window."""
+"""Figures of the documentation that no command of a page draws: presets, slabs, layers, the window."""
 
 from __future__ import annotations
 
@@ -94,6 +94,41 @@ def _draw_rays(axes: object, box: np.ndarray, slab: np.ndarray) -> None:
         x = slab - 0.2
         if -2.0 < x[0] * slope < 1.7:
             axes.plot(slab, x * slope, color="#c00000", lw=3, zorder=5, solid_capstyle="butt")  # type: ignore
+
+
+# Packages of a layer have one colour; layers from the top, by the first package of each.
+_LAYERS = {
+    "cli": "#f6d5b8", "report": "#f3e6b3", "options": "#d9ead3", "rendering": "#f4b183", "ray_casting": "#d5c6e8",
+    "opengl": "#bcd3ea", "geometry": "#e3e3e3",
+}  # fmt: skip
+
+
+def draw_layers(folder: Path) -> Iterator[Figure]:
+    """The packages of how-it-works.md, one above the other; a package imports only those below it."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    from matplotlib import pyplot as plt
+    from matplotlib.patches import Rectangle
+
+    page = (Path(__file__).parents[1] / "texvol" / "docs" / "how-it-works.md").read_text(encoding="utf-8")
+    lines = page.partition("```text\n")[2].partition("```")[0].splitlines()
+    figure, axes = plt.subplots(figsize=(6.4, 0.3 * len(lines)), dpi=120)
+    color = "#ffffff"
+    for number, line in enumerate(lines):
+        name, _, text = line.strip().partition(" ")
+        color = _LAYERS.get(name, color)
+        axes.add_patch(Rectangle((0, -number - 0.92), 10, 0.84, fc=color, ec="#666666", lw=0.8))
+        axes.text(0.15, -number - 0.5, name, va="center", fontsize=10, weight="bold", family="monospace")
+        axes.text(3.0, -number - 0.5, text.strip(), va="center", fontsize=9)
+    arrow = {"arrowstyle": "-|>", "lw": 1.6, "color": "#444444"}
+    axes.annotate("", (10.45, -len(lines)), (10.45, 0), arrowprops=arrow)
+    axes.text(10.62, -len(lines) / 2, "imports", rotation=270, va="center", fontsize=10)
+    axes.set(xlim=(-0.05, 11.2), ylim=(-len(lines) - 0.1, 0.1))
+    axes.axis("off")
+    figure.savefig(folder / "layers.png", bbox_inches="tight", facecolor="white")
+    plt.close(figure)
+    yield "layers.png", Image.open(folder / "layers.png").convert("P", palette=Image.Palette.ADAPTIVE, colors=64)
 
 
 def draw_window(folder: Path) -> Iterator[Figure]:

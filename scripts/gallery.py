@@ -7,7 +7,8 @@ DATA is the folder of real volumes: what TEXVOL_DATA names, or ../shared/data be
 is not there are left out; the others are of built-in volumes. All are drawn at twice their size and averaged, as light,
 so that edges are smooth. FOLDER also gets the transfer functions and built-in volumes that the page's commands name.
 
-`--references` draws those of the built-in volumes for the README, into tests/references/readme; tests draw them again.
+`--references` draws those of the built-in volumes for the pages, into texvol/docs/pictures/gallery; tests draw them
+again.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ from texvol.util import color, writing
 from texvol.util.errors import InputError, TexvolError
 
 REPOSITORY = Path(__file__).resolve().parents[1]
-REFERENCES = REPOSITORY / "tests" / "references" / "readme"
+REFERENCES = REPOSITORY / "texvol" / "docs" / "pictures" / "gallery"
 REFERENCE_WIDTH = 400
 SUPERSAMPLING = 2
 _FARTHEST_GREY = 0.04  # linear; the nearest of a picture of depth is white
@@ -180,7 +181,7 @@ def row(each: Drawn) -> tuple[str, str, str, str]:
 
 
 def write_references(renderer: Renderer) -> None:
-    """Draw the pictures of the built-in volumes for the README."""
+    """Draw the pictures of the built-in volumes for the pages."""
     REFERENCES.mkdir(parents=True, exist_ok=True)
     for entry in filter(lambda each: each.is_built_in, ENTRIES.values()):
         path = REFERENCES / f"{entry.name}.png"
@@ -234,7 +235,7 @@ def main() -> int:
     parser.add_argument("-o", "--output", type=Path, metavar="FOLDER")
     parser.add_argument("--only", metavar="NAME,NAME")
     parser.add_argument("--quick", action="store_true", help="half the size")
-    parser.add_argument("--references", action="store_true", help="write tests/references/readme instead")
+    parser.add_argument("--references", action="store_true", help="write texvol/docs/pictures/gallery instead")
     try:
         make(parser.parse_args())
     except TexvolError as error:

@@ -34,6 +34,8 @@ napoleon_use_ivar = True
 
 html_theme = "furo"
 html_title = f"texvol {release}"
+html_static_path = ["static"]
+html_css_files = ["site.css"]
 html_copy_source = False
 html_show_sphinx = False
 
