@@ -7,9 +7,9 @@ import signal
 from collections.abc import Iterator
 
 import pytest
-from browser import browser  # noqa: F401 (a fixture)
-from small_pictures import BACKENDS, backend_or_skip
-from viewer import open_page  # noqa: F401 (a fixture)
+from support.browser import browser  # noqa: F401 (a fixture)
+from support.small_pictures import BACKENDS, backend_or_skip
+from support.viewer import open_page  # noqa: F401 (a fixture)
 
 from texvol.opengl.contexts import Context, open_context
 

@@ -87,9 +87,7 @@ class PlantedRenderer(Renderer):
         if self._last is None:
             return 0, 0
         scene, size, settings = self._last
-        stacks = slab_stacks(
-            scene.box, scene.camera_for(size), settings.slab_thickness, size, about=scene.volume.centre
-        )
+        stacks = slab_stacks(scene.box, scene.camera, settings.slab_thickness, size, about=scene.volume.centre)
         return (int(stacks.first[0]), int(stacks.last[-1])) if stacks.first.size else (0, 0)
 
 
@@ -115,7 +113,7 @@ class PlantedCompositor(Compositor):
         """An empty picture."""
         super().begin(drawing, target_format)
         if self._rows is not None and self._target is not None:
-            width, height = drawing.size
+            width, height = drawing.view.size
             self._target.scissor = (0, height - self._rows[1], width, self._rows[1] - self._rows[0])
 
     def draw_polygons(self, name: str, switches: dict[str, int], stacks: SlabStacks, *more: Any) -> None:

@@ -22,8 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.rendering.marching import can_march, march_pixels
-from texvol.scene.scene import Scene
-from texvol.scene.transfer import TransferFunction
+from texvol.scene.scene import CompleteScene, Scene
 from texvol.util.errors import InputError
 
 ALL = "all"
@@ -134,9 +133,7 @@ def check_picture(
     return _check_of(errors_of(drawn, truth), width * height, limit)
 
 
-def check_in_passing(
-    picture: NDArray[np.float32], scene: Scene, transfer_function: TransferFunction, limit: float
-) -> Check | None:
+def check_in_passing(picture: NDArray[np.float32], scene: CompleteScene, limit: float) -> Check | None:
     """Hold a few pixels against the truth, if that takes under a tenth of a second; None if it does not.
 
     By the oracle where that has been at work on the same kind of scene: its library takes longer to load, and its
@@ -147,11 +144,11 @@ def check_in_passing(
     seconds = oracle.seconds_per_pixel(scene) if oracle else None
     if seconds is not None and seconds * _FEW < _LITTLE:
         return check_picture(picture, scene, _FEW, limit)
-    if not can_march(scene, transfer_function):
+    if not can_march(scene):
         return None
     height, width = picture.shape[:2]
     pixels = chosen_pixels((width, height), min(_FEWER, width * height))
-    truth, off = march_pixels(scene, transfer_function, (width, height), pixels)
+    truth, off = march_pixels(scene, (width, height), pixels)
     errors = errors_of(picture[pixels[:, 1], pixels[:, 0]], truth) - _MARCHED * off
     return _check_of(np.maximum(errors, 0.0), width * height, limit) if (errors > limit).any() else None
 

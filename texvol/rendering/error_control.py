@@ -24,11 +24,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.scene.scene import Scene
+from texvol.scene.scene import CompleteScene, Scene
 from texvol.slicing.slabs import MOST_SLABS
 from texvol.util.errors import NoRoomError
 
@@ -42,6 +43,7 @@ EXTREME_ROUNDING = 4e-6
 _MOST_HALVINGS = 6  # of slabs: what is drawn then takes a few times as long as the picture
 _COARSEST_RATE, _FINEST_RATE = 1 / 16, 64  # slabs per smallest spacing
 
+AnyScene = TypeVar("AnyScene", bound=Scene)
 Draw = Callable[[float], NDArray[np.float32]]  # slab thickness → picture
 
 
@@ -64,7 +66,7 @@ class Begin:
     reference: float = 2.0
 
 
-def reference_for(scene: Scene) -> Scene:
+def reference_for(scene: AnyScene) -> AnyScene:
     """The scene as it is to be drawn for the finer picture of a pair."""
     if scene.mode != "composite" or scene.classification != "post":
         return scene
@@ -75,7 +77,7 @@ def reference_for(scene: Scene) -> Scene:
     return replace(scene, classification="integrated")
 
 
-def converging(scene: Scene) -> Scene:
+def converging(scene: AnyScene) -> AnyScene:
     """The scene as it is to be drawn where another classification has the same integral and is nearer to it.
 
     Interpolated opacities go to interpolated extinctions as slabs become thin, with order 1; these have order 2.
@@ -261,7 +263,10 @@ def estimate(
 
 
 def estimate_by_finer(
-    scene: Scene, picture: NDArray[np.float32], thickness: float, draw: Callable[[Scene, float], NDArray[np.float32]]
+    scene: CompleteScene,
+    picture: NDArray[np.float32],
+    thickness: float,
+    draw: Callable[[CompleteScene, float], NDArray[np.float32]],
 ) -> float:
     """The maximum error of a scene's picture at a slab thickness, from another one of half of that, or less.
 

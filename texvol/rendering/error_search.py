@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from texvol.rendering.error_control import Begin, Choice, converging, finest_rate, rounding_of, thickness_for_error
 from texvol.rendering.settings import Settings
-from texvol.scene.scene import Scene
+from texvol.scene.scene import CompleteScene
 from texvol.util.errors import AccuracyWarning
 
 Size = tuple[int, int]
-Draw = Callable[[Scene, Size, Settings], NDArray[np.float32]]
+Draw = Callable[[CompleteScene, Size, Settings], NDArray[np.float32]]
 
 _LEAST_ESTIMATED = 48  # pixels along each side: fewer may miss where the error is
 
@@ -37,11 +37,11 @@ class ErrorSearch:
         Gives what the rounding of values adds to the error of a scene that was drawn last.
     """
 
-    def __init__(self, draw: Draw, draw_exactly: Draw, rounding: Callable[[Scene], float]) -> None:
+    def __init__(self, draw: Draw, draw_exactly: Draw, rounding: Callable[[CompleteScene], float]) -> None:
         self._draw, self._draw_exactly, self._rounding = draw, draw_exactly, rounding
-        self._last: tuple[Scene, tuple[Size, Settings, float], Choice] | None = None
+        self._last: tuple[CompleteScene, tuple[Size, Settings, float], Choice] | None = None
 
-    def foresee(self, scene: Scene, size: Size, settings: Settings, wanted: float) -> Choice:
+    def foresee(self, scene: CompleteScene, size: Size, settings: Settings, wanted: float) -> Choice:
         """What a picture of a sixteenth of the pixels says of the one in that size.
 
         The error is the largest of all pixels, and hardly twice another in a sixteenth of them: half of what is wanted
@@ -55,7 +55,7 @@ class ErrorSearch:
             self._last = scene, asked, replace(found, estimated_error=2 * found.estimated_error, begin=begin)
         return self._last[2]
 
-    def choose(self, scene: Scene, size: Size, settings: Settings, wanted: float) -> Choice:
+    def choose(self, scene: CompleteScene, size: Size, settings: Settings, wanted: float) -> Choice:
         """The picture of the coarsest slabs that keep the error, beginning with what is foreseen.
 
         Warns
@@ -74,7 +74,7 @@ class ErrorSearch:
         return choice
 
     def _search(
-        self, scene: Scene, size: Size, settings: Settings, wanted: float, begin: Begin | None = None
+        self, scene: CompleteScene, size: Size, settings: Settings, wanted: float, begin: Begin | None = None
     ) -> Choice:
         reference = converging(scene)
         return thickness_for_error(

@@ -19,22 +19,26 @@ from texvol.opengl.texture_memory import default_budget
 from texvol.rendering import accuracy, checking, error_control
 from texvol.rendering.error_search import ErrorSearch, smaller
 from texvol.rendering.modelled import modelled
-from texvol.rendering.render import draw, over_background
-from texvol.rendering.scene_cache import SceneOnDevice
+from texvol.rendering.render import draw, over_background, read
+from texvol.rendering.scene_cache import SceneCache
 from texvol.rendering.settings import Settings
-from texvol.rendering.volume_cache import check_room
 from texvol.scene.display import NUMBER_MODES
-from texvol.scene.hidden_samples import without_hidden
-from texvol.scene.scene import Scene
+from texvol.scene.scene import CompleteScene, Scene
 from texvol.slicing import slabs as slicing
 from texvol.textures import slab_texture
 from texvol.textures.value_storage import HOPELESS, ULP
-from texvol.textures.value_texture import REFERENCE, ValueTexture
-from texvol.util.errors import AccuracyWarning, InputError, NoRoomError
+from texvol.textures.value_texture import REFERENCE
+from texvol.util.errors import AccuracyWarning, InputError, NoRoomError, check_type
 from texvol.util.statistics import median
 
 Size = tuple[int, int]
 _REFERENCE_BYTES = 64 << 20  # of textures for a picture that an estimate is drawn from, at most
+
+
+def render(scene: Scene, size: Size = (512, 512), *, backend: str = "auto", **accuracy: Any) -> NDArray[np.float32]:
+    """Return the scene's picture, drawn by a renderer of its own; arguments as for `Renderer.render`."""
+    with Renderer(backend) as renderer:
+        return renderer.render(scene, size, **accuracy)
 
 
 class Renderer:
@@ -70,15 +74,15 @@ class Renderer:
         with self._context:
             self._compositor = (compositor or Compositor)(self._context)
             self._budget = int(texture_memory * 1e6) if texture_memory else default_budget(self._context)
-            self._device = SceneOnDevice(self._context, self._budget)
+            self._cache = SceneCache(self._context, self._budget)
             self._bricks_drawn = 0
-        self._watch = self._device.watch
-        self._last: tuple[Scene, Size, Settings] | None = None
+        self._watch = self._cache.watch
+        self._last: tuple[CompleteScene, Size, Settings] | None = None
         self._stats: dict[str, Any] = {}
         self._estimate: float | None = None  # of the last picture's error, where it has been worked out
         self._check: checking.Check | None = None  # of the last picture
         self._notes: dict[float, tuple[dict[str, float], int]] = {}  # of pictures that may be chosen, by thickness
-        self._error_search = ErrorSearch(self._noted, self._exactly, self._device.rounding)
+        self._error_search = ErrorSearch(self._noted, self._exactly, self._cache.rounding)
 
     def render(
         self,
@@ -135,46 +139,45 @@ class Renderer:
         """
         check = checking.checked_count(check)
         size = self._compositor.checked_size(size)
+        check_type("scene", scene, Scene)
         scene.check_unchanged()
-        if scene.mask is not None:
-            scene = without_hidden(scene)
         if texture_format not in ("auto", *slab_texture.TEXEL_FORMATS):
             raise InputError(f"texture format is auto, rgba8, rgba16f or rgba32f, and not {texture_format!r}")
         wanted = accuracy.checked(scene, slab_thickness, sampling_rate, max_error)
         termination = accuracy.checked_termination(early_termination, max_error)
         target = accuracy.checked_target(target_format, scene.mode)
         settings = Settings(wanted, texture_format, target, termination, skip_empty)
-        asked = scene
+        complete = scene.completed(size)
         self._watch.seconds, self._stats, self._notes, self._estimate, self._check = {}, {}, {}, None, None
         with self._context:
             if max_error is not None:
                 # Any rounding of texels would hide in the differences that the choice goes by.
                 settings = replace(settings, texture_format="rgba32f") if texture_format == "auto" else settings
-                choice = self._error_search.choose(scene, size, settings, max_error)
+                choice = self._error_search.choose(complete, size, settings, max_error)
                 settings = replace(settings, slab_thickness=choice.slab_thickness)
                 picture, self._estimate = choice.picture, choice.estimated_error
                 self._watch.seconds, self._bricks_drawn = self._notes[choice.slab_thickness]
             if max_error is None or repeat > 1:
-                picture = self._draw(scene, size, settings, repeat)
-        self._last = (scene, size, settings)
+                picture = self._draw(complete, size, settings, repeat)
+        self._last = (complete, size, settings)
         if scene.mode not in NUMBER_MODES:
             picture = over_background(picture, scene.background)
         self._say_what_is_lost()
         if check is not None or max_error is not None:
-            self._hold_against_oracle(picture, asked, check, max_error)
+            self._hold_against_oracle(picture, complete, check, max_error)
         return picture
 
     def foresee(self, scene: Scene, size: Size, max_error: float) -> error_control.Choice:
         """Where `render` will begin to look for that error: what a picture of a sixteenth of the pixels asks for."""
         termination, target = accuracy.checked_termination(None, max_error), accuracy.checked_target("auto")
         settings = Settings(0.0, "rgba32f", target, termination, skip_empty=True)
-        scene = without_hidden(scene) if scene.mask is not None else scene
+        size = self._compositor.checked_size(size)
         with self._context:
-            return self._error_search.foresee(scene, self._compositor.checked_size(size), settings, max_error)
+            return self._error_search.foresee(scene.completed(size), size, settings, max_error)
 
     def _say_what_is_lost(self) -> None:
         """Warn of values that single precision does not tell apart."""
-        lost = self._device.lost_digits
+        lost = self._cache.lost_digits
         if lost >= HOPELESS * ULP:
             warnings.warn(
                 "single precision cannot hold the values at which the transfer function changes: they are so far apart "
@@ -184,15 +187,14 @@ class Renderer:
             )
 
     def _hold_against_oracle(
-        self, picture: NDArray[np.float32], scene: Scene, count: int | str | None, wanted: float | None
+        self, picture: NDArray[np.float32], scene: CompleteScene, count: int | str | None, wanted: float | None
     ) -> None:
         """Check some pixels, and warn where these are off by more than was wanted."""
         with self._watch.timed("check"):
             if count is not None:
                 self._check = checking.check_picture(picture, scene, count, wanted)
             elif wanted is not None:
-                medium = self._device.medium[0].transfer_function(scene)
-                self._check = checking.check_in_passing(picture, scene, medium, wanted)
+                self._check = checking.check_in_passing(picture, scene, wanted)
         found = self._check
         if wanted is None or found is None or not found.beyond:
             return
@@ -219,7 +221,7 @@ class Renderer:
         scene, size, settings = self._last
         with self._context:
             drawn = self._draw(scene, size, settings, depth=True)
-        return depth_of(drawn, scene.volume, scene.camera_for(size), settings.slab_thickness)
+        return depth_of(drawn, scene.volume, scene.camera, settings.slab_thickness)
 
     @property
     def stats(self) -> dict[str, Any]:
@@ -270,7 +272,7 @@ class Renderer:
         if self._context.released:
             return
         with self._context:
-            self._device.release()
+            self._cache.release()
             self._compositor.release()
         self._context.release()
 
@@ -281,38 +283,34 @@ class Renderer:
         self.close()
 
     def _draw(
-        self, scene: Scene, size: Size, settings: Settings, repeat: int = 1, depth: bool = False
+        self, scene: CompleteScene, size: Size, settings: Settings, repeat: int = 1, depth: bool = False
     ) -> NDArray[np.float32]:
-        """The picture, without background; or where its surface is."""
+        """Draw the picture, without background; or the depth of its isosurface."""
         with self._watch.baking():
-            parts = self._device.parts(scene, size, settings, depth)
-            check_room(parts, self._budget)
-            for _, textures, visible_part in parts:
-                if len(textures.bricks) == 1 and visible_part(textures.bricks[0]) is not None:
-                    textures.resources(textures.bricks[0])
+            drawing = self._cache.drawing(scene, size, settings, depth)
+            surfaces = None if depth else self._cache.surfaces(scene, size, settings)
+            self._cache.check_room(drawing)
+            for drawn in drawing.volumes:
+                if len(drawn.textures.bricks) == 1 and drawn.visible_part(drawn.textures.bricks[0]) is not None:
+                    drawn.textures.resources(drawn.textures.bricks[0])
         times = []
         for _ in range(max(repeat, 1)):
             start, spent = time.perf_counter(), self._watch.of_textures()
             with self._watch.baking():
-                self._bricks_drawn = draw(self._compositor, parts, settings.target_format)
+                self._bricks_drawn = draw(self._compositor, drawing, surfaces, settings.target_format)
             times.append(time.perf_counter() - start - (self._watch.of_textures() - spent))
         # The first draw compiles the programs: warm draws are the others.
         self._watch.seconds["draw"] = median(times[1:] or times)
-        drawing = parts[0].drawing
         with self._watch.timed("read"):
-            drawn = self._compositor.picture(drawing.color_scale)
-            if drawing.projection is None:
-                return drawn
-            assert isinstance(drawing.baked, ValueTexture), "values are projected"
-            return drawing.projection.numbers(drawn, drawing.baked, settings.slab_thickness)
+            return read(self._compositor, drawing)
 
-    def _noted(self, scene: Scene, size: Size, settings: Settings) -> NDArray[np.float32]:
+    def _noted(self, scene: CompleteScene, size: Size, settings: Settings) -> NDArray[np.float32]:
         """The picture; what is said of it is kept for the case that it is chosen."""
         picture = self._draw(scene, size, settings)
         self._notes[settings.slab_thickness] = dict(self._watch.seconds), self._bricks_drawn
         return picture
 
-    def _exactly(self, scene: Scene, size: Size, settings: Settings) -> NDArray[np.float32]:
+    def _exactly(self, scene: CompleteScene, size: Size, settings: Settings) -> NDArray[np.float32]:
         """Draw what stands for the integral: float32 throughout and no ray ended, so that their cost counts as error.
 
         Where it tells, values are rounded otherwise than in the picture itself.
@@ -320,21 +318,20 @@ class Renderer:
         exact = replace(settings, texture_format=REFERENCE, target_format="rgba32f", early_termination=0.0)
         return self._draw(scene, size, exact)
 
-    def _metadata(self, scene: Scene, size: Size, settings: Settings) -> dict[str, Any]:
+    def _metadata(self, scene: CompleteScene, size: Size, settings: Settings) -> dict[str, Any]:
         seconds, drawn = dict(self._watch.seconds), self._bricks_drawn
-        counts = [medium.empty_space.counts for medium in self._device.medium] if settings.skips(scene) else [(0, 0)]
-        textures = [medium.textures for medium in self._device.medium]
+        counts = [medium.empty_space.counts for medium in self._cache.volumes] if settings.skips(scene) else [(0, 0)]
+        textures = [medium.textures for medium in self._cache.volumes]
         cells, visible_cells = map(sum, zip(*counts, strict=True))
-        camera = scene.camera_for(size)
         metadata = {
             "renderer": self._context.renderer,
             "backend": self._context.backend,
             "size": list(size),
             "slab_thickness": settings.slab_thickness,
-            "slabs": slicing.slab_stacks(scene.box, camera, settings.slab_thickness, size).slab_count,
+            "slabs": slicing.slab_stacks(scene.box, scene.camera, settings.slab_thickness, size).slab_count,
             "classification": scene.classification,
-            "texture_format": ", ".join(medium.baked[1].texel_format for medium in self._device.medium if medium.baked),
-            "halvings": self._device.medium[0].halvings(scene.volume),
+            "texture_format": ", ".join(medium.baked[1].texel_format for medium in self._cache.volumes if medium.baked),
+            "halvings": self._cache.volumes[0].halvings(scene.volume),
             "target_format": settings.target_format,
             "bricks_total": sum(len(each.bricks) for each in textures),
             "bricks_drawn": drawn,
@@ -342,7 +339,7 @@ class Renderer:
             "cells_total": cells,
             "cells_drawn": visible_cells,
             "early_termination": settings.early_termination,
-            "modelled": modelled(scene, camera),
+            "modelled": modelled(scene),
             "seconds": seconds,
         }
         metadata["samples"], metadata["samples_total"] = self._samples(scene, size, settings)
@@ -354,25 +351,25 @@ class Renderer:
         """An estimate of the largest error, which is at least that of a checked pixel."""
         return estimate if estimate is None or self._check is None else max(estimate, self._check.largest_error)
 
-    def _samples(self, scene: Scene, size: Size, settings: Settings) -> tuple[int | None, int | None]:
+    def _samples(self, scene: CompleteScene, size: Size, settings: Settings) -> tuple[int | None, int | None]:
         """Slabs that were sampled, and slabs that the rays cross in the box; counted by drawing once more."""
         if self._context.released:
             return None, None
         if scene.mode in NUMBER_MODES:
-            every = slicing.slabs_crossed(scene.volume, scene.camera_for(size), settings.slab_thickness, size)
+            every = slicing.slabs_crossed(scene.volume, scene.camera, settings.slab_thickness, size)
             return every, every
         with self._context:
             drawn = self._counted(scene, size, settings)
             if scene.added:
                 return drawn, self._counted(scene, size, replace(settings, skip_empty=False, early_termination=0.0))
-        return drawn, slicing.slabs_crossed(scene.volume, scene.camera_for(size), settings.slab_thickness, size)
+        return drawn, slicing.slabs_crossed(scene.volume, scene.camera, settings.slab_thickness, size)
 
-    def _counted(self, scene: Scene, size: Size, settings: Settings) -> int:
-        parts = self._device.parts(scene, size, settings)
-        draw(self._compositor, [part.counting() for part in parts], "rgba32f")
+    def _counted(self, scene: CompleteScene, size: Size, settings: Settings) -> int:
+        drawing = self._cache.drawing(scene, size, settings).counting()
+        draw(self._compositor, drawing, self._cache.surfaces(scene, size, settings), "rgba32f")
         return int(self._compositor.picture()[..., 0].sum(dtype=np.float64))
 
-    def _estimated_error(self, scene: Scene, size: Size, settings: Settings) -> float | None:
+    def _estimated_error(self, scene: CompleteScene, size: Size, settings: Settings) -> float | None:
         """What the choice of thickness found, or what thinner slabs change in a sixteenth of the pixels."""
         if self._estimate is not None or self._context.released:
             return self._estimate
@@ -380,7 +377,7 @@ class Renderer:
             small = smaller(size)
             picture = self._draw(scene, small, settings)
             with ExitStack() as aside:
-                for medium in self._device.medium:
+                for medium in self._cache.volumes:
                     aside.enter_context(medium.set_aside(None if scene.added else _REFERENCE_BYTES))
                 self._estimate = error_control.estimate_by_finer(
                     scene,
@@ -388,5 +385,5 @@ class Renderer:
                     settings.slab_thickness,
                     lambda other, thickness: self._exactly(other, small, replace(settings, slab_thickness=thickness)),
                 )
-            self._estimate += self._device.rounding(scene)
+            self._estimate += self._cache.rounding(scene)
         return self._estimate

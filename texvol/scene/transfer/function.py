@@ -311,3 +311,7 @@ def _modulation(pairs: ArrayLike, name: str) -> NDArray[np.float64]:
         before, after = modulation[fallen[0] : fallen[0] + 2, 0]
         raise InputError(f"{name}: gradient magnitudes must ascend, and {after:g} follows {before:g}")
     return modulation
+
+
+# Transfer function of pictures of the values themselves, in which nothing is classified.
+NO_MEDIUM = TransferFunction(np.zeros(1), np.zeros((1, 3)), np.zeros(1))

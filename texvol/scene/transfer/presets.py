@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -112,6 +113,7 @@ _AS_IT_IS: list[Point] = [(0.0, (1.0, 1.0, 1.0), 0), (1.0, (1.0, 1.0, 1.0), 50)]
 # Of volumes beside the first, which is reddish: far from it and from each other.
 _HUES = ((0.1, 0.65, 1.0), (0.2, 1.0, 0.25), (1.0, 0.2, 0.9), (1.0, 0.9, 0.1))
 
+_PROPOSED: WeakKeyDictionary[Volume, TransferFunction] = WeakKeyDictionary()
 _OF_THE_HISTOGRAM = ("histogram", "contours", "boundaries")
 
 PRESETS: tuple[str, ...] = (*_CT, *_FRACTIONS, *_RAMPS, *CT_MATERIALS, *MATERIALS, *_OF_THE_HISTOGRAM)
@@ -174,11 +176,18 @@ def _content_of(name: str, volume: Volume) -> dict[str, Any] | None:
 
 
 def proposed_for(volume: Volume) -> TransferFunction:
-    """A transfer function that shows something sensible of an unknown volume.
+    """Transfer function for an unknown volume, the same object each time for the same volume.
 
-    Labels in a colour each, see `label_function`; samples that have a colour as they are, denser where there is more;
-    of others their matter, denser where brighter.
+    Labels get a colour each, see `label_function`. Samples with colours of their own keep them, and are the denser the
+    brighter they are. Of other volumes the values above the background show, denser where they are larger.
     """
+    found = _PROPOSED.get(volume)
+    if found is None:
+        found = _PROPOSED[volume] = _proposed(volume)
+    return found
+
+
+def _proposed(volume: Volume) -> TransferFunction:
     if volume.labels:
         from texvol.scene.transfer.labels import label_function
 

@@ -1,0 +1,61 @@
+"""What a picture shows is told from its scene: the mistake, and of a dropped slab which one it was."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from support.benches import SIZE, planted
+
+from texvol.comparison.explaining import mistakes_that_explain
+from texvol.comparison.mistakes import CATALOGUE
+from texvol.comparison.planting import PlantedRenderer
+from texvol.provenance.stored_scene import StoredScene
+from texvol.scene.demo import demo_scene
+
+
+@pytest.fixture(scope="module")
+def renderer():
+    with PlantedRenderer() as opened:
+        yield opened
+
+
+@pytest.mark.parametrize("eight_bits", [False, True])
+@pytest.mark.parametrize(
+    "name", [each.name for each in CATALOGUE if each.name not in ("one wrong pixel", "unclipped end slabs")]
+)
+def test_a_planted_mistake_is_told_from_the_scene(name: str, eight_bits: bool, renderer: PlantedRenderer) -> None:
+    bench, pictures = planted(renderer, demo_scene())
+    candidate, allowance = pictures[name], 0.0
+    if eight_bits:
+        if name in ("8-bit target", "missing cosine"):  # lost in what 8 bits round away
+            return
+        candidate, allowance = np.rint(np.clip(candidate, 0, 1) * 255) / 255, 0.5 / 255
+    found = mistakes_that_explain(candidate, StoredScene(bench.scene), eight_bits=eight_bits, allowance=allowance)
+    assert found[0].name == name
+    assert found[0].explained > 0.9
+    assert "the candidate is what the scene gives if" in found[0].words
+
+
+def test_any_dropped_slab_is_found_and_which(renderer: PlantedRenderer) -> None:
+    bench, _ = planted(renderer, demo_scene(), slab_thickness=1 / 96)
+    renderer.render(bench.scene, SIZE, **bench.settings)
+    first, end = renderer.slab_range()
+    chosen = bench.slab[0] - 5
+    assert np.abs(bench.without((chosen, chosen + 1)) - bench.right).max() > 1e-3
+    (found,) = mistakes_that_explain(bench.without((chosen, chosen + 1)), StoredScene(bench.scene, bench.settings))
+    assert found.name == "dropped slab"
+    assert found.parameters == {"slab": chosen - first, "slabs": end - first}
+
+
+def test_what_no_mistake_explains_is_not_explained(renderer: PlantedRenderer) -> None:
+    bench, _ = planted(renderer, demo_scene())
+    noise = np.random.default_rng(0).normal(0, 0.01, bench.right.shape)
+    for candidate in (bench.right, bench.right + 1e-7, bench.right + noise, np.roll(bench.right, 1, axis=1)):
+        assert mistakes_that_explain(candidate, StoredScene(bench.scene)) == ()
+
+
+def test_a_mistake_is_told_in_spite_of_a_pixel_that_is_not_finite(renderer: PlantedRenderer) -> None:
+    bench, pictures = planted(renderer, demo_scene())
+    candidate = pictures["half a texel"].copy()
+    candidate[3, 4] = np.nan
+    assert mistakes_that_explain(candidate, StoredScene(bench.scene))[0].name == "half a texel"

@@ -1,0 +1,83 @@
+"""A thousand frames with changing cameras, transfer functions and settings leave memory and the driver as they were."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+from unittest.mock import patch
+
+from support.scenes import FOG, smooth_volume
+
+from texvol.opengl.shaders import load_program
+from texvol.rendering.renderer import Renderer
+from texvol.scene.cutting import ClipPlane
+from texvol.scene.scene import Scene
+
+CODE = """
+import numpy as np
+from support.scenes import random_volume
+from texvol import Camera, Renderer, Scene, TransferFunction
+
+def resident():
+    return int(open('/proc/self/statm').read().split()[1]) * 4096 / 2**20
+
+volumes = [random_volume(seed, (24, 20, 22)) for seed in range(3)]
+random = np.random.default_rng(4)
+renderer = Renderer(texture_memory={memory})
+sizes = []
+for frame in range(1000):
+    # The second half has the kinds of frames of the first, nearly from where they were seen: other slants may be
+    # of other programs, and one takes up to 8 MB.
+    if frame in (0, 500):
+        kinds = np.random.default_rng(5)
+    volume = volumes[kinds.integers(3)]
+    points = np.sort(kinds.random(kinds.integers(1, 9)))
+    matter = TransferFunction(points, random.random((points.size, 3)), kinds.choice([0, 0.1, 3.0], points.size))
+    eye = volume.centre + 40 * kinds.standard_normal(3) + 1e-3 * random.standard_normal(3)
+    camera = Camera.framing(volume, kinds.choice(['orthographic', 'perspective']), eye=eye)
+    scene = Scene(volume, matter, camera, classification=kinds.choice(['slab', 'extinction', 'post']))
+    picture = renderer.render(
+        scene, (32, 24), sampling_rate=kinds.choice([0.5, 1.0, 2.0]), skip_empty=bool(kinds.integers(2))
+    )
+    assert np.isfinite(picture).all()
+    if frame % 100 == 99:
+        with renderer._context as context:
+            assert context.gl.error == 'GL_NO_ERROR', (frame, context.gl.error)
+        sizes.append(resident())
+renderer.close()
+print(*sizes)
+"""
+
+
+def resident_after_each_hundred(memory: float | None) -> list[float]:
+    code = CODE.replace("{memory}", repr(memory))
+    folder = Path(__file__).parent
+    done = subprocess.run([sys.executable, "-c", code], cwd=folder, capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stderr[-2000:]
+    return [float(number) for number in done.stdout.split()]
+
+
+def test_a_thousand_frames_of_whole_volumes() -> None:
+    sizes = resident_after_each_hundred(None)
+    # What a frame leaked would be there five hundred times.
+    assert max(sizes[5:]) - sizes[4] < 4, sizes
+
+
+def test_programs_are_kept_and_not_too_many_of_them() -> None:
+    """Lights and clip planes of any number are programs of their own."""
+    volume = smooth_volume(8)
+    with Renderer() as renderer, patch("texvol.opengl.compositor.load_program", side_effect=load_program) as load:
+        for planes in range(70):
+            clip = tuple(ClipPlane((1, 0, 0), -float(d)) for d in range(planes))
+            renderer.render(Scene(volume, FOG, clip=clip), (8, 8))
+            renderer.render(Scene(volume, FOG), (8, 8))
+        assert load.call_count == 70
+        assert len(renderer._compositor._programs) == 64
+        renderer.render(Scene(volume, FOG, clip=(ClipPlane((1, 0, 0), 0.0),)), (8, 8))
+        assert load.call_count == 71
+
+
+def test_a_thousand_frames_in_bricks() -> None:
+    sizes = resident_after_each_hundred(0.2)
+    assert max(sizes[5:]) - sizes[4] < 4, sizes

@@ -1,0 +1,1 @@
+"""Helpers of the tests: scenes, files, closed forms, windows, browsers."""

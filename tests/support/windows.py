@@ -1,0 +1,178 @@
+"""A display without a screen, a window on it, and what it left behind."""
+
+from __future__ import annotations
+
+import atexit
+import csv
+import ctypes
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator, Sequence
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from texvol.formats.pictures import image
+
+REPOSITORY = Path(__file__).parents[2]
+PATIENCE = 180  # seconds; a window that hangs is a failure, a busy machine is not
+
+
+_STARTED: list[subprocess.Popen[str]] = []
+
+
+@pytest.fixture
+def display() -> Iterator[str]:
+    """Name of a display of 1280 x 1024 pixels; windows that a test has left on it are ended."""
+    if not shutil.which("Xvfb"):
+        pytest.skip("Xvfb is not installed (Debian, Ubuntu: xvfb)")
+    yield _display()
+    while _STARTED:
+        process = _STARTED.pop()
+        if process.poll() is None:
+            process.kill()
+            process.communicate()
+
+
+@cache
+def _display() -> str:
+    """The display, started when first wanted, for all tests of this process."""
+    read, write = os.pipe()
+    server = subprocess.Popen(
+        ["Xvfb", "-displayfd", str(write), "-screen", "0", "1280x1024x24", "-nolisten", "tcp"],
+        pass_fds=(write,),
+        stderr=subprocess.DEVNULL,
+        preexec_fn=_die_with_parent,
+    )
+    os.close(write)
+    with os.fdopen(read) as numbers:
+        number = numbers.readline().strip()
+    assert number, "Xvfb has not started"
+    atexit.register(_end, server)
+    return f":{number}"
+
+
+def _die_with_parent() -> None:
+    """However the tests end, nothing that they have started stays."""
+    pr_set_pdeathsig = 1  # linux/prctl.h
+    ctypes.CDLL(None).prctl(pr_set_pdeathsig, signal.SIGKILL)
+
+
+def _end(server: subprocess.Popen[bytes]) -> None:
+    server.terminate()
+    try:
+        server.wait(10)
+    except subprocess.TimeoutExpired:
+        server.kill()
+        server.wait()
+
+
+def environment(display: str | None, folder: Path) -> dict[str, str]:
+    """What a window is started with; its user's files are in the folder."""
+    kept = {name: value for name, value in os.environ.items() if name not in ("DISPLAY", "WAYLAND_DISPLAY")}
+    paths = os.pathsep.join([str(REPOSITORY), *filter(None, [os.environ.get("PYTHONPATH")])])
+    shown = {"DISPLAY": display} if display else {}
+    return kept | shown | {"PYTHONPATH": paths, "XDG_STATE_HOME": str(folder / "state")}
+
+
+def started(display: str | None, folder: Path, *words: str) -> subprocess.Popen[str]:
+    """`texvol view`, running in the folder."""
+    process = subprocess.Popen(
+        [sys.executable, "-m", "texvol", "view", *words],
+        cwd=folder,
+        env=environment(display, folder),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=_die_with_parent,
+    )
+    _STARTED.append(process)
+    return process
+
+
+def viewed(display: str | None, folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
+    """`texvol view`, until it ends."""
+    process = started(display, folder, *words)
+    try:
+        out, err = process.communicate(timeout=PATIENCE)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        out, err = process.communicate()
+        raise AssertionError(f"the window did not end: {err}") from None
+    return subprocess.CompletedProcess(process.args, process.returncode, out, err)
+
+
+def texvol(folder: Path, *words: str) -> None:
+    """Another command, which has to succeed."""
+    done = subprocess.run(
+        [sys.executable, "-m", "texvol", *words],
+        cwd=folder,
+        env=environment(None, folder),
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+
+
+def script(folder: Path, steps: Sequence[dict[str, Any]], name: str = "script.jsonl") -> str:
+    """Name of a file with these steps."""
+    (folder / name).write_text("".join(json.dumps(step) + "\n" for step in steps))
+    return name
+
+
+def timings(path: Path) -> list[dict[str, str]]:
+    """Lines of the table of frame times."""
+    with path.open() as file:
+        return list(csv.DictReader(file))
+
+
+def eight_bits(path: Path) -> np.ndarray:
+    """Pixels of a PNG file, (height, width, 3) integers."""
+    return image.eight_bits(image.read(path)).astype(int)
+
+
+def until(reached: Callable[[], object]) -> None:
+    """Wait for it, as long as a busy machine may take."""
+    end = time.monotonic() + PATIENCE
+    while not reached():
+        assert time.monotonic() < end, "it never came to that"
+        time.sleep(0.05)
+
+
+def ball(folder: Path, samples: int = 48) -> str:
+    """Name of a volume with a soft ball and a denser one in it."""
+    z, y, x = np.mgrid[tuple(slice(-1, 1, samples * 1j) for _ in range(3))]
+    values = 200 * np.exp(-4 * (x**2 + y**2 + z**2)) + 300 * np.exp(-60 * ((x - 0.3) ** 2 + y**2 + (z - 0.2) ** 2))
+    np.save(folder / "ball.npy", values.astype(np.float32))
+    return "ball.npy"
+
+
+def memory_of(process: int) -> int:
+    """Bytes that a process and those that it has started hold, whatever they share counted each time."""
+    total = 0
+    for each in [process, *children_of(process)]:
+        try:
+            for line in Path(f"/proc/{each}/status").read_text().splitlines():
+                if line.startswith("RssAnon:"):
+                    total += int(line.split()[1]) * 1024
+        except OSError:  # it has ended meanwhile
+            continue
+    return total
+
+
+def children_of(process: int) -> list[int]:
+    """Processes that a process has started."""
+    try:
+        return [int(each) for each in Path(f"/proc/{process}/task/{process}/children").read_text().split()]
+    except OSError:
+        return []

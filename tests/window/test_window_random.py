@@ -1,0 +1,94 @@
+"""A thousand random actions of mouse, keyboard and window: nothing breaks, and memory does not grow."""
+
+from __future__ import annotations
+
+import random
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+from support.windows import PATIENCE, ball, children_of, display, memory_of, script, started  # noqa: F401 (a fixture)
+
+from texvol.window.commands import TABS
+from texvol.window.navigation import AXES
+from texvol.window.steering import BINDINGS
+
+ACTIONS = 1000
+# What would end the window, or leave it for another.
+_NOT_PLAYED = {"close", "fullscreen"}
+
+
+def random_steps(seed: int) -> list[dict[str, Any]]:
+    """So many actions, a few of them each frame."""
+    chance = random.Random(seed)
+    keys = [chord for each in BINDINGS if each.command not in _NOT_PLAYED for chord in each.chords]
+    steps: list[dict[str, Any]] = []
+    held: str | None = None
+    for number in range(ACTIONS):
+        step: dict[str, Any] = {"t": round(0.015 * number, 3)}
+        kind = chance.choices(
+            ("move", "button", "scroll", "key", "command", "resize", "text"), (50, 18, 8, 14, 6, 1, 3)
+        )[0]
+        if kind == "move":
+            step |= {"kind": kind, "x": chance.randrange(-20, 740), "y": chance.randrange(-20, 520)}
+        elif kind == "button":
+            down = held is None
+            held = chance.choice(("left", "left", "right", "middle")) if held is None else held
+            step |= {
+                "kind": kind,
+                "name": held,
+                "down": down,
+                "modifiers": chance.choice(([], [], ["shift"], ["ctrl"])),
+            }
+            held = held if down else None
+        elif kind == "scroll":
+            modifiers = chance.choice(([], [], ["shift"], ["ctrl"]))
+            step |= {"kind": kind, "y": chance.uniform(-3, 3), "modifiers": modifiers}
+        elif kind == "key":
+            *modifiers, name = chance.choice(keys).split("+")
+            steps.append(step | {"kind": kind, "name": name, "down": True, "modifiers": modifiers})
+            step |= {"kind": kind, "name": name, "down": False, "modifiers": modifiers}
+        elif kind == "command":
+            names = [f"tab {tab}" for tab in TABS] + [f"axis {axis}" for axis in AXES]
+            step |= {"do": "command", "name": chance.choice(names)}
+        elif kind == "resize":
+            step |= {"kind": kind, "x": chance.randrange(200, 800), "y": chance.randrange(150, 560)}
+        else:
+            step |= {"kind": kind, "name": chance.choice("0123456789.-abc")}
+        steps.append(step)
+    return steps
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [1, 2])
+def test_random_actions_leave_the_window_whole(display: str, tmp_path: Path, seed: int) -> None:  # noqa: F811
+    steps = [{"t": 0, "do": "rest"}, *random_steps(seed)]
+    process = started(
+        display,
+        tmp_path,
+        ball(tmp_path),
+        "--size",
+        "320x400",
+        "--script",
+        script(tmp_path, steps),
+        "--timings",
+        "t.csv",
+    )
+    held: list[int] = []
+    painters: list[int] = []
+    end = time.monotonic() + PATIENCE
+    while process.poll() is None and time.monotonic() < end:
+        time.sleep(0.25)
+        held.append(memory_of(process.pid))
+        painters.append(len(children_of(process.pid)))
+    if process.poll() is None:
+        process.kill()
+    _, err = process.communicate()
+    assert process.returncode == 0, err
+    assert err == ""
+    quarter = len(held) // 4
+    # Mover and refiner; only the clerk, who writes pictures, comes later.
+    assert max(painters[quarter:]) <= 3 and min(painters[quarter : 3 * quarter]) >= 2
+    # Programs of new kinds of scenes are compiled all along; what leaks with each frame or action would be more.
+    assert max(held[3 * quarter :]) < max(held[quarter : 2 * quarter]) + (96 << 20)
