@@ -9,7 +9,7 @@ import sys
 import tomllib
 
 import pytest
-from page_blocks import DOCS, PAGES, REPOSITORY, blocks
+from support.page_blocks import DOCS, PAGES, REPOSITORY, blocks
 
 import texvol
 from texvol.__main__ import main as texvol_main

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from page_blocks import PAGES, REPOSITORY, Block, blocks
+from support.page_blocks import PAGES, REPOSITORY, Block, blocks
 
 from texvol.__main__ import main as texvol_main
 
