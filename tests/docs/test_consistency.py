@@ -17,6 +17,7 @@ from texvol.cli.help import topics
 from texvol.comparison.kinds import NAMES
 from texvol.scene.scene import CLASSIFICATIONS, MODES
 from texvol.scene.transfer import PRESETS
+from texvol.window.commands import TABS
 
 LINK = re.compile(r"\]\(([^)#\s]+)(?:#[^)]*)?\)")
 PATH = re.compile(r"`((?:texvol|shaders|scripts|tests)/[\w./-]+)`")
@@ -42,6 +43,19 @@ def test_links_and_pictures_are_there(page: str) -> None:
 def test_files_that_a_page_names_are_there(page: str) -> None:
     missing = [each for each in PATH.findall(text_of(page)) if "NAME" not in each and not (REPOSITORY / each).exists()]
     assert not missing
+
+
+def test_names_in_the_contributing_page_are_in_the_source() -> None:
+    source = "".join(path.read_text(encoding="utf-8") for path in (REPOSITORY / "texvol").rglob("*.py"))
+    source += "".join(path.read_text(encoding="utf-8") for path in (REPOSITORY / "shaders").iterdir())
+    source += (REPOSITORY / "pyproject.toml").read_text(encoding="utf-8")
+    named = set(re.findall(r"`(_?[A-Za-z][A-Za-z_]*)(?:\(.*?\))?(?: -> \w+)?`", text_of("contributing")))
+    assert {"_KINDS", "FORMATS", "PRESETS", "read"} <= named
+    assert not [name for name in named if not re.search(rf"\b{name}\b", source)]
+
+
+def test_the_window_page_names_every_tab() -> None:
+    assert not [tab for tab in TABS if f"*{tab}*" not in text_of("window")]
 
 
 def test_every_stored_picture_is_shown() -> None:
