@@ -74,7 +74,7 @@ def test_opaque_slabs_of_linear_opacity_are_opaque(renderer: PlantedRenderer) ->
 def test_double_thickness_is_the_picture_of_a_volume_twice_as_large(renderer: PlantedRenderer, name: str) -> None:
     scene = SCENES[name]
     bench, pictures = planted(renderer, scene, slab_thickness=0.35, texture_format="rgba32f")
-    volume, camera = scene.volume, scene.camera_for(SIZE)
+    volume, camera = scene.volume, scene.completed(SIZE).camera
     large = Volume(volume.values, 2 * volume.spacing, 2 * volume.origin, volume.direction)
     wide = Camera.orthographic(
         *(2 * np.array(each) for each in (camera.eye, camera.target)), camera.up, 2 * camera.height
@@ -183,7 +183,7 @@ def test_mistakes_in_the_picture_are_made_of_the_right_one(renderer: PlantedRend
 def test_unclipped_end_slabs_make_fog_thicker_at_its_faces(renderer: PlantedRenderer) -> None:
     volume = Volume(np.ones((5, 5, 5), np.float32))
     bench, pictures = planted(renderer, Scene(volume, constant(0.02), classification="post"), slab_thickness=0.7)
-    lengths = path_lengths(volume, bench.scene.camera_for(SIZE), SIZE)
+    lengths = path_lengths(volume, bench.scene.completed(SIZE).camera, SIZE)
     through = -np.log1p(-pictures["unclipped end slabs"][..., 3].astype(np.float64)) / 0.02
     seen = lengths > 0.1
     # Both ends are rounded to whole slabs.
@@ -251,7 +251,7 @@ def test_a_replacement_that_is_stale_is_an_error_and_leaves_the_renderer_whole(r
         pass
     with pytest.raises(ShaderError, match=r"slab_stack\.frag"):
         Bench(renderer, StoredScene(SCENES["slab"]), SIZE).draw(
-            Planted((("slab_stack.frag", "stack_color = vec4(0.0);", "no GLSL"),))
+            Planted((("slab_stack.frag", "progress.color = over(progress.color, color);", "no GLSL"),))
         )
     assert renderer.render(SCENES["slab"], SIZE).any()
 

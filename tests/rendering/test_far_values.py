@@ -228,7 +228,7 @@ def test_a_lost_offset_is_seen(renderer: Renderer) -> None:
     """The check can fail: with the margin back that a far value gives to all, a hot pixel makes a surface."""
     with (
         planted.planted(
-            ("projection.frag", "max(size.z, size.w)) > far_from", "max(size.z, size.w)) > 1e30 * far_from")
+            ("isosurface.glsl", "largest_size(piece.above) > far_from", "largest_size(piece.above) > 1e30 * far_from")
         ) as wrong,
         pytest.raises(AssertionError),
     ):

@@ -353,7 +353,7 @@ def test_a_factor_of_nothing_takes_opaque_matter_away(
 
 # Planted mistakes.
 
-MEDIUM, GRADED = "matter.glsl", "graded.glsl"
+MEDIUM, GRADED = "medium.glsl", "graded.glsl"
 MISTAKES: dict[str, tuple[planted.Replacement, str]] = {
     "modulation of colours only": (
         (MEDIUM, "vec4(EMISSIVE != 0 ? vec3(factor) : vec3(1.0), factor)", "vec4(vec3(factor), 1.0)"),
@@ -367,7 +367,10 @@ MISTAKES: dict[str, tuple[planted.Replacement, str]] = {
         (GRADED, "ramp(magnitude, slope.y, slope.z) : 0.0", "min(1e9 * ramp(magnitude, slope.y, slope.z), 1.0) : 0.0"),
         "graded",
     ),
-    "graded beyond its ends": ((GRADED, "value >= position.x && value < position.y", "place.x < place.y"), "graded"),
+    "graded beyond its ends": (
+        (GRADED, "value >= position.x && value < position.y", "position.x < position.y"),
+        "graded",
+    ),
     "colour of points not weighted": ((MEDIUM, "if (EMISSIVE == 0) medium.rgb *= medium.a;", ""), "graded"),
     "a contour of the same width everywhere": (
         (GRADED, "/ max(magnitude, 1e-30);", "/ (0.1 + 1e-6 * magnitude);"),

@@ -181,7 +181,7 @@ MISTAKES = {
         "vec2 turns = vec2(from);",
     ),
     "no refinement": ("trilinear.glsl", "MOST_STEPS = 24", "MOST_STEPS = 0"),
-    "a margin of a thousandth": ("projection.frag", "max(same, off), t)", "max(0.001 + same, off), t)"),
+    "a margin of a thousandth": ("isosurface.glsl", "= max(same, off);", "= max(0.001 + same, off);"),
 }
 
 
@@ -192,7 +192,7 @@ def test_a_mistake_in_where_it_is_is_seen(mistake):
 
 
 def test_a_missing_margin_is_seen():
-    for mistake in [("projection.frag", "max(same, off), t)", "1e-30 * max(same, off), t)")]:
+    for mistake in [("isosurface.glsl", "= max(same, off);", "= 1e-30 * max(same, off);")]:
         with planted.planted(mistake) as wrong, pytest.raises(AssertionError):
             for projection in ("orthographic", "perspective"):
                 test_values_exactly_at_the_isovalue_are_met(wrong, projection, np.float64)

@@ -209,7 +209,7 @@ SHADER_MISTAKES: dict[str, tuple[planted.Replacement, str]] = {
     "one side only": ((LIGHT, "if (dot(normal, to_eye) < -SQUARE)", "if (dot(normal, to_eye) < -2.0)"), "head"),
     "highlights on what faces away": ((LIGHT, "facing > SQUARE ?", "facing > -2.0 ?"), "shininess 0, one side"),
     "highlights coloured by matter": (
-        ("matter.glsl", "(GLOWS ? medium.a : 1.0) * shade.specular", "matter.rgb * shade.specular"),
+        ("medium.glsl", "(GLOWS ? medium.a : 1.0) * shade.specular", "medium.rgb * shade.specular"),
         "shininess 0",
     ),
 }

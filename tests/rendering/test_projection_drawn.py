@@ -284,7 +284,7 @@ MISTAKES = {
     "end slabs unclipped": (test_sums_approach_those_of_the_oracle, *planted.UNCLIPPED_END_SLABS),
     "cosine left out": (
         test_sums_approach_those_of_the_oracle,
-        ("projection.frag", "(ray) * ray.obliquity;", "(ray) * (1.0 + 1e-20 * ray.obliquity);"),
+        ("projection.frag", "* walk.path_length;", "* (1.0 + 1e-20 * walk.path_length);"),
     ),
 }
 

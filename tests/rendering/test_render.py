@@ -311,7 +311,7 @@ def test_stats_say_what_was_done(renderer: Renderer) -> None:
         ({"max_error": np.nan}, "maximum error must be positive"),
         ({"max_error": 0.1, "sampling_rate": 1.0}, "give one of them"),
         ({"texture_format": "rgba64f"}, "texture format is auto"),
-        ({"target_format": "rgb"}, "target format is auto"),
+        ({"target_format": "rgb"}, "target format must be auto"),
     ],
 )
 def test_arguments_out_of_range_are_refused(renderer: Renderer, arguments: dict, message: str) -> None:

@@ -40,8 +40,12 @@ LINEAR_OPACITY: tuple[Replacement, ...] = (
     ),
 )
 UNCLIPPED_END_SLABS: tuple[Replacement, ...] = (
-    ("ray.glsl", "ray.first_fraction = float(inside.x - floor(inside.x));", "ray.first_fraction = 0.0;"),
-    ("ray.glsl", "ray.last_fraction = float(inside.y - (ceil(inside.y) - 1.0));", "ray.last_fraction = 1.0;"),
+    ("box_walk.glsl", "walk.first_fraction = float(interval.x - floor(interval.x));", "walk.first_fraction = 0.0;"),
+    (
+        "box_walk.glsl",
+        "walk.last_fraction = float(interval.y - (ceil(interval.y) - 1.0));",
+        "walk.last_fraction = 1.0;",
+    ),
 )
 # The uniform has to stay in use, or setting it is an error.
 MISSING_COSINE: tuple[Replacement, ...] = (
@@ -71,7 +75,7 @@ STRAIGHT_COLOUR: tuple[Replacement, ...] = (
         "return np.concatenate([glow / np.maximum(depth, 1e-300), depth], axis=1)",
     ),
     (
-        "slab_stack.frag",
+        "sampled_slabs.glsl",
         "vec4(texel.rgb * (length * mean_transmittance(depth, opacity)), opacity)",
         "vec4(texel.rgb * opacity, opacity)",
     ),
@@ -111,7 +115,7 @@ def slabs_per_blend(count: int) -> Iterator[None]:
     def stacks(volume, camera, slab_thickness, size, per_stack=count, *part):  # type: ignore[no-untyped-def]
         return slab_stacks(volume, camera, slab_thickness, size, count, *part)
 
-    with patch("texvol.rendering.render.slicing.slab_stacks", stacks):
+    with patch("texvol.rendering.render.slab_stacks", stacks):
         yield
 
 

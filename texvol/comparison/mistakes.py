@@ -178,15 +178,9 @@ def _other_axis(bench: Bench) -> Pixels:
 
 
 def _unclipped_end_slabs(bench: Bench) -> Pixels:
-    file, name = ("box_walk.glsl", "walk") if bench.draws_pieces else ("ray.glsl", "ray")
-    return bench.draw(
-        Planted(
-            (
-                (file, f"{name}.first_share = float(inside.x - floor(inside.x));", f"{name}.first_share = 0.0;"),
-                (file, f"{name}.last_share = float(inside.y - (ceil(inside.y) - 1.0));", f"{name}.last_share = 1.0;"),
-            )
-        )
-    )
+    front = ("walk.first_fraction = float(interval.x - floor(interval.x));", "walk.first_fraction = 0.0;")
+    back = ("walk.last_fraction = float(interval.y - (ceil(interval.y) - 1.0));", "walk.last_fraction = 1.0;")
+    return bench.draw(Planted((("box_walk.glsl", *front), ("box_walk.glsl", *back))))
 
 
 def _missing_cosine(bench: Bench) -> Pixels:

@@ -26,7 +26,7 @@ _STEPS_BEFORE = 512  # where eight samples are classified for each step
 
 
 def can_march(scene: CompleteScene) -> bool:
-    """True for one volume of finite values in plain matter of finite extinction, of which steps pass over nothing."""
+    """True for one volume of finite values and a plain medium of finite extinction without narrow spikes."""
     volume, transfer_function = scene.volume, scene.medium
     if scene.mode != "composite" or scene.added or scene.geometry or scene.mask is not None or scene.cutting.caps:
         return False

@@ -15,7 +15,6 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from texvol.scene.air import hounsfield_by, hounsfield_range
-from texvol.scene.transfer.files import from_content
 from texvol.scene.transfer.function import TransferFunction
 from texvol.scene.transfer.material_presets import CT_MATERIALS, MATERIALS
 from texvol.scene.transfer.units import Units
@@ -136,7 +135,7 @@ def preset(name: str, volume: Volume, materials: Sequence[str] | None = None) ->
     _check_measured(name, volume)
     content = _content_of(name, volume)
     if content is not None:
-        return from_content(content, name, volume, materials)
+        return TransferFunction.from_content(content, name, volume, materials)
     if materials is not None:
         asked = ", ".join(map(repr, materials))
         raise InputError(f"the preset {name} has no materials, and {asked} can't be chosen from it")
