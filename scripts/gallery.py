@@ -28,12 +28,11 @@ from gallery_page import page
 from gallery_volumes import built_in
 from numpy.typing import NDArray
 
-from texvol import Renderer, Scene, Volume
+from texvol import Renderer, Scene, TransferFunction, Volume
 from texvol.formats.pictures import image
 from texvol.options import reading as reading_options
 from texvol.options import scene_options as options
 from texvol.scene import display
-from texvol.scene.transfer.files import from_content
 from texvol.util import color, writing
 from texvol.util.errors import InputError, TexvolError
 
@@ -83,7 +82,7 @@ def scene_of(entry: Entry, data: Path, size: Size) -> Scene | None:
     scene = chosen.scene(volume, in_8_bits=True)
     if entry.transfer_function is None:
         return scene
-    own = from_content(entry.transfer_function, entry.name, volume)
+    own = TransferFunction.from_content(entry.transfer_function, entry.name, volume)
     return replace(scene, transfer_function=own, coloring="tf")
 
 

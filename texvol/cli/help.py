@@ -1,20 +1,17 @@
 """`texvol help`: pages of documentation in the terminal, the same files that the site is made of.
 
 A page is a Markdown file of texvol/docs. Its title is its first line, and the list in index.md says in one line what is
-in it. A terminal shows pages by rich where that is installed; otherwise, and in a pipe, they are plain text.
+in it. A terminal shows pages by rich where that is installed; otherwise, and in a pipe, they are plain text. Libraries
+are imported when a page is asked for: every command imports this file.
 """
 
 from __future__ import annotations
 
 import argparse
-import difflib
 import re
-import shutil
 import sys
-from importlib.resources import files
 from typing import Any
 
-from texvol.cli.plain_text import as_text, simplified
 from texvol.util.errors import InputError
 from texvol.util.terminal import say
 
@@ -62,12 +59,16 @@ def _run(topic: str | None, commands: dict[str, argparse.ArgumentParser]) -> Non
     elif topic in commands:
         say(commands[topic].format_help())
     else:
+        import difflib
+
         near = difflib.get_close_matches(topic, [*topics(), *commands], n=1)
         hint = f"did you mean {near[0]!r}?" if near else "texvol help lists the topics"
         raise InputError(f"topic {topic!r} not found; {hint}")
 
 
 def _folder() -> Any:
+    from importlib.resources import files
+
     return files("texvol") / "docs"
 
 
@@ -77,6 +78,10 @@ def _title(topic: str) -> str:
 
 def _show(markdown: str) -> None:
     """Print a page: by rich on a terminal that has it, otherwise as plain text."""
+    import shutil
+
+    from texvol.cli.plain_text import as_text, simplified
+
     width = min(shutil.get_terminal_size().columns, _WIDEST)
     if sys.stdout is not None and sys.stdout.isatty():
         try:
