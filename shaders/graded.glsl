@@ -42,6 +42,16 @@ float modulation_of(float magnitude) {
     return factor;
 }
 
+// Weight of a piece at a value: 0 beyond its ends, between them the ramp by magnitude.
+float piece_weight(float value, float magnitude, vec3 position, vec3 slope) {
+    return value >= position.x && value < position.y ? ramp(magnitude, slope.y, slope.z) : 0.0;
+}
+
+// Distance of a value from a contour, 1 where the contour ends.
+float contour_distance(float value, float magnitude, vec3 position) {
+    return max(abs(value - position.x) - position.y, 0.0) * position.z / max(magnitude, 1e-30);
+}
+
 // Emission and extinction of all that depends on value and gradient together.
 vec4 graded_medium(float value, float magnitude) {
     vec4 medium = vec4(0.0);
@@ -50,14 +60,14 @@ vec4 graded_medium(float value, float magnitude) {
     for (int i = 0; i < GRADED; ++i) {
         vec3 position = graded_positions[i];
         vec3 slope = graded_slopes[i];
-        float weight = value >= position.x && value < position.y ? ramp(magnitude, slope.y, slope.z) : 0.0;
+        float weight = piece_weight(value, magnitude, position, slope);
         medium += weight * mix(graded_starts[i], graded_ends[i], ramp(value, position.z, slope.x));
     }
 #endif
 #if CONTOURS
     for (int i = 0; i < CONTOURS; ++i) {
         vec3 position = contour_positions[i];
-        float away = max(abs(value - position.x) - position.y, 0.0) * position.z / max(magnitude, 1e-30);
+        float away = contour_distance(value, magnitude, position);
         medium += contour_media[i] * max(1.0 - away, 0.0);
     }
 #endif

@@ -29,6 +29,13 @@ struct Piece {
     float margin;                 // values this near to the isovalue count as it
 };
 
+#if MISSING
+// True if any of these differences from the isovalue is that of a far-off sample.
+bool any_far(vec4 above) {
+    return largest_size(above) > far_from;
+}
+#endif
+
 // The piece between two depths, whose values are at t = 0, 1, 2 and 3; depth grows by `longest` over the longest
 // edge of the box.
 Piece piece_of(vec4 values, float length, float longest) {
@@ -43,7 +50,7 @@ Piece piece_of(vec4 values, float length, float longest) {
     piece.ends = vec2(FROM, TO);
 #if MISSING
     // Beside a far-off sample that would take every value for near, and nothing is left of what is extrapolated.
-    if (largest_size(piece.above) > far_from) {
+    if (any_far(piece.above)) {
         off = 0.0;
         piece.ends = vec2(0.0, 3.0);
     }

@@ -51,14 +51,38 @@ vec3 unit(vec3 vector) {
     return vector / max(length(vector), 1e-30);
 }
 
+// Unit normal of a surface, which points to lower values.
+vec3 normal_of(vec3 gradient, float magnitude) {
+    return gradient / -max(magnitude, 1e-30);
+}
+
+// Normal of the side of a surface that is lit.
+vec3 lit_normal(vec3 normal, vec3 to_eye) {
+#if TWO_SIDED
+    if (dot(normal, to_eye) < -SQUARE) normal = -normal;
+#endif
+    return normal;
+}
+
+#if SPECULAR
+// Cosine of the angle between a normal and the direction halfway between a light and the eye.
+float halfway_cosine(vec3 normal, vec3 to_light, vec3 to_eye) {
+    // The normal may be of any length if float32 does not hold the square of the gradient.
+    return clamp(dot(normal, unit(to_light + to_eye)), 1e-30, 1.0);
+}
+
+// Highlight of a light of colour 1; `facing` is the cosine of the angle between the normal and the light.
+float highlight_of(float facing, float halfway, float confidence) {
+    return facing > SQUARE ? held_specular * confidence * pow(halfway, held_shininess) : 0.0;
+}
+#endif
+
 // `shade` with one light added; `confidence` is the gradient confidence, 0 to 1.
 Shade with_light(Shade shade, vec3 color, vec3 normal, vec3 to_light, vec3 to_eye, float confidence) {
     float facing = dot(normal, to_light);
     shade.diffuse += held_diffuse * color * mix(1.0, max(facing, 0.0), confidence);
 #if SPECULAR
-    // The normal may be of any length if float32 does not hold the square of the gradient.
-    float halfway = clamp(dot(normal, unit(to_light + to_eye)), 1e-30, 1.0);
-    shade.specular += (facing > SQUARE ? held_specular * confidence * pow(halfway, held_shininess) : 0.0) * color;
+    shade.specular += highlight_of(facing, halfway_cosine(normal, to_light, to_eye), confidence) * color;
 #endif
     return shade;
 }
@@ -78,10 +102,7 @@ Shade shade_of(vec3 gradient, vec3 to_eye, vec3 position) {
     float magnitude = length(gradient);
     float fraction = clamp(magnitude / held_fade, 0.0, 1.0);
     float confidence = fraction * fraction * (3.0 - 2.0 * fraction);
-    vec3 normal = gradient / -max(magnitude, 1e-30);
-#if TWO_SIDED
-    if (dot(normal, to_eye) < -SQUARE) normal = -normal;
-#endif
+    vec3 normal = lit_normal(normal_of(gradient, magnitude), to_eye);
     Shade shade = Shade(vec3(held_ambient), vec3(0.0));
 #if HEAD_LIGHT
     shade = with_light(shade, held_head_color, normal, to_eye, to_eye, confidence);

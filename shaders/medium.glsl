@@ -42,21 +42,37 @@ void prepare_medium(vec2 pixel) {
 // True if r, g, b of a medium are its emission, and false if they are its straight colour.
 const bool GLOWS = EMISSIVE != 0 || GRADED != 0 || CONTOURS != 0;
 
+// Medium of the control points times the factor of its modulation; straight colour stays.
+vec4 modulated(vec4 medium, float factor) {
+    return medium * vec4(EMISSIVE != 0 ? vec3(factor) : vec3(1.0), factor);
+}
+
+// Medium of the control points with its emission in place of a straight colour.
+vec4 with_emission(vec4 medium) {
+    if (EMISSIVE == 0) medium.rgb *= medium.a;
+    return medium;
+}
+
+#if LIT
+// Medium in its light.
+vec4 lit_medium(vec4 medium, Shade shade) {
+    return vec4(medium.rgb * shade.diffuse + (GLOWS ? medium.a : 1.0) * shade.specular, medium.a);
+}
+#endif
+
 // Medium of a texel in its light: colour or emission, and extinction.
 vec4 medium_of(vec4 texel, vec3 position) {
     float value = value_of(texel);
     vec4 medium = medium_of_value(value);
     vec3 gradient = gradient_of(texel);
     float magnitude = magnitude_of(gradient);
-    float factor = modulation_of(magnitude);
-    medium *= vec4(EMISSIVE != 0 ? vec3(factor) : vec3(1.0), factor);
+    medium = modulated(medium, modulation_of(magnitude));
     if (GRADED != 0 || CONTOURS != 0) {
-        if (EMISSIVE == 0) medium.rgb *= medium.a;
+        medium = with_emission(medium);
         medium += value == value ? graded_medium(value, magnitude) : vec4(0.0);
     }
 #if LIT
-    Shade shade = shade_at(gradient, to_eye, position);
-    medium.rgb = medium.rgb * shade.diffuse + (GLOWS ? medium.a : 1.0) * shade.specular;
+    medium = lit_medium(medium, shade_at(gradient, to_eye, position));
 #endif
     return medium;
 }

@@ -70,17 +70,40 @@ vec2 turns_of(vec4 cubic) {
     return c > 0.0 ? vec2(far, near) : vec2(near, far);
 }
 
+// The t from `from` to `to` at which the cubic that has these values at t = 0, 1, 2 and 3 turns down, and turns up.
+vec2 turns_between(vec4 values, float from, float to) {
+    return clamp(turns_of(cubic_through(values)), from, to);
+}
+
 // The largest value from one t to another of the cubic that has these values at t = 0, 1, 2 and 3.
 float largest_of(vec4 values, float from, float to) {
-    float peak = cubic_between(values, clamp(turns_of(cubic_through(values)).x, from, to));
+    float peak = cubic_between(values, turns_between(values, from, to).x);
     return max(peak, max(cubic_between(values, from), cubic_between(values, to)));
+}
+
+// Root of `side` times the cubic that has these values, which falls from `at.x` > 0 to `at.y` < 0 over an interval, by
+// false position, in which the end that stays twice is counted half (Dowell, Jarratt 1971).
+float root_between(vec4 values, float side, vec2 interval, vec2 at) {
+    const int MOST_STEPS = 24;    // each halves the interval at least every other time
+    float root = interval.y;
+    for (int i = 0; i < MOST_STEPS && at.x > 0.0 && at.y < 0.0 && interval.x < interval.y; ++i) {
+        root = mix(interval.x, interval.y, at.x / (at.x - at.y));
+        float there = side * cubic_between(values, root);
+        if (there > 0.0) {
+            interval.x = root;
+            at = vec2(there, 0.5 * at.y);
+        } else {
+            interval.y = root;
+            at = vec2(0.5 * at.x, there);
+        }
+    }
+    return root;
 }
 
 // True if the cubic that has these values at t = 0, 1, 2 and 3 comes within `margin` of 0, or passes it, from one t
 // to another; `root` is where it does so first.
 bool first_root(vec4 values, float from, float to, float margin, out float root) {
-    const int MOST_STEPS = 24;    // each halves the interval at least every other time
-    vec2 turns = clamp(turns_of(cubic_through(values)), from, to);
+    vec2 turns = turns_between(values, from, to);
     // Of the three intervals on which the cubic only rises or only falls, the first that ends on the other side.
     float side = cubic_between(values, from) < 0.0 ? -1.0 : 1.0;
     vec4 ends = vec4(from, min(turns.x, turns.y), max(turns.x, turns.y), to);
@@ -93,18 +116,6 @@ bool first_root(vec4 values, float from, float to, float margin, out float root)
     if (met.x || !any(met)) return met.x;
     vec2 interval = met.y ? ends.xy : met.z ? ends.yz : ends.zw;
     vec2 at = met.y ? above.xy : met.z ? above.yz : above.zw;
-    // False position, in which the end that stays twice is counted half (Dowell, Jarratt 1971).
-    root = interval.y;
-    for (int i = 0; i < MOST_STEPS && at.x > 0.0 && at.y < 0.0 && interval.x < interval.y; ++i) {
-        root = mix(interval.x, interval.y, at.x / (at.x - at.y));
-        float there = side * cubic_between(values, root);
-        if (there > 0.0) {
-            interval.x = root;
-            at = vec2(there, 0.5 * at.y);
-        } else {
-            interval.y = root;
-            at = vec2(0.5 * at.x, there);
-        }
-    }
+    root = root_between(values, side, interval, at);
     return true;
 }

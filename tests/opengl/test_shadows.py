@@ -239,7 +239,7 @@ def _ray_inside(light: Light, positions: np.ndarray, volume: Volume) -> np.ndarr
 
 
 def test_an_isosurface_is_refused_shadows() -> None:
-    with pytest.raises(InputError, match="shadows are those of matter"):
+    with pytest.raises(InputError, match="shadows need mode composite"):
         Scene(BOX, lighting=Lighting((SUN,), shadows=True), mode="isosurface", isovalue=0.5)
 
 

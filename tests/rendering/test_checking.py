@@ -22,11 +22,7 @@ from texvol.rendering.checking import ATTRIBUTE, Check, check_picture, chosen_pi
 from texvol.rendering.marching import can_march, march_pixels
 from texvol.util.errors import AccuracyWarning, InputError
 
-MISTAKE = (
-    "volume_texture.glsl",
-    "return textureLod(texels, position, 0.0);",
-    "return textureLod(texels, 0.8 * position, 0.0);",
-)
+MISTAKE = ("vec4 texel_at(vec3 position)", "return texel_at_right(0.8 * position);")
 
 
 def plain_scene(classification: str = "post", **more) -> Scene:
@@ -181,7 +177,7 @@ def test_a_wanted_error_is_taken_back_where_nobody_has_loaded_the_oracle(tmp_pat
 import sys, warnings
 sys.path[:0] = {[str(Path(__file__).parent), str(Path(__file__).parents[2] / "scripts")]!r}
 import numpy as np
-from texvol.errors import AccuracyWarning
+from texvol.util.errors import AccuracyWarning
 from texvol import Scene, Volume, TransferFunction, Renderer
 from support import planted
 x = np.linspace(0, 1, 16)

@@ -180,6 +180,10 @@ class TransferFunction(KeepsArrays):
         return self.modulation is not None or bool(self.graded) or bool(self.contours)
 
     @property
+    def _by_gradient(self) -> list[Graded | Contour]:
+        return [*self.graded, *self.contours]
+
+    @property
     def glows(self) -> bool:
         """True if `colors` holds the emission, not a colour to be multiplied with the extinction."""
         return self.emissive or self.premultiplied
@@ -248,7 +252,7 @@ class TransferFunction(KeepsArrays):
             extinction = np.where(opaque, np.inf, np.where(np.isinf(extinction), 0.0, extinction) * factor)
             # An opaque medium stays as it is, or vanishes.
             emission *= np.where(opaque, 1.0, factor)[..., np.newaxis]
-        for further in (*self.graded, *self.contours):
+        for further in self._by_gradient:
             more_emission, more_extinction = further.at(values, magnitudes)
             emission += np.where(opaque[..., np.newaxis], 0.0, more_emission)
             extinction += more_extinction
@@ -290,7 +294,7 @@ class TransferFunction(KeepsArrays):
         shows = pieces.shows_between(self.values, is_more, np.isinf(self.extinctions), lowest, highest)
         if self.modulation is not None:
             shows = shows & self._may_modulate(largest_magnitude)
-        for further in (*self.graded, *self.contours):
+        for further in self._by_gradient:
             shows = shows | further.shows_between(lowest, highest, largest_magnitude)
         return shows
 
@@ -344,10 +348,8 @@ def _modulation(pairs: ArrayLike, name: str) -> NDArray[np.float64]:
 
 def _content_of(function: TransferFunction) -> dict[str, Any]:
     """Return the content of a transfer-function file; an infinite extinction is written as opacity 1."""
-    points = [
-        _point_of(function, value, color, extinction)
-        for value, color, extinction in zip(function.values, function.colors, function.extinctions, strict=True)
-    ]
+    columns = function.values, function.colors, function.extinctions
+    points = [_point_of(function, *point) for point in zip(*columns, strict=True)]
     content: dict[str, Any] = {"points": points}
     if function.glows:
         content["emission"] = "emissive" if function.emissive else "premultiplied"
