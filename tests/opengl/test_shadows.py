@@ -45,7 +45,7 @@ def scene_of(volume: Volume, medium: TransferFunction, *lights: Light, **more: o
 def cast(renderer: Renderer, scene: Scene, medium: TransferFunction, thickness: float) -> np.ndarray:
     """What arrives at the nodes, (z, y, x, lights), as the device finds it."""
     with renderer._context:
-        light_transmittance = renderer._device._shadows.prepare([(scene, medium)], thickness)
+        light_transmittance = renderer._cache._shadows.prepare([scene.completed((8, 8))], thickness)
     assert light_transmittance is not None
     return light_transmittance[0]
 
@@ -81,7 +81,7 @@ def test_in_a_constant_medium_light_falls_off_exponentially(renderer: Renderer, 
     light_transmittance = cast(renderer, scene, FOG, 0.5)
     # A sum of up to 60 float32 parts: some 1e-6 of the depth.
     assert np.abs(light_transmittance[..., 0] - expected).max() <= 5e-6
-    assert np.abs(light_transmittances(scene)[0][0] - expected).max() <= 1e-12
+    assert np.abs(light_transmittances(scene.completed((1, 1)))[0][0] - expected).max() <= 1e-12
 
 
 def test_each_light_has_a_component_of_its_own_whatever_their_order(renderer: Renderer) -> None:
@@ -100,7 +100,7 @@ def test_nothing_comes_through_opaque_matter(renderer: Renderer) -> None:
     light_transmittance = cast(renderer, scene, wall, 0.25)
     heights = node_positions(scene.volume)[:, 0, 0, 2]
     assert (light_transmittance[heights < 2.4] == 0).all() and (light_transmittance[heights > 3.6] == 1).all()
-    exact = light_transmittances(scene)[0][0]
+    exact = light_transmittances(scene.completed((1, 1)))[0][0]
     assert (exact[heights < 2.4] == 0).all() and (exact[heights > 3.6] == 1).all()
 
 
@@ -198,9 +198,11 @@ def test_shadows_fall_from_one_volume_on_another(renderer: Renderer, light: Ligh
     other = Volume(np.ones((5, 4, 3), np.uint8), (3.0, 1.0, 2.0)).moved(turned(33))
     other = other.moved(turned(0, shift=BOX.centre - other.centre + (1.0, 0.5, 2.0)))
     medium = (FOG, replace(FOG, extinctions=np.array([3 * EXTINCTION])))
-    scenes = [(scene_of(volume, each, light), each) for volume, each in zip((BOX, other), medium, strict=True)]
+    scenes = [
+        scene_of(volume, each, light).completed((8, 8)) for volume, each in zip((BOX, other), medium, strict=True)
+    ]
     with renderer._context:
-        found = renderer._device._shadows.prepare(scenes, 0.25)
+        found = renderer._cache._shadows.prepare(scenes, 0.25)
     assert found is not None
     for volume, light_transmittance in zip((BOX, other), found, strict=True):
         positions = node_positions(volume)

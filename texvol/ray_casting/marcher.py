@@ -20,12 +20,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.scene.added_volume import AddedVolume
 from texvol.scene.camera import Camera
 from texvol.scene.gradient import gradients
 from texvol.scene.lighting import Light, Lighting
-from texvol.scene.scene import Scene, checked_size
-from texvol.scene.transfer import proposed_for
+from texvol.scene.scene import CompleteScene, Scene, checked_size
 from texvol.scene.volume import Volume
 from texvol.util.errors import InputError
 
@@ -48,21 +46,18 @@ def march(scene: Scene, size: tuple[int, int], steps: int = 20000) -> Numbers:
         If the scene has geometry, shadows, caps, an opaque medium, or a mode other than composite.
     """
     width, height = checked_size(size)
-    camera = scene.camera_for(size)
-    parts = [AddedVolume(scene.volume, scene.transfer_function, scene.mask), *scene.added]
-    media = [Medium(scene, camera, part) for part in parts]
+    scene = scene.completed(size)
+    media = [Medium(each) for each in scene.each_alone()]
     shadows = scene.lighting is not None and scene.lighting.shadows
     opaque = any(np.isinf(medium.transfer.extinctions).any() for medium in media)
     if scene.mode != "composite" or scene.geometry or scene.cutting.caps or shadows or opaque:
         raise InputError("scene must have mode composite and no geometry, caps, shadows or opaque medium to be marched")
-    eyes, directions = (each.reshape(-1, 3) for each in camera.rays(size))
+    eyes, directions = (each.reshape(-1, 3) for each in scene.camera.rays(size))
     rays = zip(eyes, directions, strict=True)
-    return np.array([march_ray(scene, camera, media, *ray, steps) for ray in rays]).reshape(height, width, 4)
+    return np.array([march_ray(scene, media, *ray, steps) for ray in rays]).reshape(height, width, 4)
 
 
-def march_ray(
-    scene: Scene, camera: Camera, media: list[Medium], eye: Numbers, direction: Numbers, steps: int
-) -> Numbers:
+def march_ray(scene: CompleteScene, media: list[Medium], eye: Numbers, direction: Numbers, steps: int) -> Numbers:
     """Return colour and opacity (4) of one ray, by the midpoint rule."""
     box = scene.box
     middle = (box.centre - eye) @ direction
@@ -70,7 +65,7 @@ def march_ray(
     h = (middle + box.radius - first) / steps
     positions = eye + (first + (np.arange(steps) + 0.5) * h)[:, np.newaxis] * direction
     glow = np.sum([medium.at(positions) for medium in media], axis=0)
-    glow = cued(scene, camera, positions, glow) * kept(scene, positions)[:, np.newaxis]
+    glow = cued(scene, positions, glow) * kept(scene, positions)[:, np.newaxis]
     q, tau = glow[:, :3], glow[:, 3]
     depth = np.cumsum(tau) * h
     transmittance = np.exp(-(depth - tau * h / 2))
@@ -82,14 +77,13 @@ def march_ray(
 class Medium:
     """The medium of one volume: interpolated and classified in the order that the scene asks for."""
 
-    def __init__(self, scene: Scene, camera: Camera, part: AddedVolume) -> None:
-        self.scene, self.camera, self.volume = scene, camera, part.volume
-        self.transfer = part.transfer_function or proposed_for(part.volume)
+    def __init__(self, scene: CompleteScene) -> None:
+        self.scene, self.volume, self.transfer = scene, scene.volume, scene.medium
         self.values = self.volume.values.astype(np.float64)
         shape = self.values.shape
-        self.weights = np.ones(shape) if part.mask is None else part.mask.array.astype(np.float64)
+        self.weights = np.ones(shape) if scene.mask is None else scene.mask.array.astype(np.float64)
         self.slopes = np.zeros((*shape, 3))  # gradients, data units per smallest spacing
-        if scene.lighting is not None or self.transfer.needs_gradient:
+        if scene.needs_gradient:
             self.slopes = gradients(self.volume, scene.gradient).astype(np.float64)
         before = scene.classification in ("slab", "extinction") or self.volume.colors is not None
         self.samples = self._classified_samples() if before and not self.volume.labels else None
@@ -130,7 +124,7 @@ class Medium:
         if colors is not None:
             q = q * colors.reshape(-1, 3)
         if self.scene.lighting is not None:
-            to_eye = toward_eye(self.camera, positions)
+            to_eye = toward_eye(self.scene.camera, positions)
             diffuse, specular = reflected(self.scene.lighting, self.volume, slopes, positions, to_eye)
             q = q * diffuse + tau[:, np.newaxis] * specular
         return np.column_stack([q, tau])
@@ -191,13 +185,13 @@ def unit(vectors: Numbers) -> Numbers:
     return np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0)
 
 
-def cued(scene: Scene, camera: Camera, positions: Numbers, glow: Numbers) -> Numbers:
+def cued(scene: CompleteScene, positions: Numbers, glow: Numbers) -> Numbers:
     """Return emission and extinction (n, 4) with the depth cue of the scene: q becomes q (1 - t) + τ t color."""
     cue = scene.depth_cue
     if cue is None:
         return glow
-    near, far = cue.range_for(scene.box, camera)
-    depth = (positions - np.array(camera.eye)) @ camera.forward
+    near, far = cue.range_for(scene.box, scene.camera)
+    depth = (positions - np.array(scene.camera.eye)) @ scene.camera.forward
     t = cue.strength * np.clip((depth - near) / (far - near), 0, 1)[:, np.newaxis]
     q, tau = glow[:, :3], glow[:, 3:]
     return np.concatenate([q * (1 - t) + tau * t * np.array(cue.color), tau], axis=1)

@@ -30,8 +30,7 @@ from numpy.typing import NDArray
 from texvol.ray_casting.caps import caps_within, put_in_front, thin_ends
 from texvol.ray_casting.common.rays import Choose, Numbers, over_rows, rays_of
 from texvol.ray_casting.tracing import tracer_for
-from texvol.scene.camera import Camera
-from texvol.scene.scene import Scene, checked_size
+from texvol.scene.scene import CompleteScene, Scene, checked_size
 
 _PACE: dict[tuple[object, ...], float] = {}  # least seconds per pixel of each kind of scene, so far
 TraceInterval = Callable[[Numbers, Numbers], None]  # adds what lies between ends of rays to a picture of zeros
@@ -76,7 +75,7 @@ def raycast_pixels(scene: Scene, size: tuple[int, int], pixels: NDArray[np.intp]
 def _timed(scene: Scene, size: tuple[int, int], choose: Choose) -> Numbers:
     scene.check_unchanged()
     start = time.perf_counter()
-    picture = _raycast(scene, size, choose)
+    picture = _raycast(scene.completed(size), size, choose)
     kind, seconds = _kind_of(scene), (time.perf_counter() - start) / max(picture.shape[0] * picture.shape[1], 1)
     _PACE[kind] = min(seconds, _PACE.get(kind, np.inf))
     return picture
@@ -97,16 +96,15 @@ def seconds_per_pixel(scene: Scene) -> float | None:
     return _PACE.get(_kind_of(scene))
 
 
-def _raycast(scene: Scene, size: tuple[int, int], choose: Choose) -> Numbers:
+def _raycast(scene: CompleteScene, size: tuple[int, int], choose: Choose) -> Numbers:
     if scene.mode != "composite":
         from texvol.ray_casting.projection.pictures import project
 
         return project(scene, size, choose)
-    camera = scene.camera_for(size)
-    trace = tracer_for(scene, camera)
-    eyes, directions = map(choose, camera.rays(size))
+    trace = tracer_for(scene)
+    eyes, directions = map(choose, scene.camera.rays(size))
     picture = np.zeros((*eyes.shape[:2], 4))
-    trace_between = _between_surfaces(scene, camera, size, choose)
+    trace_between = _between_surfaces(scene, size, choose)
 
     def trace_rows(rows: slice) -> None:
         of_rows = rays_of(scene, eyes[rows], directions[rows])
@@ -129,7 +127,7 @@ def _raycast(scene: Scene, size: tuple[int, int], choose: Choose) -> Numbers:
 
 
 def _between_surfaces(
-    scene: Scene, camera: Camera, size: tuple[int, int], choose: Choose
+    scene: CompleteScene, size: tuple[int, int], choose: Choose
 ) -> Callable[[slice, Numbers, TraceInterval, Numbers], None]:
     """Return the function that traces rows of rays from one surface of the scene's geometry to the next."""
     if not scene.geometry:
@@ -137,7 +135,7 @@ def _between_surfaces(
     from texvol.ray_casting.surfaces import layers
 
     all_layers = [
-        layers.Layer(choose(layer.s), choose(layer.color)) for layer in layers.surface_layers(scene, camera, size)
+        layers.Layer(choose(layer.s), choose(layer.color)) for layer in layers.surface_layers(scene, scene.camera, size)
     ]
 
     def trace_between(rows: slice, ends: Numbers, trace_interval: TraceInterval, picture: Numbers) -> None:

@@ -10,7 +10,7 @@ from typing import Any
 from texvol.util.errors import missing_extra
 
 try:
-    from numba import njit, types
+    from numba import config, njit, types
     from numba.extending import intrinsic
 except ImportError as error:
     raise missing_extra("numba", "oracle", "texvol raycast") from error
@@ -75,3 +75,10 @@ def _without_counts(context, builder, kind, value):
             inner = _without_counts(context, builder, part, builder.extract_value(value, position))
             value = builder.insert_value(value, inner, position)
     return value
+
+
+if config.DISABLE_JIT:  # plain Python, as for debugging, has its own counts
+
+    def uncounted(data):
+        """Return the argument itself."""
+        return data

@@ -18,7 +18,7 @@ from texvol.ray_casting.common.rays import centre_from, middle_of
 from texvol.scene.camera import Camera
 from texvol.scene.gradient import gradients
 from texvol.scene.lighting import DepthCue, Lighting, shadow_distance, unit
-from texvol.scene.scene import Scene
+from texvol.scene.scene import CompleteScene, Scene
 from texvol.scene.transfer import TransferFunction
 from texvol.scene.volume import Volume
 
@@ -100,9 +100,7 @@ def gradients_of(scene: Scene) -> NDArray[np.floating]:
     return gradients(scene.volume, scene.gradient) if scene.needs_gradient else _NO_GRADIENTS
 
 
-def lit_scene(
-    scene: Scene, transfer: TransferFunction, camera: Camera, first: Volume, transmittance: Numbers
-) -> LitScene:
+def lit_scene(scene: CompleteScene, first: Volume, transmittance: Numbers) -> LitScene:
     """Return a scene of one volume as arrays.
 
     Parameters
@@ -112,7 +110,7 @@ def lit_scene(
     transmittance : array of shape (lights, z, y, x)
         Transmittance of the lights that cast shadows at the nodes of the volume's box.
     """
-    volume = scene.volume
+    volume, camera, transfer = scene.volume, scene.camera, scene.medium
     factor = _gradient_factor(volume)
     from_world = volume.smallest_spacing * factor  # kernel units from data units per world unit
     lights = _lights(scene.lighting, volume, first, from_world, transmittance)

@@ -16,7 +16,7 @@ import numpy as np
 from texvol.ray_casting.common.medium import OPAQUE_DEPTH
 from texvol.ray_casting.common.rays import Numbers
 from texvol.scene.lighting import Light, Lighting, shadow_nodes, unit
-from texvol.scene.scene import Scene
+from texvol.scene.scene import CompleteScene
 from texvol.scene.volume import Volume
 
 # Optical depths of rays from world origins in unit directions, both of shape (rows, columns, 3).
@@ -36,7 +36,7 @@ def transmittance_at_nodes(lighting: Lighting, volume: Volume, depths: Depths) -
     return np.stack(transmittance).reshape(len(transmittance), len(z), len(y), len(x))
 
 
-def casting_scene(scene: Scene) -> Scene:
+def casting_scene(scene: CompleteScene) -> CompleteScene:
     """Return the scene whose optical depths cast the shadows of `scene`: unlit, post-classified, without colours."""
     added = tuple(replace(each, volume=_without_colors(each.volume)) for each in scene.added)
     first = replace(scene, volume=_without_colors(scene.volume), added=added, geometry=())

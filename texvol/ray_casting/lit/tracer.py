@@ -17,9 +17,7 @@ from texvol.ray_casting.lit.cells import cross_postclassified, cross_preclassifi
 from texvol.ray_casting.lit.cuts import most_cuts
 from texvol.ray_casting.lit.shading import FURTHER
 from texvol.ray_casting.lit.workspace import Ray, Workspace, workspace_for, world_rays
-from texvol.scene.camera import Camera
-from texvol.scene.scene import Scene
-from texvol.scene.transfer import TransferFunction
+from texvol.scene.scene import CompleteScene
 from texvol.util.kept_arrays import read_only
 
 
@@ -79,9 +77,7 @@ def _tracer(sources):
 trace_lit_rays = _tracer(sources())
 
 
-def tracer(
-    scene: Scene, transfer: TransferFunction, camera: Camera, rounding: Numbers, transmittance: Numbers
-) -> Trace:
+def tracer(scene: CompleteScene, rounding: Numbers, transmittance: Numbers) -> Trace:
     """Return the function that traces rays of a scene.
 
     Parameters
@@ -91,13 +87,13 @@ def tracer(
     transmittance : array of shape (lights, z, y, x)
         Transmittance of the lights that cast shadows at the nodes of the box, see `shadows`.
     """
-    lit = lit_scene(scene, transfer, camera, scene.volume, transmittance)
+    lit = lit_scene(scene, scene.volume, transmittance)
     values, gradients = read_only(scene.volume.values.astype(np.float64, copy=False)), gradients_of(scene)
     preclassified = scene.classification in ("slab", "extinction")
-    most_chosen = FURTHER + 2 * len(transfer.graded) + len(transfer.contours)
+    most_chosen = FURTHER + 2 * len(scene.medium.graded) + len(scene.medium.contours)
 
     def trace(rays: Rays, picture: Numbers) -> None:
-        in_world = world_rays(rays, scene.volume, lit.middle, camera)
+        in_world = world_rays(rays, scene.volume, lit.middle, scene.camera)
         workspace = workspace_for(most_cuts(lit), most_chosen)
         trace_lit_rays(
             *(values, gradients, lit, preclassified),

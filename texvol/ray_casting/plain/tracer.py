@@ -14,8 +14,7 @@ from texvol.ray_casting.common.medium import OPAQUE_DEPTH, Medium, medium_of, se
 from texvol.ray_casting.common.rays import Numbers, Rays, Trace
 from texvol.ray_casting.common.walk import walk_grid
 from texvol.ray_casting.plain.cells import cross_postclassified, cross_preclassified
-from texvol.scene.scene import Scene
-from texvol.scene.transfer import TransferFunction
+from texvol.scene.scene import CompleteScene
 from texvol.util.kept_arrays import read_only
 
 
@@ -85,9 +84,9 @@ def _tracer(sources):
 trace_rays = _tracer(sources())
 
 
-def tracer(scene: Scene, transfer: TransferFunction, rounding: Numbers) -> Trace:
+def tracer(scene: CompleteScene, rounding: Numbers) -> Trace:
     """Return the function that traces rays of a scene; `rounding` is that of the rays, see `position_rounding`."""
-    medium, values = medium_of(transfer), scene.volume.values
+    medium, values = medium_of(scene.medium), scene.volume.values
     preclassified = scene.classification in ("slab", "extinction")
     values = read_only(values.astype(np.float32)) if values.dtype == np.float16 else values
 

@@ -21,7 +21,6 @@ from texvol.ray_casting.projection.tracer import ABOVE, HIGHEST, INTEGRAL, SURFA
 from texvol.scene.air import attenuation_of
 from texvol.scene.camera import Camera
 from texvol.scene.display import isosurface_color
-from texvol.scene.hidden_samples import without_hidden
 from texvol.scene.lighting import Lighting
 from texvol.scene.scene import Scene, checked_size
 from texvol.util.errors import InputError
@@ -48,9 +47,8 @@ def project(scene: Scene, size: tuple[int, int] = (512, 512), choose: Choose = l
     InputError
         If the mode is composite, or the size is not at least one pixel in each direction.
     """
-    size = checked_size(size)
-    scene = without_hidden(scene)
-    camera = scene.camera_for(size)
+    scene = scene.completed(checked_size(size))
+    camera = scene.camera
     rays, numbers = _traced(scene, camera, size, choose)
     number, length = numbers[..., 0], numbers[..., 1]
     if scene.mode == "isosurface":
@@ -84,9 +82,8 @@ def isosurface_depth(scene: Scene, size: tuple[int, int] = (512, 512)) -> Number
     """
     if scene.mode != "isosurface":
         raise InputError(f"mode must be isosurface for a depth, got {scene.mode}")
-    size = checked_size(size)
-    scene = without_hidden(scene)
-    camera = scene.camera_for(size)
+    scene = scene.completed(checked_size(size))
+    camera = scene.camera
     rays, numbers = _traced(scene, camera, size, lambda array: array)
     return np.where(numbers[..., 1] >= 0, _depth(scene, camera, rays, numbers[..., 0]), np.inf)
 

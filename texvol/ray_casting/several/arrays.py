@@ -18,9 +18,7 @@ from texvol.ray_casting.common.compiling import inlined, woven_in
 from texvol.ray_casting.common.medium import Medium
 from texvol.ray_casting.common.rays import Numbers
 from texvol.ray_casting.lit.arrays import Graded, Lights, LitScene, gradients_of, lit_scene
-from texvol.scene.camera import Camera
-from texvol.scene.scene import Scene
-from texvol.scene.transfer import TransferFunction
+from texvol.scene.scene import CompleteScene, Scene
 
 # Order of classification and interpolation: samples are classified first, values are interpolated first, or the
 # nearest sample counts.
@@ -58,16 +56,11 @@ class Several(NamedTuple):
 
 
 def several(
-    whole: Scene,
-    scenes: Sequence[Scene],
-    transfers: Sequence[TransferFunction],
-    camera: Camera,
-    rounding: Numbers,
-    transmittances: Sequence[Numbers],
+    scenes: Sequence[CompleteScene], rounding: Numbers, transmittances: Sequence[Numbers]
 ) -> tuple[Several, list[LitScene]]:
-    """Return a scene as arrays, and the `LitScene` of each volume; parameters as of `several.tracer.tracer`."""
-    parts = zip(scenes, transfers, transmittances, strict=True)
-    lit = [lit_scene(scene, transfer, camera, whole.volume, left) for scene, transfer, left in parts]
+    """Return scenes of one volume each as arrays, and the `LitScene` of each; see `several.tracer.tracer`."""
+    parts = zip(scenes, transmittances, strict=True)
+    lit = [lit_scene(scene, scenes[0].volume, transmittance) for scene, transmittance in parts]
     volumes = [scene.volume for scene in scenes]
     radius = max(float(np.linalg.norm(each.centre)) + v.radius for each, v in zip(lit, volumes, strict=True))
     together = Several(

@@ -21,9 +21,7 @@ from texvol.ray_casting.lit.workspace import Ray, world_rays
 from texvol.ray_casting.several.arrays import LABELS, Several, several
 from texvol.ray_casting.several.cells import cross
 from texvol.ray_casting.several.workspace import SeveralWorkspace, several_workspace
-from texvol.scene.camera import Camera
-from texvol.scene.scene import Scene
-from texvol.scene.transfer import TransferFunction
+from texvol.scene.scene import CompleteScene
 
 
 class _Ray(NamedTuple):
@@ -123,33 +121,23 @@ def _tracer(sources):
 trace_several_rays = _tracer(sources())
 
 
-def tracer(
-    whole: Scene,
-    scenes: Sequence[Scene],
-    transfers: Sequence[TransferFunction],
-    camera: Camera,
-    rounding: Numbers,
-    transmittances: Sequence[Numbers],
-) -> Trace:
+def tracer(scene: CompleteScene, rounding: Numbers, transmittances: Sequence[Numbers]) -> Trace:
     """Return the function that traces rays of a scene.
 
     Parameters
     ----------
-    whole : Scene
-    scenes, transfers : sequences of Scene and TransferFunction
-        One of each for each volume, see `Scene.each_alone`.
     rounding : array of shape (volumes, 3)
         See `position_rounding`.
     transmittances : sequence of arrays of shape (lights, z, y, x)
         For each volume, the transmittance of the lights that cast shadows at the nodes of its box, see `lit.shadows`.
     """
-    together, lit = several(whole, scenes, transfers, camera, rounding, transmittances)
-    volumes = [scene.volume for scene in scenes]
+    scenes, volumes = scene.each_alone(), scene.volumes
+    together, lit = several(scenes, rounding, transmittances)
     cuts = sum(map(most_cuts, lit))
-    most_chosen = max(FURTHER + 2 * len(each.graded) + len(each.contours) for each in transfers)
+    most_chosen = max(FURTHER + 2 * len(each.medium.graded) + len(each.medium.contours) for each in scenes)
 
     def trace(rays: Rays, picture: Numbers) -> None:
-        in_world = world_rays(rays, volumes[0], lit[0].middle, camera)
+        in_world = world_rays(rays, volumes[0], lit[0].middle, scene.camera)
         # The rays of all volumes come from the same numbers, so that equal grids have equal faces.
         nearest = (rays.start - lit[0].middle) @ volumes[0].world_from_index.T
         of_volumes = [rays_in(volume, volumes[0], nearest, rays.direction) for volume in volumes]
