@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import gallery
@@ -40,12 +39,6 @@ SCENES = {
         ),
     ),
 }
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[Renderer]:
-    with Renderer() as opened:
-        yield opened
 
 
 def drawn(renderer: Renderer, scene: Scene, **options) -> np.ndarray:  # type: ignore[no-untyped-def]

@@ -92,12 +92,6 @@ SCENES = {
 }
 
 
-@pytest.fixture(scope="module")
-def renderer():
-    with Renderer() as opened:
-        yield opened
-
-
 def stored(path: Path | str, **options: Any) -> StoredScene:
     """The scene of a picture file."""
     return stored_scene_of(read_picture(path).attributes, name=str(path), **options)

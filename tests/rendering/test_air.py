@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -18,12 +17,6 @@ from texvol.scene.mask import Mask
 from texvol.scene.scene import Scene
 from texvol.scene.volume import Volume
 from texvol.util.errors import InputError
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[Renderer]:
-    with Renderer() as opened:
-        yield opened
 
 
 def xray(volume: Volume, air, view: str = "orthographic", **more) -> Scene:

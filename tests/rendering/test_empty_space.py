@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 from dataclasses import replace
 from unittest.mock import patch
 
@@ -35,12 +34,6 @@ MEDIA = {
     "opaque": TransferFunction(np.array([0, 0.6, 0.6]), np.full((3, 3), 0.7), np.array([0, 0, np.inf])),
     "gas": TransferFunction(np.array([0.3, 1]), np.array([(0, 0, 0), (0.2, 0.1, 0.05)]), np.zeros(2), emissive=True),
 }
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[Renderer]:
-    with Renderer() as opened:
-        yield opened
 
 
 def assert_leaping_changes_nothing(
@@ -301,6 +294,6 @@ def test_where_rays_end_soon_they_do_not_look_far(extinction: float, termination
     volume = sparse_volume(1)
     medium = TransferFunction(np.array([0.0, 0.5, 0.5]), np.ones((3, 3)), np.array([0.0, 0.0, extinction]))
     scene = Scene(volume, medium, Camera.framing(volume), classification="post")
-    with Renderer() as renderer, patch("texvol.opengl.compositor.leap_uniforms", wraps=skip_uniforms) as asked:
+    with Renderer() as renderer, patch("texvol.opengl.compositor.skip_uniforms", wraps=skip_uniforms) as asked:
         renderer.render(scene, SIZE, slab_thickness=1.0, early_termination=termination)
     assert skip_uniforms(asked.call_args.args[0])["slabs_ahead"] == pytest.approx(expected)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -46,12 +45,6 @@ FAR = [
     (np.uint64, 2**64 - 1),
 ]
 NAMES = [f"{np.dtype(kind).name} {far:g}" for kind, far in FAR]
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[Renderer]:
-    with Renderer() as opened:
-        yield opened
 
 
 def wave(high: float = 1.0, samples: int = 16) -> NDArray[np.float64]:

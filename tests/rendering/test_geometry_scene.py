@@ -6,7 +6,6 @@ import itertools
 import os
 import subprocess
 import sys
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -28,12 +27,6 @@ SIZE = (72, 64)
 COLOR = (0.9, 0.6, 0.3)
 VOLUME = random_volume(5, (12, 10, 14))
 CAMERA = Camera.framing(VOLUME, "perspective", eye=VOLUME.centre + VOLUME.radius * np.array([1.5, -2.0, 1.2]))
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[Renderer]:
-    with Renderer() as opened:
-        yield opened
 
 
 def walls() -> list[Quad]:

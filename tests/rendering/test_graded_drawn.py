@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from unittest.mock import patch
 
@@ -44,12 +44,6 @@ by_gradient = pytest.mark.parametrize("kind", ["slab", "extinction", "post"])
 STEEPNESS = float(np.linalg.norm(SLOPE))  # of the linear field
 COLOR = (0.9, 0.6, 0.3)
 NOTHING = {"values": np.zeros(1), "colors": np.zeros((1, 3)), "extinctions": np.zeros(1)}
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[Renderer]:
-    with Renderer() as opened:
-        yield opened
 
 
 def layer(volume: Volume, camera: Camera, tau: float, color: Sequence[float] = COLOR) -> np.ndarray:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -22,12 +21,6 @@ KINDS = ("inf", "-inf", "inf -inf", "inf nan", "nan -inf inf")
 TYPES = [(np.float16, 1e-4), (np.float16, 1), (np.float16, 65504), (np.float32, 1), (np.float32, 1e20)]
 TYPES += [(np.float32, 1e30), (np.float32, 3e38), (np.float64, 1), (np.float64, 1e300)]
 TF = TransferFunction([0.2, 0.8, 1.0], [[1, 0, 0], [0, 1, 0], [0, 0, 1]], [0.0, 0.3, 0.8])
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[Renderer]:
-    with Renderer() as opened:
-        yield opened
 
 
 def with_blocks(dtype: type, largest: float, kinds: str) -> Volume:

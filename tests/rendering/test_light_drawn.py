@@ -44,12 +44,6 @@ projections = pytest.mark.parametrize("projection", ["orthographic", "perspectiv
 MOON = Light("directional", (-1, 2, -0.5), (0.2, 0.3, 0.9))  # on the other side
 
 
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[Renderer]:
-    with Renderer() as opened:
-        yield opened
-
-
 # Closed forms.
 
 CLOSED = {

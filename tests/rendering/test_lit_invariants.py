@@ -46,12 +46,6 @@ SAME = 2e-6  # of pictures in bricks, or with leaps
 
 
 @pytest.fixture(scope="module")
-def renderer() -> Iterator[Renderer]:
-    with Renderer() as opened:
-        yield opened
-
-
-@pytest.fixture(scope="module")
 def small() -> Iterator[Renderer]:
     """Without room for a whole volume."""
     with Renderer(texture_memory=0.05) as opened:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -26,16 +25,9 @@ from support.projected import (
 from support.scenes import path_lengths, smooth_volume
 
 from texvol.ray_casting.projection import isosurface_depth, project
-from texvol.rendering.renderer import Renderer
 from texvol.scene.camera import Camera
 from texvol.scene.scene import Scene
 from texvol.scene.volume import Volume
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[Renderer]:
-    with Renderer() as opened:
-        yield opened
 
 
 @every_view

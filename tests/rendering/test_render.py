@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Iterator
 
 import numpy as np
 import pytest
@@ -31,12 +30,6 @@ classifications = pytest.mark.parametrize("classification", ["slab", "extinction
 
 # Some ten runs of 64 slabs, each rounding by 2^-24 of a number up to 1, partly cancelling.
 ROUNDING = 1e-6
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[Renderer]:
-    with Renderer() as opened:
-        yield opened
 
 
 @classifications

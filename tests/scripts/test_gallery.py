@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import shlex
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import gallery
@@ -23,12 +23,6 @@ from texvol.rendering.renderer import Renderer
 BUILT_IN = [entry for entry in ENTRIES.values() if entry.is_built_in]
 SMALL = (48, 48)
 SMALL_WIDTH = 96  # of the stored pictures: 100 kB each
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[Renderer]:
-    with Renderer() as opened:
-        yield opened
 
 
 def oracle(scene: Scene) -> np.ndarray:

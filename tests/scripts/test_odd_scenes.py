@@ -18,12 +18,6 @@ from texvol.scene.scene import CLASSIFICATIONS, MODES
 SMALL = (16, 16)
 
 
-@pytest.fixture(scope="module")
-def renderer() -> Any:
-    with Renderer() as renderer:
-        yield renderer
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("far_off", [False, True])
 def test_odd_scenes_are_within_what_is_said_of_them(renderer: Renderer, far_off: bool) -> None:
