@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import gallery
 import numpy as np
 import pytest
-from gallery_entries import ENTRIES
-from gallery_volumes import built_in
 from support import planted
+from support.gallery import drawing as gallery
+from support.gallery.entries import ENTRIES
+from support.gallery.volumes import built_in
 from support.real_data import real_volume
 from support.scenes import BONE, FOG, random_volume, smooth_volume
 

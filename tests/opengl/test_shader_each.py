@@ -7,7 +7,7 @@ import re
 from pathlib import Path
 
 import pytest
-from test_shader_files import LIGHTS, VERTEX, load, one_pixel
+from support.shader_programs import LIGHTS, VERTEX, load, one_pixel
 
 from texvol.opengl.compositor import NO_LIGHT, NOTHING_SPECIAL
 from texvol.opengl.contexts import Context

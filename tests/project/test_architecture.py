@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import ast
-import os
 import re
-import subprocess
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
+from support.processes import imported_by
 
 REPOSITORY = Path(__file__).parents[2]
 PACKAGE = REPOSITORY / "texvol"
@@ -92,21 +90,6 @@ def test_every_dependency_has_a_compatible_range() -> None:
     # Versions that are dates promise nothing, so an upper bound would be a guess.
     dated = {"imagecodecs", "tifffile"}
     assert all("," in each for each in wanted if not each.startswith("texvol[") and each.split(">")[0] not in dated)
-
-
-def imported_by(code: str, folder: Path) -> set[str]:
-    """Top-level names of all modules that are loaded once the code has run."""
-    done = subprocess.run(
-        [sys.executable, "-c", f"{code}\nimport sys\nprint('loaded', *sys.modules)"],
-        cwd=folder,
-        env={**os.environ, "PYTHONPATH": str(REPOSITORY)},
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    return {name.split(".")[0] for name in done.stdout.splitlines()[-1].split()[1:]}
 
 
 def test_importing_texvol_imports_nothing_else(tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ from support.installed_wheel import installed, wheel  # noqa: F401 (fixtures)
 TESTS = """
 import numpy as np
 import texvol
-from texvol.demo import demo_scene
+from texvol.scene.demo import demo_scene
 
 def waves(shift=0.0):
     y, x = np.mgrid[:24, :32]

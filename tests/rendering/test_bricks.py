@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-import hard_case_bounds as bounds
 import numpy as np
 import pytest
-from hard_case_list import linear_medium, looking, ramp
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from support.hard_cases import bounds
+from support.hard_cases.cases import linear_medium, looking, ramp
 from support.scenes import BONE, FOG, inside, random_volume, smooth_volume, sparse_volume
 
 from texvol.opengl.compositor import Compositor, Drawing
@@ -37,7 +37,7 @@ projections = pytest.mark.parametrize("projection", ["orthographic", "perspectiv
 classifications = pytest.mark.parametrize("classification", CLASSIFICATIONS)
 each_classification_in_a_projection = pytest.mark.parametrize(
     "classification, projection",
-    zip(CLASSIFICATIONS, ["orthographic", "perspective", "perspective", "orthographic"], strict=True),
+    list(zip(CLASSIFICATIONS, ["orthographic", "perspective", "perspective", "orthographic"], strict=True)),
 )
 OBLIQUE = np.array([[1, 0.4, 0], [0.2, 1, 0.3], [0, -0.3, -1]])  # and left-handed
 BYTES = {"rgba8": 4, "rgba16f": 8, "rgba32f": 16}

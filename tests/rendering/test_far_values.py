@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from support import planted
+from support.far_values import SIZE, VIEW, medium_to, wave
 
 from texvol import Camera, Lighting, Renderer, Scene, TransferFunction, Volume, raycast
 from texvol.scene.transfer import proposed_for
@@ -24,8 +24,6 @@ from texvol.textures.value_storage import (
 )
 from texvol.util.errors import AccuracyWarning
 
-SIZE = (40, 40)
-VIEW = Camera.perspective((40, -25, 30), (7.5, 7.5, 7.5), (0, 0, 1), fov=30)
 FAR = [
     (np.float64, 1e4),
     (np.float64, 1e8),
@@ -47,13 +45,6 @@ FAR = [
 NAMES = [f"{np.dtype(kind).name} {far:g}" for kind, far in FAR]
 
 
-def wave(high: float = 1.0, samples: int = 16) -> NDArray[np.float64]:
-    """A smooth field from 0 to `high`, shape (samples, samples, samples)."""
-    x = np.linspace(0, 1, samples)
-    field = np.sin(6 * x)[:, None, None] * np.cos(5 * x)[:, None] * np.sin(4 * x + 1)
-    return high * (field - field.min()) / np.ptp(field)
-
-
 def with_far_sample(kind: type, far: float) -> tuple[Volume, float]:
     """A wave with one sample far off, and the wave's largest value: whole numbers have to have some steps."""
     high = 1.0 if np.dtype(kind).kind == "f" else 100.0
@@ -61,10 +52,6 @@ def with_far_sample(kind: type, far: float) -> tuple[Volume, float]:
     values = values.astype(kind)
     values[8, 8, 8] = far
     return Volume(values), high
-
-
-def medium_to(high: float) -> TransferFunction:
-    return TransferFunction(np.array([0, 0.5, 1]) * high, np.eye(3), np.array([0, 0.1, 0.5]))
 
 
 @pytest.mark.parametrize(("kind", "far"), FAR, ids=NAMES)

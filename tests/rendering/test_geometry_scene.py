@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 import pytest
 from support.scenes import BONE, constant, random_volume, smooth_volume
+from support.shader_programs import LIGHTS
 from support.shapes import Quad, box_ends, fog_between, hits_of, quad
-from test_shader_files import LIGHTS
 
 from texvol import Camera, ClipPlane, InputError, Light, Lighting, Renderer, Scene, TransferFunction, Volume, raycast
 from texvol.geometry import Lines

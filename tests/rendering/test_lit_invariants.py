@@ -9,6 +9,7 @@ from unittest.mock import patch
 
 import numpy as np
 import pytest
+from support.graded_media import mixed
 from support.lit_scenes import (
     FOG,
     KINDS,
@@ -27,7 +28,6 @@ from support.lit_scenes import (
     with_values,
 )
 from support.scenes import sparse_volume
-from test_graded_drawn import mixed
 
 from texvol.ray_casting import raycast
 from texvol.rendering.renderer import Renderer

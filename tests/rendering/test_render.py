@@ -6,9 +6,9 @@ import importlib
 
 import numpy as np
 import pytest
-from hard_case_list import linear_medium, looking, ramp
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support.hard_cases.cases import linear_medium, looking, ramp
 from support.planted import slabs_per_blend
 from support.scenes import BONE, FOG, constant, inside, path_lengths, random_volume, smooth_volume
 

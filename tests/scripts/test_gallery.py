@@ -7,11 +7,11 @@ import shlex
 from collections.abc import Callable
 from pathlib import Path
 
-import gallery
 import numpy as np
 import pytest
-from gallery_entries import ENTRIES, Entry
-from gallery_volumes import built_in
+from support.gallery import drawing as gallery
+from support.gallery.entries import ENTRIES, Entry
+from support.gallery.volumes import built_in
 from support.real_data import DATA, real_volume
 
 from texvol import Scene

@@ -7,10 +7,10 @@ import io
 from dataclasses import replace
 from pathlib import Path
 
-import hard_cases as table
 import pytest
-from hard_case_list import HardCase, hard_cases
-from hard_cases import COLUMNS, as_csv, as_html, as_markdown, run, worst_first
+from support.hard_cases import table
+from support.hard_cases.cases import HardCase, hard_cases
+from support.hard_cases.table import COLUMNS, as_csv, as_html, as_markdown, run, worst_first
 
 from texvol.rendering.renderer import Renderer
 

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import odd_scenes
 import pytest
-from odd_scene_list import odd_scene
+from support.odd_scenes import outcomes as odd_scenes
+from support.odd_scenes.scenes import odd_scene
 
 from texvol import InputError, Renderer
 from texvol.scene.scene import CLASSIFICATIONS, MODES
