@@ -154,7 +154,7 @@ def test_the_scale_bar_is_as_long_as_it_says(projection: Projection) -> None:
 
 def test_a_volume_without_a_unit_has_a_scale_bar_in_world_units() -> None:
     scene = Scene(crooked(unit=""))
-    view = View(scene.camera_for(SIZE), scene.volume, SIZE)
+    view = View(scene.completed(SIZE).camera, scene.volume, SIZE)
     assert bar_text(view, bar_length(view)[0]).endswith(" world units")
 
 
@@ -182,7 +182,7 @@ def looking(volume: Volume, position: tuple[float, ...], up: tuple[float, ...]) 
 def test_borders_have_the_letters_of_where_they_lie(view: str, space: str) -> None:
     position, up, right, top = VIEWS[view]
     scene = looking(crooked("permuted", space), position, up)
-    found = border_letters(View(scene.camera_for(SIZE), scene.volume, SIZE))
+    found = border_letters(View(scene.completed(SIZE).camera, scene.volume, SIZE))
     assert found == {"right": right, "left": OPPOSITE[right], "top": top, "bottom": OPPOSITE[top]}
 
 
@@ -297,7 +297,7 @@ def test_all_parts_are_there_where_there_is_room(projection: Projection) -> None
     texts = sheet.texts
     assert {"L→R (mm)", "P→A (mm)", "I→S (mm)", "All of it, µm² at 45°", "opacity of"} <= set(texts)
     assert {text for text in texts if set(text) <= set("RLAPSI")} == set(
-        border_letters(View(scene.camera_for(size), volume, size)).values()
+        border_letters(View(scene.completed(size).camera, volume, size)).values()
     )
     assert any(text.startswith(bar_text(view, bar_length(view)[0])) for text in texts)
 

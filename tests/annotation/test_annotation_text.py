@@ -127,7 +127,7 @@ def test_what_is_not_asked_for_is_not_imported(tmp_path: Path) -> None:
         "from texvol.scene.volume import Volume\n"
         "scene, picture = Scene(Volume(np.zeros((8, 8, 8)))), np.zeros((8, 8, 4), np.float32)\n"
         "check(Annotation(), scene)\n"
-        "camera = scene.camera_for((8, 8))\n"
+        "camera = scene.completed((8, 8)).camera\n"
         "assert with_room(camera, scene, (8, 8), Annotation()) is camera\n"
         "assert annotate(picture, scene, (8, 8), Annotation()) is picture\n"
         "assert not any(name.startswith('texvol.annotation.draw') for name in sys.modules)"

@@ -57,6 +57,12 @@ def test_what_is_no_number_breaks_every_limit_but_none() -> None:
     assert len(violations(found, replace(TWO_DRIVERS, fail_percent=0.0, hard_max=1.0))) >= 4
 
 
+@pytest.mark.parametrize("name", ["percent_over", "beyond_max", "outlier", "beyond_rms", "beyond_flip"])
+def test_a_measure_that_is_no_number_breaks_its_limit(name: str) -> None:
+    assert not violations(measured(), ONE_DRIVER)
+    assert len(violations(replace(measured(), **{name: np.nan}), ONE_DRIVER)) == 1
+
+
 def test_two_drivers_are_told_by_the_header() -> None:
     def drawn_by(name: str | None) -> Picture:
         return Picture.of_array(smooth(), attributes={} if name is None else {"texvol:renderer": name})

@@ -37,7 +37,7 @@ def scene_of(volume: Volume, medium: TransferFunction, *lights: Light, **more: o
 def cast(renderer: Renderer, scene: Scene, medium: TransferFunction, thickness: float) -> np.ndarray:
     """What arrives at the nodes, (z, y, x, lights), as the device finds it."""
     with renderer._context:
-        light_transmittance = renderer._device._shadows.prepare([(scene, medium)], thickness)
+        light_transmittance = renderer._cache._shadows.prepare([scene.completed((8, 8))], thickness)
     assert light_transmittance is not None
     return light_transmittance[0]
 
@@ -190,9 +190,11 @@ def test_shadows_fall_from_one_volume_on_another(renderer: Renderer, light: Ligh
     other = Volume(np.ones((5, 4, 3), np.uint8), (3.0, 1.0, 2.0)).moved(turned(33))
     other = other.moved(turned(0, shift=BOX.centre - other.centre + (1.0, 0.5, 2.0)))
     medium = (FOG, replace(FOG, extinctions=np.array([3 * EXTINCTION])))
-    scenes = [(scene_of(volume, each, light), each) for volume, each in zip((BOX, other), medium, strict=True)]
+    scenes = [
+        scene_of(volume, each, light).completed((8, 8)) for volume, each in zip((BOX, other), medium, strict=True)
+    ]
     with renderer._context:
-        found = renderer._device._shadows.prepare(scenes, 0.25)
+        found = renderer._cache._shadows.prepare(scenes, 0.25)
     assert found is not None
     for volume, light_transmittance in zip((BOX, other), found, strict=True):
         positions = node_positions(volume)

@@ -12,8 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.scenes import BONE, constant, inside, random_volume, sparse_volume
 
-from texvol.opengl.compositor import skip_uniforms
 from texvol.opengl.shaders import FOLDER
+from texvol.opengl.uniforms import skip_uniforms
 from texvol.rendering.renderer import Renderer
 from texvol.scene.camera import Camera, Projection
 from texvol.scene.scene import CLASSIFICATIONS, Classification, Scene
@@ -275,7 +275,7 @@ def test_every_sheet_behind_another_is_met(
 
 
 def test_a_run_has_room_for_all_slabs_of_a_stack() -> None:
-    text = (FOLDER / "leap.glsl").read_text(encoding="utf-8")
+    text = (FOLDER / "skip.glsl").read_text(encoding="utf-8")
     found = re.search(r"const float MOST_SLABS = ([\d.]+);", text)
     assert found
     assert float(found[1]) - 1 > SLABS_PER_STACK  # which stands for no run

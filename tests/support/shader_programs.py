@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 
 from texvol.opengl.contexts import Context
 from texvol.opengl.shaders import load_program
+from texvol.opengl.uniforms import NO_LIGHT, NOTHING_SPECIAL
 
 VERTEX = """// comments may stand first
 #version 330
@@ -43,3 +46,28 @@ LIGHTS: list[dict[str, int]] = [
 def load(name: str, context: Context, defines: dict[str, int]) -> None:
     """Compile a program that has the vertices of slab stacks."""
     load_program(context.gl, name, defines=defines, vertex="slab_stack.vert")
+
+
+UNCUT = {"HALF_SPACES": 0}
+WHOLE = UNCUT | {"INTERVAL": 0}
+MEDIUM = NO_LIGHT | NOTHING_SPECIAL | WHOLE | {"CAPS": 0, "AT_ONCE": 2}
+GRADED: list[dict[str, int]] = [
+    {},
+    *({"MODULATIONS": modulations, "GRADED": graded, "CONTOURS": contours}
+      for modulations, graded, contours in itertools.product((0, 3), repeat=3)),
+]  # fmt: skip
+
+
+# For what is at a place of a volume, whatever draws it.
+OF_SLABS = ("WHOLE_SLABS", "CAPS", "AT_ONCE", *WHOLE)
+OF_A_VOLUME: list[dict[str, int]] = [
+    {name: value for name, value in (MEDIUM | each).items() if name not in OF_SLABS}
+    | {"CUE": 1, "PERSPECTIVE": 1, "BRICKS": 0}
+    for each in (
+        *({"CLASSIFICATION": classification} for classification in range(4)),
+        {"CLASSIFICATION": 2, "RAMPS": 2, "WEIGHTS": 1},
+        {"CLASSIFICATION": 2, "GRADIENT": 1} | LIGHTS[-1] | GRADED[-1],
+        {"CLASSIFICATION": 3, "GRADIENT": 2, "WEIGHTS": 1} | LIGHTS[-1],
+        {"CLASSIFICATION": 3, "RAMPS": 2},
+    )
+]

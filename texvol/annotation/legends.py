@@ -25,7 +25,7 @@ def contents_of(scene: Scene, value_name: str, window: Window | None, letters: L
     none.
     """
     contents = []
-    for number, each in enumerate(scene.each_alone(scene.camera_for((1, 1))), 1):
+    for number, each in enumerate(scene.completed((1, 1)).each_alone(), 1):
         name = value_name if number == 1 else ""
         if each.volume.colors is not None:
             continue

@@ -1,7 +1,7 @@
 """Mistakes that renderers make, each drawn of a scene: to see which a limit catches, and which one a picture shows.
 
-Those in the picture are made of the right one. The others are drawn by the renderer itself, with a line of its shaders
-replaced, a slab left out, or matter that is not the scene's: opacities of `slab` are in its texels already when a
+Those in the picture are made of the right one. The others are drawn by the renderer itself, with a wrong function in
+its shaders, a slab left out, or matter that is not the scene's: opacities of `slab` are in its texels already when a
 shader sees them, so that "linear opacity" of that classification is planted in what the texels are made of.
 
 A mistake may have no meaning for a scene, and then says why; or it may change nothing there, as half a texel does of a
@@ -21,14 +21,37 @@ from numpy.typing import NDArray
 from texvol.comparison.other_medium import linear_in_depth, times
 from texvol.comparison.planting import OVER_WHAT_IS_THERE, UNDER_BY_ITS_OWN_ALPHA, Planted, PlantedRenderer, Slabs
 from texvol.comparison.three_way import ROUNDING
+from texvol.comparison.wrong_functions import WrongFunction
 from texvol.provenance.stored_scene import StoredScene
 from texvol.scene.scene import Scene
 from texvol.scene.transfer import TransferFunction, proposed_for
 from texvol.util.color import srgb_from_linear
 
 Pixels = NDArray[np.float32]
+
+# Wrong functions of the shaders.
+_OVER = "vec4 over(vec4 front, vec4 back)"
+_TEXEL_AT = "vec4 texel_at(vec3 position)"
+ALPHA_OF_THE_BACK: WrongFunction = (_OVER, "return front + (1.0 - back.a) * back;")
+HALF_A_TEXEL: WrongFunction = (
+    _TEXEL_AT,
+    "return textureLod(texels, texture_position(position) + 0.5 / vec3(textureSize(texels, 0)), 0.0);",
+)
+UNCLIPPED_END_SLABS: WrongFunction = (
+    "BoxWalk walk_through(Ray ray, real2 interval, float path_length)",
+    "BoxWalk walk = walk_through_right(ray, interval, path_length); "
+    "walk.first_fraction = 0.0; walk.last_fraction = 1.0; return walk;",
+)
+# The uniform has to stay in use, or setting it is an error.
+MISSING_COSINE: WrongFunction = ("float obliquity_of(vec2 pixel)", "return 1.0 + 1e-20 * obliquity_of_right(pixel);")
+LINEAR_OPACITY: WrongFunction = ("float opacity_from_depth(float x)", "return min(x, 1.0);")
 _SEARCHED_AT = 64  # pixels along the longer side: enough to tell which slab shows
 WRONG_BY = 0.5  # of one pixel
+
+
+def other_axes(order: str) -> WrongFunction:
+    """A look-up of texels with the axes in another order, such as zyx."""
+    return (_TEXEL_AT, f"return textureLod(texels, texture_position(position).{order}, 0.0);")
 
 
 class DoesNotApply(Exception):
@@ -150,59 +173,41 @@ def _dropped_slab(bench: Bench) -> Pixels:
 
 def _swapped_order(bench: Bench) -> Pixels:
     bench.needs_medium()
-    backwards = ("optics.glsl", "return front + (1.0 - front.a) * back;", "return back + (1.0 - back.a) * front;")
-    return bench.draw(Planted((backwards,), under=OVER_WHAT_IS_THERE))
+    return bench.draw(Planted(((_OVER, "return over_right(back, front);"),), under=OVER_WHAT_IS_THERE))
 
 
 def _alpha_of_the_back(bench: Bench) -> Pixels:
     bench.needs_medium()
-    by_back = ("optics.glsl", "return front + (1.0 - front.a) * back;", "return front + (1.0 - back.a) * back;")
-    return bench.draw(Planted((by_back,), under=UNDER_BY_ITS_OWN_ALPHA))
-
-
-_FETCH = "textureLod(texels, position, 0.0)"
+    return bench.draw(Planted((ALPHA_OF_THE_BACK,), under=UNDER_BY_ITS_OWN_ALPHA))
 
 
 def _half_a_texel(bench: Bench) -> Pixels:
-    shifted = "textureLod(texels, position + 0.5 / vec3(textureSize(texels, 0)), 0.0)"
-    return bench.draw(Planted((("volume_texture.glsl", _FETCH, shifted),)))
+    return bench.draw(Planted((HALF_A_TEXEL,)))
 
 
 def _other_axis(bench: Bench) -> Pixels:
     # Of a volume with a symmetry some two axes may be the same.
     for order in ("zyx", "yxz", "xzy"):
-        picture = bench.draw(Planted((("volume_texture.glsl", _FETCH, f"textureLod(texels, position.{order}, 0.0)"),)))
+        picture = bench.draw(Planted((other_axes(order),)))
         if not bench.is_right(picture):
             break
     return picture
 
 
 def _unclipped_end_slabs(bench: Bench) -> Pixels:
-    file, name = ("box_walk.glsl", "walk") if bench.draws_pieces else ("ray.glsl", "ray")
-    return bench.draw(
-        Planted(
-            (
-                (file, f"{name}.first_share = float(inside.x - floor(inside.x));", f"{name}.first_share = 0.0;"),
-                (file, f"{name}.last_share = float(inside.y - (ceil(inside.y) - 1.0));", f"{name}.last_share = 1.0;"),
-            )
-        )
-    )
+    return bench.draw(Planted((UNCLIPPED_END_SLABS,)))
 
 
 def _missing_cosine(bench: Bench) -> Pixels:
     parallel = bench.scene.camera_for(bench.size).projection == "orthographic"
     bench.needs(not parallel, "rays are parallel")
-    # The uniform has to stay in use, or setting it is an error.
-    cosine = ("obliquity.glsl", "sqrt(1.0 + dot(tangent, tangent))", "sqrt(1.0 + 1e-20 * dot(tangent, tangent))")
-    return bench.draw(Planted((cosine,)))
+    return bench.draw(Planted((MISSING_COSINE,)))
 
 
 def _linear_opacity(bench: Bench) -> Pixels:
     bench.needs_medium()
     if bench.scene.classification != "slab" or bench.draws_pieces:
-        in_series = ("optics.glsl", "return opacity;", "return min(x, 1.0);")
-        otherwise = ("optics.glsl", "return x < 0.5 ? series : 1.0 - exp(-x);", "return min(x, 1.0);")
-        return bench.draw(Planted((in_series, otherwise)))
+        return bench.draw(Planted((LINEAR_OPACITY,)))
     medium = linear_in_depth(bench.medium, float(bench.settings["slab_thickness"]))
     return bench.draw(scene=replace(bench.scene, transfer_function=medium))
 

@@ -1,12 +1,11 @@
-"""Mistakes planted in the renderer: its own shaders with a line replaced, its stacks with a slab left out.
+"""Mistakes planted in the renderer: shaders with a wrong function, slab stacks without a slab, other blending.
 
-The files stay as they are: a folder of changed copies is drawn with, for a while, by a renderer that keeps its textures
-all the same. What is replaced has to stand there exactly once, so that no mistake goes stale unseen.
+The shader files stay as they are: a compositor of changed copies draws for a while, and the renderer keeps its
+textures. See `wrong_functions` for the way in which a function of a shader becomes a wrong one.
 """
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -15,13 +14,12 @@ from typing import Any
 
 import numpy as np
 
+from texvol.comparison.wrong_functions import WrongFunction, wrong_shaders
 from texvol.opengl.compositor import Compositor, Drawing
 from texvol.opengl.contexts import Context
-from texvol.opengl.shaders import FOLDER, ShaderError
 from texvol.rendering.renderer import Renderer
 from texvol.slicing.slabs import SlabStacks, slab_stacks
 
-Replacement = tuple[str, str, str]  # file, what stands there, what is to
 Slabs = tuple[int, int]  # the first, and the one after the last
 # OpenGL's numbers for blending (GL_ONE, GL_ONE_MINUS_SRC_ALPHA): what is drawn, and what is there already.
 _ONE, _ONE_MINUS_SRC_ALPHA = 1, 0x0303
@@ -31,19 +29,19 @@ UNDER_BY_ITS_OWN_ALPHA = (_ONE_MINUS_SRC_ALPHA, _ONE)
 
 @dataclass(frozen=True)
 class Planted:
-    """What a renderer does otherwise.
+    """A mistake of a renderer.
 
     Attributes
     ----------
-    replacements : sequence of (file, old, new)
-        In the shader files.
+    functions : sequence of (signature, body)
+        Wrong functions of the shaders.
     dropped : (first, end), optional
         Slabs that are not drawn, counted as in `slicing`.
     under : pair of int, optional
         Blending of a slab stack with what is in front of it.
     """
 
-    replacements: Sequence[Replacement] = ()
+    functions: Sequence[WrongFunction] = ()
     dropped: Slabs | None = None
     under: tuple[int, int] | None = None
 
@@ -58,10 +56,10 @@ class PlantedRenderer(Renderer):
         Raises
         ------
         ShaderError
-            If a replacement does not fit.
+            If the shaders have no such function.
         """
         right = self._compositor
-        with replaced_shaders(*mistake.replacements) as folder:
+        with wrong_shaders(*mistake.functions) as folder:
             with self._context:
                 self._compositor = PlantedCompositor(self._context, folder, mistake)
             try:
@@ -87,9 +85,7 @@ class PlantedRenderer(Renderer):
         if self._last is None:
             return 0, 0
         scene, size, settings = self._last
-        stacks = slab_stacks(
-            scene.box, scene.camera_for(size), settings.slab_thickness, size, about=scene.volume.centre
-        )
+        stacks = slab_stacks(scene.box, scene.camera, settings.slab_thickness, size, about=scene.volume.centre)
         return (int(stacks.first[0]), int(stacks.last[-1])) if stacks.first.size else (0, 0)
 
 
@@ -115,7 +111,7 @@ class PlantedCompositor(Compositor):
         """An empty picture."""
         super().begin(drawing, target_format)
         if self._rows is not None and self._target is not None:
-            width, height = drawing.size
+            width, height = drawing.view.size
             self._target.scissor = (0, height - self._rows[1], width, self._rows[1] - self._rows[0])
 
     def draw_polygons(self, name: str, switches: dict[str, int], stacks: SlabStacks, *more: Any) -> None:
@@ -134,32 +130,3 @@ def without(stacks: SlabStacks, dropped: Slabs) -> SlabStacks:
     left = firsts < lasts
     polygons = stacks.polygons.repeat(2, axis=0)
     return replace(stacks, polygons=polygons[left], first=firsts[left], last=lasts[left])
-
-
-@contextmanager
-def replaced_shaders(*replacements: Replacement) -> Iterator[Path]:
-    """A folder with the shader files in which the replacements are made; gone afterwards."""
-    if not replacements:
-        yield FOLDER
-        return
-    texts = {path.name: path.read_text(encoding="utf-8") for path in FOLDER.iterdir() if path.is_file()}
-    for file, old, new in replacements:
-        texts[file] = replaced(file, texts[file], old, new)
-    with tempfile.TemporaryDirectory(prefix="texvol-") as name:
-        for file, text in texts.items():
-            (Path(name) / file).write_text(text, encoding="utf-8")
-        yield Path(name)
-
-
-def replaced(file: str, text: str, old: str, new: str) -> str:
-    """`text` with `new` for `old`, which has to be in it once.
-
-    Raises
-    ------
-    ShaderError
-        If it is not.
-    """
-    count = text.count(old)
-    if count != 1:
-        raise ShaderError(f"{file} has {count} times, and not once: {old}")
-    return text.replace(old, new)

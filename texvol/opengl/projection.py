@@ -32,13 +32,10 @@ from texvol.scene.camera import Camera
 from texvol.scene.display import isosurface_color
 from texvol.scene.lighting import Lighting
 from texvol.scene.scene import Scene
-from texvol.scene.transfer import TransferFunction
 from texvol.scene.volume import Volume
 from texvol.textures.value_storage import FAR, HUGE, bulk_of
 from texvol.textures.value_texture import ValueTexture
 
-# Stands where texels of values want a transfer function that nothing is asked of.
-NO_MEDIUM = TransferFunction(np.zeros(1), np.zeros((1, 3)), np.zeros(1))
 NOTHING_YET = -3e38  # the largest value of none
 _ROUNDING = 2.0**-20  # of a value, more than interpolation loses
 _SAME = 2.0**-22  # of a stored value: half an ulp or two, which interpolation may take from equal texels

@@ -55,12 +55,7 @@ def can_draw(scene: Scene) -> bool:
     """Whether the opacity of a scene is known here."""
     if scene.mode != "composite" or scene.clip or scene.crop or scene.geometry:
         return False
-    return all(map(_is_plain, _alone(scene, scene.camera_for((1, 1)))))
-
-
-def _alone(scene: Scene, camera: Camera) -> tuple[Scene, ...]:
-    """A scene for each volume."""
-    return scene.each_alone(camera) if scene.added else (scene,)
+    return all(map(_is_plain, scene.completed((1, 1)).each_alone()))
 
 
 def _is_plain(scene: Scene) -> bool:
@@ -87,13 +82,14 @@ def pictures_of_slabs(
     scene: Scene, size: tuple[int, int], slab_thickness: float, texel_format: str = "exact"
 ) -> tuple[Numbers, Numbers]:
     """The scene's picture (height, width, 4), background included; and the same with weights of 8 bits."""
-    camera = scene.camera_for(size)
+    complete = scene.completed(size)
+    camera = complete.camera
     volumes = [
         (
             _rays_of(each.volume, camera, scene.volume.centre, size, slab_thickness),
             _field_of(each, slab_thickness, texel_format),
         )
-        for each in _alone(scene, camera)
+        for each in complete.each_alone()
     ]
     count = size[0] * size[1]
     parts = [slice(start, start + _RAYS_AT_ONCE) for start in range(0, count, _RAYS_AT_ONCE)]

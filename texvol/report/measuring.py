@@ -31,7 +31,6 @@ from texvol.report.orders import smooth_order, trilinear_change
 from texvol.report.progress import Progress
 from texvol.report.words import LIMITS
 from texvol.scene.scene import Classification, Scene
-from texvol.scene.transfer import proposed_for
 from texvol.util.errors import InputError
 
 QUICK_RATES = (0.5, 1.0, 2.0)
@@ -89,7 +88,7 @@ def measure(
         If none of the settings can be drawn.
     """
     start, date = time.perf_counter(), datetime.datetime.now().astimezone()
-    scene = _in_full(scene, size)
+    scene = scene.completed(size)
     busy = os.getloadavg()[0]
     progress.say("integrating both media exactly")
     truths = Truths.of(scene, size)
@@ -129,18 +128,6 @@ def _ask(findings: Findings, renderer: Renderer, progress: Progress, also: tuple
             findings.asked.append(ask(renderer, scene, findings.size, wanted, findings.truths))
             if findings.asked[-1].seconds > _LONGEST_ASK:
                 break
-
-
-def _in_full(scene: Scene, size: Size) -> Scene:
-    """The scene with its transfer functions and its camera spelled out, so that all draw the same."""
-    return replace(
-        scene,
-        transfer_function=scene.transfer_function or proposed_for(scene.volume),
-        camera=scene.camera_for(size),
-        added=tuple(
-            replace(each, transfer_function=each.transfer_function or proposed_for(each.volume)) for each in scene.added
-        ),
-    )
 
 
 def _limits(quick: bool) -> Limits:

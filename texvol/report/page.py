@@ -66,7 +66,7 @@ def _metadata(findings: Findings) -> list[tuple[str, str]]:
         else f"{camera.height:.5g} {unit} high"
     )
     metadata = [
-        *(fact for each in findings.scene.each_alone(camera) for fact in _volume_metadata(each)),
+        *(fact for each in findings.scene.completed(findings.size).each_alone() for fact in _volume_metadata(each)),
         ("camera", f"{camera.projection}, {view}, eye {_triple(camera.eye)}, target {_triple(camera.target)}"),
         ("picture", f"{_size(findings)} pixels"),
     ]

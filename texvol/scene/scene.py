@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import operator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from typing import Literal, get_args
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
 
@@ -14,12 +14,13 @@ from texvol.scene.air import Air, checked_air
 from texvol.scene.camera import Camera
 from texvol.scene.cutting import ClipPlane, Cutting, Range, checked_crop
 from texvol.scene.gradient import CENTRAL, Estimator
+from texvol.scene.hidden_samples import without_hidden
 from texvol.scene.lighting import DepthCue, Lighting
 from texvol.scene.mask import Mask
 from texvol.scene.shapes import Lines, Mesh, checked_geometry
-from texvol.scene.transfer import TransferFunction
+from texvol.scene.transfer import NO_MEDIUM, TransferFunction, preset, proposed_for
 from texvol.scene.volume import Volume
-from texvol.util.errors import InputError
+from texvol.util.errors import InputError, check_type
 
 Classification = Literal["slab", "extinction", "post", "integrated"]
 CLASSIFICATIONS: tuple[str, ...] = get_args(Classification)
@@ -28,6 +29,14 @@ MODES: tuple[str, ...] = get_args(Mode)
 NUMBER_MODES = ("xray", "mip", "minip", "average")  # whose pictures hold numbers, and no light
 Coloring = Literal["grey", "tf"]
 COLORINGS: tuple[str, ...] = get_args(Coloring)
+# Optional parts of a scene and their types.
+_PARTS: dict[str, type] = {
+    "transfer_function": TransferFunction,
+    "camera": Camera,
+    "lighting": Lighting,
+    "depth_cue": DepthCue,
+    "mask": Mask,
+}
 
 
 @dataclass(frozen=True)
@@ -96,8 +105,7 @@ class Scene:
     coloring: Coloring = "grey"
 
     def __post_init__(self) -> None:
-        if not isinstance(self.volume, Volume):
-            raise InputError(f"scene: a Volume is wanted, and {type(self.volume).__name__} came")
+        self._check_types()
         background = np.asarray(self.background)
         if background.shape != (3,) or background.dtype.kind not in "iuf" or not (background >= 0).all():
             raise InputError(f"scene: background is three numbers from 0 upwards, and is {self.background!r}")
@@ -115,6 +123,15 @@ class Scene:
         self._check_cutting()
         self._check_geometry()
         self._check_volumes()
+
+    def _check_types(self) -> None:
+        check_type("scene: volume", self.volume, Volume, "make one of an array by texvol.Volume(values)")
+        if isinstance(self.transfer_function, str):
+            object.__setattr__(self, "transfer_function", preset(self.transfer_function, self.volume))
+        for name, kind in _PARTS.items():
+            if (part := getattr(self, name)) is not None:
+                check_type(f"scene: {name}", part, kind)
+        check_type("scene: gradient", self.gradient, Estimator)
 
     def check_unchanged(self) -> None:
         """Raise InputError if an array of a volume or a mask was changed in place since something was made of it."""
@@ -139,25 +156,36 @@ class Scene:
         """Of all volumes, in world units; the measure of the sampling rate."""
         return min(volume.smallest_spacing for volume in self.volumes)
 
-    def each_alone(self, camera: Camera) -> tuple[Scene, ...]:
-        """For each volume the scene without the others, seen and cued as it is in this one; of a single one itself.
+    def completed(self, size: tuple[int, int]) -> CompleteScene:
+        """Settle the camera, the transfer functions and the mask for a picture.
 
-        Opacities of slabs don't add up, and extinctions do: what `slab` is for one volume is `extinction` for several.
+        Everything that draws a scene begins with this. The same scene and size give the same object, so that it can
+        stand for what was drawn.
+
+        Parameters
+        ----------
+        size : (width, height)
+            In pixels; a scene without a camera is framed for their ratio.
         """
-        if not self.added:
-            return (self,)
-        cue = self.depth_cue
-        if cue is not None:
-            near, far = cue.range_for(self.box, camera)
-            cue = replace(cue, near=near, far=far)
-        kind = "extinction" if self.classification == "slab" else self.classification
-        first = replace(self, camera=camera, added=(), depth_cue=cue, classification=kind)
-        return (first, *(self._with(each, first) for each in self.added))
+        known: tuple[tuple[int, int], CompleteScene] | None = self.__dict__.get("_completed")
+        if known is None or known[0] != size:
+            known = (size, self._complete(size))
+            object.__setattr__(self, "_completed", known)
+        return known[1]
 
-    @staticmethod
-    def _with(added: AddedVolume, scene: Scene) -> Scene:
-        medium = added.transfer_function
-        return replace(scene, volume=added.volume, transfer_function=medium, mask=added.mask)
+    def _complete(self, size: tuple[int, int]) -> CompleteScene:
+        parts: dict[str, Any] = {each.name: getattr(self, each.name) for each in fields(Scene)}
+        parts["camera"] = self.camera_for(size)
+        if self.mask is not None and self.mode != "composite":
+            parts |= {"volume": without_hidden(self.volume, self.mask), "mask": None}
+        # An isosurface without a transfer function has a colour of its own; other pictures of numbers are grey.
+        if self.mode == "composite" or (self.mode in NUMBER_MODES and self.coloring == "tf"):
+            parts["transfer_function"] = self.transfer_function or proposed_for(self.volume)
+        parts["added"] = tuple(
+            each if each.transfer_function else replace(each, transfer_function=proposed_for(each.volume))
+            for each in self.added
+        )
+        return CompleteScene(**parts)
 
     @property
     def cutting(self) -> Cutting:
@@ -189,8 +217,7 @@ class Scene:
     def _check_cutting(self) -> None:
         object.__setattr__(self, "clip", tuple(self.clip))
         for plane in self.clip:
-            if not isinstance(plane, ClipPlane):
-                raise InputError(f"scene: clip holds ClipPlanes, and {type(plane).__name__} came")
+            check_type("scene: each of clip", plane, ClipPlane)
         if self.crop is not None:
             object.__setattr__(self, "crop", checked_crop(self.crop))
         if self.caps and self.mode != "composite":
@@ -199,19 +226,16 @@ class Scene:
     def _check_volumes(self) -> None:
         object.__setattr__(self, "added", tuple(self.added))
         if self.mask is not None:
-            if not isinstance(self.mask, Mask):
-                raise InputError(f"scene: a Mask is wanted, and {type(self.mask).__name__} came")
             self.mask.check_fits(self.volume)
         for each in self.added:
-            if not isinstance(each, AddedVolume):
-                raise InputError(f"scene: added holds AddedVolumes, and {type(each).__name__} came")
+            check_type("scene: each of added", each, AddedVolume)
         if self.added and self.mode != "composite":
             raise InputError(f"scene: matter of several volumes adds up in mode composite, and the mode is {self.mode}")
         if self.mode != "composite" and any(volume.colors is not None or volume.labels for volume in self.volumes):
             raise InputError(f"scene: colours and labels are of matter, in mode composite, and the mode is {self.mode}")
         without = replace(self, added=(), geometry=()) if self.added else self
         for each in self.added:
-            self._with(each, without)  # is checked like any scene
+            replace(without, **_own_parts(each))  # is checked like any scene
 
     def _check_geometry(self) -> None:
         object.__setattr__(self, "geometry", checked_geometry(self.geometry))
@@ -236,8 +260,47 @@ class Scene:
             )
 
     def camera_for(self, size: tuple[int, int]) -> Camera:
-        """The scene's camera, or the one that frames the box in a picture of (width, height) pixels."""
+        """Return the scene's camera, or the one that frames the box in a picture of (width, height) pixels."""
         return self.camera or Camera.framing(self.box, aspect=size[0] / size[1])
+
+
+class CompleteScene(Scene):
+    """Scene with nothing left to choose, see `Scene.completed`.
+
+    It has a camera; a mask only in mode composite; and transfer functions wherever they matter for the picture.
+    """
+
+    if TYPE_CHECKING:
+        camera: Camera
+
+    @property
+    def medium(self) -> TransferFunction:
+        """Transfer function of the volume; of a picture of the values themselves one that shows nothing."""
+        return self.transfer_function or NO_MEDIUM
+
+    def completed(self, size: tuple[int, int]) -> CompleteScene:
+        """Return the scene itself."""
+        return self
+
+    def each_alone(self) -> tuple[CompleteScene, ...]:
+        """Return for each volume the scene without the others, seen and cued as it is in this one.
+
+        Opacities of slabs do not add up, extinctions do: `slab` for one volume is `extinction` for several.
+        """
+        if not self.added:
+            return (self,)
+        cue = self.depth_cue
+        if cue is not None:
+            near, far = cue.range_for(self.box, self.camera)
+            cue = replace(cue, near=near, far=far)
+        kind = "extinction" if self.classification == "slab" else self.classification
+        first = replace(self, added=(), depth_cue=cue, classification=kind)
+        return (first, *(replace(first, **_own_parts(each)) for each in self.added))
+
+
+def _own_parts(added: AddedVolume) -> dict[str, Any]:
+    """Return the parts of a scene that an added volume has of its own."""
+    return {"volume": added.volume, "transfer_function": added.transfer_function, "mask": added.mask}
 
 
 def checked_size(size: tuple[int, int]) -> tuple[int, int]:

@@ -30,7 +30,7 @@ from texvol.rendering.modelled import modelled
 from texvol.rendering.renderer import Renderer, Size
 from texvol.rendering.settings import Settings
 from texvol.scene.display import NUMBER_MODES, found_window
-from texvol.scene.scene import Scene
+from texvol.scene.scene import CompleteScene, Scene
 from texvol.slicing import slabs as slicing
 from texvol.util import writing
 from texvol.util.errors import AccuracyWarning
@@ -100,7 +100,7 @@ class PiecewiseRenderer(Renderer):
         self._pieces.check = check
 
     def _draw(
-        self, scene: Scene, size: Size, settings: Settings, repeat: int = 1, depth: bool = False
+        self, scene: CompleteScene, size: Size, settings: Settings, repeat: int = 1, depth: bool = False
     ) -> NDArray[np.float32]:
         """The last picture again, where that is asked for: what is foreseen is shown first, and then checked."""
         kept = self._kept
@@ -229,12 +229,12 @@ class Easel:
             warnings.simplefilter("ignore")  # a view that misses the volume is no surprise here
             display = _display(job)
             shown = display.of(picture, job.scene, "window.png")
-        camera, thickness = job.scene.camera_for(job.size), settings["slab_thickness"]
+        scene, thickness = job.scene.completed(job.size), settings["slab_thickness"]
         metadata |= {
             "settings": dict(settings),
             "seconds": time.perf_counter() - start,
-            "slabs": slicing.slab_stacks(job.scene.volume, camera, thickness, job.size).slab_count,
-            "modelled": modelled(job.scene, camera),
+            "slabs": slicing.slab_stacks(scene.volume, scene.camera, thickness, job.size).slab_count,
+            "modelled": modelled(scene),
             "classification": job.scene.classification,
             "renderer": self._renderer.renderer_name,
             "window": display.window,

@@ -18,14 +18,16 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.opengl.compositor import NO_LIGHT, Compositor, Drawing, half_spaces_in_box, ray_uniforms
+from texvol.opengl.compositor import Compositor
+from texvol.opengl.drawing import Drawing
 from texvol.opengl.light_uniforms import cue_uniforms, eye_uniforms, light_switches, light_uniforms
 from texvol.opengl.shaders import FOLDER, load_program, set_uniforms
 from texvol.opengl.surfaces.on_screen import primitives_of
 from texvol.opengl.surfaces.table import TABLE_WIDTH, rows_of, shapes_of, vertices_of
+from texvol.opengl.uniforms import NO_LIGHT, half_spaces_in_box, ray_uniforms
 from texvol.scene.appearance import surface_lighting
 from texvol.scene.lighting import Lighting
-from texvol.scene.scene import Scene
+from texvol.scene.scene import CompleteScene
 from texvol.scene.shapes import Lines
 from texvol.util.errors import InputError
 
@@ -50,7 +52,7 @@ class Surfaces:
         self._lighting: Lighting | None = None
         self._query = gl.query(samples=True)
 
-    def prepare(self, scene: Scene, size: tuple[int, int], slab_thickness: float) -> None:
+    def prepare(self, scene: CompleteScene, size: tuple[int, int], slab_thickness: float) -> None:
         """Have the scene's shapes on the device, as they lie in a picture of (width, height) pixels.
 
         Raises
@@ -58,7 +60,7 @@ class Surfaces:
         InputError
             If there are more than the driver has room for.
         """
-        camera = scene.camera_for(size)
+        camera = scene.camera
         self._lighting = surface_lighting(scene)
         asked = (scene.geometry, scene.volume, camera, size, slab_thickness, self._lighting is None)
         if self._shapes is None or self._shapes_for != asked:
@@ -156,7 +158,7 @@ class Surfaces:
     def _program(self, drawing: Drawing) -> moderngl.Program:
         assert self._shapes is not None
         switches = {
-            "PERSPECTIVE": int(drawing.camera.projection == "perspective"),
+            "PERSPECTIVE": int(drawing.is_perspective),
             "HALF_SPACES": len(drawing.cutting),
             "LINES": int(self._shapes.any_lines),
             "CUE": int(drawing.depth_cue is not None),
@@ -228,9 +230,11 @@ class _Targets:
 class _OnDevice:
     """The shapes of a scene as they lie in a picture: their table, and rectangles around those of either kind."""
 
-    def __init__(self, gl: moderngl.Context, scene: Scene, size: tuple[int, int], slab_thickness: float) -> None:
+    def __init__(
+        self, gl: moderngl.Context, scene: CompleteScene, size: tuple[int, int], slab_thickness: float
+    ) -> None:
         geometry = scene.geometry
-        primitives = primitives_of(geometry, scene.volume, scene.camera_for(size), size, slab_thickness)
+        primitives = primitives_of(geometry, scene.volume, scene.camera, size, slab_thickness)
         self.count = len(geometry)
         self.any_lines = any(isinstance(shape, Lines) for shape in geometry)
         table = np.concatenate([shapes_of(geometry), rows_of(primitives, surface_lighting(scene) is not None)])
@@ -259,22 +263,23 @@ class _OnDevice:
 
 def _uniforms(drawing: Drawing, lighting: Lighting | None, shapes: int) -> dict[str, Any]:
     """Uniforms of surface.frag that a whole picture has in common."""
-    volume, camera, size = drawing.volume, drawing.camera, drawing.size
+    volume, view = drawing.first.volume, drawing.view
+    camera, size, thickness = view.camera, view.size, view.slab_thickness
     middle = float(camera.forward @ (volume.centre - camera.eye))
     uniforms: dict[str, Any] = {
         "table_width": TABLE_WIDTH,
         "shapes": shapes,
         "picture_middle": (size[0] / 2, size[1] / 2),
-        "eye_depth": -middle / drawing.slab_thickness,
+        "eye_depth": -middle / thickness,
     }
     if lighting is not None:
         uniforms |= light_uniforms(lighting, volume, 1.0) | eye_uniforms(lighting, camera, size)
     if drawing.cutting:
         uniforms["half_spaces"] = half_spaces_in_box(drawing.cutting, volume)
     if drawing.cutting or "positions" in uniforms:
-        uniforms |= ray_uniforms(volume, camera, size, drawing.slab_thickness, drawing.about)
+        uniforms |= ray_uniforms(volume, view)
     if drawing.depth_cue is not None:
-        uniforms |= cue_uniforms(drawing.depth_cue, volume, camera, drawing.slab_thickness, drawing.about)
+        uniforms |= cue_uniforms(drawing.depth_cue, volume, camera, thickness, view.origin)
     return uniforms
 
 

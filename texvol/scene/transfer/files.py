@@ -51,20 +51,20 @@ from __future__ import annotations
 
 import os
 from collections import Counter
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
+from typing import Any, TypeVar
 
 import numpy as np
 
 from texvol.scene.transfer import parsing
-from texvol.scene.transfer.function import TransferFunction
 from texvol.scene.transfer.graded import Contour, Graded
-from texvol.scene.transfer.materials import Material, mixture
+from texvol.scene.transfer.materials import Material, Points, mixture
 from texvol.scene.transfer.units import CHOICES, Units
 from texvol.scene.volume import Volume
 from texvol.util import text_files
 from texvol.util.errors import InputError
 
+Function = TypeVar("Function", bound=Points)
 _MOST_BYTES = 64 << 20  # some million points; more is no transfer function
 _CHOICES = CHOICES | {"emission": ("associated", "emissive", "premultiplied")}
 _PARTS = ("points", "materials", "contours", "boundaries", "graded")
@@ -72,48 +72,33 @@ _KEYS = {*_PARTS, *_CHOICES, "show", "gradient", "material_names", "material_col
 
 
 def load(
-    path: str | os.PathLike[str], volume: Volume | None = None, materials: Sequence[str] | None = None
-) -> TransferFunction:
-    """The transfer function in a JSON file.
-
-    Parameters
-    ----------
-    volume : Volume, optional
-        Needed where the file speaks of percentiles, range, matter, box, voxels or relative gradients.
-    materials : sequence of str, optional
-        Names of the materials to show; the others are left out, but for contours and boundaries that refer to them.
-
-    Raises
-    ------
-    InputError
-        If the file can't be read, is not such a JSON object, has unknown keys or numbers out of range, or not those
-        materials.
-    """
-    return loads(text_files.read_text(path, "JSON", _MOST_BYTES), os.fspath(path), volume, materials)
+    path: str | os.PathLike[str], volume: Volume | None, materials: Sequence[str] | None, make: Callable[..., Function]
+) -> Function:
+    """Read a JSON file; `make` is the class of transfer functions. See `TransferFunction.load`."""
+    return loads(text_files.read_text(path, "JSON", _MOST_BYTES), os.fspath(path), volume, materials, make)
 
 
 def loads(
-    text: str,
-    name: str = "transfer function",
-    volume: Volume | None = None,
-    materials: Sequence[str] | None = None,
-) -> TransferFunction:
-    """The transfer function in a JSON text; see `load`."""
-    return from_content(text_files.parsed_json(text, name), name, volume, materials)
+    text: str, name: str, volume: Volume | None, materials: Sequence[str] | None, make: Callable[..., Function]
+) -> Function:
+    """Read a JSON text."""
+    return from_content(text_files.parsed_json(text, name), name, volume, materials, make)
 
 
 def from_content(
-    content: Any, name: str, volume: Volume | None = None, materials: Sequence[str] | None = None
-) -> TransferFunction:
-    """The transfer function that a parsed JSON text describes; see `load`."""
+    content: Any, name: str, volume: Volume | None, materials: Sequence[str] | None, make: Callable[..., Function]
+) -> Function:
+    """Make the transfer function that a parsed JSON text describes."""
     try:
-        return _from_content(content, name, volume, materials)
+        return _from_content(content, name, volume, materials, make)
     except InputError as error:
         message = str(error)
         raise InputError(message if message.startswith(f"{name}:") else f"{name}: {message}") from None
 
 
-def _from_content(content: Any, name: str, volume: Volume | None, asked: Sequence[str] | None) -> TransferFunction:
+def _from_content(
+    content: Any, name: str, volume: Volume | None, asked: Sequence[str] | None, make: Callable[..., Function]
+) -> Function:
     if not isinstance(content, dict):
         raise InputError("a transfer function is a JSON object with points")
     parsing.refuse_unknown(content, _KEYS, "a transfer function")
@@ -125,7 +110,7 @@ def _from_content(content: Any, name: str, volume: Volume | None, asked: Sequenc
         raise InputError("a transfer function has a list of points, and at least one, or materials or contours")
     emission = chosen.pop("emission")
     units = Units(volume, **chosen)
-    points = _points(content, emission, name, units)
+    points = _points(content, emission, name, units, make)
     materials = _materials(content, units)
     shown = _shown(content, materials, asked)
     if points is not None and points.emissive and materials:
@@ -134,9 +119,9 @@ def _from_content(content: Any, name: str, volume: Volume | None, asked: Sequenc
     plain = [each for each in shown if each.gradient is None]
     if plain or points is None:
         values, colors, extinctions = mixture(plain, points)
-        points = TransferFunction(values, colors, extinctions, name=name, premultiplied=bool(plain))
+        points = make(values, colors, extinctions, name=name, premultiplied=bool(plain))
     named = [each for each in materials if each in shown or each.name in referred]
-    return TransferFunction(
+    return make(
         points.values,
         points.colors,
         points.extinctions,
@@ -151,7 +136,9 @@ def _from_content(content: Any, name: str, volume: Volume | None, asked: Sequenc
     )
 
 
-def _points(content: dict[str, Any], emission: str, name: str, units: Units) -> TransferFunction | None:
+def _points(
+    content: dict[str, Any], emission: str, name: str, units: Units, make: Callable[..., Function]
+) -> Function | None:
     """The points in data and world units, or None where there are none."""
     if "points" not in content:
         return None
@@ -161,12 +148,12 @@ def _points(content: dict[str, Any], emission: str, name: str, units: Units) -> 
     premultiplied, emissive = emission == "premultiplied", emission == "emissive"
     colors = np.array([looks.emission if premultiplied else looks.color for _, looks in parsed])
     # What is wrong is said of the file's own numbers, before they become the volume's.
-    TransferFunction(values, colors, extinctions, emissive, name, premultiplied)
+    make(values, colors, extinctions, emissive, name, premultiplied)
     per_length = units.per_length
     glows = emissive | (premultiplied & np.isfinite(extinctions))
     colors = colors * np.where(glows, per_length, 1.0)[..., np.newaxis]
     placed = np.maximum.accumulate(units.placed(values))
-    return TransferFunction(placed, colors, extinctions * per_length, emissive, name, premultiplied)
+    return make(placed, colors, extinctions * per_length, emissive, name, premultiplied)
 
 
 def _point(point: Any, position: int, emission: str) -> tuple[float, parsing.Weighted]:

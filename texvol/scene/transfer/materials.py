@@ -13,12 +13,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from texvol.scene.transfer import pieces
-from texvol.scene.transfer.function import TransferFunction
 from texvol.scene.transfer.graded import Graded
 from texvol.scene.transfer.pieces import LARGEST_VALUE
 from texvol.util.errors import InputError
@@ -128,8 +128,26 @@ def boundary(materials: Sequence[Material], magnitude: float) -> Graded:
     return Graded(values, emissions, np.array([each.extinction for each in materials]), 0.0, magnitude)
 
 
+class Points(Protocol):
+    """Control points of a transfer function."""
+
+    @property
+    def values(self) -> NDArray[np.float64]: ...
+    @property
+    def colors(self) -> NDArray[np.float64]: ...
+    @property
+    def extinctions(self) -> NDArray[np.float64]: ...
+    @property
+    def emissive(self) -> bool: ...
+    @property
+    def premultiplied(self) -> bool: ...
+    @property
+    def numbers(self) -> NDArray[np.float64]: ...
+    def at(self, values: ArrayLike) -> NDArray[np.float64]: ...
+
+
 def mixture(
-    materials: Sequence[Material], points: TransferFunction | None = None
+    materials: Sequence[Material], points: Points | None = None
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Values, emissions and extinctions of premultiplied points: what materials, and other points, add up to.
 
@@ -177,13 +195,13 @@ def _looks(row: NDArray[np.float64], other_end: NDArray[np.float64]) -> NDArray[
     return np.append(opaque[5:] / opaque[4], np.inf)
 
 
-def _opaque_at(position: float, materials: Sequence[Material], points: TransferFunction | None) -> bool:
+def _opaque_at(position: float, materials: Sequence[Material], points: Points | None) -> bool:
     if points is not None and np.isinf(points.at(position)[3]):
         return True
     return any(np.isinf(each.extinction) and each.fractions(position) > 0 for each in materials)
 
 
-def _part_of(points: TransferFunction) -> _Part:
+def _part_of(points: Points) -> _Part:
     """The points of a transfer function; the outer ones by themselves, too, for what lies beyond them."""
     knots, rows = [float(points.values[0])], [_row(points, 0)]
     for left, right in zip(range(len(points.values) - 1), range(1, len(points.values)), strict=True):
@@ -196,17 +214,17 @@ def _part_of(points: TransferFunction) -> _Part:
     return _Part(np.array([*knots, points.values[-1]]), np.array([*rows, _row(points, len(points.values) - 1)]))
 
 
-def _lines_of(points: TransferFunction, left: int, right: int, opaque: bool) -> int:
+def _lines_of(points: Points, left: int, right: int, opaque: bool) -> int:
     extinctions, colors = points.extinctions[[left, right]], points.colors[[left, right]]
     straight = points.premultiplied or opaque or extinctions[0] == extinctions[1] or np.array_equal(*colors)
     return 1 if straight else _LINES_PER_PARABOLA
 
 
-def _row(points: TransferFunction, number: int) -> NDArray[np.float64]:
+def _row(points: Points, number: int) -> NDArray[np.float64]:
     return _row_between(points, number, number, 0.0, bool(np.isinf(points.extinctions[number])))
 
 
-def _row_between(points: TransferFunction, left: int, right: int, fraction: float, opaque: bool) -> NDArray[np.float64]:
+def _row_between(points: Points, left: int, right: int, fraction: float, opaque: bool) -> NDArray[np.float64]:
     color = points.colors[left] * (1 - fraction) + points.colors[right] * fraction
     numbers = points.numbers[:, 3]
     extinction = numbers[left] * (1 - fraction) + numbers[right] * fraction

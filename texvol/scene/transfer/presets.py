@@ -10,11 +10,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from texvol.scene.air import hounsfield_by, hounsfield_range
-from texvol.scene.transfer.files import from_content
 from texvol.scene.transfer.function import TransferFunction
 from texvol.scene.transfer.material_presets import CT_MATERIALS, MATERIALS
 from texvol.scene.transfer.units import Units
@@ -112,6 +112,7 @@ _AS_IT_IS: list[Point] = [(0.0, (1.0, 1.0, 1.0), 0), (1.0, (1.0, 1.0, 1.0), 50)]
 # Of volumes beside the first, which is reddish: far from it and from each other.
 _HUES = ((0.1, 0.65, 1.0), (0.2, 1.0, 0.25), (1.0, 0.2, 0.9), (1.0, 0.9, 0.1))
 
+_PROPOSED: WeakKeyDictionary[Volume, TransferFunction] = WeakKeyDictionary()
 _OF_THE_HISTOGRAM = ("histogram", "contours", "boundaries")
 
 PRESETS: tuple[str, ...] = (*_CT, *_FRACTIONS, *_RAMPS, *CT_MATERIALS, *MATERIALS, *_OF_THE_HISTOGRAM)
@@ -134,7 +135,7 @@ def preset(name: str, volume: Volume, materials: Sequence[str] | None = None) ->
     _check_measured(name, volume)
     content = _content_of(name, volume)
     if content is not None:
-        return from_content(content, name, volume, materials)
+        return TransferFunction.from_content(content, name, volume, materials)
     if materials is not None:
         asked = ", ".join(map(repr, materials))
         raise InputError(f"the preset {name} has no materials, and {asked} can't be chosen from it")
@@ -174,11 +175,18 @@ def _content_of(name: str, volume: Volume) -> dict[str, Any] | None:
 
 
 def proposed_for(volume: Volume) -> TransferFunction:
-    """A transfer function that shows something sensible of an unknown volume.
+    """Transfer function for an unknown volume, the same object each time for the same volume.
 
-    Labels in a colour each, see `label_function`; samples that have a colour as they are, denser where there is more;
-    of others their matter, denser where brighter.
+    Labels get a colour each, see `label_function`. Samples with colours of their own keep them, and are the denser the
+    brighter they are. Of other volumes the values above the background show, denser where they are larger.
     """
+    found = _PROPOSED.get(volume)
+    if found is None:
+        found = _PROPOSED[volume] = _proposed(volume)
+    return found
+
+
+def _proposed(volume: Volume) -> TransferFunction:
     if volume.labels:
         from texvol.scene.transfer.labels import label_function
 
