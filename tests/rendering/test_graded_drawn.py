@@ -251,8 +251,7 @@ def test_matter_that_is_none_is_none(renderer: Renderer, kind: Classification) -
 
 
 @kinds
-@pytest.mark.parametrize("name", mixed())
-@pytest.mark.parametrize("lit", [False, True])
+@pytest.mark.parametrize("name, lit", [*((each, False) for each in mixed()), ("contour", True), ("all", True)])
 def test_pictures_converge_to_the_oracle(renderer: Renderer, kind: Classification, name: str, lit: bool) -> None:
     medium = mixed()[name]
     volume = smooth()

@@ -35,6 +35,16 @@ every_grid = pytest.mark.parametrize("grid", GRIDS)
 every_view = pytest.mark.parametrize("view", CAMERAS)
 
 
+def every_grid_and_view(*modes: str) -> pytest.MarkDecorator:
+    """Every grid in every view, the modes in turns: each mode on every grid and in every view."""
+    turns = [
+        (grid, view, modes[(row + column) % len(modes)])
+        for row, grid in enumerate(GRIDS)
+        for column, view in enumerate(CAMERAS)
+    ]
+    return pytest.mark.parametrize("grid, view, mode", turns)
+
+
 def noise(grid: str = "plain", dtype: type = np.float32, dimensions=(9, 8, 7), seed: int = 5) -> Volume:
     """Samples from 0 to 1, or of the whole range of an integer type but for an eighth."""
     samples = np.random.default_rng(seed).random(dimensions[::-1])
