@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import ctypes
 import gc
 import signal
 from collections.abc import Iterator
+from contextlib import suppress
+from unittest.mock import patch
 
 import pytest
 from support.browser import browser  # noqa: F401 (a fixture)
@@ -45,9 +48,21 @@ def context(session_context: Context) -> Iterator[Context]:
 
 @pytest.fixture(scope="session")
 def renderer() -> Iterator[Renderer]:
-    """The one Renderer of the session: its programs are compiled once for all tests."""
-    with Renderer() as opened:
+    """The one Renderer of the session: its programs are compiled once for all tests.
+
+    It keeps half as many programs as others do, of some 4 to 8 MB each, so that a process stays below 1 GB.
+    """
+    with patch("texvol.opengl.compositor._MOST_PROGRAMS", 32), Renderer() as opened:
         yield opened
+
+
+@pytest.fixture(scope="module", autouse=True)
+def trimmed_memory() -> Iterator[None]:
+    """Give the memory that a module's tests have freed back to the system; malloc keeps it otherwise."""
+    yield
+    gc.collect()
+    with suppress(OSError, AttributeError):  # glibc only
+        ctypes.CDLL(None).malloc_trim(0)
 
 
 @pytest.fixture(autouse=True)
