@@ -76,8 +76,8 @@ def clean_renderer(request: pytest.FixtureRequest) -> Iterator[None]:
     if isinstance(used, Renderer) and not used._context.released:
         with used._context:
             left = used._context.gl.error
-            for medium in used._device.medium:
-                medium.release()
+            for cache in used._cache.volumes:
+                cache.release()
         assert left == "GL_NO_ERROR", "the test left an OpenGL error"
 
 
