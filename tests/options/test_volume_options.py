@@ -217,8 +217,8 @@ def test_volumes_outside_of_the_view_are_warned_of_together(capsys: pytest.Captu
 
 WRONG = [
     (["--mask", "gone.npy"], "gone.npy: no such file"),
-    (["--mask", "w.npy"], "w.npy: a mask is of its volume's size, and has 4 x 5 x 6 samples where v.npy has 9 x 8 x 7"),
-    (["--mask", "huge.npy"], "huge.npy: weights lie in [0, 1], and they go from 0.5 to 3"),
+    (["--mask", "w.npy"], "w.npy: a mask must have as many samples as its volume, got 4 x 5 x 6 samples"),
+    (["--mask", "huge.npy"], "huge.npy: weights must be from 0 to 1, but they go from 0.5 to 3"),
     (["--mask", "m.npy:1,1"], "--mask: a mask fades between two finite numbers"),
     (["--mask", "m.npy:1,1e999"], "--mask: a mask fades between two finite numbers"),
     (["--mask", ""], "--mask: FILE[:LOW,HIGH] is wanted"),
@@ -227,7 +227,7 @@ WRONG = [
     (["--transform", "short.txt"], "short.txt: a transform is 4 rows of 4 numbers"),
     (["--transform", "words.txt"], "words.txt: a transform is 4 rows of 4 numbers"),
     (["--transform", "nan.txt"], "nan.txt: a transform is 4 rows of 4 numbers"),
-    (["--transform", "last.txt"], "v.npy: a transform is a finite 4 x 4 matrix whose last row is 0, 0, 0, 1"),
+    (["--transform", "last.txt"], "v.npy: a transform must be a finite 4 x 4 matrix whose last row is 0, 0, 0, 1"),
     (["--transform", "1,2,3"], "--transform: 12 or 16 numbers"),
     (["--transform", ""], "--transform: 12 or 16 numbers"),
     (["--transform", "0,0,0,0,0,1,0,0,0,0,1,0"], "v.npy, transformed: direction must not be singular"),
@@ -237,7 +237,7 @@ WRONG = [
     (["--add-tf", "fog"], "--add-tf: it is of the volume that --add adds: give --add FILE before it"),
     (["--add-mask", "m.npy", "--add", "w.npy"], "--add-mask: it is of the volume that --add adds"),
     (["--add-labels"], "--add-labels/--no-add-labels: it is of the volume that --add adds"),
-    (["--add", "w.npy", "--add-mask", "m.npy"], "m.npy: a mask is of its volume's size, and has 9 x 8 x 7"),
+    (["--add", "w.npy", "--add-mask", "m.npy"], "m.npy: a mask must have as many samples as its volume, got 9 x 8 x 7"),
     (
         ["--add", "w.npy", "--add-transform", "1,0,0,0,1,0,0,0,0,0,1,0"],
         "w.npy, transformed: direction must not be sing",

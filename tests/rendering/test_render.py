@@ -303,7 +303,7 @@ def test_stats_say_what_was_done(renderer: Renderer) -> None:
         ({"max_error": 0.0}, "maximum error must be positive"),
         ({"max_error": np.nan}, "maximum error must be positive"),
         ({"max_error": 0.1, "sampling_rate": 1.0}, "give only one of them"),
-        ({"texture_format": "rgba64f"}, "texture format is auto"),
+        ({"texture_format": "rgba64f"}, "texture format must be auto"),
         ({"target_format": "rgb"}, "target format must be auto"),
     ],
 )

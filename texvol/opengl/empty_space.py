@@ -1,4 +1,4 @@
-"""Where a scene has nothing to show: which cells a ray leaps over, and which bricks are not drawn at all."""
+"""Empty-space skipping: cells that a ray skips, and bricks that are not drawn."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ class EmptySpace:
         return np.array([np.maximum(part[0], stored[0]), np.minimum(part[1], stored[1])])
 
     def release(self) -> None:
-        """Give the texture back and forget the volume."""
+        """Release the texture and forget the volume."""
         self._release_skips()
         self._volume = self._cells = None
 

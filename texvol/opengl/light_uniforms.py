@@ -1,4 +1,4 @@
-"""What the shader has to know of light and of depth cues: switches and uniforms; none where a scene has neither.
+"""Switches and uniforms of light and depth cues; none for a scene without them.
 
 Lights are counted among directions of the world, gradients relative to the largest that a texel may hold, places
 relative to the middle of the box and its radius, so that float32 has digits left in worlds of any size.
@@ -77,7 +77,7 @@ def box_matrices(volume: Volume) -> tuple[NDArray[np.float64], NDArray[np.float6
 
 
 def eye_uniforms(lighting: Lighting, camera: Camera, size: tuple[int, int]) -> dict[str, Any]:
-    """Where the eye is, seen from each pixel's ray; nothing where the light looks the same from everywhere."""
+    """Uniforms of the direction to the eye for each pixel; none if the light looks the same from everywhere."""
     if not depends_on_eye(lighting):
         return {}
     rays = camera.pixel_rays(size, np.zeros(3))

@@ -47,14 +47,14 @@ _MODES = {"xray": 1, "average": 1, "mip": 2, "minip": 2, "isosurface": 3}
 
 @dataclass(frozen=True)
 class Isovalue:
-    """Stands for a transfer function where it is asked which values show anything: those of one surface."""
+    """Values that show in mode isosurface, with the interface of a transfer function."""
 
     value: float
 
     def shows_between(
         self, lowest: ArrayLike, highest: ArrayLike, largest_magnitude: ArrayLike = np.inf
     ) -> NDArray[np.bool_]:
-        """Whether the isovalue lies between, or as near as rounding makes no difference; False where either is NaN.
+        """True where the isovalue lies between the two, within rounding; False where either is NaN.
 
         Whatever the gradient is.
         """
@@ -66,7 +66,7 @@ class Isovalue:
 
 @dataclass(frozen=True)
 class Projection:
-    """What is projected of a scene, for the shader projection.frag; `depth` for that of an isosurface in its place."""
+    """Projection of the values, for the shader projection.frag; with `depth`, the depth of an isosurface."""
 
     mode: str
     isovalue: float | None
@@ -77,17 +77,17 @@ class Projection:
 
     @property
     def blending(self) -> str:
-        """How bricks are put together."""
+        """Blending of bricks."""
         return {1: "add", 2: "largest", 3: "under"}[_MODES[self.mode]]
 
     @property
     def measures_rays(self) -> bool:
-        """Whether it matters how long a ray's way is."""
+        """True if the length of a ray in the box matters."""
         return _MODES[self.mode] == 1
 
     @property
     def nothing(self) -> tuple[float, float, float, float]:
-        """What an empty picture holds."""
+        """Clear value of the target."""
         return (NOTHING_YET, 0.0, 0.0, 0.0) if _MODES[self.mode] == 2 else (0.0, 0.0, 0.0, 0.0)
 
     def switches(self, baked: ValueTexture) -> dict[str, int]:
@@ -184,7 +184,7 @@ class Projection:
 
 
 def projection_of(scene: Scene, *, depth: bool = False) -> Projection | None:
-    """What is projected of a scene; None for composite."""
+    """Return the projection of a scene; None in mode composite."""
     if scene.mode == "composite":
         return None
     lighting = (scene.lighting or Lighting()) if scene.mode == "isosurface" and not depth else None
@@ -203,7 +203,7 @@ def _has_infinities(volume: Volume) -> bool:
 
 
 def _largest_finite(baked: ValueTexture) -> float:
-    """What no stored value is beyond that does not stand for an infinity."""
+    """Largest magnitude of the stored finite values."""
     volume = baked.volume
     if not _has_infinities(volume) or volume.finite_range is None:
         return _ALL_FINITE

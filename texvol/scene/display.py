@@ -1,4 +1,4 @@
-"""How numbers become colours: the pictures of xray, mip, minip and average, and the colour of an isosurface.
+"""Colours of numbers: pictures of xray, mip, minip and average, and the colour of an isosurface.
 
 A window (centre, width) takes a number n to grey as radiological displays do (DICOM's LINEAR_EXACT): the *encoded*
 grey is linear in it,
@@ -41,9 +41,9 @@ def checked_window(window: str | Sequence[float]) -> Window:
     except (TypeError, ValueError):
         numbers = ()
     if len(numbers) != 2 or not np.isfinite(numbers).all():
-        raise InputError(f"window: CENTRE,WIDTH are two finite numbers, and are {window!r}")
+        raise InputError(f"window: CENTRE,WIDTH must be two finite numbers, got {window!r}")
     if not numbers[1] > 0:
-        raise InputError(f"window: the width is positive, and is {numbers[1]:g}")
+        raise InputError(f"window: width must be positive, got {numbers[1]:g}")
     return numbers[0], numbers[1]
 
 

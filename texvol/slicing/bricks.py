@@ -47,7 +47,7 @@ class Brick:
 
     @property
     def is_whole(self) -> bool:
-        """Whether there is no other brick."""
+        """True if the brick is the whole volume."""
         return self.first == (0, 0, 0) and self.last == self.dimensions
 
     @property
@@ -57,7 +57,7 @@ class Brick:
 
     @property
     def has_room_beyond(self) -> list[bool]:
-        """Whether, along x, y, z, the volume ends in it and its texture goes on."""
+        """True along x, y, z where the volume ends in the brick but its texture goes on."""
         ends = zip(self.stored_first, self.stored_last, self.dimensions, self.texture_size, strict=True)
         return [last == count and last - first < size for first, last, count, size in ends]
 
@@ -120,7 +120,9 @@ def texture_size(dimensions: Triple, margin: Triple, bytes_per_sample: int, most
         cuttable = [axis for axis in range(3) if halves[axis] > 2 * margin[axis] and size[axis] > 1]
         if not cuttable:
             least = np.prod(size, dtype=float) * bytes_per_sample / 1e6
-            raise NoRoomError(f"a brick of this volume takes {least:.3g} MB, and may take {most_bytes / 1e6:.3g} MB")
+            raise NoRoomError(
+                f"a brick of this volume needs {least:.3g} MB of texture memory, got {most_bytes / 1e6:.3g} MB"
+            )
         longest_axis = max(cuttable, key=lambda axis: size[axis])
         size[longest_axis] = halves[longest_axis]
     return size[0], size[1], size[2]
@@ -147,7 +149,7 @@ def visibility_order(bricks: Iterable[Brick], volume: Volume, camera: Camera) ->
 
 
 def _view(volume: Volume, camera: Camera) -> list[tuple[float, float, bool]]:
-    """For each axis: the eye's place in samples, the view's way along it, whether rays diverge from the eye."""
+    """Return for each axis the eye's position in samples, the view direction, and True if rays diverge from the eye."""
     eye = volume.index_from_world @ (np.array(camera.eye) - volume.box_corner)
     forward = volume.index_from_world @ camera.forward
     return [(float(e), float(f), camera.projection == "perspective") for e, f in zip(eye, forward, strict=True)]

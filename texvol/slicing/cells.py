@@ -29,10 +29,10 @@ _DOWN = {"x": 0b10101010, "y": 0b11001100, "z": 0b11110000}
 
 
 class Shown(Protocol):
-    """What knows which values show anything, such as a transfer function."""
+    """Anything that knows which values show, such as a transfer function."""
 
     def shows_between(self, lowest: NDArray, highest: NDArray, largest_magnitude: ArrayLike) -> NDArray[np.bool_]:
-        """Whether any value from `lowest` to `highest`, on gradients up to `largest_magnitude`, may be something."""
+        """True where any value from `lowest` to `highest` may show, for gradients up to `largest_magnitude`."""
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ class Cells:
         mask: Mask | None = None,
         steps: tuple[float, float] | None = None,
     ) -> NDArray[np.bool_]:
-        """Which cells may show anything, shape (cz, cy, cx), on gradients up to `steepest`, of what a mask leaves.
+        """Return the cells that may show, shape (cz, cy, cx), for gradients up to `steepest` and a mask.
 
         `steps` are those to which values are rounded before they are interpolated.
         """
@@ -98,7 +98,7 @@ class Cells:
         return np.nan_to_num(most + _ROUNDED * most.max(), nan=np.inf, posinf=np.inf)
 
     def skips(self, visible: NDArray[np.bool_]) -> NDArray[np.uint8]:
-        """For each octant of directions and each cell 2 r + visible, shape (2 cz, 2 cy, 2 cx).
+        """Return 2 r + visible for each octant of directions and each cell, shape (2 cz, 2 cy, 2 cx).
 
         All cells less than r away are like it, along the axes and diagonals of the octant. The first half along an axis
         is for directions that go up along it, the second for those that go down.
@@ -149,7 +149,7 @@ def _spread(numbers: NDArray, reduce: np.ufunc) -> NDArray:
 
 
 def _eroded(alike: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """In which octants cells, (…, cz, cy, cx), are set with their 7 neighbours there; outside all are like the cell."""
+    """Return for each octant the cells, (…, cz, cy, cx), that are set together with their 7 neighbours in it."""
     for axis, goes_down in ((-3, _DOWN["z"]), (-2, _DOWN["y"])):
         shrunk = alike.copy()
         along, before = np.moveaxis(shrunk, axis, 0), np.moveaxis(alike, axis, 0)

@@ -95,7 +95,7 @@ def slab_stacks(
 
 
 def slabs_crossed(volume: Volume, camera: Camera, slab_thickness: float, size: tuple[int, int]) -> int:
-    """How many slabs all rays of a picture of (width, height) pixels cross together in the box, in front of the eye."""
+    """Total number of slabs that the rays of a picture cross in the box, in front of the eye."""
     rays = camera.pixel_rays(size, volume.centre)
     box_from_world = volume.index_from_world / np.array(volume.dimensions)[:, np.newaxis]
     x = (np.arange(size[0]) - (size[0] - 1) / 2)[:, np.newaxis]
@@ -142,7 +142,7 @@ def _box_between(
 def _covering_polygons(
     points: NDArray[np.float64], exists: NDArray[np.bool_], camera: Camera, size: tuple[int, int]
 ) -> NDArray[np.float64]:
-    """For each set of points a convex polygon on the screen that covers its projection and a pixel more.
+    """Return for each set of points a convex polygon on the screen that covers its projection and a margin of a pixel.
 
     Its sides lie at the farthest point in each of 16 directions, so that it has the same number of corners for
     every stack. Where a point comes close to the plane of the eye, the polygon is the whole screen.

@@ -115,7 +115,7 @@ def _pieces(graded: Graded) -> list[tuple[int, int]]:
 
 
 def _ends_in_step(graded: Graded) -> bool:
-    """Whether the last value has matter of its own, all to itself."""
+    """True if the last value is the end of a step."""
     return bool(graded.values.size == 1 or graded.values[-1] == graded.values[-2])
 
 

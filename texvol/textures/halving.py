@@ -64,7 +64,7 @@ _HALVED: WeakKeyDictionary[Volume, dict[Axes, Volume]] = WeakKeyDictionary()
 
 
 def may_be_coarser(scene: Scene, transfer_function: TransferFunction, slab_thickness: float) -> bool:
-    """Whether a scene of one volume is of a kind that may be drawn from a halved one: plain matter, by its value alone.
+    """True if a scene may be drawn from a halved volume: one volume with a plain medium that depends on the value alone.
 
     What caps and surfaces show in one place no slab's thickness hides, nor where opaque matter begins. How many bricks
     the volume has does not matter: in bricks it is the same picture.
@@ -100,7 +100,7 @@ def coarsest(volume: Volume, transfer_function: TransferFunction, slab_thickness
 
 
 def halvings(volume: Volume, drawn: Volume) -> list[int]:
-    """How often the samples of a volume were halved along x, y, z to become those that were drawn."""
+    """Numbers of halvings along x, y, z from a volume to the one that was drawn."""
     return [round(np.log2(n / m)) for n, m in zip(volume.dimensions, drawn.dimensions, strict=True)]
 
 
@@ -197,7 +197,7 @@ class _Rays:
         self._error = rms(self._picture - self._exact)
 
     def hide(self, coarser: Volume) -> bool:
-        """Whether the slabs' thickness hides what another volume changes in the picture."""
+        """True if the discretisation error hides the difference of another volume."""
         if np.count_nonzero(self._picture.any(axis=1)) < _LEAST_RAYS:
             return False
         drawn = self._drawn(coarser, self._edges)
@@ -239,7 +239,7 @@ def _spread_rays(volume: Volume) -> tuple[NDArray[np.float64], NDArray[np.float6
 
 
 def _ends_in_box(volume: Volume, points: NDArray[np.float64], directions: NDArray[np.float64]) -> NDArray[np.float64]:
-    """How far along each ray, from its place, the box begins and ends, shape (rays, 2)."""
+    """Distances along each ray, from its start, at which the box begins and ends, shape (rays, 2)."""
     box_from_world = volume.index_from_world / np.array(volume.dimensions)[:, np.newaxis]
     position, direction = points @ box_from_world.T + 0.5, directions @ box_from_world.T
     with np.errstate(divide="ignore"):

@@ -36,7 +36,7 @@ def medium_of_samples(
     light_transmittance: LightTransmittance | None,
     box: Box,
 ) -> tuple[NDArray[np.intp], Classified]:
-    """Which samples of a box show anything, as they lie in it, ascending; and their matter, lit where the scene is.
+    """Return the flat indices of the samples of a box that show, ascending, and their lit emission and extinction.
 
     Emission, shape (n, 3), and extinction are per world unit; where the extinction is infinite the emission is the
     colour that shows. `arriving` is what shadows leave of each light, see `texvol.opengl.shadows`.
@@ -70,7 +70,7 @@ def medium_of_samples(
 
 
 def needs_samples(scene: Scene, transfer_function: TransferFunction) -> bool:
-    """Whether what is at a sample depends on more than its value."""
+    """True if the medium at a sample depends on more than its value."""
     fades = scene.mask is not None and scene.mask.array.dtype != np.bool_
     return bool(scene.lighting or transfer_function.needs_gradient or scene.volume.colors is not None or fades)
 

@@ -54,7 +54,7 @@ Samples = Callable[[Box], tuple[NDArray[np.intp], Classified]]  # a box → whic
 
 @dataclass(frozen=True)
 class SlabTexture:
-    """How texels of shape (nz, ny, nx, 4) are made, what to multiply them with, and what they mean.
+    """Texels of shape (nz, ny, nx, 4): how to make them, their scale and their meaning.
 
     `length_unit` (world units) is what the texels count lengths in: the slab that those of `slab` stand for, what
     emission and extinction are per in those of `extinction`.
@@ -103,12 +103,12 @@ class SlabTexture:
 
     @property
     def weight_format(self) -> None:
-        """Nothing beside the texels: what a mask leaves is in them."""
+        """None: the weights of a mask are in the texels."""
         return None
 
     @property
     def slabs_per_stack(self) -> int:
-        """How many slabs a fragment may go through."""
+        """Largest number of slabs that a fragment goes through."""
         return SLABS_PER_STACK
 
     def switches(self, slab_thickness: float, obliquity: float) -> dict[str, int]:
@@ -291,7 +291,7 @@ def _positions(volume: Volume, transfer_function: TransferFunction) -> NDArray[n
 
 
 def _texel_scale(largest: NDArray[np.float64], dtype: np.dtype) -> NDArray[np.float64]:
-    """What texels are stored relative to, shape (4,). Colour shares one scale: grey stays grey in 8 bits."""
+    """Scale of texels, shape (4,). The colours share one scale, so that grey stays grey in 8 bits."""
     scale = np.array([largest[:3].max() or 1.0] * 3 + [largest[3] or 1.0])
     if dtype.kind == "f":
         # Floats need no range of their own: a power of two leaves every digit as it is.

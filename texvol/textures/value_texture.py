@@ -65,7 +65,7 @@ _LARGEST: WeakKeyDictionary[Volume, dict[Estimator, float]] = WeakKeyDictionary(
 
 @dataclass(frozen=True)
 class ValueTexture:
-    """How values of shape (nz, ny, nx, 1) are stored in a texture, and the transfer function in the same units.
+    """Storage of values, shape (nz, ny, nx, 1), in a texture, and the transfer function in the same units.
 
     A fetched value v stands for `offset + scale * v` in data units. `length_unit` (world units) is what extinction and
     emission are counted per.
@@ -99,7 +99,7 @@ class ValueTexture:
         return texels
 
     def weights(self, box: Box = (slice(None),) * 3) -> NDArray:
-        """What a mask leaves of a box of samples, shape (nz, ny, nx, 1), in `weight_format`."""
+        """Mask weights of a box of samples, shape (nz, ny, nx, 1), in `weight_format`."""
         assert self.mask is not None
         weights = self.mask.array[box][..., np.newaxis]
         return weights.astype(np.uint16) * np.uint16(65535) if weights.dtype == np.bool_ else weights
@@ -148,12 +148,12 @@ class ValueTexture:
 
     @property
     def largest_gradient(self) -> float:
-        """What a component of 1 of a gradient in the shader stands for, data units per world unit."""
+        """Gradient component that is 1 in the shader, in data units per world unit."""
         return self.largest_component / self.length_unit
 
     @property
     def slabs_per_stack(self) -> int:
-        """How many slabs a fragment may go through."""
+        """Largest number of slabs that a fragment goes through."""
         if self.classification == "post":
             return SLABS_PER_STACK
         return SLABS_PER_STACK // 64 if self.transfer_function.glows else SLABS_PER_STACK // 8

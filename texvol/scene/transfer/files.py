@@ -100,21 +100,23 @@ def _from_content(
     content: Any, name: str, volume: Volume | None, asked: Sequence[str] | None, make: Callable[..., Function]
 ) -> Function:
     if not isinstance(content, dict):
-        raise InputError("a transfer function is a JSON object with points")
+        raise InputError("a transfer function must be a JSON object with points")
     parsing.refuse_unknown(content, _KEYS, "a transfer function")
     chosen = {key: content.get(key, allowed[0]) for key, allowed in _CHOICES.items()}
     for key, allowed in _CHOICES.items():
         if chosen[key] not in allowed:
-            raise InputError(f'"{key}" is one of {", ".join(allowed)}, and not {chosen[key]!r}')
+            raise InputError(f'"{key}" must be one of {", ".join(allowed)}, got {chosen[key]!r}')
     if not any(key in content for key in _PARTS):
-        raise InputError("a transfer function has a list of points, and at least one, or materials or contours")
+        raise InputError("a transfer function must have a list of points, materials or contours, with at least one")
     emission = chosen.pop("emission")
     units = Units(volume, **chosen)
     points = _points(content, emission, name, units, make)
     materials = _materials(content, units)
     shown = _shown(content, materials, asked)
     if points is not None and points.emissive and materials:
-        raise InputError("emissive points don't mix with materials, whose emission is colour times extinction")
+        raise InputError(
+            "emissive points must not be combined with materials, whose emission is colour times extinction"
+        )
     graded, contours, referred = _by_gradient(content, units, materials, shown)
     plain = [each for each in shown if each.gradient is None]
     if plain or points is None:
@@ -163,9 +165,9 @@ def _point(point: Any, position: int, emission: str) -> tuple[float, parsing.Wei
     parsing.refuse_unknown(point, {"value", *keys, "extinction", "opacity"}, where, f"value, {keys[0]} and extinction")
     looks = parsing.weighted(point, where, keys)
     if emission == "premultiplied" and looks.is_emission and np.isinf(looks.extinction):
-        raise InputError(f"{where}: it is opaque, and has color in place of emission")
+        raise InputError(f"{where}: an opaque point must have color in place of emission")
     if "value" not in point:
-        raise InputError(f"{where} lacks value")
+        raise InputError(f"{where} must have value")
     return parsing.number(point["value"], f"{where}: value"), looks
 
 
@@ -176,14 +178,14 @@ def _materials(content: dict[str, Any], units: Units) -> list[Material]:
     names = [each.name for each in found]
     for name, count in Counter(names).items():
         if count > 1:
-            raise InputError(f"the material {name!r} stands twice")
+            raise InputError(f"material {name!r} must be defined once, got it twice")
     return found
 
 
 def _shown(content: dict[str, Any], materials: list[Material], asked: Sequence[str] | None) -> list[Material]:
     """The materials that show, in the file's order."""
     if asked is not None and not materials:
-        raise InputError(f"it has no materials, and {', '.join(map(repr, asked))} can't be chosen from it")
+        raise InputError(f"materials {', '.join(map(repr, asked))} not found: the file has none")
     names = _names(content, "show") if asked is None and "show" in content else asked
     if names is None:
         return materials
@@ -194,7 +196,7 @@ def _shown(content: dict[str, Any], materials: list[Material], asked: Sequence[s
 def _by_gradient(
     content: dict[str, Any], units: Units, materials: list[Material], shown: list[Material]
 ) -> tuple[list[Graded], list[Contour], set[str]]:
-    """What depends on the gradient, and the names of the materials that it refers to."""
+    """Return the parts that depend on the gradient, and the names of the materials that they refer to."""
     graded = [each.graded() for each in shown if each.gradient is not None]
     referred: set[str] = set()
     for position, each in enumerate(parsing.objects(content, "boundaries")):
@@ -214,5 +216,5 @@ def _by_gradient(
 def _names(content: dict[str, Any], key: str) -> list[str]:
     names = content.get(key, [])
     if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
-        raise InputError(f"{key} is a list of names of materials, and not {names!r}")
+        raise InputError(f"{key} must be a list of names of materials, got {names!r}")
     return names

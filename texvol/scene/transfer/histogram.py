@@ -81,7 +81,7 @@ def content_for(volume: Volume) -> dict[str, Any]:
 
 
 def contours_for(volume: Volume) -> dict[str, Any]:
-    """Up to three contours where the volume's own materials begin, the outer ones clearer, as a file has them."""
+    """Return up to three contours at the boundaries of the volume's materials, as in a file, the outer ones clearer."""
     regions = regions_of(volume)
     count = len(regions.boundaries)
     chosen = sorted({0, count // 2, count - 1})
@@ -129,7 +129,7 @@ def _numbered(regions: Regions) -> list[tuple[int, float, float]]:
 
 
 def regions_of(volume: Volume) -> Regions:
-    """What the histogram of a volume tells apart: one to five ranges of values."""
+    """Ranges of values, one to five, that the histogram of a volume separates."""
     samples = typical_samples(volume)
     largest = max(float(np.abs(samples).max()), 1e-300)  # values up to 1e308 have no range that float64 could hold
     samples = samples / largest
@@ -275,7 +275,7 @@ def _peaks(height: NDArray[np.float64], smooth: NDArray[np.float64]) -> list[int
 
 
 def _prominence(height: NDArray[np.float64], top: int) -> float:
-    """How far one has to go down from a peak to reach a higher one; infinite for the highest."""
+    """Prominence of a peak: the least descent on the way to a higher one; infinite for the highest peak."""
     sides = []
     for side in (height[:top][::-1], height[top + 1 :]):
         higher = np.flatnonzero(side > height[top])

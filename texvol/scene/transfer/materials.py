@@ -75,7 +75,7 @@ class Material:
             return self.rises[1] / 2 + self.falls[0] / 2
         if self.rises or self.falls:
             return self.rises[1] if self.rises else self.falls[0]  # type: ignore[index]
-        raise InputError(f"material {self.name!r} has no typical value: it has neither from nor to")
+        raise InputError(f"material {self.name!r} must have from or to, or no typical value is known")
 
     @property
     def _corners(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -115,13 +115,13 @@ def boundary(materials: Sequence[Material], magnitude: float) -> Graded:
     """
     for each in materials:
         if np.isinf(each.extinction):
-            raise InputError(f"material {each.name!r} is opaque, and what depends on the gradient can't be")
+            raise InputError(f"material {each.name!r} must not be opaque, since it depends on the gradient")
     values = np.array([each.typical for each in materials])
     fallen = np.flatnonzero(np.diff(values) < 0)
     if fallen.size:
         before, after = materials[fallen[0]], materials[fallen[0] + 1]
         raise InputError(
-            f"the materials go from low to high values, and {after.name!r} ({after.typical:g}) follows "
+            f"the materials must go from low to high values, got {after.name!r} ({after.typical:g}) after "
             f"{before.name!r} ({before.typical:g})"
         )
     emissions = np.array([each.emission for each in materials])
@@ -177,7 +177,7 @@ def mixture(
 
 @dataclass(frozen=True)
 class _Part:
-    """What adds up: rows of emission (3), extinction, and of what is opaque its share and share times colour (3)."""
+    """Part of a mixture: rows of emission (3), extinction, opaque fraction and opaque fraction times colour (3)."""
 
     knots: NDArray[np.float64]
     rows: NDArray[np.float64]  # shape (n, 8)

@@ -1,4 +1,4 @@
-"""What is linear in the value between points: a step's right side holds at the step."""
+"""Functions that are piecewise linear in the value; at a step the right side holds."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ ROUNDING = 2.0**-20  # of a value, more than interpolation loses
 
 
 def slopes(values: NDArray[np.float64], numbers: NDArray[np.float64]) -> NDArray[np.float64]:
-    """What `numbers`, shape (n, k), gain per unit of value after each point, shape (n - 1, k); 0 on a step."""
+    """Slopes of `numbers`, shape (n, k), after each point, shape (n - 1, k); 0 on a step."""
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         gained: NDArray[np.float64] = np.diff(numbers, axis=0) / np.diff(values)[:, np.newaxis]
     gained[~np.isfinite(gained)] = 0.0
@@ -48,7 +48,7 @@ def shows_between(
     lowest: NDArray[np.float64],
     highest: NDArray[np.float64],
 ) -> NDArray[np.bool_]:
-    """Whether any value from `lowest` to `highest` is more than nothing; False where either is NaN.
+    """True where any value from `lowest` to `highest` may show; False where either is NaN.
 
     `is_more` says of each point whether it is more than nothing, `opaque` whether its extinction is infinite. Both ends
     are widened by what rounding may do to a value on its way, where a step is that near.
