@@ -20,8 +20,11 @@ from typing import Any
 
 import example_chest as anatomy
 import numpy as np
-from gallery_volumes import cloud, gyroid, random_field, trefoil
 from numpy.typing import NDArray
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
+
+from support.gallery.volumes import cloud, gyroid, random_field, trefoil
 
 SPACING = 2.0
 RAW_SPACING = 8.0  # of chest.raw, whatever the spacing of the others, since a command states its dimensions

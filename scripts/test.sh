@@ -5,5 +5,6 @@ CDPATH='' cd -- "$(dirname -- "$0")/.."
 sh scripts/setup.sh test osmesa
 .venv/bin/python -m ruff check --quiet
 .venv/bin/python -m mypy --no-error-summary
-# Two processes: the driver draws with several threads of its own.
-exec .venv/bin/python -m pytest -n 2 "$@"
+# Two processes: the driver draws with several threads of its own. Each goes through files in order, so that programs and
+# the oracle's kernels are compiled once, and at the end takes over what the other has left.
+exec .venv/bin/python -m pytest -n 2 --dist worksteal "$@"

@@ -1,10 +1,13 @@
-"""One OpenGL context for all tests, entered, cleaned and checked for errors around each; and each back end."""
+"""One OpenGL context and one Renderer for all tests, cleaned and checked for errors around each; and each back end."""
 
 from __future__ import annotations
 
+import ctypes
 import gc
 import signal
 from collections.abc import Iterator
+from contextlib import suppress
+from unittest.mock import patch
 
 import pytest
 from support.browser import browser  # noqa: F401 (a fixture)
@@ -12,6 +15,7 @@ from support.small_pictures import BACKENDS, backend_or_skip
 from support.viewer import open_page  # noqa: F401 (a fixture)
 
 from texvol.opengl.contexts import Context, open_context
+from texvol.rendering.renderer import Renderer
 
 # A shell that runs the tests in the background has them ignore ctrl-C, and what they start would inherit that.
 if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
@@ -40,6 +44,41 @@ def context(session_context: Context) -> Iterator[Context]:
         gl.enable_only(gl.NOTHING)
         assert left == "GL_NO_ERROR", "the test left an OpenGL error"
         assert gl.error == "GL_NO_ERROR", "cleaning up after the test gave an OpenGL error"
+
+
+@pytest.fixture(scope="session")
+def renderer() -> Iterator[Renderer]:
+    """The one Renderer of the session: its programs are compiled once for all tests.
+
+    It keeps half as many programs as others do, of some 4 to 8 MB each, so that a process stays below 1 GB.
+    """
+    with patch("texvol.opengl.compositor._MOST_PROGRAMS", 32), Renderer() as opened:
+        yield opened
+
+
+@pytest.fixture(scope="module", autouse=True)
+def trimmed_memory() -> Iterator[None]:
+    """Give the memory that a module's tests have freed back to the system; malloc keeps it otherwise."""
+    yield
+    gc.collect()
+    with suppress(OSError, AttributeError):  # glibc only
+        ctypes.CDLL(None).malloc_trim(0)
+
+
+@pytest.fixture(autouse=True)
+def clean_renderer(request: pytest.FixtureRequest) -> Iterator[None]:
+    """Free the textures that a test had a Renderer make; the test must leave no OpenGL error.
+
+    Hypothesis refuses arguments that are set up for each test, which is why `renderer` is not.
+    """
+    used = request.getfixturevalue("renderer") if "renderer" in request.fixturenames else None
+    yield
+    if isinstance(used, Renderer) and not used._context.released:
+        with used._context:
+            left = used._context.gl.error
+            for cache in used._cache.volumes:
+                cache.release()
+        assert left == "GL_NO_ERROR", "the test left an OpenGL error"
 
 
 @pytest.fixture(params=BACKENDS)

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from support.annotated import blank, crooked
-from test_architecture import imported_by
+from support.processes import imported_by
 
 from texvol.annotation import PARTS, Annotation, annotate, check, rounding
 from texvol.annotation.drawing import place_all

@@ -11,7 +11,7 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 from support.dicom_files import written_series
-from test_air import ct
+from support.projected import ct
 
 import texvol
 from texvol.__main__ import main

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from test_comparison_pictures import write
-from test_measures import smooth
+from support.compared_pictures import smooth
+from support.picture_files import write
 
 from texvol.__main__ import main
 from texvol.formats.pictures import image

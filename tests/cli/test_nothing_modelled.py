@@ -46,12 +46,6 @@ CONTOURED = replace(FOG, contours=(Contour(0.5, 1.0, (0, 0, 0), 0.1),))
 GAS = TransferFunction(FOG.values, FOG.colors, FOG.extinctions, emissive=True)
 
 
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[Renderer]:
-    with Renderer() as opened:
-        yield opened
-
-
 def plain(kind: Classification = "slab", **further: Any) -> Scene:
     return Scene(VOLUME, FOG, CAMERA, classification=kind, **further)
 

@@ -12,23 +12,12 @@ import OpenImageIO as oiio
 import pytest
 import tifffile
 from numpy.typing import NDArray
+from support.picture_files import write
 
 from texvol.comparison.pictures import Picture, read_picture
 from texvol.formats.pictures import image
 from texvol.util import color
 from texvol.util.errors import InputError
-
-
-def write(path: Path, pixels: NDArray, kind: object = oiio.FLOAT, **attributes: object) -> Path:
-    """A file of these pixels as they are; attributes have __ for a colon."""
-    spec = oiio.ImageSpec(pixels.shape[1], pixels.shape[0], pixels.shape[2], kind)
-    for name, value in attributes.items():
-        spec.attribute(name.replace("__", ":"), value)
-    output = oiio.ImageOutput.create(str(path))
-    assert output.open(str(path), spec), output.geterror()
-    assert output.write_image(np.ascontiguousarray(pixels))
-    output.close()
-    return path
 
 
 @pytest.fixture

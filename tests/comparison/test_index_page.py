@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from support.browser import Browser, Page
 from support.compared_pictures import blob, filled, outcome_of
-from test_comparison_page import ODD, Parsed
+from support.pages import ODD, Parsed
 
 from texvol.comparison.entries import entry_of, entry_without_reference
 from texvol.comparison.index_page import index_page

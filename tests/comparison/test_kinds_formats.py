@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy import ndimage
 from support import planted_differences as planted
+from support.compared_pictures import eight_bits, held, opaque
 
 from texvol.comparison.kinds import Kind, kinds_of
 from texvol.comparison.outcome import examine
@@ -13,21 +14,6 @@ from texvol.comparison.pictures import Picture
 from texvol.util.color import linear_from_srgb
 
 Kinds = tuple[Kind, ...]
-
-
-def eight_bits(pixels: np.ndarray) -> np.ndarray:
-    """Return premultiplied linear pixels as a PNG holds them."""
-    color = planted.encoded(np.clip(planted.straight(pixels), 0, 1))
-    return np.rint(255 * np.dstack([color, np.clip(pixels[..., 3], 0, 1)])).astype(np.uint8)
-
-
-def opaque(pixels: np.ndarray) -> np.ndarray:
-    """The picture over grey, three channels."""
-    return np.asarray(pixels[..., :3] + 0.2 * (1 - pixels[..., 3:]), np.float32)
-
-
-def held(candidate: np.ndarray, reference: np.ndarray) -> Kinds:
-    return examine(Picture.of_array(candidate), Picture.of_array(reference)).kinds
 
 
 def stored(pixels: np.ndarray, how: str) -> np.ndarray:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from support import planted_differences as planted
-from test_kinds_formats import eight_bits, held, opaque
+from support.compared_pictures import eight_bits, held, opaque
 
 from texvol.comparison.kinds import kinds_of
 

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 
-import gallery
 import numpy as np
 import pytest
-from gallery_entries import ENTRIES
-from gallery_volumes import built_in
 from support import planted
+from support.gallery import drawing as gallery
+from support.gallery.entries import ENTRIES
+from support.gallery.volumes import built_in
 from support.real_data import real_volume
 from support.scenes import BONE, FOG, random_volume, smooth_volume
 
@@ -39,12 +38,6 @@ SCENES = {
         ),
     ),
 }
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[Renderer]:
-    with Renderer() as opened:
-        yield opened
 
 
 def drawn(renderer: Renderer, scene: Scene, **options) -> np.ndarray:  # type: ignore[no-untyped-def]

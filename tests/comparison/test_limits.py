@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from test_measures import smooth
+from support.compared_pictures import smooth
 
 from texvol.comparison.limits import (
     NAMES,

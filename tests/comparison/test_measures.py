@@ -8,19 +8,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
+from support.compared_pictures import smooth
 
 from texvol.comparison.measures import flip, measure, structural_similarity
 from texvol.comparison.pictures import Picture
 from texvol.formats.pictures import image
-
-
-def smooth(size: tuple[int, int] = (64, 48), seed: int = 0) -> NDArray[np.float32]:
-    """A soft picture with opacity, premultiplied."""
-    noise = np.random.default_rng(seed).random((size[1], size[0], 4))
-    blurred = gaussian_filter(noise, (3, 3, 0), mode="wrap")
-    blurred = (blurred - blurred.min()) / np.ptp(blurred)
-    blurred[..., :3] *= blurred[..., 3:]
-    return blurred.astype(np.float32)
 
 
 def test_one_pixel_is_found_and_measured() -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from support.benches import CLASSIFICATIONS, NAMED, SIZE, planted
 from support.scenes import BONE, FOG, constant, path_lengths, random_volume
-from test_scene_facts import GRADED, LIT, SCENES
+from support.stored_scenes import GRADED, LIT, SCENES
 
 from texvol.comparison.mistakes import CATALOGUE, WRONG_BY, MistakeTrial
 from texvol.comparison.planting import Planted, PlantedRenderer, without

@@ -117,12 +117,6 @@ def test_pictures_of_other_sizes_are_refused() -> None:
 SIZE = (24, 20)
 
 
-@pytest.fixture(scope="module")
-def renderer():
-    with Renderer() as opened:
-        yield opened
-
-
 @pytest.mark.parametrize("classification", ["slab", "extinction", "post", "integrated"])
 def test_thinner_slabs_are_for_the_better(classification: str, renderer: Renderer) -> None:
     scene = Scene(random_volume(3), FOG, classification=classification)  # type: ignore[arg-type]

@@ -9,8 +9,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-import OpenImageIO as oiio
 import pytest
+from support.picture_files import header
 
 from texvol.comparison.pictures import read_picture
 from texvol.formats.pictures import image, quick_png
@@ -36,18 +36,6 @@ def picture(height: int, width: int) -> np.ndarray:
     random = np.random.default_rng(height)
     opacity = np.rint(random.random((height, width, 1)) * 4) / 4
     return np.concatenate([random.random((height, width, 3)) * opacity, opacity], axis=2).astype(np.float32)
-
-
-def header(path: Path) -> dict[str, object]:
-    source = oiio.ImageInput.open(str(path))
-    spec = source.spec()
-    source.close()
-    metadata = {each.name: each.value for each in spec.extra_attribs}
-    return metadata | {
-        "channels": list(spec.channelnames),
-        "format": str(spec.format),
-        "size": (spec.width, spec.height),
-    }
 
 
 @pytest.mark.parametrize("transparent", [False, True])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -21,12 +20,6 @@ GRIDS = {
     "sheared": np.array([[-1, 0.2, 0], [0.1, 1, 0.3], [0, -0.2, 1]]),
     "turned": np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]]),
 }
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[Renderer]:
-    with Renderer() as opened:
-        yield opened
 
 
 def on_grid(field, direction: np.ndarray, dimensions: tuple[int, int, int] = (22, 24, 20)) -> Volume:  # type: ignore[no-untyped-def]

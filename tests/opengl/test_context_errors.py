@@ -106,7 +106,7 @@ def test_a_driver_that_cannot_keep_its_cache_draws_all_the_same(backend: str, tm
     occupied = tmp_path / "file"
     occupied.touch()
     done = run_python(
-        f"import small_pictures as t; assert t.draw(t.open_context({backend!r})).any()",
+        f"from support import small_pictures as t; assert t.draw(t.open_context({backend!r})).any()",
         HOME=str(occupied),
         XDG_CACHE_HOME=str(occupied),
     )

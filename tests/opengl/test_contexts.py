@@ -77,7 +77,7 @@ def test_leaving_restores_what_was_current(backend: str, inner: str) -> None:
 @pytest.mark.usefixtures("both_backends")
 def test_it_does_not_matter_which_library_is_loaded_first(order: tuple[str, str]) -> None:
     done = run_python(
-        "import small_pictures as t\n"
+        "from support import small_pictures as t\n"
         f"outer, inner = map(t.open_context, {order!r})\n"
         "expected = t.draw(outer)\n"
         "with inner, outer, inner:\n"
@@ -90,7 +90,7 @@ def test_it_does_not_matter_which_library_is_loaded_first(order: tuple[str, str]
 def test_an_egl_context_of_somebody_else_is_restored(backend: str) -> None:
     backend_or_skip("egl")
     done = run_python(
-        "import moderngl, small_pictures as t\n"
+        "import moderngl; from support import small_pictures as t\n"
         "other = moderngl.create_context(standalone=True, backend='egl', libgl='libGL.so.1', libegl='libEGL.so.1')\n"
         "target = other.simple_framebuffer((1, 1)); target.use()\n"
         f"t.draw(t.open_context({backend!r}))\n"
@@ -217,7 +217,7 @@ def test_a_context_in_use_does_no_harm_at_exit(backend: str) -> None:
 
 
 def test_processes_at_once() -> None:
-    code = "import small_pictures as t; print(t.draw(t.open_context('{}')).tobytes().hex())"
+    code = "from support import small_pictures as t; print(t.draw(t.open_context('{}')).tobytes().hex())"
     with ThreadPoolExecutor(4) as threads:
         done = list(threads.map(lambda name: run_python(code.format(name)), (available() * 4)[:4]))
     assert {each.returncode for each in done} == {0}
@@ -244,7 +244,7 @@ def test_a_forked_process_draws_or_says_why_not() -> None:
 
 @pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="memory is measured through /proc")
 def test_opening_and_closing_leaves_memory_where_it_was(backend: str) -> None:
-    done = run_python(f"import small_pictures as t; print(t.memory_growth({backend!r}))")
+    done = run_python(f"from support import small_pictures as t; print(t.memory_growth({backend!r}))")
     assert done.returncode == 0, done.stderr
     # Measured: 0.2 to 2 MiB, LLVM's and malloc's steps, whatever the number of cycles. A leak of one display, context
     # or table of addresses is 20 KiB or more in each cycle, 4 MiB here.

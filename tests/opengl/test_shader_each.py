@@ -7,7 +7,7 @@ import re
 from pathlib import Path
 
 import pytest
-from test_shader_files import LIGHTS, VERTEX, load, one_pixel
+from support.shader_programs import LIGHTS, VERTEX, load, one_pixel
 
 from texvol.opengl.contexts import Context
 from texvol.opengl.shaders import ShaderError, load_program, set_uniforms

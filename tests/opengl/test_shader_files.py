@@ -6,19 +6,24 @@ import itertools
 import re
 from pathlib import Path
 
-import numpy as np
 import pytest
+from support.shader_programs import (
+    EITHER,
+    GRADED,
+    LIGHTS,
+    MEDIUM,
+    UNCUT,
+    VERTEX,
+    WHOLE,
+    load,
+    one_pixel,
+)
 
 from texvol.opengl.contexts import Context
 from texvol.opengl.shaders import ShaderError, _with_files, load_program, set_uniforms
 from texvol.opengl.uniforms import NO_LIGHT, NOTHING_SPECIAL
 from texvol.textures.ramps import NUMBERS_OF_RAMPS
 
-VERTEX = """// comments may stand first
-#version 330
-in vec2 corner;
-void main() { gl_Position = vec4(corner, 0.0, 1.0); }
-"""
 FRAGMENT = """#version 330
 #include "half.glsl"
 #include "twice.glsl"
@@ -40,18 +45,6 @@ def folder(tmp_path: Path) -> Path:
     for name, text in files.items():
         (tmp_path / name).write_text(text)
     return tmp_path
-
-
-def one_pixel(context: Context, program: object) -> float:
-    """Red of a pixel that the program draws."""
-    gl = context.gl
-    corners = gl.buffer(np.array([-1, -1, 3, -1, -1, 3], "f4"))
-    target = gl.framebuffer([gl.texture((1, 1), 4, dtype="f4")])
-    target.use()
-    gl.vertex_array(program, [(corners, "2f", "corner")]).render()
-    red = float(np.frombuffer(target.read(components=4, dtype="f4"), np.float32)[0])
-    gl.screen.use()
-    return red
 
 
 def test_an_include_is_put_in_its_place_once(context: Context, folder: Path) -> None:
@@ -169,10 +162,6 @@ def test_a_uniform_of_another_shape_is_named(context: Context, folder: Path) -> 
         set_uniforms(program, {"brightness": (1, 2)})
 
 
-EITHER = (0, 1)
-UNCUT = {"HALF_SPACES": 0}
-WHOLE = UNCUT | {"INTERVAL": 0}
-MEDIUM = NO_LIGHT | NOTHING_SPECIAL | WHOLE | {"CAPS": 0, "AT_ONCE": 2}
 # What each classification asks for beside the switches that any may have; whole slabs are those of parallel rays.
 CHOICES: dict[int, list[dict[str, int]]] = {
     0: [{"WHOLE_SLABS": whole, "PERSPECTIVE": direction} for whole, direction in ((0, 0), (0, 1), (1, 0), (2, 1))],
@@ -199,24 +188,6 @@ def test_every_combination_of_switches_compiles(
         load_program(context.gl, "slab_stack", defines=common | {"CLASSIFICATION": classification} | choice)
 
 
-ONE_LIGHT = {"LIT": 1, "HEAD_LIGHT": 1}
-# The switches of light on their own, and all together.
-LIGHTS: list[dict[str, int]] = [
-    {},
-    {"LIT": 1},
-    *(ONE_LIGHT | {"SPECULAR": specular, "TWO_SIDED": sides} for specular in EITHER for sides in EITHER),
-    {"LIT": 1, "DIRECTIONAL_LIGHTS": 1},
-    {"LIT": 1, "POINT_LIGHTS": 1},
-    {"LIT": 1, "DIRECTIONAL_LIGHTS": 2, "POINT_LIGHTS": 2, "SHADOWS": 1},
-    {"LIT": 1, "HEAD_LIGHT": 1, "DIRECTIONAL_LIGHTS": 9, "POINT_LIGHTS": 3, "SPECULAR": 1, "TWO_SIDED": 1},
-]
-GRADED: list[dict[str, int]] = [
-    {},
-    *({"MODULATIONS": modulations, "GRADED": graded, "CONTOURS": contours}
-      for modulations, graded, contours in itertools.product((0, 3), repeat=3)),
-]  # fmt: skip
-
-
 @pytest.mark.parametrize("classification", [2, 3])
 @pytest.mark.parametrize("lights", LIGHTS, ids=str)
 def test_every_light_on_matter_compiles(context: Context, classification: int, lights: dict[str, int]) -> None:
@@ -238,21 +209,6 @@ def test_all_graded_matter_compiles(context: Context, emissive: int, ramps: int,
         for each in classifications:
             defines = MEDIUM | directions | switches | lights | each
             load_program(context.gl, "slab_stack", defines=defines)
-
-
-# For what is at a place of a volume, whatever draws it.
-OF_SLABS = ("WHOLE_SLABS", "CAPS", "AT_ONCE", *WHOLE)
-OF_A_VOLUME: list[dict[str, int]] = [
-    {name: value for name, value in (MEDIUM | each).items() if name not in OF_SLABS}
-    | {"CUE": 1, "PERSPECTIVE": 1, "BRICKS": 0}
-    for each in (
-        *({"CLASSIFICATION": classification} for classification in range(4)),
-        {"CLASSIFICATION": 2, "RAMPS": 2, "WEIGHTS": 1},
-        {"CLASSIFICATION": 2, "GRADIENT": 1} | LIGHTS[-1] | GRADED[-1],
-        {"CLASSIFICATION": 3, "GRADIENT": 2, "WEIGHTS": 1} | LIGHTS[-1],
-        {"CLASSIFICATION": 3, "RAMPS": 2},
-    )
-]
 
 
 @pytest.mark.parametrize("planes", [1, 9])
@@ -318,8 +274,3 @@ def test_every_projection_compiles(context: Context, mode: int, direction: int, 
         }
         load("projection", context, plain | others | lights)
     load("projection", context, plain | {"GRADIENT": 1, "DEPTH": 1, "SKIPS": 1})
-
-
-def load(name: str, context: Context, defines: dict[str, int]) -> None:
-    """Compile a program that has the vertices of slab stacks."""
-    load_program(context.gl, name, defines=defines, vertex="slab_stack.vert")

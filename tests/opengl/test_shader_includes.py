@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from test_shader_files import EITHER, LIGHTS, OF_A_VOLUME, VERTEX
+from support.shader_programs import EITHER, LIGHTS, OF_A_VOLUME, VERTEX
 
 from texvol.opengl.contexts import Context
 from texvol.opengl.shaders import FOLDER, load_program

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 from unittest.mock import patch
 
@@ -27,13 +26,6 @@ SIZE = (40, 36)
 SUN = Light("directional", (1.0, -2.0, 1.5), (1.0, 0.9, 0.8))
 OUTSIDE = Light("point", (40.0, 20.0, 30.0), (0.3, 0.5, 1.0))
 INSIDE = Light("point", tuple(BOX.centre + BOX.box_edges @ (0.2, -0.1, 0.15)), (0.5, 1.0, 0.5))  # type: ignore[arg-type]
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[Renderer]:
-    """One for all pictures."""
-    with Renderer() as each:
-        yield each
 
 
 def scene_of(volume: Volume, medium: TransferFunction, *lights: Light, **more: object) -> Scene:

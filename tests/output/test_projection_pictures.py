@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -14,12 +13,6 @@ from texvol.ray_casting import raycast
 from texvol.ray_casting.projection import project
 from texvol.rendering.renderer import Renderer
 from texvol.scene.volume import Volume
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[Renderer]:
-    with Renderer() as opened:
-        yield opened
 
 
 @pytest.mark.parametrize("projection", ["orthographic", "perspective"])

@@ -1,22 +1,35 @@
-"""What keeps the source readable and a picture quick to start."""
+"""Rules that keep the source readable and a picture quick to start."""
 
 from __future__ import annotations
 
 import ast
-import os
 import re
-import subprocess
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
+from support.processes import imported_by
 
 REPOSITORY = Path(__file__).parents[2]
 PACKAGE = REPOSITORY / "texvol"
 SOURCES = sorted(PACKAGE.rglob("*.py"))
-OPENGL_MODULES = {"contexts", "shaders", "compositor", "texture_store", "empty_space", "shadows", "surfaces", "window"}
+# Packages from top to bottom: a package imports only packages below it.
+ORDER = (
+    *("cli", "window", "pytest_plugin", "report", "methods", "comparison", "distributed", "output", "options"),
+    *("annotation", "provenance", "rendering", "ray_casting", "opengl", "textures", "slicing", "geometry", "formats"),
+    *("scene", "util"),
+)
+# Users of a library, and packages that a package keeps to.
+USERS = {
+    "moderngl": "opengl window",
+    "glcontext": "opengl",
+    "glfw": "window",
+    "OpenGL": "window",
+    "pyrr": "scene.camera",
+}
+KEEPS_TO = {"ray_casting": {"ray_casting", "scene", "util"}}
+TOP = {"__init__.py", "__main__.py", "py.typed", *ORDER, "docs"}  # docs/ has pages and no modules
 # A picture from a .npy file needs none of them, and each costs more time to import than the picture to draw.
 HEAVY = {
     *("numba", "scipy", "matplotlib", "nrrd", "nibabel", "SimpleITK", "pydicom", "tifffile", "imagecodecs", "mrcfile"),
@@ -25,28 +38,83 @@ HEAVY = {
 }
 
 
+def module_of(path: Path) -> str:
+    """Name of a module within texvol: `scene.camera`; a package's is that of its folder."""
+    return ".".join(path.relative_to(PACKAGE).with_suffix("").parts).removesuffix("__init__").removesuffix(".")
+
+
+MODULES = {module_of(path): path for path in SOURCES}
+
+
 def imports(path: Path) -> Iterator[str]:
-    """Top-level names of the packages that a file imports, wherever in it."""
+    """Names of all modules that a file imports, wherever in it; `from a import b` is a.b."""
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
-            yield from (alias.name.split(".")[0] for alias in node.names)
-        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
-            yield node.module.split(".")[0]
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            assert not node.level, f"{path}: imports are absolute"
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
 
 
-def users(*libraries: str) -> set[str]:
-    """Modules of texvol that import one of the libraries; a package counts as one module."""
-    found = (path for path in SOURCES if set(libraries) & set(imports(path)))
-    return {path.relative_to(PACKAGE).parts[0].removesuffix(".py") for path in found}
+def imported_modules(path: Path) -> set[str]:
+    """Modules of texvol that a file imports, but for itself."""
+    names = {name.removeprefix("texvol").removeprefix(".") for name in imports(path) if name.split(".")[0] == "texvol"}
+    return {name if name in MODULES else name.rpartition(".")[0] for name in names} - {module_of(path)}
 
 
-def test_few_modules_talk_to_opengl() -> None:
-    found = users("moderngl", "glcontext", "glfw", "OpenGL")
-    assert {"contexts", "shaders", "compositor"} <= found <= OPENGL_MODULES
+def circles(graph: dict[str, set[str]]) -> list[str]:
+    """Nodes that can be reached from themselves."""
+    reached = {node: set(edges) for node, edges in graph.items()}
+    changed = True
+    while changed:
+        changed = False
+        for edges in reached.values():
+            further = set().union(*(reached[each] for each in edges)) - edges
+            edges |= further
+            changed |= bool(further)
+    return sorted(node for node in graph if node in reached[node])
 
 
-def test_pyrr_is_used_by_the_camera_only() -> None:
-    assert users("pyrr") == {"camera"}
+GRAPH = {module: imported_modules(path) for module, path in MODULES.items()}
+
+
+def test_no_import_points_up() -> None:
+    places = {package: number for number, package in enumerate(ORDER)}
+    inner = {module: edges for module, edges in GRAPH.items() if module not in ("", "__main__")}
+    pairs = {(a, b) for a, edges in inner.items() for b in edges}
+    assert not {f"{a} imports texvol itself" for a, b in pairs if not b}
+    # A table of packages in one order has no circle between packages where no import points up.
+    up = {f"{a} imports {b}" for a, b in pairs if b and places[b.split(".")[0]] < places[a.split(".")[0]]}
+    assert not up
+
+
+def test_no_circle_between_files() -> None:
+    assert circles({"a": {"b"}, "b": {"c"}, "c": {"b"}}) == ["b", "c"]
+    assert not circles({module: edges - {""} for module, edges in GRAPH.items() if module})
+
+
+@pytest.mark.parametrize("package", KEEPS_TO)
+def test_a_package_keeps_to_few_others(package: str) -> None:
+    found = {b.split(".")[0] for a, edges in GRAPH.items() if a.split(".")[0] == package for b in edges}
+    assert found <= KEEPS_TO[package]
+
+
+@pytest.mark.parametrize("library", USERS)
+def test_a_library_is_used_in_one_place(library: str) -> None:
+    found = {module for module, path in MODULES.items() if library in {name.split(".")[0] for name in imports(path)}}
+    places = tuple(USERS[library].split())
+    assert all(module.startswith(places) for module in found), found
+    assert found or library in ("glcontext", "OpenGL"), "these are used by moderngl and imgui-bundle only"
+
+
+def test_at_the_top_there_are_packages_only() -> None:
+    assert {path.name for path in PACKAGE.iterdir()} - {"__pycache__", "shaders"} <= TOP
+
+
+def test_the_top_has_the_public_names_only(tmp_path: Path) -> None:
+    code = "import texvol; assert dir(texvol) == sorted(texvol.__all__), set(dir(texvol)) ^ set(texvol.__all__)"
+    later = "; texvol.render; texvol.Scene; texvol.load"
+    imported_by(f"{code}{later}{code.removeprefix('import texvol')}", tmp_path)
 
 
 @pytest.mark.parametrize(
@@ -92,21 +160,6 @@ def test_every_dependency_has_a_compatible_range() -> None:
     # Versions that are dates promise nothing, so an upper bound would be a guess.
     dated = {"imagecodecs", "tifffile"}
     assert all("," in each for each in wanted if not each.startswith("texvol[") and each.split(">")[0] not in dated)
-
-
-def imported_by(code: str, folder: Path) -> set[str]:
-    """Top-level names of all modules that are loaded once the code has run."""
-    done = subprocess.run(
-        [sys.executable, "-c", f"{code}\nimport sys\nprint('loaded', *sys.modules)"],
-        cwd=folder,
-        env={**os.environ, "PYTHONPATH": str(REPOSITORY)},
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    return {name.split(".")[0] for name in done.stdout.splitlines()[-1].split()[1:]}
 
 
 def test_importing_texvol_imports_nothing_else(tmp_path: Path) -> None:

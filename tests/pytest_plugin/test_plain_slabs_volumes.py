@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -35,12 +34,6 @@ SCENES = {
         added=(AddedVolume(TURNED, FOG, Mask(TURNED.values < 0.5)), AddedVolume(RGB, FOG)),
     ),
 }
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[Renderer]:
-    with Renderer() as opened:
-        yield opened
 
 
 @pytest.mark.parametrize("classification", CLASSIFICATIONS)

@@ -197,7 +197,7 @@ def test_not_a_number_is_broken(maker: Maker) -> None:
 
 DEMO = """
 from texvol import Scene
-from texvol.demo import demo_volume, demo_scene
+from texvol.scene.demo import demo_volume, demo_scene
 """
 
 

@@ -3,23 +3,17 @@
 from __future__ import annotations
 
 import os
-import shutil
 import subprocess
-import sys
-import sysconfig
 import time
 from pathlib import Path
 
 import pytest
-
-REPOSITORY = Path(__file__).parents[2]
-
-pytest.importorskip("hatchling", reason="the wheel is built with hatchling: pip install 'texvol[test]'")
+from support.installed_wheel import installed, wheel  # noqa: F401 (fixtures)
 
 TESTS = """
 import numpy as np
 import texvol
-from texvol.demo import demo_scene
+from texvol.scene.demo import demo_scene
 
 def waves(shift=0.0):
     y, x = np.mgrid[:24, :32]
@@ -39,27 +33,10 @@ def test_it_is_the_wheel_s():
 """
 
 
-@pytest.fixture(scope="module")
-def python(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A fresh environment's Python, with the wheel; libraries are borrowed from the one that runs the tests."""
-    folder = tmp_path_factory.mktemp("wheel")
-    for name in ("texvol", "shaders"):
-        shutil.copytree(REPOSITORY / name, folder / "source" / name, ignore=shutil.ignore_patterns("__pycache__"))
-    for path in REPOSITORY.iterdir():
-        if path.is_file() and not path.name.startswith("."):
-            shutil.copy(path, folder / "source")
-    pip = (sys.executable, "-m", "pip", "--disable-pip-version-check", "--quiet")
-    subprocess.run(
-        [*pip, "wheel", "--no-deps", "--no-build-isolation", "-w", folder, folder / "source"], check=True, timeout=300
-    )
-    (wheel,) = folder.glob("*.whl")
-    environment = tmp_path_factory.mktemp("fresh environment")
-    subprocess.run([sys.executable, "-m", "venv", "--without-pip", environment], check=True, timeout=300)
-    found = environment / "bin" / "python"
-    subprocess.run([*pip, "--python", found, "install", "--no-deps", "--no-index", wheel], check=True, timeout=300)
-    packages = next((environment / "lib").glob("python*")) / "site-packages"
-    (packages / "borrowed.pth").write_text(sysconfig.get_path("purelib") + "\n")
-    return found
+@pytest.fixture
+def python(installed: Path) -> Path:  # noqa: F811
+    """Python of a fresh environment with the wheel; libraries are borrowed from the one that runs the tests."""
+    return installed / "bin" / "python"
 
 
 @pytest.fixture
@@ -83,16 +60,15 @@ def run(python: Path, project: Path, *arguments: str) -> subprocess.CompletedPro
     )
 
 
-@pytest.mark.parametrize("processes", [(), ("-n", "2")])
-def test_a_fresh_project_goes_from_new_to_same_to_different(
-    python: Path, project: Path, processes: tuple[str, ...]
-) -> None:
-    first = run(python, project, *processes)
+def test_a_fresh_project_goes_from_new_to_same_to_different(python: Path, project: Path) -> None:
+    """In one process, and in several."""
+    processes = ("-n", "2")
+    first = run(python, project)
     assert first.returncode == 10 and "pytest --texvol-update" in first.stdout
     update = run(python, project, "--texvol-update", *processes)
     assert update.returncode == 0, update.stdout
     assert {path.name for path in (project / "tests/references").iterdir()} == {"waves.exr", "demo.exr"}
-    again = run(python, project, "--texvol-report", "report", *processes)
+    again = run(python, project, "--texvol-report", "report")
     assert again.returncode == 0, again.stdout
     page = (project / "report/index.html").read_text("utf-8")
     assert "http://" not in page.replace("http://www.w3.org", "") and "https://" not in page

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.projected import CAMERAS, SIZE, every_grid, every_view, noise, orders_of_sums, scene_of, with_gaps
+from support.projected import CAMERAS, SIZE, ct, every_grid, every_view, noise, orders_of_sums, scene_of, with_gaps
 from support.scenes import path_lengths, smooth_volume
 
 from texvol.ray_casting.projection import project
@@ -18,12 +17,6 @@ from texvol.scene.mask import Mask
 from texvol.scene.scene import Scene
 from texvol.scene.volume import Volume
 from texvol.util.errors import InputError
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[Renderer]:
-    with Renderer() as opened:
-        yield opened
 
 
 def xray(volume: Volume, air, view: str = "orthographic", **more) -> Scene:
@@ -93,8 +86,13 @@ def test_a_wanted_error_is_kept_across_the_kink(renderer, wanted):
     assert renderer.stats["estimated_error"] <= wanted
 
 
-@pytest.mark.parametrize("dtype", [np.uint8, np.int8, np.uint16, np.int16, np.float16, np.float32, np.float64])
-@pytest.mark.parametrize("fraction", [-1.5, 0.0, 0.5, 1.5])
+@pytest.mark.parametrize(
+    "dtype, fraction",
+    [
+        *((each, 0.5) for each in (np.uint8, np.int8, np.uint16, np.int16, np.float16, np.float32, np.float64)),
+        *((each, fraction) for each in (np.int8, np.uint16, np.float32) for fraction in (-1.5, 0.0, 1.5)),
+    ],
+)
 def test_air_within_and_beyond_the_values_of_every_type(renderer, dtype, fraction):
     volume = noise("sheared", dtype)
     low, high = volume.finite_range
@@ -146,17 +144,6 @@ def test_bricks_and_masks_change_nothing_of_it(renderer):
     # What is hidden begins within half a slab, 1/32, of where it is, twice at most, and values are up to 0.3 above air.
     picture, expected = renderer.render(masked, SIZE, sampling_rate=16), project(masked, SIZE)
     np.testing.assert_allclose(picture, expected, rtol=0, atol=0.02)
-
-
-def ct(seed: int = 0, padding: float | None = None) -> np.ndarray:
-    """A body of water with bone in it, in noisy air, and what lies outside of the scanner's circle."""
-    z, y, x = np.mgrid[tuple(slice(-1, 1, 24j) for _ in range(3))]
-    r = np.sqrt(x**2 + y**2 + z**2)
-    values = np.where(r < 0.25, 800.0, np.where(r < 0.7, 30.0, -1000.0))
-    values += np.random.default_rng(seed).normal(0, 15, values.shape)
-    if padding is not None:
-        values[np.hypot(x, y) > 1.05] = padding
-    return np.rint(values).astype(np.int16)
 
 
 @pytest.mark.parametrize("padding", [None, -2000.0, -3024.0])

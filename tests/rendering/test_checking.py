@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support import planted
-from test_far_values import SIZE, VIEW, medium_to, wave
-from test_quick_png import header
+from support.far_values import SIZE, VIEW, medium_to, wave
+from support.picture_files import header
 
 from texvol import Renderer, Scene, TransferFunction, Volume, raycast
 from texvol.cli.command_line import main

@@ -7,8 +7,6 @@ extinction both do. Rays go along the middle of the volume, d is the slab thickn
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 import pytest
 from numpy.typing import ArrayLike
@@ -34,12 +32,6 @@ EARLY = 2.0**-22
 
 def kinds(*names: str) -> pytest.MarkDecorator:
     return pytest.mark.parametrize("kind", names or ALL)
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[Renderer]:
-    with Renderer() as opened:
-        yield opened
 
 
 def column(values: ArrayLike, h: float = 1.0) -> Volume:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from error_control import SIZE, excess, random_scene, remembered
+from support.error_control import SIZE, excess, random_scene, remembered
 
 from texvol.ray_casting import raycast
 from texvol.rendering.error_control import SAFETY, Begin, Choice, converging, estimate, thickness_for_error

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -21,12 +20,6 @@ VOLUME = random_volume(5, (12, 10, 14))
 # What a picture may be off: float32's sums; the closed forms are exact.
 ROUNDING = 2e-6
 PROJECTIONS = pytest.mark.parametrize("projection", ["orthographic", "perspective"])
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[Renderer]:
-    with Renderer() as opened:
-        yield opened
 
 
 def crossing_quads(volume: Volume) -> list[Quad]:

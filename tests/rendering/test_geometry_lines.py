@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -17,12 +16,6 @@ NOTHING = Volume(np.zeros((4, 4, 4)))
 FACING = Camera.orthographic((0, 0, 50), (0, 0, 0), (0, 1, 0), height=16)  # a pixel of a world unit at 16 rows
 SIZE = (24, 16)
 BOX = random_volume(5, (12, 10, 14))
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[Renderer]:
-    with Renderer() as opened:
-        yield opened
 
 
 def both(renderer: Renderer, scene: Scene, size: tuple[int, int] = SIZE) -> np.ndarray:

@@ -6,7 +6,6 @@ import itertools
 import os
 import subprocess
 import sys
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -14,8 +13,8 @@ from typing import Any
 import numpy as np
 import pytest
 from support.scenes import BONE, constant, random_volume, smooth_volume
+from support.shader_programs import LIGHTS
 from support.shapes import Quad, box_ends, fog_between, hits_of, quad
-from test_shader_files import LIGHTS
 
 from texvol import Camera, ClipPlane, InputError, Light, Lighting, Renderer, Scene, TransferFunction, Volume, raycast
 from texvol.geometry import Lines
@@ -28,12 +27,6 @@ SIZE = (72, 64)
 COLOR = (0.9, 0.6, 0.3)
 VOLUME = random_volume(5, (12, 10, 14))
 CAMERA = Camera.framing(VOLUME, "perspective", eye=VOLUME.centre + VOLUME.radius * np.array([1.5, -2.0, 1.2]))
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[Renderer]:
-    with Renderer() as opened:
-        yield opened
 
 
 def walls() -> list[Quad]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from unittest.mock import patch
 
@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from support import closed_forms as known
 from support import planted
+from support.graded_media import mixed
 from support.lit_scenes import (
     FOG,
     KINDS,
@@ -44,12 +45,6 @@ by_gradient = pytest.mark.parametrize("kind", ["slab", "extinction", "post"])
 STEEPNESS = float(np.linalg.norm(SLOPE))  # of the linear field
 COLOR = (0.9, 0.6, 0.3)
 NOTHING = {"values": np.zeros(1), "colors": np.zeros((1, 3)), "extinctions": np.zeros(1)}
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[Renderer]:
-    with Renderer() as opened:
-        yield opened
 
 
 def layer(volume: Volume, camera: Camera, tau: float, color: Sequence[float] = COLOR) -> np.ndarray:
@@ -254,32 +249,9 @@ def test_matter_that_is_none_is_none(renderer: Renderer, kind: Classification) -
 
 # The oracle.
 
-RANGE = 1.0 / 0.8  # of `smooth`, per smallest spacing
-
-
-def mixed(world: float = 1.0, low: float = 0.0, high: float = 1.0) -> dict[str, TransferFunction]:
-    """Matter of each kind, and of all, for a smooth volume of values from `low` to `high`."""
-    steep, per, span = RANGE * (high - low) / world, 1 / world, high - low
-    modulation = np.array([(0.02, 0.1), (0.1, 0.4), (0.3, 1.5)]) * [steep, 1]
-    emissions = 0.2 * per * np.array([(0.1, 0.2, 0.9), (0.9, 0.2, 0.1), (0.3, 0.9, 0.2)])
-    values = low + span * np.array([0.3, 0.6, 0.9])
-    graded = Graded(values, emissions, per * np.array([0.05, 0.2, 0.25]), 0.03 * steep, 0.2 * steep)
-    contour = Contour(low + 0.62 * span, 1.5 * world, tuple(0.3 * per * np.array([1, 0.9, 0.6])), 0.35 * per)
-    fog = TransferFunction(low + span * FOG.values, FOG.colors, FOG.extinctions * per)
-    glowing = fog.colors * fog.extinctions[:, np.newaxis]
-    premultiplied = TransferFunction(fog.values, glowing, fog.extinctions, premultiplied=True)
-    return {
-        "modulated": replace(fog, modulation=modulation),
-        "modulated premultiplied": replace(premultiplied, modulation=modulation),
-        "graded": replace(fog, graded=(graded,)),
-        "contour": replace(fog, contours=(contour,)),
-        "all": replace(premultiplied, modulation=modulation, graded=(graded,), contours=(contour,)),
-    }
-
 
 @kinds
-@pytest.mark.parametrize("name", mixed())
-@pytest.mark.parametrize("lit", [False, True])
+@pytest.mark.parametrize("name, lit", [*((each, False) for each in mixed()), ("contour", True), ("all", True)])
 def test_pictures_converge_to_the_oracle(renderer: Renderer, kind: Classification, name: str, lit: bool) -> None:
     medium = mixed()[name]
     volume = smooth()

@@ -44,12 +44,6 @@ projections = pytest.mark.parametrize("projection", ["orthographic", "perspectiv
 MOON = Light("directional", (-1, 2, -0.5), (0.2, 0.3, 0.9))  # on the other side
 
 
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[Renderer]:
-    with Renderer() as opened:
-        yield opened
-
-
 # Closed forms.
 
 CLOSED = {
@@ -122,8 +116,9 @@ TYPES = {  # values of a linear field: type, factor, offset
 
 
 @kinds
-@pytest.mark.parametrize("dtype", TYPES)
-@pytest.mark.parametrize("texture_format", ["auto", "rgba32f"])
+@pytest.mark.parametrize(
+    "dtype, texture_format", [*((each, "auto") for each in TYPES), ("u1", "rgba32f"), ("f8", "rgba32f")]
+)
 def test_any_type_of_values(renderer: Renderer, kind: Classification, dtype: str, texture_format: str) -> None:
     factor, offset = TYPES[dtype]
     z, y, x = np.meshgrid(np.arange(7), np.arange(8), np.arange(9), indexing="ij")

@@ -9,6 +9,7 @@ from unittest.mock import patch
 
 import numpy as np
 import pytest
+from support.graded_media import mixed
 from support.lit_scenes import (
     FOG,
     KINDS,
@@ -27,7 +28,6 @@ from support.lit_scenes import (
     with_values,
 )
 from support.scenes import sparse_volume
-from test_graded_drawn import mixed
 
 from texvol.ray_casting import raycast
 from texvol.rendering.renderer import Renderer
@@ -43,12 +43,6 @@ from texvol.scene.volume import Volume
 kinds = pytest.mark.parametrize("kind", KINDS)
 ALL = LIGHTS["all, one side"]
 SAME = 2e-6  # of pictures in bricks, or with leaps
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[Renderer]:
-    with Renderer() as opened:
-        yield opened
 
 
 @pytest.fixture(scope="module")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
 from typing import Any
@@ -28,12 +27,6 @@ EXACT: dict[str, Any] = {"texture_format": "rgba32f", "early_termination": 0.0}
 AT_FACES = 5e-5
 LIT = Lighting((Light("head"), Light("directional", (1.0, -0.5, 1.0))), specular=0.3)
 GLOW = replace(BONE, colors=BONE.colors * 0.1, emissive=True)
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[Renderer]:
-    with Renderer() as opened:
-        yield opened
 
 
 def seen(volume: Volume, medium: TransferFunction, projection: Any = "perspective", **more: Any) -> Scene:

@@ -7,7 +7,6 @@ the differences is k. No truth is needed, and an error that does not fall shows 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from itertools import pairwise
 
 import numpy as np
@@ -30,12 +29,6 @@ RATES = (1, 2, 4, 8)
 projections = pytest.mark.parametrize("projection", ["orthographic", "perspective"])
 classifications = pytest.mark.parametrize("classification", ["slab", "extinction", "post", "integrated"])
 ULP = 2.0**-24
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[Renderer]:
-    with Renderer() as opened:
-        yield opened
 
 
 def order(steps: np.ndarray, pictures: list[np.ndarray]) -> float:

@@ -6,9 +6,9 @@ The same cases are within their bounds without the mistake, see test_hard_cases.
 from __future__ import annotations
 
 import pytest
-from hard_case_list import hard_cases
-from hard_cases import run
 from support import planted
+from support.hard_cases.cases import hard_cases
+from support.hard_cases.table import run
 
 CASES = {case.name: case for case in hard_cases()}
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -11,11 +10,10 @@ from support import planted
 from support.projected import (
     CAMERAS,
     GRIDS,
+    NUMBERS,
     SIZE,
-    every_grid,
+    every_grid_and_view,
     every_mode,
-    every_number,
-    every_view,
     noise,
     orders_of_sums,
     rounding,
@@ -26,21 +24,12 @@ from support.projected import (
 from support.scenes import path_lengths, smooth_volume
 
 from texvol.ray_casting.projection import isosurface_depth, project
-from texvol.rendering.renderer import Renderer
 from texvol.scene.camera import Camera
 from texvol.scene.scene import Scene
 from texvol.scene.volume import Volume
 
 
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[Renderer]:
-    with Renderer() as opened:
-        yield opened
-
-
-@every_view
-@every_grid
-@pytest.mark.parametrize("mode", ["mip", "minip"])
+@every_grid_and_view("mip", "minip")
 def test_extremes_are_exact(renderer, mode, grid, view):
     volume = noise(grid)
     scene = scene_of(volume, mode, view)
@@ -52,9 +41,7 @@ def test_extremes_are_exact(renderer, mode, grid, view):
     assert (expected[..., 3] == 1).any() and (view.startswith("inside") or (expected[..., 3] == 0).any())
 
 
-@every_view
-@every_grid
-@pytest.mark.parametrize("mode", ["xray", "average"])
+@every_grid_and_view("xray", "average")
 def test_sums_approach_those_of_the_oracle(renderer, mode, grid, view):
     volume = noise(grid)
     scene = scene_of(volume, mode, view)
@@ -180,9 +167,7 @@ def gaps_in_noise(missing: str) -> Volume:
     return Volume(values)
 
 
-@every_number
-@every_view
-@every_grid
+@every_grid_and_view(*NUMBERS)
 def test_a_constant_volume_is_its_chord(renderer, grid, view, mode):
     volume = Volume(np.full((4, 5, 6), 3, np.uint8), **GRIDS[grid])
     camera = CAMERAS[view](volume)

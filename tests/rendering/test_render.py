@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from hard_case_list import linear_medium, looking, ramp
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support.hard_cases.cases import linear_medium, looking, ramp
 from support.planted import slabs_per_blend
 from support.scenes import BONE, FOG, constant, inside, path_lengths, random_volume, smooth_volume
 
@@ -31,12 +30,6 @@ classifications = pytest.mark.parametrize("classification", ["slab", "extinction
 
 # Some ten runs of 64 slabs, each rounding by 2^-24 of a number up to 1, partly cancelling.
 ROUNDING = 1e-6
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[Renderer]:
-    with Renderer() as opened:
-        yield opened
 
 
 @classifications

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 import pytest
 from support.scenes import BONE, FOG, random_volume, smooth_volume
@@ -22,12 +20,6 @@ SIZE = (160, 160)
 FLOAT32 = {"texture_format": "rgba32f", "target_format": "rgba32f"}
 projections = pytest.mark.parametrize("projection", ["orthographic", "perspective"])
 medium = pytest.mark.parametrize("transfer_function", [FOG, BONE], ids=["fog", "bone"])
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[Renderer]:
-    with Renderer() as opened:
-        yield opened
 
 
 @medium

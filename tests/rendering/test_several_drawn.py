@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -21,12 +20,6 @@ from texvol.scene.scene import CLASSIFICATIONS
 SIZE = (72, 60)
 # float32 sums of a few dozen slabs, each of a picture of at most 1.
 ROUNDING = 2e-6
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[Renderer]:
-    with Renderer() as opened:
-        yield opened
 
 
 def thinner(medium: TransferFunction, fraction: float) -> TransferFunction:

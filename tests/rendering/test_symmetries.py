@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 from itertools import permutations, product
 
@@ -37,12 +37,6 @@ kinds = st.sampled_from(CLASSIFICATIONS)
 media = st.sampled_from([MEDIUM, GAS])
 projections = st.sampled_from(["orthographic", "perspective"])
 Draw = Callable[[Scene], np.ndarray]
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[Renderer]:
-    with Renderer() as opened:
-        yield opened
 
 
 @pytest.fixture(scope="module", params=["opengl", "oracle"])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -27,12 +26,6 @@ from texvol.scene.cutting import Cutting
 from texvol.scene.scene import CLASSIFICATIONS, Classification
 
 SIZE = (72, 64)
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[Renderer]:
-    with Renderer() as opened:
-        yield opened
 
 
 def planes_through(volume: Volume) -> tuple[ClipPlane, ...]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import pickle
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
@@ -69,12 +69,6 @@ def test_other_arrays_are_read_only() -> None:
     for array in kept:
         with pytest.raises(ValueError, match="read-only"):
             array[...] = 0
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[Renderer]:
-    with Renderer() as one:
-        yield one
 
 
 def test_short_arrays_become_numbers() -> None:

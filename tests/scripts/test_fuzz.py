@@ -8,19 +8,19 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-import fuzz
-import fuzz_readers
 import pytest
-from fuzz_children import LEAKED, MEMORY, MESSAGE, PRINTED, RAISED, READ, REFUSED, SIGNAL, TIME, Limits, run
-from fuzz_mutations import damaged
-from fuzz_seeds import seeds
+from support.fuzzing import campaign as fuzz
+from support.fuzzing import readers as fuzz_readers
+from support.fuzzing.children import LEAKED, MEMORY, MESSAGE, PRINTED, RAISED, READ, REFUSED, SIGNAL, TIME, Limits, run
+from support.fuzzing.mutations import damaged
+from support.fuzzing.seeds import seeds
 
 from texvol import InputError
 from texvol.comparison import pictures
 from texvol.formats.readers.detection import FORMATS
 from texvol.geometry import reading
 
-COUNT = 8000  # of damaged files: about a minute
+COUNT = 4000  # of damaged files: about half a minute
 SEED = 18
 
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import json
 import shlex
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
-import gallery
 import numpy as np
 import pytest
-from gallery_entries import ENTRIES, Entry
-from gallery_volumes import built_in
+from support.gallery import drawing as gallery
+from support.gallery.entries import ENTRIES, Entry
+from support.gallery.volumes import built_in
 from support.real_data import DATA, real_volume
 
 from texvol import Scene
@@ -24,17 +24,8 @@ from texvol.rendering.renderer import Renderer
 
 BUILT_IN = [entry for entry in ENTRIES.values() if entry.is_built_in]
 SMALL = (48, 48)
+TINY = (24, 24)  # for the oracle
 SMALL_WIDTH = 96  # of the stored pictures: 100 kB each
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[Renderer]:
-    with Renderer() as opened:
-        yield opened
-
-
-def oracle(scene: Scene) -> np.ndarray:
-    return raycast(scene, SMALL)
 
 
 def scene_of(entry: Entry) -> Scene:
@@ -71,10 +62,9 @@ def test_no_stored_picture_is_of_nothing() -> None:
 @pytest.mark.parametrize("entry", BUILT_IN, ids=lambda entry: entry.name)
 def test_a_picture_is_as_near_to_the_oracle_as_it_says(entry: Entry, renderer: Renderer) -> None:
     scene = scene_of(entry)
-    picture = renderer.render(scene, SMALL, sampling_rate=entry.sampling_rate)
-    error = np.abs(picture - oracle(scene)).max(axis=2)
-    # The estimate is from a picture of a sixteenth of the pixels, whose rays pass by outlines, where a ray just meets a
-    # surface or just not. In a picture of 48² no more than a few lie so: one in a hundred is let off.
+    picture = renderer.render(scene, TINY, sampling_rate=entry.sampling_rate)
+    error = np.abs(picture - raycast(scene, TINY)).max(axis=2)
+    # On outlines a ray just meets a surface, or just not, whatever the estimate: one pixel in a hundred is let off.
     assert (error > renderer.stats["estimated_error"]).mean() <= 0.01
     if entry.name in ("galaxy", "cloud"):  # they have no outlines
         assert error.max() <= renderer.stats["estimated_error"]

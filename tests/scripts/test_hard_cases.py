@@ -4,24 +4,17 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
-import hard_cases as table
 import pytest
-from hard_case_list import HardCase, hard_cases
-from hard_cases import COLUMNS, as_csv, as_html, as_markdown, run, worst_first
+from support.hard_cases import table
+from support.hard_cases.cases import HardCase, hard_cases
+from support.hard_cases.table import COLUMNS, as_csv, as_html, as_markdown, run, worst_first
 
 from texvol.rendering.renderer import Renderer
 
 CASES = hard_cases()
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[Renderer]:
-    with Renderer() as opened:
-        yield opened
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import odd_scenes
 import pytest
-from odd_scene_list import odd_scene
+from support.odd_scenes import outcomes as odd_scenes
+from support.odd_scenes.scenes import odd_scene
 
 from texvol import InputError, Renderer
 from texvol.scene.scene import CLASSIFICATIONS, MODES
@@ -18,16 +18,10 @@ from texvol.scene.scene import CLASSIFICATIONS, MODES
 SMALL = (16, 16)
 
 
-@pytest.fixture(scope="module")
-def renderer() -> Any:
-    with Renderer() as renderer:
-        yield renderer
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("far_off", [False, True])
 def test_odd_scenes_are_within_what_is_said_of_them(renderer: Renderer, far_off: bool) -> None:
-    scenes = (replace(odd_scene(number, seed=1, far_off=far_off), size=SMALL) for number in range(24))
+    scenes = (replace(odd_scene(number, seed=1, far_off=far_off), size=SMALL) for number in range(12))
     outcomes = [odd_scenes.outcome(odd, renderer) for odd in scenes]
     wrong = [
         odd_scenes.told(found) for found in outcomes if found["verdict"] in (odd_scenes.UNKNOWN, odd_scenes.FAILED)

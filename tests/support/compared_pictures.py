@@ -1,4 +1,4 @@
-"""Pairs of pictures for the pages' tests."""
+"""Pictures, and pairs of them, for the tests of comparison."""
 
 from __future__ import annotations
 
@@ -6,6 +6,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter
+
+from support import planted_differences as planted
+from texvol.comparison.kinds import Kind
+from texvol.comparison.outcome import examine
+from texvol.comparison.pictures import Picture
 
 if TYPE_CHECKING:
     from texvol.comparison.outcome import Outcome
@@ -34,3 +40,28 @@ def outcome_of(
 
     pair = (Picture.of_array(each, f"{role}.exr", metadata) for each, role in ((candidate, "new"), (reference, "old")))
     return examine(*pair, name=name, explain=explain)
+
+
+def smooth(size: tuple[int, int] = (64, 48), seed: int = 0) -> NDArray[np.float32]:
+    """A soft picture with opacity, premultiplied."""
+    noise = np.random.default_rng(seed).random((size[1], size[0], 4))
+    blurred = gaussian_filter(noise, (3, 3, 0), mode="wrap")
+    blurred = (blurred - blurred.min()) / np.ptp(blurred)
+    blurred[..., :3] *= blurred[..., 3:]
+    return blurred.astype(np.float32)
+
+
+def eight_bits(pixels: np.ndarray) -> np.ndarray:
+    """Return premultiplied linear pixels as a PNG holds them."""
+    color = planted.encoded(np.clip(planted.straight(pixels), 0, 1))
+    return np.rint(255 * np.dstack([color, np.clip(pixels[..., 3], 0, 1)])).astype(np.uint8)
+
+
+def opaque(pixels: np.ndarray) -> np.ndarray:
+    """The picture over grey, three channels."""
+    return np.asarray(pixels[..., :3] + 0.2 * (1 - pixels[..., 3:]), np.float32)
+
+
+def held(candidate: np.ndarray, reference: np.ndarray) -> tuple[Kind, ...]:
+    """Kinds of difference between two pictures."""
+    return examine(Picture.of_array(candidate), Picture.of_array(reference)).kinds

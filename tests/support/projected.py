@@ -35,6 +35,16 @@ every_grid = pytest.mark.parametrize("grid", GRIDS)
 every_view = pytest.mark.parametrize("view", CAMERAS)
 
 
+def every_grid_and_view(*modes: str) -> pytest.MarkDecorator:
+    """Every grid in every view, the modes in turns: each mode on every grid and in every view."""
+    turns = [
+        (grid, view, modes[(row + column) % len(modes)])
+        for row, grid in enumerate(GRIDS)
+        for column, view in enumerate(CAMERAS)
+    ]
+    return pytest.mark.parametrize("grid, view, mode", turns)
+
+
 def noise(grid: str = "plain", dtype: type = np.float32, dimensions=(9, 8, 7), seed: int = 5) -> Volume:
     """Samples from 0 to 1, or of the whole range of an integer type but for an eighth."""
     samples = np.random.default_rng(seed).random(dimensions[::-1])
@@ -97,3 +107,14 @@ def orders_of_sums(renderer, scene, size=(64, 64)):
         picture = renderer.render(scene, size, sampling_rate=rate)[..., 0]
         errors.append(np.sqrt(np.mean((picture - expected)[whole] ** 2)))
     return np.log2(np.array(errors[:-1]) / errors[1:])
+
+
+def ct(seed: int = 0, padding: float | None = None) -> np.ndarray:
+    """A body of water with bone in it, in noisy air, and what lies outside of the scanner's circle."""
+    z, y, x = np.mgrid[tuple(slice(-1, 1, 24j) for _ in range(3))]
+    r = np.sqrt(x**2 + y**2 + z**2)
+    values = np.where(r < 0.25, 800.0, np.where(r < 0.7, 30.0, -1000.0))
+    values += np.random.default_rng(seed).normal(0, 15, values.shape)
+    if padding is not None:
+        values[np.hypot(x, y) > 1.05] = padding
+    return np.rint(values).astype(np.int16)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 from unittest.mock import patch
@@ -26,12 +25,6 @@ from texvol.textures.value_texture import bake_values
 SIZE = (32, 24)
 seeds = st.integers(0, 2**32 - 1)
 STEP_MARGIN = 2.0**-22
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[Renderer]:
-    with Renderer() as opened:
-        yield opened
 
 
 def medium_of(random: np.random.Generator, segments: int, emissive: bool) -> TransferFunction:

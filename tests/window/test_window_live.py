@@ -51,11 +51,13 @@ def dragged(t: float, start: tuple[int, int], end: tuple[int, int], steps: int =
 
 SCENES = {
     "plain": [],
-    "post, perspective": ["--classification", "post", "--projection", "perspective"],
+    "post, perspective, annotated": [
+        *("--classification", "post", "--projection", "perspective"),
+        *("--annotate", "box,scale-bar,legend", "--background", "0.2,0.2,0.2"),
+    ],
     "lit, cut": ["--light", "head", "--clip", "1,0.3,0,25", "--caps", "--classification", "extinction"],
     "mip": ["--mode", "mip"],
     "isosurface": ["--mode", "isosurface", "--isovalue", "120", "--background", "0.1,0.2,0.3"],
-    "annotated": ["--annotate", "box,scale-bar,legend", "--background", "0.2,0.2,0.2"],
 }
 
 
@@ -181,13 +183,6 @@ def test_sizes_and_minimising_do_no_harm(display: str, tmp_path: Path) -> None: 
     assert eight_bits(tmp_path / "seen.png").shape == (480, 640, 3)
 
 
-def test_frames_end_the_window(display: str, tmp_path: Path) -> None:  # noqa: F811
-    words = ["--frames", "40", "--screenshot", "last.png", "--timings", "t.csv", "--size", "200x150"]
-    done = viewed(display, tmp_path, ball(tmp_path), *words)
-    assert (done.returncode, done.stderr) == (0, "")
-    assert len(timings(tmp_path / "t.csv")) == 40 and (tmp_path / "last.png").exists()
-
-
 def test_an_empty_window_ends_as_well(display: str, tmp_path: Path) -> None:  # noqa: F811
     done = viewed(display, tmp_path, "--frames", "3", "--screenshot", "empty.png", "--size", "300x240")
     assert (done.returncode, done.stderr) == (0, "") and (tmp_path / "empty.png").exists()
@@ -195,7 +190,7 @@ def test_an_empty_window_ends_as_well(display: str, tmp_path: Path) -> None:  # 
     assert (done.returncode, done.stderr) == (0, "")
 
 
-@pytest.mark.parametrize("moment", [0.1, 0.4, 0.8, 2.0])
+@pytest.mark.parametrize("moment", [0.1, 0.8, 2.0])
 def test_ctrl_c_at_any_moment_leaves_nothing_behind(display: str, tmp_path: Path, moment: float) -> None:  # noqa: F811
     process = started(display, tmp_path, ball(tmp_path, 96), "--size", "300x240")
     time.sleep(moment)
@@ -270,8 +265,9 @@ def test_frames_are_counted_from_the_first_picture_and_the_last_one_is_at_rest(d
     # Fewer than it takes to open and refine the volume; and more than are remembered without a table.
     for frames in ("3", "130"):
         words = ["--size", "300x240", "--no-panels", "--frames", frames, "--screenshot", f"{frames}.png"]
-        done = viewed(display, tmp_path, ball(tmp_path), *words)
+        done = viewed(display, tmp_path, ball(tmp_path), *words, "--timings", f"{frames}.csv")
         assert (done.returncode, done.stderr) == (0, "")
+        assert len(timings(tmp_path / f"{frames}.csv")) == int(frames)
     steps = [REST, {"do": "screenshot", "file": "rest.png"}]
     viewed(display, tmp_path, "ball.npy", "--size", "300x240", "--no-panels", "--script", script(tmp_path, steps))
     at_rest = eight_bits(tmp_path / "rest.png")

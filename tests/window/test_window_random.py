@@ -1,4 +1,4 @@
-"""A thousand random actions of mouse, keyboard and window: nothing breaks, and memory does not grow."""
+"""Hundreds of random actions of mouse, keyboard and window: nothing breaks, and memory does not grow."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from texvol.window.commands import TABS
 from texvol.window.navigation import AXES
 from texvol.window.steering import BINDINGS
 
-ACTIONS = 1000
+ACTIONS = 600
 # What would end the window, or leave it for another.
 _NOT_PLAYED = {"close", "fullscreen"}
 
@@ -61,7 +61,7 @@ def random_steps(seed: int) -> list[dict[str, Any]]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", [1])
 def test_random_actions_leave_the_window_whole(display: str, tmp_path: Path, seed: int) -> None:  # noqa: F811
     steps = [{"t": 0, "do": "rest"}, *random_steps(seed)]
     process = started(

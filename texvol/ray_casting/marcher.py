@@ -60,7 +60,7 @@ def march(scene: Scene, size: tuple[int, int], steps: int = 20000) -> Numbers:
 def march_ray(scene: CompleteScene, media: list[Medium], eye: Numbers, direction: Numbers, steps: int) -> Numbers:
     """Return colour and opacity (4) of one ray, by the midpoint rule."""
     box = scene.box
-    middle = (box.centre - eye) @ direction
+    middle = float((box.centre - eye) @ direction)
     first = max(middle - box.radius, 0.0)
     h = (middle + box.radius - first) / steps
     positions = eye + (first + (np.arange(steps) + 0.5) * h)[:, np.newaxis] * direction

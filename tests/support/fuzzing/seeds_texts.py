@@ -8,8 +8,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-from fuzz_seeds import VALUES, Seed, written
 
+from support.fuzzing.seeds import VALUES, Seed, written
 from texvol.formats.pictures import image
 from texvol.geometry import Mesh
 from texvol.provenance.scene_metadata import ATTRIBUTE, scene_metadata

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from html import escape
 
-from gallery_entries import Entry
-
+from support.gallery.entries import Entry
 from texvol.formats.pictures.page_pictures import data_url
 
 _STYLE = """

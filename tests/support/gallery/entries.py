@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from gallery_volumes import BUILT_IN
+from support.gallery.volumes import BUILT_IN
 
 Size = tuple[int, int]
 _DARK = "--background 0.012,0.014,0.02"

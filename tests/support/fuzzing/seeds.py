@@ -40,9 +40,9 @@ class Seed:
 
 def seeds() -> list[Seed]:
     """All seeds, those of pictures, meshes and texts included."""
-    import fuzz_seeds_dicom
-    import fuzz_seeds_grids
-    import fuzz_seeds_texts
+    from support.fuzzing import seeds_dicom as fuzz_seeds_dicom
+    from support.fuzzing import seeds_grids as fuzz_seeds_grids
+    from support.fuzzing import seeds_texts as fuzz_seeds_texts
 
     makers = (_nrrd, _nifti, _metaimage, _tiff, _mrc, _plain, _masks)
     makers += (fuzz_seeds_dicom.seeds, fuzz_seeds_grids.seeds, fuzz_seeds_texts.seeds)

@@ -9,7 +9,8 @@ import zlib
 from collections.abc import Iterator
 
 import numpy as np
-from fuzz_seeds import VALUES, Seed, written
+
+from support.fuzzing.seeds import VALUES, Seed, written
 
 _HUGE = (10**12, 2**31 - 1, 2**31, 2**32, 2**63 - 1, 2**64, 10**30, -1, -(2**31), 0)
 _DEEP = 100_000  # brackets within brackets
@@ -161,7 +162,7 @@ def _netcdf() -> Iterator[Seed]:
 
 
 def _dicom() -> Iterator[Seed]:
-    from fuzz_seeds_dicom import file_of, slice_of
+    from support.fuzzing.seeds_dicom import file_of, slice_of
 
     pixel = np.zeros((1, 1), "u1")
     for count in (200_000, 2**31 - 1):

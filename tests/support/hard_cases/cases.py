@@ -12,10 +12,10 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
-import hard_case_bounds as bounds
 import numpy as np
-from hard_case_bounds import Drawing
 
+from support.hard_cases import bounds
+from support.hard_cases.bounds import Drawing
 from texvol.scene.camera import Camera
 from texvol.scene.scene import CLASSIFICATIONS, Scene
 from texvol.scene.transfer import TransferFunction

@@ -7,11 +7,12 @@ from pathlib import Path
 
 import netCDF4
 import numpy as np
-from fuzz_seeds import STEPS, VALUES, Seed, of
 from vtkmodules.util.numpy_support import numpy_to_vtk
 from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkDataSet, vtkImageData, vtkRectilinearGrid, vtkStructuredGrid
 from vtkmodules.vtkIOXML import vtkXMLImageDataWriter, vtkXMLRectilinearGridWriter, vtkXMLStructuredGridWriter
+
+from support.fuzzing.seeds import STEPS, VALUES, Seed, of
 
 _WRITERS = {".vti": vtkXMLImageDataWriter, ".vtr": vtkXMLRectilinearGridWriter, ".vts": vtkXMLStructuredGridWriter}
 # Data mode (ascii, binary, appended), compressor (none, zlib, lz4, lzma), and whether appended data are base64.

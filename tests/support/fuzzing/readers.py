@@ -11,8 +11,8 @@ from typing import Any
 from unittest.mock import patch
 
 import numpy as np
-from fuzz_seeds import STEPS, VALUES
 
+from support.fuzzing.seeds import STEPS, VALUES
 from texvol.annotation.lettering import Lettering
 from texvol.cli import information
 from texvol.comparison.judged import judged

@@ -7,11 +7,12 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
-from fuzz_seeds import Seed
 from numpy.typing import NDArray
 from pydicom import uid
 from pydicom.dataset import Dataset, FileDataset, FileMetaDataset
 from pydicom.encaps import encapsulate
+
+from support.fuzzing.seeds import Seed
 
 _SLICES, _ROWS, _COLUMNS = 2, 12, 16  # of the compressed ones, whose codings want blocks
 

@@ -1,0 +1,1 @@
+"""Damaged files, and the processes that read them."""

@@ -1,0 +1,1 @@
+"""The gallery: its entries, volumes, pictures and page."""

@@ -1,0 +1,1 @@
+"""Random scenes that are hard on a renderer, and their outcomes."""
