@@ -181,7 +181,13 @@ _LOWER = (
         *("ray_casting", "bernstein:cubic"),
         *("mix(a[1], b[1], entry), 2 / 3)", "mix(a[1], b[1], entry), 1 / 3)"),
         "a coefficient of the cubic along a ray has another weight",
-        "NUMBA_DISABLE_JIT=1 test_ray_casting_marched.py test_ray_casting.py -k 'cubic or bernstein or trilinear'",
+        "NUMBA_DISABLE_JIT=1 test_ray_casting.py -k 'linear_extinction_and or chord'",
+    ),
+    Mistake(
+        *("ray_casting", "rays_of"),
+        *("np.maximum(first, eye)", "first"),
+        "what lies behind the eye is in the oracle's picture",
+        "NUMBA_DISABLE_JIT=1 test_ray_casting.py -k 'linear_extinction_and or chord'",
     ),
     Mistake(
         *("rendering", "accuracy:checked"),
