@@ -127,7 +127,7 @@ def test_no_check_is_nothing_in_stats() -> None:
 
 @pytest.mark.parametrize("check", [0, -3, 2.5, True, "some", "12"])
 def test_a_check_must_be_a_number_of_pixels(check) -> None:
-    with Renderer() as renderer, pytest.raises(InputError, match="check must be a number of pixels from 1 upwards"):
+    with Renderer() as renderer, pytest.raises(InputError, match="check must be a number of pixels of at least 1"):
         renderer.render(plain_scene(), SIZE, check=check)
 
 
@@ -160,7 +160,7 @@ def test_a_wanted_error_is_taken_back_where_pixels_disagree() -> None:
     raycast(scene, (16, 16))  # so that the oracle is at hand
     raycast(scene, (16, 16))
     with planted.planted(MISTAKE) as wrong:
-        with pytest.warns(AccuracyWarning, match=r"an error of 0.01 was wanted.* of \d+ checked pixels \d+ are beyond"):
+        with pytest.warns(AccuracyWarning, match=r"error of 0.01 not reached.* of \d+ checked pixels \d+ are beyond"):
             picture = wrong.render(scene, SIZE, max_error=0.01)
         error = np.abs(picture - raycast(scene, SIZE)).max()
         assert wrong.stats["check"]["pixels"] == 64

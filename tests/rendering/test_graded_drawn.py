@@ -285,7 +285,7 @@ def test_pictures_converge_to_the_oracle(renderer: Renderer, kind: Classificatio
     volume = smooth()
     projection = "perspective" if lit else "orthographic"
     if kind == "integrated" and (medium.graded or medium.contours):
-        with pytest.raises(InputError, match="integrated needs matter that depends on the value alone"):
+        with pytest.raises(InputError, match="integrated needs a medium that depends on the value alone"):
             Scene(volume, medium, classification=kind)
         return
     scene = Scene(volume, medium, framed(volume, projection), classification=kind)

@@ -27,7 +27,6 @@ from texvol.scene.lighting import DepthCue, Lighting
 from texvol.scene.mask import Mask
 from texvol.scene.scene import Scene
 from texvol.scene.transfer import TransferFunction, proposed_for
-from texvol.scene.transfer.writing import content_of
 from texvol.scene.volume import Volume
 from texvol.slicing.cells import CELL
 from texvol.textures import halving as coarser
@@ -265,7 +264,7 @@ def test_a_wanted_error_is_that_of_all_samples(renderer: Renderer, monkeypatch: 
 def file_of_waves(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     monkeypatch.chdir(tmp_path)
     np.save("waves.npy", waves())
-    Path("fog.json").write_text(json.dumps(content_of(FOG)))
+    Path("fog.json").write_text(json.dumps(FOG.as_json()))
     return "waves.npy"
 
 

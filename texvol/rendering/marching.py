@@ -26,7 +26,7 @@ _STEPS_BEFORE = 512  # where eight samples are classified for each step
 
 
 def can_march(scene: CompleteScene) -> bool:
-    """True for one volume of finite values in plain matter of finite extinction, of which steps pass over nothing."""
+    """True for one volume of finite values and a plain medium of finite extinction without narrow spikes."""
     volume, transfer_function = scene.volume, scene.medium
     if scene.mode != "composite" or scene.added or scene.geometry or scene.mask is not None or scene.cutting.caps:
         return False
@@ -80,7 +80,7 @@ def march_pixels(scene: CompleteScene, size: tuple[int, int], pixels: NDArray[np
 def _medium(
     volume: Volume, transfer_function: TransferFunction, positions: Numbers, before: bool
 ) -> tuple[Numbers, Numbers]:
-    """Emission (n, 3) and extinction (n) at places from the middle of the box, world units; 0 outside."""
+    """Emission (n, 3) and extinction (n) at positions from the middle of the box, world units; 0 outside."""
     last = np.array(volume.dimensions) - 1
     index = positions @ volume.index_from_world.T + 0.5 * last
     outside = np.any((index < -0.5) | (index > last + 0.5), axis=1)

@@ -1,4 +1,4 @@
-"""What of one volume is on the device, kept between pictures: its textures, and where it is empty."""
+"""GPU cache of one volume: its textures and its empty cells, kept between pictures."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ from texvol.textures.shaded_samples import LightTransmittance
 from texvol.textures.value_storage import FAR, ULP
 from texvol.textures.value_texture import REFERENCE, ValueTexture
 
-_OF_A_CUBIC = 3.0  # times the rounding of the four values that it is found from
+_OF_A_CUBIC = 3.0  # an extreme of a cubic, in roundings of the four values that determine it
 Recipe = tuple[Any, ...]
 
 
 class VolumeCache:
-    """The textures of a scene's only volume, or of one of several; every method needs the context to be current.
+    """GPU cache of one volume of a scene; its methods need the context to be current.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ class VolumeCache:
         self.textures = TextureStore(context, budget)
         self.baked: tuple[Recipe, BakedTexture] | None = None
         self._chosen: tuple[Recipe, str] | None = None
-        self._source: Volume | None = None  # of which a halved volume is drawn
+        self._source: Volume | None = None  # the full volume if a halved one is drawn
         self._coarsest: tuple[Recipe, dict[float, Volume]] | None = None  # by slab thickness
 
     def coarser_scene(self, alone: CompleteScene, scene: CompleteScene, settings: Settings) -> CompleteScene:
@@ -104,19 +104,19 @@ class VolumeCache:
         return baked
 
     def halvings(self, volume: Volume) -> list[int]:
-        """How often the samples of a volume were halved along x, y, z before they were drawn."""
+        """Numbers of halvings of the volume along x, y, z before it was drawn."""
         return coarser.halvings(volume, self.baked[1].volume) if self.baked else [0, 0, 0]
 
     def visible_part(self, scene: CompleteScene, settings: Settings) -> VisiblePart:
-        """What says which part of a brick may show anything."""
+        """Return the function that finds the visible part of a brick."""
         return self.empty_space.visible_part if settings.skips(scene) else lambda brick: brick.stored_box
 
     @contextmanager
     def set_aside(self, most_bytes: int | None) -> Iterator[None]:
-        """Whatever is drawn inside, the last picture's textures are there for the next.
+        """Keep the last picture's textures while other pictures are drawn inside the context.
 
-        Values as they are serve for every thickness; other texels are drawn inside from textures that don't stay, and
-        make do with bricks of an eighth of the volume, within `most_bytes` where that is said.
+        Textures of exact values serve every thickness. Other texels are drawn from temporary textures, in bricks of at
+        least an eighth of the volume within `most_bytes`, if that is given.
         """
         if self.baked is None or (self._source is None and self._has_exact_values(self.baked[1])):
             yield
@@ -138,13 +138,13 @@ class VolumeCache:
 
     @property
     def lost_digits(self) -> float:
-        """By how much of a transfer function's narrowest interval rounding moves values."""
+        """Rounding of values, as a fraction of the narrowest interval of the transfer function."""
         return self.baked[1].storage.condition * ULP if self.baked and isinstance(self.baked[1], ValueTexture) else 0.0
 
     def rounding(self, scene: CompleteScene) -> float:
-        """Error of a picture by the rounding of values, at most.
+        """Upper bound of the error of a picture by the rounding of values.
 
-        0 where another picture, of values that are rounded otherwise, tells better.
+        It is 0 if a picture of values with other rounding estimates that error better.
         """
         baked = self.baked[1] if self.baked else None
         if not isinstance(baked, ValueTexture) or not (baked.vouches_for_itself or baked.storage.is_hopeless):
@@ -166,7 +166,7 @@ class VolumeCache:
         return baked.volume.labels or (baked.estimator is None and baked.steps is None and baked.vouches_for_itself)
 
     def release(self) -> None:
-        """Give everything back."""
+        """Release everything on the device."""
         self.textures.release()
         self.empty_space.release()
         self._coarsest = None
