@@ -136,7 +136,7 @@ _UPPER = (
         *("options", "texts:sample_value"),
         *("return int(text)", "return float(text)"),
         "a missing value of many digits is rounded",
-        "test_missing.py",
+        "test_missing.py -k 'keeps_all_its_digits'",
     ),
     Mistake(
         *("annotation", "rounding:round_down"),
@@ -181,7 +181,13 @@ _LOWER = (
         *("ray_casting", "bernstein:cubic"),
         *("mix(a[1], b[1], entry), 2 / 3)", "mix(a[1], b[1], entry), 1 / 3)"),
         "a coefficient of the cubic along a ray has another weight",
-        "NUMBA_DISABLE_JIT=1 test_ray_casting_marched.py test_ray_casting.py -k 'cubic or bernstein or trilinear'",
+        "NUMBA_DISABLE_JIT=1 test_ray_casting.py -k 'linear_extinction_and_constant'",
+    ),
+    Mistake(
+        *("ray_casting", "rays_of"),
+        *("np.maximum(first, eye)", "first"),
+        "what lies behind the eye is in the oracle's picture",
+        "NUMBA_DISABLE_JIT=1 test_ray_casting.py -k 'chord and inside'",
     ),
     Mistake(
         *("rendering", "accuracy:checked"),
@@ -235,7 +241,7 @@ _LOWER = (
         *("slicing", "bricks:margin"),
         *("(1 + int(np.ceil(each))", "(int(np.ceil(each))"),
         "a brick lacks the next sample for the interpolation",
-        "test_bricks.py -k 'owner or whole or volume_from or any_format'",
+        "test_slicing.py -k 'half_a_slab'",
     ),
     Mistake(
         *("slicing", "cells:_along_rows"),
@@ -349,13 +355,13 @@ _LOWER = (
         *("scene", "optics:over"),
         *("(1 - front[..., 3:])", "(1 - back[..., 3:])"),
         "over weighs the back with its own opacity",
-        "test_optics.py",
+        "test_optics.py -k 'associative'",
     ),
     Mistake(
         *("util", "writing:check_apart"),
         *("if os.path.realpath(path) == os.path.realpath(another):", "if path == another:"),
         "two names of one file count as two files",
-        "test_outputs_apart.py test_writing.py",
+        "NUMBA_DISABLE_JIT=1 test_outputs_apart.py -k 'place_of_another'",
     ),
     Mistake(
         *("util", "writing:write_files"),

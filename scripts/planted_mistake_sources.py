@@ -27,7 +27,7 @@ class Mistake:
     words : str
         The mistake in words.
     tests : str
-        Names of test files, and options of pytest.
+        Names of test files, and options of pytest; a variable of the environment, such as A=1, may stand before them.
     """
 
     where: str

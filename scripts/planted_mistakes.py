@@ -39,6 +39,7 @@ REPOSITORY = Path(__file__).parents[1]
 PAGE = "texvol/docs/planted-mistakes.md"
 COPIED = ("texvol", "shaders", "tests", "scripts", "pyproject.toml", "README.md", "LICENSE")
 TIMEOUT = 300.0  # seconds of one run of tests
+_VARIABLE = re.compile(r"^([A-Z_]+)=(\S+) ")
 
 
 @dataclass(frozen=True)
@@ -93,8 +94,9 @@ def planted(tree: Path, mistake: Mistake) -> Iterator[None]:
 
 
 def run_tests(tree: Path, tests: str) -> Outcome:
-    """Run some tests of a tree: names of files in tests/, wherever they are, and options of pytest."""
+    """Run some tests of a tree: a variable, names of files in tests/, and options of pytest."""
     environment = os.environ | {"PYTHONPATH": str(tree), "PYTHONDONTWRITEBYTECODE": "1", "PYTEST_ADDOPTS": ""}
+    environment |= {name: value for name, value in _VARIABLE.findall(tests)}
     options = ["-o", "addopts=", "-p", "no:cacheprovider", "-p", "no:xdist"]
     command = [sys.executable, "-m", "pytest", "-x", "-rf", *options, *arguments_of(tree, tests)]
     start = time.perf_counter()
@@ -105,19 +107,19 @@ def run_tests(tree: Path, tests: str) -> Outcome:
         status, output = done.returncode, done.stdout + done.stderr
     except subprocess.TimeoutExpired:
         status, output = -1, f"no end after {TIMEOUT:g} s"
-    failed = re.findall(r"^FAILED \S+?::(\S+)", output, re.MULTILINE)
+    failed = re.findall(r"^FAILED \S+?::(\S+)", output, re.MULTILINE)[-1:]  # a test may have run others
     return Outcome(status, tuple(failed), time.perf_counter() - start, output)
 
 
 def arguments_of(tree: Path, tests: str) -> list[str]:
-    """Arguments of pytest: each name of a test file becomes its path, from the tree on.
+    """Arguments of pytest: each name of a test file becomes its path in the tree.
 
     Raises
     ------
     DoesNotFitError
         If tests/ does not have exactly one file of a name.
     """
-    words = [word.strip("'") for word in re.findall(r"'[^']*'|\S+", tests)]
+    words = [word.strip("'") for word in re.findall(r"'[^']*'|\S+", _VARIABLE.sub("", tests))]
     found = {name: sorted((tree / "tests").rglob(name)) for name in words if name.endswith(".py")}
     for name, paths in found.items():
         if len(paths) != 1:

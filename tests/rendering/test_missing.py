@@ -18,6 +18,7 @@ from texvol.__main__ import main
 from texvol.cli import information
 from texvol.comparison.pictures import read_picture
 from texvol.formats.readers import TimeSeries
+from texvol.options import texts
 from texvol.provenance.stored_scene import stored_scene_of
 
 HOLES = np.zeros((6, 6, 6), np.bool_)
@@ -305,6 +306,13 @@ def test_a_saved_scene_says_which_values_are_missing(folder: Path) -> None:
     assert first["missing"] == [-3.4028235e38] and second["missing"] == [-(2**63), 1e20]
     how = json.loads(json.dumps({key: value for key, value in first.items() if key != "file"}))
     assert Recent(first["file"], how).options["missing"] == [-3.4028235e38]
+
+
+def test_a_missing_value_keeps_all_its_digits() -> None:
+    """Samples may be of 64 bits, of which float64 does not have the last."""
+    for value in (2**63 - 1, -(2**53) - 1, 2**64 - 1):
+        assert texts.sample_value(str(value)) == value and texts.sample_values([value]) == [value]
+    assert texts.sample_value("1e3") == 1000
 
 
 @pytest.mark.parametrize("value", ["x", "nan", ""])

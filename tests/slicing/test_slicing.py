@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from texvol.scene.camera import Camera, Projection
 from texvol.scene.volume import Volume
+from texvol.slicing import bricks
 from texvol.slicing.slabs import WHOLE_BOX, SlabStacks, slab_stacks
 from texvol.util.errors import InputError
 
@@ -105,3 +106,13 @@ def test_too_many_slabs_are_refused() -> None:
     volume = Volume(np.zeros((8, 8, 8), np.uint8))
     with pytest.raises(InputError, match=r"slab thickness 1e-09 .* at most 1048576"):
         slab_stacks(volume, _camera(volume, (0, 1, 0), 2.0, "orthographic"), 1e-9, SIZE)
+
+
+def test_a_brick_stores_what_half_a_slab_beyond_its_own_part_is_interpolated_from() -> None:
+    """Half a slab reaches so far beyond the face, which lies half a sample before the neighbour's first sample."""
+    volume = Volume(np.zeros((8, 8, 8)))
+    camera = Camera.orthographic(volume.centre - (20, 0, 0), volume.centre, (0, 0, 1), height=8)
+    for slab_thickness in np.linspace(0.1, 6, 60):
+        beyond_first = 0.5 * slab_thickness - 0.5
+        x, _, _ = bricks.margin(volume, camera, (16, 16), float(slab_thickness))
+        assert np.ceil(beyond_first) + 1 <= x <= np.ceil(beyond_first) + 2
