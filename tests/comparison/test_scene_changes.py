@@ -215,7 +215,7 @@ def test_a_volume_that_has_changed_is_held_against_what_is_left(
     status, metadata = told(capsys, "changed.exr", "old.exr")
     assert status == 1 and "volume" in {each["part"] for each in metadata["scene_changes"]}
     assert metadata["oracle"]["verdict"] == "other scene" and metadata["oracle"]["reference_error"] is None
-    assert metadata["oracle"]["candidate_error"] is not None and "it has changed since" in metadata["oracle"]["words"]
+    assert metadata["oracle"]["candidate_error"] is not None and "the file has changed" in metadata["oracle"]["words"]
 
 
 def test_annotations_and_pages_name_the_part() -> None:

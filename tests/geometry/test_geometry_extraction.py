@@ -149,7 +149,7 @@ def test_a_value_that_is_not_met_is_refused(value: float, words: str) -> None:
 
 
 def test_a_value_met_at_single_samples_is_refused() -> None:
-    with pytest.raises(InputError, match="^v.nrrd: no surface: 3 is met at single samples only"):
+    with pytest.raises(InputError, match="^v.nrrd: no surface, since only single samples are 3"):
         surface_of(Volume(np.full((4, 4, 4), 3.0), name="v.nrrd"), 3.0)
 
 

@@ -132,7 +132,7 @@ def test_warnings_are_one_safe_line(
     folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(
-        "texvol.cli.command_line._info", lambda arguments: warnings.warn(f"{EVIL}\nand more", stacklevel=1)
+        "texvol.cli.info.run", lambda arguments: warnings.warn(f"{EVIL}\nand more", stacklevel=1)
     )
     assert command_line.main(["info", "v.npy"]) == 0
     assert capsys.readouterr().err == f"texvol: warning: {SHOWN} and more\n"

@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from texvol.util.color import linear_from_srgb
 from texvol.util.errors import InputError
 from texvol.util.shown_text import shown_line
-from texvol.util.terminal import held_back_stderr, one_line
+from texvol.util.terminal import held_back_stderr, library_reason
 
 FORMATS = {"openexr": "EXR", "png": "PNG", "tiff": "TIFF", "jpeg": "JPEG"}
 _MOST_PIXELS = 1 << 28  # 4 GB in four channels of float32; larger sizes are broken headers
@@ -166,7 +166,7 @@ def read_picture(path: str | os.PathLike[str]) -> Picture:
         complaints = printed.read().decode("utf-8", "replace")
     # libjpeg reports damage on stderr only, and returns grey for the rest.
     if "orrupt" in complaints or "remature" in complaints:
-        raise InputError(f"{name}: cannot be read: {one_line(complaints)}")
+        raise InputError(f"{name}: cannot be read: {library_reason(complaints)}")
     return picture
 
 
@@ -177,7 +177,7 @@ def _read(name: str) -> Picture:
     config.attribute("oiio:UnassociatedAlpha", 1)  # straight colour stays straight: it is multiplied in linear light
     source = oiio.ImageInput.open(name, config)
     if source is None:
-        raise InputError(f"{name}: cannot be read: {one_line(oiio.geterror())}")
+        raise InputError(f"{name}: cannot be read: {library_reason(oiio.geterror())}")
     try:
         spec = source.spec()
         kind = _kind_of(spec, source.format_name(), name)
@@ -190,7 +190,7 @@ def _read(name: str) -> Picture:
     finally:
         source.close()
     if pixels is None or reason:
-        raise InputError(f"{name}: cannot be read: {one_line(reason)}")
+        raise InputError(f"{name}: cannot be read: {library_reason(reason)}")
     texts = {each.name: each.value for each in spec.extra_attribs if isinstance(each.value, str)}
     return _decoded(_in_its_window(np.asarray(pixels), spec), kind, name, texts)
 

@@ -6,7 +6,10 @@ import sys
 from types import TracebackType
 from typing import Any
 
-from texvol.util.terminal import complain, one_line
+from texvol.util.shown_text import one_line
+from texvol.util.terminal import complain
+
+_LONGEST_LINE = 400  # characters
 
 
 class Progress:
@@ -45,7 +48,7 @@ class Progress:
     def say(self, what: str) -> None:
         """Show the current step."""
         if self._bar is not None:
-            self._bar.update(self._task, description=one_line(what))
+            self._bar.update(self._task, description=one_line(what, _LONGEST_LINE))
         else:
             self._line(what)
 
@@ -53,7 +56,7 @@ class Progress:
         """Count a finished step, and show its result."""
         self._done += 1
         if self._bar is not None:
-            self._bar.update(self._task, advance=1, description=one_line(what))
+            self._bar.update(self._task, advance=1, description=one_line(what, _LONGEST_LINE))
         else:
             self._line(f"{self._done}/{self._total} {what}")
 

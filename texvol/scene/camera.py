@@ -32,7 +32,7 @@ class PixelRays:
     """Rays of a picture, affine in the pixel: `point` + x `point_per_column` + y `point_per_row`, likewise `velocity`.
 
     (x, y) counts pixels from the middle of the picture, y upwards. `point` is where the ray meets the plane of
-    constant depth through a reference point, relative to that point; `velocity` is the way that the ray goes while
+    constant depth through a reference point, relative to that point; `velocity` is the path of the ray while
     its depth grows by one world unit (so its length is 1/cos of the angle to the view). Kept relative to the volume,
     so that float32 has digits left when the world's coordinates are large.
     """
@@ -174,7 +174,7 @@ class Camera:
         return np.broadcast_to(np.array(self.eye), across.shape).copy(), directions
 
     def pixel_rays(self, size: tuple[int, int], about: Vector) -> PixelRays:
-        """The same rays, affine in the pixel and relative to the world point `about`."""
+        """Rays of a picture, affine in the pixel and relative to the world point `about`."""
         pixel = 2 * self.half_height / size[1]
         depth = float(self.forward @ (about - self.eye))
         to_axis = self.eye + depth * self.forward - about  # from the reference point to the middle of the picture
@@ -184,7 +184,7 @@ class Camera:
         return PixelRays(to_axis, depth * right, depth * up, self.forward, right, up, depth)
 
     def _reach(self, volume: Volume) -> tuple[float, float]:
-        """How far the box reaches from the line of sight, to the sides and up or down, world units."""
+        """Largest distance of the box from the line of sight, to the sides and up or down, in world units."""
         corners = self.in_eye_space(volume.corners_from_centre, volume.centre)
         return float(np.abs(corners[:, 0]).max()), float(np.abs(corners[:, 1]).max())
 
@@ -201,7 +201,7 @@ class Camera:
 
 
 def _default_view(volume: Volume) -> Vector:
-    """Where an unasked camera looks: at the front of a patient, from the left and a little above; up is +z."""
+    """Default view: at the front of a patient, from the left and a little above; up is +z."""
     anterior = 1.0 if volume.space.lower() in ("right-anterior-superior", "left-anterior-superior") else -1.0
     return volume.radius * np.array([-0.5, -anterior, -0.35])
 

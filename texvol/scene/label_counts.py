@@ -1,4 +1,4 @@
-"""Which labels a volume has, and how many samples each: read through once for as long as there is the volume."""
+"""Labels of a volume and their numbers of samples, counted once for each volume."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A Mask says how much of the matter at each sample is there: 0 hides it, 1 leaves it as it is.
+"""A Mask says how much of the medium at each sample is there: 0 hides it, 1 leaves it as it is.
 
 Emission and extinction are multiplied with the weight: of the samples, before they are interpolated, where the scene is
 classified before (`slab`, `extinction`), or else with the weight that is interpolated in the same way as the value.
@@ -92,7 +92,7 @@ class Mask(KeepsArrays):
 
     @cached_property
     def hidden(self) -> NDArray[np.bool_]:
-        """Where the weight is 0."""
+        """Mask of the samples whose weight is 0."""
         self.check_unchanged()
         return self.array == 0
 
@@ -101,13 +101,13 @@ class Mask(KeepsArrays):
         if self.array.shape != volume.values.shape:
             mine, wanted = (" x ".join(map(str, each.shape[::-1])) for each in (self.array, volume.values))
             raise InputError(
-                f"{self.name}: a mask must have as many samples as its volume, got {mine} samples where {volume.name} has "
-                f"{wanted}"
+                f"{self.name}: a mask must have as many samples as its volume, got {mine} samples where {volume.name} "
+                f"has {wanted}"
             )
 
 
 def _were_integers(volume: Volume) -> bool:
-    """True of integers, also of those that a reader made floats of because some are missing."""
+    """True if the values are integers, or were integers before missing samples made them floats."""
     if volume.values.dtype.kind in "iu":
         return True
     if not volume.has_missing or volume.finite_range is None or volume.finite_range[1] <= 1:

@@ -106,7 +106,7 @@ class Volume(KeepsArrays):
         self._unchanged = Unchanged(*([] if source else shared((self.values, values), (self.colors, colors))))
 
     def moved(self, matrix: ArrayLike) -> Volume:
-        """The same samples elsewhere: `matrix`, of shape (4, 4), takes where they lie in the world to where they go.
+        """Return the volume moved by `matrix`, shape (4, 4), from old to new world coordinates.
 
         Raises
         ------
@@ -203,7 +203,7 @@ class Volume(KeepsArrays):
 
     @cached_property
     def has_missing(self) -> bool:
-        """Whether any sample is NaN."""
+        """True if any sample is NaN."""
         self.check_unchanged()
         return self.values.dtype.kind == "f" and bool(np.isnan(self.values.min()))  # which NaN is the minimum of
 

@@ -81,7 +81,7 @@ class Context:
 
     @property
     def released(self) -> bool:
-        """Whether it can no longer be entered."""
+        """True if the context has been released."""
         return not self._release.alive
 
     def release(self) -> None:

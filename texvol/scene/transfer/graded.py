@@ -1,9 +1,9 @@
 """Matter that depends on the gradient: its emission and extinction, by value and gradient magnitude |∇f|.
 
     Graded    points by value, times clamp((|∇f| - start) / (full - start), 0, 1)
-    Contour   Levoy's isovalue contour (1988): matter times max(0, 1 - |f - value| / (thickness |∇f|))
+    Contour   Levoy's isovalue contour (1988): a medium times max(0, 1 - |f - value| / (thickness |∇f|))
 
-Both are premultiplied: what they add to the emission q and the extinction τ of a place. A value that is NaN has
+Both are premultiplied: what they add to the emission q and the extinction τ of a position. A value that is NaN has
 neither, and a gradient that is NaN counts as none.
 """
 
@@ -95,7 +95,7 @@ class Graded(KeepsArrays):
     def shows_between(
         self, lowest: NDArray[np.float64], highest: NDArray[np.float64], largest_magnitude: ArrayLike
     ) -> NDArray[np.bool_]:
-        """Whether any value from `lowest` to `highest`, on gradients up to `largest_magnitude`, may show."""
+        """True where any value from `lowest` to `highest` may show, for gradients up to `largest_magnitude`."""
         more = (self.extinctions > 0) | (self.emissions > 0).any(axis=1)
         # Beyond the outer points is nothing: a step to 0 at either end.
         values = np.concatenate([self.values[:1], self.values, self.values[-1:]])
@@ -148,7 +148,7 @@ class Contour:
     def shows_between(
         self, lowest: NDArray[np.float64], highest: NDArray[np.float64], largest_magnitude: ArrayLike
     ) -> NDArray[np.bool_]:
-        """Whether any value from `lowest` to `highest`, on gradients up to `largest_magnitude`, may show."""
+        """True where any value from `lowest` to `highest` may show, for gradients up to `largest_magnitude`."""
         if self.extinction == 0 and not any(self.emission):
             return np.zeros(np.broadcast(lowest, highest, largest_magnitude).shape, np.bool_)
         with np.errstate(invalid="ignore", over="ignore"):
@@ -159,6 +159,6 @@ class Contour:
 
 
 def _both(values: ArrayLike, magnitudes: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """As arrays; a gradient magnitude that is NaN is 0."""
+    """Return both as arrays, with 0 for gradient magnitudes that are NaN."""
     magnitudes = np.asarray(magnitudes, np.float64)
     return np.asarray(values, np.float64), np.where(np.isnan(magnitudes), 0.0, magnitudes)

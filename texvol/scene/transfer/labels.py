@@ -32,7 +32,7 @@ _MOST_NAMES = 64  # of labels that a legend might name; of more it could say not
 
 
 class LabelLook(NamedTuple):
-    """How labels are to look, as `label_function` takes it: opacities, linear colours, opacity of those not named."""
+    """Opacities and linear colours of labels, and the opacity of all other labels."""
 
     opacities: dict[int, float]
     colors: dict[int, Color]
@@ -140,7 +140,7 @@ def color_list(name: str = COLOR_LIST) -> NDArray[np.float64]:
 
 
 def parse_labels(text: str) -> LabelLook:
-    """How labels are to look, from LABEL=OPACITY, LABEL=#RRGGBB, LABEL=#RRGGBB:OPACITY and *=OPACITY, with commas.
+    """Parse LABEL=OPACITY, LABEL=#RRGGBB, LABEL=#RRGGBB:OPACITY and *=OPACITY, separated by commas.
 
     Colours are sRGB, as everywhere where they are written so; `*` stands for all labels that are not named but 0.
 

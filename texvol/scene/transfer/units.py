@@ -1,4 +1,4 @@
-"""What the numbers of a transfer-function file stand for: some are relative to a volume."""
+"""Units of the numbers in a transfer-function file, some of them relative to a volume."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _STATISTICS_SAMPLES = 1 << 16  # samples that percentiles are taken from; their 
 
 @dataclass(frozen=True)
 class Units:
-    """Takes the numbers of a file to data and world units.
+    """Conversion of the numbers of a file to data and world units.
 
     Parameters
     ----------
@@ -55,12 +55,12 @@ class Units:
 
     @property
     def per_length(self) -> float:
-        """What an extinction or an emission is to be multiplied with."""
+        """Factor of extinctions and emissions."""
         return 1.0 if self.length == "world" else 1.0 / float(np.linalg.norm(self._wanted.box_edges, axis=0).mean())
 
     @property
     def per_gradient(self) -> float:
-        """What a gradient magnitude is to be multiplied with; positive."""
+        """Factor of gradient magnitudes; positive."""
         if self.gradients == "data":
             return 1.0
         low, high = self._wanted.finite_range or (0.0, 0.0)
@@ -94,7 +94,7 @@ def typical_samples(volume: Volume) -> NDArray[np.float64]:
 
 
 def medium_range(volume: Volume) -> tuple[float, float]:
-    """Values between which the volume's matter lies: from where its background ends to its 99.9th percentile.
+    """Values between which the volume's medium lies: from where its background ends to its 99.9th percentile.
 
     The background is the value that most samples have, if it is near the low end and stands for at least a twentieth
     of them; without one the range starts at the 5th percentile.
