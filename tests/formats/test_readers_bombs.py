@@ -82,7 +82,10 @@ BOMBS = {
     "digits.nhdr": (NRRD % b"raw" + b"data file: f%099999d.raw 1 3 1\n", "such as %03d"),
     "digits2.nhdr": (NRRD % b"raw" + b"data file: f%0999999999d.raw 1 3 1\n", "such as %03d"),
     "words.nhdr": (NRRD % b"raw" + b"data file: f%s.raw 1 3 1\n", "such as %03d"),
-    "many.nhdr": (NRRD % b"raw" + b"data file: f%d.raw 1 99999999 1\n", "its data files must be 1 to 100000, got 99999999"),
+    "many.nhdr": (
+        NRRD % b"raw" + b"data file: f%d.raw 1 99999999 1\n",
+        "its data files must be 1 to 100000, got 99999999",
+    ),
     "none.nhdr": (NRRD % b"raw" + b"data file: f%d.raw 1 3 0\n", "its data files must be 1 to 100000, got 0"),
     "digits.mhd": (MHA % b"f%099999d.raw 1 3 1", "such as %03d"),
     "many.mhd": (MHA % b"f%d.raw 1 99999999 1", "its data files must be 1 to 100000, got 99999999"),

@@ -13,7 +13,7 @@ from support.scenes import constant, smooth_volume
 from texvol import Camera, InputError, Renderer, Scene, Volume
 from texvol.geometry import Mesh, surface_of
 from texvol.ray_casting.projection import isosurface_depth
-from texvol.ray_casting.surfaces import surface_layers
+from texvol.ray_casting.surfaces.layers import surface_layers
 
 GRIDS = {
     "plain": np.eye(3),
