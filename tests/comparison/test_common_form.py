@@ -186,7 +186,7 @@ def test_numbers_that_nobody_says_how_to_show_are_not_compared_with_colours(
     })  # fmt: skip
     for outcome in both_ways(colors, lost):
         assert outcome.status == "broken"
-        assert any("how" in each and "not known" in each for each in outcome.violations)
+        assert any("display" in each and "unknown" in each for each in outcome.violations)
 
 
 @pytest.mark.parametrize("scene", ["lit", "mip", "minip in colours", "over a background"])

@@ -267,7 +267,7 @@ def refused(capsys: pytest.CaptureFixture[str], *line: Any) -> str:
 
 
 def test_a_bad_place_is_refused_before_the_work(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert "is a file" in refused(capsys, "no.npy", "-o", folder / "tf.json")
+    assert "needs a folder, got a file" in refused(capsys, "no.npy", "-o", folder / "tf.json")
     assert "does not exist" in refused(capsys, "no.npy", "-o", folder / "no" / "such")
     assert not (folder / "no").exists()
     check_folder(folder / "new")

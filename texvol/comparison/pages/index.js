@@ -1,4 +1,4 @@
-// Which of the pictures are shown: of one status, and with all the words that are searched for.
+// Filter of the pictures: by status, and by all words of the search.
 
 const articles = [...document.querySelectorAll('article')], buttons = [...document.querySelectorAll('button[data-status]')];
 const search = document.getElementById('search');
@@ -19,5 +19,5 @@ function show() {
 if (search) {
   buttons.forEach(each => each.addEventListener('click', () => { status = each.dataset.status; show(); }));
   search.addEventListener('input', show);
-  show();  // a browser that goes back keeps what was searched for
+  show();  // a browser that goes back keeps the search
 }

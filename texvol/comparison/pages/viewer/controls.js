@@ -1,4 +1,4 @@
-// Buttons, sliders and keys, and the page's address, which keeps what is looked at.
+// Buttons, sliders and keys; the page's address stores the view.
 
 const MODE_KEYS = {s: 'side', b: 'blink', w: 'wipe', d: 'difference', c: 'false', f: 'flip'};
 const element = id => document.getElementById(id);
@@ -127,7 +127,7 @@ function makeControls(stage, pictures, facts, settings) {
     if (target.matches('select, textarea, input:not([type=range], [type=checkbox])')) return false;
     const isOnStage = stage.element.contains(target) || target === document.body;
     if (target === stage.divider && !event.shiftKey && onDivider(event)) return true;
-    // A button has no use for arrows, and was perhaps only clicked on the way.
+    // Arrow keys move the picture also while a button has the focus.
     if (key in arrows) return (isOnStage || target.matches('#viewer button')) && onArrow(event);
     if (key === ' ') {
       if (!isOnStage || !['blink', 'wipe'].includes(settings.mode)) return false;
@@ -150,7 +150,7 @@ function makeControls(stage, pictures, facts, settings) {
     each.disabled = !isOffered(each.dataset.mode);
     each.hidden = each.dataset.mode === 'flip' && !pictures.flip;
     if (each.disabled) each.title = 'for pictures of one size';
-    // A mouse leaves the keys to the picture; who came by keyboard stays on the button.
+    // A click by mouse moves the focus to the picture; a key press leaves it on the button.
     each.addEventListener('click', event => setMode(each.dataset.mode, event.detail > 0));
   });
   const click = {'zoom-in': '+', 'zoom-out': '-', 'zoom-fit': '0', worst: 'x', 'next-broken': 'n', pause: 'p'};

@@ -1,7 +1,7 @@
-// Layers: canvases with one of their pixels for each of the picture, painted anew when what they show changes.
+// Layers: canvases with one pixel for each pixel of the picture, painted again when their content changes.
 
 const MAGENTA = [255, 0, 255];
-const CHECKER = [0.08, 0.16];  // linear light: seen against black and against white
+const CHECKER = [0.08, 0.16];  // linear light; visible against black and white
 const SRGB_STEPS = 16384;  // five for the narrowest level of sRGB
 
 const srgbLevels = Uint8ClampedArray.from({length: SRGB_STEPS + 1}, (_, i) => {

@@ -1,5 +1,5 @@
-// Pixels from the page's data: three bytes for each number, those of equal weight together, deflated.
-// pixel_data.py says what they mean and how true they are.
+// Pixels from the page's data: three bytes for each number, bytes of equal weight together, deflated.
+// pixel_data.py documents format and accuracy.
 
 const MANTISSA_BITS = 14;
 const DROPPED = 23 - MANTISSA_BITS;

@@ -3,7 +3,7 @@
 /** Let the stage be pointed at; `hold(isHeld)` is told of a press while blinking by hand. */
 function pointAt(stage, settings, hold) {
   const {element} = stage, pointers = new Map();
-  let grip = null;  // the divider follows the pointer from this far off
+  let grip = null;  // distance between divider and pointer
 
   const place = event => {
     const pane = event.target.closest('.pane').getBoundingClientRect();
@@ -68,7 +68,7 @@ function pointAt(stage, settings, hold) {
     // A notch of a wheel is 100 to 120 pixels, or 3 lines.
     const pixels = event.deltaY * (event.deltaMode === WheelEvent.DOM_DELTA_PIXEL ? 1 : 40);
     stage.zoomBy(2 ** (-Math.max(-240, Math.min(240, pixels)) / 200), at.x, at.y);
-    if (stage.view.zoom !== before) event.preventDefault();  // the page scrolls on where there is nothing to zoom
+    if (stage.view.zoom !== before) event.preventDefault();  // the page scrolls if the zoom is at its end
   }, {passive: false});
 
   element.addEventListener('dblclick', event => {

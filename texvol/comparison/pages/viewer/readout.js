@@ -1,4 +1,4 @@
-// The numbers of one pixel, in words that a screen reader can say too.
+// Table of the numbers of one pixel, readable by a screen reader.
 
 const CHANNELS = ['red', 'green', 'blue', 'opacity'];
 

@@ -1,5 +1,5 @@
-// The stage: panes that show layers, all with one zoom and position, and the pixel that is pointed at.
-// `view.x`, `view.y` are the picture's coordinates in the middle of a pane, `view.zoom` is CSS pixels for each of its.
+// The stage: panes that show layers, all with one zoom and position, and the selected pixel.
+// `view.x`, `view.y` are the picture's coordinates in the middle of a pane, `view.zoom` the CSS pixels of a picture's pixel.
 
 const LAYERS = {side: ['candidate', 'reference', 'difference'], difference: ['difference'], false: ['false'], flip: ['flip']};
 const NAMES = {candidate: 'candidate', reference: 'reference', difference: 'difference', false: 'difference, false colour', flip: 'ꟻLIP'};
@@ -38,9 +38,9 @@ class Stage {
       const width = (across - GAP * (columns - 1)) / columns, height = (tall - GAP * (rows - 1)) / rows;
       return {columns, width, height, zoom: Math.min(width / this.width, height / this.height)};
     };
-    // Beside each other unless that is much smaller, as for a panorama.
+    // Side by side unless the pictures are much smaller then, as for a panorama.
     const best = fitting(1).zoom > 1.5 * fitting(count).zoom ? fitting(1) : fitting(count);
-    const zoom = best.zoom > 1 ? Math.floor(best.zoom) : best.zoom;  // whole pixels look even
+    const zoom = best.zoom > 1 ? Math.floor(best.zoom) : best.zoom;  // whole factors make pixels of equal size
     this.fitZoom = zoom;
     this.paneWidth = best.width;
     this.paneHeight = Math.max(Math.min(best.height, 120), zoom * this.height);
@@ -193,7 +193,7 @@ class Stage {
     const divider = document.createElement('div');
     divider.id = 'divider';
     divider.tabIndex = 0;
-    const told = {role: 'slider', 'aria-label': 'Wipe: share of the candidate', 'aria-valuemin': 0, 'aria-valuemax': 100};
+    const told = {role: 'slider', 'aria-label': 'Wipe: fraction of the candidate', 'aria-valuemin': 0, 'aria-valuemax': 100};
     Object.entries(told).forEach(([name, value]) => divider.setAttribute(name, value));
     return divider;
   }

@@ -1,4 +1,4 @@
-// Puts it all together once the pixels are there.
+// Starts the viewer when the pixels are decoded.
 
 async function start() {
   const facts = JSON.parse(element('facts').textContent), saved = savedState();
@@ -24,5 +24,5 @@ async function start() {
 }
 
 start().catch(error => {
-  element('stage').textContent = `The pictures can't be shown: ${error.message}. A browser of 2023 or later is wanted.`;
+  element('stage').textContent = `The pictures can't be shown: ${error.message}. The viewer needs a browser of 2023 or later.`;
 });
