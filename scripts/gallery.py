@@ -7,7 +7,8 @@ DATA is the folder of real volumes: what TEXVOL_DATA names, or ../shared/data be
 is not there are left out; the others are of built-in volumes. All are drawn at twice their size and averaged, as light,
 so that edges are smooth. FOLDER also gets the transfer functions and built-in volumes that the page's commands name.
 
-`--references` draws those of the built-in volumes for the README, into tests/references/readme; tests draw them again.
+`--references` draws those of the built-in volumes for the pages, into texvol/docs/pictures/gallery; tests draw them
+again.
 """
 
 from __future__ import annotations
@@ -27,17 +28,16 @@ from gallery_page import page
 from gallery_volumes import built_in
 from numpy.typing import NDArray
 
-from texvol import Renderer, Scene, Volume
+from texvol import Renderer, Scene, TransferFunction, Volume
 from texvol.formats.pictures import image
 from texvol.options import reading as reading_options
 from texvol.options import scene_options as options
 from texvol.scene import display
-from texvol.scene.transfer.files import from_content
 from texvol.util import color, writing
 from texvol.util.errors import InputError, TexvolError
 
 REPOSITORY = Path(__file__).resolve().parents[1]
-REFERENCES = REPOSITORY / "tests" / "references" / "readme"
+REFERENCES = REPOSITORY / "texvol" / "docs" / "pictures" / "gallery"
 REFERENCE_WIDTH = 400
 SUPERSAMPLING = 2
 _FARTHEST_GREY = 0.04  # linear; the nearest of a picture of depth is white
@@ -82,7 +82,7 @@ def scene_of(entry: Entry, data: Path, size: Size) -> Scene | None:
     scene = chosen.scene(volume, in_8_bits=True)
     if entry.transfer_function is None:
         return scene
-    own = from_content(entry.transfer_function, entry.name, volume)
+    own = TransferFunction.from_content(entry.transfer_function, entry.name, volume)
     return replace(scene, transfer_function=own, coloring="tf")
 
 
@@ -180,7 +180,7 @@ def row(each: Drawn) -> tuple[str, str, str, str]:
 
 
 def write_references(renderer: Renderer) -> None:
-    """Draw the pictures of the built-in volumes for the README."""
+    """Draw the pictures of the built-in volumes for the pages."""
     REFERENCES.mkdir(parents=True, exist_ok=True)
     for entry in filter(lambda each: each.is_built_in, ENTRIES.values()):
         path = REFERENCES / f"{entry.name}.png"
@@ -234,7 +234,7 @@ def main() -> int:
     parser.add_argument("-o", "--output", type=Path, metavar="FOLDER")
     parser.add_argument("--only", metavar="NAME,NAME")
     parser.add_argument("--quick", action="store_true", help="half the size")
-    parser.add_argument("--references", action="store_true", help="write tests/references/readme instead")
+    parser.add_argument("--references", action="store_true", help="write texvol/docs/pictures/gallery instead")
     try:
         make(parser.parse_args())
     except TexvolError as error:

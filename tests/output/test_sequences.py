@@ -74,7 +74,7 @@ def test_a_single_step_is_a_series_of_one(folder: Path) -> None:
 @pytest.mark.parametrize(
     ("line", "words"),
     [
-        (["--time", "all", "-o", "a.png"], "numbered by one %d"),
+        (["--time", "all", "-o", "a.png"], "must have one %d"),
         (["--time", "all", "-o", "a_%d.png", "--orbit", "3"], "leave --orbit"),
         (["--time", "all", "-o", "a_%d.png", "--repeat", "3"], "--repeat"),
         (["--time", "9", "-o", "a.png"], "4 time steps"),

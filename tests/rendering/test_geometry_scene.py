@@ -152,7 +152,7 @@ def test_pictures_of_numbers_have_no_place_for_geometry(mode: Any) -> None:
 
 @pytest.mark.parametrize("wrong", [[1], "mesh", [(0, 1, 2)], 3])
 def test_other_things_are_no_geometry(wrong: Any) -> None:
-    with pytest.raises(InputError, match="geometry holds Meshes and Lines, and .* came"):
+    with pytest.raises(InputError, match="each of geometry must be a Mesh or Lines, got "):
         Scene(VOLUME, geometry=wrong)
 
 
@@ -254,7 +254,7 @@ def test_no_geometry_imports_compiles_and_allocates_nothing(tmp_path: Path) -> N
             "trimesh",
             "skimage",
         }
-        assert not loaded & (costly | {"texvol.ray_casting.surface_hits", "texvol.geometry.reading"})
+        assert not loaded & (costly | {"texvol.ray_casting.surfaces.hits", "texvol.geometry.reading"})
 
 
 def test_what_the_shapes_do_without_is_not_compiled(renderer: Renderer) -> None:

@@ -16,6 +16,8 @@ from support.real_data import DATA, real_volume
 
 from texvol import Scene
 from texvol.__main__ import main as texvol_main
+from texvol.comparison.outcome import examine
+from texvol.comparison.pictures import read_picture
 from texvol.formats.pictures import image
 from texvol.ray_casting import raycast
 from texvol.rendering.renderer import Renderer
@@ -53,14 +55,16 @@ def test_a_picture_of_a_built_in_volume_is_the_stored_one(
 
 
 @pytest.mark.parametrize("entry", BUILT_IN, ids=lambda entry: entry.name)
-def test_the_readme_shows_what_is_drawn(entry: Entry, renderer: Renderer, check_picture: Callable[..., None]) -> None:
+def test_the_pages_show_what_is_drawn(entry: Entry, renderer: Renderer, tmp_path: Path) -> None:
     """Made with: python scripts/gallery.py --references."""
-    drawn = gallery.reference(renderer, entry)
-    check_picture(drawn[..., :3], f"readme/{entry.name}", driver=renderer.renderer_name)
+    drawn = tmp_path / "drawn.png"
+    image.write(drawn, gallery.reference(renderer, entry), {"texvol:renderer": renderer.renderer_name})
+    outcome = examine(read_picture(drawn), read_picture(gallery.REFERENCES / f"{entry.name}.png"))
+    assert outcome.passed, outcome.violations
 
 
 def test_no_stored_picture_is_of_nothing() -> None:
-    for folder in (gallery.REFERENCES, gallery.REFERENCES.parent):
+    for folder in (gallery.REFERENCES, gallery.REPOSITORY / "tests" / "references"):
         assert {path.stem for path in folder.glob("*.*")} == {entry.name for entry in BUILT_IN}
 
 

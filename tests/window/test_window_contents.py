@@ -116,7 +116,7 @@ def test_what_can_not_be_added_is_said_and_changes_nothing(folder: Path) -> None
     before = document.scene
     for command, reason in (
         ("add broken.nrrd", "broken.nrrd"),
-        ("add broken.ply", "named as PLY, and is none"),
+        ("add broken.ply", "named PLY, but its content is not PLY"),
         ("add none.npy", "none.npy"),
         ("mask wide.npy", "a mask is of its volume's size"),
     ):

@@ -223,7 +223,7 @@ def test_keys_are_those_that_a_window_tells_of() -> None:
 
 
 def test_a_recording_on_a_full_disk_or_a_device_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="is no file but a device"):
+    with pytest.raises(InputError, match="must be a regular file, got a device"):
         Recorder("/dev/full")
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
     recorder = Recorder(tmp_path / "a.jsonl")

@@ -56,17 +56,17 @@ class Compositor:
         width, height = checked_size(size)
         largest = self.largest_picture
         if not (width <= largest and height <= largest):
-            raise InputError(f"size {width}x{height}: a picture has 1 to {largest} pixels along each side here")
+            raise InputError(f"size {width}x{height}: this driver draws 1 to {largest} pixels along each side")
         return width, height
 
     @property
     def most_textures(self) -> int:
-        """How many textures a drawing may have."""
+        """Largest number of textures of a drawing."""
         return int(self._gl.info["GL_MAX_TEXTURE_IMAGE_UNITS"])
 
     @property
     def target(self) -> moderngl.Framebuffer:
-        """What the picture is drawn into."""
+        """Framebuffer that the picture is drawn into."""
         assert self._target is not None, "a picture has to be begun"
         return self._target
 
@@ -133,7 +133,7 @@ class Compositor:
         self._gl.finish()
 
     def picture(self, color_scale: float = 1.0) -> NDArray[np.float32]:
-        """What was drawn: (height, width, 4) float32, premultiplied, linear, top row first, without `color_scale`."""
+        """Read the picture back: (height, width, 4), premultiplied, linear, top row first, without `color_scale`."""
         assert self._target is not None and self._target_key is not None, "nothing has been drawn yet"
         (width, height), _ = self._target_key
         pixels = np.empty((height, width, 4), np.float32)
@@ -144,7 +144,7 @@ class Compositor:
         return picture
 
     def release(self) -> None:
-        """Give programs and targets back."""
+        """Release programs and targets."""
         for program in self._programs.values():
             program.release()
         self._programs.clear()
@@ -173,7 +173,9 @@ class Compositor:
                 texture = self._gl.texture(size, 4, dtype=MODERNGL_TYPES[target_format])
                 self._target = self._gl.framebuffer([texture])
             except moderngl.Error:
-                raise InputError(f"size {size[0]}x{size[1]}: this driver has no room for such a picture") from None
+                raise InputError(
+                    f"size {size[0]}x{size[1]}: this driver has no memory for a picture of that size"
+                ) from None
             self._target_key = key
         return self._target
 

@@ -1,7 +1,7 @@
-"""Shadows: how much of each light arrives at the nodes of the box, see `texvol.scene.lighting`.
+"""Shadows: how much of each light reaches the nodes of the box, see `texvol.scene.lighting`.
 
-The ways from all nodes to a light are walked on the device, a pixel for each node, through the post-classified matter,
-whatever the classification of the picture; bricks add up. What is found is kept until the matter or the lights change.
+The rays from all nodes to a light are walked on the device, a pixel for each node, through the post-classified medium,
+whatever the classification of the picture; bricks add up. What is found is kept until the medium or the lights change.
 """
 
 from __future__ import annotations
@@ -27,16 +27,16 @@ from texvol.slicing.bricks import Brick
 from texvol.textures.shaded_samples import LightTransmittance
 from texvol.textures.value_texture import ValueTexture, bake_values
 
-_MOST_PARTS = 2048  # of a way through the box: more would take seconds
+_MOST_PARTS = 2048  # of a path through the box: more would take seconds
 
 
 class Shadows:
-    """Programs, and textures of what arrives of at most four lights; every method needs the context to be current.
+    """Light transmittance of at most four lights, as textures; methods need the context to be current.
 
     Parameters
     ----------
     budget : int
-        Bytes that the textures of the matter that casts them may take.
+        Bytes that the textures of the medium that casts them may take.
     """
 
     def __init__(self, context: Context, budget: int) -> None:
@@ -48,7 +48,7 @@ class Shadows:
         self.textures: list[moderngl.Texture3D] = []
 
     def prepare(self, scenes: Sequence[CompleteScene], thickness: float) -> list[LightTransmittance] | None:
-        """Have what arrives at the nodes of each volume, as found by parts of about a slab's thickness.
+        """Find the light transmittance at the nodes of each volume, by steps of about a slab's thickness.
 
         `scenes` are those of one volume each, see `CompleteScene.each_alone`. None where no shadows are cast.
         """
@@ -99,7 +99,7 @@ class Shadows:
         part_length: float,
         cutting: Cutting,
     ) -> NDArray[np.float32]:
-        """How deep the matter is between the nodes (z, y, x) of a volume, its own or another, and a light."""
+        """Optical depth between the nodes (z, y, x) of a volume and a light."""
         nx, ny, nz = nodes = shadow_nodes(receiving)
         target = self._gl.framebuffer([self._gl.texture((nx, ny * nz), 1, dtype="f4")])
         depth = np.zeros((nz, ny, nx), np.float32)
@@ -117,7 +117,7 @@ class Shadows:
         return depth
 
     def release(self) -> None:
-        """Give everything back."""
+        """Release everything on the device."""
         for program in self._programs.values():
             program.release()
         self._programs.clear()
@@ -184,7 +184,7 @@ class Shadows:
 
 
 def _from_other_box(volume: Volume, other: Volume) -> dict[str, Any]:
-    """What takes shares of another volume's box to those of one's own."""
+    """Uniforms of the transformation from another volume's box to this volume's box, both in fractions of the edges."""
     to_box = volume.index_from_world / np.array(volume.dimensions)[:, np.newaxis]
     matrix = to_box @ other.box_edges
     corner = 0.5 + to_box @ (other.centre - volume.centre) - matrix.sum(axis=1) / 2

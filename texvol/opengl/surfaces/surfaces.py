@@ -1,8 +1,8 @@
-"""Surfaces and lines between the matter: a ray goes through matter up to one, through that, through matter again.
+"""Surfaces and lines inside the medium; each ray alternates between intervals of the medium and surfaces.
 
-    opaque shapes                ─► the place where each ray ends
-    translucent ones, repeatedly ─► the next place on each ray, and what it sees there (depth peeling, Everitt 2001)
-    between two places           ─► a stretch, in which the volume is drawn as ever, its end slabs cut at the places
+    opaque shapes                ─► the position where each ray ends
+    translucent ones, repeatedly ─► the next position on each ray, and what it sees there (depth peeling, Everitt 2001)
+    between two positions        ─► an interval, in which the volume is drawn as usual, with its end slabs cut
 
 and all of it is composited front to back. Imported, compiled and allocated when a scene has geometry.
 """
@@ -53,7 +53,7 @@ class Surfaces:
         self._query = gl.query(samples=True)
 
     def prepare(self, scene: CompleteScene, size: tuple[int, int], slab_thickness: float) -> None:
-        """Have the scene's shapes on the device, as they lie in a picture of (width, height) pixels.
+        """Upload the scene's shapes as they lie in a picture of (width, height) pixels, unless they are there.
 
         Raises
         ------
@@ -90,7 +90,7 @@ class Surfaces:
     def _finds_next(
         self, drawing: Drawing, vertices: moderngl.Buffer | None, behind: _Layer, in_front_of: _Layer, into: _Layer
     ) -> bool:
-        """Whether any ray has a place between those of two layers; if so, the next or else the farther ones, `into`."""
+        """Find the next surfaces between two layers and draw them `into` a third; return False if there are none."""
         if vertices is None:
             return False
         assert self._shapes is not None and self._targets is not None
@@ -174,7 +174,7 @@ class Surfaces:
         return self._programs[key]
 
     def release(self) -> None:
-        """Give everything back."""
+        """Release everything on the device."""
         for program in self._programs.values():
             program.release()
         self._programs.clear()
@@ -194,7 +194,7 @@ class Surfaces:
 
 
 class _Layer:
-    """What the rays of a picture see at their places, and these places, see surface.frag; and targets for both."""
+    """Layer of surfaces: colours and positions along the rays of a picture, see surface.frag, and targets for both."""
 
     def __init__(self, gl: moderngl.Context, size: tuple[int, int], depth: moderngl.Renderbuffer) -> None:
         self.color = gl.texture(size, 4, dtype="f4")
@@ -218,7 +218,9 @@ class _Targets:
             self.nearest = gl.texture(size, 1, dtype="f4")
             self.nearest_only = gl.framebuffer([self.nearest])
         except moderngl.Error:
-            raise InputError(f"size {size[0]}x{size[1]}: this driver has no room for such a picture") from None
+            raise InputError(
+                f"size {size[0]}x{size[1]}: this driver has no memory for a picture of that size"
+            ) from None
 
     def release(self) -> None:
         for layer in (self.last, *self.passing):
@@ -242,7 +244,7 @@ class _OnDevice:
         longest = int(gl.info["GL_MAX_TEXTURE_SIZE"])
         if rows > longest or len(primitives.shape) >= 1 << 24:
             count = len(primitives.shape)
-            raise InputError(f"{count} triangles and lines are seen, and this driver has no room for so many")
+            raise InputError(f"{count} triangles and lines are in view, more than this driver has memory for")
         padded = np.zeros((rows * TABLE_WIDTH, 4), np.float32)
         padded[: len(table)] = table
         self.table = gl.texture((TABLE_WIDTH, rows), 4, padded, dtype="f4")

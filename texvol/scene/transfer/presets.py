@@ -2,7 +2,7 @@
 
 A preset's extinction is per mean edge of the volume's box, so that it looks the same on a tooth and on a thorax. The
 CT presets are in Hounsfield units where the volume's range is that of such data; elsewhere, and in all other presets,
-values are shares of the range that holds the matter: from where the background ends to the 99.9th percentile.
+values are fractions of the range that holds the medium: from where the background ends to the 99.9th percentile.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from texvol.util.errors import InputError
 
 Point = tuple[float, tuple[float, float, float], float]  # value, linear colour, extinction per mean edge of the box
 
-# Each CT preset twice: in Hounsfield units, and in shares of the matter's range for rescaled or 8-bit CT.
+# Each CT preset twice: in Hounsfield units, and in fractions of the medium's range for rescaled or 8-bit CT.
 _CT: dict[str, tuple[list[Point], list[Point]]] = {
     "ct-bone": (
         [
@@ -138,7 +138,7 @@ def preset(name: str, volume: Volume, materials: Sequence[str] | None = None) ->
         return TransferFunction.from_content(content, name, volume, materials)
     if materials is not None:
         asked = ", ".join(map(repr, materials))
-        raise InputError(f"the preset {name} has no materials, and {asked} can't be chosen from it")
+        raise InputError(f"materials {asked} not found: the preset {name} has none")
     if name in _CT:
         hounsfield, fractions = _CT[name]
         if _is_hounsfield(volume):
@@ -150,7 +150,7 @@ def preset(name: str, volume: Volume, materials: Sequence[str] | None = None) ->
 def _check_measured(name: str, volume: Volume) -> None:
     if volume.labels and name in PRESETS:
         raise InputError(
-            f"{volume.name}: its values are labels, and the preset {name} is for measured ones; "
+            f"{volume.name}: the preset {name} needs measured values, got labels; "
             "without a transfer function each label has a colour"
         )
 
@@ -158,7 +158,7 @@ def _check_measured(name: str, volume: Volume) -> None:
 def _content_of(name: str, volume: Volume) -> dict[str, Any] | None:
     """A preset as a file would have it, or None if it is made of points alone."""
     if name not in PRESETS:
-        raise InputError(f"there is no preset {name!r}; there are {', '.join(PRESETS)}")
+        raise InputError(f"preset {name!r} not found; known are {', '.join(PRESETS)}")
     if name in _OF_THE_HISTOGRAM:
         from texvol.scene.transfer import histogram
 
@@ -197,7 +197,7 @@ def _proposed(volume: Volume) -> TransferFunction:
 
 
 def proposed_beside(volume: Volume, number: int) -> TransferFunction:
-    """The same for one of several volumes, in a hue by its number, so that people see which is which."""
+    """Transfer function for one of several unknown volumes, in a hue that depends on its number."""
     proposed = proposed_for(volume)
     if volume.labels or volume.colors is not None:
         return proposed
@@ -226,7 +226,7 @@ def _from_points(points: list[Point], volume: Volume, values: str, name: str) ->
 
 
 def _ramp(name: str) -> list[Point]:
-    """A perceptual colour map, 17 points, with an extinction that grows with the square of the share."""
+    """A perceptual colour map, 17 points, with an extinction that grows with the square of the fraction."""
     from cmap import Colormap
 
     from texvol.util.color import linear_from_srgb

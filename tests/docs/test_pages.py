@@ -1,0 +1,113 @@
+"""Every command and every Python block of the README and of the pages runs, in a folder with small example volumes."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from support.page_blocks import PAGES, REPOSITORY, Block, blocks
+
+from texvol.__main__ import main as texvol_main
+
+# Blocks that need a network, a display or an hour; each says so above it.
+NOT_RUN = {"README": 2, "benchmarks": 1, "contributing": 1, "first-ten-minutes": 2, "looks": 1, "window": 2}
+MARKS = {"", "file", "not run", "output", "status"}
+LANGUAGES = {"sh", "python", "text", "json", "toml", "yaml"}
+RUN = [page for page in PAGES if any(each.language in ("sh", "python") for each in blocks(page))]
+
+
+@pytest.fixture(scope="session")
+def volumes(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the example volumes, a sixth as fine along each axis as the pictures of the pages are made from."""
+    folder = tmp_path_factory.mktemp("volumes")
+    script = REPOSITORY / "scripts" / "example_volumes.py"
+    environment = os.environ | {"PYTHONPATH": str(REPOSITORY)}
+    subprocess.run([sys.executable, script, "-o", folder, "--spacing", "12"], check=True, env=environment)
+    return folder
+
+
+@pytest.fixture
+def workplace(volumes: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The current folder of a page's commands, with the volumes in it."""
+    for path in volumes.iterdir():
+        shutil.copy(path, tmp_path)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("CI", raising=False)
+    monkeypatch.delenv("GITHUB_ACTIONS", raising=False)
+    return tmp_path
+
+
+@pytest.mark.parametrize("page", RUN)
+def test_commands_and_python_blocks_of_a_page_run(
+    page: str, workplace: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    names: dict[str, object] = {"__name__": "page"}
+    printed = ""
+    for block in blocks(page):
+        where = f"{PAGES[page].name}, line {block.line}"
+        if block.mark == "file":
+            path = workplace / block.argument
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(block.text, encoding="utf-8")
+        elif block.mark == "output":
+            assert printed == block.text, where
+        elif block.mark != "not run" and block.language == "sh":
+            run_commands(block, where)
+        elif block.language == "python":
+            capsys.readouterr()
+            exec(compile(block.text, where, "exec"), names)
+            printed = capsys.readouterr().out
+
+
+def run_commands(block: Block, where: str) -> None:
+    """Run a shell block; each command ends with the status that the page says, 0 unless it does."""
+    expected = int(block.argument) if block.mark == "status" else 0
+    for words in block.commands:
+        if words[0] == "texvol":
+            status = texvol_main(words[1:])
+        else:
+            assert words[0] == "pytest", f"{where}: {words[0]} is not run here, and no comment says why"
+            line = [sys.executable, "-m", *words, "-p", "no:cacheprovider"]
+            environment = os.environ | {"PYTHONPATH": str(REPOSITORY)}
+            status = subprocess.run(line, env=environment, check=False).returncode
+        assert status == expected, f"{where}: {' '.join(words)}"
+
+
+def test_blocks_that_are_not_run_say_why_and_are_counted() -> None:
+    left_out = [(page, each) for page in PAGES for each in blocks(page) if each.mark == "not run"]
+    assert all(block.argument.startswith(("needs a network", "needs a display", "takes ")) for _, block in left_out)
+    counts = {page: sum(other == page for other, _ in left_out) for page, _ in left_out}
+    assert counts == NOT_RUN
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_blocks_are_of_a_known_language_and_mark(page: str) -> None:
+    found = list(blocks(page))
+    fences = PAGES[page].read_text(encoding="utf-8").count("\n```")
+    assert fences == 2 * len(found), "a block that is not closed, or stands inside a list, is not found"
+    for block in found:
+        assert block.language in LANGUAGES and block.mark in MARKS, f"{PAGES[page].name}, line {block.line}"
+        assert block.language != "json" or block.mark == "file", "a file that is shown is written and used"
+
+
+def outputs(page: str) -> Iterator[tuple[int, str]]:
+    """Line and name of each file that a page's commands write with -o."""
+    for block in blocks(page):
+        if block.language == "sh":
+            for words in block.commands:
+                yield from ((block.line, words[at + 1]) for at, word in enumerate(words) if word in ("-o", "--output"))
+
+
+def test_the_cookbook_has_a_picture_above_each_command() -> None:
+    sections = PAGES["cookbook"].read_text(encoding="utf-8").split("\n## ")[1:]
+    written = {Path(name).stem for _, name in outputs("cookbook")}
+    for section in sections:
+        title, _, rest = section.partition("\n\n")
+        assert rest.startswith("!["), f"{title}: no picture"
+        name = rest.partition("](pictures/")[2].partition(")")[0]
+        assert Path(name).stem in written and f" {Path(name).stem}." in rest, f"{title}: no command writes {name}"
