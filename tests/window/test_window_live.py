@@ -126,7 +126,7 @@ def test_a_turn_keeps_up_and_is_written_down(display: str, tmp_path: Path) -> No
 def test_without_a_display_the_error_points_to_render(tmp_path: Path) -> None:
     done = viewed(None, tmp_path, ball(tmp_path))
     assert done.returncode == 2
-    assert done.stderr.startswith("texvol: error: there is no display") and "texvol render" in done.stderr
+    assert done.stderr.startswith("texvol: error: cannot open a window: no display") and "texvol render" in done.stderr
     assert done.stderr.count("\n") == 1
     done = viewed(":4321", tmp_path, ball(tmp_path))
     assert done.returncode == 2 and "DISPLAY=:4321" in done.stderr
