@@ -227,7 +227,7 @@ def test_a_detailed_status_tells_new_and_broken_apart(here: Path, capsys: pytest
         (["a.exr", "a.exr", "--output", "./a.exr"], "must not overwrite an input"),
         (["--self-test", "a.exr", "--html", "a.exr"], "must not overwrite an input"),
         (["a.exr", "a.exr", "--html", "x.png", "--output", "x.png"], "two files"),
-        (["a.exr", "a.exr", "--html", "/dev/null"], "no file"),
+        (["a.exr", "a.exr", "--html", "/dev/null"], "must be a regular file"),
         (["a.exr", "/dev/zero"], "no file"),
         (["\udcff.exr", "a.exr"], "UTF-8"),
     ],

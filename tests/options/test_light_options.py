@@ -175,9 +175,7 @@ def test_a_mode_on_the_line_drops_what_the_file_says_for_another() -> None:
     assert chosen("--mode", "composite", file=ct).window is None
     assert chosen("--mode", "xray", file=ct).window == (40, 400)
     assert scene("--mode", "isosurface", file=iso).isovalue == 5
-    with pytest.raises(
-        InputError, match="--window needs --mode xray or mip or minip or average, got --mode comp"
-    ):
+    with pytest.raises(InputError, match="--window needs --mode xray or mip or minip or average, got --mode comp"):
         chosen("--mode", "composite", "--window", "1,2", file=ct)
 
 

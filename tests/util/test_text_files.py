@@ -158,7 +158,7 @@ def test_files_are_of_a_bounded_size(tmp_path: Path, kind: str) -> None:
     path = tmp_path / f"a{ENDINGS.get(kind, '.toml')}"
     with path.open("wb") as file:
         file.truncate(1 << 40)
-    assert "is too long: 1099511627776 bytes" in refusal((TOML | JSON | OTHERS)[kind], path)
+    assert "got 1099511627776" in refusal((TOML | JSON | OTHERS)[kind], path)
 
 
 @pytest.mark.parametrize("kind", [*TOML, *JSON, "transform"])
