@@ -118,7 +118,7 @@ def orbit(run: Run) -> None:
 
 def vtk_scene(scene: Scene) -> dict[str, object]:
     """The scene for `benchmark_vtk_picture.py`."""
-    camera, points = scene.camera_for(SIZE), scene.transfer_function
+    camera, points = scene.completed(SIZE).camera, scene.transfer_function
     assert points is not None
     grid = np.unique(np.concatenate([np.linspace(points.values[0], points.values[-1], _FINE_GRID), points.values]))
     numbers = points.at(grid)
@@ -141,7 +141,7 @@ def _as_drawn(scene: Scene) -> Scene:
 
 def _files(folder: Path, scene: Scene) -> Iterator[str]:
     """The scene as words of a command line: files in the folder, and the camera."""
-    camera, points = scene.camera_for(SIZE), scene.transfer_function
+    camera, points = scene.completed(SIZE).camera, scene.transfer_function
     assert points is not None
     np.save(folder / "values.npy", scene.volume.values)
     (folder / "function.json").write_text(json.dumps(points.as_json()))

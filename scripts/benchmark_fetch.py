@@ -53,7 +53,7 @@ class PlainFetch:
         assert scene.transfer_function is not None
         self._scene, self._size = scene, size
         self._context = open_context()
-        baked = bake(scene, scene.transfer_function, scene.camera_for(size), slab_thickness, texel_format)
+        baked = bake(scene.completed(size), slab_thickness, texel_format)
         with self._context:
             gl = self._context.gl
             dtype = MODERNGL_TYPES[baked.texel_format]
@@ -83,7 +83,7 @@ class PlainFetch:
 
     def _draw(self, slab_thickness: float) -> None:
         volume, size = self._scene.volume, self._size
-        rays = self._scene.camera_for(size).pixel_rays(size, volume.centre)
+        rays = self._scene.completed(size).camera.pixel_rays(size, volume.centre)
         box = volume.index_from_world / np.array(volume.dimensions)[:, np.newaxis]
         uniforms = {
             "picture_middle": (size[0] / 2, size[1] / 2),

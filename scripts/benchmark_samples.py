@@ -52,7 +52,7 @@ def _sample_row(run: Run, renderer: Renderer, scene: Scene, rate: float) -> None
             run.rounds,
         )
     each, bare = (1e9 * times[name] / drawn for name in ("frame", "fetch"))
-    camera = scene.camera_for(SIZE)
+    camera = scene.completed(SIZE).camera
     row(
         classification,
         camera.projection,

@@ -71,7 +71,7 @@ class Rays:
 
 def rays_of(drawing: Drawing) -> Rays:
     """The rays of a drawing, clipped to the box and to what lies in front of the eye."""
-    volume, camera = drawing.scene.volume, drawing.scene.camera_for(drawing.size)
+    volume, camera = drawing.scene.volume, drawing.scene.completed(drawing.size).camera
     origins, directions = camera.rays(drawing.size)
     from_centre = origins - volume.centre
     direction = directions @ volume.index_from_world.T

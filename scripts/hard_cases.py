@@ -67,7 +67,9 @@ class Outcome:
 def run(case: HardCase, renderer: Renderer) -> Outcome:
     """The case drawn twice, the second time timed, and compared."""
     picture, truth, seconds = _pair(case, case.scene, renderer)
-    slabs = slab_stacks(case.scene.volume, case.scene.camera_for(case.size), case.slab_thickness, case.size).slab_count
+    slabs = slab_stacks(
+        case.scene.volume, case.scene.completed(case.size).camera, case.slab_thickness, case.size
+    ).slab_count
     bound = case.bound(Drawing(case.scene, case.size, case.slab_thickness, slabs, truth))
     if case.turned:
         turned, turned_truth, _ = _pair(case, case.turned, renderer)

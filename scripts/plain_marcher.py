@@ -36,7 +36,7 @@ class PlainMarcher:
     def __init__(self, scene: Scene, size: tuple[int, int] = (512, 512)) -> None:
         volume, transfer_function = scene.volume, scene.transfer_function
         assert transfer_function is not None, "the marcher proposes no transfer function"
-        camera = scene.camera_for(size)
+        camera = scene.completed(size).camera
         self._size = size
         self._values = np.ascontiguousarray(volume.values, np.float32)
         low, high = volume.finite_range or (0.0, 1.0)

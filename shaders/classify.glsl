@@ -1,22 +1,22 @@
-// The transfer function after interpolation: which matter is at a place of some value, and what a slab of it looks like.
+// The transfer function: the medium at a value, and the colour and opacity of a path through it.
 //
-// Matter is (r, g, b, extinction), and r, g, b straight colour, or emission where that is a number of its own.
-// A sum of ramps where that is exact to rounding, which costs next to nothing for a few of them; otherwise segments
-// between control points, found by a grid and a binary search.
-// Lengths are in the volume's smallest spacing.
+// A medium is (r, g, b, extinction), where r, g, b is straight colour, or emission if the transfer function has a
+// number for it. The function is a sum of ramps where that is exact to rounding, which costs next to nothing for a
+// few ramps; otherwise it is a table of segments between control points, in which a grid and a binary search find a
+// value. Lengths are in the volume's smallest spacing.
 //
-// Switches: RAMPS n: how many ramps there are; 0: segments.
-//           MISSING 1: there may be NaN, which is nothing.
-//           EMISSIVE 1: what glows is a number of its own, 2: likewise, and opaque matter shows its straight colour;
-//                    0: it is colour times extinction.
+// Switches: RAMPS n: number of ramps; 0: segments.
+//           MISSING 1: values may be NaN, where there is no medium.
+//           EMISSIVE 0: emission is colour times extinction; 1: emission is a number of its own, 2: likewise, and an
+//                    opaque medium shows its straight colour.
 
 #include "optics.glsl"
 #include "held.glsl"
 
-// Stands for an infinite extinction: opaque over any length but 0, and what glows is nothing beside it.
+// Stands for an infinite extinction: opaque over any length but 0, and emission is nothing beside it.
 const float OPAQUE = 1e24;
 
-// Colour and opacity over a path in matter of straight colour.
+// Premultiplied colour and opacity of a path through a medium of straight colour.
 vec4 color_of_straight(vec4 medium, float path_length) {
     float opacity = opacity_from_depth(medium.a * path_length);
     return vec4(medium.rgb * opacity, opacity);
@@ -31,10 +31,10 @@ vec4 color_of_glowing(vec4 medium, float path_length) {
 
 #if RAMPS
 
-#if RAMPS <= 3  // there is no room for more
+#if RAMPS <= 3  // there is no room for more flat uniforms
 flat uniform vec4 ramp_base;      // colour and extinction before the first ramp
-flat uniform vec4 ramp_rises[RAMPS];   // how much each ramp adds from its start to its end
-flat uniform vec3 ramp_positions[RAMPS];  // where it starts, 1 / its width, and where it ends
+flat uniform vec4 ramp_rises[RAMPS];   // what each ramp adds from its start to its end
+flat uniform vec3 ramp_positions[RAMPS];  // start, 1 / width and end of each ramp
 #else
 uniform vec4 ramp_base;
 uniform vec4 ramp_rises[RAMPS];
@@ -44,17 +44,18 @@ vec4 held_base = HELD(ramp_base);
 
 #include "each_ramp.glsl"
 
-// Copies for the loop over the slabs: Mesa's software driver fetches a uniform anew each time, and keeps an array in
-// memory, which makes a sample twice as dear.
+// Copies of the ramps for the loop over the slabs: Mesa's software driver fetches a uniform anew each time, and
+// keeps an array in memory, which makes a sample twice as expensive.
 #define DECLARE(rise, position, i) vec4 rise; vec3 position;
 EACH_RAMP(DECLARE)
 
+// Fill the copies; to be called before any medium is asked for.
 void load_ramps() {
 #define LOAD(rise, position, i) rise = ramp_rises[i]; position = ramp_positions[i];
     EACH_RAMP(LOAD)
 }
 
-// NaN is nothing.
+// Medium at a value; 0 at NaN.
 vec4 medium_of_value(float value) {
     vec4 medium = held_base;
 #define ADD(rise, position, i) medium += rise * clamp((value - position.x) * position.y, 0.0, 1.0);
@@ -67,8 +68,8 @@ vec4 medium_of_value(float value) {
 
 #else
 
-uniform sampler2D segments;       // three rows for each 4096 of them, see value_texture.py
-uniform sampler2D segment_grid;   // first and last segment that a value in the cell may lie in
+uniform sampler2D segments;       // three rows for each 4096 of them, see textures/value_texture.py
+uniform sampler2D segment_grid;   // first and last segment in which a value of the cell may lie
 uniform float grid_low;
 uniform float grid_per_value;
 uniform int grid_cells;
@@ -84,6 +85,10 @@ struct Segment {
     float opaque;                 // 0, or 1 from its start on, or 2 above its start
 };
 
+// There are no ramps to load.
+void load_ramps() {
+}
+
 vec4 segment_row(int index, int row) {
     return texelFetch(segments, ivec2(index & 4095, (index >> 12) * 3 + row), 0);
 }
@@ -95,9 +100,9 @@ Segment segment_at(int index) {
     return Segment(range.x, range.y, range.z, range.w, first.rgb, second.rgb, second.a, first.a);
 }
 
-// Number of control points at or below the value.
+// Index of the segment of a value: the number of control points at or below it.
 int segment_of(float value) {
-    // Clamped before: a far-off value's cell is beyond all integers.
+    // Clamped before the conversion: a far-off value's cell is beyond all integers.
     int cell = int(clamp((value - grid_low) * grid_per_value, 0.0, float(grid_cells - 1)));
     vec4 range = texelFetch(segment_grid, ivec2(cell, 0), 0);
     int first = int(range.x);
@@ -106,12 +111,12 @@ int segment_of(float value) {
         int middle = (first + last) / 2;
         if (value < segment_row(middle, 0).y) last = middle;
         else first = middle + 1;
-        if (first >= last) break;  // see leap.glsl
+        if (first >= last) break;  // see compositing.glsl
     }
     return first;
 }
 
-// Where in its segment a value lies, from 0 to 1.
+// Fraction of its segment at which a value lies, 0 to 1.
 float fraction_of(Segment segment, float value) {
     return clamp((value - segment.start) * segment.per_width, 0.0, 1.0);
 }
@@ -128,12 +133,12 @@ bool is_opaque(Segment segment, float value) {
     return segment.opaque == 1.0 || (segment.opaque == 2.0 && value > segment.start);
 }
 
-// What shows of matter behind which nothing does.
+// Colour and opacity of an opaque medium.
 vec4 opaque_color(vec3 color) {
     return vec4(EMISSIVE == 1 ? vec3(0.0) : color, 1.0);
 }
 
-// NaN is nothing.
+// Medium at a value; 0 at NaN.
 vec4 medium_of_value(float value) {
     Segment segment = segment_at(segment_of(value));
     float fraction = fraction_of(segment, value);

@@ -1,4 +1,4 @@
-// How much longer a ray is between two planes across the view than these are apart.
+// Length of a ray between two planes across the view, relative to their distance.
 //
 // Switches: PERSPECTIVE 1: rays diverge, 0: they are parallel.
 
@@ -6,7 +6,7 @@
 flat uniform float tangent_per_pixel;
 #endif
 
-// `pixel` counts from the middle of the picture.
+// Obliquity of the ray through `pixel`, which is counted from the middle of the picture: at least 1.
 float obliquity_of(vec2 pixel) {
 #if PERSPECTIVE
     vec2 tangent = pixel * tangent_per_pixel;

@@ -1,5 +1,7 @@
-// Double precision where the driver has it, under names that hold without it as well.
+// Types `real`, `real2`, `real3` and `real4`: double precision where the driver has it, single precision where it
+// has not, or where the program included single_precision.glsl first.
 
+#ifndef real
 #extension GL_ARB_gpu_shader_fp64 : enable
 
 #ifdef GL_ARB_gpu_shader_fp64
@@ -12,4 +14,5 @@
 #define real2 vec2
 #define real3 vec3
 #define real4 vec4
+#endif
 #endif

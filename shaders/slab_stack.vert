@@ -1,5 +1,5 @@
 #version 330
-// One vertex of a polygon that covers the projection of a slab stack; it is already where it belongs on the screen.
+// One vertex of a polygon that covers the projection of a slab stack, in normalised device coordinates.
 
 in vec2 in_position;     // normalised device coordinates
 in vec2 in_slab_range;   // first slab of the stack, and the one after its last

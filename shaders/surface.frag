@@ -1,37 +1,24 @@
 #version 330
-// Where a pixel's ray meets a triangle or a line, and what it sees there; the formulas are in geometry/on_screen.py.
+// The depth at which a pixel's ray meets a triangle or a line, and the colour that it sees there; the formulas are in
+// opengl/surfaces/on_screen.py.
 //
-// A *place* is the number of a primitive, its depth in float32 and what that leaves of it, and as bits the lines that are
-// done with. In a pixel places follow each other by depth in float32, and at one depth by number. The same program first
-// finds the depth of the nearest place behind one and in front of another, and then shows what is there: so that it
-// finds the same depth to the last bit both times.
+// A *position* on a ray is the number of a primitive, the depth in float32, the rest that float32 leaves of the
+// depth, and as bits the lines that the ray has passed. In a pixel positions are ordered by depth in float32, and at
+// one depth by number. The same program first finds the depth of the nearest position behind one position and in
+// front of another, and then shows the primitive there: so that it finds the same depth to the last bit both times.
 //
-// Switches: LINES 1: there are lines. HALF_SPACES: see depths.glsl.
+// Switches: LINES 1: there are lines. HALF_SPACES: see half_spaces.glsl.
 //           LIT, CUE, PERSPECTIVE and those of lights: see seen.glsl; without light shapes show their colours.
 
-#include "precision.glsl"
+#include "half_spaces.glsl"
+#include "pixel_ray.glsl"
 #include "seen.glsl"
+#include "view.glsl"
 
-uniform bool finds_depth;         // or shows what is at the nearest depth
-uniform sampler2D behind;         // the place behind which
-uniform sampler2D in_front_of;    // and that in front of which
-uniform sampler2D nearest;        // depth
-uniform vec2 picture_middle;      // pixels
-uniform float eye_depth;
-#if HALF_SPACES || POINT_LIGHTS
-// As in ray.glsl.
-uniform real3 point;
-uniform real3 point_per_column;
-uniform real3 point_per_row;
-uniform real3 velocity;
-#if PERSPECTIVE
-uniform real3 velocity_per_column;
-uniform real3 velocity_per_row;
-#endif
-#endif
-#if HALF_SPACES
-uniform real4 half_spaces[HALF_SPACES];
-#endif
+uniform bool finds_depth;         // true: find the nearest depth; false: show the primitive there
+uniform sampler2D behind;         // positions behind which a primitive is looked for
+uniform sampler2D in_front_of;    // positions in front of which it is looked for
+uniform sampler2D nearest;        // depths that were found
 
 // See surface.vert.
 flat in float number;
@@ -42,22 +29,23 @@ flat in vec4 low[3];
 #if LIT
 flat in vec3 normals[3];
 #endif
-layout(location = 0) out vec4 color;  // premultiplied; or the depth
-layout(location = 1) out vec4 position_out;
+layout(location = 0) out vec4 color;  // premultiplied colour and opacity; or the depth
+layout(location = 1) out vec4 ray_position;
 
-const float TIE = 1.0 / 4096.0;   // TIE of on_screen.py
+const float TIE = 1.0 / 4096.0;   // pixels; TIE of on_screen.py
 
+// Numbers of the primitive.
 real4 row(int index) {
     return real4(high[index]) + real4(low[index]);
 }
 
-// Whether a weight of 0 counts as inside: it does on one side of an edge.
+// True if a weight is inside of an edge; a weight of 0 is so for one of the two triangles at the edge.
 bool is_inside(real weight, real4 edge) {
     bool owns = edge.x > 0.0 || (edge.x == 0.0 && (edge.y > 0.0 || (edge.y == 0.0 && edge.z > 0.0)));
     return weight > 0.0 || (weight == 0.0 && owns);
 }
 
-// Depth at which the ray meets the triangle, if it does, and the weights of its corners.
+// True if the ray of a pixel meets the triangle, at `depth`, where the corners have these weights.
 bool meets_triangle(real2 pixel, out real depth, out vec3 weights) {
     real4 a = row(0);
     real4 b = row(1);
@@ -72,26 +60,26 @@ bool meets_triangle(real2 pixel, out real depth, out vec3 weights) {
 }
 
 #if LINES
-// Depth of the line where it is nearest to the pixel, if that is within its width.
+// True if a pixel is within the width of the line; `depth` is that of the line where it is nearest to the pixel.
 bool meets_line(real2 pixel, out real depth) {
     real4 a = row(0);
     real4 b = row(1);
     real radius = row(2).x;
-    real2 direction = b.xy - a.xy;
+    real2 line = b.xy - a.xy;
     real2 from_start = pixel - a.xy;
-    real square = dot(direction, direction);
-    real along = square > 0.0 ? clamp(dot(from_start, direction) / square, real(0.0), real(1.0)) : real(0.0);
+    real square = dot(line, line);
+    real along = square > 0.0 ? clamp(dot(from_start, line) / square, real(0.0), real(1.0)) : real(0.0);
     real at_a = (real(1.0) - along) * a.z;
     real at_b = along * b.z;
     depth = (at_a * a.w + at_b * b.w) / (at_a + at_b);
-    real2 off = from_start - along * direction;
+    real2 off = from_start - along * line;
     if (along <= 0.0 || along >= 1.0) return dot(off, off) <= radius * radius;
-    real across = (direction.x * from_start.y - direction.y * from_start.x) / sqrt(square);
+    real across = (line.x * from_start.y - line.y * from_start.x) / sqrt(square);
     return across >= -radius - TIE && across < radius - TIE;
 }
 #endif
 
-// Where a primitive comes at a depth, beside a place.
+// True if the primitive at a depth comes behind another position, or in front of it.
 bool comes_after(float depth, vec4 other) {
     return depth > other.y || (depth == other.y && number > other.x);
 }
@@ -100,55 +88,40 @@ bool comes_before(float depth, vec4 other) {
     return depth < other.y || (depth == other.y && number < other.x);
 }
 
-#if HALF_SPACES || POINT_LIGHTS
-// In the box.
-real3 position_at(real2 pixel, real depth) {
-    real3 direction = velocity;
-#if PERSPECTIVE
-    direction += pixel.x * velocity_per_column + pixel.y * velocity_per_row;
-#endif
-    return point + pixel.x * point_per_column + pixel.y * point_per_row + depth * direction;
-}
-#endif
-
-bool is_kept(real2 pixel, real depth) {
-#if HALF_SPACES
-    real3 position = position_at(pixel, depth);
-    for (int i = 0; i < HALF_SPACES; ++i) {
-        if (dot(half_spaces[i].xyz, position) + half_spaces[i].w < 0.0) return false;
-    }
-#endif
-    return true;
-}
-
-// Premultiplied colour and opacity of the shape.
-vec4 color_at(vec3 weights, vec2 pixel, real depth) {
+// Premultiplied colour and opacity of the shape at a position in the box.
+vec4 color_at(vec3 weights, vec2 pixel, float depth, vec3 position) {
     vec3 shown = look.rgb;
 #if LIT
     if (kind.x > 0.0) {
         vec3 normal = weights.x * normals[0] + weights.y * normals[1] + weights.z * normals[2];
-        vec3 position = vec3(0.0);
-#if POINT_LIGHTS
-        position = vec3(position_at(real2(pixel), depth));
-#endif
         Shade shade = shade_at(-normal, to_eye_from(pixel), position);
         shown = shown * shade.diffuse + shade.specular;
     }
 #endif
-    return cued(vec4(shown * look.a, look.a), float(depth));
+    return cued(vec4(shown * look.a, look.a), depth);
+}
+
+// True if the ray of `pixel` meets the primitive, at `depth`; and the weights of a triangle's corners there.
+bool meets_primitive(real2 pixel, out real depth, out vec3 weights) {
+    weights = vec3(0.0);
+#if LINES
+    if (kind.z > 0.0) return meets_line(pixel, depth);
+#endif
+    return meets_triangle(pixel, depth, weights);
 }
 
 void main() {
-    vec2 pixel = gl_FragCoord.xy - picture_middle;
+    vec2 pixel = pixel_at(gl_FragCoord.xy);
     real depth;
-    vec3 weights = vec3(0.0);
-    bool met;
-#if LINES
-    if (kind.z > 0.0) met = meets_line(real2(pixel), depth);
-    else
+    vec3 weights;
+    bool is_met = meets_primitive(real2(pixel), depth, weights);
+    vec3 position = vec3(0.0);
+#if HALF_SPACES || POINT_LIGHTS
+    real3 exact_position = position_at(pixel_ray(pixel), depth);
+    is_met = is_met && (kind.y == 0.0 || is_kept(exact_position));
+    position = vec3(exact_position);
 #endif
-    met = meets_triangle(real2(pixel), depth, weights);
-    if (!met || depth < eye_depth || (kind.y > 0.0 && !is_kept(real2(pixel), depth))) discard;
+    if (!is_met || depth < eye_depth) discard;
 
     float rounded = float(depth);
     vec4 after = texelFetch(behind, ivec2(gl_FragCoord.xy), 0);
@@ -159,10 +132,10 @@ void main() {
     if ((done & bit) != 0u) discard;
     if (finds_depth) {
         color = vec4(rounded);
-        position_out = vec4(0.0);
+        ray_position = vec4(0.0);
         return;
     }
     if (rounded != texelFetch(nearest, ivec2(gl_FragCoord.xy), 0).r) discard;
-    color = color_at(weights, pixel, depth);
-    position_out = vec4(number, rounded, float(depth - real(rounded)), float(done | bit));
+    color = color_at(weights, pixel, rounded, position);
+    ray_position = vec4(number, rounded, float(depth - real(rounded)), float(done | bit));
 }

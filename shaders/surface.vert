@@ -1,12 +1,12 @@
 #version 330
-// A corner of what covers a triangle or a line on the screen, and all that the fragments need to know of either.
+// A corner of a polygon that covers a triangle or a line on the screen, and the numbers of either for the fragments.
 //
 // Switches: LIT 1: some shapes are lit, and primitives have normals.
 
 in vec2 in_position;     // normalised device coordinates
 in vec2 in_numbers;      // of the primitive, and of the shape that it belongs to
 
-uniform sampler2D table; // two texels for each shape, then some for each primitive; see geometry/table.py
+uniform sampler2D table; // two texels for each shape, then some for each primitive; see opengl/surfaces/table.py
 uniform int table_width;
 uniform int shapes;
 
@@ -14,13 +14,14 @@ const int TEXELS = LIT == 1 ? 9 : 6;  // of a primitive
 
 flat out float number;
 flat out vec4 look;      // colour and opacity
-flat out vec4 kind;      // whether it is lit; is cut; is lines; and which bit these have, or 0
-flat out vec4 high[3];   // the primitive's numbers, and what float32 leaves of them
+flat out vec4 kind;      // 1 if the shape is lit; if it is cut; if it is lines; and the bit of the lines, or 0
+flat out vec4 high[3];   // the primitive's numbers, and the rest that float32 leaves of them
 flat out vec4 low[3];
 #if LIT
 flat out vec3 normals[3];
 #endif
 
+// Texel of the table.
 vec4 entry(int index) {
     return texelFetch(table, ivec2(index % table_width, index / table_width), 0);
 }

@@ -1,5 +1,5 @@
 #version 330
-// The texels of a picture of the same size, times a factor.
+// Texels of a picture of the same size, times a factor.
 
 uniform sampler2D source;
 uniform vec4 factor;

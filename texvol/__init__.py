@@ -16,8 +16,7 @@ if TYPE_CHECKING:
     from texvol.comparison import Difference, compare
     from texvol.formats.readers import TimeSeries, load
     from texvol.ray_casting import raycast
-    from texvol.rendering.render import render
-    from texvol.rendering.renderer import Renderer
+    from texvol.rendering.renderer import Renderer, render
     from texvol.scene.added_volume import AddedVolume
     from texvol.scene.camera import Camera
     from texvol.scene.cutting import ClipPlane
@@ -53,7 +52,7 @@ _MODULES = {
     "compare": "comparison",
     "load": "formats.readers",
     "raycast": "ray_casting",
-    "render": "rendering.render",
+    "render": "rendering.renderer",
 }
 
 __all__ = [

@@ -154,7 +154,7 @@ def test_the_scale_bar_is_as_long_as_it_says(projection: Projection) -> None:
 
 def test_a_volume_without_a_unit_has_a_scale_bar_in_world_units() -> None:
     scene = Scene(crooked(unit=""))
-    view = View(scene.camera_for(SIZE), scene.volume, SIZE)
+    view = View(scene.completed(SIZE).camera, scene.volume, SIZE)
     assert bar_text(view, bar_length(view)[0]).endswith(" world units")
 
 
@@ -182,7 +182,7 @@ def looking(volume: Volume, position: tuple[float, ...], up: tuple[float, ...]) 
 def test_borders_have_the_letters_of_where_they_lie(view: str, space: str) -> None:
     position, up, right, top = VIEWS[view]
     scene = looking(crooked("permuted", space), position, up)
-    found = border_letters(View(scene.camera_for(SIZE), scene.volume, SIZE))
+    found = border_letters(View(scene.completed(SIZE).camera, scene.volume, SIZE))
     assert found == {"right": right, "left": OPPOSITE[right], "top": top, "bottom": OPPOSITE[top]}
 
 
@@ -232,9 +232,9 @@ def test_oblique_directions_have_several_letters_the_largest_part_first(
 @pytest.mark.parametrize("space", ["", "scanner-xyz", "right-left-superior", "right-anterior"])
 def test_letters_are_refused_where_nobody_knows_them(space: str) -> None:
     scene = Scene(crooked(space=space))
-    with pytest.raises(InputError, match="straight: orientation letters need a volume that says which way of the body"):
+    with pytest.raises(InputError, match="straight: orientation letters need a volume whose file gives the directions"):
         check(Annotation(orientation=True), scene)
-    with pytest.raises(InputError, match="does not say|says"):
+    with pytest.raises(InputError, match="got no space|got space"):
         annotate(np.zeros((64, 64, 4)), scene, (64, 64), Annotation(orientation=True))
     check(Annotation(**EVERYTHING), scene)  # type: ignore[arg-type]
 
@@ -297,7 +297,7 @@ def test_all_parts_are_there_where_there_is_room(projection: Projection) -> None
     texts = sheet.texts
     assert {"L→R (mm)", "P→A (mm)", "I→S (mm)", "All of it, µm² at 45°", "opacity of"} <= set(texts)
     assert {text for text in texts if set(text) <= set("RLAPSI")} == set(
-        border_letters(View(scene.camera_for(size), volume, size)).values()
+        border_letters(View(scene.completed(size).camera, volume, size)).values()
     )
     assert any(text.startswith(bar_text(view, bar_length(view)[0])) for text in texts)
 

@@ -22,7 +22,6 @@ from texvol.scene.scene import Scene
 from texvol.scene.transfer import TransferFunction
 
 SIZE = (160, 150)
-SWAPPED_ORDER = (("optics.glsl", "return front + (1.0 - front.a) * back;", "return back + (1.0 - back.a) * front;"),)
 THIN = TransferFunction(
     np.array([0, 0.2, 0.4]), np.array([(0.1, 0.2, 0.9), (0.9, 0.5, 0.2), (1, 1, 0.9)]), np.array([0, 0.02, 0.1])
 )
@@ -55,7 +54,7 @@ def drawn(renderer: Renderer, scene: Scene, **options) -> np.ndarray:  # type: i
 @pytest.mark.parametrize("name", SCENES)
 def test_over_in_the_wrong_order(name: str, renderer: Renderer) -> None:
     scene = SCENES[name]()
-    with planted.planted(*SWAPPED_ORDER) as mistaken:
+    with planted.planted(*planted.SWAPPED_ORDER) as mistaken:
         candidate = drawn(mistaken, scene)
     assert kinds_of(candidate, drawn(renderer, scene))[0].name == "swapped order"
 

@@ -57,6 +57,12 @@ def test_what_is_no_number_breaks_every_limit_but_none() -> None:
     assert len(violations(found, replace(TWO_DRIVERS, fail_percent=0.0, hard_max=1.0))) >= 4
 
 
+@pytest.mark.parametrize("name", ["percent_over", "beyond_max", "outlier", "beyond_rms", "beyond_flip"])
+def test_a_measure_that_is_no_number_breaks_its_limit(name: str) -> None:
+    assert not violations(measured(), ONE_DRIVER)
+    assert len(violations(replace(measured(), **{name: np.nan}), ONE_DRIVER)) == 1
+
+
 def test_two_drivers_are_told_by_the_header() -> None:
     def drawn_by(name: str | None) -> Picture:
         return Picture.of_array(smooth(), attributes={} if name is None else {"texvol:renderer": name})
@@ -94,16 +100,16 @@ def test_a_file_of_limits_replaces_those_of_its_base(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("content", "words"),
     [
-        ("rms = -1", "from 0 upwards"),
-        ("rms = nan", "from 0 upwards"),
+        ("rms = -1", "at least 0"),
+        ("rms = nan", "at least 0"),
         ('rms = "small"', "'small'"),
         ("rms = true", "True"),
-        ("fail-percent = 101", "up to 100"),
-        ("psnr = 3", "no limit 'psnr'"),
+        ("fail-percent = 101", "at most 100"),
+        ("psnr = 3", "limit 'psnr' not found"),
         ('base = "nothing"', "'nothing'"),
         ("rms =", "is not TOML"),
-        ("base = [1]", "base is one of"),
-        ("[orbital]\nrms = 1", "no limit 'orbital'"),
+        ("base = [1]", "base must be one of"),
+        ("[orbital]\nrms = 1", "limit 'orbital' not found"),
     ],
 )
 def test_wrong_files_are_refused_by_name(tmp_path: Path, content: str, words: str) -> None:
@@ -115,7 +121,7 @@ def test_wrong_files_are_refused_by_name(tmp_path: Path, content: str, words: st
 
 
 def test_no_file_and_no_name_is_refused() -> None:
-    with pytest.raises(InputError, match="neither a TOML file nor one of one-driver, two-drivers"):
+    with pytest.raises(InputError, match="must be a TOML file or one of one-driver, two-drivers"):
         named_limits("three-drivers")
     with pytest.raises(InputError, match="No such file"):
         named_limits("gone.toml")

@@ -10,8 +10,9 @@ from support.benches import CLASSIFICATIONS, NAMED, SIZE, planted
 from support.scenes import BONE, FOG, constant, path_lengths, random_volume
 from test_scene_facts import GRADED, LIT, SCENES
 
-from texvol.comparison.mistakes import CATALOGUE, WRONG_BY, Bench
-from texvol.comparison.planting import Planted, PlantedRenderer, replaced_shaders, without
+from texvol.comparison.mistakes import CATALOGUE, WRONG_BY, MistakeTrial
+from texvol.comparison.planting import Planted, PlantedRenderer, without
+from texvol.comparison.wrong_functions import wrong_shaders
 from texvol.opengl.shaders import FOLDER, ShaderError
 from texvol.provenance.stored_scene import StoredScene
 from texvol.scene.camera import Camera
@@ -74,7 +75,7 @@ def test_opaque_slabs_of_linear_opacity_are_opaque(renderer: PlantedRenderer) ->
 def test_double_thickness_is_the_picture_of_a_volume_twice_as_large(renderer: PlantedRenderer, name: str) -> None:
     scene = SCENES[name]
     bench, pictures = planted(renderer, scene, slab_thickness=0.35, texture_format="rgba32f")
-    volume, camera = scene.volume, scene.camera_for(SIZE)
+    volume, camera = scene.volume, scene.completed(SIZE).camera
     large = Volume(volume.values, 2 * volume.spacing, 2 * volume.origin, volume.direction)
     wide = Camera.orthographic(
         *(2 * np.array(each) for each in (camera.eye, camera.target)), camera.up, 2 * camera.height
@@ -125,9 +126,9 @@ def test_swapped_order_goes_through_all_stacks_and_bricks(renderer: PlantedRende
         Scene(random_volume(3, (33, 32, 31)), BONE, classification="integrated"), {"slab_thickness": 0.1}
     )
     swapped = next(each for each in CATALOGUE if each.name == "swapped order")
-    whole = Bench(renderer, stored, SIZE)
+    whole = MistakeTrial(renderer, stored, SIZE)
     with PlantedRenderer(texture_memory=0.1) as other:
-        in_bricks = Bench(other, stored, SIZE)
+        in_bricks = MistakeTrial(other, stored, SIZE)
         wrong = swapped.picture(in_bricks)
         assert other.stats["bricks_total"] > 1
     # A slab at the face of two bricks is drawn in one of them, whose rays are rounded otherwise.
@@ -183,7 +184,7 @@ def test_mistakes_in_the_picture_are_made_of_the_right_one(renderer: PlantedRend
 def test_unclipped_end_slabs_make_fog_thicker_at_its_faces(renderer: PlantedRenderer) -> None:
     volume = Volume(np.ones((5, 5, 5), np.float32))
     bench, pictures = planted(renderer, Scene(volume, constant(0.02), classification="post"), slab_thickness=0.7)
-    lengths = path_lengths(volume, bench.scene.camera_for(SIZE), SIZE)
+    lengths = path_lengths(volume, bench.scene.completed(SIZE).camera, SIZE)
     through = -np.log1p(-pictures["unclipped end slabs"][..., 3].astype(np.float64)) / 0.02
     seen = lengths > 0.1
     # Both ends are rounded to whole slabs.
@@ -234,24 +235,48 @@ def test_nothing_dropped_is_the_same_picture(renderer: PlantedRenderer) -> None:
     np.testing.assert_array_equal(bench.without((9999, 10000)), bench.right)
 
 
-def test_shaders_that_are_replaced_stay_as_they_are() -> None:
+def test_shaders_with_wrong_functions_stay_as_they_are() -> None:
     before = {path.name: path.read_bytes() for path in FOLDER.iterdir()}
-    with replaced_shaders(("optics.glsl", "return x > 0.0 ? opacity / x : 1.0;", "return 1.0;")) as folder:
+    with wrong_shaders(("float mean_transmittance(float x, float opacity)", "return 1.0;")) as folder:
         assert folder != FOLDER
+        changed = {path.name for path in folder.iterdir() if path.read_bytes() != before[path.name]}
+        assert changed == {"optics.glsl"}
         assert "return 1.0;" in (folder / "optics.glsl").read_text()
     assert not folder.exists()
     assert {path.name: path.read_bytes() for path in FOLDER.iterdir()} == before
 
 
-def test_a_replacement_that_is_stale_is_an_error_and_leaves_the_renderer_whole(renderer: PlantedRenderer) -> None:
-    with (
-        pytest.raises(ShaderError, match="0 times, and not once"),
-        renderer.planted(Planted((("optics.glsl", "none", ""),))),
-    ):
+@pytest.mark.parametrize(
+    "signature, reason",
+    {
+        "vec4 under(vec4 front, vec4 back)": "found in none; there are no functions named 'under'",
+        "vec4 over(vec4 front)": r"there are 'vec4 over\(vec4 front, vec4 back\)'",
+        "void main()": r"found in .*slab_stack.frag",
+        "vec4 over": "signature must be such as",
+    }.items(),
+)
+def test_a_function_that_is_not_there_is_an_error(signature: str, reason: str) -> None:
+    with pytest.raises(ShaderError, match=reason), wrong_shaders((signature, "return front;")):
         pass
-    with pytest.raises(ShaderError, match=r"slab_stack\.frag"):
-        Bench(renderer, StoredScene(SCENES["slab"]), SIZE).draw(
-            Planted((("slab_stack.frag", "stack_color = vec4(0.0);", "no GLSL"),))
+
+
+def test_a_wrong_function_calls_the_right_one_whatever_its_parameters_are_called() -> None:
+    with wrong_shaders(("bool first_root(vec4 a, float b, float c, float d, out float e)", "BODY")) as folder:
+        text = (folder / "trilinear.glsl").read_text()
+    assert text.count("bool first_root_right(") == 1 == text.count("bool first_root(")
+    assert "out float e) {\n    BODY\n}" in text
+
+
+def test_a_wrong_function_replaces_every_definition_under_a_switch() -> None:
+    with wrong_shaders(("vec4 slab_color(vec4 texel, float length, vec3 position)", "return texel;")) as folder:
+        text = (folder / "sampled_slabs.glsl").read_text()
+    assert text.count("vec4 slab_color_right(vec4 texel, float length, vec3 position) {") == 3
+
+
+def test_a_mistake_that_cannot_be_compiled_leaves_the_renderer_whole(renderer: PlantedRenderer) -> None:
+    with pytest.raises(ShaderError, match=r"optics\.glsl"):
+        MistakeTrial(renderer, StoredScene(SCENES["slab"]), SIZE).draw(
+            Planted((("vec4 over(vec4 front, vec4 back)", "no GLSL"),))
         )
     assert renderer.render(SCENES["slab"], SIZE).any()
 

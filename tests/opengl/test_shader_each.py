@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 from test_shader_files import LIGHTS, VERTEX, load, one_pixel
 
-from texvol.opengl.compositor import NO_LIGHT, NOTHING_SPECIAL
 from texvol.opengl.contexts import Context
 from texvol.opengl.shaders import ShaderError, load_program, set_uniforms
+from texvol.opengl.uniforms import NO_LIGHT, NOTHING_SPECIAL
 
 
 @pytest.fixture

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from texvol.opengl.compositor import NO_LIGHT, NOTHING_SPECIAL
 from texvol.opengl.contexts import Context
-from texvol.opengl.shaders import FOLDER, ShaderError, _with_files, load_program, set_uniforms
+from texvol.opengl.shaders import ShaderError, _with_files, load_program, set_uniforms
+from texvol.opengl.uniforms import NO_LIGHT, NOTHING_SPECIAL
 from texvol.textures.ramps import NUMBERS_OF_RAMPS
 
 VERTEX = """// comments may stand first
@@ -323,67 +323,3 @@ def test_every_projection_compiles(context: Context, mode: int, direction: int, 
 def load(name: str, context: Context, defines: dict[str, int]) -> None:
     """Compile a program that has the vertices of slab stacks."""
     load_program(context.gl, name, defines=defines, vertex="slab_stack.vert")
-
-
-def test_an_include_compiles_with_nothing_of_its_includer(context: Context, tmp_path: Path) -> None:
-    (tmp_path / "alone.vert").write_text(VERTEX)
-    includes = sorted(FOLDER.glob("*.glsl"))
-    assert includes
-    for include in includes:
-        (tmp_path / include.name).write_text(include.read_text())
-    every_light = [NO_LIGHT | each for each in LIGHTS[1:]]
-    switches = {
-        "classify.glsl": [
-            {"RAMPS": ramps, "EMISSIVE": emissive, "MISSING": missing, "SHALLOW": ramps // 2}
-            for ramps, emissive, missing in itertools.product((0, 2), EITHER, EITHER)
-        ],
-        "optics.glsl": [{"SHALLOW": shallow} for shallow in EITHER],
-        "each_ramp.glsl": [{"RAMPS": ramps} for ramps in NUMBERS_OF_RAMPS],
-        "graded.glsl": [
-            {"MODULATIONS": modulations, "GRADED": graded, "CONTOURS": contours}
-            for modulations, graded, contours in itertools.product((0, 2), repeat=3)
-        ],
-        "light.glsl": [{key: each[key] for key in each if key != "LIT"} for each in every_light],
-        "ray.glsl": [
-            {"PERSPECTIVE": direction, "BRICKS": bricks, "HALF_SPACES": planes, "INTERVAL": interval}
-            for direction, bricks, planes, interval in itertools.product(EITHER, EITHER, (0, 1, 7), EITHER)
-        ],
-        "seen.glsl": [
-            each | {"PERSPECTIVE": direction, "CUE": direction}
-            for each in [NO_LIGHT, *every_light]
-            for direction in EITHER
-        ],
-        "volume_texture.glsl": [
-            {"BRICKS": bricks, "GRADIENT": gradient, "WEIGHTS": weights, "MISSING": missing}
-            for bricks, gradient, weights, missing in itertools.product(EITHER, repeat=4)
-        ],
-        "depths.glsl": [{"HALF_SPACES": planes, "INTERVAL": interval} for planes in (0, 1, 7) for interval in EITHER],
-        "obliquity.glsl": [{"PERSPECTIVE": direction} for direction in EITHER],
-        "way.glsl": [{"PERSPECTIVE": direction, "HALF_SPACES": 0, "INTERVAL": 0} for direction in EITHER],
-        "matter.glsl": OF_A_VOLUME,
-        "box_walk.glsl": [
-            each | {"HALF_SPACES": planes, "INTERVAL": planes, "SKIPS": planes, "FACES": planes}
-            for each in OF_A_VOLUME
-            for planes in EITHER
-            if each["CLASSIFICATION"]
-        ],
-        "integrate.glsl": [
-            {"RAMPS": ramps, "EMISSIVE": emissive, "MISSING": 0, "LIT": lit, "SHALLOW": 0}
-            for ramps, emissive, lit in itertools.product((0, 2), EITHER, EITHER)
-        ],
-    }
-    for include in includes:
-        (tmp_path / "alone.frag").write_text(
-            f'#version 330\n#include "{include.name}"\nout vec4 c;\nvoid main() {{ c = vec4(0); }}\n'
-        )
-        for defines in switches.get(include.name, [{}]):
-            load_program(context.gl, "alone", defines=defines, folder=tmp_path)
-
-
-def test_every_shader_file_is_reached_from_a_program() -> None:
-    stages = {file.stem for file in FOLDER.glob("*.vert")} | {file.stem for file in FOLDER.glob("*.frag")}
-    assert "slab_stack" in stages
-    included = set(itertools.chain.from_iterable(
-        re.findall(r'#include "([^"]+)"', file.read_text()) for file in FOLDER.iterdir() if file.is_file()
-    ))  # fmt: skip
-    assert included == {file.name for file in FOLDER.glob("*.glsl")}

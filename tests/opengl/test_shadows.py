@@ -45,7 +45,7 @@ def scene_of(volume: Volume, medium: TransferFunction, *lights: Light, **more: o
 def cast(renderer: Renderer, scene: Scene, medium: TransferFunction, thickness: float) -> np.ndarray:
     """What arrives at the nodes, (z, y, x, lights), as the device finds it."""
     with renderer._context:
-        light_transmittance = renderer._device._shadows.prepare([(scene, medium)], thickness)
+        light_transmittance = renderer._cache._shadows.prepare([scene.completed((8, 8))], thickness)
     assert light_transmittance is not None
     return light_transmittance[0]
 
@@ -187,7 +187,7 @@ def test_a_place_is_looked_up_somewhat_nearer_to_the_light() -> None:
 
 @pytest.mark.parametrize("counts", [(5, 0), (3, 2), (0, 5)])
 def test_more_lights_than_a_texel_holds_are_refused(counts: tuple[int, int]) -> None:
-    with pytest.raises(InputError, match="at most 4 lights cast shadows, and 5 are to"):
+    with pytest.raises(InputError, match="at most 4 lights can cast shadows, got 5"):
         Lighting((SUN,) * counts[0] + (OUTSIDE,) * counts[1], shadows=True)
     Lighting((SUN,) * counts[0] + (OUTSIDE,) * counts[1])
 
@@ -198,9 +198,11 @@ def test_shadows_fall_from_one_volume_on_another(renderer: Renderer, light: Ligh
     other = Volume(np.ones((5, 4, 3), np.uint8), (3.0, 1.0, 2.0)).moved(turned(33))
     other = other.moved(turned(0, shift=BOX.centre - other.centre + (1.0, 0.5, 2.0)))
     medium = (FOG, replace(FOG, extinctions=np.array([3 * EXTINCTION])))
-    scenes = [(scene_of(volume, each, light), each) for volume, each in zip((BOX, other), medium, strict=True)]
+    scenes = [
+        scene_of(volume, each, light).completed((8, 8)) for volume, each in zip((BOX, other), medium, strict=True)
+    ]
     with renderer._context:
-        found = renderer._device._shadows.prepare(scenes, 0.25)
+        found = renderer._cache._shadows.prepare(scenes, 0.25)
     assert found is not None
     for volume, light_transmittance in zip((BOX, other), found, strict=True):
         positions = node_positions(volume)
@@ -237,7 +239,7 @@ def _ray_inside(light: Light, positions: np.ndarray, volume: Volume) -> np.ndarr
 
 
 def test_an_isosurface_is_refused_shadows() -> None:
-    with pytest.raises(InputError, match="shadows are those of matter"):
+    with pytest.raises(InputError, match="shadows need mode composite"):
         Scene(BOX, lighting=Lighting((SUN,), shadows=True), mode="isosurface", isovalue=0.5)
 
 

@@ -31,7 +31,7 @@ TYPES = TEXEL_TYPES | {"r16": np.uint16, "r16f": np.float16, "r32f": np.float32}
 def baked_of(volume: Volume, texel_format: str = "rgba32f", medium: TransferFunction = BONE) -> BakedTexture:
     classification = "post" if texel_format.startswith("r1") or texel_format == "r32f" else "extinction"
     scene = Scene(volume, medium, classification=classification)  # type: ignore[arg-type]
-    return bake(scene, medium, Camera.framing(volume), 1.0, texel_format)
+    return bake(scene.completed((8, 8)), 1.0, texel_format)
 
 
 @pytest.fixture(scope="module")

@@ -19,7 +19,7 @@ from texvol.__main__ import main
 from texvol.comparison.pictures import read_picture
 from texvol.options import reading as reading_options
 from texvol.options import scene_options as options
-from texvol.output.shown_pictures import out_of_view
+from texvol.output.export import out_of_view
 from texvol.scene import transfer
 from texvol.scene.added_volume import common_box
 from texvol.scene.scene import Scene
@@ -190,14 +190,12 @@ def test_a_view_that_misses_one_of_two_volumes_is_no_empty_view() -> None:
 def test_volumes_outside_of_the_view_are_warned_of_together(capsys: pytest.CaptureFixture[str]) -> None:
     line = ["render", "v.npy", "-o", "a.exr", "--size", "8x8", "--add", "w.npy", "--height", "2"]
     assert main([*line, "--eye", "100,-50,0", "--target", "100,0,0"]) == 0
-    assert capsys.readouterr().err == (
-        "texvol: warning: all volumes are outside of the view, and the picture is empty\n"
-    )
+    assert capsys.readouterr().err == ("texvol: warning: the picture is empty: all volumes are outside the view\n")
     assert not read_picture("a.exr").pixels.any()
     assert (
         main([*line, "--eye", "100,-50,0", "--target", "100,0,0", "--add-transform", "1,0,0,100,0,1,0,0,0,0,1,0"]) == 0
     )
-    assert capsys.readouterr().err == "texvol: warning: v.npy is outside of the view\n"
+    assert capsys.readouterr().err == "texvol: warning: v.npy is outside the view\n"
     # Cut away, hidden, or with nothing to be seen.
     np.save("nothing.npy", np.zeros((4, 4, 4), np.uint8))
     np.save("fours.npy", np.full((4, 4, 4), 5.0))
@@ -205,20 +203,20 @@ def test_volumes_outside_of_the_view_are_warned_of_together(capsys: pytest.Captu
     Path("nothing.json").write_text(json.dumps(nothing))
     empty = ["render", "fours.npy", "-o", "a.exr", "--size", "8x8"]
     for more, what in (
-        (["--clip", "1,0,0,1e6"], "of what clip planes and crop box leave nothing shows"),
-        (["--mask", "nothing.npy"], "of what the mask leaves nothing shows"),
-        (["--tf", "nothing.json"], "nothing of the volume shows"),
+        (["--clip", "1,0,0,1e6"], "clip planes and crop box hide everything"),
+        (["--mask", "nothing.npy"], "the mask hides everything"),
+        (["--tf", "nothing.json"], "nothing in the volume is visible"),
     ):
         assert main([*empty, *more]) == 0
-        assert capsys.readouterr().err == f"texvol: warning: {what}, and the picture is empty\n"
+        assert capsys.readouterr().err == f"texvol: warning: the picture is empty: {what}\n"
 
 
 # Whatever is wrong.
 
 WRONG = [
     (["--mask", "gone.npy"], "gone.npy: no such file"),
-    (["--mask", "w.npy"], "w.npy: a mask is of its volume's size, and has 4 x 5 x 6 samples where v.npy has 9 x 8 x 7"),
-    (["--mask", "huge.npy"], "huge.npy: weights lie in [0, 1], and they go from 0.5 to 3"),
+    (["--mask", "w.npy"], "w.npy: a mask must have as many samples as its volume, got 4 x 5 x 6 samples"),
+    (["--mask", "huge.npy"], "huge.npy: weights must be from 0 to 1, but they go from 0.5 to 3"),
     (["--mask", "m.npy:1,1"], "--mask: a mask fades between two finite numbers"),
     (["--mask", "m.npy:1,1e999"], "--mask: a mask fades between two finite numbers"),
     (["--mask", ""], "--mask: must be FILE[:LOW,HIGH]"),
@@ -227,7 +225,7 @@ WRONG = [
     (["--transform", "short.txt"], "short.txt: a transform is 4 rows of 4 numbers"),
     (["--transform", "words.txt"], "words.txt: a transform is 4 rows of 4 numbers"),
     (["--transform", "nan.txt"], "nan.txt: a transform is 4 rows of 4 numbers"),
-    (["--transform", "last.txt"], "v.npy: a transform is a finite 4 x 4 matrix whose last row is 0, 0, 0, 1"),
+    (["--transform", "last.txt"], "v.npy: a transform must be a finite 4 x 4 matrix whose last row is 0, 0, 0, 1"),
     (["--transform", "1,2,3"], "--transform: 12 or 16 numbers"),
     (["--transform", ""], "--transform: 12 or 16 numbers"),
     (["--transform", "0,0,0,0,0,1,0,0,0,0,1,0"], "v.npy, transformed: direction must not be singular"),
@@ -237,7 +235,7 @@ WRONG = [
     (["--add-tf", "fog"], "--add-tf: needs a volume to apply to: give --add FILE before it"),
     (["--add-mask", "m.npy", "--add", "w.npy"], "--add-mask: needs a volume to apply to"),
     (["--add-labels"], "--add-labels/--no-add-labels: needs a volume to apply to"),
-    (["--add", "w.npy", "--add-mask", "m.npy"], "m.npy: a mask is of its volume's size, and has 9 x 8 x 7"),
+    (["--add", "w.npy", "--add-mask", "m.npy"], "m.npy: a mask must have as many samples as its volume, got 9 x 8 x 7"),
     (
         ["--add", "w.npy", "--add-transform", "1,0,0,0,1,0,0,0,0,0,1,0"],
         "w.npy, transformed: direction must not be sing",

@@ -44,7 +44,7 @@ def with_values(volume, of_world):
 
 def hits(scene, size=SIZE):
     """Where rays hit: mask of pixels, and points and ray directions there."""
-    depth, camera = isosurface_depth(scene, size), scene.camera_for(size)
+    depth, camera = isosurface_depth(scene, size), scene.completed(size).camera
     eyes, directions = camera.rays(size)
     hit = np.isfinite(depth)
     line_of_sight = depth[hit] / (directions[hit] @ camera.forward)

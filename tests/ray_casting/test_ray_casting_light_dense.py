@@ -96,7 +96,7 @@ def interpolated(fields, points):
 
 def dense_sum(scene, size=SIZE, samples=SAMPLES, pixels=None):
     """The integral by the midpoint rule; of some pixels only, the others 0."""
-    volume, transfer, camera = scene.volume, scene.transfer_function, scene.camera_for(size)
+    volume, transfer, camera = scene.volume, scene.transfer_function, scene.completed(size).camera
     v = volume.values.astype(float)
     g = gradients(volume, scene.gradient).astype(float) / volume.smallest_spacing
     index = np.stack(np.meshgrid(*map(np.arange, v.shape), indexing="ij"), axis=-1)[..., ::-1]

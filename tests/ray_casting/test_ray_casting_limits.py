@@ -39,7 +39,7 @@ def random_volume(seed, shape=(4, 5, 6), spacing=(1.0, 1.3, 0.7), **position):
 def dense_sum(scene, size, samples=20_000):
     """The same integral by the midpoint rule and scipy's trilinear filter; off by h² of the curvature, see the test."""
     volume, transfer = scene.volume, scene.transfer_function
-    eyes, directions = scene.camera_for(size).rays(size)
+    eyes, directions = scene.completed(size).camera.rays(size)
     inverse = np.linalg.inv(volume.world_from_index)
     shape = np.array(volume.dimensions)
     picture = np.zeros((size[1], size[0], 4))
@@ -249,7 +249,7 @@ def turned(volume, axes, mirrored):
 @given(st.permutations([0, 1, 2]), st.tuples(st.booleans(), st.booleans(), st.booleans()))
 def test_matter_does_not_depend_on_the_order_of_its_grid(classification, axes, mirrored):
     scene = Scene(random_volume(11), STEP, classification=classification)
-    scene = replace(scene, camera=scene.camera_for((6, 5)))
+    scene = replace(scene, camera=scene.completed((6, 5)).camera)
     other = replace(scene, volume=turned(scene.volume, axes, mirrored))
     np.testing.assert_allclose(raycast(other, (6, 5)), raycast(scene, (6, 5)), rtol=0, atol=1e-12)
 

@@ -13,7 +13,6 @@ from support.scenes import BONE, FOG, constant, path_lengths, random_volume
 
 from texvol.ray_casting import raycast
 from texvol.scene.camera import Camera
-from texvol.scene.hidden_samples import without_hidden
 from texvol.scene.lighting import DepthCue, Light, Lighting
 from texvol.scene.mask import Mask
 from texvol.scene.scene import CLASSIFICATIONS, Scene
@@ -270,19 +269,19 @@ def test_volumes_without_hidden_samples_are_made_once() -> None:
     volume = random_volume(9)
     mask = Mask(volume.values > 0.5)
     masked = scene(volume, FOG, mask=mask)
-    assert without_hidden(masked) is masked
+    assert masked.completed(SIZE).mask is mask
     mip = replace(masked, mode="mip")
-    found = without_hidden(mip)
-    assert found.mask is None and found.volume is without_hidden(replace(mip, background=(1, 1, 1))).volume
+    found = mip.completed(SIZE)
+    assert found.mask is None and found.volume is replace(mip, background=(1, 1, 1)).completed(SIZE).volume
     assert found.volume.values.dtype == np.float32 and found.volume.name == volume.name
     assert found.volume.value_range == (volume.values[mask.array].min(), volume.values.max())
     assert not np.isnan(volume.values).any()
-    assert without_hidden(replace(mip, mask=None)).volume is volume
-    assert without_hidden(replace(mip, mask=Mask(mask.array))).volume is not found.volume
+    assert replace(mip, mask=None).completed(SIZE).volume is volume
+    assert replace(mip, mask=Mask(mask.array)).completed(SIZE).volume is not found.volume
 
 
 @pytest.mark.parametrize(("dtype", "wanted"), [("u1", "f4"), ("i2", "f4"), ("f2", "f4"), ("i4", "f8"), ("f8", "f8")])
 def test_values_keep_all_their_digits_beside_gaps(dtype: str, wanted: str) -> None:
     volume = Volume(np.arange(27).reshape(3, 3, 3).astype(dtype))
     mip = Scene(volume, None, view(volume), mode="mip", mask=Mask(volume.values != 4))
-    assert without_hidden(mip).volume.values.dtype == wanted
+    assert mip.completed(SIZE).volume.values.dtype == wanted

@@ -199,7 +199,7 @@ def test_wrong_air_is_refused():
         with pytest.raises(InputError, match="air must be a finite number, 'hounsfield' or None, got"):
             Scene(volume, mode="xray", air=air)
     for mode in ("composite", "mip", "average"):
-        with pytest.raises(InputError, match=f"air is for mode xray, and the mode is {mode}"):
+        with pytest.raises(InputError, match=f"air needs mode xray, got mode {mode}"):
             Scene(volume, mode=mode, air=0.0)
     assert Scene(volume, mode="xray", air=np.int16(-3)).air == -3.0
     assert attenuation_of(HOUNSFIELD) == (-1000, 1 / 1000)

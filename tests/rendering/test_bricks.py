@@ -12,8 +12,9 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from support.scenes import BONE, FOG, inside, random_volume, smooth_volume, sparse_volume
 
-from texvol.opengl.compositor import Compositor, Drawing
+from texvol.opengl.compositor import Compositor
 from texvol.opengl.contexts import Context, open_context
+from texvol.opengl.drawing import Drawing, DrawnVolume, View
 from texvol.opengl.texture_store import TextureStore
 from texvol.ray_casting import raycast
 from texvol.rendering.render import bake
@@ -221,14 +222,16 @@ def test_pictures_of_bricks_are_composited_in_visibility_order(
     """Each drawn alone, and put over what comes behind it: whoever has a brick has all that its picture needs."""
     volume = Volume(random_volume(4, (30, 31, 32)).values, (1, 1.3, 0.7), direction=OBLIQUE)
     camera = Camera.framing(volume, projection)
-    baked = bake(Scene(volume, BONE, camera, classification=classification), BONE, camera, 0.8, "rgba32f")
-    drawing = Drawing(baked, volume, camera, 0.8, SIZE)
+    scene = Scene(volume, BONE, camera, classification=classification).completed(SIZE)
+    baked = bake(scene, 0.8, "rgba32f")
+    view = View(camera, SIZE, 0.8, volume.centre)
     compositor = Compositor(own_context)
 
     def picture_of(store: TextureStore, brick: Brick) -> np.ndarray:
+        drawing = Drawing(view, (DrawnVolume(volume, baked, store, lambda brick: brick.stored_box),))
         compositor.begin(drawing)
         stacks = slicing.slab_stacks(volume, camera, 0.8, SIZE, baked.slabs_per_stack, brick.stored_box)
-        compositor.draw(drawing, brick, stacks, store.resources(brick))
+        compositor.draw(drawing, brick, stacks)
         compositor.finish()
         return compositor.picture().astype(np.float64)
 

@@ -128,5 +128,5 @@ def test_a_wanted_error_gives_a_share_of_itself(renderers: list[Renderer], max_e
 @pytest.mark.parametrize("fraction", [-1e-9, 1.0, 2.0, np.inf, -np.inf, np.nan])
 def test_what_is_no_transmittance_is_refused(renderers: list[Renderer], fraction: float) -> None:
     scene = Scene(Volume(np.ones((2, 2, 2))), FOG)
-    with pytest.raises(InputError, match="early termination is a transmittance from 0 to under 1"):
+    with pytest.raises(InputError, match="early termination must be a transmittance from 0 to below 1"):
         renderers[0].render(scene, SIZE, early_termination=fraction)

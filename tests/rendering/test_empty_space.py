@@ -13,8 +13,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.scenes import BONE, constant, inside, random_volume, sparse_volume
 
-from texvol.opengl.compositor import skip_uniforms
 from texvol.opengl.shaders import FOLDER
+from texvol.opengl.uniforms import skip_uniforms
 from texvol.rendering.renderer import Renderer
 from texvol.scene.camera import Camera, Projection
 from texvol.scene.scene import CLASSIFICATIONS, Classification, Scene
@@ -281,7 +281,7 @@ def test_every_sheet_behind_another_is_met(
 
 
 def test_a_run_has_room_for_all_slabs_of_a_stack() -> None:
-    text = (FOLDER / "leap.glsl").read_text(encoding="utf-8")
+    text = (FOLDER / "skip.glsl").read_text(encoding="utf-8")
     found = re.search(r"const float MOST_SLABS = ([\d.]+);", text)
     assert found
     assert float(found[1]) - 1 > SLABS_PER_STACK  # which stands for no run
@@ -301,6 +301,6 @@ def test_where_rays_end_soon_they_do_not_look_far(extinction: float, termination
     volume = sparse_volume(1)
     medium = TransferFunction(np.array([0.0, 0.5, 0.5]), np.ones((3, 3)), np.array([0.0, 0.0, extinction]))
     scene = Scene(volume, medium, Camera.framing(volume), classification="post")
-    with Renderer() as renderer, patch("texvol.opengl.compositor.leap_uniforms", wraps=skip_uniforms) as asked:
+    with Renderer() as renderer, patch("texvol.opengl.compositor.skip_uniforms", wraps=skip_uniforms) as asked:
         renderer.render(scene, SIZE, slab_thickness=1.0, early_termination=termination)
     assert skip_uniforms(asked.call_args.args[0])["slabs_ahead"] == pytest.approx(expected)

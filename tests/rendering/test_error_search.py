@@ -104,7 +104,7 @@ def test_what_opaque_matter_costs_is_known(renderer: Counting, rate: float | Non
     """Interpolated opacities reach a surface of infinite extinction late, at any thickness: finer slabs agree on it."""
     scene = replace(SCENE, transfer_function=replace(FOG, extinctions=np.array([0.1, np.inf])))
     how: dict[str, float] = {"max_error": 1e-3} if rate is None else {"sampling_rate": rate}
-    with contextlib.nullcontext() if rate else pytest.warns(AccuracyWarning, match="was wanted"):
+    with contextlib.nullcontext() if rate else pytest.warns(AccuracyWarning, match="not reached"):
         picture = renderer.render(scene, SIZE, texture_format="rgba32f", **how)  # type: ignore[arg-type]
     error = float(np.abs(picture - raycast(scene, SIZE)).max())
     estimated = renderer.stats["estimated_error"]
@@ -143,7 +143,7 @@ def test_what_would_take_too_many_slabs_is_not_reached(renderer: Counting, class
     steps = TransferFunction([0, 0.5, 0.5, 1], [(1, 0, 0), (1, 1, 0), (0, 1, 0), (1, 1, 1)], [0, 0.1, 0.6, 0.9])
     volume = Volume(values, (5e-4, 1, 1))
     scene = Scene(volume, steps, Camera.framing(volume), classification=classification)  # type: ignore[arg-type]
-    with pytest.warns(AccuracyWarning, match="was wanted"):
+    with pytest.warns(AccuracyWarning, match="not reached"):
         renderer.render(scene, (8, 8), max_error=1e-7)
     assert renderer.estimate is not None and renderer.estimate > 1e-7
 

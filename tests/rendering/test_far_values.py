@@ -227,9 +227,7 @@ def test_an_offset_lies_where_the_steepest_change_is() -> None:
 def test_a_lost_offset_is_seen(renderer: Renderer) -> None:
     """The check can fail: with the margin back that a far value gives to all, a hot pixel makes a surface."""
     with (
-        planted.planted(
-            ("projection.frag", "max(size.z, size.w)) > far_from", "max(size.z, size.w)) > 1e30 * far_from")
-        ) as wrong,
+        planted.planted(("bool any_far(vec4 above)", "return any_far_right(1e-30 * above);")) as wrong,
         pytest.raises(AssertionError),
     ):
         test_a_hot_pixel_makes_no_surface_of_what_lies_above_the_isovalue(wrong)

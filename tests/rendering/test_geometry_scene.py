@@ -19,9 +19,9 @@ from test_shader_files import LIGHTS
 
 from texvol import Camera, ClipPlane, InputError, Light, Lighting, Renderer, Scene, TransferFunction, Volume, raycast
 from texvol.geometry import Lines
-from texvol.opengl.compositor import NO_LIGHT
 from texvol.opengl.contexts import Context
 from texvol.opengl.shaders import FOLDER, load_program
+from texvol.opengl.uniforms import NO_LIGHT
 from texvol.rendering.modelled import modelled
 
 SIZE = (72, 64)
@@ -152,7 +152,7 @@ def test_pictures_of_numbers_have_no_place_for_geometry(mode: Any) -> None:
 
 @pytest.mark.parametrize("wrong", [[1], "mesh", [(0, 1, 2)], 3])
 def test_other_things_are_no_geometry(wrong: Any) -> None:
-    with pytest.raises(InputError, match="geometry holds Meshes and Lines, and .* came"):
+    with pytest.raises(InputError, match="each of geometry must be a Mesh or Lines, got "):
         Scene(VOLUME, geometry=wrong)
 
 
@@ -220,9 +220,9 @@ MODELLED = {
 def test_what_is_modelled_is_said_and_no_more(name: str) -> None:
     geometry, expected = MODELLED[name]
     scene = Scene(VOLUME, constant(0.2), CAMERA, geometry=geometry)
-    assert sorted(modelled(scene, CAMERA)) == sorted(["perspective", *expected])
+    assert sorted(modelled(scene.completed((8, 8)))) == sorted(["perspective", *expected])
     lit = replace(scene, lighting=Lighting())
-    assert "head light on geometry" not in modelled(lit, CAMERA)
+    assert "head light on geometry" not in modelled(lit.completed((8, 8)))
 
 
 def test_no_geometry_imports_compiles_and_allocates_nothing(tmp_path: Path) -> None:
@@ -231,8 +231,8 @@ def test_no_geometry_imports_compiles_and_allocates_nothing(tmp_path: Path) -> N
         "renderer = texvol.Renderer()\n"
         "renderer.render(texvol.Scene(texvol.Volume(np.random.rand(5, 5, 5)), mode='MODE', isovalue=VALUE), (8, 8))\n"
         "renderer.stats['estimated_error']\n"
-        "assert renderer._device._geometry._surfaces is None\n"
-        "assert all(not dict(key[1:])['STRETCH'] for key in renderer._compositor._programs)\n"
+        "assert renderer._cache._surfaces._surfaces is None\n"
+        "assert all(not dict(key[1:])['INTERVAL'] for key in renderer._compositor._programs)\n"
         "texvol.raycast(texvol.Scene(texvol.Volume(np.random.rand(5, 5, 5)), mode='MODE', isovalue=VALUE), (4, 4))\n"
         "print(*sys.modules)\n"
     )
@@ -260,7 +260,7 @@ def test_no_geometry_imports_compiles_and_allocates_nothing(tmp_path: Path) -> N
 def test_what_the_shapes_do_without_is_not_compiled(renderer: Renderer) -> None:
     with Renderer() as fresh:
         fresh.render(Scene(VOLUME, constant(0.2), CAMERA, geometry=(walls()[0].mesh(),)), SIZE)
-        surfaces = fresh._device._geometry._surfaces
+        surfaces = fresh._cache._surfaces._surfaces
         assert surfaces is not None
         [switches] = [dict(key[1:]) for key in surfaces._programs if key[0] == "surface"]
     assert {name for name, value in switches.items() if value} == {"PERSPECTIVE"}
@@ -278,7 +278,7 @@ def test_every_combination_of_switches_compiles(context: Context, lights: dict[s
 
 @pytest.mark.parametrize("name", ["slab_stack", "projection"])
 def test_every_stretch_compiles(context: Context, name: str) -> None:
-    from texvol.opengl.compositor import NOTHING_SPECIAL
+    from texvol.opengl.uniforms import NOTHING_SPECIAL
 
     for direction, planes, bricks in itertools.product((0, 1), (0, 2), (0, 1)):
         common = {"PERSPECTIVE": direction, "HALF_SPACES": planes, "BRICKS": bricks, "INTERVAL": 1, "SKIPS": 1}

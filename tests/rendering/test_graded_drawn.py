@@ -285,7 +285,7 @@ def test_pictures_converge_to_the_oracle(renderer: Renderer, kind: Classificatio
     volume = smooth()
     projection = "perspective" if lit else "orthographic"
     if kind == "integrated" and (medium.graded or medium.contours):
-        with pytest.raises(InputError, match="integrated needs matter that depends on the value alone"):
+        with pytest.raises(InputError, match="integrated needs a medium that depends on the value alone"):
             Scene(volume, medium, classification=kind)
         return
     scene = Scene(volume, medium, framed(volume, projection), classification=kind)
@@ -353,24 +353,26 @@ def test_a_factor_of_nothing_takes_opaque_matter_away(
 
 # Planted mistakes.
 
-MEDIUM, GRADED = "matter.glsl", "graded.glsl"
-MISTAKES: dict[str, tuple[planted.Replacement, str]] = {
-    "modulation of colours only": (
-        (MEDIUM, "vec4(EMISSIVE != 0 ? vec3(factor) : vec3(1.0), factor)", "vec4(vec3(factor), 1.0)"),
-        "modulated",
-    ),
+MODULATED = "vec4 modulated(vec4 medium, float factor)"
+PIECE = "float piece_weight(float value, float magnitude, vec3 position, vec3 slope)"
+CONTOUR = "float contour_distance(float value, float magnitude, vec3 position)"
+MISTAKES: dict[str, tuple[planted.Mistake, str]] = {
+    "modulation of colours only": ((MODULATED, "return medium * vec4(vec3(factor), 1.0);"), "modulated"),
     "modulation of extinction only": (
-        (MEDIUM, "vec4(EMISSIVE != 0 ? vec3(factor) : vec3(1.0), factor)", "vec4(vec3(1.0), factor)"),
+        (MODULATED, "return medium * vec4(vec3(1.0), factor);"),
         "modulated premultiplied",
     ),
     "graded whatever the gradient": (
-        (GRADED, "ramp(magnitude, slope.y, slope.z) : 0.0", "min(1e9 * ramp(magnitude, slope.y, slope.z), 1.0) : 0.0"),
+        (PIECE, "return min(1e9 * piece_weight_right(value, magnitude, position, slope), 1.0);"),
         "graded",
     ),
-    "graded beyond its ends": ((GRADED, "value >= position.x && value < position.y", "place.x < place.y"), "graded"),
-    "colour of points not weighted": ((MEDIUM, "if (EMISSIVE == 0) medium.rgb *= medium.a;", ""), "graded"),
+    "graded beyond its ends": (
+        (PIECE, "return position.x < position.y ? ramp(magnitude, slope.y, slope.z) : 0.0;"),
+        "graded",
+    ),
+    "colour of points not weighted": (("vec4 with_emission(vec4 medium)", "return medium;"), "graded"),
     "a contour of the same width everywhere": (
-        (GRADED, "/ max(magnitude, 1e-30);", "/ (0.1 + 1e-6 * magnitude);"),
+        (CONTOUR, "return contour_distance_right(value, 0.1 + 1e-6 * magnitude, position);"),
         "contour",
     ),
 }
@@ -378,11 +380,11 @@ MISTAKES: dict[str, tuple[planted.Replacement, str]] = {
 
 @pytest.mark.parametrize("mistake", MISTAKES)
 def test_a_mistake_in_the_matter_shows(renderer: Renderer, mistake: str) -> None:
-    replacement, name = MISTAKES[mistake]
+    wrong_function, name = MISTAKES[mistake]
     volume = smooth()
     scene = Scene(volume, mixed()[name], framed(volume), classification="post")
     [right] = errors(renderer, scene, (8,))
-    with planted.planted(replacement) as mistaken:
+    with planted.planted(wrong_function) as mistaken:
         [wrong] = errors(mistaken, scene, (8,))
     assert wrong > 10 * right
 

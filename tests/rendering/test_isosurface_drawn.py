@@ -173,15 +173,15 @@ def test_it_is_lit_and_cued_as_the_oracle_does(renderer, light, projection, dtyp
 # The checks can fail.
 
 
+FIRST_ROOT = "bool first_root(vec4 values, float from, float to, float margin, out float root)"
 MISTAKES = {
-    "planes half a sample off": ("trilinear.glsl", "(start * samples - 0.5)", "(start * samples)"),
-    "what is crossed twice": (
-        "trilinear.glsl",
-        "vec2 turns = clamp(turns_of(cubic_through(values)), from, to);",
-        "vec2 turns = vec2(from);",
+    "planes half a sample off": planted.PLANES_HALF_A_SAMPLE_OFF,
+    "what is crossed twice": ("vec2 turns_between(vec4 values, float from, float to)", "return vec2(from);"),
+    "no refinement": (
+        "float root_between(vec4 values, float side, vec2 interval, vec2 at)",
+        "return interval.y;",
     ),
-    "no refinement": ("trilinear.glsl", "MOST_STEPS = 24", "MOST_STEPS = 0"),
-    "a margin of a thousandth": ("projection.frag", "max(same, off), t)", "max(0.001 + same, off), t)"),
+    "a margin of a thousandth": (FIRST_ROOT, "return first_root_right(values, from, to, 0.001 + margin, root);"),
 }
 
 
@@ -192,16 +192,16 @@ def test_a_mistake_in_where_it_is_is_seen(mistake):
 
 
 def test_a_missing_margin_is_seen():
-    for mistake in [("projection.frag", "max(same, off), t)", "1e-30 * max(same, off), t)")]:
-        with planted.planted(mistake) as wrong, pytest.raises(AssertionError):
-            for projection in ("orthographic", "perspective"):
-                test_values_exactly_at_the_isovalue_are_met(wrong, projection, np.float64)
-                test_values_exactly_at_the_isovalue_are_met(wrong, projection, np.uint16)
+    none = (FIRST_ROOT, "return first_root_right(values, from, to, 1e-30 * margin, root);")
+    with planted.planted(none) as wrong, pytest.raises(AssertionError):
+        for projection in ("orthographic", "perspective"):
+            test_values_exactly_at_the_isovalue_are_met(wrong, projection, np.float64)
+            test_values_exactly_at_the_isovalue_are_met(wrong, projection, np.uint16)
 
 
 def test_normals_that_look_away_are_seen():
     with (
-        planted.planted(("light.glsl", "gradient / -max(magnitude", "gradient / max(magnitude")) as wrong,
+        planted.planted(planted.NORMAL_TO_HIGHER_VALUES) as wrong,
         pytest.raises(AssertionError),
     ):
         test_it_is_lit_and_cued_as_the_oracle_does(wrong, "one-sided", "perspective", np.float32)

@@ -196,20 +196,38 @@ def test_beyond_its_range_a_depth_cue_is_all_or_nothing(
 
 # Planted mistakes.
 
-LIGHT = "light.glsl"
-SHADER_MISTAKES: dict[str, tuple[planted.Replacement, str]] = {
-    "gradient transposed": (("volume_texture.glsl", "return texel.rgb;", "return texel.bgr;"), "one side"),
-    "normal to higher values": ((LIGHT, "gradient / -max(", "gradient / max("), "one side"),
-    "light swapped": ((LIGHT, "direction_colors[i] *", "direction_colors[i].bgr *"), "one side"),
-    "halfway not of length 1": ((LIGHT, "unit(to_light + to_eye))", "(to_light + to_eye))"), "no fading"),
+WITH_LIGHT = "Shade with_light(Shade shade, vec3 color, vec3 normal, vec3 to_light, vec3 to_eye, float confidence)"
+SHADER_MISTAKES: dict[str, tuple[planted.Mistake, str]] = {
+    "gradient transposed": (("vec3 gradient_of(vec4 texel)", "return gradient_of_right(texel).bgr;"), "one side"),
+    "normal to higher values": (planted.NORMAL_TO_HIGHER_VALUES, "one side"),
+    "light swapped": (
+        (WITH_LIGHT, "return with_light_right(shade, color.bgr, normal, to_light, to_eye, confidence);"),
+        "one side",
+    ),
+    "halfway not of length 1": (
+        (
+            "float halfway_cosine(vec3 normal, vec3 to_light, vec3 to_eye)",
+            "return clamp(dot(normal, to_light + to_eye), 1e-30, 1.0);",
+        ),
+        "no fading",
+    ),
     "fade ignored": (
-        (LIGHT, "mix(1.0, max(facing, 0.0), confidence)", "mix(1.0, max(facing, 0.0), min(1e6 * confidence, 1.0))"),
+        (WITH_LIGHT, "return with_light_right(shade, color, normal, to_light, to_eye, min(1e6 * confidence, 1.0));"),
         "two of them, fading",
     ),
-    "one side only": ((LIGHT, "if (dot(normal, to_eye) < -SQUARE)", "if (dot(normal, to_eye) < -2.0)"), "head"),
-    "highlights on what faces away": ((LIGHT, "facing > SQUARE ?", "facing > -2.0 ?"), "shininess 0, one side"),
+    "one side only": (("vec3 lit_normal(vec3 normal, vec3 to_eye)", "return normal;"), "head"),
+    "highlights on what faces away": (
+        (
+            "float highlight_of(float facing, float halfway, float confidence)",
+            "return highlight_of_right(1.0, halfway, confidence);",
+        ),
+        "shininess 0, one side",
+    ),
     "highlights coloured by matter": (
-        ("matter.glsl", "(GLOWS ? medium.a : 1.0) * shade.specular", "matter.rgb * shade.specular"),
+        (
+            "vec4 lit_medium(vec4 medium, Shade shade)",
+            "return vec4(medium.rgb * (shade.diffuse + shade.specular), medium.a);",
+        ),
         "shininess 0",
     ),
 }
@@ -238,9 +256,9 @@ def off_by(renderer: Renderer, kind: Classification, lights: str, world: float =
 @pytest.mark.parametrize("mistake", SHADER_MISTAKES)
 @pytest.mark.parametrize("kind", ["post"])
 def test_a_mistake_in_the_light_shows(renderer: Renderer, kind: Classification, mistake: str) -> None:
-    replacement, lights = SHADER_MISTAKES[mistake]
+    wrong_function, lights = SHADER_MISTAKES[mistake]
     assert off_by(renderer, kind, lights) < 1
-    with planted.planted(replacement) as wrong:
+    with planted.planted(wrong_function) as wrong:
         assert off_by(wrong, kind, lights) > 1000
 
 
@@ -294,8 +312,7 @@ def test_a_spacing_that_is_left_out_of_the_fade_shows(renderer: Renderer, kind: 
 def test_a_cue_applied_twice_shows(renderer: Renderer, kind: Classification) -> None:
     volume = linear()
     scene = Scene(volume, even(), framed(volume), classification=kind, depth_cue=DepthCue(0.5, near=0.0, far=1e-3))
-    mixed = "mix(color.rgb, held_cue.rgb * color.a, %s)"
-    twice = ("seen.glsl", mixed % "fraction", mixed % "fraction * (2.0 - fraction)")
+    twice = ("vec4 cued(vec4 color, float depth)", "return cued_right(cued_right(color, depth), depth);")
     half = drawn(renderer, replace(scene, depth_cue=None)) * [0.5, 0.5, 0.5, 1]
     assert largest(drawn(renderer, scene) - half) < ROUNDING
     with planted.planted(twice) as wrong:

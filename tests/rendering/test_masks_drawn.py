@@ -164,7 +164,7 @@ def test_where_values_are_seen_hidden_samples_are_missing(renderer: Renderer, mo
     [
         (
             np.ones((3, 3, 4)),
-            r"^mask: a mask is of its volume's size, and has 4 x 3 x 3 samples where volume has 3 x 3",
+            r"^mask: a mask must have as many samples as its volume, got 4 x 3 x 3 samples where volume has 3 x 3",
         ),
         (np.full((3, 3, 3), 2.0), r"^mask: weights lie in \[0, 1\], and they go from 2 to 2; a mask of other numbers"),
         (np.full((3, 3, 3), np.nan), r"^mask: weights lie in \[0, 1\]"),
@@ -294,7 +294,7 @@ def test_colours_are_mixed_by_how_much_there_is_of_them(renderer: Renderer) -> N
 @pytest.mark.parametrize("more", [{"labels": True}, {"colors": np.zeros((3, 3, 3, 3))}])
 def test_labels_and_colours_are_of_matter(more: dict[str, Any]) -> None:
     volume = Volume(np.ones((3, 3, 3), np.uint8), **more)
-    with pytest.raises(InputError, match="colours and labels are of matter, in mode composite, and the mode is xray"):
+    with pytest.raises(InputError, match="volumes of colours or labels need mode composite, got mode xray"):
         Scene(volume, mode="xray")
 
 

@@ -10,8 +10,6 @@ from hard_case_list import hard_cases
 from hard_cases import run
 from support import planted
 
-from texvol.opengl.shaders import ShaderError
-
 CASES = {case.name: case for case in hard_cases()}
 
 MISTAKES = {
@@ -28,29 +26,29 @@ MISTAKES = {
 @pytest.mark.parametrize("classification", ["slab", "extinction", "post", "integrated"])
 @pytest.mark.parametrize("mistake", MISTAKES)
 def test_a_planted_mistake_takes_a_hard_case_over_its_bound(mistake: str, classification: str) -> None:
-    replacements, name = MISTAKES[mistake]
-    with planted.planted(*replacements) as renderer:
+    mistakes, name = MISTAKES[mistake]
+    with planted.planted(*mistakes) as renderer:
         outcome = run(CASES[f"{name}, {classification}"], renderer)
     # Far over: such a mistake is first order, the bounds second order or rounding.
     assert outcome.max_error > 3 * outcome.bound
 
 
-def test_a_mistake_that_is_no_longer_where_it_was_is_an_error() -> None:
-    stale = ("slab_stack.frag", "what nobody writes", "")
-    with pytest.raises(ShaderError, match="0 times, and not once"), planted.planted(stale):
+def test_a_mistake_in_an_attribute_that_is_no_longer_there_is_an_error() -> None:
+    stale = planted.Attribute("texvol.scene.optics.what_nobody_wrote", None)
+    with pytest.raises(AttributeError, match="what_nobody_wrote"), planted.planted(stale):
         pass
 
 
-def test_a_renderer_without_replacements_is_the_real_one() -> None:
+def test_a_renderer_without_mistakes_is_the_real_one() -> None:
     case = CASES["view along an axis, extinction"]
     with planted.planted() as renderer:
         assert not run(case, renderer).over
 
 
-def test_planted_modules_do_not_stay() -> None:
+def test_planted_attributes_do_not_stay() -> None:
     from texvol.scene import optics
-    from texvol.textures import slab_texture
 
+    right = optics.opacity_from_depth
     with planted.planted(*planted.LINEAR_OPACITY):
-        assert slab_texture.optics is not optics
-    assert slab_texture.optics is optics
+        assert optics.opacity_from_depth is not right
+    assert optics.opacity_from_depth is right

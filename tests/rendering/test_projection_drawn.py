@@ -263,35 +263,23 @@ def test_nothing_is_nothing(renderer, mode):
 # The checks can fail.
 
 LOST_PLANES = (
-    "trilinear.glsl",
-    "floor(walk.start + depth * walk.direction) + 1.0",
-    "floor(walk.start + depth * walk.direction) + 2.0",
+    "float first_depth(SampleWalk walk, float least, float depth, out vec3 planes)",
+    "float found = first_depth_right(walk, least, depth, planes); planes += 1.0; return found;",
 )
+TURNS = "vec2 turns_between(vec4 values, float from, float to)"
 MISTAKES = {
-    "planes half a sample off": (
-        test_extremes_are_exact,
-        ("trilinear.glsl", "(start * samples - 0.5)", "(start * samples)"),
-    ),
+    "planes half a sample off": (test_extremes_are_exact, planted.PLANES_HALF_A_SAMPLE_OFF),
     "a plane is left out": (test_extremes_are_exact, LOST_PLANES),
-    "no look between planes": (
-        test_extremes_are_exact,
-        ("trilinear.glsl", "cubic_between(values, clamp(turns_of(cubic_through(values)).x, from, to))", "values.x"),
-    ),
-    "the other turn": (
-        test_extremes_are_exact,
-        ("trilinear.glsl", "turns_of(cubic_through(values)).x, from", "turns_of(cubic_through(values)).y, from"),
-    ),
+    "no look between planes": (test_extremes_are_exact, (TURNS, "return vec2(from);")),
+    "the other turn": (test_extremes_are_exact, (TURNS, "return turns_between_right(values, from, to).yx;")),
     "end slabs unclipped": (test_sums_approach_those_of_the_oracle, *planted.UNCLIPPED_END_SLABS),
-    "cosine left out": (
-        test_sums_approach_those_of_the_oracle,
-        ("projection.frag", "(ray) * ray.obliquity;", "(ray) * (1.0 + 1e-20 * ray.obliquity);"),
-    ),
+    "cosine left out": (test_sums_approach_those_of_the_oracle, *planted.MISSING_COSINE),
 }
 
 
 @pytest.mark.parametrize("mistake", MISTAKES)
 def test_a_planted_mistake_is_seen(mistake):
-    check, *replacements = MISTAKES[mistake]
+    check, *mistakes = MISTAKES[mistake]
     mode = {test_extremes_are_exact: ("mip",), test_sums_approach_those_of_the_oracle: ("xray",)}.get(check, ())
-    with planted.planted(*replacements) as wrong, pytest.raises(AssertionError):
+    with planted.planted(*mistakes) as wrong, pytest.raises(AssertionError):
         check(wrong, *mode, "sheared", "perspective")

@@ -306,12 +306,12 @@ def test_stats_say_what_was_done(renderer: Renderer) -> None:
         ({"sampling_rate": 0.0}, "sampling rate must be positive"),
         ({"sampling_rate": np.nan}, "sampling rate must be positive"),
         ({"slab_thickness": -1.0}, "slab thickness must be positive"),
-        ({"slab_thickness": 1.0, "sampling_rate": 1.0}, "give one of them"),
+        ({"slab_thickness": 1.0, "sampling_rate": 1.0}, "give only one of them"),
         ({"max_error": 0.0}, "maximum error must be positive"),
         ({"max_error": np.nan}, "maximum error must be positive"),
-        ({"max_error": 0.1, "sampling_rate": 1.0}, "give one of them"),
-        ({"texture_format": "rgba64f"}, "texture format is auto"),
-        ({"target_format": "rgb"}, "target format is auto"),
+        ({"max_error": 0.1, "sampling_rate": 1.0}, "give only one of them"),
+        ({"texture_format": "rgba64f"}, "texture format must be auto"),
+        ({"target_format": "rgb"}, "target format must be auto"),
     ],
 )
 def test_arguments_out_of_range_are_refused(renderer: Renderer, arguments: dict, message: str) -> None:

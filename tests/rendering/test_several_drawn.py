@@ -267,9 +267,9 @@ def test_what_does_not_fit_is_refused_by_name() -> None:
 @pytest.mark.parametrize(
     ("more", "message"),
     [
-        ({"mode": "mip"}, "several volumes adds up in mode composite"),
-        ({"mode": "isosurface", "isovalue": 0.5}, "several volumes adds up in mode composite"),
-        ({"added": (3,)}, "added holds AddedVolumes, and int came"),
+        ({"mode": "mip"}, "added volumes need mode composite"),
+        ({"mode": "isosurface", "isovalue": 0.5}, "added volumes need mode composite"),
+        ({"added": (3,)}, "each of added must be an AddedVolume, got int"),
     ],
 )
 def test_what_has_no_meaning_is_refused(more: dict[str, Any], message: str) -> None:

@@ -119,7 +119,7 @@ def test_patients_are_seen_from_the_front() -> None:
 @pytest.mark.parametrize(
     "make, message",
     [
-        (lambda: Camera.perspective((1, 2, 3), (1, 2, 3), (0, 0, 1)), "eye and target must differ, and both are 1,2,3"),
+        (lambda: Camera.perspective((1, 2, 3), (1, 2, 3), (0, 0, 1)), "eye and target must differ, got 1,2,3"),
         (lambda: Camera.perspective((0, 0, 5), (0, 0, 0), (0, 0, -2)), "up must not be parallel to the view"),
         (lambda: Camera.perspective((0, 0, 5), (0, 0, 0), (0, 0, 0)), "up must not be zero"),
         (lambda: Camera.perspective((0, 0, np.nan), (0, 0, 0), (0, 1, 0)), "eye is three finite numbers"),

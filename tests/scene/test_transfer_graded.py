@@ -257,12 +257,12 @@ def test_graded_matter_that_is_wrong_is_refused(changes: dict[str, Any], message
     "changes, message",
     [
         ({"value": np.nan}, "value must be finite"),
-        ({"thickness": 0}, "thickness is a finite number above 0, and is 0"),
+        ({"thickness": 0}, "thickness must be a finite number above 0, got 0"),
         ({"thickness": np.inf}, "thickness is a finite number above 0"),
         ({"emission": (0, 0)}, "emission is three"),
         ({"emission": (0, 0, -1)}, "emission is three"),
         ({"extinction": np.inf}, "extinction must be finite"),
-        ({"extinction": -1}, "extinction must be finite and not negative, and is -1"),
+        ({"extinction": -1}, "extinction must be finite and not negative, got -1"),
     ],
 )
 def test_a_contour_that_is_wrong_is_refused(changes: dict[str, Any], message: str) -> None:

@@ -68,4 +68,4 @@ def ink(scene: Scene, size: tuple[int, int], **parts: object) -> np.ndarray:
 
 def blank(scene: Scene, size: tuple[int, int]) -> tuple[Sheet, View]:
     """A sheet with nothing on it, and the scene's view."""
-    return Sheet(size, Lettering(), scene.background), View(scene.camera_for(size), scene.volume, size)
+    return Sheet(size, Lettering(), scene.background), View(scene.completed(size).camera, scene.volume, size)

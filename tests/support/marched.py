@@ -105,7 +105,7 @@ def lit(
 
 def marched(scene: Scene, size: tuple[int, int], steps: int = 20000) -> Numbers:
     """Picture by the midpoint rule; the transfer functions have to be given, and nothing is opaque."""
-    camera = scene.camera_for(size)
+    camera = scene.completed(size).camera
     eyes, directions = (each.reshape(-1, 3) for each in camera.rays(size))
     box, picture = scene.box, np.zeros((len(eyes), 4))
     cue = scene.depth_cue

@@ -1,100 +1,99 @@
-"""Mistakes planted in the renderer: its own files with a line replaced, compiled and drawn with.
+"""Renderers with mistakes planted in them: wrong functions of shaders, wrong attributes of modules.
 
-A renderer with a cure switched off, or with one of the usual mistakes, shows that a check can fail. Shaders are
-replaced as `texvol.comparison.planting` does it; here modules can be, too.
+A renderer with a cure switched off, or with one of the usual mistakes, shows that a check can fail. A mistake names the
+function that is wrong; if that is gone, planting it is an error.
 """
 
 from __future__ import annotations
 
-import importlib
-import sys
-import types
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from functools import partial
-from pathlib import Path
+from typing import Any, NamedTuple
 from unittest.mock import patch
 
-import texvol
-from texvol.comparison.planting import Replacement, replaced, replaced_shaders
+import moderngl
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from texvol.comparison import mistakes
+from texvol.comparison.wrong_functions import WrongFunction, wrong_shaders
 from texvol.opengl.compositor import Compositor
 from texvol.rendering.renderer import Renderer
 from texvol.slicing.slabs import slab_stacks
+from texvol.textures import slab_texture
 
-PACKAGE = Path(texvol.__file__).parent
 
-# Where a module's planted twin has to be put for the renderer to use it.
-_USERS = {
-    "opengl/compositor.py": "texvol.rendering.renderer.Compositor",
-    "scene/optics.py": "texvol.textures.slab_texture.optics",
-    "textures/slab_texture.py": "texvol.rendering.render.slab_texture",
-}
+class Attribute(NamedTuple):
+    """An attribute of a module or class, by its full name, and what stands in its place."""
 
-LINEAR_OPACITY: tuple[Replacement, ...] = (
-    ("optics.glsl", "return x < 0.5 ? series : 1.0 - exp(-x);", "return min(x, 1.0);"),
-    ("optics.glsl", "return opacity;", "return min(x, 1.0);"),
-    (
-        "scene/optics.py",
-        "return -np.expm1(-np.asarray(optical_depth, dtype=np.float64))",
-        "return np.minimum(np.asarray(optical_depth, dtype=np.float64), 1.0)",
-    ),
+    name: str
+    value: Any
+
+
+Mistake = WrongFunction | Attribute
+
+
+def _linear(optical_depth: ArrayLike) -> NDArray[np.float64]:
+    return np.minimum(np.asarray(optical_depth, dtype=np.float64), 1.0)
+
+
+_TEXELS_OF_MEDIUM = slab_texture._texels_of_medium
+
+
+def _straight(*arguments: Any) -> NDArray[np.float64]:
+    texels = _TEXELS_OF_MEDIUM(*arguments)
+    return np.concatenate([texels[:, :3] / np.maximum(texels[:, 3:], 1e-300), texels[:, 3:]], axis=1)
+
+
+LINEAR_OPACITY: tuple[Mistake, ...] = (
+    mistakes.LINEAR_OPACITY,
+    Attribute("texvol.scene.optics.opacity_from_depth", _linear),
 )
-UNCLIPPED_END_SLABS: tuple[Replacement, ...] = (
-    ("ray.glsl", "ray.first_fraction = float(inside.x - floor(inside.x));", "ray.first_fraction = 0.0;"),
-    ("ray.glsl", "ray.last_fraction = float(inside.y - (ceil(inside.y) - 1.0));", "ray.last_fraction = 1.0;"),
+UNCLIPPED_END_SLABS: tuple[Mistake, ...] = (mistakes.UNCLIPPED_END_SLABS,)
+MISSING_COSINE: tuple[Mistake, ...] = (mistakes.MISSING_COSINE,)
+BACKS_ALPHA_IN_REGISTERS: tuple[Mistake, ...] = (mistakes.ALPHA_OF_THE_BACK,)
+BACKS_ALPHA_IN_BLEND: tuple[Mistake, ...] = (
+    Attribute("texvol.opengl.compositor.Compositor.under", (moderngl.ONE_MINUS_SRC_ALPHA, moderngl.ONE)),
 )
-# The uniform has to stay in use, or setting it is an error.
-MISSING_COSINE: tuple[Replacement, ...] = (
-    ("obliquity.glsl", "sqrt(1.0 + dot(tangent, tangent))", "sqrt(1.0 + 1e-20 * dot(tangent, tangent))"),
+SWAPPED_ORDER: tuple[Mistake, ...] = (("vec4 over(vec4 front, vec4 back)", "return over_right(back, front);"),)
+HALF_TEXEL_SHIFT: tuple[Mistake, ...] = (mistakes.HALF_A_TEXEL,)
+SWAPPED_AXES: tuple[Mistake, ...] = (mistakes.other_axes("zyx"),)
+PLANES_HALF_A_SAMPLE_OFF: Mistake = (
+    "SampleWalk sample_walk(vec3 start, vec3 step, vec3 samples)",
+    "return sample_walk_right(start + 0.5 / samples, step, samples);",
 )
-BACKS_ALPHA_IN_REGISTERS: tuple[Replacement, ...] = (
-    ("optics.glsl", "return front + (1.0 - front.a) * back;", "return front + (1.0 - back.a) * back;"),
-)
-BACKS_ALPHA_IN_BLEND: tuple[Replacement, ...] = (
-    ("opengl/compositor.py", "under = (moderngl.ONE_MINUS_DST_ALPHA,", "under = (moderngl.ONE_MINUS_SRC_ALPHA,"),
-)
-HALF_TEXEL_SHIFT: tuple[Replacement, ...] = (
-    (
-        "volume_texture.glsl",
-        "textureLod(texels, position, 0.0)",
-        "textureLod(texels, position + 0.5 / vec3(textureSize(texels, 0)), 0.0)",
-    ),
-)
-SWAPPED_AXES: tuple[Replacement, ...] = (
-    ("volume_texture.glsl", "textureLod(texels, position, 0.0)", "textureLod(texels, position.zyx, 0.0)"),
+NORMAL_TO_HIGHER_VALUES: Mistake = (
+    "vec3 normal_of(vec3 gradient, float magnitude)",
+    "return normal_of_right(-gradient, magnitude);",
 )
 # Texels of `extinction` with the straight colour, weighted by opacity only after the fetch.
-STRAIGHT_COLOUR: tuple[Replacement, ...] = (
+STRAIGHT_COLOUR: tuple[Mistake, ...] = (
+    Attribute("texvol.textures.slab_texture._texels_of_medium", _straight),
     (
-        "textures/slab_texture.py",
-        "return np.concatenate([glow, depth], axis=1)",
-        "return np.concatenate([glow / np.maximum(depth, 1e-300), depth], axis=1)",
-    ),
-    (
-        "slab_stack.frag",
-        "vec4(texel.rgb * (length * mean_transmittance(depth, opacity)), opacity)",
-        "vec4(texel.rgb * opacity, opacity)",
+        "vec4 slab_color(vec4 texel, float length, vec3 position)",
+        "texel *= held_scale; float opacity = opacity_from_depth(texel.a * length); "
+        "return vec4(texel.rgb * opacity, opacity);",
     ),
 )
 
 
 @contextmanager
-def planted(*replacements: Replacement) -> Iterator[Renderer]:
-    """A renderer of its own that has the mistakes in it."""
-    modules = {name: (PACKAGE / name).read_text(encoding="utf-8") for name in _USERS}
-    touched = {file for file, _, _ in replacements} & set(modules)
-    for file, old, new in replacements:
-        if file in modules:
-            modules[file] = replaced(file, modules[file], old, new)
-    in_shaders = [each for each in replacements if each[0] not in modules]
+def planted(*mistakes: Mistake) -> Iterator[Renderer]:
+    """A renderer of its own that has the mistakes in it.
+
+    Raises
+    ------
+    ShaderError, AttributeError
+        If a function or attribute no longer exists.
+    """
+    functions = [mistake for mistake in mistakes if not isinstance(mistake, Attribute)]
     with ExitStack() as stack:
-        folder = stack.enter_context(replaced_shaders(*in_shaders))
-        twins = {file: _module(file, modules[file]) for file in touched}
-        compositor = twins.pop("opengl/compositor.py").Compositor if "opengl/compositor.py" in twins else Compositor
-        stack.enter_context(patch("texvol.rendering.renderer.Compositor", partial(compositor, shaders=folder)))
-        for file, twin in twins.items():
-            stack.enter_context(patch(_USERS[file], twin))
-        yield stack.enter_context(Renderer())
+        folder = stack.enter_context(wrong_shaders(*functions))
+        for mistake in mistakes:
+            if isinstance(mistake, Attribute):
+                stack.enter_context(patch(mistake.name, mistake.value))
+        yield stack.enter_context(Renderer(compositor=partial(Compositor, shaders=folder)))
 
 
 @contextmanager
@@ -111,16 +110,5 @@ def slabs_per_blend(count: int) -> Iterator[None]:
     def stacks(volume, camera, slab_thickness, size, per_stack=count, *part):  # type: ignore[no-untyped-def]
         return slab_stacks(volume, camera, slab_thickness, size, count, *part)
 
-    with patch("texvol.rendering.render.slicing.slab_stacks", stacks):
+    with patch("texvol.rendering.render.slab_stacks", stacks):
         yield
-
-
-def _module(file: str, text: str) -> types.ModuleType:
-    """A module of that text, which sees the same neighbours as the real one."""
-    name = f"texvol.{file.removesuffix('.py').replace('/', '.')}"
-    importlib.import_module(name)
-    twin = types.ModuleType(f"{name}_planted")
-    twin.__file__ = str(PACKAGE / file)
-    sys.modules[twin.__name__] = twin
-    exec(compile(text, twin.__file__, "exec"), twin.__dict__)
-    return twin

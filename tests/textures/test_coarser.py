@@ -27,7 +27,6 @@ from texvol.scene.lighting import DepthCue, Lighting
 from texvol.scene.mask import Mask
 from texvol.scene.scene import Scene
 from texvol.scene.transfer import TransferFunction, proposed_for
-from texvol.scene.transfer.writing import content_of
 from texvol.scene.volume import Volume
 from texvol.slicing.cells import CELL
 from texvol.textures import halving as coarser
@@ -124,11 +123,11 @@ def test_the_estimate_leaves_the_halved_volume_where_it_is(
     first, halvings = drawn(renderer, scene, 9)
     assert halvings == [1, 1, 1] and renderer.stats["texture_format"] == texels
     assert not np.array_equal(full, first)
-    uploads = renderer._device.medium[0].textures.uploads
+    uploads = renderer._cache.volumes[0].textures.uploads
     with patch("texvol.opengl.empty_space.Cells.of", side_effect=AssertionError):
         again = renderer.render(scene, SIZE, slab_thickness=9.0)
     np.testing.assert_array_equal(again, first)
-    assert renderer._device.medium[0].textures.uploads == uploads
+    assert renderer._cache.volumes[0].textures.uploads == uploads
     np.testing.assert_array_equal(in_full(renderer, scene, 9), full)
 
 
@@ -265,7 +264,7 @@ def test_a_wanted_error_is_that_of_all_samples(renderer: Renderer, monkeypatch: 
 def file_of_waves(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     monkeypatch.chdir(tmp_path)
     np.save("waves.npy", waves())
-    Path("fog.json").write_text(json.dumps(content_of(FOG)))
+    Path("fog.json").write_text(json.dumps(FOG.as_json()))
     return "waves.npy"
 
 
@@ -363,9 +362,10 @@ def test_without_a_camera_the_same_box_is_framed(renderer: Renderer) -> None:
     scene = replace(scene_of(waves()), camera=None)
     assert drawn(renderer, scene, 9)[1] == [1, 1, 1]
     assert renderer._last is not None
-    left = renderer._device.medium[0].drawn_scene(scene, scene, SIZE, renderer._last[2])
+    complete = scene.completed(SIZE)
+    left = renderer._cache.volumes[0].coarser_scene(complete, complete, renderer._last[2])
     assert left.volume.dimensions == (COUNT // 2,) * 3
-    assert left.camera == scene.camera_for(SIZE)
+    assert left.camera == scene.completed(SIZE).camera
 
 
 def test_what_few_rays_meet_is_not_halved() -> None:

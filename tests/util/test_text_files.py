@@ -206,9 +206,9 @@ def test_there_are_only_so_many_parts_that_are_mixed(tmp_path: Path, key: str) -
 
 def test_a_recent_list_of_nonsense_is_passed_over(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
-    recent.position().parent.mkdir()
+    recent.state_file().parent.mkdir()
     for text in BAD_JSON.values():
-        recent.position().write_text(text)
+        recent.state_file().write_text(text)
         assert recent.files() == []
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from texvol.cli.common import add_backend
 from texvol.formats.pictures import image
-from texvol.output.shown_pictures import is_exact
+from texvol.output.export import is_exact
 from texvol.provenance.scene_metadata import scene_metadata
 from texvol.util.terminal import say
 

@@ -170,7 +170,9 @@ def _self_test(arguments: argparse.Namespace, chosen: Limits | None) -> int:
         raise InputError("--output needs two pictures: with --self-test use --html")
     found = self_test.self_test_of(arguments.self_test, chosen or limits.ONE_DRIVER, volume=arguments.volume)
     if arguments.html:
-        writing.write_files({arguments.html: found.page().encode()})
+        from texvol.comparison import self_test_page
+
+        writing.write_files({arguments.html: self_test_page.page(found).encode()})
     say(json.dumps(found.as_json(), indent=2, allow_nan=False) if arguments.json else found.as_text())
     return SAME if found.passed else DIFFERENT
 

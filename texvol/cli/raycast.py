@@ -10,7 +10,7 @@ from texvol.formats.pictures import depth as depth_picture
 from texvol.formats.pictures import image
 from texvol.options import reading as reading_options
 from texvol.options import scene_options as options
-from texvol.output.shown_pictures import Display, is_exact
+from texvol.output.export import PictureExport, is_exact
 from texvol.util import writing
 
 
@@ -36,11 +36,11 @@ def run(arguments: argparse.Namespace) -> None:
     from texvol.ray_casting.projection import isosurface_depth
 
     size, output = scene_options.size, arguments.output
-    display = Display(scene_options, scene_options.annotation)
-    scene = display.prepared(scene, size, chose_view=scene_options.chose_view)
-    picture = display.of(raycast(scene, size), scene, output)
+    export = PictureExport(scene_options, scene_options.annotation)
+    scene = export.prepared(scene, size, chose_view=scene_options.chose_view)
+    picture = export.of(raycast(scene, size), scene, output)
     metadata = {"texvol:renderer": "ray casting, float64"}
-    metadata |= display.metadata(scene_options.volume, scene, output)
+    metadata |= export.metadata(scene_options.volume, scene, output)
     files = {output: image.encoded(output, picture, metadata, transparent=scene_options.transparent)}
     if arguments.depth:
         files[arguments.depth] = depth_picture.encoded(arguments.depth, isosurface_depth(scene, size))

@@ -16,7 +16,7 @@ from texvol.options import reading as reading_options
 from texvol.options import scene_options as options
 from texvol.options import texts
 from texvol.output import sequences
-from texvol.output.shown_pictures import Display, is_exact
+from texvol.output.export import PictureExport, is_exact
 from texvol.scene.scene import Scene
 from texvol.util import writing
 from texvol.util.errors import InputError
@@ -100,8 +100,8 @@ def run(arguments: argparse.Namespace) -> None:
     series = scene_options.series() if scene_options.all_times else None
     volume = scene_options.load() if series is None else scene_options.placed(series[0])
     loaded = time.perf_counter()
-    display = Display(scene_options, scene_options.annotation)
-    scene = _scene(arguments, scene_options, volume, series, display)
+    export = PictureExport(scene_options, scene_options.annotation)
+    scene = _scene(arguments, scene_options, volume, series, export)
 
     from texvol.rendering.renderer import Renderer
 
@@ -112,15 +112,15 @@ def run(arguments: argparse.Namespace) -> None:
             picture = renderer.render(scene, scene_options.size, **once, **_accuracy(arguments))
             depth = renderer.depth() if arguments.depth else None
         else:
-            sequence_stats = _draw_frames(renderer, scene, series, display, scene_options, arguments)
+            sequence_stats = _draw_frames(renderer, scene, series, export, scene_options, arguments)
         stats = renderer.stats if arguments.stats else {}
         check, settings = renderer.check, renderer.settings
         metadata = {"texvol:renderer": renderer.renderer_name} | (check.attributes if check else {})
     # Encoding begins after the textures are released: both need much memory.
     files = {}
     if picture is not None:
-        shown, transparent = display.of(picture, scene, arguments.output), scene_options.transparent
-        metadata |= display.metadata(scene_options.volume, scene, arguments.output, settings)
+        shown, transparent = export.of(picture, scene, arguments.output), scene_options.transparent
+        metadata |= export.metadata(scene_options.volume, scene, arguments.output, settings)
         files[arguments.output] = image.encoded(arguments.output, shown, metadata, transparent=transparent)
     if depth is not None:
         files[arguments.depth] = depth_picture.encoded(arguments.depth, depth)
@@ -137,17 +137,17 @@ def _scene(
     scene_options: options.SceneOptions,
     volume: Volume,
     series: TimeSeries | None,
-    display: Display,
+    export: PictureExport,
 ) -> Scene:
     """Return the scene of a picture, or the first scene of an orbit or a time series."""
     size, orbit = scene_options.size, arguments.orbit is not None
     adapting_to = None
     if series is not None:
         film.check_output(arguments.output, len(series), size)
-        adapting_to = scene_options.placed(sequences.standing_for(series))
+        adapting_to = scene_options.placed(sequences.representative_volume(series))
     in_8_bits = not is_exact(arguments.output)
     scene = scene_options.scene(volume, orbit=orbit, adapting_to=adapting_to, in_8_bits=in_8_bits)
-    return display.prepared(scene, size, chose_view=scene_options.chose_view or orbit)
+    return export.prepared(scene, size, chose_view=scene_options.chose_view or orbit)
 
 
 def _accuracy(arguments: argparse.Namespace) -> dict[str, Any]:
@@ -159,7 +159,7 @@ def _draw_frames(
     renderer: Renderer,
     scene: Scene,
     series: TimeSeries | None,
-    display: Display,
+    export: PictureExport,
     scene_options: options.SceneOptions,
     arguments: argparse.Namespace,
 ) -> dict[str, Any]:
@@ -168,7 +168,7 @@ def _draw_frames(
         kind, frames = "time", sequences.steps(scene, series, scene_options.placed)
     else:
         kind, frames = "orbit", sequences.views(scene, arguments.orbit, scene_options.volume)
-    target = (scene_options.size, _accuracy(arguments), display, arguments.output)
+    target = (scene_options.size, _accuracy(arguments), export, arguments.output)
     how = {"transparent": scene_options.transparent, "fps": arguments.fps}
     return {kind: sequences.draw_frames(frames, renderer, *target, **how)}
 

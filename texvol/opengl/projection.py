@@ -1,22 +1,22 @@
 """Modes in which the values themselves are seen: what the shader projects, and the numbers that come of it.
 
-    xray         ∫ v ds, in data units times world units           average      that, divided by the way
+    xray         ∫ v ds, in data units times world units           average      that, divided by its length
                  or of what is above air, see `air`
     mip, minip   the largest and the least value on the ray         isosurface   the first place of one value, lit
 
-over the ray's way through the box, in front of the eye, where there are values. Pictures of the first four hold the
+over the ray's path through the box, in front of the eye, where there are values. Pictures of the first four hold the
 number in red, green and blue, and 1 in alpha where there is one.
 
 What the error is made of. Between two planes through sample centres the value along a ray is a cubic, which four looks
 determine. mip, minip and isosurface go from plane to plane and take the extremes and the first root of the cubic
-itself: however thick slabs are, only float32 is left of the error, in which a place is known to some 2^-24 of the box
-and the value accordingly: a few millionths of the range. xray and average take the value in the middle of each slab,
-clipped to the box: order 2 in the thickness, most of it from the planes, at which the value's slope changes by up to c
-and a slab of length h loses up to c h² / 8, and as much where the value passes that of air; the edge of missing values
-is known to half a slab. Where there are infinities they go from plane to plane as well, so that none is stepped over. A
-surface that a ray touches within that rounding may be met or missed; so may, beside NaN or an infinity, a stretch of
-less than 10^-5 of the box. Where NaN lies one sample from the border, drivers may make NaN of what is beyond that
-sample too.
+itself: however thick slabs are, only float32 is left of the error, in which a position is known to some 2^-24 of the
+box and the value accordingly: a few millionths of the range. xray and average take the value in the middle of each
+slab, clipped to the box: order 2 in the thickness, most of it from the planes, at which the value's slope changes by
+up to c and a slab of length h loses up to c h² / 8, and as much where the value passes that of air; the edge of
+missing values is known to half a slab. Where there are infinities they go from plane to plane as well, so that none
+is stepped over. A surface that a ray touches within that rounding may be met or missed; so may, beside NaN or an
+infinity, an interval of less than 10^-5 of the box. Where NaN lies one sample from the border, drivers may make NaN
+of what is beyond that sample too.
 """
 
 from __future__ import annotations
@@ -32,13 +32,10 @@ from texvol.scene.camera import Camera
 from texvol.scene.display import isosurface_color
 from texvol.scene.lighting import Lighting
 from texvol.scene.scene import Scene
-from texvol.scene.transfer import TransferFunction
 from texvol.scene.volume import Volume
 from texvol.textures.value_storage import FAR, HUGE, bulk_of
 from texvol.textures.value_texture import ValueTexture
 
-# Stands where texels of values want a transfer function that nothing is asked of.
-NO_MEDIUM = TransferFunction(np.zeros(1), np.zeros((1, 3)), np.zeros(1))
 NOTHING_YET = -3e38  # the largest value of none
 _ROUNDING = 2.0**-20  # of a value, more than interpolation loses
 _SAME = 2.0**-22  # of a stored value: half an ulp or two, which interpolation may take from equal texels
@@ -50,14 +47,14 @@ _MODES = {"xray": 1, "average": 1, "mip": 2, "minip": 2, "isosurface": 3}
 
 @dataclass(frozen=True)
 class Isovalue:
-    """Stands for a transfer function where it is asked which values show anything: those of one surface."""
+    """Values that show in mode isosurface, with the interface of a transfer function."""
 
     value: float
 
     def shows_between(
         self, lowest: ArrayLike, highest: ArrayLike, largest_magnitude: ArrayLike = np.inf
     ) -> NDArray[np.bool_]:
-        """Whether the isovalue lies between, or as near as rounding makes no difference; False where either is NaN.
+        """True where the isovalue lies between the two, within rounding; False where either is NaN.
 
         Whatever the gradient is.
         """
@@ -69,7 +66,7 @@ class Isovalue:
 
 @dataclass(frozen=True)
 class Projection:
-    """What is projected of a scene, for the shader projection.frag; `depth` for that of an isosurface in its place."""
+    """Projection of the values, for the shader projection.frag; with `depth`, the depth of an isosurface."""
 
     mode: str
     isovalue: float | None
@@ -80,17 +77,17 @@ class Projection:
 
     @property
     def blending(self) -> str:
-        """How bricks are put together."""
+        """Blending of bricks."""
         return {1: "add", 2: "largest", 3: "under"}[_MODES[self.mode]]
 
     @property
     def measures_rays(self) -> bool:
-        """Whether it matters how long a ray's way is."""
+        """True if the length of a ray in the box matters."""
         return _MODES[self.mode] == 1
 
     @property
     def nothing(self) -> tuple[float, float, float, float]:
-        """What an empty picture holds."""
+        """Clear value of the target."""
         return (NOTHING_YET, 0.0, 0.0, 0.0) if _MODES[self.mode] == 2 else (0.0, 0.0, 0.0, 0.0)
 
     def switches(self, baked: ValueTexture) -> dict[str, int]:
@@ -187,7 +184,7 @@ class Projection:
 
 
 def projection_of(scene: Scene, *, depth: bool = False) -> Projection | None:
-    """What is projected of a scene; None for composite."""
+    """Return the projection of a scene; None in mode composite."""
     if scene.mode == "composite":
         return None
     lighting = (scene.lighting or Lighting()) if scene.mode == "isosurface" and not depth else None
@@ -206,7 +203,7 @@ def _has_infinities(volume: Volume) -> bool:
 
 
 def _largest_finite(baked: ValueTexture) -> float:
-    """What no stored value is beyond that does not stand for an infinity."""
+    """Largest magnitude of the stored finite values."""
     volume = baked.volume
     if not _has_infinities(volume) or volume.finite_range is None:
         return _ALL_FINITE

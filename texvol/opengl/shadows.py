@@ -1,7 +1,7 @@
-"""Shadows: how much of each light arrives at the nodes of the box, see `texvol.scene.lighting`.
+"""Shadows: how much of each light reaches the nodes of the box, see `texvol.scene.lighting`.
 
-The ways from all nodes to a light are walked on the device, a pixel for each node, through the post-classified matter,
-whatever the classification of the picture; bricks add up. What is found is kept until the matter or the lights change.
+The rays from all nodes to a light are walked on the device, a pixel for each node, through the post-classified medium,
+whatever the classification of the picture; bricks add up. What is found is kept until the medium or the lights change.
 """
 
 from __future__ import annotations
@@ -14,31 +14,29 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.opengl.compositor import NOTHING_SPECIAL, brick_uniforms, half_spaces_in_box
 from texvol.opengl.contexts import Context
 from texvol.opengl.light_uniforms import box_matrices
 from texvol.opengl.shaders import load_program, set_uniforms
 from texvol.opengl.texture_store import TextureStore, same
+from texvol.opengl.uniforms import NOTHING_SPECIAL, brick_uniforms, half_spaces_in_box
 from texvol.scene.cutting import Cutting
 from texvol.scene.lighting import Light, Lighting, casts_shadows, position_of, shadow_nodes, unit
-from texvol.scene.scene import Scene
-from texvol.scene.transfer import TransferFunction
+from texvol.scene.scene import CompleteScene
 from texvol.scene.volume import Volume
 from texvol.slicing.bricks import Brick
 from texvol.textures.shaded_samples import LightTransmittance
 from texvol.textures.value_texture import ValueTexture, bake_values
 
-Medium = Sequence[tuple[Scene, TransferFunction]]
-_MOST_PARTS = 2048  # of a way through the box: more would take seconds
+_MOST_PARTS = 2048  # of a path through the box: more would take seconds
 
 
 class Shadows:
-    """Programs, and textures of what arrives of at most four lights; every method needs the context to be current.
+    """Light transmittance of at most four lights, as textures; methods need the context to be current.
 
     Parameters
     ----------
     budget : int
-        Bytes that the textures of the matter that casts them may take.
+        Bytes that the textures of the medium that casts them may take.
     """
 
     def __init__(self, context: Context, budget: int) -> None:
@@ -49,20 +47,19 @@ class Shadows:
         self._light_transmittance: list[LightTransmittance] = []
         self.textures: list[moderngl.Texture3D] = []
 
-    def prepare(self, scenes: Medium, thickness: float) -> list[LightTransmittance] | None:
-        """Have what arrives at the nodes of each volume, as found by parts of about a slab's thickness.
+    def prepare(self, scenes: Sequence[CompleteScene], thickness: float) -> list[LightTransmittance] | None:
+        """Find the light transmittance at the nodes of each volume, by steps of about a slab's thickness.
 
-        `scenes` are those of one volume each, with its transfer function, see `Scene.each_alone`. None where nothing
-        is cast.
+        `scenes` are those of one volume each, see `CompleteScene.each_alone`. None where no shadows are cast.
         """
-        scene, lighting = scenes[0][0], scenes[0][0].lighting
+        scene, lighting = scenes[0], scenes[0].lighting
         if lighting is None or not casts_shadows(lighting) or scene.mode != "composite":
             return None
-        volumes = [each.volume for each, _ in scenes]
+        volumes = [each.volume for each in scenes]
         part = max(thickness, 2 * max(volume.radius for volume in volumes) / _MOST_PARTS)
-        estimators = [scene.gradient if medium.needs_gradient else None for _, medium in scenes]
+        estimators = [scene.gradient if each.medium.needs_gradient else None for each in scenes]
         asked: tuple[Any, ...] = (part, repr(lighting.casting), repr(estimators), repr(scene.cutting))
-        asked += tuple(thing for each, medium in scenes for thing in (each.volume, each.mask, medium))
+        asked += tuple(thing for each in scenes for thing in (each.volume, each.mask, each.medium))
         if self._cast_for is None or not same(self._cast_for, asked):
             self._cast_for = None
             self._release_textures()
@@ -72,12 +69,17 @@ class Shadows:
         return self._light_transmittance
 
     def _cast(
-        self, lighting: Lighting, scenes: Medium, estimators: list[Any], asked: tuple[Any, ...], part_length: float
+        self,
+        lighting: Lighting,
+        scenes: Sequence[CompleteScene],
+        estimators: list[Any],
+        asked: tuple[Any, ...],
+        part_length: float,
     ) -> list[LightTransmittance]:
-        volumes = [scene.volume for scene, _ in scenes]
+        volumes = [scene.volume for scene in scenes]
         depths = [np.zeros((len(lighting.casting), *shadow_nodes(volume)[::-1]), np.float32) for volume in volumes]
-        for (scene, medium), estimator in zip(scenes, estimators, strict=True):
-            baked = bake_values(scene.volume, medium, "post", "exact", estimator, scene.mask)
+        for scene, estimator in zip(scenes, estimators, strict=True):
+            baked = bake_values(scene.volume, scene.medium, "post", "exact", estimator, scene.mask)
             textures = TextureStore(self._context, self._budget)
             try:
                 textures.prepare(baked, scene.volume, asked, (1, 1, 1))
@@ -97,7 +99,7 @@ class Shadows:
         part_length: float,
         cutting: Cutting,
     ) -> NDArray[np.float32]:
-        """How deep the matter is between the nodes (z, y, x) of a volume, its own or another, and a light."""
+        """Optical depth between the nodes (z, y, x) of a volume and a light."""
         nx, ny, nz = nodes = shadow_nodes(receiving)
         target = self._gl.framebuffer([self._gl.texture((nx, ny * nz), 1, dtype="f4")])
         depth = np.zeros((nz, ny, nx), np.float32)
@@ -115,7 +117,7 @@ class Shadows:
         return depth
 
     def release(self) -> None:
-        """Give everything back."""
+        """Release everything on the device."""
         for program in self._programs.values():
             program.release()
         self._programs.clear()
@@ -182,7 +184,7 @@ class Shadows:
 
 
 def _from_other_box(volume: Volume, other: Volume) -> dict[str, Any]:
-    """What takes shares of another volume's box to those of one's own."""
+    """Uniforms of the transformation from another volume's box to this volume's box, both in fractions of the edges."""
     to_box = volume.index_from_world / np.array(volume.dimensions)[:, np.newaxis]
     matrix = to_box @ other.box_edges
     corner = 0.5 + to_box @ (other.centre - volume.centre) - matrix.sum(axis=1) / 2

@@ -1,4 +1,4 @@
-"""How much memory textures may take: what is free on the device, or in the machine where the driver is software."""
+"""Memory for textures: free memory of the device, or of the machine if the driver is software."""
 
 from __future__ import annotations
 

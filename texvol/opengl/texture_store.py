@@ -114,17 +114,17 @@ class TextureStore:
 
     @property
     def bytes(self) -> int:
-        """What the textures take."""
+        """Bytes of the textures on the device."""
         return sum(self._size(held.texture) for held in self._held.values())
 
     @property
     def bytes_of_all(self) -> int:
-        """What the textures of all bricks would take together."""
+        """Bytes of the textures of all bricks together."""
         assert self._baked is not None, "nothing has been prepared"
         return sum(int(np.prod(brick.texture_size, dtype=np.int64)) for brick in self.bricks) * _bytes_of(self._baked)
 
     def release(self) -> None:
-        """Give all textures back."""
+        """Release all textures."""
         for held in self._held.values():
             for texture in held.textures.values():
                 texture.release()
@@ -207,19 +207,19 @@ class TextureStore:
 
 
 def _bytes_of(baked: BakedTexture) -> int:
-    """Of one sample, in all textures."""
+    """Return the bytes of one sample in all textures."""
     return _BYTES[baked.texel_format] + (_BYTES[baked.weight_format] if baked.weight_format else 0)
 
 
 def _with_room(texels: NDArray, brick: Brick, is_last: bool) -> NDArray:
-    """Beyond the volume its last samples go on, as beyond the edge of a texture that ends with it."""
+    """Repeat the last samples beyond the volume, as clamping at the edge of a texture does."""
     x, y, z = (int(more) for more in brick.has_room_beyond)
     beyond = (z if is_last else 0, y, x, 0)
     return np.pad(texels, [(0, more) for more in beyond], mode="edge") if any(beyond) else texels
 
 
 def same(one: Sequence[Any], other: Sequence[Any]) -> bool:
-    """Whether two descriptions of texels are the same: objects by identity, numbers and names by value."""
+    """True if two cache keys are equal: objects by identity, numbers and names by value."""
     return len(one) == len(other) and all(
         a is b or (isinstance(a, float | str) and a == b) for a, b in zip(one, other, strict=True)
     )

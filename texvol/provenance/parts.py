@@ -17,6 +17,7 @@ from texvol.rendering import accuracy
 from texvol.rendering.settings import Settings
 from texvol.scene.cutting import ClipPlane
 from texvol.scene.lighting import Light, Lighting
+from texvol.scene.transfer import TransferFunction
 from texvol.textures.slab_texture import TEXEL_FORMATS
 from texvol.util.errors import InputError
 
@@ -32,6 +33,11 @@ _SETTINGS: dict[str, Any] = {
 _MOST_SHOWN = 200  # characters of a quoted text, enough for a path
 
 T = TypeVar("T")
+
+
+def transfer_function(content: Any) -> TransferFunction:
+    """Return the transfer function that a header holds."""
+    return TransferFunction.from_content(content, "transfer function")
 
 
 def settings(content: Any) -> dict[str, Any]:

@@ -29,7 +29,7 @@ from texvol.scene.lighting import DepthCue
 from texvol.scene.mask import Mask
 from texvol.scene.scene import Scene
 from texvol.scene.shapes import Mesh
-from texvol.scene.transfer.files import from_content
+from texvol.scene.transfer import TransferFunction
 from texvol.util.errors import InputError
 
 __all__ = ["AnyVolume", "StoredScene", "scene_from_metadata", "stored_scene_of"]
@@ -149,7 +149,9 @@ def _described(metadata: Metadata, folder: str | os.PathLike[str] | None) -> dic
         return geometry_from_metadata(content, lambda entry: positions(entry, folder))
 
     return {
-        "transfer_function": metadata.part("transfer_function", lambda each: from_content(each, "transfer function")),
+        "transfer_function": metadata.part(
+            "transfer_function", lambda each: TransferFunction.from_content(each, "transfer function")
+        ),
         "camera": metadata.part("camera", lambda each: parts.made(Camera, each)),
         "lighting": metadata.part("lighting", parts.lighting),
         "depth_cue": metadata.part("depth_cue", lambda each: parts.made(DepthCue, each)),

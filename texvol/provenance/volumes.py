@@ -17,7 +17,6 @@ from texvol.provenance.metadata import Metadata
 from texvol.provenance.scene_metadata import COLORS, LABELS, checksum_of, kind_of
 from texvol.scene.added_volume import AddedVolume
 from texvol.scene.mask import Mask
-from texvol.scene.transfer.files import from_content
 from texvol.scene.volume import Volume
 from texvol.util.errors import InputError, TexvolError
 
@@ -97,7 +96,7 @@ def found_added(
 
 def _added(metadata: Metadata, given: AddedVolume | AnyVolume, folder: Folder) -> AddedVolume:
     metadata.check_keys(_ADDED_KEYS, (*ALWAYS, "source"))
-    medium = metadata.part("transfer_function", lambda each: from_content(each, "transfer function"))
+    medium = metadata.part("transfer_function", parts.transfer_function)
     if isinstance(given, AddedVolume):
         volume, mask = found_volume(metadata, given.volume, folder), given.mask
     else:

@@ -23,7 +23,6 @@ from texvol.ray_casting.projection_walk import ABOVE, HIGHEST, INTEGRAL, SURFACE
 from texvol.scene.air import attenuation_of
 from texvol.scene.camera import Camera
 from texvol.scene.display import isosurface_color
-from texvol.scene.hidden_samples import without_hidden
 from texvol.scene.lighting import Lighting
 from texvol.scene.scene import Scene, checked_size
 from texvol.util.errors import InputError
@@ -65,8 +64,9 @@ def project(
         If the mode is composite, or the size is not at least one pixel each way.
     """
     size = checked_size(size)
-    scene = without_hidden(scene)
-    camera = scene.camera_for(size)
+    scene = scene.completed(size)
+    assert scene.camera is not None
+    camera = scene.camera
     rays, numbers = _traced(scene, camera, size, chosen)
     number, direction = numbers[..., 0], numbers[..., 1]
     if scene.mode == "isosurface":
@@ -101,8 +101,9 @@ def isosurface_depth(scene: Scene, size: tuple[int, int] = (512, 512)) -> NDArra
     if scene.mode != "isosurface":
         raise InputError(f"a depth is that of an isosurface, and the mode is {scene.mode}")
     size = checked_size(size)
-    scene = without_hidden(scene)
-    camera = scene.camera_for(size)
+    scene = scene.completed(size)
+    assert scene.camera is not None
+    camera = scene.camera
     rays, numbers = _traced(scene, camera, size, lambda of_all: of_all)
     return np.where(numbers[..., 1] >= 0, _depth(scene, camera, rays, numbers[..., 0]), np.inf)
 

@@ -38,8 +38,7 @@ from texvol.ray_casting.common_positions import middle_of
 from texvol.ray_casting.medium import medium_of
 from texvol.ray_casting.walk import trace_rays
 from texvol.scene.camera import Camera
-from texvol.scene.scene import Scene, checked_size
-from texvol.scene.transfer import TransferFunction
+from texvol.scene.scene import CompleteScene, Scene, checked_size
 from texvol.scene.volume import Volume
 from texvol.util.kept_arrays import read_only
 
@@ -88,7 +87,7 @@ def raycast_pixels(scene: Scene, size: tuple[int, int], pixels: NDArray[np.intp]
 def _timed(scene: Scene, size: tuple[int, int], chosen: Chosen) -> Numbers:
     scene.check_unchanged()
     start = time.perf_counter()
-    picture = _raycast(scene, size, chosen)
+    picture = _raycast(scene.completed(size), size, chosen)
     kind, seconds = _kind_of(scene), (time.perf_counter() - start) / max(picture.shape[0] * picture.shape[1], 1)
     _PACE[kind] = min(seconds, _PACE.get(kind, np.inf))
     return picture
@@ -109,12 +108,12 @@ def seconds_per_pixel(scene: Scene) -> float | None:
     return _PACE.get(_kind_of(scene))
 
 
-def _raycast(scene: Scene, size: tuple[int, int], chosen: Chosen) -> Numbers:
+def _raycast(scene: CompleteScene, size: tuple[int, int], chosen: Chosen) -> Numbers:
     if scene.mode != "composite":  # see `projection` for what masks do there
         from texvol.ray_casting.projection import project
 
         return project(scene, size, chosen)
-    camera = scene.camera_for(size)
+    camera = scene.camera
     trace = _tracer_for(scene, camera)
     eyes, directions = map(chosen, camera.rays(size))
     picture = np.zeros((*eyes.shape[:2], 4))
@@ -172,12 +171,14 @@ def over_rows(trace_rows: Callable[[slice], None], height: int) -> None:
         threads.shutdown(cancel_futures=True)
 
 
-def _tracer_for(scene: Scene, camera: Camera) -> Callable[[Numbers, Numbers, Numbers, Numbers, Numbers, Numbers], None]:
+def _tracer_for(
+    scene: CompleteScene, camera: Camera
+) -> Callable[[Numbers, Numbers, Numbers, Numbers, Numbers, Numbers], None]:
     """What traces rows: starts, steps, ends and eyes as `rays_of` has them, directions, the picture."""
     volume = scene.volume
     if scene.added or scene.mask is not None or volume.labels or volume.colors is not None:
         return _tracer_for_several(scene, camera)
-    transfer = scene.transfer_function or _proposed_for(volume)
+    transfer = scene.medium
     rounding = _position_rounding(volume, camera.eye)
     if scene.lighting is not None or scene.depth_cue is not None or transfer.needs_gradient:
         from texvol.ray_casting.lit_walk import rows_tracer
@@ -196,22 +197,16 @@ def _tracer_for(scene: Scene, camera: Camera) -> Callable[[Numbers, Numbers, Num
 
 
 def _tracer_for_several(
-    scene: Scene, camera: Camera
+    scene: CompleteScene, camera: Camera
 ) -> Callable[[Numbers, Numbers, Numbers, Numbers, Numbers, Numbers], None]:
     from texvol.ray_casting.several_walk import rows_tracer
 
-    scenes = scene.each_alone(camera)
-    transfers = [each.transfer_function or _proposed_for(each.volume) for each in scenes]
+    scenes = scene.each_alone()
+    transfers = [each.medium for each in scenes]
     # Rays are found from the first volume's centre, wherever the others are.
     farthest = np.abs(camera.eye) + np.abs(scene.volume.centre)
     rounding = np.stack([_position_rounding(volume, farthest) for volume in scene.volumes])
     return rows_tracer(scene, scenes, transfers, camera, rounding)
-
-
-def _proposed_for(volume: Volume) -> TransferFunction:
-    from texvol.scene.transfer import proposed_for
-
-    return proposed_for(volume)
 
 
 def rays_of(scene: Scene, eyes: Numbers, directions: Numbers) -> tuple[Numbers, Numbers, Numbers, Numbers]:

@@ -76,7 +76,8 @@ def _depth_to(light: Light, volume: Volume, positions: Numbers, depths: Depths) 
 def _depths_of(scene: Scene) -> Depths:
     from texvol.ray_casting.raycast import _tracer_for, rays_of
 
-    trace = _tracer_for(scene, scene.camera_for((1, 1)))
+    complete = scene.completed((1, 1))
+    trace = _tracer_for(complete, complete.camera)
 
     def depths(origins: Numbers, directions: Numbers) -> Numbers:
         picture = np.zeros((*origins.shape[:2], 4))

@@ -1,4 +1,4 @@
-"""From the accuracy that is asked for to a slab thickness and a texel format."""
+"""Checked arguments of accuracy: slab thickness, early termination, target format."""
 
 from __future__ import annotations
 
@@ -13,28 +13,28 @@ from texvol.textures.slab_texture import TEXEL_FORMATS
 from texvol.util.errors import InputError
 
 DEFAULT_SAMPLING_RATE = 1.0
-# Costs a tenth more time than 1/1024 in dense matter, and is lost in the rounding of a float32 picture: a coarser
-# default would be the largest error of every fine picture.
+# In a dense medium it costs a tenth more time than 1/1024, and its error is below the rounding of a float32 picture.
+# With a coarser default it would be the largest error of every fine picture.
 DEFAULT_EARLY_TERMINATION = 2.0**-22
-_TERMINATION_FRACTION, _MOST_TERMINATION = 1 / 16, 1 / 1024  # of a wanted error
+_TERMINATION_FRACTION, _MOST_TERMINATION = 1 / 16, 1 / 1024  # fraction of a requested error, and the most
 TARGET_FORMATS = TEXEL_FORMATS
 
 
 def checked(scene: Scene, slab_thickness: float | None, sampling_rate: float | None, max_error: float | None) -> float:
-    """Slab thickness in world units; `sampling_rate` is slabs per smallest spacing; NaN where the error is to choose.
+    """Return the slab thickness in world units; NaN if `max_error` is to decide it.
 
     Raises
     ------
     InputError
-        If more than one is given, or one is not positive and finite.
+        If more than one argument is given, or one is not positive and finite.
     """
     given = {"slab thickness": slab_thickness, "sampling rate": sampling_rate, "maximum error": max_error}
     chosen = {name: number for name, number in given.items() if number is not None}
     if len(chosen) > 1:
-        raise InputError(f"{' and '.join(chosen)} all choose the slab thickness: give one of them")
+        raise InputError(f"{' and '.join(chosen)} all decide the slab thickness: give only one of them")
     for name, number in chosen.items():
         if not 0 < number < np.inf:
-            raise InputError(f"{name} must be positive and finite, and is {number:g}")
+            raise InputError(f"{name} must be positive and finite, got {number:g}")
     if max_error is not None:
         return float("nan")
     thickness = slab_thickness or scene.smallest_spacing / (sampling_rate or DEFAULT_SAMPLING_RATE)
@@ -42,33 +42,33 @@ def checked(scene: Scene, slab_thickness: float | None, sampling_rate: float | N
 
 
 def checked_termination(early_termination: float | None, max_error: float | None) -> float:
-    """Transmittance at which a ray ends: what was asked for, or the default, or a share of the error that is wanted.
+    """Return the transmittance at which a ray ends: the argument, a fraction of the requested error, or the default.
 
     Raises
     ------
     InputError
-        If it is not from 0 to 1.
+        If it is not from 0 to below 1.
     """
     if early_termination is None:
         return min(_TERMINATION_FRACTION * max_error, _MOST_TERMINATION) if max_error else DEFAULT_EARLY_TERMINATION
     if not 0 <= early_termination < 1:
-        raise InputError(f"early termination is a transmittance from 0 to under 1, and is {early_termination:g}")
+        raise InputError(f"early termination must be a transmittance from 0 to below 1, got {early_termination:g}")
     return early_termination
 
 
 def checked_target(target_format: str, mode: str = "composite") -> str:
-    """The format of the target: what was asked for, or single precision.
+    """Return the format of the target: the argument, or single precision for "auto".
 
-    Any smaller target rounds each blend to 2^-11 or worse, more than the usual error of a whole picture; and with few
-    blends its price does not show.
+    A smaller target rounds each blend to 2^-11 or worse, which is more than the usual error of a whole picture, and
+    saves no time that shows.
 
     Raises
     ------
     InputError
-        If there is no such format, or it does not hold the numbers of a mode.
+        If there is no such format, or it is too small for the numbers of the mode.
     """
     if target_format not in ("auto", *TARGET_FORMATS):
-        raise InputError(f"target format is auto, rgba8, rgba16f or rgba32f, and not {target_format!r}")
+        raise InputError(f"target format must be auto, rgba8, rgba16f or rgba32f, got {target_format!r}")
     if mode in NUMBER_MODES and target_format not in ("auto", "rgba32f"):
         wanted = f"target format must be auto or rgba32f in mode {mode}, whose numbers need digits"
         raise InputError(f"{wanted}, got {target_format}")
@@ -78,10 +78,10 @@ def checked_target(target_format: str, mode: str = "composite") -> str:
 def color_scale(
     volume: Volume, transfer_function: TransferFunction, lighting: Lighting | None = None, of_surfaces: float = 0.0
 ) -> float:
-    """Power of two that brings the colours of a picture to at most about 1, for targets of few digits and range.
+    """Power of two that scales the colours of a picture to at most about 1, for targets of small range.
 
-    Associated colours are at most 1 already, but for light. An emission of E per world unit gives at most E times the
-    longest way. `of_surfaces` is the brightest that surfaces beside the matter may be.
+    Associated colours are at most 1 in white light of strength 1. An emission of E per world unit adds up to at most E
+    times the longest ray. `of_surfaces` is the brightest colour that surfaces may have.
     """
     brightest = 1.0 if lighting is None else max(lighting.brightest, 1.0)
     if transfer_function.emissive:

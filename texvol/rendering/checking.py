@@ -1,13 +1,13 @@
-"""Pixels of a picture held against the oracle, and what follows for all others.
+"""Check of a picture: some pixels compared with the oracle, and a confidence bound for all others.
 
-The picture is cut into as many strata as pixels are to be checked, all of the same size but for a pixel, and one pixel
-is chosen at random in each. Let p be the share of all pixels that are off by more than a limit, and k the number of
-those among the n that were checked. Then p is at most p* with a confidence of 99 % where
+The picture is divided into as many strata as pixels are checked, of equal size to within a pixel, and one pixel is
+chosen at random in each. Let p be the fraction of all pixels whose error is beyond a limit, and k the number of such
+pixels among the n checked ones. Then p is at most p* with a confidence of 99 %, where
 
     P(k or fewer of n) = Σ_{i <= k} C(n, i) p*^i (1 - p*)^(n - i) = 1 %
 
-(Clopper, Pearson 1934). One pixel of each stratum is at least as telling as n of all: for k under the mean the sum of
-independent events is nowhere likelier to be small than where all are equally likely (Hoeffding 1956).
+(Clopper, Pearson 1934). The bound holds for one pixel of each stratum as well: below the mean, a sum of independent
+events is most likely to be small when all are equally likely (Hoeffding 1956).
 """
 
 from __future__ import annotations
@@ -22,17 +22,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.rendering.marching import can_march, march_pixels
-from texvol.scene.scene import Scene
-from texvol.scene.transfer import TransferFunction
+from texvol.scene.scene import CompleteScene, Scene
 from texvol.util.errors import InputError
 
 ALL = "all"
 CONFIDENCE = 0.99
 ATTRIBUTE = "texvol:check"  # of a picture's header
-_FEW, _LITTLE = 64, 0.1  # pixels that are checked unasked, and the seconds that they may take
+_FEW, _LITTLE = 64, 0.1  # pixels that are checked unasked, and the most seconds for them
 _FEWER = 16  # pixels that are marched
-_MARCHED = 4.0  # times what marching says of its own error
-_ORACLE = 1e-9  # how far the oracle may be off
+_MARCHED = 4.0  # factor of the error that marching estimates for itself
+_ORACLE = 1e-9  # error of the oracle
 
 
 @dataclass(frozen=True)
@@ -46,11 +45,11 @@ class Check:
     largest_error : float
         Largest absolute difference from the oracle of any channel of the linear picture.
     limit : float
-        The error that was wanted, or where none was, the largest that was found.
+        Requested maximum error; without one, the largest error that was found.
     beyond : int
-        Checked pixels that are off by more than the limit.
+        Number of checked pixels with an error beyond the limit.
     at_most : float
-        Share of all pixels that is off by more than the limit, at most, with a confidence of 99 %.
+        Upper bound, with 99 % confidence, of the fraction of all pixels with an error beyond the limit.
     """
 
     pixels: int
@@ -62,7 +61,7 @@ class Check:
 
     @property
     def sentence(self) -> str:
-        """The same for people."""
+        """Findings in a sentence."""
         if self.pixels == self.of:
             found = f"all {self.of} pixels checked: largest error {self.largest_error:.2g}"
             return f"{found}; {self.beyond} of them are beyond {self.limit:g}" if self.beyond else found
@@ -75,32 +74,32 @@ class Check:
 
     @property
     def attributes(self) -> dict[str, str]:
-        """The same as an attribute of a picture's header."""
+        """Findings as an attribute of a picture's header."""
         return {ATTRIBUTE: json.dumps(self.metadata)}
 
     @property
     def metadata(self) -> dict[str, Any]:
-        """All of it, JSON-able, as `--stats` and headers have it; an error that is no number is None."""
+        """Findings for `--stats` and headers, as JSON types; an error that is not finite is None."""
         found: dict[str, Any] = asdict(self) | {"confidence": CONFIDENCE, "sentence": self.sentence}
         unsaid = {key for key, each in found.items() if isinstance(each, float) and not math.isfinite(each)}
         return {key: None if key in unsaid else each for key, each in found.items()}
 
 
 def checked_count(check: int | str | None) -> int | str | None:
-    """A number of pixels from 1 upwards, "all", or None for no check.
+    """Return the number of pixels to check, "all", or None for no check.
 
     Raises
     ------
     InputError
-        If it is something else.
+        If `check` is none of these.
     MissingExtraError
-        If the oracle's library is not installed: better now than after the picture is drawn.
+        If numba, which the oracle needs, is not installed.
     """
     if check is None:
         return None
     whole = not isinstance(check, bool) and isinstance(check, int | np.integer)
     if check != ALL and (not whole or int(check) < 1):
-        raise InputError(f'check must be a number of pixels from 1 upwards, or "all", got {check!r}')
+        raise InputError(f'check must be a number of pixels of at least 1, or "all", got {check!r}')
     import texvol.ray_casting  # noqa: F401
 
     return ALL if check == ALL else int(check)
@@ -109,14 +108,14 @@ def checked_count(check: int | str | None) -> int | str | None:
 def check_picture(
     picture: NDArray[np.float32], scene: Scene, count: int | str, limit: float | None = None, seed: int = 0
 ) -> Check:
-    """Hold `count` pixels of a picture, or all, against the oracle; the same pixels every time for a seed.
+    """Compare `count` random pixels of a picture, or all, with the oracle; the seed decides which.
 
     Parameters
     ----------
     picture : array of shape (height, width, 4)
         Linear and premultiplied, over the background.
     limit : float, optional
-        The error that was wanted.
+        Requested maximum error.
 
     Raises
     ------
@@ -134,60 +133,58 @@ def check_picture(
     return _check_of(errors_of(drawn, truth), width * height, limit)
 
 
-def check_in_passing(
-    picture: NDArray[np.float32], scene: Scene, transfer_function: TransferFunction, limit: float
-) -> Check | None:
-    """Hold a few pixels against the truth, if that takes under a tenth of a second; None if it does not.
+def check_in_passing(picture: NDArray[np.float32], scene: CompleteScene, limit: float) -> Check | None:
+    """Check a few pixels if that takes under a tenth of a second; return None if it would take longer.
 
-    By the oracle where that has been at work on the same kind of scene: its library takes longer to load, and its
-    functions to compile. Else plain scenes are marched, of which a check comes only where pixels are off by more than
-    the limit and all that the marching itself may be off.
+    The oracle is used if it has drawn the same kind of scene before: otherwise its functions have to be compiled.
+    Other scenes are marched if they are plain. A marched pixel counts only if its error is beyond the limit and the
+    error of marching together; there is no check if no pixel is.
     """
     oracle = sys.modules.get("texvol.ray_casting")
     seconds = oracle.seconds_per_pixel(scene) if oracle else None
     if seconds is not None and seconds * _FEW < _LITTLE:
         return check_picture(picture, scene, _FEW, limit)
-    if not can_march(scene, transfer_function):
+    if not can_march(scene):
         return None
     height, width = picture.shape[:2]
     pixels = chosen_pixels((width, height), min(_FEWER, width * height))
-    truth, off = march_pixels(scene, transfer_function, (width, height), pixels)
+    truth, off = march_pixels(scene, (width, height), pixels)
     errors = errors_of(picture[pixels[:, 1], pixels[:, 0]], truth) - _MARCHED * off
     return _check_of(np.maximum(errors, 0.0), width * height, limit) if (errors > limit).any() else None
 
 
 def _check_of(errors: NDArray[np.float64], total: int, limit: float | None) -> Check:
-    """Return what follows from the errors of some pixels for all."""
+    """Return the findings for a picture of `total` pixels from the errors of some of them."""
     n, largest = len(errors), float(errors.max())
     limit = largest if limit is None else limit
     beyond = int(np.count_nonzero(~(errors <= limit + _ORACLE)))
     if n == total:
         return Check(n, total, largest, limit, beyond, beyond / n)
-    # Strata are of one size but for a pixel.
+    # Strata are of equal size to within a pixel.
     at_most = min(fraction_at_most(beyond, n) * -(-total // n) * n / total, 1.0)
     return Check(n, total, largest, limit, beyond, at_most)
 
 
 def errors_of(drawn: NDArray, truth: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Largest difference of each pixel's channels, shape (n,); infinite where only one is a number."""
+    """Largest difference of each pixel's channels, shape (n,); infinite where only one of two is a number."""
     with np.errstate(invalid="ignore", over="ignore"):
         off = np.abs(drawn.astype(np.float64) - truth.astype(np.float64))
-        # What single precision has no number for is infinite in a picture.
+        # Numbers beyond the range of float32 are infinite in a picture.
         beyond = np.isinf(drawn) & (np.abs(truth) > np.finfo(np.float32).max) & (np.sign(drawn) == np.sign(truth))
     off[(drawn == truth) | (np.isnan(drawn) & np.isnan(truth)) | beyond] = 0.0
     return np.where(np.isnan(off), np.inf, off).max(axis=1)
 
 
 def chosen_pixels(size: tuple[int, int], count: int, seed: int = 0) -> NDArray[np.intp]:
-    """A random pixel of each of `count` strata of a picture, (column, row), shape (count, 2).
+    """Choose a random pixel in each of `count` strata; return (column, row), shape (count, 2).
 
-    Strata are runs along a path that fills the picture in strips about as high as a stratum is wide.
+    A stratum is a run of pixels on a path that fills the picture in strips about as high as a stratum is wide.
     """
     width, height = size
     strips = max(1, round(math.sqrt(count * height / width)))
     rows = np.arange(height)
     strip = rows * strips // height
-    # Column by column within each strip, back and forth, so that runs stay compact.
+    # Column by column within each strip, in alternating directions, so that runs stay compact.
     order = np.concatenate([_through(rows[strip == each], width, each % 2 == 1) for each in range(strips)])
     edges = np.arange(count + 1) * (width * height) // count
     at = edges[:-1] + (np.random.default_rng(seed).random(count) * np.diff(edges)).astype(np.intp)
@@ -195,7 +192,7 @@ def chosen_pixels(size: tuple[int, int], count: int, seed: int = 0) -> NDArray[n
 
 
 def fraction_at_most(beyond: int, count: int) -> float:
-    """Upper limit of a share, with the confidence, of which `beyond` of `count` were found."""
+    """Upper confidence bound of a fraction of which `beyond` among `count` samples were found."""
     if beyond >= count:
         return 1.0
     low, high = beyond / count, 1.0
@@ -209,7 +206,7 @@ def fraction_at_most(beyond: int, count: int) -> float:
 
 
 def _so_few(most: int, count: int, fraction: float) -> float:
-    """Probability of at most so many of `count` events, each of probability `share`."""
+    """Probability of at most `most` of `count` independent events of probability `fraction`."""
     if fraction >= 1:
         return 0.0
     if fraction <= 0:
@@ -223,7 +220,7 @@ def _so_few(most: int, count: int, fraction: float) -> float:
 
 
 def _through(rows: NDArray[np.intp], width: int, backwards: bool) -> NDArray[np.intp]:
-    """Indices of all pixels of some rows, column by column, up one and down the next."""
+    """Indices of all pixels of some rows, column by column, alternately down and up."""
     columns = np.arange(width)[::-1] if backwards else np.arange(width)
     pixels = columns[:, np.newaxis] + rows * width
     pixels[1::2] = pixels[1::2, ::-1]

@@ -1,84 +1,87 @@
-"""From a wanted maximum error to a slab thickness, by drawing the scene itself.
+"""Slab thickness for a maximum error, found by drawing the scene itself.
 
 Let I(d) be the picture at slab thickness d and e(d) = max |I(d) - I(0)| its error. A finer picture I(d / 2ⁿ) stands for
-the integral, and falls short of it by e(d / 2ⁿ). Where the error is of order p at least,
+the integral, and is off by e(d / 2ⁿ) itself. If the error is at least of order p,
 
     e(d) <= max |I(d) - I(d / 2ⁿ)| / (1 - 2^-pn)
 
-by the triangle inequality. p = 1 is taken: the midpoint rule has 2, interpolated opacities and steps have 1. Starting
-with two pictures that no sample of the volume can slip through (one and two slabs per voxel), the search goes to finer
-slabs until one is good enough, and then, with the finest picture at hand, to coarser ones as long as they are.
+by the triangle inequality. p = 1 is used: the midpoint rule has order 2, interpolated opacities and steps have order 1.
+The search starts with one and two slabs per voxel, so that no sample of the volume lies between two slabs. It halves
+the slabs until the estimate is within the limit. Then it doubles them, with the finest picture as reference, as long as
+the estimate stays within the limit.
 
-What samples can slip through is a spike of the transfer function: under `post` all pictures may agree that nothing is
-there. So a `post` scene is held against J(d), the same drawn as `integrated`, which has the same integral and misses
-nothing; and a `slab` scene against `extinction`, which has a higher order. J is mostly far better than I at the same
-thickness, so it is drawn just finely enough to know its own error, from its last two pictures, as a half of what is
-wanted:
+A spike of the transfer function may lie between samples: under `post` all pictures may agree that nothing is there. So
+a `post` scene is compared with J(d), the same scene drawn as `integrated`, which has the same integral and misses
+nothing; and a `slab` scene with `extinction`, which has a higher order. J is mostly far better than I at the same
+thickness. It is drawn just finely enough for its own error, known from its last two pictures, to be half of the limit:
 
     e(d) <= max |I(d) - J(f)| + max |J(f) - J(2f)| · 2^-p / (1 - 2^-p)
 
-Where to begin is told by a picture of a sixteenth of the pixels.
+The search begins at the rates found for a picture of a sixteenth of the pixels.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.scene.scene import Scene
+from texvol.scene.scene import CompleteScene, Scene
 from texvol.slicing.slabs import MOST_SLABS
 from texvol.util.errors import NoRoomError
 
 ORDER = 1.0
-# Rounding, and pictures in which steps leave order 1 here and there; in 200 random scenes it holds the error in 99 of
-# a hundred (scripts/error_control.py).
+# For rounding, and for pictures in which steps break order 1 here and there: it keeps the error in 99 % of 200 random
+# scenes (scripts/error_control.py).
 SAFETY = 1.5
 ROUNDING = 2e-6  # of a picture in float32, relative to its largest number, or 1
 SURFACE_ROUNDING = 2e-5
 EXTREME_ROUNDING = 4e-6
-_MOST_HALVINGS = 6  # of slabs: what is drawn then takes a few times as long as the picture
+_MOST_HALVINGS = 6  # of the slabs of an estimate, which then takes a few times as long as the picture
 _COARSEST_RATE, _FINEST_RATE = 1 / 16, 64  # slabs per smallest spacing
 
+AnyScene = TypeVar("AnyScene", bound=Scene)
 Draw = Callable[[float], NDArray[np.float32]]  # slab thickness → picture
 
 
 @dataclass(frozen=True)
 class Choice:
-    """A slab thickness, and the maximum error that its picture has by estimate."""
+    """Slab thickness, and the estimated maximum error of its picture."""
 
     slab_thickness: float
     estimated_error: float
-    reached: bool  # whether the estimate is within what was wanted
+    reached: bool  # True if the estimate is within the limit
     picture: NDArray[np.float32]
-    begin: Begin  # for a picture of the same in another size
+    begin: Begin  # rates for a picture of the same scene in another size
 
 
 @dataclass(frozen=True)
 class Begin:
-    """Slabs per smallest spacing, powers of two, at which a search begins: of the picture, and of its reference."""
+    """Rates at which a search begins, in slabs per smallest spacing: of the picture, and of its reference."""
 
     rate: float = 1.0
     reference: float = 2.0
 
 
-def reference_for(scene: Scene) -> Scene:
-    """The scene as it is to be drawn for the finer picture of a pair."""
+def reference_for(scene: AnyScene) -> AnyScene:
+    """Return the scene to draw for the finer picture of a pair."""
     if scene.mode != "composite" or scene.classification != "post":
         return scene
-    # Of any of the volumes: `integrated` knows no matter that depends on the gradient.
+    # `integrated` has no medium that depends on the gradient, in any of the volumes.
     media = [scene.transfer_function, *(each.transfer_function for each in scene.added)]
     if any(medium is not None and (medium.graded or medium.contours) for medium in media):
         return scene
     return replace(scene, classification="integrated")
 
 
-def converging(scene: Scene) -> Scene:
-    """The scene as it is to be drawn where another classification has the same integral and is nearer to it.
+def converging(scene: AnyScene) -> AnyScene:
+    """Return the scene with a classification of the same integral that converges faster.
 
-    Interpolated opacities go to interpolated extinctions as slabs become thin, with order 1; these have order 2.
+    Interpolated opacities approach interpolated extinctions as slabs become thin, with order 1. The latter have
+    order 2.
     """
     if scene.mode == "composite" and scene.classification == "slab":
         return replace(scene, classification="extinction")
@@ -86,9 +89,9 @@ def converging(scene: Scene) -> Scene:
 
 
 def halvings_to(reference: Scene, scene: Scene) -> float:
-    """What `estimate` is to take for a reference of half the slabs' thickness.
+    """Number of halvings that `estimate` assumes for a reference of half the slab thickness.
 
-    `extinction` is so much nearer to the integral than `slab` that its own error hides in the margin for safety.
+    `extinction` is so much nearer to the integral than `slab` that its own error is within the safety factor.
     """
     return np.inf if (scene.classification, reference.classification) == ("slab", "extinction") else 1.0
 
@@ -105,29 +108,29 @@ def thickness_for_error(
     rounding: Callable[[], float] = lambda: 0.0,
     relative: float = ROUNDING,
 ) -> Choice:
-    """The coarsest slab thickness, among halvings of the spacing, whose picture is within `wanted` by estimate.
+    """Find the coarsest slab thickness, a power of two of the spacing, with an estimated error of at most `wanted`.
 
     Parameters
     ----------
     draw, draw_reference : callable
-        Draw the scene, and what it is held against (`converging`), at a slab thickness in world units.
+        Draw the scene and its reference (see `converging`) at a slab thickness in world units.
     smallest_spacing : float
-        Of the volume, world units.
+        World units.
     wanted : float
         Maximum absolute error of the linear picture.
     begin : Begin, optional
-        What was found for a smaller picture; the search ends in the same where that was right.
+        Rates found for a smaller picture; they change the time of the search, not its result.
     converges_alone : bool
-        Whether the reference is another scene than the picture's, better at the same thickness.
+        True if the reference has another classification, which is better at the same thickness.
     finest : float
-        Slabs per smallest spacing that a picture may have, see `finest_rate`; a reference may have twice as many.
+        Largest rate of a picture, see `finest_rate`; a reference may have twice that.
     rounding : callable, optional
-        Gives what the rounding of values adds to the error of what was drawn last, whatever its slabs.
+        Returns the error that the rounding of values adds to the last picture, whatever its slabs.
     relative : float
-        What all other rounding costs, relative to the largest number of a picture, or 1: see `rounding_of`.
+        Error by all other rounding, relative to the largest number of the picture or 1, see `rounding_of`.
     """
     begin = begin or Begin()
-    drawn: dict[float, NDArray[np.float32]] = {}  # by rate: on the way back some come again
+    drawn: dict[float, NDArray[np.float32]] = {}  # by rate: the search for coarser slabs meets some again
 
     def at(rate: float) -> NDArray[np.float32]:
         if rate not in drawn:
@@ -142,7 +145,7 @@ def thickness_for_error(
         held = _HeldAgainstAnother(reference_at, wanted, begin, 2 * finest, rounding)
     else:
         held = _HeldAgainstItsFiner(reference_at, rounding, relative)
-    rate = max(begin.rate, 1.0)  # below, samples could slip through
+    rate = max(begin.rate, 1.0)  # with thicker slabs, samples could lie between two of them
     while (error := held.error(at(rate), rate)) > wanted and rate < finest:
         rate = min(rate * 2 ** _fewest_halvings(held.of_the_picture(error), held.of_the_picture(wanted)), finest)
     found = Choice(smallest_spacing / rate, error, error <= wanted, at(rate), Begin(rate, held.rate))
@@ -150,7 +153,7 @@ def thickness_for_error(
         rate /= 2
         try:
             picture = at(rate)
-        except NoRoomError:  # the thicker the slabs, the more is needed around a brick
+        except NoRoomError:  # thicker slabs need more margin around a brick
             break
         error = held.error_of_coarser(picture, rate)
         if not error <= wanted:
@@ -160,69 +163,69 @@ def thickness_for_error(
 
 
 def _fewest_halvings(error: float, wanted: float) -> int:
-    """How often slabs have to be halved at least: each leaves a quarter of the error at order 2, hardly ever less."""
+    """Least number of halvings: each leaves a quarter of the error at order 2, hardly ever less."""
     return max(int(np.log2(error / wanted) / 2), 1) if np.isfinite(error) and wanted > 0 else 1
 
 
 class _HeldAgainstItsFiner:
-    """A picture is held against one of half its thickness."""
+    """Estimate from a reference of half the slab thickness."""
 
     def __init__(self, draw: Draw, rounding: Callable[[], float], relative: float) -> None:
         self._draw, self._rounding, self._relative = draw, rounding, relative
-        self.rate = 0.0  # of the finer one
+        self.rate = 0.0  # of the reference
 
     def error(self, picture: NDArray[np.float32], rate: float) -> float:
-        """The estimate for a picture at that rate."""
+        """Draw the reference of a picture, and return the estimate."""
         self.rate = 2 * rate
         self._finer = self._draw(self.rate)
         return self.error_of_coarser(picture, rate)
 
     def error_of_coarser(self, picture: NDArray[np.float32], rate: float) -> float:
-        """The same, for one that is coarser than the last."""
+        """Return the estimate for a picture that is coarser than the last one."""
         return estimate(picture, self._finer, round(np.log2(self.rate / rate)), self._relative) + self._rounding()
 
     def least_of_coarser(self, error: float) -> float:
-        """What the estimate will be for slabs of twice the thickness, at least, where that of these is `error`."""
+        """Lower bound of the estimate at twice the thickness, given the estimate `error` at this one."""
         return 2.0**ORDER * error
 
     def of_the_picture(self, error: float) -> float:
-        """What of an estimate depends on the picture's slabs."""
+        """Part of an estimate that depends on the slabs of the picture."""
         return error
 
 
 class _HeldAgainstAnother:
-    """Pictures are held against one that converges by itself, and is drawn as finely as that takes."""
+    """Estimate from a reference of another classification, drawn as finely as its own error needs."""
 
     def __init__(self, draw: Draw, wanted: float, begin: Begin, finest: float, rounding: Callable[[], float]) -> None:
         self._draw, self._wanted, self._finest, self._rounding = draw, wanted, finest, rounding
-        self.rate = max(begin.reference, 2.0) / 2  # so that nothing slips through the coarser one of the pair either
+        self.rate = max(begin.reference, 2.0) / 2  # one slab per voxel at least, in the coarser of the pair
         self._picture = draw(self.rate)
         self._refine()
 
     def error(self, picture: NDArray[np.float32], rate: float) -> float:
-        """The estimate for a picture at any rate."""
+        """Return the estimate for a picture at any rate; refine the reference if its own error dominates."""
         error = self.error_of_coarser(picture, rate)
-        # Finer slabs won't do where most of it is what is not known of the reference.
+        # Finer slabs do not help while most of the estimate is the error of the reference.
         while error > self._wanted and error <= 3 * self._off and self.rate < self._finest:
             self._refine()
             error = self.error_of_coarser(picture, rate)
         return error
 
     def error_of_coarser(self, picture: NDArray[np.float32], rate: float) -> float:
-        """The same, by the reference as it is."""
+        """Return the estimate from the reference as it is."""
         known = self._off + _rounding_in(self._picture) + self._rounding()
         return largest_difference(picture, self._picture) + known
 
     def least_of_coarser(self, error: float) -> float:
-        """What the estimate will be for slabs of twice the thickness, at least, where that of these is `error`."""
+        """Lower bound of the estimate at twice the thickness, given the estimate `error` at this one."""
         return 2.0**ORDER * (error - self._off) + self._off
 
     def of_the_picture(self, error: float) -> float:
-        """What of an estimate depends on the picture's slabs."""
+        """Part of an estimate that depends on the slabs of the picture."""
         return error - self._off
 
     def _refine(self) -> None:
-        """The reference at least twice as fine, and its error at most a half of what is wanted."""
+        """Halve the slabs of the reference, at least once, until its error is at most half of the limit."""
         while True:
             self.rate, coarser = 2 * self.rate, self._picture
             self._picture = self._draw(self.rate)
@@ -232,20 +235,20 @@ class _HeldAgainstAnother:
 
 
 def finest_rate(scene: Scene) -> float:
-    """Slabs per smallest spacing of a scene's finest picture that another of twice as many can be held against."""
+    """Largest rate, in slabs per smallest spacing, at which a reference of twice the rate can still be drawn."""
     return float(2 ** np.floor(np.log2(np.clip(scene.smallest_spacing / _thinnest(scene) / 2, 1, _FINEST_RATE))))
 
 
 def _thinnest(scene: Scene) -> float:
-    """The thickness of slabs of which no more than can be drawn fill the box, however it is seen."""
+    """Least slab thickness: the largest number of slabs then fills the box from every view."""
     return 2 * scene.box.radius / MOST_SLABS
 
 
 def rounding_of(scene: Scene) -> float:
     """Rounding of float32, relative to the largest number of a picture.
 
-    On a surface the place's rounding tells most, through gradient and highlight. Extremes are those of cubics through
-    four values, each of which is rounded.
+    On a surface the rounding of the position dominates, through gradient and highlight. An extreme is that of a cubic
+    through four values, each of which is rounded.
     """
     if scene.mode in ("mip", "minip"):
         return EXTREME_ROUNDING
@@ -255,19 +258,23 @@ def rounding_of(scene: Scene) -> float:
 def estimate(
     picture: NDArray[np.float32], finer: NDArray[np.float32], halvings: float, rounding: float = ROUNDING
 ) -> float:
-    """The maximum error of `picture` from one whose slabs are thinner by `halvings`; or, if infinite, that is exact."""
+    """Estimate the maximum error from a finer picture: its slabs are halved `halvings` times; infinite means exact."""
     off = SAFETY * largest_difference(picture, finer) / (1 - 2.0 ** (-ORDER * halvings))
     return off + _rounding_in(finer, rounding)
 
 
 def estimate_by_finer(
-    scene: Scene, picture: NDArray[np.float32], thickness: float, draw: Callable[[Scene, float], NDArray[np.float32]]
+    scene: CompleteScene,
+    picture: NDArray[np.float32],
+    thickness: float,
+    draw: Callable[[CompleteScene, float], NDArray[np.float32]],
 ) -> float:
-    """The maximum error of a scene's picture at a slab thickness, from another one of half of that, or less.
+    """Estimate the maximum error of a picture from a finer one.
 
-    It has two slabs per voxel where that is not too dear: samples slip through thicker ones, and pictures may agree
-    that nothing is there. Where the volume is drawn in bricks thinner slabs ask for less around each. `draw` takes a
-    scene and a thickness. The estimate is infinite where there is no room for any, or slabs would be too many.
+    The finer picture has half the slab thickness, or two slabs per voxel if that is thinner and affordable: samples may
+    lie between thicker slabs, and pictures may agree that nothing is there. If there is no memory for the bricks of
+    that picture, thinner slabs are tried, which need less margin. `draw` takes a scene and a thickness. The estimate is
+    infinite if no finer picture can be drawn.
     """
     reference = converging(scene)
     most = min(float(_MOST_HALVINGS), float(np.log2(thickness / _thinnest(scene))))
@@ -282,7 +289,7 @@ def estimate_by_finer(
 
 
 def largest_difference(picture: NDArray[np.float32], other: NDArray[np.float32]) -> float:
-    """Of two pictures; numbers may be infinite, and the same."""
+    """Largest absolute difference of two pictures; equal infinities do not differ."""
     with np.errstate(invalid="ignore"):
         return float(np.where(picture == other, 0.0, np.abs(picture.astype(np.float64) - other)).max())
 
@@ -294,5 +301,5 @@ def _rounding_in(picture: NDArray[np.float32], rounding: float = ROUNDING) -> fl
 
 
 def if_finite(estimate: float | None) -> float | None:
-    """The estimate, or None where a picture holds numbers that are none: JSON has no other word for it."""
+    """Return the estimate, or None if it is not finite, for JSON."""
     return estimate if estimate is not None and np.isfinite(estimate) else None

@@ -14,7 +14,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.scene.scene import Scene
+from texvol.scene.scene import CompleteScene
 from texvol.scene.transfer import TransferFunction
 from texvol.scene.volume import Volume
 from texvol.textures.value_storage import bulk_of
@@ -25,9 +25,9 @@ _STEPS_BETWEEN = 2.0  # between two control points, where the value goes through
 _STEPS_BEFORE = 512  # where eight samples are classified for each step
 
 
-def can_march(scene: Scene, transfer_function: TransferFunction) -> bool:
-    """True for one volume of finite values in plain matter of finite extinction, of which steps pass over nothing."""
-    volume = scene.volume
+def can_march(scene: CompleteScene) -> bool:
+    """True for one volume of finite values and a plain medium of finite extinction without narrow spikes."""
+    volume, transfer_function = scene.volume, scene.medium
     if scene.mode != "composite" or scene.added or scene.geometry or scene.mask is not None or scene.cutting.caps:
         return False
     if scene.lighting is not None or scene.depth_cue is not None or transfer_function.needs_gradient:
@@ -36,22 +36,20 @@ def can_march(scene: Scene, transfer_function: TransferFunction) -> bool:
         return False
     if volume.has_missing or not np.isfinite(volume.value_range).all():
         return False
-    return bool(np.isfinite(transfer_function.extinctions).all()) and not _may_pass_over(scene, transfer_function)
+    return bool(np.isfinite(transfer_function.extinctions).all()) and not _may_pass_over(scene)
 
 
-def _may_pass_over(scene: Scene, transfer_function: TransferFunction) -> bool:
+def _may_pass_over(scene: CompleteScene) -> bool:
     """True if the value may go through all that lies between two control points within a step."""
     if scene.classification in ("slab", "extinction"):
         return False
     low, high = bulk_of(scene.volume)
     voxels = float(np.linalg.norm(scene.volume.dimensions)) / _STEPS
-    gaps = np.diff(transfer_function.values)
+    gaps = np.diff(scene.medium.values)
     return bool(gaps[gaps > 0].min(initial=np.inf) < _STEPS_BETWEEN * voxels * (high - low))
 
 
-def march_pixels(
-    scene: Scene, transfer_function: TransferFunction, size: tuple[int, int], pixels: NDArray[np.intp]
-) -> tuple[Numbers, Numbers]:
+def march_pixels(scene: CompleteScene, size: tuple[int, int], pixels: NDArray[np.intp]) -> tuple[Numbers, Numbers]:
     """Pixels of the linear picture over its background, shape (n, 4), and how far off each may be, shape (n,).
 
     Parameters
@@ -60,7 +58,7 @@ def march_pixels(
         Column and row of each, from the top left.
     """
     columns, rows = pixels.T
-    eyes, directions = (each[rows, columns] for each in scene.camera_for(size).rays(size))
+    eyes, directions = (each[rows, columns] for each in scene.camera.rays(size))
     volume = scene.volume
     from_centre = eyes - volume.centre
     eye = (from_centre * directions).sum(axis=-1)
@@ -72,7 +70,7 @@ def march_pixels(
     steps = _STEPS_BEFORE if before else _STEPS
     middles = first[:, np.newaxis] + (np.arange(steps) + 0.5) / steps * length[:, np.newaxis]
     positions = nearest[:, np.newaxis] + middles[..., np.newaxis] * directions[:, np.newaxis]
-    q, tau = _medium(volume, transfer_function, positions.reshape(-1, 3), before)
+    q, tau = _medium(volume, scene.medium, positions.reshape(-1, 3), before)
     q, tau = q.reshape(len(pixels), steps, 3), tau.reshape(len(pixels), steps)
     fine = _composited(q, tau, length / steps, scene.background)
     even, odd = (_composited(q[:, i::2], tau[:, i::2], 2 * length / steps, scene.background) for i in (0, 1))
@@ -82,7 +80,7 @@ def march_pixels(
 def _medium(
     volume: Volume, transfer_function: TransferFunction, positions: Numbers, before: bool
 ) -> tuple[Numbers, Numbers]:
-    """Emission (n, 3) and extinction (n) at places from the middle of the box, world units; 0 outside."""
+    """Emission (n, 3) and extinction (n) at positions from the middle of the box, world units; 0 outside."""
     last = np.array(volume.dimensions) - 1
     index = positions @ volume.index_from_world.T + 0.5 * last
     outside = np.any((index < -0.5) | (index > last + 0.5), axis=1)

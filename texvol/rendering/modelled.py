@@ -1,16 +1,15 @@
-"""What a scene makes the renderer model beyond plain absorption and emission along parallel rays, by name."""
+"""Names of what the renderer models beyond absorption and emission along parallel rays."""
 
 from __future__ import annotations
 
-from texvol.scene.camera import Camera
-from texvol.scene.scene import Scene
+from texvol.scene.scene import CompleteScene, Scene
 from texvol.scene.shapes import Mesh
 
 
-def modelled(scene: Scene, camera: Camera) -> list[str]:
-    """Names for `--stats`; what is not among them has cost nothing."""
+def modelled(scene: CompleteScene) -> list[str]:
+    """Return the names for `--stats`; a feature that is not among them has cost nothing."""
     names = {
-        "perspective": camera.projection == "perspective",
+        "perspective": scene.camera.projection == "perspective",
         "background": any(scene.background) and scene.mode in ("composite", "isosurface"),
         scene.mode: scene.mode != "composite",
         "air": scene.air is not None,
@@ -24,7 +23,7 @@ def modelled(scene: Scene, camera: Camera) -> list[str]:
     }
     if scene.geometry:
         names |= _geometry(scene)
-    each_alone = scene.each_alone(camera)
+    each_alone = scene.each_alone()
     if any(each.needs_gradient for each in each_alone):
         names[f"{scene.gradient.kind} gradient"] = True
     if scene.mode == "composite":

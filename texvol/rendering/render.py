@@ -1,63 +1,57 @@
-"""The method, on one screen.
+"""The method, on one screen: bake → slice → draw → read.
 
-    volume + transfer function + slab thickness ─► texture:     colour and opacity of a slab, in 3D
-    volume + camera + slab thickness            ─► slab stacks: view-aligned polygons, front to back
-    texture + slab stacks + camera              ─► picture:     drawn, composited, read back
+    volume + transfer function + slab thickness ─► bake:  texture with the colour and opacity of a slab, in 3D
+    box + camera + slab thickness               ─► slice: slab stacks, view-aligned polygons from front to back
+    texture + slab stacks + camera              ─► draw:  fetched and composited on the device
+    target on the device                        ─► read:  picture (height, width, 4), premultiplied, linear
 
-for a volume that is too large for one texture brick by brick, in visibility order; for several volumes all at once
-
-after Wilson, Van Gelder, Wilhelms (1994): classify once, integrate over a slab, draw textured polygons, composite.
-`Renderer` (renderer.py) goes through these steps, and keeps between pictures what they have in common.
+after Wilson, Van Gelder and Wilhelms (1994): classify once, integrate over a slab, draw textured polygons, composite
+with *over*. A volume that is too large for one texture is drawn brick by brick, in visibility order; several volumes
+are drawn at once. `Renderer` (renderer.py) goes through these steps and keeps what pictures have in common.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
 from functools import partial
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.opengl.compositor import Compositor, Drawing, Interval
-from texvol.opengl.texture_store import BakedTexture, TextureStore
+from texvol.opengl.compositor import Compositor
+from texvol.opengl.drawing import Drawing
+from texvol.opengl.texture_store import BakedTexture
 from texvol.scene.added_volume import common_box
-from texvol.scene.camera import Camera
-from texvol.scene.scene import Scene
-from texvol.scene.transfer import TransferFunction
+from texvol.scene.scene import CompleteScene
 from texvol.slicing import bricks
-from texvol.slicing import slabs as slicing
+from texvol.slicing.slabs import WHOLE_BOX, SlabStacks, slab_stacks
 from texvol.textures import slab_texture, value_texture
 from texvol.textures.shaded_samples import LightTransmittance, medium_of_samples, needs_samples
 from texvol.textures.value_storage import features_about
 
-VisiblePart = Callable[[bricks.Brick], "NDArray[np.float64] | None"]  # its corners in shares of the box; None: nothing
-
-
-def render(
-    scene: Scene, size: tuple[int, int] = (512, 512), *, backend: str = "auto", **accuracy: Any
-) -> NDArray[np.float32]:
-    """The scene's picture, from a renderer of its own; arguments as for `Renderer.render`."""
-    from texvol.rendering.renderer import Renderer
-
-    with Renderer(backend) as renderer:
-        return renderer.render(scene, size, **accuracy)
+if TYPE_CHECKING:
+    from texvol.opengl.surfaces.surfaces import Surfaces
 
 
 def bake(
-    scene: Scene,
-    transfer_function: TransferFunction,
-    camera: Camera,
+    scene: CompleteScene,
     slab_thickness: float,
     texel_format: str,
     light_transmittance: LightTransmittance | None = None,
 ) -> BakedTexture:
-    """Classify the volume and integrate over a slab; or leave the values, to be classified when they are drawn.
+    """Classify the samples and integrate over a slab; or keep the values, to be classified when they are drawn.
 
-    `arriving` is what shadows leave of the lights.
+    Parameters
+    ----------
+    scene : CompleteScene
+        Scene of one volume.
+    slab_thickness : float
+        World units.
+    light_transmittance : array, optional
+        Transmittance from the nodes of the box to each light that casts shadows.
     """
-    volume, classification = scene.volume, scene.classification
+    volume, transfer_function, classification = scene.volume, scene.medium, scene.classification
     if classification in ("post", "integrated"):
         estimator = scene.gradient if scene.needs_gradient else None
         features = None if scene.mode == "composite" else features_about(volume, scene.isovalue)
@@ -66,71 +60,66 @@ def bake(
     recipe = volume, transfer_function, classification, slab_thickness, texel_format
     if not needs_samples(scene, transfer_function):
         return slab_texture.bake(*recipe, hidden=scene.mask.hidden if scene.mask else None)
-    samples = partial(medium_of_samples, scene, transfer_function, camera, light_transmittance)
+    samples = partial(medium_of_samples, scene, transfer_function, scene.camera, light_transmittance)
     return slab_texture.bake(*recipe, samples, scene.lighting)
 
 
-class Part(NamedTuple):
-    """One volume of a picture: how it is drawn, its textures, and what of a brick may show anything."""
-
-    drawing: Drawing
-    textures: TextureStore
-    visible_part: VisiblePart
-
-    def counting(self) -> Part:
-        """The same, but what is drawn is how many slabs are sampled."""
-        return self._replace(drawing=replace(self.drawing, count=True))
-
-
-def draw(compositor: Compositor, parts: Sequence[Part], target_format: str) -> int:
-    """Cut what of the bricks shows anything into slabs across the view, draw and composite them; their number."""
-    drawing, textures, visible_part = parts[0]
-    compositor.begin(drawing, target_format)
-    volume, camera = drawing.volume, drawing.camera
-    per_stack = drawing.baked.slabs_per_stack
-    shown = {brick: part for brick in textures.bricks if (part := visible_part(brick)) is not None}
-    # Surfaces cut the rays into stretches, and stand between one and the next.
-    for interval in drawing.surfaces.intervals(drawing, compositor) if drawing.surfaces else (drawing,):
-        if len(parts) > 1:
-            draw_together(compositor, parts, [part.textures.bricks[0] for part in parts], interval.interval)
-            continue
-        for brick in bricks.visibility_order(shown, volume, camera):
-            # Labels change from sample to sample: their rays are cut where they do, which is done where rays are cut
-            # anyway.
-            if volume.labels:
-                draw_together(compositor, parts, [brick], interval.interval, shown[brick])
-                continue
-            stacks = slicing.slab_stacks(volume, camera, drawing.slab_thickness, drawing.size, per_stack, shown[brick])
-            compositor.draw(interval, brick, stacks, textures.resources(brick))
-    compositor.finish()
-    return len(shown) if len(parts) == 1 else len(parts)
+def slices(drawing: Drawing, part: NDArray[np.float64]) -> SlabStacks:
+    """Cut the visible part of a brick of the only volume into slab stacks."""
+    view, drawn = drawing.view, drawing.first
+    per_stack = drawn.baked.slabs_per_stack
+    return slab_stacks(drawn.volume, view.camera, view.slab_thickness, view.size, per_stack, part)
 
 
 def draw_together(
-    compositor: Compositor,
-    parts: Sequence[Part],
-    of_each: Sequence[bricks.Brick],
-    interval: Interval | None,
-    shown: NDArray[np.float64] = slicing.WHOLE_BOX,
+    compositor: Compositor, drawing: Drawing, of_each: Sequence[bricks.Brick], part: NDArray[np.float64]
 ) -> None:
-    """Draw several volumes in the slabs that all of them have in common, a brick of each.
+    """Draw a brick of each volume in slab stacks that all of them have in common.
 
-    `shown` has the corners of what is to be seen, in shares of the box around all, shape (2, 3).
+    `part` is the part of the box around all volumes that shows anything, in fractions of that box, shape (2, 3).
     """
     from texvol.opengl.several import draw_several
 
-    drawings = [replace(part.drawing, interval=interval) for part in parts]
-    first = drawings[0]
-    # Loops are limited: a piece of a slab for each end of each box, at most.
-    per_stack = max(min(drawing.baked.slabs_per_stack for drawing in drawings) // (2 * len(parts)), 1)
-    box = common_box([drawing.volume for drawing in drawings])
-    stacks = slicing.slab_stacks(box, first.camera, first.slab_thickness, first.size, per_stack, shown, first.about)
-    resources = [part.textures.resources(brick) for part, brick in zip(parts, of_each, strict=True)]
-    draw_several(compositor, drawings, of_each, stacks, resources)
+    view, count = drawing.view, len(drawing.volumes)
+    # The loops of a shader are limited: in each slab there is at most one piece for each end of each box.
+    per_stack = max(min(drawn.baked.slabs_per_stack for drawn in drawing.volumes) // (2 * count), 1)
+    box = common_box([drawn.volume for drawn in drawing.volumes])
+    stacks = slab_stacks(box, view.camera, view.slab_thickness, view.size, per_stack, part, view.origin)
+    draw_several(compositor, drawing, of_each, stacks)
+
+
+def draw(compositor: Compositor, drawing: Drawing, surfaces: Surfaces | None, target_format: str) -> int:
+    """Slice what may show anything, draw and composite it; return the number of bricks that were drawn."""
+    compositor.begin(drawing, target_format)
+    drawn = drawing.first
+    shown = {brick: part for brick in drawn.textures.bricks if (part := drawn.visible_part(brick)) is not None}
+    # Surfaces cut the rays into intervals, and are composited between one interval and the next.
+    for interval in surfaces.intervals(drawing, compositor) if surfaces else (drawing,):
+        if len(drawing.volumes) > 1:
+            whole = [each.textures.bricks[0] for each in drawing.volumes]
+            draw_together(compositor, interval, whole, WHOLE_BOX)
+            continue
+        for brick in bricks.visibility_order(shown, drawn.volume, drawing.view.camera):
+            # Labels change between samples: the program for several volumes cuts rays where they do.
+            if drawn.volume.labels:
+                draw_together(compositor, interval, [brick], shown[brick])
+            else:
+                compositor.draw(interval, brick, slices(interval, shown[brick]))
+    compositor.finish()
+    return len(shown) if len(drawing.volumes) == 1 else len(drawing.volumes)
+
+
+def read(compositor: Compositor, drawing: Drawing) -> NDArray[np.float32]:
+    """Read the picture back, (height, width, 4), without background; of a projection its numbers."""
+    picture = compositor.picture(drawing.color_scale)
+    if drawing.projection is None:
+        return picture
+    assert isinstance(drawing.first.baked, value_texture.ValueTexture), "only values are projected"
+    return drawing.projection.numbers(picture, drawing.first.baked, drawing.view.slab_thickness)
 
 
 def over_background(picture: NDArray[np.float32], background: tuple[float, float, float]) -> NDArray[np.float32]:
-    """The picture over light from behind, which enters as (1 - opacity) times itself; opacity stays."""
+    """Composite the picture, in place, over light from behind; its opacity stays."""
     if any(background):
         picture[..., :3] += (1 - picture[..., 3:]) * np.asarray(background, np.float32)
     return picture

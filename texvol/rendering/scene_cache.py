@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
-from texvol.opengl.compositor import Drawing
+from typing import TYPE_CHECKING
+
 from texvol.opengl.contexts import Context
-from texvol.opengl.projection import projection_of
+from texvol.opengl.drawing import Drawing, DrawnVolume, View
+from texvol.opengl.projection import Projection, projection_of
 from texvol.opengl.shadows import Shadows
 from texvol.opengl.stopwatch import Stopwatch
-from texvol.opengl.surfaces.cache import DrawnGeometry
-from texvol.rendering.render import Part
+from texvol.opengl.surfaces.cache import SurfacesCache
 from texvol.rendering.settings import Settings, color_scale_of, most_light_of, stored_scene
-from texvol.rendering.volume_cache import MediumOnDevice
-from texvol.scene.scene import Scene
+from texvol.rendering.volume_cache import VolumeCache
+from texvol.scene.scene import CompleteScene
+from texvol.textures.shaded_samples import LightTransmittance
 from texvol.textures.value_texture import ValueTexture
+from texvol.util.errors import NoRoomError
+
+if TYPE_CHECKING:
+    from texvol.opengl.surfaces.surfaces import Surfaces
 
 
-class SceneOnDevice:
-    """GPU cache of the scene that was drawn last; methods need the context to be current.
+class SceneCache:
+    """GPU cache of the scene that was drawn last; its methods need the context to be current.
 
     Parameters
     ----------
@@ -26,74 +32,97 @@ class SceneOnDevice:
 
     def __init__(self, context: Context, budget: int) -> None:
         self._context, self._budget = context, budget
-        self.medium = [MediumOnDevice(context, budget)]
+        self.volumes = [VolumeCache(context, budget)]
         self._shadows = Shadows(context, budget)
-        self._geometry = DrawnGeometry(context)
-        self.watch = Stopwatch(lambda: [medium.textures for medium in self.medium])
+        self._surfaces = SurfacesCache(context)
+        self.watch = Stopwatch(lambda: [cache.textures for cache in self.volumes])
 
     @property
     def lost_digits(self) -> float:
-        """`MatterOnDevice.lost_digits`, the most of all volumes."""
-        return max(medium.lost_digits for medium in self.medium)
+        """Largest `VolumeCache.lost_digits` of all volumes."""
+        return max(cache.lost_digits for cache in self.volumes)
 
-    def rounding(self, scene: Scene) -> float:
-        """`MatterOnDevice.rounding` of all volumes."""
-        return sum(medium.rounding(scene) for medium in self.medium)
+    def rounding(self, scene: CompleteScene) -> float:
+        """Sum of `VolumeCache.rounding` of all volumes."""
+        return sum(cache.rounding(scene) for cache in self.volumes)
 
-    def parts(self, scene: Scene, size: tuple[int, int], settings: Settings, depth: bool = False) -> list[Part]:
-        """The scene's volumes as they are drawn, each with its textures."""
-        scenes = scene.each_alone(scene.camera_for(size))
-        self._have_medium(len(scenes))
+    def drawing(self, scene: CompleteScene, size: tuple[int, int], settings: Settings, depth: bool = False) -> Drawing:
+        """Bake what is not there yet, and return what is to be drawn; with `depth` that of the isosurface's depth."""
+        scenes = scene.each_alone()
+        self._have_caches(len(scenes))
         with self.watch.timed("bake"):
-            each_with = zip(self.medium, scenes, strict=True)
-            scenes = tuple(medium.drawn_scene(alone, scene, size, settings) for medium, alone in each_with)
-        media = [(each, medium.transfer_function(each)) for each, medium in zip(scenes, self.medium, strict=True)]
-        scale = color_scale_of(media)
+            each_with = zip(self.volumes, scenes, strict=True)
+            scenes = tuple(cache.coarser_scene(alone, scene, settings) for cache, alone in each_with)
+            light_transmittance = self._shadows.prepare(scenes, settings.slab_thickness)
+        projection = projection_of(scenes[0], depth=depth)
+        drawn = []
+        for number, (alone, cache) in enumerate(zip(scenes, self.volumes, strict=True)):
+            left = light_transmittance[number] if light_transmittance else None
+            drawn.append(self._drawn(alone, cache, size, settings, projection, left, number))
+        view = View(scenes[0].camera, size, settings.slab_thickness, scene.volume.centre)
+        return Drawing(
+            view,
+            tuple(drawn),
+            color_scale=1.0 if projection else color_scale_of(scenes),
+            least_transmittance=settings.early_termination / most_light_of(scenes),
+            cutting=scene.cutting,
+            depth_cue=scenes[0].depth_cue if not projection or projection.lighting else None,
+            projection=projection,
+        )
+
+    def _drawn(
+        self,
+        alone: CompleteScene,
+        cache: VolumeCache,
+        size: tuple[int, int],
+        settings: Settings,
+        projection: Projection | None,
+        light_transmittance: LightTransmittance | None,
+        number: int,
+    ) -> DrawnVolume:
+        """Return one volume with its textures."""
         with self.watch.timed("bake"):
-            light_transmittance = self._shadows.prepare(media, settings.slab_thickness)
-        surfaces = None if depth else self._geometry.prepare(scene, size, settings.slab_thickness)
-        parts = []
-        for number, (alone, medium) in enumerate(zip(scenes, self.medium, strict=True)):
-            stored = stored_scene(alone)
-            with self.watch.timed("bake"):
-                baked = medium.prepare(
-                    stored, size, settings, light_transmittance[number] if light_transmittance else None
-                )
-            skips = medium.empty_space.skips if settings.skips(alone) else None
-            projection = projection_of(alone, depth=depth)
-            lit_when_drawn = isinstance(baked, ValueTexture) and not projection
-            lighting = scene.lighting if lit_when_drawn else None
-            drawing = Drawing(
-                baked,
-                alone.volume,
-                alone.camera_for(size),
-                settings.slab_thickness,
-                size,
-                1.0 if projection else scale,
-                settings.early_termination / most_light_of(media),
-                skips,
-                medium.empty_space.cells_per_box if skips else (1.0, 1.0, 1.0),
-                lighting=projection.lighting if projection else lighting,
-                depth_cue=alone.depth_cue if not projection or projection.lighting else None,
-                projection=projection,
-                light_transmittance=self._shadows.textures[number] if light_transmittance and lit_when_drawn else None,
-                cutting=scene.cutting,
-                surfaces=surfaces,
-                origin=scene.volume.centre,
+            baked = cache.prepare(stored_scene(alone), size, settings, light_transmittance)
+        skips = cache.empty_space.skips if settings.skips(alone) else None
+        lit_when_drawn = isinstance(baked, ValueTexture) and not projection
+        return DrawnVolume(
+            alone.volume,
+            baked,
+            cache.textures,
+            cache.visible_part(alone, settings),
+            skips,
+            cache.empty_space.cells_per_box if skips else (1.0, 1.0, 1.0),
+            lighting=projection.lighting if projection else alone.lighting if lit_when_drawn else None,
+            light_transmittance=self._shadows.textures[number]
+            if light_transmittance is not None and lit_when_drawn
+            else None,
+        )
+
+    def surfaces(self, scene: CompleteScene, size: tuple[int, int], settings: Settings) -> Surfaces | None:
+        """Return the surfaces and lines of the scene, ready to be drawn; None if it has none."""
+        return self._surfaces.prepare(scene, size, settings.slab_thickness)
+
+    def check_room(self, drawing: Drawing) -> None:
+        """Raise NoRoomError if several volumes do not fit on the device at once, each as a single brick."""
+        if len(drawing.volumes) == 1:
+            return
+        total = sum(drawn.textures.bytes_of_all for drawn in drawing.volumes)
+        if total > self._budget or any(len(drawn.textures.bricks) > 1 for drawn in drawing.volumes):
+            raise NoRoomError(
+                f"{len(drawing.volumes)} volumes are drawn at once and need {total / 1e6:.0f} MB of textures, got "
+                f"{self._budget / 1e6:.0f} MB: allow more by --texture-memory, or take smaller volumes"
             )
-            parts.append(Part(drawing, medium.textures, medium.visible_part(alone, settings)))
-        return parts
 
-    def _have_medium(self, count: int) -> None:
-        """As many as a scene has volumes."""
-        while len(self.medium) > count:
-            self.medium.pop().release()
-        while len(self.medium) < count:
-            self.medium.append(MediumOnDevice(self._context, self._budget))
+    def _have_caches(self, count: int) -> None:
+        """Keep as many volume caches as the scene has volumes."""
+        while len(self.volumes) > count:
+            self.volumes.pop().release()
+        while len(self.volumes) < count:
+            self.volumes.append(VolumeCache(self._context, self._budget))
 
     def release(self) -> None:
-        """Give everything back."""
-        for medium in self.medium:
-            medium.release()
+        """Release everything on the device."""
+        for cache in self.volumes:
+            cache.release()
         self._shadows.release()
-        self._geometry.release()
+        self._surfaces.release()

@@ -1,8 +1,8 @@
-"""What of one volume is on the device, kept between pictures: its textures, and where it is empty."""
+"""GPU cache of one volume: its textures and its empty cells, kept between pictures."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 
 from texvol.opengl.contexts import Context
+from texvol.opengl.drawing import VisiblePart
 from texvol.opengl.empty_space import EmptySpace
 from texvol.opengl.texture_store import BakedTexture, TextureStore, same
-from texvol.rendering.render import Part, VisiblePart, bake
+from texvol.rendering.render import bake
 from texvol.rendering.settings import Settings, shown_of, texels_of
 from texvol.scene.air import attenuation_of
 from texvol.scene.display import NUMBER_MODES
-from texvol.scene.scene import Scene
-from texvol.scene.transfer import TransferFunction, proposed_for
+from texvol.scene.scene import CompleteScene
 from texvol.scene.volume import Volume
 from texvol.slicing import bricks
 from texvol.textures import halving as coarser
@@ -25,14 +25,13 @@ from texvol.textures import texel_format
 from texvol.textures.shaded_samples import LightTransmittance
 from texvol.textures.value_storage import FAR, ULP
 from texvol.textures.value_texture import REFERENCE, ValueTexture
-from texvol.util.errors import NoRoomError
 
-_OF_A_CUBIC = 3.0  # times the rounding of the four values that it is found from
+_OF_A_CUBIC = 3.0  # an extreme of a cubic, in roundings of the four values that determine it
 Recipe = tuple[Any, ...]
 
 
-class MediumOnDevice:
-    """The textures of a scene's only volume, or of one of several; every method needs the context to be current.
+class VolumeCache:
+    """GPU cache of one volume of a scene; its methods need the context to be current.
 
     Parameters
     ----------
@@ -45,19 +44,18 @@ class MediumOnDevice:
         self.empty_space = EmptySpace(context.gl)
         self.textures = TextureStore(context, budget)
         self.baked: tuple[Recipe, BakedTexture] | None = None
-        self._proposed: tuple[Any, TransferFunction] | None = None
         self._chosen: tuple[Recipe, str] | None = None
-        self._source: Volume | None = None  # of which a halved volume is drawn
+        self._source: Volume | None = None  # the full volume if a halved one is drawn
         self._coarsest: tuple[Recipe, dict[float, Volume]] | None = None  # by slab thickness
 
-    def drawn_scene(self, alone: Scene, scene: Scene, size: tuple[int, int], settings: Settings) -> Scene:
-        """One volume of a scene alone, or halved where it is the only one and slabs are so thick that it hides."""
+    def coarser_scene(self, alone: CompleteScene, scene: CompleteScene, settings: Settings) -> CompleteScene:
+        """Return the scene of one volume; of a scene's only volume a halved one where slabs are thick enough for it."""
         self._source = None
         if self._coarsest is not None and self._coarsest[0][0] is not scene.volume:
             self._coarsest = None  # nothing is kept of a volume that is gone
         if scene.added or settings.texture_format != "auto":
             return alone
-        medium, thickness = self.transfer_function(scene), settings.slab_thickness
+        medium, thickness = scene.medium, settings.slab_thickness
         if not coarser.may_be_coarser(scene, medium, thickness):
             return scene
         if self._coarsest is None or not same(self._coarsest[0], (scene.volume, medium)):
@@ -68,62 +66,57 @@ class MediumOnDevice:
         if known[thickness] is scene.volume:
             return scene
         self._source = scene.volume
-        camera = scene.camera_for(size)  # which frames the same box to the last bit
-        return replace(scene, volume=known[thickness], transfer_function=medium, camera=camera)
+        return replace(scene, volume=known[thickness])
 
     def prepare(
-        self, scene: Scene, size: tuple[int, int], settings: Settings, light_transmittance: LightTransmittance | None
+        self,
+        scene: CompleteScene,
+        size: tuple[int, int],
+        settings: Settings,
+        light_transmittance: LightTransmittance | None,
     ) -> BakedTexture:
-        """Have what the textures of a scene of one volume are made of, and know where it is empty.
+        """Bake the texels of a scene of one volume and find its empty cells, unless they are there.
 
-        The scene is `stored_scene` of the one that is drawn; `arriving` is what shadows leave of the lights.
+        Parameters
+        ----------
+        scene : CompleteScene
+            The result of `stored_scene`.
+        light_transmittance : array, optional
+            Transmittance from the nodes of the box to each light that casts shadows.
         """
-        transfer_function = self.transfer_function(scene)
         thickness, texture_format = settings.slab_thickness, settings.texture_format
-        camera = scene.camera_for(size)
         if texture_format == "auto":
-            texture_format = self._cheapest_format(scene, transfer_function, thickness)
+            texture_format = self._cheapest_format(scene, thickness)
         if texture_format == REFERENCE and scene.classification in ("slab", "extinction"):
             texture_format = "rgba32f"
-        texels = texels_of(scene, transfer_function, camera, thickness, texture_format)
-        recipe = (*texels, transfer_function, scene.classification, texture_format, scene.mode, scene.isovalue)
+        texels = texels_of(scene, thickness, texture_format)
+        recipe = (*texels, scene.medium, scene.classification, texture_format, scene.mode, scene.isovalue)
         if self.baked is None or not same(self.baked[0], recipe):
-            self.baked = (
-                recipe,
-                bake(scene, transfer_function, camera, thickness, texture_format, light_transmittance),
-            )
+            self.baked = (recipe, bake(scene, thickness, texture_format, light_transmittance))
         baked = self.baked[1]
         if isinstance(baked, ValueTexture):
             texels = (*texels, baked.texel_format, baked.offset, baked.scale)
         if settings.skips(scene):
             steps = baked.steps if isinstance(baked, ValueTexture) else None
-            self.empty_space.prepare(scene.volume, *shown_of(scene, transfer_function), scene.mask, steps)
-        margin = bricks.margin(scene.volume, camera, size, thickness)
+            self.empty_space.prepare(scene.volume, *shown_of(scene), scene.mask, steps)
+        margin = bricks.margin(scene.volume, scene.camera, size, thickness)
         self.textures.prepare(baked, scene.volume, texels, margin)
         return baked
 
-    def transfer_function(self, scene: Scene) -> TransferFunction:
-        """The scene's, or the one that is proposed for its volume."""
-        if scene.transfer_function is not None:
-            return scene.transfer_function
-        if self._proposed is None or self._proposed[0] is not scene.volume:
-            self._proposed = (scene.volume, proposed_for(scene.volume))
-        return self._proposed[1]
-
     def halvings(self, volume: Volume) -> list[int]:
-        """How often the samples of a volume were halved along x, y, z before they were drawn."""
+        """Numbers of halvings of the volume along x, y, z before it was drawn."""
         return coarser.halvings(volume, self.baked[1].volume) if self.baked else [0, 0, 0]
 
-    def visible_part(self, scene: Scene, settings: Settings) -> VisiblePart:
-        """What says which part of a brick may show anything."""
+    def visible_part(self, scene: CompleteScene, settings: Settings) -> VisiblePart:
+        """Return the function that finds the visible part of a brick."""
         return self.empty_space.visible_part if settings.skips(scene) else lambda brick: brick.stored_box
 
     @contextmanager
     def set_aside(self, most_bytes: int | None) -> Iterator[None]:
-        """Whatever is drawn inside, the last picture's textures are there for the next.
+        """Keep the last picture's textures while other pictures are drawn inside the context.
 
-        Values as they are serve for every thickness; other texels are drawn inside from textures that don't stay, and
-        make do with bricks of an eighth of the volume, within `most_bytes` where that is said.
+        Textures of exact values serve every thickness. Other texels are drawn from temporary textures, in bricks of at
+        least an eighth of the volume within `most_bytes`, if that is given.
         """
         if self.baked is None or (self._source is None and self._has_exact_values(self.baked[1])):
             yield
@@ -145,13 +138,13 @@ class MediumOnDevice:
 
     @property
     def lost_digits(self) -> float:
-        """By how much of a transfer function's narrowest interval rounding moves values."""
+        """Rounding of values, as a fraction of the narrowest interval of the transfer function."""
         return self.baked[1].storage.condition * ULP if self.baked and isinstance(self.baked[1], ValueTexture) else 0.0
 
-    def rounding(self, scene: Scene) -> float:
-        """Error of a picture by the rounding of values, at most.
+    def rounding(self, scene: CompleteScene) -> float:
+        """Upper bound of the error of a picture by the rounding of values.
 
-        0 where another picture, of values that are rounded otherwise, tells better.
+        It is 0 if a picture of values with other rounding estimates that error better.
         """
         baked = self.baked[1] if self.baked else None
         if not isinstance(baked, ValueTexture) or not (baked.vouches_for_itself or baked.storage.is_hopeless):
@@ -173,25 +166,13 @@ class MediumOnDevice:
         return baked.volume.labels or (baked.estimator is None and baked.steps is None and baked.vouches_for_itself)
 
     def release(self) -> None:
-        """Give everything back."""
+        """Release everything on the device."""
         self.textures.release()
         self.empty_space.release()
         self._coarsest = None
 
-    def _cheapest_format(self, scene: Scene, transfer_function: TransferFunction, thickness: float) -> str:
-        asked = (scene.volume, transfer_function, scene.classification, thickness)
+    def _cheapest_format(self, scene: CompleteScene, thickness: float) -> str:
+        asked = (scene.volume, scene.medium, scene.classification, thickness)
         if self._chosen is None or not same(self._chosen[0], asked):
             self._chosen = asked, texel_format.cheapest_texel_format(*asked)
         return self._chosen[1]
-
-
-def check_room(parts: Sequence[Part], budget: int) -> None:
-    """Raise NoRoomError if several volumes don't fit on the device at once, each as a single brick."""
-    if len(parts) == 1:
-        return
-    total = sum(part.textures.bytes_of_all for part in parts)
-    if total > budget or any(len(part.textures.bricks) > 1 for part in parts):
-        raise NoRoomError(
-            f"{len(parts)} volumes are drawn at once and take {total / 1e6:.0f} MB of textures; "
-            f"there is room for {budget / 1e6:.0f} MB: allow more by --texture-memory, or take smaller volumes"
-        )

@@ -1,7 +1,7 @@
 """Several volumes in one scene: where they overlap, extinction adds up, and so does emission.
 
-The first is the scene's own; each of the others has a transfer function, a grid, a place in the world and a mask of its
-own. All that cuts, lights and looks is the scene's.
+The first is the scene's own; each of the others has a transfer function, a grid, a position in the world and a mask
+of its own. All that cuts, lights and looks is the scene's.
 """
 
 from __future__ import annotations
@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from texvol.scene.mask import Mask
-from texvol.scene.transfer import TransferFunction
+from texvol.scene.transfer import TransferFunction, preset
 from texvol.scene.volume import Volume
-from texvol.util.errors import InputError
+from texvol.util.errors import check_type
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,9 +35,13 @@ class AddedVolume:
     mask: Mask | None = None
 
     def __post_init__(self) -> None:
-        if not isinstance(self.volume, Volume):
-            raise InputError(f"scene: an added volume is a Volume, and {type(self.volume).__name__} came")
+        check_type("added volume: volume", self.volume, Volume)
+        if isinstance(self.transfer_function, str):
+            object.__setattr__(self, "transfer_function", preset(self.transfer_function, self.volume))
+        if self.transfer_function is not None:
+            check_type("added volume: transfer_function", self.transfer_function, TransferFunction)
         if self.mask is not None:
+            check_type("added volume: mask", self.mask, Mask)
             self.mask.check_fits(self.volume)
 
 

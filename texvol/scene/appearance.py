@@ -1,4 +1,4 @@
-"""How surfaces are lit: as the isosurface of a volume, from either side, their normals believed in full."""
+"""Light on meshes: like that on an isosurface, from either side, with full gradient confidence."""
 
 from __future__ import annotations
 

@@ -32,7 +32,7 @@ class PixelRays:
     """Rays of a picture, affine in the pixel: `point` + x `point_per_column` + y `point_per_row`, likewise `velocity`.
 
     (x, y) counts pixels from the middle of the picture, y upwards. `point` is where the ray meets the plane of
-    constant depth through a reference point, relative to that point; `velocity` is the way that the ray goes while
+    constant depth through a reference point, relative to that point; `velocity` is the path of the ray while
     its depth grows by one world unit (so its length is 1/cos of the angle to the view). Kept relative to the volume,
     so that float32 has digits left when the world's coordinates are large.
     """
@@ -62,19 +62,19 @@ class Camera:
             object.__setattr__(self, name, _finite_triple(getattr(self, name), name))
         view = np.subtract(self.target, self.eye)
         if not np.linalg.norm(view) > 0:
-            raise InputError(f"camera: eye and target must differ, and both are {_text(self.eye)}")
+            raise InputError(f"camera: eye and target must differ, got {_text(self.eye)}")
         if not np.linalg.norm(self.up) > 0:
             raise InputError("camera: up must not be zero")
         # Under 1e-6 rad between up and view, the picture's roll would be decided by rounding.
         sine = np.linalg.norm(np.cross(view / np.linalg.norm(view), np.array(self.up) / np.linalg.norm(self.up)))
         if not sine > 1e-6:
-            raise InputError(f"camera: up must not be parallel to the view, and up is {_text(self.up)}")
+            raise InputError(f"camera: up must not be parallel to the view, got {_text(self.up)}")
         if self.projection not in ("orthographic", "perspective"):
-            raise InputError(f"camera: projection is orthographic or perspective, and not {self.projection!r}")
+            raise InputError(f"camera: projection must be orthographic or perspective, got {self.projection!r}")
         if not 0 < self.fov < 180:
-            raise InputError(f"camera: fov is an angle between 0 and 180 degrees, and is {self.fov:g}")
+            raise InputError(f"camera: fov must be an angle between 0 and 180 degrees, got {self.fov:g}")
         if not 0 < self.height < np.inf:
-            raise InputError(f"camera: height must be positive and finite, and is {self.height:g}")
+            raise InputError(f"camera: height must be positive and finite, got {self.height:g}")
 
     @classmethod
     def perspective(
@@ -174,7 +174,7 @@ class Camera:
         return np.broadcast_to(np.array(self.eye), across.shape).copy(), directions
 
     def pixel_rays(self, size: tuple[int, int], about: Vector) -> PixelRays:
-        """The same rays, affine in the pixel and relative to the world point `about`."""
+        """Rays of a picture, affine in the pixel and relative to the world point `about`."""
         pixel = 2 * self.half_height / size[1]
         depth = float(self.forward @ (about - self.eye))
         to_axis = self.eye + depth * self.forward - about  # from the reference point to the middle of the picture
@@ -184,7 +184,7 @@ class Camera:
         return PixelRays(to_axis, depth * right, depth * up, self.forward, right, up, depth)
 
     def _reach(self, volume: Volume) -> tuple[float, float]:
-        """How far the box reaches from the line of sight, to the sides and up or down, world units."""
+        """Largest distance of the box from the line of sight, to the sides and up or down, in world units."""
         corners = self.in_eye_space(volume.corners_from_centre, volume.centre)
         return float(np.abs(corners[:, 0]).max()), float(np.abs(corners[:, 1]).max())
 
@@ -201,7 +201,7 @@ class Camera:
 
 
 def _default_view(volume: Volume) -> Vector:
-    """Where an unasked camera looks: at the front of a patient, from the left and a little above; up is +z."""
+    """Default view: at the front of a patient, from the left and a little above; up is +z."""
     anterior = 1.0 if volume.space.lower() in ("right-anterior-superior", "left-anterior-superior") else -1.0
     return volume.radius * np.array([-0.5, -anterior, -0.35])
 
@@ -218,9 +218,9 @@ def _finite_triple(numbers: Sequence[float], name: str) -> tuple[float, float, f
     except (TypeError, ValueError):
         triple = ()
     if len(triple) != 3 or not np.isfinite(triple).all():
-        raise InputError(f"camera: {name} is three finite numbers x, y, z, and is {numbers!r}")
+        raise InputError(f"camera: {name} must be three finite numbers x, y, z, got {numbers!r}")
     if max(map(abs, triple)) > 1e100:  # its square has to be a number, too
-        raise InputError(f"camera: {name} must lie within 1e100, and is {_text(triple)}")
+        raise InputError(f"camera: {name} must be at most 1e100 in size, got {_text(triple)}")
     return triple
 
 

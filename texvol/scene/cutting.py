@@ -21,7 +21,7 @@ Range = tuple[float, float]
 
 @dataclass(frozen=True)
 class ClipPlane:
-    """What lies on the side of `normal` is kept: normal · x ≥ offset.
+    """Half space normal · x ≥ offset; only the part of the volume inside it shows.
 
     Raises
     ------
@@ -35,11 +35,11 @@ class ClipPlane:
     def __post_init__(self) -> None:
         normal = np.asarray(self.normal, np.float64)
         if normal.shape != (3,) or not np.isfinite(normal).all():
-            raise InputError(f"clip plane: its normal is three finite numbers, and is {self.normal!r}")
+            raise InputError(f"clip plane: normal must be three finite numbers, got {self.normal!r}")
         if not np.abs(normal).max() > 0:
-            raise InputError("clip plane: its normal has a length, and is 0, 0, 0")
+            raise InputError("clip plane: normal must not be 0, 0, 0")
         if not np.isfinite(self.offset):
-            raise InputError(f"clip plane: its offset is a finite number, and is {self.offset!r}")
+            raise InputError(f"clip plane: offset must be a finite number, got {self.offset!r}")
         object.__setattr__(self, "normal", tuple(normal.tolist()))
 
 
@@ -56,17 +56,17 @@ def checked_crop(crop: Sequence[Sequence[float]]) -> tuple[Range, Range, Range]:
     except (TypeError, ValueError):
         ranges = np.empty(0)
     if ranges.shape != (3, 2) or np.isnan(ranges).any():
-        raise InputError(f"crop box: (x0, x1), (y0, y1), (z0, z1) are wanted, and it is {crop!r}")
+        raise InputError(f"crop box must be ((x0, x1), (y0, y1), (z0, z1)), got {crop!r}")
     for name, (low, high) in zip("xyz", ranges, strict=True):
         if not low < high:
-            raise InputError(f"crop box: {name} goes from less to more, and goes from {low:g} to {high:g}")
+            raise InputError(f"crop box: {name} must go from less to more, got {low:g} to {high:g}")
     x, y, z = ((float(low), float(high)) for low, high in ranges)
     return x, y, z
 
 
 @dataclass(frozen=True)
 class Cutting:
-    """Clip planes and a crop box together, as half spaces; with `caps` matter is opaque where they cut it open."""
+    """Clip planes and a crop box together, as half spaces; with `caps` the medium is opaque where they cut it open."""
 
     planes: tuple[ClipPlane, ...] = ()
     crop: tuple[Range, Range, Range] | None = None

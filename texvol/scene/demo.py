@@ -11,7 +11,7 @@ from texvol.scene.volume import Volume
 
 
 def demo_volume(samples: int = 96) -> Volume:
-    """Where the electron of a 4f state is found: the density |ψ|², scaled to 0 … 1, on `samples`³ in a box of edge 1.
+    """Probability density |ψ|² of the electron in a 4f state, scaled to 0 … 1, on `samples`³ in a box of edge 1.
 
     With r in Bohr radii, ψ is proportional to x (5 z² - r²) exp(-r / 4).
     """

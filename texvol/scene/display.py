@@ -1,11 +1,11 @@
-"""How numbers become colours: the pictures of xray, mip, minip and average, and the colour of an isosurface.
+"""Colours of numbers: pictures of xray, mip, minip and average, and the colour of an isosurface.
 
 A window (centre, width) takes a number n to grey as radiological displays do (DICOM's LINEAR_EXACT): the *encoded*
 grey is linear in it,
 
     encoded = clamp((n - centre) / width + 1/2, 0, 1)
 
-so the linear picture holds what sRGB decodes from that, and 8 bits hold the share itself.
+so the linear picture holds what sRGB decodes from that, and 8 bits hold the fraction itself.
 """
 
 from __future__ import annotations
@@ -41,9 +41,9 @@ def checked_window(window: str | Sequence[float]) -> Window:
     except (TypeError, ValueError):
         numbers = ()
     if len(numbers) != 2 or not np.isfinite(numbers).all():
-        raise InputError(f"window: CENTRE,WIDTH are two finite numbers, and are {window!r}")
+        raise InputError(f"window: CENTRE,WIDTH must be two finite numbers, got {window!r}")
     if not numbers[1] > 0:
-        raise InputError(f"window: the width is positive, and is {numbers[1]:g}")
+        raise InputError(f"window: width must be positive, got {numbers[1]:g}")
     return numbers[0], numbers[1]
 
 
@@ -125,7 +125,7 @@ def _grey(numbers: NDArray[np.float64], window: Window) -> NDArray[np.float64]:
 
 
 def straight_colors(transfer: TransferFunction, values: ArrayLike) -> NDArray[np.float64]:
-    """Colour of each value, shape (…, 3), in [0, 1], however thin matter of that value is; black where it is NaN.
+    """Colour of each value, shape (…, 3), in [0, 1], however thin a medium of that value is; black where it is NaN.
 
     Premultiplied: emission over extinction, black where both are 0. Emissive: the emission, over the largest of all.
     """

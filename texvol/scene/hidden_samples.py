@@ -1,33 +1,28 @@
-"""What a mask hides where the values themselves are seen: its samples are missing."""
+"""Volume whose hidden samples are missing, for pictures of the values themselves."""
 
 from __future__ import annotations
 
 from copy import copy
-from dataclasses import replace
 from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from texvol.scene.mask import Mask
-from texvol.scene.scene import Scene
 from texvol.scene.volume import Volume
 
 _WITHOUT: WeakKeyDictionary[Volume, tuple[Mask, Volume]] = WeakKeyDictionary()
 _OF_THE_VALUES = ("value_range", "has_missing", "finite_range")
 
 
-def without_hidden(scene: Scene) -> Scene:
-    """The scene itself in mode composite or without a mask; else that of what is left of the volume.
+def without_hidden(volume: Volume, mask: Mask) -> Volume:
+    """Return the volume with NaN at the samples that the mask hides.
 
-    The same volume comes for the same mask, for as long as there is the one that it was made of.
+    The same volume and mask give the same object for as long as `volume` exists.
     """
-    mask, volume = scene.mask, scene.volume
-    if mask is None or scene.mode == "composite":
-        return scene
     known = _WITHOUT.get(volume)
     if known is None or known[0] is not mask:
         known = _WITHOUT[volume] = mask, _with_missing(volume, mask)
-    return replace(scene, volume=known[1], mask=None)
+    return known[1]
 
 
 def _with_missing(volume: Volume, mask: Mask) -> Volume:

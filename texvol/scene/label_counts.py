@@ -1,4 +1,4 @@
-"""Which labels a volume has, and how many samples each: read through once for as long as there is the volume."""
+"""Labels of a volume and their numbers of samples, counted once for each volume."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def label_counts(volume: Volume) -> LabelCounts:
         If its values are not labels.
     """
     if not volume.labels:
-        raise InputError(f"{volume.name}: has no labels but measured values; labels are read with --labels")
+        raise InputError(f"{volume.name}: values must be labels, got measured values; read labels with --labels")
     if volume not in _KNOWN:
         _KNOWN[volume] = _counted(volume.values)
     return _KNOWN[volume]

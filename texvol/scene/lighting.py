@@ -1,21 +1,23 @@
-"""Light: what shines on a scene, and what of it matter sends to the eye (Blinn 1977, on gradients after Levoy 1988).
+"""Light on a scene and its reflection by the medium (Blinn 1977, with gradients as normals after Levoy 1988).
 
-At a place of gradient g, |g| per world unit, the normal N = -g / |g| points to lower values. With V the direction to
-the eye, L_i that to light i, H_i halfway between the two, l_i the light's colour and w = smoothstep(0, fade, |g|),
+At a position with gradient g, the normal N = -g / |g| points to lower values. With V the direction to the eye, L_i the
+direction to light i, H_i halfway between the two, l_i the colour of the light and the gradient confidence
+w = smoothstep(0, fade, |g|),
 
     D = ambient + diffuse Σ l_i [(1 - w) + w max(N·L_i, 0)]
     S = specular Σ l_i w max(N·H_i, 0)^shininess     over the lights with N·L_i > 0
 
-take the emission q of matter of extinction τ to q D + τ S: straight colour c becomes c D + S. Two-sided, N is turned to
-the side of the eye, N·V >= 0. Where w is 0 the gradient means nothing, and light falls on matter from all sides.
+change the emission q of a medium of extinction τ to q D + τ S: straight colour c becomes c D + S. If lighting is
+two-sided, N is turned to the side of the eye, N·V >= 0. Where w is 0 the gradient is noise, and the medium is lit
+evenly from all sides.
 
-Shadows: of light i, unless it is the head light, the share T_i(x + b L_i) arrives at a place x. T_i is known at the
-`shadow_nodes` of the box, as the transmittance of the post-classified matter from there to the light, and trilinear in
-between; b is one and a half times the distance of the nodes, or of the samples if that is more, so that no surface lies
-in its own shadow.
+Shadows: the fraction T_i(x + b L_i) of light i reaches a position x, unless it is the head light. T_i is the
+transmittance of the post-classified medium from the `shadow_nodes` of the box to the light, trilinear between nodes.
+b is 1.5 times the distance between nodes, or between samples if that is larger, so that no surface lies in its own
+shadow.
 
-A depth cue mixes what glows with a colour, the more the farther it is (`DepthCue`): black and strength 1 is
-depth-only shading (Herman, Liu 1979). It needs no gradient.
+A depth cue mixes the emission with a colour by depth (`DepthCue`): black and strength 1 is depth-only shading (Herman,
+Liu 1979). It needs no gradient.
 """
 
 from __future__ import annotations
@@ -34,13 +36,13 @@ from texvol.util.errors import InputError
 LightKind = Literal["head", "directional", "point"]
 LIGHT_KINDS: tuple[str, ...] = get_args(LightKind)
 Triple = tuple[float, float, float]
-# Of the range of the values per smallest spacing: 2.5 levels of 8 bits, about what quantisation and weak noise make.
+# Fraction of the range of values per smallest spacing: 2.5 levels of 8 bits, about quantisation and weak noise.
 _FADE = 0.01
 MOST_CASTING = 4  # lights whose shadows one texel holds
 _MOST_NODES, _LEAST_NODES = 64, 4  # along an edge of the box
 _NODES_AWAY = 1.5
 _FARTHEST = 1e15  # in radii of the box: lights beyond it come from one direction
-MOST = 1e30  # of any number that is drawn with: products of one with a number of the scene are float32s
+MOST = 1e30  # largest number in a shader: its product with a number of the scene is a float32
 
 
 def _triple(numbers: Sequence[float] | Any, what: str) -> Triple:
@@ -49,21 +51,21 @@ def _triple(numbers: Sequence[float] | Any, what: str) -> Triple:
     except (TypeError, ValueError):
         triple = ()
     if len(triple) != 3 or not np.isfinite(triple).all():
-        raise InputError(f"{what} is three finite numbers, and is {numbers!r}")
+        raise InputError(f"{what} must be three finite numbers, got {numbers!r}")
     return triple
 
 
 @dataclass(frozen=True)
 class Light:
-    """A light: at the eye ("head"), from a direction ("directional"), or at a place ("point").
+    """Light at the eye ("head"), from a direction ("directional"), or at a position ("point").
 
     Parameters
     ----------
     kind : "head", "directional" or "point"
     vector : (x, y, z), optional
-        Directional: where the light comes from, of any length. Point: where it is, world units. Head: none.
+        Directional: direction to the light, of any length. Point: position, world units. Head: none.
     color : (r, g, b)
-        Linear; it does not fall off with distance.
+        Linear; the light does not fall off with distance.
     """
 
     kind: LightKind = "head"
@@ -72,41 +74,41 @@ class Light:
 
     def __post_init__(self) -> None:
         if self.kind not in LIGHT_KINDS:
-            raise InputError(f"light: kind is one of {', '.join(LIGHT_KINDS)}, and not {self.kind!r}")
+            raise InputError(f"light: kind must be one of {', '.join(LIGHT_KINDS)}, got {self.kind!r}")
         object.__setattr__(self, "color", _triple(self.color, "light: colour"))
         if min(self.color) < 0:
-            raise InputError(f"light: colour is three numbers from 0 upwards, and is {self.color!r}")
+            raise InputError(f"light: colour must be three numbers of at least 0, got {self.color!r}")
         what = {"head": "", "directional": "direction", "point": "position"}[self.kind]
         if not what:
             if self.vector is not None:
-                raise InputError("light: a head light is where the eye is, and has no direction or position")
+                raise InputError("light: a head light must have no direction or position: it is at the eye")
             return
         if self.vector is None:
             raise InputError(f"light: a {self.kind} light needs a {what}, three numbers x, y, z")
         object.__setattr__(self, "vector", _triple(self.vector, f"light: {what}"))
         if self.kind == "directional" and not any(self.vector):
-            raise InputError("light: a directional light needs a direction, and 0, 0, 0 is none")
+            raise InputError("light: direction must not be 0, 0, 0")
 
 
 @dataclass(frozen=True)
 class Lighting:
-    """Lights and how matter answers them, see the module.
+    """Lights and the reflection of the medium, see the module.
 
     Parameters
     ----------
     lights : sequence of Light
-        A head light unless told.
+        By default a head light.
     ambient, diffuse, specular : float
-        Shares from 0 upwards.
+        Factors of at least 0.
     shininess : float
-        Blinn's exponent, from 0 upwards.
+        Blinn's exponent, at least 0.
     two_sided : bool
-        Whether the side of a surface that faces the eye is lit, whichever way the gradient points.
+        True if the side of a surface that faces the eye is lit, whatever the sign of the gradient.
     fade : float, optional
-        Gradient magnitude, data units per world unit, under which shading fades out; None: a hundredth of the range of
-        the values per smallest spacing.
+        Gradient magnitude, in data units per world unit, below which shading fades out; by default a hundredth of the
+        range of values per smallest spacing.
     shadows : bool
-        Whether matter takes light from what lies behind it, seen from the light; of at most four lights.
+        True if the medium casts shadows; at most four lights may cast them.
     """
 
     lights: tuple[Light, ...] = (Light(),)
@@ -125,17 +127,17 @@ class Lighting:
             if number is None and name == "fade":
                 continue
             if isinstance(number, bool) or not isinstance(number, int | float) or not 0 <= number < np.inf:
-                raise InputError(f"light: {name} is a number from 0 upwards, and is {number!r}")
+                raise InputError(f"light: {name} must be a number of at least 0, got {number!r}")
         if self.shadows and len(self.casting) > MOST_CASTING:
-            raise InputError(f"light: at most {MOST_CASTING} lights cast shadows, and {len(self.casting)} are to")
+            raise InputError(f"light: at most {MOST_CASTING} lights can cast shadows, got {len(self.casting)}")
 
     @property
     def casting(self) -> tuple[Light, ...]:
-        """The lights that may cast shadows, the directional ones first; from the eye, the head light's are not seen."""
+        """Lights that may cast shadows, directional ones first; shadows of a head light are invisible from the eye."""
         return tuple(light for kind in ("directional", "point") for light in self.lights if light.kind == kind)
 
     def fade_for(self, volume: Volume) -> float:
-        """`fade`, or what it is for a volume where nothing is said; data units per world unit, positive."""
+        """Return `fade` or its default for a volume, in data units per world unit, positive."""
         if self.fade is not None:
             return max(self.fade, 1e-300)
         low, high = (0.0, 1.0) if volume.labels else volume.finite_range or (0.0, 0.0)
@@ -143,12 +145,12 @@ class Lighting:
 
     @property
     def brightest(self) -> float:
-        """The most that a straight colour of 1 may become."""
+        """Upper bound of a straight colour of 1 in this light."""
         return sum(self.most)
 
     @property
     def most(self) -> tuple[float, float]:
-        """The largest that D and S may be."""
+        """Upper bounds of D and S."""
         light = max((sum(min(each.color[channel], MOST) for each in self.lights) for channel in range(3)), default=0.0)
         ambient, diffuse, specular = (min(each, MOST) for each in (self.ambient, self.diffuse, self.specular))
         return ambient + diffuse * light, specular * light
@@ -156,10 +158,10 @@ class Lighting:
 
 @dataclass(frozen=True)
 class DepthCue:
-    """What glows at depth z is mixed with `color` by strength · clamp((z - near) / (far - near), 0, 1).
+    """Mixture of the emission with a colour by depth: q (1 - t) + τ t color.
 
-    q becomes q (1 - t) + τ t color. Depth is along the view, from the plane of the eye, world units; `near` and `far`
-    are the nearest and farthest corner of the box unless told.
+    t = strength · clamp((z - near) / (far - near), 0, 1). Depth z is along the view from the plane of the eye, in world
+    units. `near` and `far` are by default the depths of the nearest and farthest corner of the box.
     """
 
     strength: float = 0.6
@@ -169,15 +171,15 @@ class DepthCue:
 
     def __post_init__(self) -> None:
         if not 0 <= self.strength <= 1:
-            raise InputError(f"depth cue: strength lies in [0, 1], and is {self.strength!r}")
+            raise InputError(f"depth cue: strength must be from 0 to 1, got {self.strength!r}")
         object.__setattr__(self, "color", _triple(self.color, "depth cue: colour"))
         if min(self.color) < 0:
-            raise InputError(f"depth cue: colour is three numbers from 0 upwards, and is {self.color!r}")
+            raise InputError(f"depth cue: colour must be three numbers of at least 0, got {self.color!r}")
         if self.near is not None and self.far is not None and not self.near < self.far:
-            raise InputError(f"depth cue: near is nearer than far, and they are {self.near:g} and {self.far:g}")
+            raise InputError(f"depth cue: near must be less than far, got {self.near:g} and {self.far:g}")
 
     def range_for(self, volume: Volume, camera: Camera) -> tuple[float, float]:
-        """Depths, world units, between which the cue grows from nothing to its strength; the first is smaller."""
+        """Return the depths, in world units, at which t is 0 and at which it is the strength; the first is smaller."""
         depths = camera.in_eye_space(volume.corners_from_centre, volume.centre)[:, 2]
         near = max(float(depths.min()), 0.0) if self.near is None else self.near
         far = float(depths.max()) if self.far is None else self.far
@@ -185,20 +187,20 @@ class DepthCue:
 
 
 def shadow_nodes(volume: Volume) -> tuple[int, int, int]:
-    """Numbers (x, y, z) of nodes in the box at which it is known how much light arrives; each is in a cell's middle."""
+    """Numbers (x, y, z) of nodes with a light transmittance, each in the middle of an equal part of the box."""
     edges = np.linalg.norm(volume.box_edges, axis=0)
     x, y, z = np.clip(np.rint(_MOST_NODES * edges / edges.max()), _LEAST_NODES, _MOST_NODES).astype(int)
     return int(x), int(y), int(z)
 
 
 def shadow_distance(volume: Volume) -> float:
-    """How far towards the light shadows are looked up, world units: 1.5 times what nodes, or samples, are apart."""
+    """Distance towards the light at which the transmittance is looked up, in world units."""
     nodes_apart = float(np.linalg.norm(volume.box_edges, axis=0).max()) / _MOST_NODES
     return _NODES_AWAY * max(nodes_apart, volume.smallest_spacing)
 
 
 def unit(vector: Sequence[float]) -> NDArray[np.float64]:
-    """`vector` at length 1."""
+    """Return the vector at length 1."""
     wide = np.asarray(vector, np.float64) / np.abs(vector).max()
     return wide / np.linalg.norm(wide)
 

@@ -127,7 +127,7 @@ def _first_split(lowest: NDArray, highest: NDArray) -> tuple[int, int] | None:
 
 
 def _is_mark(value: Any) -> bool:
-    """True of a value that programs mark missing samples by."""
+    """True if programs commonly mark missing samples by this value."""
     if value.dtype.itemsize == 1:
         return False
     limits = np.iinfo(value.dtype) if value.dtype.kind in "iu" else np.finfo(value.dtype)

@@ -1,4 +1,4 @@
-"""A Mask says how much of the matter at each sample is there: 0 hides it, 1 leaves it as it is.
+"""A Mask says how much of the medium at each sample is there: 0 hides it, 1 leaves it as it is.
 
 Emission and extinction are multiplied with the weight: of the samples, before they are interpolated, where the scene is
 classified before (`slab`, `extinction`), or else with the weight that is interpolated in the same way as the value.
@@ -48,13 +48,13 @@ class Mask(KeepsArrays):
     def __post_init__(self) -> None:
         weights = np.asarray(self.weights)
         if weights.ndim != 3 or weights.dtype.kind not in "buif":
-            raise InputError(f"{self.name}: a mask has numbers along 3 axes (z, y, x), and is {_shape(weights)}")
+            raise InputError(f"{self.name}: a mask must have numbers along 3 axes (z, y, x), got {_shape(weights)}")
         if weights.dtype != np.bool_:
             weights = weights.astype(np.float32)
             if not (weights.size and weights.min() >= 0 and weights.max() <= 1):  # NaN is neither
                 raise InputError(
-                    f"{self.name}: weights lie in [0, 1], and {_range(weights)}; a mask of other numbers needs the two "
-                    "between which it fades in"
+                    f"{self.name}: weights must be from 0 to 1, but {_range(weights)}; fade=(low, high) turns other "
+                    "numbers into weights"
                 )
         kept = read_only(np.ascontiguousarray(weights))
         watched = [] if self.source else shared((kept, self.weights))
@@ -75,9 +75,7 @@ class Mask(KeepsArrays):
             return cls(weights != 0 if _were_integers(volume) else weights, volume.name, volume.source)
         low, high = (float(end) for end in fade)
         if not (np.isfinite(low) and np.isfinite(high) and low != high):
-            raise InputError(
-                f"{volume.name}: a mask fades between two finite numbers, and they are {low:g} and {high:g}"
-            )
+            raise InputError(f"{volume.name}: fade must be two different finite numbers, got {low:g} and {high:g}")
         fractions = np.clip((values.astype(np.float64) - low) / (high - low), 0, 1)
         source = {**volume.source, "fade": [low, high]} if volume.source else {}
         return cls(np.nan_to_num(fractions, nan=0.0), volume.name, source)
@@ -94,7 +92,7 @@ class Mask(KeepsArrays):
 
     @cached_property
     def hidden(self) -> NDArray[np.bool_]:
-        """Where the weight is 0."""
+        """Mask of the samples whose weight is 0."""
         self.check_unchanged()
         return self.array == 0
 
@@ -103,12 +101,13 @@ class Mask(KeepsArrays):
         if self.array.shape != volume.values.shape:
             mine, wanted = (" x ".join(map(str, each.shape[::-1])) for each in (self.array, volume.values))
             raise InputError(
-                f"{self.name}: a mask is of its volume's size, and has {mine} samples where {volume.name} has {wanted}"
+                f"{self.name}: a mask must have as many samples as its volume, got {mine} samples where {volume.name} "
+                f"has {wanted}"
             )
 
 
 def _were_integers(volume: Volume) -> bool:
-    """True of integers, also of those that a reader made floats of because some are missing."""
+    """True if the values are integers, or were integers before missing samples made them floats."""
     if volume.values.dtype.kind in "iu":
         return True
     if not volume.has_missing or volume.finite_range is None or volume.finite_range[1] <= 1:

@@ -1,4 +1,4 @@
-"""What light does on its way through matter: the slab integral, over, and opacity over another length.
+"""Optics of emission and absorption: the slab integral, *over*, and opacity over another length.
 
 Along a ray with emission q and extinction τ per world unit (Wilson, Van Gelder, Wilhelms 1994; Max 1995),
 
@@ -36,7 +36,7 @@ def mean_transmittance(optical_depth: ArrayLike) -> NDArray[np.float64]:
 
 
 def is_shallow(deepest: float) -> bool:
-    """Whether the shader may do without an exponential, where no optical depth is beyond `deepest`."""
+    """True if the shader needs no exponential for optical depths up to `deepest`."""
     return deepest <= 2
 
 
@@ -61,7 +61,7 @@ def slab_integral(
 
 
 def rescale_opacity(opacity: ArrayLike, length_ratio: ArrayLike) -> NDArray[np.float64]:
-    """Opacity of the same matter over `length_ratio` times the length: 1 - (1 - A)^r, keeping small opacities."""
+    """Opacity of the same medium over `length_ratio` times the length: 1 - (1 - A)^r, keeping small opacities."""
     depth = depth_from_opacity(opacity)
     with np.errstate(invalid="ignore"):
         scaled = np.where(np.equal(length_ratio, 0), 0.0, depth * np.asarray(length_ratio))

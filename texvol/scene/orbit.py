@@ -96,12 +96,12 @@ def framing(
 def checked_views(views: int) -> int:
     """The number of views, or InputError if it is not at least 1."""
     if views < 1:
-        raise InputError(f"an orbit has at least one view, and not {views}")
+        raise InputError(f"an orbit must have at least one view, got {views}")
     return views
 
 
 def _corners(camera: Camera, volume: Volume) -> tuple[np.ndarray, np.ndarray]:
-    """How far the box's corners are above the target along the axis, and how far out from the axis, world units."""
+    """Heights of the box's corners above the target along the axis, and their distances from it, in world units."""
     corners = volume.corners_from_centre + (volume.centre - camera.target)
     axis = np.array(camera.up) / np.linalg.norm(camera.up)
     above = corners @ axis

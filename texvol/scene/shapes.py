@@ -115,7 +115,7 @@ class Lines(KeepsArrays):
         pairs = _pairs_of(self.segments, self.name)
         _put(self, "segments", _indices(pairs, 2, len(points), ("segment", "segments"), self.name))
         if not (_is_number(self.width) and 0 < self.width <= WIDEST):
-            raise InputError(f"{self.name}: a width is over 0 and at most {WIDEST:g} pixels, and is {self.width!r}")
+            raise InputError(f"{self.name}: width must be above 0 and at most {WIDEST:g} pixels, got {self.width!r}")
         _check_look(self)
 
     def __repr__(self) -> str:
@@ -133,7 +133,7 @@ def checked_geometry(geometry: Iterable[Any]) -> tuple[Shape, ...]:
         shapes = (geometry,)  # a single one, forgotten to be put into a sequence
     for shape in shapes:
         if not isinstance(shape, Mesh | Lines):
-            raise InputError(f"scene: geometry holds Meshes and Lines, and {type(shape).__name__} came")
+            raise InputError(f"scene: each of geometry must be a Mesh or Lines, got {type(shape).__name__}")
     return shapes
 
 
@@ -147,18 +147,18 @@ def _points(numbers: ArrayLike, what: str, name: str) -> NDArray[np.float64]:
     try:
         points = np.array(numbers, np.float64)
     except (TypeError, ValueError):
-        raise InputError(f"{name}: {what} are numbers x, y, z, and are {type(numbers).__name__}") from None
+        raise InputError(f"{name}: {what} must be numbers x, y, z, got {type(numbers).__name__}") from None
     if points.ndim != 2 or points.shape[1] != 3:
         if points.size == 0:
             raise InputError(f"{name}: is empty: it has no {what}")
-        raise InputError(f"{name}: {what} have shape (n, 3), and it is {points.shape}")
+        raise InputError(f"{name}: {what} must have shape (n, 3), got {points.shape}")
     if not len(points):
         raise InputError(f"{name}: is empty: it has no {what}")
     bad = ~(np.abs(points) < _FARTHEST).all(axis=1)
     if bad.any():
         first = int(np.argmax(bad))
         position = ", ".join(f"{number:g}" for number in points[first])
-        raise InputError(f"{name}: {what} must be finite and within {_FARTHEST:g}, and number {first} is {position}")
+        raise InputError(f"{name}: {what} must be finite and at most {_FARTHEST:g}, and number {first} is {position}")
     return points
 
 
@@ -173,12 +173,12 @@ def _indices(numbers: ArrayLike, corners: int, count: int, words: tuple[str, str
     if indices.ndim != 2 or indices.shape[1] != corners:
         raise InputError(f"{name}: {many} have shape (m, {corners}), and it is {indices.shape}")
     if indices.dtype.kind not in "iu":
-        raise InputError(f"{name}: {many} are whole numbers, and are {indices.dtype}")
+        raise InputError(f"{name}: {many} must be whole numbers, got {indices.dtype}")
     bad = ((indices < 0) | (indices >= count)).any(axis=1)
     if bad.any():
         first = int(np.argmax(bad))
         corner = next(int(index) for index in indices[first] if not 0 <= index < count)
-        raise InputError(f"{name}: {one} {first} has corner {corner}, and there are the points 0 to {count - 1}")
+        raise InputError(f"{name}: {one} {first} has corner {corner}, but the points are 0 to {count - 1}")
     return indices.astype(np.int64)
 
 
@@ -196,7 +196,7 @@ def _sequences(segments: Any, name: str) -> list[Sequence[int]]:
     try:
         return [each for each in segments if len(each) >= 0]
     except TypeError:
-        raise InputError(f"{name}: segments are pairs of points, or polylines of at least two") from None
+        raise InputError(f"{name}: segments must be pairs of points, or polylines of at least two") from None
 
 
 def _is_number(number: Any) -> bool:
@@ -207,7 +207,7 @@ def _is_number(number: Any) -> bool:
 def _check_look(shape: Shape) -> None:
     color = np.asarray(shape.color)
     if color.shape != (3,) or color.dtype.kind not in "iuf" or not ((color >= 0) & (color <= 1)).all():
-        raise InputError(f"{shape.name}: a colour is three numbers in [0, 1], and is {shape.color!r}")
+        raise InputError(f"{shape.name}: color must be three numbers from 0 to 1, got {shape.color!r}")
     object.__setattr__(shape, "color", tuple(map(float, color)))
     if not (_is_number(shape.opacity) and 0 < shape.opacity <= 1):
-        raise InputError(f"{shape.name}: an opacity is over 0 and at most 1, and is {shape.opacity!r}")
+        raise InputError(f"{shape.name}: opacity must be above 0 and at most 1, got {shape.opacity!r}")

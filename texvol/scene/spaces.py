@@ -13,7 +13,7 @@ _PAIRS = {frozenset(pair) for pair in ("RL", "AP", "SI")}
 
 
 def letters_of_space(space: str) -> tuple[str, str, str] | None:
-    """What the world axes point to, such as ("R", "A", "S"); None where the volume's `space` does not say."""
+    """Letters of the world axes, such as ("R", "A", "S"); None if the volume's `space` does not say."""
     found = tuple(_LETTERS.get(word, "") for word in space.lower().split("-"))[:3]
     if len(found) != 3 or {frozenset((letter, OPPOSITE.get(letter, ""))) for letter in found} != _PAIRS:
         return None

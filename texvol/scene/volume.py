@@ -106,20 +106,20 @@ class Volume(KeepsArrays):
         self._unchanged = Unchanged(*([] if source else shared((self.values, values), (self.colors, colors))))
 
     def moved(self, matrix: ArrayLike) -> Volume:
-        """The same samples elsewhere: `matrix`, of shape (4, 4), takes where they lie in the world to where they go.
+        """Return the volume moved by `matrix`, shape (4, 4), from old to new world coordinates.
 
         Raises
         ------
         InputError
             If that is no matrix of finite numbers with the last row 0, 0, 0, 1, or leaves no volume.
         """
-        wanted = "a transform is a finite 4 x 4 matrix whose last row is 0, 0, 0, 1"
+        wanted = "a transform must be a finite 4 x 4 matrix whose last row is 0, 0, 0, 1"
         try:
             numbers = np.array(matrix, dtype=np.float64)
         except (TypeError, ValueError):
             numbers = np.empty(0)
         if numbers.shape != (4, 4) or not np.isfinite(numbers).all() or (numbers[3] != (0, 0, 0, 1)).any():
-            raise InputError(f"{self.name}: {wanted}, and it is {_rows(numbers)}")
+            raise InputError(f"{self.name}: {wanted}, got {_rows(numbers)}")
         name = f"{self.name}, transformed"
         with np.errstate(all="ignore"):  # what is too large for float64 is refused below
             axes = numbers[:3, :3] @ self.world_from_index
@@ -203,7 +203,7 @@ class Volume(KeepsArrays):
 
     @cached_property
     def has_missing(self) -> bool:
-        """Whether any sample is NaN."""
+        """True if any sample is NaN."""
         self.check_unchanged()
         return self.values.dtype.kind == "f" and bool(np.isnan(self.values.min()))  # which NaN is the minimum of
 
@@ -225,20 +225,20 @@ class Volume(KeepsArrays):
 def _sample_colors(colors: ArrayLike, values: NDArray, name: str) -> NDArray[np.float32]:
     straight = np.ascontiguousarray(colors, np.float32)
     if straight.shape != (*values.shape, 3):
-        raise InputError(f"{name}: colours are of shape {(*values.shape, 3)}, and are of {straight.shape}")
+        raise InputError(f"{name}: colors must have shape {(*values.shape, 3)}, got {straight.shape}")
     if not (straight.min() >= 0 and straight.max() <= 1):  # NaN is neither
-        raise InputError(f"{name}: colours lie in [0, 1], and go from {straight.min():g} to {straight.max():g}")
+        raise InputError(f"{name}: colors must be from 0 to 1, got {straight.min():g} to {straight.max():g}")
     return read_only(straight)
 
 
 def _check_labels(values: NDArray, colors: NDArray | None, name: str) -> None:
     if colors is not None:
-        raise InputError(f"{name}: samples have labels or colours, and not both")
+        raise InputError(f"{name}: a volume must have labels or colors, got both")
     if values.dtype.kind == "f" and not (np.isfinite(values).all() and (values == np.rint(values)).all()):
-        raise InputError(f"{name}: labels are whole numbers, and some values are not")
+        raise InputError(f"{name}: labels must be whole numbers, got fractions or NaN")
     if max(abs(int(values.min())), abs(int(values.max()))) > LARGEST_LABEL:
         raise InputError(
-            f"{name}: labels lie within {LARGEST_LABEL}, which single precision tells apart, and go from "
+            f"{name}: labels must be at most {LARGEST_LABEL} in size for single precision, got "
             f"{values.min()} to {values.max()}"
         )
 
@@ -252,11 +252,11 @@ def _real_samples(values: ArrayLike, name: str) -> NDArray:
     if samples.dtype == np.bool_:
         samples = samples.view(np.uint8)
     if samples.dtype.kind not in "iuf" or samples.dtype.itemsize > 8:
-        raise InputError(f"{name}: values must be real numbers of at most 64 bits, and are {samples.dtype}")
+        raise InputError(f"{name}: values must be real numbers of at most 64 bits, got {samples.dtype}")
     if samples.ndim != 3:
-        raise InputError(f"{name}: a volume has 3 axes (z, y, x), and values has shape {samples.shape}")
+        raise InputError(f"{name}: values must have 3 axes (z, y, x), got shape {samples.shape}")
     if samples.size == 0:
-        raise InputError(f"{name}: a volume has at least one sample, and values has shape {samples.shape}")
+        raise InputError(f"{name}: values must have at least one sample, got shape {samples.shape}")
     return np.ascontiguousarray(samples, dtype=samples.dtype.newbyteorder("="))
 
 
@@ -264,20 +264,20 @@ def _triple(numbers: ArrayLike, what: str, name: str) -> NDArray[np.float64]:
     try:
         triple = np.array(numbers, dtype=np.float64)
     except (TypeError, ValueError):
-        raise InputError(f"{name}: {what} is three numbers x, y, z, and is {numbers!r}") from None
+        raise InputError(f"{name}: {what} must be three numbers x, y, z, got {numbers!r}") from None
     if triple.shape != (3,):
-        raise InputError(f"{name}: {what} is three numbers x, y, z, and is {numbers!r}")
+        raise InputError(f"{name}: {what} must be three numbers x, y, z, got {numbers!r}")
     if not np.isfinite(triple).all():
-        raise InputError(f"{name}: {what} must be finite, and is {_text(triple)}")
+        raise InputError(f"{name}: {what} must be finite, got {_text(triple)}")
     return read_only(triple)
 
 
 def _positive(spacing: NDArray[np.float64], name: str) -> NDArray[np.float64]:
     """A spacing whose squares and cubes are numbers, too, or InputError."""
     if not (spacing > 0).all():
-        raise InputError(f"{name}: spacing must be positive along every axis, and is {_text(spacing)}")
+        raise InputError(f"{name}: spacing must be positive along every axis, got {_text(spacing)}")
     if not ((spacing > 1e-90) & (spacing < 1e90)).all():
-        raise InputError(f"{name}: spacing must lie between 1e-90 and 1e90, and is {_text(spacing)}")
+        raise InputError(f"{name}: spacing must be from 1e-90 to 1e90, got {_text(spacing)}")
     return spacing
 
 
@@ -287,12 +287,12 @@ def _regular_matrix(numbers: ArrayLike, name: str) -> NDArray[np.float64]:
     except (TypeError, ValueError):
         matrix = np.empty(0)
     if matrix.shape != (3, 3) or not np.isfinite(matrix).all():
-        raise InputError(f"{name}: direction is a finite 3 x 3 matrix, and is {_rows(matrix)}")
+        raise InputError(f"{name}: direction must be a finite 3 x 3 matrix, got {_rows(matrix)}")
     # Relative to the columns' lengths the determinant is the volume of a unit parallelepiped: under 1e-6 two axes
     # lie within an angle of 1e-6 of each other and the box is flat.
     lengths = np.linalg.norm(matrix, axis=0)
     if not (lengths > 0).all() or not abs(np.linalg.det(matrix / lengths)) > 1e-6:
-        raise InputError(f"{name}: direction must not be singular, and its rows are {_rows(matrix)}")
+        raise InputError(f"{name}: direction must not be singular, got rows {_rows(matrix)}")
     return read_only(matrix)
 
 

@@ -33,8 +33,8 @@ _BEYOND = 1e9  # boxes: the end of a brick at which the box ends, whatever round
 class Brick:
     """Its own are the samples first … last - 1 along each of x, y, z; stored_first … stored_last - 1 are stored.
 
-    `position` is its place in the grid of bricks, `dimensions` the whole volume's, `texture_size` those of its texture,
-    which is as large for every brick.
+    `position` is its position in the grid of bricks, `dimensions` the whole volume's, `texture_size` those of its
+    texture, which is as large for every brick.
     """
 
     position: Triple
@@ -47,7 +47,7 @@ class Brick:
 
     @property
     def is_whole(self) -> bool:
-        """Whether there is no other brick."""
+        """True if the brick is the whole volume."""
         return self.first == (0, 0, 0) and self.last == self.dimensions
 
     @property
@@ -57,7 +57,7 @@ class Brick:
 
     @property
     def has_room_beyond(self) -> list[bool]:
-        """Whether, along x, y, z, the volume ends in it and its texture goes on."""
+        """True along x, y, z where the volume ends in the brick but its texture goes on."""
         ends = zip(self.stored_first, self.stored_last, self.dimensions, self.texture_size, strict=True)
         return [last == count and last - first < size for first, last, count, size in ends]
 
@@ -71,10 +71,10 @@ class Brick:
 
     @property
     def texture_from_box(self) -> tuple[Vector, Vector, Vector]:
-        """Samples per box, first sample, and textures per sample: (box * a - b) * c is a place in its texture.
+        """Samples per box, first sample, and textures per sample: (box * a - b) * c is a position in its texture.
 
-        Along an axis that is cut c is a power of two: so the place differs from that in the texture of the whole by a
-        whole number of samples, to the last bit. Along the others it is the same place.
+        Along an axis that is cut c is a power of two: so the position differs from that in the texture of the whole
+        by a whole number of samples, to the last bit. Along the others it is the same position.
         """
         cut = np.array(self.texture_size) != np.array(self.dimensions)
         samples = np.where(cut, self.dimensions, 1.0)
@@ -120,7 +120,9 @@ def texture_size(dimensions: Triple, margin: Triple, bytes_per_sample: int, most
         cuttable = [axis for axis in range(3) if halves[axis] > 2 * margin[axis] and size[axis] > 1]
         if not cuttable:
             least = np.prod(size, dtype=float) * bytes_per_sample / 1e6
-            raise NoRoomError(f"a brick of this volume takes {least:.3g} MB, and may take {most_bytes / 1e6:.3g} MB")
+            raise NoRoomError(
+                f"a brick of this volume needs {least:.3g} MB of texture memory, got {most_bytes / 1e6:.3g} MB"
+            )
         longest_axis = max(cuttable, key=lambda axis: size[axis])
         size[longest_axis] = halves[longest_axis]
     return size[0], size[1], size[2]
@@ -137,7 +139,7 @@ def margin(volume: Volume, camera: Camera, size: tuple[int, int], slab_thickness
 def visibility_order(bricks: Iterable[Brick], volume: Volume, camera: Camera) -> list[Brick]:
     """The bricks front to back: none hides a part of one before it.
 
-    Along each axis of the grid a brick in front of another is nearer to the eye's place, or comes first along the
+    Along each axis of the grid a brick in front of another is nearer to the eye's position, or comes first along the
     view, so that the sum of the three ranks orders them.
     """
     bricks = list(bricks)
@@ -147,7 +149,7 @@ def visibility_order(bricks: Iterable[Brick], volume: Volume, camera: Camera) ->
 
 
 def _view(volume: Volume, camera: Camera) -> list[tuple[float, float, bool]]:
-    """For each axis: the eye's place in samples, the view's way along it, whether rays diverge from the eye."""
+    """Return for each axis the eye's position in samples, the view direction, and True if rays diverge from the eye."""
     eye = volume.index_from_world @ (np.array(camera.eye) - volume.box_corner)
     forward = volume.index_from_world @ camera.forward
     return [(float(e), float(f), camera.projection == "perspective") for e, f in zip(eye, forward, strict=True)]

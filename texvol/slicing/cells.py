@@ -3,8 +3,8 @@
 A cell spans `CELL` samples along each axis, or more in volumes so large that the cells would fill a texture. Its range
 holds every value that interpolation can give inside it, the next samples all around included. So where the transfer
 function is nothing over a cell's range nothing is in the cell, classified before interpolation or after. Of these cells
-the `leaps` are made: how far on, in each octant of directions, everything is as empty, or as full, as the cell itself.
-All around it were less by half: a ray that has passed matter would take it for near.
+the `skips` are made: how far on, in each octant of directions, everything is as empty, or as full, as the cell itself.
+All around it were less by half: a ray that has passed a medium would take it for near.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from texvol.scene.mask import Mask
 from texvol.scene.volume import Volume
 from texvol.util.statistics import on_steps
 
-CELL = 3  # samples: smaller ones follow the matter closer, a twentieth less time, and take three times as long to make
-_MOST_CELLS = 640_000  # so that a new transfer function has its leaps within a tenth of a second
+CELL = 3  # samples: smaller ones follow the medium closer, a twentieth less time, and take three times as long to make
+_MOST_CELLS = 640_000  # so that a new transfer function has its skips within a tenth of a second
 _ROUNDED = 2.0**-14  # twice a rounding to 16 bits with a sign
 _MOST_ALONG_AN_AXIS = 1024  # a texture has two of them for each, and at least 2048 texels along an axis
 _FARTHEST_SKIP = 16  # cells; one pass over the cells for each
@@ -29,10 +29,10 @@ _DOWN = {"x": 0b10101010, "y": 0b11001100, "z": 0b11110000}
 
 
 class Shown(Protocol):
-    """What knows which values show anything, such as a transfer function."""
+    """Anything that knows which values show, such as a transfer function."""
 
     def shows_between(self, lowest: NDArray, highest: NDArray, largest_magnitude: ArrayLike) -> NDArray[np.bool_]:
-        """Whether any value from `lowest` to `highest`, on gradients up to `largest_magnitude`, may be something."""
+        """True where any value from `lowest` to `highest` may show, for gradients up to `largest_magnitude`."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class Cells:
     size : (x, y, z)
         Samples per cell.
     per_box : (x, y, z)
-        Cells in the box, with the share of the last ones that lies inside.
+        Cells in the box, with the fraction of the last ones that lies inside.
     """
 
     lowest: NDArray
@@ -70,7 +70,7 @@ class Cells:
         mask: Mask | None = None,
         steps: tuple[float, float] | None = None,
     ) -> NDArray[np.bool_]:
-        """Which cells may show anything, shape (cz, cy, cx), on gradients up to `steepest`, of what a mask leaves.
+        """Return the cells that may show, shape (cz, cy, cx), for gradients up to `steepest` and a mask.
 
         `steps` are those to which values are rounded before they are interpolated.
         """
@@ -98,7 +98,7 @@ class Cells:
         return np.nan_to_num(most + _ROUNDED * most.max(), nan=np.inf, posinf=np.inf)
 
     def skips(self, visible: NDArray[np.bool_]) -> NDArray[np.uint8]:
-        """For each octant of directions and each cell 2 r + visible, shape (2 cz, 2 cy, 2 cx).
+        """Return 2 r + visible for each octant of directions and each cell, shape (2 cz, 2 cy, 2 cx).
 
         All cells less than r away are like it, along the axes and diagonals of the octant. The first half along an axis
         is for directions that go up along it, the second for those that go down.
@@ -149,7 +149,7 @@ def _spread(numbers: NDArray, reduce: np.ufunc) -> NDArray:
 
 
 def _eroded(alike: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """In which octants cells, (…, cz, cy, cx), are set with their 7 neighbours there; outside all are like the cell."""
+    """Return for each octant the cells, (…, cz, cy, cx), that are set together with their 7 neighbours in it."""
     for axis, goes_down in ((-3, _DOWN["z"]), (-2, _DOWN["y"])):
         shrunk = alike.copy()
         along, before = np.moveaxis(shrunk, axis, 0), np.moveaxis(alike, axis, 0)

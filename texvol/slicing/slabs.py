@@ -3,7 +3,7 @@
 Depth along the view is counted in slab thicknesses from the middle of the box: slab k lies between the planes k and
 k + 1, whatever the eye does, so that the phase of the slabs is one for the whole volume. A *slab stack* is a run of
 slabs drawn by one polygon. Its polygon covers the whole projection of box ∩ stack, silhouettes included, since each
-fragment integrates its own way through slab ∩ box; what it covers beyond costs a little time and adds nothing.
+fragment integrates its own path through slab ∩ box; what it covers beyond costs a little time and adds nothing.
 """
 
 from __future__ import annotations
@@ -69,8 +69,8 @@ def slab_stacks(
     """Polygons for a part of the volume's box in front of the eye; none if it lies behind it.
 
     `slab_thickness` is in world units, `size` is (width, height) in pixels. `part` has the low and the high corner of
-    the part, in shares of the box, shape (2, 3). Slab 0 begins at the depth of the world point `about`, the middle of
-    the box unless told.
+    the part, in fractions of the box, shape (2, 3). Slab 0 begins at the depth of the world point `about`, the middle
+    of the box unless told.
     """
     corners = camera.in_eye_space(_corners_from_centre(volume, part), volume.centre)
     middle = float(camera.pixel_rays(size, volume.centre if about is None else about).reference_depth)
@@ -95,7 +95,7 @@ def slab_stacks(
 
 
 def slabs_crossed(volume: Volume, camera: Camera, slab_thickness: float, size: tuple[int, int]) -> int:
-    """How many slabs all rays of a picture of (width, height) pixels cross together in the box, in front of the eye."""
+    """Total number of slabs that the rays of a picture cross in the box, in front of the eye."""
     rays = camera.pixel_rays(size, volume.centre)
     box_from_world = volume.index_from_world / np.array(volume.dimensions)[:, np.newaxis]
     x = (np.arange(size[0]) - (size[0] - 1) / 2)[:, np.newaxis]
@@ -123,7 +123,7 @@ def _box_between(
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     """Eye-space points whose convex hull is the box between each pair of depths, and which of them exist.
 
-    The points are the corners between the planes and the places where an edge meets a plane: (stacks, 32, 3).
+    The points are the corners between the planes and the positions where an edge meets a plane: (stacks, 32, 3).
     """
     a, b = corners[_BOX_EDGES[:, 0]], corners[_BOX_EDGES[:, 1]]
     planes = np.concatenate([near[:, np.newaxis], far[:, np.newaxis]], axis=1)  # (stacks, 2)
@@ -142,7 +142,7 @@ def _box_between(
 def _covering_polygons(
     points: NDArray[np.float64], exists: NDArray[np.bool_], camera: Camera, size: tuple[int, int]
 ) -> NDArray[np.float64]:
-    """For each set of points a convex polygon on the screen that covers its projection and a pixel more.
+    """Return for each set of points a convex polygon on the screen that covers its projection and a margin of a pixel.
 
     Its sides lie at the farthest point in each of 16 directions, so that it has the same number of corners for
     every stack. Where a point comes close to the plane of the eye, the polygon is the whole screen.

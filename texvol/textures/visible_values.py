@@ -1,4 +1,4 @@
-"""Which values of a volume may show anything: one look into a table per sample, where a search takes ten times as long.
+"""Lookup of the values that may show: one table entry per sample, ten times as fast as a search.
 
 The range of the values is cut into bins. Of each the table holds between which values, all of them included, something
 may show; what shows nothing in between is among them.
@@ -22,7 +22,7 @@ _TABLES: WeakKeyDictionary[TransferFunction, WeakKeyDictionary[Volume, _Table]] 
 
 
 def visible(volume: Volume, transfer_function: TransferFunction, values: NDArray) -> NDArray[np.bool_]:
-    """Which of some values of a volume may show anything, whatever the gradient; False where they are NaN."""
+    """True for the values of a volume that may show at any gradient; False where they are NaN."""
     known = _TABLES.setdefault(transfer_function, WeakKeyDictionary())
     if volume not in known:
         known[volume] = _Table.of(volume, transfer_function)
@@ -33,7 +33,7 @@ def visible(volume: Volume, transfer_function: TransferFunction, values: NDArray
     with np.errstate(invalid="ignore", over="ignore"):  # NaN is any integer
         position = (wide - table.low) * (1 / table.width)
         number = np.clip(position, 0, _BINS - 1, out=position).astype(np.intp)
-    # Any place that is none counts as the first or the last.
+    # Any position that is none counts as the first or the last.
     above, below = table.above.take(number, mode="clip"), table.below.take(number, mode="clip")
     shows = np.asarray((wide > above) & (wide < below))
     if volume.value_range != volume.finite_range:
@@ -65,7 +65,7 @@ class _Table(NamedTuple):
 def _visible_parts(
     transfer_function: TransferFunction, lowest: NDArray[np.float64], highest: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Above which and below which value of each interval something may show."""
+    """Return for each interval the values above which and below which something may show."""
     shows = transfer_function.shows_between(lowest, highest)
     above, below = np.where(shows, -np.inf, np.inf), np.where(shows, np.inf, -np.inf)
     low, high = lowest[shows], highest[shows]
@@ -79,9 +79,9 @@ def _last_dark(
     end: NDArray[np.float64],
     shows_until: Callable[[NDArray[np.intp], NDArray[np.float64]], NDArray[np.bool_]],
 ) -> NDArray[np.float64]:
-    """Up to where from each start on towards the end nothing shows; infinitely far before it where something does.
+    """Return for each start the last value towards the end up to which nothing shows; infinite if the start shows.
 
-    `shows_until` says of some of the starts whether anything shows between them and a place each.
+    `shows_until` says of some of the starts whether anything shows between them and a position each.
     """
     found = np.where(start < end, -np.inf, np.inf)
     dark = np.flatnonzero(~shows_until(np.arange(start.size), start))

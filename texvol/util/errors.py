@@ -36,3 +36,18 @@ class AccuracyWarning(UserWarning):
 def missing_extra(library: str, extra: str, purpose: str) -> MissingExtraError:
     """Return the error that says which extra to install, for `raise missing_extra(…) from error`."""
     return MissingExtraError(f"{purpose} needs {library}, which is not installed: pip install 'texvol[{extra}]'")
+
+
+def check_type(name: str, thing: object, kind: type, advice: str = "") -> None:
+    """Raise InputError unless `thing` is of a type; `name` says what it is, `advice` what to do.
+
+    Raises
+    ------
+    InputError
+        For example "scene: camera must be a Camera, got str".
+    """
+    if isinstance(thing, kind):
+        return
+    article = "an" if kind.__name__[0] in "AEIOU" else "a"
+    more = f"; {advice}" if advice else ""
+    raise InputError(f"{name} must be {article} {kind.__name__}, got {type(thing).__name__}{more}")

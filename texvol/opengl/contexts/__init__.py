@@ -81,7 +81,7 @@ class Context:
 
     @property
     def released(self) -> bool:
-        """Whether it can no longer be entered."""
+        """True if the context has been released."""
         return not self._release.alive
 
     def release(self) -> None:
@@ -105,7 +105,7 @@ def open_context(backend: str = "auto") -> Context:
         No such back end.
     """
     if backend not in BACKENDS:
-        raise InputError(f"backend is {backend!r}; wanted one of {', '.join(BACKENDS)}")
+        raise InputError(f"backend must be one of {', '.join(BACKENDS)}, got {backend!r}")
     reasons: list[str] = []
     with _opening:
         with suppress(ContextError):

@@ -1,4 +1,4 @@
-"""What EGL and OSMesa contexts share: a lock each, current on one thread at a time, left as they were found."""
+"""Base of EGL and OSMesa contexts: a lock, current on one thread at a time, the previous context restored."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where triangles and lines are in a picture, in float64, and the numbers by which the shader finds what a ray meets.
+"""Triangles and lines projected to the picture in float64, with the numbers that the shader intersects rays by.
 
 A point X, Y, Z of eye space, X and Y counted in pixels, is the homogeneous point v = (X, Y, W) of the picture, W = Z in
 perspective and 1 otherwise. The ray of the pixel at r = (x, y, 1), counted from the middle, is t r. With n0 = v1 × v2,
@@ -187,10 +187,10 @@ def _as_triangles(rectangles: Numbers, view: _View) -> Numbers:
 
 
 def _cut_rectangles(points: Numbers, edges: Numbers, half: Numbers) -> Numbers:
-    """The same for triangles through the plane of the eye: of what is in the frustum of a picture of `half` its size.
+    """Rectangles around triangles that cross the plane of the eye, from their part in the frustum of `half` the size.
 
-    These parts have their corners among the triangles' own, the places where their edges meet the frustum's sides, and
-    those where the frustum's edges meet the triangles. NaN where there are none.
+    These parts have their corners among the triangles' own, the positions where their edges meet the frustum's sides,
+    and those where the frustum's edges meet the triangles. NaN where there are none.
     """
     signs = np.array([(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)])
     rays = np.column_stack([signs * half, np.ones(4)])
@@ -221,7 +221,7 @@ def _sides(half: Numbers) -> Numbers:
 
 
 def _in_frustum(a: Numbers, b: Numbers, half: Numbers) -> tuple[Numbers, Numbers]:
-    """From which share on and up to which lines from `a` to `b`, homogeneous, are in the frustum of `half` the size."""
+    """Fractions at which lines from `a` to `b`, homogeneous, enter and leave the frustum of `half` the size."""
     sides = _sides(half)
     at_start, at_end = a @ sides.T, b @ sides.T
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -233,7 +233,7 @@ def _in_frustum(a: Numbers, b: Numbers, half: Numbers) -> tuple[Numbers, Numbers
 
 
 def _inside_picture(numbers: Numbers, normals: Numbers, covers: Numbers, shape: int, view: _View) -> Primitives:
-    """What lies in the picture."""
+    """Return the part inside the picture."""
     with np.errstate(invalid="ignore"):
         touches = (covers.min(axis=1) < view.half) & (covers.max(axis=1) > -view.half)
     kept = touches.all(axis=1) & np.isfinite(numbers).all(axis=(1, 2))
@@ -241,7 +241,7 @@ def _inside_picture(numbers: Numbers, normals: Numbers, covers: Numbers, shape: 
 
 
 def _power_of_two(rows: Numbers) -> Numbers:
-    """For each row a power of two that brings its largest number near 1: what it scales keeps all its digits."""
+    """Return for each row a power of two that brings its largest number near 1 without loss of digits."""
     largest = np.abs(rows).max(axis=1, initial=0.0)
     return np.ldexp(1.0, -np.frexp(np.where(largest > 0, largest, 1.0))[1])
 

@@ -1,8 +1,8 @@
-"""Surfaces and lines between the matter: a ray goes through matter up to one, through that, through matter again.
+"""Surfaces and lines inside the medium; each ray alternates between intervals of the medium and surfaces.
 
-    opaque shapes                ─► the place where each ray ends
-    translucent ones, repeatedly ─► the next place on each ray, and what it sees there (depth peeling, Everitt 2001)
-    between two places           ─► a stretch, in which the volume is drawn as ever, its end slabs cut at the places
+    opaque shapes                ─► the position where each ray ends
+    translucent ones, repeatedly ─► the next position on each ray, and what it sees there (depth peeling, Everitt 2001)
+    between two positions        ─► an interval, in which the volume is drawn as usual, with its end slabs cut
 
 and all of it is composited front to back. Imported, compiled and allocated when a scene has geometry.
 """
@@ -18,14 +18,16 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.opengl.compositor import NO_LIGHT, Compositor, Drawing, half_spaces_in_box, ray_uniforms
+from texvol.opengl.compositor import Compositor
+from texvol.opengl.drawing import Drawing
 from texvol.opengl.light_uniforms import cue_uniforms, eye_uniforms, light_switches, light_uniforms
 from texvol.opengl.shaders import FOLDER, load_program, set_uniforms
 from texvol.opengl.surfaces.on_screen import primitives_of
 from texvol.opengl.surfaces.table import TABLE_WIDTH, rows_of, shapes_of, vertices_of
+from texvol.opengl.uniforms import NO_LIGHT, half_spaces_in_box, ray_uniforms
 from texvol.scene.appearance import surface_lighting
 from texvol.scene.lighting import Lighting
-from texvol.scene.scene import Scene
+from texvol.scene.scene import CompleteScene
 from texvol.scene.shapes import Lines
 from texvol.util.errors import InputError
 
@@ -50,15 +52,15 @@ class Surfaces:
         self._lighting: Lighting | None = None
         self._query = gl.query(samples=True)
 
-    def prepare(self, scene: Scene, size: tuple[int, int], slab_thickness: float) -> None:
-        """Have the scene's shapes on the device, as they lie in a picture of (width, height) pixels.
+    def prepare(self, scene: CompleteScene, size: tuple[int, int], slab_thickness: float) -> None:
+        """Upload the scene's shapes as they lie in a picture of (width, height) pixels, unless they are there.
 
         Raises
         ------
         InputError
             If there are more than the driver has room for.
         """
-        camera = scene.camera_for(size)
+        camera = scene.camera
         self._lighting = surface_lighting(scene)
         asked = (scene.geometry, scene.volume, camera, size, slab_thickness, self._lighting is None)
         if self._shapes is None or self._shapes_for != asked:
@@ -88,7 +90,7 @@ class Surfaces:
     def _finds_next(
         self, drawing: Drawing, vertices: moderngl.Buffer | None, behind: _Layer, in_front_of: _Layer, into: _Layer
     ) -> bool:
-        """Whether any ray has a place between those of two layers; if so, the next or else the farther ones, `into`."""
+        """Find the next surfaces between two layers and draw them `into` a third; return False if there are none."""
         if vertices is None:
             return False
         assert self._shapes is not None and self._targets is not None
@@ -156,7 +158,7 @@ class Surfaces:
     def _program(self, drawing: Drawing) -> moderngl.Program:
         assert self._shapes is not None
         switches = {
-            "PERSPECTIVE": int(drawing.camera.projection == "perspective"),
+            "PERSPECTIVE": int(drawing.is_perspective),
             "HALF_SPACES": len(drawing.cutting),
             "LINES": int(self._shapes.any_lines),
             "CUE": int(drawing.depth_cue is not None),
@@ -172,7 +174,7 @@ class Surfaces:
         return self._programs[key]
 
     def release(self) -> None:
-        """Give everything back."""
+        """Release everything on the device."""
         for program in self._programs.values():
             program.release()
         self._programs.clear()
@@ -192,7 +194,7 @@ class Surfaces:
 
 
 class _Layer:
-    """What the rays of a picture see at their places, and these places, see surface.frag; and targets for both."""
+    """Layer of surfaces: colours and positions along the rays of a picture, see surface.frag, and targets for both."""
 
     def __init__(self, gl: moderngl.Context, size: tuple[int, int], depth: moderngl.Renderbuffer) -> None:
         self.color = gl.texture(size, 4, dtype="f4")
@@ -216,7 +218,9 @@ class _Targets:
             self.nearest = gl.texture(size, 1, dtype="f4")
             self.nearest_only = gl.framebuffer([self.nearest])
         except moderngl.Error:
-            raise InputError(f"size {size[0]}x{size[1]}: this driver has no room for such a picture") from None
+            raise InputError(
+                f"size {size[0]}x{size[1]}: this driver has no memory for a picture of that size"
+            ) from None
 
     def release(self) -> None:
         for layer in (self.last, *self.passing):
@@ -228,9 +232,11 @@ class _Targets:
 class _OnDevice:
     """The shapes of a scene as they lie in a picture: their table, and rectangles around those of either kind."""
 
-    def __init__(self, gl: moderngl.Context, scene: Scene, size: tuple[int, int], slab_thickness: float) -> None:
+    def __init__(
+        self, gl: moderngl.Context, scene: CompleteScene, size: tuple[int, int], slab_thickness: float
+    ) -> None:
         geometry = scene.geometry
-        primitives = primitives_of(geometry, scene.volume, scene.camera_for(size), size, slab_thickness)
+        primitives = primitives_of(geometry, scene.volume, scene.camera, size, slab_thickness)
         self.count = len(geometry)
         self.any_lines = any(isinstance(shape, Lines) for shape in geometry)
         table = np.concatenate([shapes_of(geometry), rows_of(primitives, surface_lighting(scene) is not None)])
@@ -238,7 +244,7 @@ class _OnDevice:
         longest = int(gl.info["GL_MAX_TEXTURE_SIZE"])
         if rows > longest or len(primitives.shape) >= 1 << 24:
             count = len(primitives.shape)
-            raise InputError(f"{count} triangles and lines are seen, and this driver has no room for so many")
+            raise InputError(f"{count} triangles and lines are in view, more than this driver has memory for")
         padded = np.zeros((rows * TABLE_WIDTH, 4), np.float32)
         padded[: len(table)] = table
         self.table = gl.texture((TABLE_WIDTH, rows), 4, padded, dtype="f4")
@@ -259,22 +265,23 @@ class _OnDevice:
 
 def _uniforms(drawing: Drawing, lighting: Lighting | None, shapes: int) -> dict[str, Any]:
     """Uniforms of surface.frag that a whole picture has in common."""
-    volume, camera, size = drawing.volume, drawing.camera, drawing.size
+    volume, view = drawing.first.volume, drawing.view
+    camera, size, thickness = view.camera, view.size, view.slab_thickness
     middle = float(camera.forward @ (volume.centre - camera.eye))
     uniforms: dict[str, Any] = {
         "table_width": TABLE_WIDTH,
         "shapes": shapes,
         "picture_middle": (size[0] / 2, size[1] / 2),
-        "eye_depth": -middle / drawing.slab_thickness,
+        "eye_depth": -middle / thickness,
     }
     if lighting is not None:
         uniforms |= light_uniforms(lighting, volume, 1.0) | eye_uniforms(lighting, camera, size)
     if drawing.cutting:
         uniforms["half_spaces"] = half_spaces_in_box(drawing.cutting, volume)
     if drawing.cutting or "positions" in uniforms:
-        uniforms |= ray_uniforms(volume, camera, size, drawing.slab_thickness, drawing.about)
+        uniforms |= ray_uniforms(volume, view)
     if drawing.depth_cue is not None:
-        uniforms |= cue_uniforms(drawing.depth_cue, volume, camera, drawing.slab_thickness, drawing.about)
+        uniforms |= cue_uniforms(drawing.depth_cue, volume, camera, thickness, view.origin)
     return uniforms
 
 

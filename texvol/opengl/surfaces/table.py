@@ -27,7 +27,7 @@ def shapes_of(shapes: Sequence[Shape]) -> NDArray[np.float32]:
     texels = np.zeros((len(shapes), 2, 4), np.float32)
     once = [number for number, shape in enumerate(shapes) if isinstance(shape, Lines) and shape.opacity < 1]
     if len(once) > MOST_TRANSLUCENT_LINES:
-        raise InputError(f"scene: at most {MOST_TRANSLUCENT_LINES} Lines are translucent, and {len(once)} are")
+        raise InputError(f"scene: at most {MOST_TRANSLUCENT_LINES} Lines can be translucent, got {len(once)}")
     for number, shape in enumerate(shapes):
         texels[number, 0] = *shape.color, shape.opacity
         bit = float(1 << once.index(number)) if number in once else 0.0

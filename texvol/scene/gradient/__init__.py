@@ -43,7 +43,7 @@ _HEADROOM = 2.0**-8
 
 @dataclass(frozen=True)
 class Estimator:
-    """How gradients are estimated: "central" differences, "zucker-hummel" (26 neighbours) or "gaussian".
+    """Method of gradient estimation: "central" differences, "zucker-hummel" (26 neighbours) or "gaussian".
 
     `scale` is for "gaussian": the standard deviation of its weights, in samples along each axis.
     """
@@ -53,13 +53,13 @@ class Estimator:
 
     def __post_init__(self) -> None:
         if self.kind not in ESTIMATOR_KINDS:
-            raise InputError(f"gradient: the estimator is one of {', '.join(ESTIMATOR_KINDS)}, and not {self.kind!r}")
+            raise InputError(f"gradient: kind must be one of {', '.join(ESTIMATOR_KINDS)}, got {self.kind!r}")
         if not isinstance(self.scale, int | float) or not 0.1 <= self.scale <= 100:
-            raise InputError(f"gradient: the scale is from 0.1 to 100 samples, and is {self.scale!r}")
+            raise InputError(f"gradient: scale must be from 0.1 to 100 samples, got {self.scale!r}")
 
     @property
     def reach(self) -> int:
-        """How many samples to each side a gradient depends on."""
+        """Number of samples to each side that a gradient depends on."""
         return 1 if self.kind != "gaussian" else reach_of(self.scale)
 
 
@@ -102,7 +102,7 @@ def largest_component(volume: Volume, estimator: Estimator) -> float:
 
 
 class _Field:
-    """What every chunk of a volume's gradients has in common."""
+    """Inputs that all chunks of a volume's gradients share."""
 
     def __init__(self, volume: Volume, estimator: Estimator) -> None:
         # Numbers of labels have no slope: what has a surface is all that is something.
@@ -141,7 +141,7 @@ class _Field:
 
 
 def _sum(terms: list[tuple[float, NDArray]], out: NDArray) -> None:
-    """Write the sum of shares times numbers to `out`, always in the same order: sums are the same to the last bit."""
+    """Write the weighted sum of numbers to `out`, always in the same order, so that sums are equal to the last bit."""
     if not terms:
         out[...] = 0
         return

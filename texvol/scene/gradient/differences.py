@@ -73,7 +73,7 @@ def _difference(block: Neighbourhood, axis: int, across: int) -> tuple[NDArray, 
 
 
 def _trimmed(block: Neighbourhood, numbers: NDArray, axis: int, across: int) -> NDArray:
-    """What goes `across` beyond the box, and one along the axis."""
+    """Return the samples of the box, widened by `across` and by one along the axis."""
     part = block.crop(numbers, across, axis)
     return part[along(axis, block.reach - 1, part.shape[axis] - block.reach + 1)]
 

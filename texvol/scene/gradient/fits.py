@@ -31,7 +31,7 @@ _AXES = range(3)
 
 
 def reach_of(scale: float) -> int:
-    """How many samples to each side the window of a scale has."""
+    """Number of samples to each side in the window of a scale."""
     return max(1, math.ceil(_WIDTH * scale))
 
 
@@ -106,7 +106,7 @@ def _missing(block: Neighbourhood) -> NDArray[np.bool_]:
 
 
 def _spread_any(mask: NDArray[np.bool_], reach: int) -> NDArray[np.bool_]:
-    """Whether any is set within a window; each axis gets shorter by the window."""
+    """True where any sample in the window is set; each axis becomes shorter by the window."""
     for axis in _AXES:
         size = mask.shape[axis] - 2 * reach
         found = mask[along(axis, 0, size)].copy()

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from texvol.scene.transfer.files import load, loads
-from texvol.scene.transfer.function import Classified, TransferFunction
+from texvol.scene.transfer.function import NO_MEDIUM, Classified, TransferFunction
 from texvol.scene.transfer.labels import LabelLook, label_function, parse_labels
 from texvol.scene.transfer.presets import PRESETS, preset, proposed_beside, proposed_for
 
+load, loads = TransferFunction.load, TransferFunction.loads
+
 __all__ = [
+    "NO_MEDIUM",
     "PRESETS",
     "Classified",
     "LabelLook",

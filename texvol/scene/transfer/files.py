@@ -3,22 +3,22 @@
     {"points": [{"value": 0,   "color": [0, 0, 0],       "extinction": 0},
                 {"value": 300, "color": [0.9, 0.8, 0.7], "extinction": 0.5}]}
 
-"points": matter by value, linear in between. `value`; `color`, linear RGB in [0, 1]; `extinction` per unit of length,
+"points": a medium by value, linear in between. `value`; `color`, linear RGB in [0, 1]; `extinction` per unit of length,
     or in its place `opacity`, that of one unit of length (the source's A_l), converted by -log1p(-A).
 
 "materials": [{"name": "fat",  "from": [-150, -120], "to": [-40, 0], "color": [0.9, 0.7, 0.1], "extinction": 0.02},
               {"name": "bone", "from": [100, 250], "color": [1, 1, 0.9], "extinction": 0.4}]
-    The share of a material rises from 0 to 1 between the values of `from` and falls between those of `to`. One number
-    makes a step (the value itself belongs to what begins there), without one it has no end. A value shows
-    Σ share × extinction, and of colour Σ share × extinction × color. `extinction` or `opacity` as above; where a
-    material of opacity 1 has any share, all is opaque. With `"gradient": [g0, g1]` a material is nothing where the
+    The fraction of a material rises from 0 to 1 between the values of `from` and falls between those of `to`. One
+    number makes a step (the value itself belongs to what begins there), without one it has no end. A value shows Σ
+    fraction × extinction, and of colour Σ fraction × extinction × color. `extinction` or `opacity` as above; where a
+    material of opacity 1 has any fraction, all is opaque. With `"gradient": [g0, g1]` a material is nothing where the
     gradient's magnitude is at most g0, and all there from g1 on.
 
 "show": names of the materials that show; all, unless told. The others are for contours and boundaries to refer to.
 
 "contours": [{"value": 120, "thickness": 2, "color": [0.8, 0.5, 0.4], "opacity": 0.9}]
-    The surface of a value: matter times 1 - |v - value| / (thickness |∇v|). `thickness` in voxels (smallest spacings),
-    or `world_thickness`. In place of colour and weight, `"material": NAME` gives that material's.
+    The surface of a value: a medium times 1 - |v - value| / (thickness |∇v|). `thickness` in voxels (smallest
+    spacings), or `world_thickness`. In place of colour and weight, `"material": NAME` gives that material's.
 
 "boundaries": [{"materials": ["fat", "muscle", "bone"], "gradient": 200}]
     From the typical value of each material, the middle of those that it has for itself, to that of the next, emission
@@ -41,7 +41,7 @@ What the numbers stand for:
               smallest spacing
     "emission": "associated" (default), or "emissive": in place of `color` each point has `emission`, three numbers per
               unit of length that do not depend on the extinction,
-              or "premultiplied": likewise, but of matter that reflects light; a point of opacity 1 has its `color`
+              or "premultiplied": likewise, but of a medium that reflects light; a point of opacity 1 has its `color`
 
 "material_names" and "material_colors" are the names and colours of materials that have become points, as
 `TransferFunction.as_json` writes them.
@@ -51,20 +51,20 @@ from __future__ import annotations
 
 import os
 from collections import Counter
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
+from typing import Any, TypeVar
 
 import numpy as np
 
 from texvol.scene.transfer import parsing
-from texvol.scene.transfer.function import TransferFunction
 from texvol.scene.transfer.graded import Contour, Graded
-from texvol.scene.transfer.materials import Material, mixture
+from texvol.scene.transfer.materials import Material, Points, mixture
 from texvol.scene.transfer.units import CHOICES, Units
 from texvol.scene.volume import Volume
 from texvol.util import text_files
 from texvol.util.errors import InputError
 
+Function = TypeVar("Function", bound=Points)
 _MOST_BYTES = 64 << 20  # some million points; more is no transfer function
 _CHOICES = CHOICES | {"emission": ("associated", "emissive", "premultiplied")}
 _PARTS = ("points", "materials", "contours", "boundaries", "graded")
@@ -72,71 +72,58 @@ _KEYS = {*_PARTS, *_CHOICES, "show", "gradient", "material_names", "material_col
 
 
 def load(
-    path: str | os.PathLike[str], volume: Volume | None = None, materials: Sequence[str] | None = None
-) -> TransferFunction:
-    """The transfer function in a JSON file.
-
-    Parameters
-    ----------
-    volume : Volume, optional
-        Needed where the file speaks of percentiles, range, matter, box, voxels or relative gradients.
-    materials : sequence of str, optional
-        Names of the materials to show; the others are left out, but for contours and boundaries that refer to them.
-
-    Raises
-    ------
-    InputError
-        If the file can't be read, is not such a JSON object, has unknown keys or numbers out of range, or not those
-        materials.
-    """
-    return loads(text_files.read_text(path, "JSON", _MOST_BYTES), os.fspath(path), volume, materials)
+    path: str | os.PathLike[str], volume: Volume | None, materials: Sequence[str] | None, make: Callable[..., Function]
+) -> Function:
+    """Read a JSON file; `make` is the class of transfer functions. See `TransferFunction.load`."""
+    return loads(text_files.read_text(path, "JSON", _MOST_BYTES), os.fspath(path), volume, materials, make)
 
 
 def loads(
-    text: str,
-    name: str = "transfer function",
-    volume: Volume | None = None,
-    materials: Sequence[str] | None = None,
-) -> TransferFunction:
-    """The transfer function in a JSON text; see `load`."""
-    return from_content(text_files.parsed_json(text, name), name, volume, materials)
+    text: str, name: str, volume: Volume | None, materials: Sequence[str] | None, make: Callable[..., Function]
+) -> Function:
+    """Read a JSON text."""
+    return from_content(text_files.parsed_json(text, name), name, volume, materials, make)
 
 
 def from_content(
-    content: Any, name: str, volume: Volume | None = None, materials: Sequence[str] | None = None
-) -> TransferFunction:
-    """The transfer function that a parsed JSON text describes; see `load`."""
+    content: Any, name: str, volume: Volume | None, materials: Sequence[str] | None, make: Callable[..., Function]
+) -> Function:
+    """Make the transfer function that a parsed JSON text describes."""
     try:
-        return _from_content(content, name, volume, materials)
+        return _from_content(content, name, volume, materials, make)
     except InputError as error:
         message = str(error)
         raise InputError(message if message.startswith(f"{name}:") else f"{name}: {message}") from None
 
 
-def _from_content(content: Any, name: str, volume: Volume | None, asked: Sequence[str] | None) -> TransferFunction:
+def _from_content(
+    content: Any, name: str, volume: Volume | None, asked: Sequence[str] | None, make: Callable[..., Function]
+) -> Function:
     if not isinstance(content, dict):
-        raise InputError("a transfer function is a JSON object with points")
+        raise InputError("a transfer function must be a JSON object with points")
     parsing.refuse_unknown(content, _KEYS, "a transfer function")
     chosen = {key: content.get(key, allowed[0]) for key, allowed in _CHOICES.items()}
     for key, allowed in _CHOICES.items():
         if chosen[key] not in allowed:
-            raise InputError(f'"{key}" is one of {", ".join(allowed)}, and not {chosen[key]!r}')
+            raise InputError(f'"{key}" must be one of {", ".join(allowed)}, got {chosen[key]!r}')
     if not any(key in content for key in _PARTS):
-        raise InputError("a transfer function has a list of points, and at least one, or materials or contours")
+        raise InputError("a transfer function must have a list of points, materials or contours, with at least one")
     emission = chosen.pop("emission")
     units = Units(volume, **chosen)
-    points = _points(content, emission, name, units)
+    points = _points(content, emission, name, units, make)
     materials = _materials(content, units)
     shown = _shown(content, materials, asked)
     if points is not None and points.emissive and materials:
-        raise InputError("emissive points don't mix with materials, whose emission is colour times extinction")
+        raise InputError(
+            "emissive points must not be combined with materials, whose emission is colour times extinction"
+        )
     graded, contours, referred = _by_gradient(content, units, materials, shown)
     plain = [each for each in shown if each.gradient is None]
     if plain or points is None:
         values, colors, extinctions = mixture(plain, points)
-        points = TransferFunction(values, colors, extinctions, name=name, premultiplied=bool(plain))
+        points = make(values, colors, extinctions, name=name, premultiplied=bool(plain))
     named = [each for each in materials if each in shown or each.name in referred]
-    return TransferFunction(
+    return make(
         points.values,
         points.colors,
         points.extinctions,
@@ -151,7 +138,9 @@ def _from_content(content: Any, name: str, volume: Volume | None, asked: Sequenc
     )
 
 
-def _points(content: dict[str, Any], emission: str, name: str, units: Units) -> TransferFunction | None:
+def _points(
+    content: dict[str, Any], emission: str, name: str, units: Units, make: Callable[..., Function]
+) -> Function | None:
     """The points in data and world units, or None where there are none."""
     if "points" not in content:
         return None
@@ -161,12 +150,12 @@ def _points(content: dict[str, Any], emission: str, name: str, units: Units) -> 
     premultiplied, emissive = emission == "premultiplied", emission == "emissive"
     colors = np.array([looks.emission if premultiplied else looks.color for _, looks in parsed])
     # What is wrong is said of the file's own numbers, before they become the volume's.
-    TransferFunction(values, colors, extinctions, emissive, name, premultiplied)
+    make(values, colors, extinctions, emissive, name, premultiplied)
     per_length = units.per_length
     glows = emissive | (premultiplied & np.isfinite(extinctions))
     colors = colors * np.where(glows, per_length, 1.0)[..., np.newaxis]
     placed = np.maximum.accumulate(units.placed(values))
-    return TransferFunction(placed, colors, extinctions * per_length, emissive, name, premultiplied)
+    return make(placed, colors, extinctions * per_length, emissive, name, premultiplied)
 
 
 def _point(point: Any, position: int, emission: str) -> tuple[float, parsing.Weighted]:
@@ -176,9 +165,9 @@ def _point(point: Any, position: int, emission: str) -> tuple[float, parsing.Wei
     parsing.refuse_unknown(point, {"value", *keys, "extinction", "opacity"}, where, f"value, {keys[0]} and extinction")
     looks = parsing.weighted(point, where, keys)
     if emission == "premultiplied" and looks.is_emission and np.isinf(looks.extinction):
-        raise InputError(f"{where}: it is opaque, and has color in place of emission")
+        raise InputError(f"{where}: an opaque point must have color in place of emission")
     if "value" not in point:
-        raise InputError(f"{where} lacks value")
+        raise InputError(f"{where} must have value")
     return parsing.number(point["value"], f"{where}: value"), looks
 
 
@@ -189,14 +178,14 @@ def _materials(content: dict[str, Any], units: Units) -> list[Material]:
     names = [each.name for each in found]
     for name, count in Counter(names).items():
         if count > 1:
-            raise InputError(f"the material {name!r} stands twice")
+            raise InputError(f"material {name!r} must be defined once, got it twice")
     return found
 
 
 def _shown(content: dict[str, Any], materials: list[Material], asked: Sequence[str] | None) -> list[Material]:
     """The materials that show, in the file's order."""
     if asked is not None and not materials:
-        raise InputError(f"it has no materials, and {', '.join(map(repr, asked))} can't be chosen from it")
+        raise InputError(f"materials {', '.join(map(repr, asked))} not found: the file has none")
     names = _names(content, "show") if asked is None and "show" in content else asked
     if names is None:
         return materials
@@ -207,7 +196,7 @@ def _shown(content: dict[str, Any], materials: list[Material], asked: Sequence[s
 def _by_gradient(
     content: dict[str, Any], units: Units, materials: list[Material], shown: list[Material]
 ) -> tuple[list[Graded], list[Contour], set[str]]:
-    """What depends on the gradient, and the names of the materials that it refers to."""
+    """Return the parts that depend on the gradient, and the names of the materials that they refer to."""
     graded = [each.graded() for each in shown if each.gradient is not None]
     referred: set[str] = set()
     for position, each in enumerate(parsing.objects(content, "boundaries")):
@@ -227,5 +216,5 @@ def _by_gradient(
 def _names(content: dict[str, Any], key: str) -> list[str]:
     names = content.get(key, [])
     if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
-        raise InputError(f"{key} is a list of names of materials, and not {names!r}")
+        raise InputError(f"{key} must be a list of names of materials, got {names!r}")
     return names

@@ -1,17 +1,17 @@
-"""A transfer function takes a value to straight linear colour and extinction per world unit, piecewise linearly.
+"""Transfer function: from a value to straight linear colour and extinction per world unit, piecewise linear.
 
-Between control points both are linear in the value; outside they are those of the nearest point; two points at one
-value make a step, whose right side holds at the value itself. Two things may glow:
+Between control points both are linear in the value. Outside they are those of the nearest point. Two points at one
+value make a step, whose right side holds at the value itself. The emission of the points is one of three kinds:
 
-- *associated* (default): the emission per world unit is colour times extinction; matter shows its own colour.
-- *emissive*: the emission is a number of its own, and matter may glow without absorbing (Wilson et al. 1994).
-- *premultiplied*: the points hold colour times extinction, and it is this that is linear between them, so that mixtures
-  of materials are exact (Drebin, Carpenter, Hanrahan 1988). It is associated: such matter reflects light.
+- *associated* (default): emission is colour times extinction, so a dense medium shows its own colour.
+- *emissive*: emission is a number of its own, and a medium may emit without absorbing (Wilson et al. 1994).
+- *premultiplied*: the points hold colour times extinction, which is linear between them, so that mixtures of materials
+  are exact (Drebin, Carpenter, Hanrahan 1988). Light falls on it as on associated points.
 
-Further matter may depend on the gradient's magnitude |∇f|, too: the points times a factor, and `graded`.
+The medium may depend on the gradient magnitude |∇f|, too: by a factor of the points, and by `graded` and `contours`.
 
-An extinction may be infinite (opacity 1 per unit length): such matter is opaque at any thickness, and so is every
-value strictly between its point and the next.
+An extinction may be infinite (opacity 1 per unit length). The medium is opaque there at any thickness, and so it is at
+every value strictly between that point and the next.
 """
 
 from __future__ import annotations
@@ -36,9 +36,9 @@ __all__ = ["LARGEST_VALUE", "Classified", "TransferFunction"]
 
 
 class Classified(NamedTuple):
-    """What the transfer function says of some values."""
+    """Emission and extinction of some values."""
 
-    emission: NDArray[np.float64]  # q, per world unit, shape (…, 3); where extinction is infinite: what shows of it
+    emission: NDArray[np.float64]  # q, per world unit, shape (…, 3); the visible colour where extinction is infinite
     extinction: NDArray[np.float64]  # τ, per world unit, shape (…)
 
 
@@ -49,31 +49,30 @@ class TransferFunction(KeepsArrays):
     Parameters
     ----------
     values : array of shape (n,)
-        Never descending; equal neighbours make a step.
+        Ascending; two equal values make a step.
     colors : array of shape (n, 3)
         Linear and straight. Associated: in [0, 1]. Emissive and premultiplied: emission per world unit, not negative.
     extinctions : array of shape (n,)
         Per world unit; from 0 to infinity.
     emissive : bool
-        Whether `colors` is an emission of its own.
+        True if `colors` is an emission that does not depend on the extinction.
     premultiplied : bool
-        Whether `colors` is colour times extinction, the emission of matter that reflects light, interpolated as such;
-        at a point of infinite extinction it is the straight colour. Between such a point and a finite one a mixture
-        of the two would show: a step parts them.
+        True if `colors` is colour times extinction. At a point of infinite extinction it is the straight colour; put a
+        step between such a point and a finite one, or a mixture of both shows.
     modulation : array of shape (m, 2), optional
-        Gradient magnitude, data units per world unit, ascending, and what emission and extinction of the points are
-        multiplied with there; linear in between, clamped at the ends.
+        Pairs of gradient magnitude (data units per world unit, ascending) and factor of emission and extinction;
+        linear in between, clamped at the ends.
     graded, contours : sequences of Graded and Contour
-        Further matter, which depends on the gradient.
+        Parts of the medium that depend on the gradient.
     materials : sequence of str
-        Names of the materials that it is made of, where it was made of some.
+        Names of the materials that the function was made of.
     material_colors : sequence of (r, g, b)
-        Their straight colours, in [0, 1]; none, or as many as there are names.
+        Straight colours of the materials, in [0, 1]; none, or one for each name.
 
     Raises
     ------
     InputError
-        If the points are none, unsorted, not finite, negative or out of range, or the modulation is.
+        If there are no points, or points or modulation are unsorted, not finite, negative or out of range.
     """
 
     values: NDArray[np.float64]
@@ -95,16 +94,16 @@ class TransferFunction(KeepsArrays):
             object.__setattr__(self, field, tuple(getattr(self, field)))
         count = self.values.shape[0] if self.values.ndim == 1 else 0
         if count == 0:
-            raise InputError(f"{self.name}: a transfer function has at least one point")
+            raise InputError(f"{self.name}: a transfer function must have at least one point, got none")
         if self.colors.shape != (count, 3) or self.extinctions.shape != (count,):
             raise InputError(
-                f"{self.name}: {count} values need colors of shape ({count}, 3) and {count} extinctions, "
-                f"and have {self.colors.shape} and {self.extinctions.shape}"
+                f"{self.name}: {count} values need colors of shape ({count}, 3) and extinctions of shape ({count},), "
+                f"got {self.colors.shape} and {self.extinctions.shape}"
             )
         self._check_numbers()
         if self.material_colors and len(self.material_colors) != len(self.materials):
             raise InputError(
-                f"{self.name}: {len(self.materials)} names of materials have {len(self.material_colors)} colours"
+                f"{self.name}: {len(self.materials)} materials need as many colours, got {len(self.material_colors)}"
             )
         if self.modulation is not None:
             object.__setattr__(self, "modulation", read_only(_modulation(self.modulation, self.name)))
@@ -114,34 +113,70 @@ class TransferFunction(KeepsArrays):
             raise InputError(f"{self.name}: values must be finite")
         if np.abs(self.values).max() > LARGEST_VALUE:
             raise InputError(
-                f"{self.name}: values must lie within {LARGEST_VALUE:g}: their differences are to be numbers"
+                f"{self.name}: values must be at most {LARGEST_VALUE:g} in size, so that their differences are finite"
             )
         if (np.diff(self.values) < 0).any():
             first = int(np.argmax(np.diff(self.values) < 0))
             raise InputError(
-                f"{self.name}: values must ascend, and {self.values[first + 1]:g} follows {self.values[first]:g}"
+                f"{self.name}: values must ascend, got {self.values[first + 1]:g} after {self.values[first]:g}"
             )
         if not (self.extinctions >= 0).all():  # NaN fails this too
             raise InputError(f"{self.name}: extinction must not be negative or NaN")
         if not np.isfinite(self.colors).all() or (self.colors < 0).any():
             raise InputError(f"{self.name}: colours must be finite and not negative")
         if self.emissive and self.premultiplied:
-            raise InputError(f"{self.name}: points are either emissive or premultiplied")
+            raise InputError(f"{self.name}: points must be either emissive or premultiplied, got both")
         if not self.glows and (self.colors > 1).any():
-            raise InputError(f"{self.name}: colours lie in [0, 1], and {self.colors.max():g} is among them")
+            raise InputError(f"{self.name}: colours must be from 0 to 1, got {self.colors.max():g}")
 
     @classmethod
     def load(
         cls, path: str | os.PathLike[str], volume: Volume | None = None, materials: Sequence[str] | None = None
     ) -> TransferFunction:
-        """The transfer function in a JSON file, see `texvol.scene.transfer.files.load`."""
-        from texvol.scene.transfer.files import load
+        """Read a JSON file.
 
-        return load(path, volume, materials)
+        Parameters
+        ----------
+        volume : Volume, optional
+            Needed if the file speaks of percentiles, range, matter, box, voxels or relative gradients.
+        materials : sequence of str, optional
+            Names of the materials to show. The others are left out, but for contours and boundaries that refer to them.
+
+        Raises
+        ------
+        InputError
+            If the file cannot be read, is not such a JSON object, has unknown keys or numbers out of range, or does
+            not have those materials; see `texvol.scene.transfer.files` for the format.
+        """
+        from texvol.scene.transfer import files
+
+        return files.load(path, volume, materials, cls)
+
+    @classmethod
+    def loads(
+        cls,
+        text: str,
+        name: str = "transfer function",
+        volume: Volume | None = None,
+        materials: Sequence[str] | None = None,
+    ) -> TransferFunction:
+        """Read a JSON text; see `load`."""
+        from texvol.scene.transfer import files
+
+        return files.loads(text, name, volume, materials, cls)
+
+    @classmethod
+    def from_content(
+        cls, content: Any, name: str, volume: Volume | None = None, materials: Sequence[str] | None = None
+    ) -> TransferFunction:
+        """Return the transfer function that a parsed JSON text describes; see `load`."""
+        from texvol.scene.transfer import files
+
+        return files.from_content(content, name, volume, materials, cls)
 
     @property
     def needs_gradient(self) -> bool:
-        """Whether any matter depends on the gradient."""
+        """True if the medium depends on the gradient."""
         return self.modulation is not None or bool(self.graded) or bool(self.contours)
 
     @property
@@ -150,14 +185,14 @@ class TransferFunction(KeepsArrays):
 
     @property
     def glows(self) -> bool:
-        """Whether `colors` is the emission, and not a colour that extinction is to be multiplied with."""
+        """True if `colors` holds the emission, not a colour to be multiplied with the extinction."""
         return self.emissive or self.premultiplied
 
     @property
     def excess_emission(self) -> float:
-        """The most by which emission may exceed extinction, per world unit; 0 where no colour is over 1.
+        """Largest e with emission ≤ extinction + e, per world unit; 0 if no colour is above 1.
 
-        With q <= τ + e matter along a way of length L sheds no more light than 1 + e L, whatever is in front.
+        A ray of length L through such a medium collects at most 1 + e L.
         """
         most = 0.0
         if self.glows:
@@ -171,28 +206,26 @@ class TransferFunction(KeepsArrays):
         return most
 
     def as_json(self) -> dict[str, Any]:
-        """What a transfer-function file holds of it, in data and world units, see `texvol.scene.transfer.writing`."""
-        from texvol.scene.transfer.writing import content_of
-
-        return content_of(self)
+        """Return the content of a transfer-function file, in data and world units; reading it gives the same again."""
+        return _content_of(self)
 
     def classify(self, values: ArrayLike, magnitudes: ArrayLike | None = None) -> Classified:
-        """Emission and extinction of each value; both 0 where the value is NaN.
+        """Return emission and extinction of each value; both are 0 where the value is NaN.
 
         Parameters
         ----------
         values : array
         magnitudes : array, optional
-            Gradient magnitudes, data units per world unit, that go with the values; NaN counts as 0. Wanted where
-            `needs_gradient`, and of no account elsewhere.
+            Gradient magnitude of each value, in data units per world unit; NaN counts as 0. Required if
+            `needs_gradient`, ignored otherwise.
 
         Raises
         ------
         InputError
-            If there are no magnitudes and `needs_gradient`.
+            If `needs_gradient` and magnitudes are missing.
         """
         if self.needs_gradient and magnitudes is None:
-            raise InputError(f"{self.name}: some of it depends on the gradient: give classify(values, magnitudes)")
+            raise InputError(f"{self.name}: magnitudes must be given, since the medium depends on the gradient")
         numbers = self.at(values)
         colors, extinction = numbers[..., :3], numbers[..., 3]
         if self.emissive:
@@ -207,7 +240,7 @@ class TransferFunction(KeepsArrays):
         return self._with_gradient(medium, values, magnitudes) if self.needs_gradient else medium
 
     def _with_gradient(self, points: Classified, values: ArrayLike, magnitudes: ArrayLike | None) -> Classified:
-        """The points' matter times their modulation, and what depends on the gradient."""
+        """Apply the modulation to the points, and add the parts that depend on the gradient."""
         values, magnitudes = np.broadcast_arrays(np.asarray(values, np.float64), np.asarray(magnitudes, np.float64))
         magnitudes = np.where(np.isnan(magnitudes), 0.0, magnitudes)
         emission = np.broadcast_to(points.emission, (*values.shape, 3)).copy()
@@ -217,7 +250,7 @@ class TransferFunction(KeepsArrays):
             factor = np.interp(magnitudes, self.modulation[:, 0], self.modulation[:, 1])
             opaque &= factor > 0
             extinction = np.where(opaque, np.inf, np.where(np.isinf(extinction), 0.0, extinction) * factor)
-            # Opaque matter stays as it is, or is gone.
+            # An opaque medium stays as it is, or vanishes.
             emission *= np.where(opaque, 1.0, factor)[..., np.newaxis]
         for further in self._by_gradient:
             more_emission, more_extinction = further.at(values, magnitudes)
@@ -226,7 +259,7 @@ class TransferFunction(KeepsArrays):
         return Classified(emission, extinction)
 
     def at(self, values: ArrayLike) -> NDArray[np.float64]:
-        """Straight colour (or emission) and extinction of each value, shape (…, 4); all 0 where the value is NaN."""
+        """Return colour (or emission) and extinction of each value, shape (…, 4); all are 0 where the value is NaN."""
         values = np.asarray(values, dtype=np.float64)
         absent = np.isnan(values)
         segment = np.searchsorted(self.values, values, side="right")  # number of points at or below the value
@@ -249,10 +282,10 @@ class TransferFunction(KeepsArrays):
     def shows_between(
         self, lowest: ArrayLike, highest: ArrayLike, largest_magnitude: ArrayLike = np.inf
     ) -> NDArray[np.bool_]:
-        """Whether any value from `lowest` to `highest` may be more than nothing; False where either is NaN.
+        """Return True where any value from `lowest` to `highest` may show; False where either is NaN.
 
-        Gradient magnitudes go from 0 to `largest_magnitude`, data units per world unit. Both ends are widened by what
-        rounding may do to a value on its way, where a step is that near.
+        Gradient magnitudes are from 0 to `largest_magnitude`, in data units per world unit. Near a step both ends are
+        widened by the rounding of a value.
         """
         lowest, highest = np.asarray(lowest, np.float64), np.asarray(highest, np.float64)
         is_more = self.extinctions > 0
@@ -266,25 +299,25 @@ class TransferFunction(KeepsArrays):
         return shows
 
     def _may_modulate(self, largest_magnitude: ArrayLike) -> NDArray[np.bool_]:
-        """Whether any gradient magnitude from 0 to the largest leaves something of the points."""
+        """Return True where any gradient magnitude from 0 to the largest has a factor above 0."""
         assert self.modulation is not None
         first = np.flatnonzero(self.modulation[:, 1] > 0)
         largest = np.asarray(largest_magnitude, np.float64) * (1 + ROUNDING)
         if not first.size:
             return np.zeros(largest.shape, np.bool_)
-        # The factor rises from the last 0 before it.
+        # The factor rises from the last magnitude of factor 0.
         return np.asarray(largest > self.modulation[first[0] - 1, 0] if first[0] else largest >= 0)
 
     @cached_property
     def numbers(self) -> NDArray[np.float64]:
-        """Colour and extinction of each point, shape (n, 4); 0 for the extinction of an opaque one."""
+        """Colour and extinction of each point, shape (n, 4); an infinite extinction is 0 here."""
         return np.column_stack([self.colors, np.where(np.isinf(self.extinctions), 0.0, self.extinctions)])
 
     @cached_property
     def segment_ends(self) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.bool_]]:
-        """Points at the left and the right of each segment, and whether they are opaque, shape (n + 1, 2).
+        """Points at the left and the right of each segment, and True where they are opaque, shape (n + 1, 2).
 
-        Segment s has s points at or below it; the first and the last have the outer point at both ends.
+        Segment s has s points at or below it; the first and the last segment have the outer point at both ends.
         """
         segments = np.arange(self.values.size + 1)
         left, right = np.maximum(segments - 1, 0), np.minimum(segments, self.values.size - 1)
@@ -293,7 +326,7 @@ class TransferFunction(KeepsArrays):
 
     @cached_property
     def _lines(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]:
-        """Each segment as a line: start, numbers there, numbers per unit of value, and which ends are opaque."""
+        """Segments as lines: start, numbers there, numbers per unit of value, and True at opaque ends."""
         left, _, opaque = self.segment_ends
         level = np.zeros((1, 4))  # the two outer segments
         slope = np.vstack([level, pieces.slopes(self.values, self.numbers), level])
@@ -303,11 +336,63 @@ class TransferFunction(KeepsArrays):
 def _modulation(pairs: ArrayLike, name: str) -> NDArray[np.float64]:
     modulation = np.array(pairs, np.float64)
     if modulation.ndim != 2 or modulation.shape[1] != 2 or not len(modulation):
-        raise InputError(f"{name}: gradient is a list of pairs [magnitude, factor], and has shape {modulation.shape}")
+        raise InputError(f"{name}: gradient must be a list of pairs [magnitude, factor], got shape {modulation.shape}")
     if not ((modulation >= 0) & np.isfinite(modulation)).all():
         raise InputError(f"{name}: gradient magnitudes and factors must be finite and not negative")
     fallen = np.flatnonzero(np.diff(modulation[:, 0]) <= 0)
     if fallen.size:
         before, after = modulation[fallen[0] : fallen[0] + 2, 0]
-        raise InputError(f"{name}: gradient magnitudes must ascend, and {after:g} follows {before:g}")
+        raise InputError(f"{name}: gradient magnitudes must ascend, got {after:g} after {before:g}")
     return modulation
+
+
+def _content_of(function: TransferFunction) -> dict[str, Any]:
+    """Return the content of a transfer-function file; an infinite extinction is written as opacity 1."""
+    columns = function.values, function.colors, function.extinctions
+    points = [_point_of(function, *point) for point in zip(*columns, strict=True)]
+    content: dict[str, Any] = {"points": points}
+    if function.glows:
+        content["emission"] = "emissive" if function.emissive else "premultiplied"
+    if function.modulation is not None:
+        content["gradient"] = function.modulation.tolist()
+    if function.graded:
+        content["graded"] = [
+            {
+                "points": [
+                    {"value": float(value), "emission": emission.tolist(), "extinction": float(extinction)}
+                    for value, emission, extinction in zip(
+                        graded.values, graded.emissions, graded.extinctions, strict=True
+                    )
+                ],
+                "gradient": [float(graded.start), float(graded.full)],
+            }
+            for graded in function.graded
+        ]
+    if function.contours:
+        content["contours"] = [
+            {
+                "value": float(contour.value),
+                "world_thickness": float(contour.thickness),
+                "emission": list(contour.emission),
+                "extinction": float(contour.extinction),
+            }
+            for contour in function.contours
+        ]
+    if function.materials:
+        content["material_names"] = list(function.materials)
+    if function.material_colors:
+        content["material_colors"] = [list(color) for color in function.material_colors]
+    return content
+
+
+def _point_of(
+    function: TransferFunction, value: float, color: NDArray[np.float64], extinction: float
+) -> dict[str, Any]:
+    opaque = bool(np.isinf(extinction))
+    glows = function.emissive or (function.premultiplied and not opaque)
+    point = {"value": float(value), "emission" if glows else "color": color.tolist()}
+    return point | ({"opacity": 1.0} if opaque else {"extinction": float(extinction)})
+
+
+# Transfer function of pictures of the values themselves, in which nothing is classified.
+NO_MEDIUM = TransferFunction(np.zeros(1), np.zeros((1, 3)), np.zeros(1))

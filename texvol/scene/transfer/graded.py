@@ -1,9 +1,9 @@
 """Matter that depends on the gradient: its emission and extinction, by value and gradient magnitude |∇f|.
 
     Graded    points by value, times clamp((|∇f| - start) / (full - start), 0, 1)
-    Contour   Levoy's isovalue contour (1988): matter times max(0, 1 - |f - value| / (thickness |∇f|))
+    Contour   Levoy's isovalue contour (1988): a medium times max(0, 1 - |f - value| / (thickness |∇f|))
 
-Both are premultiplied: what they add to the emission q and the extinction τ of a place. A value that is NaN has
+Both are premultiplied: what they add to the emission q and the extinction τ of a position. A value that is NaN has
 neither, and a gradient that is NaN counts as none.
 """
 
@@ -57,22 +57,22 @@ class Graded(KeepsArrays):
         shapes = self.values.shape, self.emissions.shape, self.extinctions.shape
         if count == 0 or shapes != ((count,), (count, 3), (count,)):
             raise InputError(
-                "graded matter has n values, emissions of shape (n, 3) and n extinctions, and at least one, "
-                f"and has {', '.join(map(str, shapes))}"
+                "graded medium must have n values, emissions of shape (n, 3) and n extinctions, with n at least 1, "
+                f"got {', '.join(map(str, shapes))}"
             )
         if not (np.abs(self.values) <= LARGEST_VALUE).all():
-            raise InputError(f"graded matter: values must be finite and lie within {LARGEST_VALUE:g}")
+            raise InputError(f"graded medium: values must be finite and at most {LARGEST_VALUE:g} in size")
         if (np.diff(self.values) < 0).any():
             first = int(np.argmax(np.diff(self.values) < 0))
             raise InputError(
-                f"graded matter: values must ascend, and {self.values[first + 1]:g} follows {self.values[first]:g}"
+                f"graded medium: values must ascend, got {self.values[first + 1]:g} after {self.values[first]:g}"
             )
         for what, numbers in (("emission", self.emissions), ("extinction", self.extinctions)):
             if not ((numbers >= 0) & np.isfinite(numbers)).all():
-                raise InputError(f"graded matter: {what} must be finite and not negative")
+                raise InputError(f"graded medium: {what} must be finite and not negative")
         if not (np.isfinite([self.start, self.full]).all() and 0 <= self.start <= self.full):
             raise InputError(
-                "graded matter: the gradient rises from 0 upwards, and goes from "
+                "graded medium: the gradient range must rise from at least 0, got "
                 f"{float(self.start):g} to {float(self.full):g}"
             )
 
@@ -95,7 +95,7 @@ class Graded(KeepsArrays):
     def shows_between(
         self, lowest: NDArray[np.float64], highest: NDArray[np.float64], largest_magnitude: ArrayLike
     ) -> NDArray[np.bool_]:
-        """Whether any value from `lowest` to `highest`, on gradients up to `largest_magnitude`, may show."""
+        """True where any value from `lowest` to `highest` may show, for gradients up to `largest_magnitude`."""
         more = (self.extinctions > 0) | (self.emissions > 0).any(axis=1)
         # Beyond the outer points is nothing: a step to 0 at either end.
         values = np.concatenate([self.values[:1], self.values, self.values[-1:]])
@@ -123,14 +123,14 @@ class Contour:
     def __post_init__(self) -> None:
         emission = np.asarray(self.emission, np.float64)
         if emission.shape != (3,) or not ((emission >= 0) & np.isfinite(emission)).all():
-            raise InputError(f"contour: emission is three finite numbers from 0 upwards, and is {self.emission!r}")
+            raise InputError(f"contour: emission must be three finite numbers of at least 0, got {self.emission!r}")
         object.__setattr__(self, "emission", tuple(emission.tolist()))
         if not abs(self.value) <= LARGEST_VALUE:
-            raise InputError(f"contour: its value must be finite and lie within {LARGEST_VALUE:g}")
+            raise InputError(f"contour: value must be finite and at most {LARGEST_VALUE:g} in size")
         if not 0 < self.thickness < np.inf:
-            raise InputError(f"contour: its thickness is a finite number above 0, and is {self.thickness:g}")
+            raise InputError(f"contour: thickness must be a finite number above 0, got {self.thickness:g}")
         if not 0 <= self.extinction < np.inf:
-            raise InputError(f"contour: extinction must be finite and not negative, and is {self.extinction:g}")
+            raise InputError(f"contour: extinction must be finite and not negative, got {self.extinction:g}")
 
     def weights(self, values: ArrayLike, magnitudes: ArrayLike) -> NDArray[np.float64]:
         """max(0, 1 - |f - value| / (thickness |∇f|)); where |∇f| is 0, 1 for the value itself."""
@@ -148,7 +148,7 @@ class Contour:
     def shows_between(
         self, lowest: NDArray[np.float64], highest: NDArray[np.float64], largest_magnitude: ArrayLike
     ) -> NDArray[np.bool_]:
-        """Whether any value from `lowest` to `highest`, on gradients up to `largest_magnitude`, may show."""
+        """True where any value from `lowest` to `highest` may show, for gradients up to `largest_magnitude`."""
         if self.extinction == 0 and not any(self.emission):
             return np.zeros(np.broadcast(lowest, highest, largest_magnitude).shape, np.bool_)
         with np.errstate(invalid="ignore", over="ignore"):
@@ -159,6 +159,6 @@ class Contour:
 
 
 def _both(values: ArrayLike, magnitudes: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """As arrays; a gradient magnitude that is NaN is 0."""
+    """Return both as arrays, with 0 for gradient magnitudes that are NaN."""
     magnitudes = np.asarray(magnitudes, np.float64)
     return np.asarray(values, np.float64), np.where(np.isnan(magnitudes), 0.0, magnitudes)

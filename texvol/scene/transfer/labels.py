@@ -32,7 +32,7 @@ _MOST_NAMES = 64  # of labels that a legend might name; of more it could say not
 
 
 class LabelLook(NamedTuple):
-    """How labels are to look, as `label_function` takes it: opacities, linear colours, opacity of those not named."""
+    """Opacities and linear colours of labels, and the opacity of all other labels."""
 
     opacities: dict[int, float]
     colors: dict[int, Color]
@@ -72,7 +72,7 @@ def label_function(
     opacities = {} if opacities is None else opacities
     unknown = [label for label in (*opacities, *named) if label not in labels]
     if unknown:
-        raise InputError(f"unknown label {unknown[0]}: {volume.name} has {listed(labels)}")
+        raise InputError(f"label {unknown[0]} not found: {volume.name} has {listed(labels)}")
     established = color_list(colors if isinstance(colors, str) else COLOR_LIST)
     shown = established[(labels - 1) % len(established)]
     fractions = np.full(len(labels), OPACITY)
@@ -127,9 +127,11 @@ def color_list(name: str = COLOR_LIST) -> NDArray[np.float64]:
     try:
         found = Colormap(name)
     except (ValueError, TypeError):
-        raise InputError(f"there is no list of colours {name!r}; {COLOR_LIST}, tab20 and Set1 are some") from None
+        raise InputError(
+            f"list of colours {name!r} not found; known are {COLOR_LIST}, tab20 and Set1 among others"
+        ) from None
     if found.interpolation != "nearest":
-        raise InputError(f"{name} is a ramp of colours, and labels want a list: {COLOR_LIST}, tab20, Set1 …")
+        raise InputError(f"{name} must be a list of colours, got a ramp: take {COLOR_LIST}, tab20, Set1 …")
     colors = linear_from_srgb(np.asarray(found.color_stops.color_array, np.float64)[:, :3])
     if name != COLOR_LIST:
         return colors
@@ -138,7 +140,7 @@ def color_list(name: str = COLOR_LIST) -> NDArray[np.float64]:
 
 
 def parse_labels(text: str) -> LabelLook:
-    """How labels are to look, from LABEL=OPACITY, LABEL=#RRGGBB, LABEL=#RRGGBB:OPACITY and *=OPACITY, with commas.
+    """Parse LABEL=OPACITY, LABEL=#RRGGBB, LABEL=#RRGGBB:OPACITY and *=OPACITY, separated by commas.
 
     Colours are sRGB, as everywhere where they are written so; `*` stands for all labels that are not named but 0.
 
@@ -153,12 +155,12 @@ def parse_labels(text: str) -> LabelLook:
         found = _PART.fullmatch(part)
         if not found or (found["label"] == "*" and found["color"]):
             raise InputError(
-                "labels look as LABEL=OPACITY, LABEL=#RRGGBB, LABEL=#RRGGBB:OPACITY or *=OPACITY say, "
-                f"with commas between them, and not as {part.strip()!r}"
+                "labels must be LABEL=OPACITY, LABEL=#RRGGBB, LABEL=#RRGGBB:OPACITY or *=OPACITY, "
+                f"separated by commas, got {part.strip()!r}"
             )
         label = found["label"] if found["label"] == "*" else str(int(found["label"]))
         if label in seen:
-            raise InputError(f"label {label} stands twice in {text!r}")
+            raise InputError(f"label {label} must be given once, got it twice in {text!r}")
         seen.add(label)
         number = found["opacity"] or found["alone"]
         opacity = None if number is None else _opacity(float(number), f"of label {label}")
@@ -188,12 +190,12 @@ def _from_hexadecimal(text: str) -> Color:
 
 def _opacity(number: float, whose: str) -> float:
     if not 0 <= number <= 1:  # NaN is neither
-        raise InputError(f"the opacity {whose} lies in [0, 1], and is {number:g}")
+        raise InputError(f"the opacity {whose} must be from 0 to 1, got {number:g}")
     return float(number)
 
 
 def _color(color: Color, label: int) -> NDArray[np.float64]:
     numbers = np.array(color, np.float64)
     if numbers.shape != (3,) or not ((numbers >= 0) & (numbers <= 1)).all():
-        raise InputError(f"the colour of label {label} is three numbers in [0, 1], and is {color!r}")
+        raise InputError(f"the colour of label {label} must be three numbers from 0 to 1, got {color!r}")
     return numbers

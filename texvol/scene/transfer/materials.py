@@ -1,24 +1,25 @@
-"""Materials (Drebin, Carpenter, Hanrahan 1988): a value is a mixture, and each material has a share of it.
+"""Materials (Drebin, Carpenter, Hanrahan 1988): a value is a mixture, and each material has a fraction of it.
 
-A material's share rises from 0 at a to 1 at b and falls from 1 at c to 0 at d. With the colour c_i and the extinction
-τ_i of material i, a value v has
+A material's fraction rises from 0 at a to 1 at b and falls from 1 at c to 0 at d. With the colour c_i and the
+extinction τ_i of material i, a value v has
 
     extinction  Σ share_i(v) τ_i          emission  Σ share_i(v) τ_i c_i
 
-Both are piecewise linear in v, so that premultiplied points at all a, b, c, d hold them exactly. Where the share of an
-opaque material is above 0, all is opaque and shows the mean colour of the opaque ones, weighted by their shares.
+Both are piecewise linear in v, so that premultiplied points at all a, b, c, d hold them exactly. Where the fraction
+of an opaque material is above 0, all is opaque and shows the mean colour of the opaque ones, weighted by their
+fractions.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from texvol.scene.transfer import pieces
-from texvol.scene.transfer.function import TransferFunction
 from texvol.scene.transfer.graded import Graded
 from texvol.scene.transfer.pieces import LARGEST_VALUE
 from texvol.util.errors import InputError
@@ -28,7 +29,8 @@ Pair = tuple[float, float]
 # Straight points of another colour and extinction at either end have an emission that is a parabola. As 32 lines it is
 # off by at most (change of colour) (change of extinction) / 4 / 32²: 2.4e-4 of the most that it could be.
 _LINES_PER_PARABOLA = 32
-# How far after its place an opaque ramp begins, in shares of its width and of the values: float32 tells the two apart.
+# How far after its position an opaque ramp begins, in fractions of its width and of the values: float32 tells the two
+# apart.
 _AFTER = 2.0**-18
 
 
@@ -40,7 +42,7 @@ class Material:
     ----------
     name : str
     rises, falls : (float, float), optional
-        Values between which its share rises from 0 to 1, and falls again; equal ones make a step, whose right side
+        Values between which its fraction rises from 0 to 1, and falls again; equal ones make a step, whose right side
         holds at the value itself. None: it has no end there.
     color : (r, g, b)
         Linear and straight, in [0, 1].
@@ -58,7 +60,7 @@ class Material:
     gradient: Pair | None = None
 
     def fractions(self, values: ArrayLike) -> NDArray[np.float64]:
-        """Its share of each value, from 0 to 1."""
+        """Its fraction of each value, from 0 to 1."""
         knots, fractions = self._corners
         return pieces.sides(knots, fractions[:, np.newaxis], np.asarray(values, np.float64))[..., 0]
 
@@ -75,7 +77,7 @@ class Material:
             return self.rises[1] / 2 + self.falls[0] / 2
         if self.rises or self.falls:
             return self.rises[1] if self.rises else self.falls[0]  # type: ignore[index]
-        raise InputError(f"material {self.name!r} has no typical value: it has neither from nor to")
+        raise InputError(f"material {self.name!r} must have from or to, or no typical value is known")
 
     @property
     def _corners(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -89,7 +91,7 @@ class Material:
         return np.array(self.color) * self.extinction
 
     def graded(self) -> Graded:
-        """The material as matter that depends on the gradient."""
+        """The material as a medium that depends on the gradient."""
         assert self.gradient is not None
         knots, fractions = self._corners
         # An open end holds as far as values go.
@@ -115,21 +117,39 @@ def boundary(materials: Sequence[Material], magnitude: float) -> Graded:
     """
     for each in materials:
         if np.isinf(each.extinction):
-            raise InputError(f"material {each.name!r} is opaque, and what depends on the gradient can't be")
+            raise InputError(f"material {each.name!r} must not be opaque, since it depends on the gradient")
     values = np.array([each.typical for each in materials])
     fallen = np.flatnonzero(np.diff(values) < 0)
     if fallen.size:
         before, after = materials[fallen[0]], materials[fallen[0] + 1]
         raise InputError(
-            f"the materials go from low to high values, and {after.name!r} ({after.typical:g}) follows "
+            f"the materials must go from low to high values, got {after.name!r} ({after.typical:g}) after "
             f"{before.name!r} ({before.typical:g})"
         )
     emissions = np.array([each.emission for each in materials])
     return Graded(values, emissions, np.array([each.extinction for each in materials]), 0.0, magnitude)
 
 
+class Points(Protocol):
+    """Control points of a transfer function."""
+
+    @property
+    def values(self) -> NDArray[np.float64]: ...
+    @property
+    def colors(self) -> NDArray[np.float64]: ...
+    @property
+    def extinctions(self) -> NDArray[np.float64]: ...
+    @property
+    def emissive(self) -> bool: ...
+    @property
+    def premultiplied(self) -> bool: ...
+    @property
+    def numbers(self) -> NDArray[np.float64]: ...
+    def at(self, values: ArrayLike) -> NDArray[np.float64]: ...
+
+
 def mixture(
-    materials: Sequence[Material], points: TransferFunction | None = None
+    materials: Sequence[Material], points: Points | None = None
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Values, emissions and extinctions of premultiplied points: what materials, and other points, add up to.
 
@@ -150,7 +170,7 @@ def mixture(
         if not np.array_equal(here, left):
             found.append((position, here))
         if not np.array_equal(right, here):
-            # The ramp of an opaque material has its share of 0 still at its place, and is opaque from there on.
+            # The ramp of an opaque material has its fraction of 0 still at its position, and is opaque from there on.
             width = positions[number + 1] - position
             found.append((position + min(_AFTER * max(width, abs(position)), width / 2), right))
     values, numbers = np.array([position for position, _ in found]), np.array([numbers for _, numbers in found])
@@ -159,7 +179,7 @@ def mixture(
 
 @dataclass(frozen=True)
 class _Part:
-    """What adds up: rows of emission (3), extinction, and of what is opaque its share and share times colour (3)."""
+    """Part of a mixture: rows of emission (3), extinction, opaque fraction and opaque fraction times colour (3)."""
 
     knots: NDArray[np.float64]
     rows: NDArray[np.float64]  # shape (n, 8)
@@ -172,18 +192,18 @@ def _looks(row: NDArray[np.float64], other_end: NDArray[np.float64]) -> NDArray[
     """Emission and extinction at one end of a line, or colour and infinity where the line is opaque."""
     if not (row[4] > 0 or other_end[4] > 0):
         return row[:4]
-    # From a share of 0 on, the shares of all that is opaque keep their ratios.
+    # From a fraction of 0 on, the fractions of all that is opaque keep their ratios.
     opaque = row if row[4] > 0 else other_end
     return np.append(opaque[5:] / opaque[4], np.inf)
 
 
-def _opaque_at(position: float, materials: Sequence[Material], points: TransferFunction | None) -> bool:
+def _opaque_at(position: float, materials: Sequence[Material], points: Points | None) -> bool:
     if points is not None and np.isinf(points.at(position)[3]):
         return True
     return any(np.isinf(each.extinction) and each.fractions(position) > 0 for each in materials)
 
 
-def _part_of(points: TransferFunction) -> _Part:
+def _part_of(points: Points) -> _Part:
     """The points of a transfer function; the outer ones by themselves, too, for what lies beyond them."""
     knots, rows = [float(points.values[0])], [_row(points, 0)]
     for left, right in zip(range(len(points.values) - 1), range(1, len(points.values)), strict=True):
@@ -196,17 +216,17 @@ def _part_of(points: TransferFunction) -> _Part:
     return _Part(np.array([*knots, points.values[-1]]), np.array([*rows, _row(points, len(points.values) - 1)]))
 
 
-def _lines_of(points: TransferFunction, left: int, right: int, opaque: bool) -> int:
+def _lines_of(points: Points, left: int, right: int, opaque: bool) -> int:
     extinctions, colors = points.extinctions[[left, right]], points.colors[[left, right]]
     straight = points.premultiplied or opaque or extinctions[0] == extinctions[1] or np.array_equal(*colors)
     return 1 if straight else _LINES_PER_PARABOLA
 
 
-def _row(points: TransferFunction, number: int) -> NDArray[np.float64]:
+def _row(points: Points, number: int) -> NDArray[np.float64]:
     return _row_between(points, number, number, 0.0, bool(np.isinf(points.extinctions[number])))
 
 
-def _row_between(points: TransferFunction, left: int, right: int, fraction: float, opaque: bool) -> NDArray[np.float64]:
+def _row_between(points: Points, left: int, right: int, fraction: float, opaque: bool) -> NDArray[np.float64]:
     color = points.colors[left] * (1 - fraction) + points.colors[right] * fraction
     numbers = points.numbers[:, 3]
     extinction = numbers[left] * (1 - fraction) + numbers[right] * fraction

@@ -1,4 +1,4 @@
-"""The parts of a transfer-function file, from JSON to matter in data and world units; `files` says what they mean."""
+"""The parts of a transfer-function file, from JSON to a medium in data and world units; `files` says what they mean."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Weighted:
 def number(thing: Any, what: str) -> float:
     """`thing` as a float."""
     if isinstance(thing, bool) or not isinstance(thing, int | float):
-        raise InputError(f"{what} is a number, and not {thing!r}")
+        raise InputError(f"{what} must be a number, got {thing!r}")
     try:
         return float(thing)
     except OverflowError:
@@ -53,40 +53,40 @@ def objects(content: dict[str, Any], key: str) -> list[Any]:
     """
     things = content.get(key, [])
     if not isinstance(things, list) or (key in content and not things):
-        raise InputError(f"a transfer function has a list of {key}, and at least one")
+        raise InputError(f"a transfer function must have a list of {key} with at least one")
     if key != "points" and len(things) > _MOST:
-        raise InputError(f"a transfer function has at most {_MOST} {key}, and not {len(things)}")
+        raise InputError(f"a transfer function must have at most {_MOST} {key}, got {len(things)}")
     return things
 
 
 def refuse_unknown(thing: Any, known: Iterable[str], what: str, wanted: str = "") -> None:
     """Raise InputError where `thing` is no JSON object, or has other keys than those known."""
     if not isinstance(thing, dict):
-        raise InputError(f"{what} is an object with {wanted}, and not {thing!r}")
+        raise InputError(f"{what} must be an object with {wanted}, got {thing!r}")
     unknown = sorted(set(thing) - set(known))
     if unknown:
-        raise InputError(f"{what} has no key {unknown[0]!r}; it has {', '.join(sorted(known))}")
+        raise InputError(f"{what}: key {unknown[0]!r} not known; known are {', '.join(sorted(known))}")
 
 
 def weighted(thing: dict[str, Any], where: str, color_keys: Sequence[str] = ("color",)) -> Weighted:
     """The colour, under one of `color_keys`, and the extinction or opacity of an object."""
     if ("extinction" in thing) == ("opacity" in thing):
-        raise InputError(f"{where} has either extinction or opacity")
+        raise InputError(f"{where} must have either extinction or opacity, got both")
     given = [key for key in color_keys if key in thing]
     if len(given) > 1:
-        raise InputError(f"{where} has either {' or '.join(color_keys)}")
+        raise InputError(f"{where} must have either {' or '.join(color_keys)}, got both")
     if not given:
-        raise InputError(f"{where} lacks {' or '.join(color_keys)}")
+        raise InputError(f"{where} must have {' or '.join(color_keys)}")
     color = _numbers(thing[given[0]], 3, f"{where}: {given[0]}", "three numbers")
     if "opacity" in thing:
         opacity = number(thing["opacity"], f"{where}: opacity")
         if not 0 <= opacity <= 1:
-            raise InputError(f"{where}: opacity lies in [0, 1], and is {opacity:g}")
+            raise InputError(f"{where}: opacity must be from 0 to 1, got {opacity:g}")
         extinction = float(depth_from_opacity(opacity))
     else:
         extinction = number(thing["extinction"], f"{where}: extinction")
         if not extinction >= 0:
-            raise InputError(f"{where}: extinction must not be negative or NaN, and is {extinction:g}")
+            raise InputError(f"{where}: extinction must not be negative or NaN, got {extinction:g}")
     return Weighted((color[0], color[1], color[2]), given[0] == "emission", extinction)
 
 
@@ -97,14 +97,14 @@ def material(thing: Any, position: int, units: Units) -> Material:
     refuse_unknown(thing, known, where, "name, from, to, color and extinction")
     name = thing.get("name")
     if not isinstance(name, str) or not name.strip() or "," in name:
-        raise InputError(f"{where} has a name without a comma, and not {name!r}")
+        raise InputError(f"{where} must have a name without a comma, got {name!r}")
     where = f"material {name!r}"
     looks = weighted(thing, where)
     _check_straight(looks.color, where)
     ends = {key: _ramp(thing[key], f"{where}: {key}") if key in thing else None for key in ("from", "to")}
     rises, falls = ends["from"], ends["to"]
     if rises and falls and (falls[0] < rises[1] or falls[1] <= rises[0]):
-        raise InputError(f"{where}: to comes after from, and goes from {falls[0]:g} while from goes to {rises[1]:g}")
+        raise InputError(f"{where}: to must come after from, got to at {falls[0]:g} and from up to {rises[1]:g}")
     gradient = None
     if "gradient" in thing:
         gradient = _gradient(thing["gradient"], f"{where}: gradient", units)
@@ -119,7 +119,7 @@ def named(name: Any, materials: Sequence[Material]) -> Material:
         if each.name == name:
             return each
     known = ", ".join(each.name for each in materials) or "none"
-    raise InputError(f"there is no material {name!r}; there are {known}")
+    raise InputError(f"material {name!r} not found; known are {known}")
 
 
 def contour(thing: Any, position: int, units: Units, materials: Sequence[Material]) -> Contour:
@@ -128,12 +128,12 @@ def contour(thing: Any, position: int, units: Units, materials: Sequence[Materia
     known = ("value", "thickness", "world_thickness", "material", "color", "emission", *_WEIGHTS)
     refuse_unknown(thing, known, where, "value, thickness, color and extinction")
     if "value" not in thing:
-        raise InputError(f"{where} lacks value")
+        raise InputError(f"{where} must have value")
     if ("thickness" in thing) == ("world_thickness" in thing):
-        raise InputError(f"{where} has either thickness or world_thickness")
+        raise InputError(f"{where} must have exactly one of thickness and world_thickness")
     if "material" in thing:
         if set(thing) & {"color", "emission", *_WEIGHTS}:
-            raise InputError(f"{where} has either a material, or a colour and an extinction of its own")
+            raise InputError(f"{where} must have either a material, or a colour and an extinction of its own")
         source = named(thing["material"], materials)
         extinction, emission = source.extinction, source.emission if np.isfinite(source.extinction) else np.zeros(3)
     else:
@@ -146,7 +146,7 @@ def contour(thing: Any, position: int, units: Units, materials: Sequence[Materia
     key = "thickness" if "thickness" in thing else "world_thickness"
     thickness = number(thing[key], f"{where}: {key}")
     if not 0 < thickness < np.inf:
-        raise InputError(f"{where}: {key} is a finite number above 0, and is {thickness:g}")
+        raise InputError(f"{where}: {key} must be a finite number above 0, got {thickness:g}")
     thickness *= units.voxel if key == "thickness" else 1.0
     value = _position(thing["value"], f"{where}: value", units)
     return Contour(value, thickness, tuple(emission.tolist()), extinction)
@@ -158,12 +158,12 @@ def region_boundary(thing: Any, position: int, units: Units, materials: Sequence
     refuse_unknown(thing, ("materials", "gradient"), where, "materials and gradient")
     names = thing.get("materials")
     if not isinstance(names, list) or len(names) < 2:
-        raise InputError(f"{where} has a list of materials, the names of at least two")
+        raise InputError(f"{where} must have a list of at least two names of materials")
     if "gradient" not in thing:
-        raise InputError(f"{where} lacks gradient")
+        raise InputError(f"{where} must have gradient")
     magnitude = number(thing["gradient"], f"{where}: gradient")
     if not 0 < magnitude < np.inf:
-        raise InputError(f"{where}: gradient is a finite number above 0, and is {magnitude:g}")
+        raise InputError(f"{where}: gradient must be a finite number above 0, got {magnitude:g}")
     chosen = [named(name, materials) for name in names]
     try:
         return boundary(chosen, magnitude * units.per_gradient), list(names)
@@ -176,7 +176,7 @@ def graded(thing: Any, position: int, units: Units) -> Graded:
     where = f"graded {position}"
     refuse_unknown(thing, ("points", "gradient"), where, "points and gradient")
     if "gradient" not in thing:
-        raise InputError(f"{where} lacks gradient")
+        raise InputError(f"{where} must have gradient")
     start, full = _gradient(thing["gradient"], f"{where}: gradient", units)
     values, rows = [], []
     for count, point in enumerate(objects(thing, "points")):
@@ -187,11 +187,11 @@ def graded(thing: Any, position: int, units: Units) -> Graded:
             _check_straight(looks.color, at)
         _check_finite(looks.extinction, at)
         if "value" not in point:
-            raise InputError(f"{at} lacks value")
+            raise InputError(f"{at} must have value")
         values.append(_position(point["value"], f"{at}: value", units))
         rows.append([*looks.emission, looks.extinction])
     if not rows:
-        raise InputError(f"{where} has a list of points, and at least one")
+        raise InputError(f"{where} must have a list of at least one point")
     numbers = np.array(rows) * units.per_length
     try:
         return Graded(np.array(values), numbers[:, :3], numbers[:, 3], start, full)
@@ -205,7 +205,7 @@ def modulation(content: dict[str, Any], units: Units) -> NDArray[np.float64] | N
         return None
     pairs = content["gradient"]
     if not isinstance(pairs, list) or not pairs:
-        raise InputError(f"gradient is a list of pairs [magnitude, factor], and not {pairs!r}")
+        raise InputError(f"gradient must be a list of pairs [magnitude, factor], got {pairs!r}")
     wanted = "a pair [magnitude, factor]"
     rows = [_numbers(pair, 2, f"gradient: entry {position}", wanted) for position, pair in enumerate(pairs)]
     return np.array(rows) * [units.per_gradient, 1.0]
@@ -215,7 +215,7 @@ def colors(content: dict[str, Any], key: str) -> list[tuple[float, float, float]
     """The list of straight colours under a key; none where there is no such key."""
     things = content.get(key, [])
     if not isinstance(things, list):
-        raise InputError(f"{key} is a list of colours, and not {things!r}")
+        raise InputError(f"{key} must be a list of colours, got {things!r}")
     found = []
     for position, each in enumerate(things):
         red, green, blue = _numbers(each, 3, f"{key}: entry {position}", "three numbers")
@@ -226,7 +226,7 @@ def colors(content: dict[str, Any], key: str) -> list[tuple[float, float, float]
 
 def _numbers(things: Any, count: int, what: str, wanted: str) -> list[float]:
     if not isinstance(things, list) or len(things) != count:
-        raise InputError(f"{what} is {wanted}, and not {things!r}")
+        raise InputError(f"{what} must be {wanted}, got {things!r}")
     return [number(thing, what) for thing in things]
 
 
@@ -235,7 +235,7 @@ def _ramp(thing: Any, what: str) -> Pair:
     wanted = "a number or two that ascend"
     numbers = _numbers(thing, 2, what, wanted) if isinstance(thing, list) else [number(thing, what)] * 2
     if not (np.isfinite(numbers).all() and numbers[0] <= numbers[1]):
-        raise InputError(f"{what} is {wanted}, and not {thing!r}")
+        raise InputError(f"{what} must be {wanted}, got {thing!r}")
     return numbers[0], numbers[1]
 
 
@@ -243,7 +243,7 @@ def _gradient(thing: Any, what: str, units: Units) -> Pair:
     wanted = "two gradient magnitudes from 0 upwards that ascend"
     start, full = _numbers(thing, 2, what, wanted)
     if not 0 <= start <= full < np.inf:
-        raise InputError(f"{what} is {wanted}, and not {thing!r}")
+        raise InputError(f"{what} must be {wanted}, got {thing!r}")
     return start * units.per_gradient, full * units.per_gradient
 
 
@@ -257,15 +257,15 @@ def _placed(ends: Pair | None, units: Units) -> Pair | None:
 def _position(thing: Any, what: str, units: Units) -> float:
     value = number(thing, what)
     if not np.isfinite(value):
-        raise InputError(f"{what} must be finite, and is {value:g}")
+        raise InputError(f"{what} must be finite, got {value:g}")
     return float(units.placed(value))
 
 
 def _check_straight(color: Triple, where: str) -> None:
     if not all(0 <= component <= 1 for component in color):
-        raise InputError(f"{where}: color lies in [0, 1], and is {list(color)}")
+        raise InputError(f"{where}: color must be from 0 to 1, got {list(color)}")
 
 
 def _check_finite(extinction: float, where: str) -> None:
     if not np.isfinite(extinction):
-        raise InputError(f"{where}: what depends on the gradient is not opaque: its opacity must lie under 1")
+        raise InputError(f"{where}: opacity must be below 1 if the medium depends on the gradient")

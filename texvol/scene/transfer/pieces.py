@@ -1,4 +1,4 @@
-"""What is linear in the value between points: a step's right side holds at the step."""
+"""Functions that are piecewise linear in the value; at a step the right side holds."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ ROUNDING = 2.0**-20  # of a value, more than interpolation loses
 
 
 def slopes(values: NDArray[np.float64], numbers: NDArray[np.float64]) -> NDArray[np.float64]:
-    """What `numbers`, shape (n, k), gain per unit of value after each point, shape (n - 1, k); 0 on a step."""
+    """Slopes of `numbers`, shape (n, k), after each point, shape (n - 1, k); 0 on a step."""
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         gained: NDArray[np.float64] = np.diff(numbers, axis=0) / np.diff(values)[:, np.newaxis]
     gained[~np.isfinite(gained)] = 0.0
@@ -18,7 +18,7 @@ def slopes(values: NDArray[np.float64], numbers: NDArray[np.float64]) -> NDArray
 
 
 def inside(values: NDArray[np.float64], numbers: NDArray[np.float64], positions: ArrayLike) -> NDArray[np.float64]:
-    """`numbers` at `places`, shape (…, k); 0 before the first value, after the last, and where a place is NaN."""
+    """`numbers` at `positions`, shape (…, k); 0 before the first value, after the last, and where a position is NaN."""
     positions = np.asarray(positions, np.float64)
     held = (positions >= values[0]) & (positions <= values[-1])
     found = sides(values, numbers, np.where(held, positions, values[0]))
@@ -28,9 +28,9 @@ def inside(values: NDArray[np.float64], numbers: NDArray[np.float64], positions:
 def sides(
     values: NDArray[np.float64], numbers: NDArray[np.float64], positions: NDArray[np.float64], right: bool = True
 ) -> NDArray[np.float64]:
-    """`numbers` just right (or left) of `places`, shape (…, k); beyond the outer points those of the outer points."""
+    """`numbers` just right (or left) of `positions`, shape (…, k); clamped beyond the outer points."""
     segment = np.searchsorted(values, positions, side="right" if right else "left")
-    # A place on a point takes that point's numbers themselves: on its left side those of the end, with no rounding.
+    # A position on a point takes that point's numbers themselves: on its left side those of the end, with no rounding.
     at_start = np.clip(segment - 1, 0, values.size - 1)
     at_end = np.clip(segment, 0, values.size - 1)
     gained = np.vstack([slopes(values, numbers), np.zeros((1, numbers.shape[1]))])
@@ -48,7 +48,7 @@ def shows_between(
     lowest: NDArray[np.float64],
     highest: NDArray[np.float64],
 ) -> NDArray[np.bool_]:
-    """Whether any value from `lowest` to `highest` is more than nothing; False where either is NaN.
+    """True where any value from `lowest` to `highest` may show; False where either is NaN.
 
     `is_more` says of each point whether it is more than nothing, `opaque` whether its extinction is infinite. Both ends
     are widened by what rounding may do to a value on its way, where a step is that near.

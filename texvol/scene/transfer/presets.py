@@ -2,7 +2,7 @@
 
 A preset's extinction is per mean edge of the volume's box, so that it looks the same on a tooth and on a thorax. The
 CT presets are in Hounsfield units where the volume's range is that of such data; elsewhere, and in all other presets,
-values are shares of the range that holds the matter: from where the background ends to the 99.9th percentile.
+values are fractions of the range that holds the medium: from where the background ends to the 99.9th percentile.
 """
 
 from __future__ import annotations
@@ -10,11 +10,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from texvol.scene.air import hounsfield_by, hounsfield_range
-from texvol.scene.transfer.files import from_content
 from texvol.scene.transfer.function import TransferFunction
 from texvol.scene.transfer.material_presets import CT_MATERIALS, MATERIALS
 from texvol.scene.transfer.units import Units
@@ -23,7 +23,7 @@ from texvol.util.errors import InputError
 
 Point = tuple[float, tuple[float, float, float], float]  # value, linear colour, extinction per mean edge of the box
 
-# Each CT preset twice: in Hounsfield units, and in shares of the matter's range for rescaled or 8-bit CT.
+# Each CT preset twice: in Hounsfield units, and in fractions of the medium's range for rescaled or 8-bit CT.
 _CT: dict[str, tuple[list[Point], list[Point]]] = {
     "ct-bone": (
         [
@@ -112,6 +112,7 @@ _AS_IT_IS: list[Point] = [(0.0, (1.0, 1.0, 1.0), 0), (1.0, (1.0, 1.0, 1.0), 50)]
 # Of volumes beside the first, which is reddish: far from it and from each other.
 _HUES = ((0.1, 0.65, 1.0), (0.2, 1.0, 0.25), (1.0, 0.2, 0.9), (1.0, 0.9, 0.1))
 
+_PROPOSED: WeakKeyDictionary[Volume, TransferFunction] = WeakKeyDictionary()
 _OF_THE_HISTOGRAM = ("histogram", "contours", "boundaries")
 
 PRESETS: tuple[str, ...] = (*_CT, *_FRACTIONS, *_RAMPS, *CT_MATERIALS, *MATERIALS, *_OF_THE_HISTOGRAM)
@@ -134,10 +135,10 @@ def preset(name: str, volume: Volume, materials: Sequence[str] | None = None) ->
     _check_measured(name, volume)
     content = _content_of(name, volume)
     if content is not None:
-        return from_content(content, name, volume, materials)
+        return TransferFunction.from_content(content, name, volume, materials)
     if materials is not None:
         asked = ", ".join(map(repr, materials))
-        raise InputError(f"the preset {name} has no materials, and {asked} can't be chosen from it")
+        raise InputError(f"materials {asked} not found: the preset {name} has none")
     if name in _CT:
         hounsfield, fractions = _CT[name]
         if _is_hounsfield(volume):
@@ -149,7 +150,7 @@ def preset(name: str, volume: Volume, materials: Sequence[str] | None = None) ->
 def _check_measured(name: str, volume: Volume) -> None:
     if volume.labels and name in PRESETS:
         raise InputError(
-            f"{volume.name}: its values are labels, and the preset {name} is for measured ones; "
+            f"{volume.name}: the preset {name} needs measured values, got labels; "
             "without a transfer function each label has a colour"
         )
 
@@ -157,7 +158,7 @@ def _check_measured(name: str, volume: Volume) -> None:
 def _content_of(name: str, volume: Volume) -> dict[str, Any] | None:
     """A preset as a file would have it, or None if it is made of points alone."""
     if name not in PRESETS:
-        raise InputError(f"there is no preset {name!r}; there are {', '.join(PRESETS)}")
+        raise InputError(f"preset {name!r} not found; known are {', '.join(PRESETS)}")
     if name in _OF_THE_HISTOGRAM:
         from texvol.scene.transfer import histogram
 
@@ -174,11 +175,18 @@ def _content_of(name: str, volume: Volume) -> dict[str, Any] | None:
 
 
 def proposed_for(volume: Volume) -> TransferFunction:
-    """A transfer function that shows something sensible of an unknown volume.
+    """Transfer function for an unknown volume, the same object each time for the same volume.
 
-    Labels in a colour each, see `label_function`; samples that have a colour as they are, denser where there is more;
-    of others their matter, denser where brighter.
+    Labels get a colour each, see `label_function`. Samples with colours of their own keep them, and are the denser the
+    brighter they are. Of other volumes the values above the background show, denser where they are larger.
     """
+    found = _PROPOSED.get(volume)
+    if found is None:
+        found = _PROPOSED[volume] = _proposed(volume)
+    return found
+
+
+def _proposed(volume: Volume) -> TransferFunction:
     if volume.labels:
         from texvol.scene.transfer.labels import label_function
 
@@ -189,7 +197,7 @@ def proposed_for(volume: Volume) -> TransferFunction:
 
 
 def proposed_beside(volume: Volume, number: int) -> TransferFunction:
-    """The same for one of several volumes, in a hue by its number, so that people see which is which."""
+    """Transfer function for one of several unknown volumes, in a hue that depends on its number."""
     proposed = proposed_for(volume)
     if volume.labels or volume.colors is not None:
         return proposed
@@ -218,7 +226,7 @@ def _from_points(points: list[Point], volume: Volume, values: str, name: str) ->
 
 
 def _ramp(name: str) -> list[Point]:
-    """A perceptual colour map, 17 points, with an extinction that grows with the square of the share."""
+    """A perceptual colour map, 17 points, with an extinction that grows with the square of the fraction."""
     from cmap import Colormap
 
     from texvol.util.color import linear_from_srgb

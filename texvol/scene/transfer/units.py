@@ -1,4 +1,4 @@
-"""What the numbers of a transfer-function file stand for: some are relative to a volume."""
+"""Units of the numbers in a transfer-function file, some of them relative to a volume."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _STATISTICS_SAMPLES = 1 << 16  # samples that percentiles are taken from; their 
 
 @dataclass(frozen=True)
 class Units:
-    """Takes the numbers of a file to data and world units.
+    """Conversion of the numbers of a file to data and world units.
 
     Parameters
     ----------
@@ -43,10 +43,10 @@ class Units:
         if self.values == "data":
             return values
         if self.volume is not None and self.volume.labels:
-            raise InputError(f'values in "{self.values}" are of what was measured, and {self.volume.name} has labels')
+            raise InputError(f'values in "{self.values}" need measured values, got labels in {self.volume.name}')
         if self.values == "percentile":
             if not ((values >= 0) & (values <= 100)).all():
-                raise InputError("percentiles lie in [0, 100]")
+                raise InputError("percentiles must be from 0 to 100")
             return percentile_of_sorted(typical_samples(self._wanted), values)
         low, high = self._wanted.finite_range or (0.0, 1.0)
         if self.values == "matter":
@@ -55,12 +55,12 @@ class Units:
 
     @property
     def per_length(self) -> float:
-        """What an extinction or an emission is to be multiplied with."""
+        """Factor of extinctions and emissions."""
         return 1.0 if self.length == "world" else 1.0 / float(np.linalg.norm(self._wanted.box_edges, axis=0).mean())
 
     @property
     def per_gradient(self) -> float:
-        """What a gradient magnitude is to be multiplied with; positive."""
+        """Factor of gradient magnitudes; positive."""
         if self.gradients == "data":
             return 1.0
         low, high = self._wanted.finite_range or (0.0, 0.0)
@@ -75,7 +75,7 @@ class Units:
     @property
     def _wanted(self) -> Volume:
         if self.volume is None:
-            raise InputError("its units depend on the volume: give load(path, volume)")
+            raise InputError("a volume must be given, load(path, volume), since the units depend on it")
         return self.volume
 
 
@@ -94,7 +94,7 @@ def typical_samples(volume: Volume) -> NDArray[np.float64]:
 
 
 def medium_range(volume: Volume) -> tuple[float, float]:
-    """Values between which the volume's matter lies: from where its background ends to its 99.9th percentile.
+    """Values between which the volume's medium lies: from where its background ends to its 99.9th percentile.
 
     The background is the value that most samples have, if it is near the low end and stands for at least a twentieth
     of them; without one the range starts at the 5th percentile.

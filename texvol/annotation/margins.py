@@ -1,17 +1,17 @@
-"""A camera that leaves room for annotation: it looks the same way, from farther off and to the side.
+"""Camera that leaves room for annotation: it keeps its direction, and moves back and sideways.
 
-The box is to lie between x = l and r, y = b and t of the picture, where x and y are across the view over what is half
-the picture's height (orthographic), or over the depth times that (perspective). A corner at (x, y) and depth z, seen
-from an eye that is d farther back and e to the right, lies at
+The box is to lie between x = l and r and between y = b and t of the picture. Here x and y are distances across the view
+divided by half the picture's height (orthographic), or by that times the depth (perspective). A corner at (x, y) and
+depth z, seen from an eye that is d farther back and e farther to the right, lies at
 
     (x - e) / (h (z + d))
 
-so that all corners lie right of l and left of r for some e if and only if
+All corners lie right of l and left of r for some e if and only if
 
     h d (r - l) ≥ max(x - r h z) - min(x - l h z)
 
-which is linear in d; e is then the middle of what is left. Orthographically the same holds with the height for h d, and
-no z. Up and down likewise, and the larger of the two is taken.
+which is linear in d; e is then the middle of the allowed interval. In orthographic projection the height replaces h d,
+and z drops out. The same holds for y; the larger of the two distances is taken.
 """
 
 from __future__ import annotations
@@ -28,23 +28,23 @@ from texvol.annotation.sheet import Sheet
 from texvol.scene.camera import FRAMING_MARGIN, Camera
 from texvol.scene.scene import Scene
 
-# What each part takes of the picture's border, in ems: left, right, top, bottom.
+# Margins of the parts in ems: left, right, top, bottom.
 _TITLE = (0.0, 0.0, 2.2, 0.0)
 _LETTERS = (2.0, 2.0, 2.0, 2.0)
 _SCALE_BAR = (0.0, 0.0, 0.0, 2.6)
 _AXES = (4.5, 2.5, 1.0, 3.5)
 _LEGEND_AIR = 1.2
-_LEAST_LEFT = 0.4  # of the picture along each side that the box keeps: rather that annotation is dropped
+_LEAST_LEFT = 0.4  # least fraction of each side that is left to the box: beyond, annotation has to be left out
 
 
-def framed(camera: Camera, scene: Scene, size: tuple[int, int], annotation: Annotation) -> Camera:
-    """See `annotation.with_room`."""
+def framed_with_margins(camera: Camera, scene: Scene, size: tuple[int, int], annotation: Annotation) -> Camera:
+    """Return the moved camera; see `annotation.with_room`."""
     (left, right), (bottom, top) = _free(scene, size, annotation)
     corners = np.concatenate([
         camera.in_eye_space(volume.corners_from_centre, volume.centre) for volume in scene.volumes
     ])  # fmt: skip
     x, y, z = corners.T
-    # Only the way along the view is chosen; distances are those beyond the target.
+    # Depths are counted from the target, because the eye's distance is what is chosen.
     z = z - float(np.linalg.norm(np.subtract(camera.target, camera.eye)))
     if camera.projection == "orthographic":
         half = max(np.ptp(x) / (right - left), np.ptp(y) / (top - bottom))
@@ -70,7 +70,7 @@ def _moved(camera: Camera, shift: list[float], back: float) -> Camera:
 
 
 def _free(scene: Scene, size: tuple[int, int], annotation: Annotation) -> tuple[tuple[float, float], ...]:
-    """What annotation leaves of the picture: from left to right and from bottom to top, in halves of its height."""
+    """Return the ranges of the picture that annotation leaves free, across and upwards, in half heights."""
     sheet = Sheet(size, check_drawable(annotation, scene), scene.background, annotation.color, annotation.font_size)
     parts = (
         (annotation.title, _TITLE), (annotation.orientation, _LETTERS), (annotation.axes, _AXES),
@@ -82,7 +82,7 @@ def _free(scene: Scene, size: tuple[int, int], annotation: Annotation) -> tuple[
         contents = contents_of(scene, annotation.value_name, None, sheet.letters)
         right += legends_width(sheet, contents) + _LEGEND_AIR * sheet.em * bool(contents)
     elif annotation.legend:
-        right += 2 * _LETTERS[0] * sheet.em + _LEGEND_AIR * sheet.em  # what it says is known only from the picture
+        right += 2 * _LETTERS[0] * sheet.em + _LEGEND_AIR * sheet.em  # an estimate: its numbers are not known yet
     width, height = size
     border = (1 - 1 / FRAMING_MARGIN) / 2 * height
     sides = []

@@ -1,9 +1,9 @@
-"""Scenes on their way to another process: what is large or known by identity goes over once, arrays in shared memory.
+"""Transport of scenes to another process: large objects are sent once, and arrays through shared memory.
 
-The renderer knows volumes, transfer functions, masks and meshes by identity: what it has made of one it keeps for as
-long as it gets the same. So each such object has a number, is sent when it is first needed, and is the same object
-over there for as long as one scene after the other has it. An array of more than a few pages is a memory file that
-both sides map; its descriptor goes through the socket.
+The renderer caches its work by the identity of volumes, transfer functions, masks and meshes. So each such object gets
+a number and is sent when a scene first needs it; the receiver keeps the object for as long as successive scenes need
+it. An array of more than a few pages is a memory file that both processes map; its descriptor is sent through the
+socket.
 """
 
 from __future__ import annotations
@@ -27,17 +27,17 @@ from texvol.scene.transfer import TransferFunction
 from texvol.scene.volume import Volume
 
 _KNOWN_BY_IDENTITY = (Volume, TransferFunction, Mask, AddedVolume, Mesh, Lines)
-_LARGE = 1 << 16  # bytes: what a pipe holds at once
+_LARGE = 1 << 16  # bytes: capacity of a pipe
 
 
-class Shared:
-    """Memory files of arrays, by the arrays' identity: an array has one, whoever it is sent to."""
+class SharedArrays:
+    """Memory files of arrays, one for each array, used by all processes."""
 
     def __init__(self) -> None:
         self._files: dict[int, tuple[NDArray, int]] = {}
 
     def descriptor(self, array: NDArray) -> int:
-        """The memory file with the array's bytes."""
+        """Return the descriptor of the memory file with an array's bytes."""
         if id(array) not in self._files:
             file = os.memfd_create("texvol-array")
             try:
@@ -50,25 +50,25 @@ class Shared:
         return self._files[id(array)][1]
 
     def keep_only(self, arrays: set[int]) -> None:
-        """Close the files of all others; who has mapped one keeps it."""
+        """Close the memory files of all other arrays; existing mappings stay valid."""
         for key in [each for each in self._files if each not in arrays]:
             os.close(self._files.pop(key)[1])
 
     def close(self) -> None:
-        """Close all."""
+        """Close all memory files."""
         self.keep_only(set())
 
 
 class Sender:
-    """This end: packs scenes for one process."""
+    """Sending end: pickles messages for one process."""
 
-    def __init__(self, connection: Connection, shared: Shared) -> None:
+    def __init__(self, connection: Connection, shared: SharedArrays) -> None:
         self._connection, self._shared = connection, shared
-        self._sent: dict[int, Any] = {}  # by identity; held, so that no other object gets its number
+        self._sent: dict[int, Any] = {}  # by identity; kept alive, so that no other object gets the same identity
         self._needed: set[int] = set()
 
     def send(self, message: Any) -> None:
-        """The message, after whatever it needs and the other side has not got."""
+        """Send a message, after the objects that it needs and the receiver does not have."""
         self._needed = set()
         packed = self._packed(message)
         forgotten = [key for key in self._sent if key not in self._needed]
@@ -87,7 +87,7 @@ class Sender:
         return stream.getvalue()
 
     def token_of(self, thing: Any) -> int | None:
-        """The number under which the other side has it, sent now if it has not; None for what is sent by value."""
+        """Return the number of an object, and send the object if needed; None for objects that are sent by value."""
         is_array = type(thing) is np.ndarray and thing.nbytes > _LARGE
         if not is_array and not isinstance(thing, _KNOWN_BY_IDENTITY):
             return None
@@ -95,7 +95,7 @@ class Sender:
         self._needed.add(key)
         if key not in self._sent:
             if is_array:
-                file = self._shared.descriptor(thing)  # first: there may be no room for it
+                file = self._shared.descriptor(thing)  # first, because shared memory may be full
                 self._connection.send_bytes(pickle.dumps(("array", key, thing.dtype.str, thing.shape)))
                 with socket.socket(fileno=os.dup(self._connection.fileno())) as through:
                     socket.send_fds(through, [b"a"], [file])
@@ -108,14 +108,14 @@ class Sender:
         return key
 
     def _keep_parts(self, thing: Any) -> None:
-        """Mark what the object holds as needed, too."""
+        """Mark the parts of an object as needed."""
         for part in vars(thing).values():
             if id(part) in self._sent and id(part) not in self._needed:
                 self.token_of(part)
 
 
 class _Whole:
-    """An object's class and content, to be pickled in spite of its number."""
+    """Class and attributes of an object, for pickling the object itself instead of its number."""
 
     def __init__(self, thing: Any) -> None:
         self.kind, self.content = type(thing), dict(vars(thing))
@@ -136,18 +136,18 @@ class _Pickler(pickle.Pickler):
 
 
 def _read_only(content: dict[Any, Any]) -> MappingProxyType[Any, Any]:
-    return MappingProxyType(content)  # pickle does not find the class by its own name
+    return MappingProxyType(content)  # a function, because pickle does not find MappingProxyType by its name
 
 
 class Receiver:
-    """The other end: unpacks them."""
+    """Receiving end: unpickles messages."""
 
     def __init__(self, connection: Connection) -> None:
         self._connection = connection
         self._known: dict[int, Any] = {}
 
     def receive(self) -> Any:
-        """The next message; EOFError where there will be none."""
+        """Return the next message; raise EOFError if the connection is closed."""
         while True:
             kind, *rest = pickle.loads(self._connection.recv_bytes())
             if kind == "array":
@@ -187,7 +187,7 @@ class _Unpickler(pickle.Unpickler):
 
 def _made(whole: _Whole) -> Any:
     thing = object.__new__(whole.kind)
-    thing.__dict__.update(whole.content)  # as frozen as it was
+    thing.__dict__.update(whole.content)  # also works for frozen dataclasses
     return thing
 
 

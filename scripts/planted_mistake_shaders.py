@@ -1,0 +1,357 @@
+"""Mistakes in the shaders, each in a file of its own at least."""
+
+from __future__ import annotations
+
+from planted_mistake_sources import Mistake
+
+_CLOSED_FORMS = "test_closed_forms_drawn.py"
+_LIT = "test_light_drawn.py -k 'lit_by_the_formula'"
+_SHADOWS = "test_shadows.py -k 'falls_off'"
+_EXTREMES = "test_projection_drawn.py -k 'extremes_are_exact'"
+
+
+def _wrong(signature: str, body: str, words: str, tests: str) -> Mistake:
+    """A function of a shader with another body, which may call the right one."""
+    return Mistake("shaders", signature, "", body, words, tests)
+
+
+def _changed(file: str, old: str, new: str, words: str, tests: str) -> Mistake:
+    """Another text in a file that has no function but main."""
+    return Mistake("shaders", file, old, new, words, tests)
+
+
+IN_SHADERS = (
+    _wrong(
+        "float opacity_from_depth(float x)",
+        "return min(x, 1.0);",
+        "opacity is the optical depth",
+        "test_optics.py -k 'shader'",
+    ),
+    _wrong(
+        "float depth_from_opacity(float opacity)",
+        "return -log(max(1.0 - opacity, 1e-30));",
+        "the depth of a small opacity loses its digits",
+        "test_optics.py -k 'shader'",
+    ),
+    _wrong(
+        "vec4 over(vec4 front, vec4 back)",
+        "return over_right(back, front);",
+        "slabs are composited from back to front",
+        "test_kinds_rendered.py -k 'wrong_order and bone'",
+    ),
+    _wrong(
+        "vec4 texel_at(vec3 position)",
+        "return texel_at_right(position + 0.5 / vec3(textureSize(texels, 0)));",
+        "texels are looked up half a texel off",
+        _EXTREMES,
+    ),
+    _wrong(
+        "vec4 texel_at(vec3 position)",
+        "return texel_at_right(position.zyx);",
+        "two axes of the volume are swapped",
+        _EXTREMES,
+    ),
+    _wrong(
+        "vec3 gradient_of(vec4 texel)",
+        "return gradient_of_right(texel).bgr;",
+        "components of the gradient are swapped",
+        _LIT,
+    ),
+    _wrong(
+        "float weight_at(vec3 position)",
+        "return 1.0 - weight_at_right(position);",
+        "a mask shows what it hides",
+        "test_masks_drawn.py -k 'closed_form'",
+    ),
+    _wrong(
+        "float obliquity_of(vec2 pixel)",
+        "return 1.0 + 1e-20 * obliquity_of_right(pixel);",
+        "oblique rays cross slabs no longer than the middle ray",
+        _CLOSED_FORMS,
+    ),
+    _wrong(
+        "BoxWalk walk_through(Ray ray, real2 interval, float path_length)",
+        ("BoxWalk walk = walk_through_right(ray, interval, path_length); walk.first_fraction = 0.0; return walk;"),
+        "the first slab of a ray counts whole",
+        _CLOSED_FORMS,
+    ),
+    _wrong(
+        "vec2 slab_ends(BoxWalk walk, float slab)",
+        "return vec2(0.0, 1.0);",
+        "end slabs of an X-ray count whole",
+        "test_projection_drawn.py -k 'sums_approach'",
+    ),
+    _wrong(
+        "BoxWalk volume_walk(vec2 pixel, Visible visible, float obliquity)",
+        "BoxWalk walk = volume_walk_right(pixel, visible, obliquity); walk.last_slab += 1.0; return walk;",
+        "each of several volumes goes on for a slab behind its box",
+        "test_several_drawn.py",
+    ),
+    _wrong(
+        "vec2 drawn_slabs(BoxWalk walk, Ray ray, vec2 stack)",
+        "return drawn_slabs_right(walk, ray, stack) + vec2(1.0, 0.0);",
+        "a stack of slabs lacks its first slab",
+        _CLOSED_FORMS,
+    ),
+    _wrong(
+        "real2 interval_between(real2 interval, real low, real high, real position, real direction)",
+        "return interval_between_right(interval, low, real(0.9) * high, position, direction);",
+        "the box ends before its upper faces",
+        _CLOSED_FORMS,
+    ),
+    _wrong(
+        "Ray pixel_ray(vec2 pixel)",
+        "return pixel_ray_right(pixel + 0.5);",
+        "rays pass beside the middles of pixels",
+        _CLOSED_FORMS,
+    ),
+    _wrong(
+        "vec2 pixel_at(vec2 window_position)",
+        "return pixel_at_right(window_position.yx);",
+        "rows and columns of the picture are swapped",
+        _CLOSED_FORMS,
+    ),
+    _wrong(
+        "Visible visible_depths(Ray ray, vec2 window_position)",
+        (
+            "Visible visible = visible_depths_right(ray, window_position); visible.interval.x = real(-1e30); "
+            "return visible;"
+        ),
+        "what lies behind the eye is seen",
+        "test_closed_forms_drawn.py test_render.py -k 'inside'",
+    ),
+    _wrong(
+        "real2 half_space_interval(real2 interval, real4 half_space, Ray ray)",
+        "return half_space_interval_right(interval, -half_space, ray);",
+        "clip planes keep what they cut away",
+        "test_cutting.py -k 'closed_form'",
+    ),
+    _wrong(
+        "bool is_in_brick(real3 position)",
+        "return true;",
+        "shadows of bricks hold what neighbours hold too",
+        "test_shadows.py -k 'bricks'",
+    ),
+    _wrong(
+        "vec3 texture_position(vec3 position)",
+        "return texture_position_right(position) + 1e-3;",
+        "a brick lies a thousandth of its texture off",
+        "test_bricks.py -k 'any_format'",
+    ),
+    _wrong(
+        "vec4 color_of_straight(vec4 medium, float path_length)",
+        "return vec4(medium.rgb, color_of_straight_right(medium, path_length).a);",
+        "straight colour is not multiplied by opacity",
+        _CLOSED_FORMS,
+    ),
+    _wrong(
+        "float mean_fraction(float extinction_in_front, float extinction_behind, float depth, float opacity)",
+        "return 0.5 + 1e-20 * mean_fraction_right(extinction_in_front, extinction_behind, depth, opacity);",
+        "the colour of a slab is that of its middle",
+        "test_closed_forms_drawn.py test_orders.py test_render_convergence.py -k 'integrated'",
+    ),
+    _wrong(
+        (
+            "vec4 color_through(vec4 front, vec4 middle, vec4 behind, float length, vec3 position, vec3 "
+            "step, float depth, float depth_step)"
+        ),
+        "return color_through_right(front, front, behind, length, position, step, depth, depth_step);",
+        "the middle of a slab is looked up at its front",
+        "test_render_convergence.py -k 'integrated'",
+    ),
+    _wrong(
+        "vec4 slab_color_in_run(vec4 texel, float length, float fraction, vec3 position, float depth)",
+        "return slab_color_in_run_right(texel, length, 1.0, position, depth);",
+        "slabs behind the end of a run are drawn",
+        _CLOSED_FORMS,
+    ),
+    _wrong(
+        "void leave_run(SlabRuns runs, inout Progress progress)",
+        "if (progress.slab >= runs.run.y) progress.slab = progress.end;",
+        "only the first runs of slabs are drawn",
+        "test_empty_space.py -k 'leap or skip'",
+    ),
+    _wrong(
+        "vec2 take_run(inout Runs runs, float base)",
+        "vec2 run = take_run_right(runs, base); return vec2(run.x + 1.0, run.y);",
+        "a run of slabs begins one slab late",
+        "test_empty_space.py -k 'leap or skip'",
+    ),
+    _wrong(
+        "float sufficient_opacity(float in_front)",
+        "return 0.5;",
+        "rays end where they are half opaque",
+        _CLOSED_FORMS,
+    ),
+    _wrong(
+        "void draw_cap(BoxWalk walk, inout Progress progress)",
+        "if (walk.is_cut_open) draw_cap_right(walk, progress); progress.color.a *= 0.5;",
+        "caps are translucent",
+        "test_cutting.py -k 'cap'",
+    ),
+    _wrong(
+        "vec3 normal_of(vec3 gradient, float magnitude)",
+        "return normal_of_right(-gradient, magnitude);",
+        "normals point to higher values",
+        _LIT,
+    ),
+    _wrong(
+        "vec3 lit_normal(vec3 normal, vec3 to_eye)",
+        "return normal;",
+        "only one side of a surface is lit",
+        _LIT,
+    ),
+    _wrong(
+        "float transmittance_to_light(int number, vec3 position, vec3 to_light)",
+        "return transmittance_to_light_right(number, position, -to_light);",
+        "shadows are looked up on the far side of a position",
+        "test_shadows.py -k 'nearer_to_the_light or floor'",
+    ),
+    _wrong(
+        "vec3 to_eye_from(vec2 pixel)",
+        "return to_eye_from_right(vec2(0.0) * pixel);",
+        "the eye is in the same direction from every pixel",
+        _LIT,
+    ),
+    _wrong(
+        "vec4 modulated(vec4 medium, float factor)",
+        "return medium * vec4(vec3(factor), 1.0);",
+        "the gradient modulates colour in place of extinction",
+        "test_graded_drawn.py -k 'modulat'",
+    ),
+    _wrong(
+        "float contour_distance(float value, float magnitude, vec3 position)",
+        "return contour_distance_right(value, 0.1 + 1e-6 * magnitude, position);",
+        "a contour has the same width in values everywhere",
+        "test_graded_drawn.py -k 'contour'",
+    ),
+    _wrong(
+        "vec4 cued(vec4 color, float depth)",
+        "return cued_right(cued_right(color, depth), depth);",
+        "a depth cue is applied twice",
+        "test_light_drawn.py -k 'depth_cue'",
+    ),
+    _wrong(
+        "SampleWalk sample_walk(vec3 start, vec3 step, vec3 samples)",
+        "return sample_walk_right(start + 0.5 / samples, step, samples);",
+        "planes of samples lie half a sample off",
+        _EXTREMES,
+    ),
+    _wrong(
+        "vec2 turns_between(vec4 values, float from, float to)",
+        "return vec2(from);",
+        "no maximum is looked for between planes of samples",
+        _EXTREMES,
+    ),
+    _wrong(
+        "vec4 extreme_along(BoxWalk walk, vec2 slabs)",
+        "return extreme_along_right(walk, slabs + vec2(1.0, 0.0));",
+        "the largest value is not looked for in the first slab",
+        _EXTREMES,
+    ),
+    _wrong(
+        "vec4 values_between(BoxWalk walk, float front, float back, float at_front)",
+        "return values_between_right(walk, front, back, at_front).xyzz;",
+        "the end of a piece is looked up a third before it",
+        _EXTREMES,
+    ),
+    _wrong(
+        "vec4 part_of_integral(float value, float fraction)",
+        "return part_of_integral_right(value, fraction) * vec4(0.99, vec3(1.0));",
+        "X-rays lack a hundredth",
+        "test_projection_drawn.py -k 'sums_approach'",
+    ),
+    _wrong(
+        "Piece piece_of(vec4 values, float length, float longest)",
+        "Piece piece = piece_of_right(values, length, longest); piece.above += 1e-3; return piece;",
+        "an isosurface is that of a value a thousandth less",
+        "test_isosurface_drawn.py -k 'where_they_are'",
+    ),
+    _wrong(
+        "vec4 color_of(vec4 glow)",
+        "return vec4(glow.rgb, opacity_from_depth(glow.a));",
+        "the glow of several volumes is not absorbed on its way",
+        "test_several_drawn.py",
+    ),
+    _wrong(
+        "float depth_of_part(vec3 position, float path_length)",
+        "return 0.5 * depth_of_part_right(position, path_length);",
+        "shadows are half as deep",
+        _SHADOWS,
+    ),
+    _wrong(
+        "vec4 medium_of_value(float value)",
+        "return medium_of_value_right(0.99 * value);",
+        "the transfer function is looked up beside the value",
+        "test_ramps.py test_closed_forms_drawn.py",
+    ),
+    _wrong(
+        "bool comes_after(float depth, vec4 other)",
+        "return depth > other.y || (depth == other.y && number >= other.x);",
+        "a surface is met again at its own depth",
+        "test_geometry_drawn.py -k 'quads'",
+    ),
+    _changed(
+        "projection.frag",
+        "* walk.path_length",
+        "* 1.0",
+        "an X-ray forgets how long the path through a slab is",
+        "test_projection_drawn.py -k 'sums_approach'",
+    ),
+    _changed(
+        "corner.vert",
+        "vec4(in_position, 0.0, 1.0)",
+        "vec4(-in_position, 0.0, 1.0)",
+        "a triangle over the whole picture lies elsewhere",
+        _SHADOWS,
+    ),
+    _changed(
+        "slab_stack.vert",
+        "slab_range = in_slab_range;",
+        "slab_range = in_slab_range + 1.0;",
+        "stacks hold the slabs behind their own",
+        _CLOSED_FORMS,
+    ),
+    _changed(
+        "texels.frag",
+        "factor * texelFetch",
+        "texelFetch",
+        "colours beside surfaces keep the scale of the target",
+        "test_geometry_drawn.py -k 'brighter_than_white or any_size'",
+    ),
+    _changed(
+        "surface.vert",
+        "entry(2 * int(in_numbers.y) + 1)",
+        "entry(2 * int(in_numbers.y))",
+        "the kind of a shape is read from its colour",
+        "test_geometry_lines.py -k 'half_its_width'",
+    ),
+    _changed(
+        "held.glsl",
+        "max(number, -3e38)",
+        "min(number, 0.5)",
+        "uniforms that are held in registers are clamped",
+        "test_closed_forms_drawn.py test_light_drawn.py -k 'formula'",
+    ),
+    _changed(
+        "precision.glsl",
+        "#define real3 dvec3",
+        "#define real3 vec3",
+        "rays are in single precision where the rest is in double",
+        "test_shader_files.py -k 'every_cut'",
+    ),
+    _changed(
+        "single_precision.glsl",
+        "#define real float",
+        "#define real double",
+        "half spaces of shadows are in double precision",
+        "test_shader_files.py -k 'every_shadow'",
+    ),
+    _changed(
+        "each_ramp.glsl",
+        "EACH_OF_2(F) F(rise_2, position_2, 2)",
+        "EACH_OF_2(F) F(rise_2, position_2, 1)",
+        "the third ramp is the second again",
+        "test_ramps.py",
+    ),
+)

@@ -1,0 +1,112 @@
+"""Description of a picture for the compositor: the view, the volumes on the device, and what all of them share."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.opengl.projection import Projection
+from texvol.opengl.texture_store import BakedTexture, TextureStore
+from texvol.scene.camera import Camera
+from texvol.scene.cutting import NOT_CUT, Cutting
+from texvol.scene.lighting import DepthCue, Lighting
+from texvol.scene.volume import Volume
+from texvol.slicing.bricks import Brick
+
+# Low and high corner of what a brick may show, in fractions of the box, shape (2, 3); None if it shows nothing.
+VisiblePart = Callable[[Brick], "NDArray[np.float64] | None"]
+# Depths at which each ray enters and leaves an interval, as textures; see surface.frag for their components.
+Interval = tuple[moderngl.Texture, moderngl.Texture]
+
+
+@dataclass(frozen=True)
+class View:
+    """Rays and slabs of a picture.
+
+    Attributes
+    ----------
+    size : (width, height)
+        Pixels.
+    slab_thickness : float
+        World units, plane to plane.
+    origin : array of shape (3,)
+        World point at depth 0, where slab 0 begins.
+    """
+
+    camera: Camera
+    size: tuple[int, int]
+    slab_thickness: float
+    origin: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class DrawnVolume:
+    """One volume on the device.
+
+    Attributes
+    ----------
+    skips : 3D texture, optional
+        Distances to the next change of occupancy, see `cells.Cells`; None where no cell is empty.
+    cells_per_box : (x, y, z)
+        Number of these cells along the edges of the box.
+    lighting : Lighting, optional
+        Light on a medium that the shader classifies; texels of other kinds are lit when they are baked.
+    light_transmittance : 3D texture, optional
+        Transmittance from the nodes of the box to each light that casts shadows.
+    """
+
+    volume: Volume
+    baked: BakedTexture
+    textures: TextureStore
+    visible_part: VisiblePart
+    skips: moderngl.Texture3D | None = None
+    cells_per_box: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    lighting: Lighting | None = None
+    light_transmittance: moderngl.Texture3D | None = None
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """All volumes of a picture, and what they have in common.
+
+    Attributes
+    ----------
+    color_scale : float
+        Factor of the colours in the target.
+    least_transmittance : float
+        A ray that lets this fraction or less of the light through ends.
+    projection : Projection, optional
+        Drawn in place of the medium.
+    interval : pair of textures, optional
+        Part of each ray that is drawn; the whole ray without it.
+    count : bool
+        True if the number of sampled slabs is drawn in place of the colours.
+    """
+
+    view: View
+    volumes: tuple[DrawnVolume, ...]
+    color_scale: float = 1.0
+    least_transmittance: float = 0.0
+    cutting: Cutting = NOT_CUT
+    depth_cue: DepthCue | None = None
+    projection: Projection | None = None
+    interval: Interval | None = None
+    count: bool = False
+
+    @property
+    def first(self) -> DrawnVolume:
+        """The scene's own volume, to which others are added."""
+        return self.volumes[0]
+
+    @property
+    def is_perspective(self) -> bool:
+        """True if the rays diverge."""
+        return self.view.camera.projection == "perspective"
+
+    def counting(self) -> Drawing:
+        """Return the drawing of the number of sampled slabs."""
+        return replace(self, count=True)

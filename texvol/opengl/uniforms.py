@@ -1,0 +1,164 @@
+"""Uniforms and switches of the programs that draw slab stacks; all that depends on the box is worked out in float64."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from texvol.opengl.drawing import Drawing, DrawnVolume, View
+from texvol.opengl.light_uniforms import cue_uniforms, eye_uniforms, light_switches, light_uniforms
+from texvol.scene.cutting import Cutting
+from texvol.scene.volume import Volume
+from texvol.slicing.bricks import Brick
+from texvol.slicing.slabs import SlabStacks
+from texvol.textures.value_texture import ValueTexture
+
+# Switches that are 0 where nothing asks for them.
+NOTHING_SPECIAL = dict.fromkeys(
+    ("RAMPS", "WHOLE_SLABS", "SHALLOW", "EMISSIVE", "MISSING", "GRADIENT", "WEIGHTS")
+    + ("MODULATIONS", "GRADED", "CONTOURS"),
+    0,
+)
+NO_LIGHT = dict.fromkeys(
+    ("LIT", "HEAD_LIGHT", "DIRECTIONAL_LIGHTS", "POINT_LIGHTS", "SPECULAR", "TWO_SIDED", "SHADOWS"), 0
+)
+_ENDS_AHEAD, _LEAST_AHEAD, _MOST_AHEAD = 6.0, 16.0, 64.0  # times the slabs that end a ray, and slabs
+
+
+def picture_switches(drawing: Drawing) -> dict[str, int]:
+    """Switches that all volumes of a picture share."""
+    return {
+        "PERSPECTIVE": int(drawing.is_perspective),
+        "HALF_SPACES": len(drawing.cutting),
+        "INTERVAL": int(drawing.interval is not None),
+        "CUE": int(drawing.depth_cue is not None),
+        "COUNT": int(drawing.count),
+    }
+
+
+def volume_switches(drawn: DrawnVolume, brick: Brick) -> dict[str, int]:
+    """Switches of one volume and the brick of it that is drawn, but for those of its texels."""
+    bricks_and_cells = {"BRICKS": int(not brick.is_whole), "SKIPS": int(drawn.skips is not None)}
+    return light_switches(drawn.lighting) | bricks_and_cells
+
+
+def single_switches(drawing: Drawing, brick: Brick) -> dict[str, int]:
+    """Switches of slab_stack.frag and projection.frag, which draw a single volume."""
+    drawn, view = drawing.first, drawing.view
+    if drawing.projection is not None:
+        assert isinstance(drawn.baked, ValueTexture), "only values are projected"
+        texels = NO_LIGHT | drawing.projection.switches(drawn.baked)
+    else:
+        obliquity = view.camera.largest_obliquity(view.size)
+        texels = NO_LIGHT | NOTHING_SPECIAL | drawn.baked.switches(view.slab_thickness, obliquity)
+        texels |= {"CAPS": int(drawing.cutting.caps), "AT_ONCE": _slabs_at_once(drawing, texels)}
+    return texels | volume_switches(drawn, brick) | picture_switches(drawing)
+
+
+def _slabs_at_once(drawing: Drawing, switches: dict[str, int]) -> int:
+    """Return how many slabs of a run are sampled at a time: more in long runs with few registers for each slab."""
+    is_little = switches["CLASSIFICATION"] == 2 and switches["RAMPS"] and not switches["GRADIENT"] | switches["WEIGHTS"]
+    drawn = drawing.first
+    runs_are_long = drawn.skips is None or drawing.view.slab_thickness <= drawn.volume.smallest_spacing
+    return 4 if is_little and runs_are_long else 2
+
+
+def picture_uniforms(drawing: Drawing, stacks: SlabStacks) -> dict[str, Any]:
+    """Uniforms that all volumes of a picture share."""
+    camera, size = drawing.view.camera, drawing.view.size
+    uniforms: dict[str, Any] = {"eye_depth": stacks.eye_depth, "picture_middle": (size[0] / 2, size[1] / 2)}
+    if drawing.cutting:
+        uniforms["half_spaces"] = half_spaces_in_box(drawing.cutting, drawing.first.volume)
+    if drawing.is_perspective and (drawing.projection is None or drawing.projection.measures_rays):
+        uniforms["tangent_per_pixel"] = 2 * camera.half_height / size[1]
+    return uniforms
+
+
+def volume_uniforms(drawing: Drawing, drawn: DrawnVolume, brick: Brick) -> dict[str, Any]:
+    """Uniforms of one volume and the brick of it that is drawn, but for those of its cells."""
+    uniforms = ray_uniforms(drawn.volume, drawing.view) | _texel_uniforms(drawing, drawn)
+    uniforms |= _lit_uniforms(drawing, drawn)
+    return uniforms if brick.is_whole else uniforms | brick_uniforms(brick)
+
+
+def ray_uniforms(volume: Volume, view: View) -> dict[str, Any]:
+    """Positions of the rays in the box at depth 0, and their steps for a depth of one slab."""
+    rays = view.camera.pixel_rays(view.size, view.origin)
+    box_from_world = volume.index_from_world / np.array(volume.dimensions)[:, np.newaxis]
+    per_slab = box_from_world * view.slab_thickness
+    uniforms: dict[str, Any] = {
+        "point": tuple(0.5 + box_from_world @ (rays.point + (view.origin - volume.centre))),
+        "point_per_column": tuple(box_from_world @ rays.point_per_column),
+        "point_per_row": tuple(box_from_world @ rays.point_per_row),
+        "velocity": tuple(per_slab @ rays.velocity),
+    }
+    if view.camera.projection == "perspective":
+        uniforms["velocity_per_column"] = tuple(per_slab @ rays.velocity_per_column)
+        uniforms["velocity_per_row"] = tuple(per_slab @ rays.velocity_per_row)
+    return uniforms
+
+
+def _texel_uniforms(drawing: Drawing, drawn: DrawnVolume) -> dict[str, Any]:
+    """Uniforms of the texels: a medium, or the values themselves in a projection."""
+    if drawing.projection is not None:
+        assert isinstance(drawn.baked, ValueTexture), "only values are projected"
+        return drawing.projection.uniforms(drawn.baked)
+    scales = {"color_scale": drawing.color_scale, "least_transmittance": drawing.least_transmittance}
+    return scales | drawn.baked.uniforms(drawing.view.slab_thickness)
+
+
+def skip_uniforms(drawing: Drawing) -> dict[str, Any]:
+    """Cells of the box, and in `post` the number of visible slabs that a ray collects before it samples them.
+
+    A ray that ends has collected the slabs behind its end in vain; a ray that goes on waits for its neighbours each
+    time it collects again. So it collects a few times as many slabs as would end it if all were as dense as the
+    densest.
+    """
+    drawn = drawing.first
+    uniforms: dict[str, Any] = {"cells_per_box": drawn.cells_per_box}
+    baked = drawn.baked
+    if drawing.projection is None and isinstance(baked, ValueTexture) and baked.classification == "post":
+        deepest = float(baked.transfer_function.extinctions.max()) * drawing.view.slab_thickness
+        ahead = math.inf
+        if deepest > 0 and drawing.least_transmittance > 0:
+            ahead = -_ENDS_AHEAD * math.log(drawing.least_transmittance) / deepest
+        uniforms["slabs_ahead"] = min(max(ahead, _LEAST_AHEAD), _MOST_AHEAD)
+    return uniforms
+
+
+def _lit_uniforms(drawing: Drawing, drawn: DrawnVolume) -> dict[str, Any]:
+    """Uniforms of lights and of a depth cue; none where there are neither."""
+    view = drawing.view
+    uniforms: dict[str, Any] = {}
+    if drawn.lighting is not None:
+        assert isinstance(drawn.baked, ValueTexture), "texels of other kinds are lit when they are baked"
+        uniforms |= light_uniforms(drawn.lighting, drawn.volume, drawn.baked.largest_gradient)
+        uniforms |= eye_uniforms(drawn.lighting, view.camera, view.size)
+    if drawing.depth_cue is not None:
+        uniforms |= cue_uniforms(drawing.depth_cue, drawn.volume, view.camera, view.slab_thickness, view.origin)
+    return uniforms
+
+
+def half_spaces_in_box(cutting: Cutting, volume: Volume) -> list[tuple[float, ...]]:
+    """Half spaces (a, b, c, d) that keep a x + b y + c z + d ≥ 0, in box coordinates."""
+    normals, distances = cutting.half_spaces(volume)
+    in_box = normals @ volume.box_edges
+    offsets = -0.5 * in_box.sum(axis=1) - distances
+    # Shaders work in single precision and take 1e-30 for 0: a power of two makes it about 1 in a world of any size.
+    _, exponents = np.frexp(np.abs(in_box).max(axis=1, initial=0.0))
+    return [tuple(each) for each in np.ldexp(np.column_stack([in_box, offsets]).T, -exponents).T.tolist()]
+
+
+def brick_uniforms(brick: Brick) -> dict[str, Any]:
+    """Samples of the box that a brick's texture holds, and the part of the box that the brick owns."""
+    low, high = brick.own_range
+    samples, first, per_sample = brick.texture_from_box
+    return {
+        "brick_low": tuple(low),
+        "brick_high": tuple(high),
+        "samples_per_box": tuple(samples),
+        "first_sample": tuple(first),
+        "textures_per_sample": tuple(per_sample),
+    }
