@@ -161,29 +161,10 @@ WRONG = [
     (["render", "v.npy", "-o", "a.png", "--slab-thickness", "1e-12"], "at most 1048576 can be drawn"),
     (["render", "v.npy", "-o", "a.png", "--sampling-rate", "nan"], "sampling rate must be positive"),
     (["render", "v.npy", "-o", "a.png", "--sampling-rate", "1", "--slab-thickness", "1"], "not allowed with"),
-<<<<<<< HEAD
     (["render", "v.npy", "-o", "a.png", "--texture-memory", "0"], "must be a number of megabytes over 0"),
     (["render", "v.npy", "-o", "a.png", "--texture-memory", "nan"], "must be a number of megabytes over 0"),
     (["render", "v.npy", "-o", "a.png", "--texture-memory", "1e308"], "must be a number of megabytes over 0"),
     (["render", "v.npy", "-o", "a.png", "--texture-memory", "-1"], "must be a number of megabytes over 0"),
-=======
-    (
-        ["render", "v.npy", "-o", "a.png", "--texture-memory", "0"],
-        "must be a number of megabytes over 0 and under 1e12",
-    ),
-    (
-        ["render", "v.npy", "-o", "a.png", "--texture-memory", "nan"],
-        "must be a number of megabytes over 0 and under 1e12",
-    ),
-    (
-        ["render", "v.npy", "-o", "a.png", "--texture-memory", "1e308"],
-        "must be a number of megabytes over 0 and under 1e12",
-    ),
-    (
-        ["render", "v.npy", "-o", "a.png", "--texture-memory", "-1"],
-        "must be a number of megabytes over 0 and under 1e12",
-    ),
->>>>>>> main
     (["render", "v.npy", "-o", "a.png", "--texture-memory", "much"], "must be a number"),
     (["render", "v.npy", "-o", "a.png", "--early-termination", "1"], "transmittance of at least 0 and under 1"),
     (["render", "v.npy", "-o", "a.png", "--early-termination", "-0.1"], "transmittance of at least 0 and under 1"),
@@ -285,14 +266,7 @@ def test_an_error_that_cannot_be_kept_is_said(folder: Path, capsys: pytest.Captu
 
 @pytest.mark.parametrize(
     "redirection, message",
-<<<<<<< HEAD
     [(">/dev/full", "standard output: cannot be written: No space left"), (">&-", "standard output is closed")],
-=======
-    [
-        (">/dev/full", "standard output: cannot be written: No space left on device"),
-        (">&-", "standard output is closed"),
-    ],
->>>>>>> main
 )
 def test_output_that_goes_nowhere_is_said(folder: Path, redirection: str, message: str) -> None:
     command = f"{sys.executable} -m texvol info v.npy {redirection}"

@@ -82,16 +82,8 @@ BOMBS = {
     "digits.nhdr": (NRRD % b"raw" + b"data file: f%099999d.raw 1 3 1\n", "such as %03d"),
     "digits2.nhdr": (NRRD % b"raw" + b"data file: f%0999999999d.raw 1 3 1\n", "such as %03d"),
     "words.nhdr": (NRRD % b"raw" + b"data file: f%s.raw 1 3 1\n", "such as %03d"),
-<<<<<<< HEAD
     "many.nhdr": (NRRD % b"raw" + b"data file: f%d.raw 1 99999999 1\n", "must be 1 to 100000, got 99999999"),
     "none.nhdr": (NRRD % b"raw" + b"data file: f%d.raw 1 3 0\n", "must be 1 to 100000, got 0"),
-=======
-    "many.nhdr": (
-        NRRD % b"raw" + b"data file: f%d.raw 1 99999999 1\n",
-        "its data files must be 1 to 100000, got 99999999",
-    ),
-    "none.nhdr": (NRRD % b"raw" + b"data file: f%d.raw 1 3 0\n", "its data files must be 1 to 100000, got 0"),
->>>>>>> main
     "digits.mhd": (MHA % b"f%099999d.raw 1 3 1", "such as %03d"),
     "many.mhd": (MHA % b"f%d.raw 1 99999999 1", "must be 1 to 100000, got 99999999"),
     "z.ome.tif": (ome(100000000, 1, 1), "100000001 planes, but the file has 2 pages"),

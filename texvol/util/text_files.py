@@ -80,7 +80,7 @@ def read_text(path: str | os.PathLike[str], kind: str, most_bytes: int) -> str:
         raise InputError(f"{path}: cannot be read: {error.strerror}") from None
     if len(content) > most_bytes:
         size = max(size, len(content))
-        raise InputError(f"{path}: must have at most {most_bytes} bytes, got {size}")
+        raise InputError(f"{path}: is too long: must have at most {most_bytes} bytes, got {size}")
     try:
         return content.decode("utf-8")
     except UnicodeDecodeError:
@@ -99,7 +99,7 @@ def read_toml(path: str | os.PathLike[str]) -> dict[str, Any]:
 
     text = read_text(path, "TOML", MOST_TOML_BYTES).replace("\r\n", "\n")
     if _LONG_KEY.search(text):
-        raise InputError(f"{path}: a key of this TOML file has too many parts: {_LONGEST_KEY} or more")
+        raise InputError(f"{path}: is TOML with a key of {_LONGEST_KEY} parts or more")
     try:
         content = tomllib.loads(text)
     except RecursionError:
