@@ -230,14 +230,14 @@ def test_a_negative_value_after_each_option_that_takes_numbers() -> None:
     assert scene("--light", "-.5,-1e-3,-2").lighting == Lighting((Light("directional", (-0.5, -1e-3, -2)),))
 
 
-COLOUR = "colour is three numbers from 0 upwards"
+COLOUR = "colour must be three numbers of at least 0"
 WRONG = [
-    (["--light", "sun"], "--light: a light is head, directional:X,Y,Z, X,Y,Z, point:X,Y,Z"),
-    (["--light", ""], "a light is head"),
-    (["--light", "3"], "a light is head"),
-    (["--light", "depth:1"], "a light is head"),
-    (["--light", "head:1:2"], "a light is head"),
-    (["--light", "point:1,2,3:1:2"], "a light is head"),
+    (["--light", "sun"], "--light: must be head, directional:X,Y,Z, X,Y,Z, point:X,Y,Z"),
+    (["--light", ""], "must be head"),
+    (["--light", "3"], "must be head"),
+    (["--light", "depth:1"], "must be head"),
+    (["--light", "head:1:2"], "must be head"),
+    (["--light", "point:1,2,3:1:2"], "must be head"),
     (["--light", "directional"], "--light: a directional light needs a direction, three numbers x, y, z"),
     (["--light", "directional:"], "a directional light needs a direction"),
     (["--light", "point"], "a point light needs a position, three numbers x, y, z"),
@@ -261,10 +261,10 @@ WRONG = [
         )
     ),
     (["--two-sided=yes"], "--two-sided"),
-    (["--gradient", "sobel"], "the estimator is one of central, zucker-hummel, gaussian, and not 'sobel'"),
+    (["--gradient", "sobel"], "kind must be one of central, zucker-hummel, gaussian, got 'sobel'"),
     (["--gradient", "central:2"], "must be central, zucker-hummel or gaussian[:SCALE], got 'central:2'"),
     (["--gradient", "gaussian:"], "must be gaussian:SCALE, with SCALE a number of samples, got ''"),
-    (["--gradient", "gaussian:-1"], "the scale is from 0.1 to 100 samples, and is -1.0"),
+    (["--gradient", "gaussian:-1"], "scale must be from 0.1 to 100 samples, got -1.0"),
     (["--gradient", "gaussian:nan"], "must be gaussian:SCALE, with SCALE a number of samples, got 'nan'"),
     (["--depth-cue", "1.5"], "--depth-cue: strength must be from 0 to 1, got 1.5"),
     (["--depth-cue", "-0.5"], "strength must be from 0 to 1, got -0.5"),
@@ -275,8 +275,8 @@ WRONG = [
         ["--tf", "table-5-1", "--materials", "bone,"],
         "--materials: must be names separated by commas, got 'bone,'",
     ),
-    (["--tf", "table-5-1", "--materials", "bone,gold"], "there is no material 'gold'; there are"),
-    (["--tf", "viridis", "--materials", "bone"], "viridis has no materials"),
+    (["--tf", "table-5-1", "--materials", "bone,gold"], "material 'gold' not found"),
+    (["--tf", "viridis", "--materials", "bone"], "the preset viridis has none"),
     (["--mode", "mop"], "--mode: must be one of composite, xray, mip, minip, average, isosurface, got 'mop'"),
     (["--mode", "isosurface"], "--mode isosurface needs --isovalue V"),
     (["--isovalue", "3"], "--isovalue needs --mode isosurface, got --mode composite"),
@@ -293,11 +293,11 @@ WRONG = [
 ]
 
 WRONG_FILES = [
-    ('light = "sun"', "scene.toml: light: a light is head"),
-    ("light = []", "scene.toml: light: a light is head"),
-    ("light = true", "scene.toml: light is text, a number or an array"),
+    ('light = "sun"', "scene.toml: light: must be head"),
+    ("light = []", "scene.toml: light: must be head"),
+    ("light = true", "scene.toml: light must be text, a number or an array"),
     ("light = [-1, 2]", "scene.toml: light: must be a direction X,Y,Z, got '-1,2'"),
-    ('light = ["head", "none"]', "light: none goes with no other light"),
+    ('light = ["head", "none"]', "light: none must be the only light"),
     ('light = {kind = "point"}', "scene.toml: light: a point light needs a position, three numbers x, y, z"),
     ('light = {kind = "directional", color = 2}', "a directional light needs a direction"),
     ('light = {kind = "directional", direction = []}', "a directional light needs a direction"),
@@ -312,8 +312,8 @@ WRONG_FILES = [
     ("light = {direction = [1, 2, 3]}", "must be one of head, directional, point, ambient, depth, none, got 'nothing'"),
     ("ambient = -0.1", "scene.toml: ambient: must be a number of at least 0, got '-0.1'"),
     ("ambient = nan", "scene.toml: ambient: must be a number of at least 0, got 'nan'"),
-    ("ambient = true", "scene.toml: ambient is text, a number or an array"),
-    ("ambient = {a = 1}", "scene.toml: ambient is text, a number or an array"),
+    ("ambient = true", "scene.toml: ambient must be text, a number or an array"),
+    ("ambient = {a = 1}", "scene.toml: ambient must be text, a number or an array"),
     ("shadows = 1", "scene.toml: shadows must be true or false, got 1"),
     ('two-sided = "yes"', "scene.toml: two-sided must be true or false, got 'yes'"),
     ("depth-cue = [0.5, 1]", "scene.toml: depth-cue: must be a strength S, or S,R,G,B, got '0.5,1'"),

@@ -127,7 +127,7 @@ def test_a_step_that_is_not_there_is_refused_with_their_number(tmp_path: Path, n
     with pytest.raises(InputError, match=rf"^{path}: time step {step} does not exist: it has 4 steps, from 0$"):
         TimeSeries(path)[step]
     if step > 0:
-        with pytest.raises(InputError, match=rf"^{path}: --time {step} is not in 0\.\.3: it has 4 time steps$"):
+        with pytest.raises(InputError, match=rf"^{path}: --time must be in 0\.\.3, got {step}: it has 4 time steps$"):
             load(path, time=step)
 
 

@@ -152,9 +152,9 @@ def test_what_has_no_file_has_to_be_given() -> None:
 @pytest.mark.parametrize(
     ("drawn_as", "given_as", "words"),
     [
-        ({"labels": True}, {}, "of labels, and volume has values"),
-        ({}, {"labels": True}, "of values, and volume has labels"),
-        ({"colors": np.ones((4, 5, 6, 3))}, {}, "of colors, and volume has values"),
+        ({"labels": True}, {}, "of labels, got values in volume"),
+        ({}, {"labels": True}, "of values, got labels in volume"),
+        ({"colors": np.ones((4, 5, 6, 3))}, {}, "of colors, got values in volume"),
         ({"colors": np.ones((4, 5, 6, 3))}, {"colors": np.zeros((4, 5, 6, 3))}, "other values"),
     ],
 )
@@ -195,11 +195,11 @@ def _wrong() -> Iterator[tuple[str, list[Any], Any, str]]:
     yield "a volume without its place", ["added", 1, "spacing"], None, "added volume 2 of the scene .* lacks spacing"
     yield "matter as text", ["added", 0, "transfer_function"], "fog", "transfer function"
     yield "another kind", ["added", 1, "kind"], "vectors", "must be labels or colors, got 'vectors'"
-    yield "no kind", ["added", 1, "kind"], None, "of values, and labels.npy has labels"
+    yield "no kind", ["added", 1, "kind"], None, "of values, got labels in labels.npy"
     yield "half a transform", ["source", "transform"], [[1, 0, 0, 0]], "must be 4 rows of numbers"
     yield "a flat transform", ["source", "transform"], np.diag([1, 1, 0, 1]).tolist(), "must not be singular"
     yield "no number", ["source", "transform"], [[1, 0, 0, "x"]] * 4, "must be a number"
-    yield "a switch as a number", ["added", 1, "source", "labels"], 1, "labels is 1"
+    yield "a switch as a number", ["added", 1, "source", "labels"], 1, "labels has the wrong type: 1"
 
 
 WRONG = list(_wrong())

@@ -318,7 +318,7 @@ def test_a_missing_value_keeps_all_its_digits() -> None:
 @pytest.mark.parametrize("value", ["x", "nan", ""])
 def test_the_line_takes_numbers_only(folder: Path, value: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["info", "first.npy", "--missing", value]) == 2
-    wanted = "must be a number, got NaN" if value == "nan" else "a number is wanted"
+    wanted = "must be a number, got NaN" if value == "nan" else "must be a number"
     assert f"--missing: {wanted}" in capsys.readouterr().err
 
 

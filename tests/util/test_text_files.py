@@ -85,7 +85,7 @@ def test_toml_that_cannot_be_used_is_refused(tmp_path: Path, kind: str, what: st
 @pytest.mark.parametrize("key", ["tf", "mask", "mesh", "volume", "transform"])
 def test_a_nul_in_a_name_of_a_scene_file_is_refused(tmp_path: Path, key: str) -> None:
     (tmp_path / "a.toml").write_text(f'{key} = "b\\u0000.npy"\n')
-    assert "has a NUL" in refusal(TOML["scene"], tmp_path / "a.toml")
+    assert "with a NUL" in refusal(TOML["scene"], tmp_path / "a.toml")
 
 
 BAD_JSON = {
@@ -158,7 +158,7 @@ def test_files_are_of_a_bounded_size(tmp_path: Path, kind: str) -> None:
     path = tmp_path / f"a{ENDINGS.get(kind, '.toml')}"
     with path.open("wb") as file:
         file.truncate(1 << 40)
-    assert "is too long: 1099511627776 bytes" in refusal((TOML | JSON | OTHERS)[kind], path)
+    assert "got 1099511627776" in refusal((TOML | JSON | OTHERS)[kind], path)
 
 
 @pytest.mark.parametrize("kind", [*TOML, *JSON, "transform"])

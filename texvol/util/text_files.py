@@ -80,7 +80,7 @@ def read_text(path: str | os.PathLike[str], kind: str, most_bytes: int) -> str:
         raise InputError(f"{path}: cannot be read: {error.strerror}") from None
     if len(content) > most_bytes:
         size = max(size, len(content))
-        raise InputError(f"{path}: must have at most {most_bytes} bytes, got {size}")
+        raise InputError(f"{path}: is too long: must have at most {most_bytes} bytes, got {size}")
     try:
         return content.decode("utf-8")
     except UnicodeDecodeError:
@@ -99,14 +99,14 @@ def read_toml(path: str | os.PathLike[str]) -> dict[str, Any]:
 
     text = read_text(path, "TOML", MOST_TOML_BYTES).replace("\r\n", "\n")
     if _LONG_KEY.search(text):
-        raise InputError(f"{path}: a key of this TOML file has too many parts: {_LONGEST_KEY} or more")
+        raise InputError(f"{path}: is TOML with a key of {_LONGEST_KEY} parts or more")
     try:
         content = tomllib.loads(text)
     except RecursionError:
-        raise InputError(f"{path}: TOML has {_too_deep()}") from None
+        raise InputError(f"{path}: is TOML with {_too_deep()}") from None
     except ValueError as error:  # TOMLDecodeError, and what int() says of too many digits
         raise InputError(f"{path}: is not TOML: {_reason(error)}") from None
-    _check_content(content, f"{path}: TOML")
+    _check_content(content, f"{path}: is TOML with")
     return content
 
 
@@ -121,10 +121,10 @@ def parsed_json(text: str, name: str) -> Any:
     try:
         content = json.loads(text, object_pairs_hook=_without_duplicates)
     except RecursionError:
-        raise InputError(f"{name}: JSON has {_too_deep()}") from None
+        raise InputError(f"{name}: is JSON with {_too_deep()}") from None
     except ValueError as error:
         raise InputError(f"{name}: is not JSON: {_reason(error)}") from None
-    _check_content(content, f"{name}: JSON")
+    _check_content(content, f"{name}: is JSON with")
     return content
 
 
@@ -144,13 +144,13 @@ def _check_content(content: Any, fault: str) -> None:
     while level:
         depth += 1
         if depth > DEEPEST + 1:  # the innermost level holds numbers and texts
-            raise InputError(f"{fault} has {_too_deep()}")
+            raise InputError(f"{fault} {_too_deep()}")
         for each in level:
             if isinstance(each, int) and abs(each) > _LARGEST:
-                raise InputError(f"{fault} has a number that is too large")
+                raise InputError(f"{fault} a number that is too large")
             for text in each if isinstance(each, dict) else (each,):
                 if isinstance(text, str) and _NO_CHARACTER.search(text):
-                    raise InputError(f"{fault} has a text with a NUL or half of a surrogate pair: {text[:60]!r}")
+                    raise InputError(f"{fault} a text with a NUL or half of a surrogate pair: {text[:60]!r}")
         level = list(chain.from_iterable(_inner(each) for each in level if isinstance(each, dict | list)))
 
 
