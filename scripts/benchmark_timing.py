@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from texvol import Renderer, Scene
-from texvol.report.fingerprint import fingerprint
+from texvol.report.measuring import fingerprint
 
 Key = TypeVar("Key", bound=Hashable)
 _MILLISECONDS = 1e3

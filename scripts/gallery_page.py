@@ -7,7 +7,7 @@ from html import escape
 
 from gallery_entries import Entry
 
-from texvol.report.pictures import data_url
+from texvol.formats.pictures.page_pictures import data_url
 
 _STYLE = """
 body { font: 15px/1.45 system-ui, sans-serif; margin: 0; color: #222; background: #f4f4f2 }

@@ -121,7 +121,7 @@ _UPPER = (
         "test_orbit.py -k 'single_pictures or first_view_is_the_picture'",
     ),
     Mistake(
-        *("output", "sequences:standing_for"),
+        *("output", "sequences:representative_volume"),
         *("np.linspace(0, len(series) - 1, _STEPS)", "np.linspace(0, 0, _STEPS)"),
         "a series is judged by its first step",
         "test_sequences.py -k 'adapts'",

@@ -269,7 +269,7 @@ def test_the_ink_is_told_from_the_background(background: tuple[float, float, flo
 
 
 def test_a_picture_of_another_size_is_refused() -> None:
-    with pytest.raises(InputError, match="a picture of 200x160 is wanted, and its shape is \\(160, 201, 4\\)"):
+    with pytest.raises(InputError, match=r"must have shape \(160, 200, 4\) for size 200x160, got \(160, 201, 4\)"):
         annotate(np.zeros((160, 201, 4)), scene_of(), SIZE, Annotation(box=True))
 
 

@@ -163,7 +163,7 @@ def test_modes_of_numbers_show_their_window() -> None:
         found.bar.colors(np.array([8, 9.0, 12])), linear_from_srgb(np.array([[0], [0.25], [1]])) * [1, 1, 1]
     )
     assert content_of(scene, "HU", (10, 4)).caption == "HU × mm"
-    with pytest.raises(InputError, match="the legend of mode xray needs the window"):
+    with pytest.raises(InputError, match="window is missing; the legend of mode xray needs the window"):
         content_of(scene, "", None)
     for air, said in ((-100.5, "HU above −100.5 × mm"), (0, "HU × mm"), ("hounsfield", "mm of water")):
         assert content_of(Scene(RAMP, mode="xray", air=air), "HU", (10, 4)).caption == said

@@ -32,7 +32,7 @@ def test_all_letters_of_units_and_numbers_are_there() -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("heart 心", "title: the font DejaVu Sans has no letter '心' \\(U\\+5FC3\\): give a font that has"),
+        ("heart 心", "title: the font DejaVu Sans has no letter '心' \\(U\\+5FC3\\); choose another font"),
         ("\x07", "has no letter '\\\\x07'"),
         ("\ud83d", "has no letter"),
         ("שלום", "is written from right to left"),
@@ -111,7 +111,7 @@ def test_what_is_asked_for_is_checked() -> None:
     assert [bool(Annotation.of([part])) for part in PARTS] == [True] * len(PARTS)
     assert not Annotation()
     assert not Annotation(title="  ", value_name="HU")
-    with pytest.raises(InputError, match="there is box, axes, orientation, legend, scale-bar, and no 'boxes'"):
+    with pytest.raises(InputError, match="part must be one of box, axes, orientation, legend, scale-bar, got 'boxes'"):
         Annotation.of(["boxes"])
     for wrong in ({"color": (1, 2, 0)}, {"color": "red"}, {"font_size": 0}, {"font_size": np.nan}, {"title": 3},
                   {"value_name": None}):  # fmt: skip

@@ -123,9 +123,9 @@ def test_a_series_has_the_air_of_all_its_steps(tmp_path, monkeypatch):
     [
         (["--air", "nan"], "finite number, hounsfield or none"),
         (["--air", "thin"], "finite number, hounsfield or none, got 'thin'"),
-        (["--air", "0", "--mode", "average"], "--air is for --mode xray, and the mode is average"),
-        (["--air", "0", "--mode", "composite"], "--air is for --mode xray, and the mode is composite"),
-        (["--coloring", "tf", "--window", "1,2"], "--window is for --coloring grey"),
+        (["--air", "0", "--mode", "average"], "--air needs --mode xray, got --mode average"),
+        (["--air", "0", "--mode", "composite"], "--air needs --mode xray, got --mode composite"),
+        (["--coloring", "tf", "--window", "1,2"], "--window needs --coloring grey"),
         (["--coloring", "gray"], "one of grey, tf"),
     ],
 )
@@ -172,7 +172,7 @@ def test_nrrd_and_netcdf_say_the_unit_of_their_values(tmp_path, capsys):
 
 def test_info_says_what_values_are_taken_for(volume, capsys):
     assert main(["info", "ct.npy"]) == 0
-    assert "taken for Hounsfield units" in capsys.readouterr().out
+    assert "assumed to be Hounsfield units" in capsys.readouterr().out
     np.save("other.npy", np.clip(ct(), 0, 50))
     assert main(["info", "other.npy"]) == 0
     assert "ounsfield" not in capsys.readouterr().out

@@ -140,12 +140,12 @@ WRONG = [
     (["paint", "v.npy"], "invalid choice"),
     (["render", "v.npy"], "required: -o/--output"),
     (["render", "missing.npy", "-o", "a.png"], "missing.npy"),
-    (["render", "v.npy", "-o", "a.bmp"], "a.bmp: a picture's name ends with"),
+    (["render", "v.npy", "-o", "a.bmp"], "a.bmp: the name of a picture must end with"),
     (["render", "v.npy", "-o", "no/a.png"], "folder no does not exist"),
     (["render", "v.npy", "-o", "a.png", "--stats", "no/s.json"], "no/s.json"),
     (["render", "v.npy", "-o", "a.png", "--size", "0x10"], "size 0x10"),
-    (["render", "v.npy", "-o", "a.png", "--size", "10"], "a size is WxH"),
-    (["render", "v.npy", "-o", "a.png", "--size", "-3x4"], "a size is WxH"),
+    (["render", "v.npy", "-o", "a.png", "--size", "10"], "must be WIDTHxHEIGHT"),
+    (["render", "v.npy", "-o", "a.png", "--size", "-3x4"], "must be WIDTHxHEIGHT"),
     (["render", "v.npy", "-o", "a.png", "--size", "999999x4"], "a picture has 1 to"),
     (["render", "v.npy", "-o", "a.png", "--eye", "1,2,3", "--target", "1,2,3"], "eye and target must differ"),
     (["render", "v.npy", "-o", "a.png", "--eye", "1,2"], "three numbers"),
@@ -155,21 +155,33 @@ WRONG = [
     (["render", "v.npy", "-o", "a.png", "--height", "-1"], "height must be positive"),
     (["render", "v.npy", "-o", "a.png", "--projection", "fisheye"], "orthographic, perspective"),
     (["render", "v.npy", "-o", "a.png", "--background", "0,nan,0"], "a colour is"),
-    (["render", "v.npy", "-o", "a.png", "--tf", "nothing"], "neither a .json file nor a preset"),
+    (["render", "v.npy", "-o", "a.png", "--tf", "nothing"], "must be a .json file or a preset"),
     (["render", "v.npy", "-o", "a.png", "--tf", "nothing.json"], "nothing.json: cannot be read"),
     (["render", "v.npy", "-o", "a.png", "--slab-thickness", "0"], "slab thickness must be positive"),
     (["render", "v.npy", "-o", "a.png", "--slab-thickness", "1e-12"], "at most 1048576 can be drawn"),
     (["render", "v.npy", "-o", "a.png", "--sampling-rate", "nan"], "sampling rate must be positive"),
     (["render", "v.npy", "-o", "a.png", "--sampling-rate", "1", "--slab-thickness", "1"], "not allowed with"),
-    (["render", "v.npy", "-o", "a.png", "--texture-memory", "0"], "megabytes between 0 and 1e12"),
-    (["render", "v.npy", "-o", "a.png", "--texture-memory", "nan"], "megabytes between 0 and 1e12"),
-    (["render", "v.npy", "-o", "a.png", "--texture-memory", "1e308"], "megabytes between 0 and 1e12"),
-    (["render", "v.npy", "-o", "a.png", "--texture-memory", "-1"], "megabytes between 0 and 1e12"),
-    (["render", "v.npy", "-o", "a.png", "--texture-memory", "much"], "a number is wanted"),
+    (
+        ["render", "v.npy", "-o", "a.png", "--texture-memory", "0"],
+        "must be a number of megabytes over 0 and under 1e12",
+    ),
+    (
+        ["render", "v.npy", "-o", "a.png", "--texture-memory", "nan"],
+        "must be a number of megabytes over 0 and under 1e12",
+    ),
+    (
+        ["render", "v.npy", "-o", "a.png", "--texture-memory", "1e308"],
+        "must be a number of megabytes over 0 and under 1e12",
+    ),
+    (
+        ["render", "v.npy", "-o", "a.png", "--texture-memory", "-1"],
+        "must be a number of megabytes over 0 and under 1e12",
+    ),
+    (["render", "v.npy", "-o", "a.png", "--texture-memory", "much"], "must be a number"),
     (["render", "v.npy", "-o", "a.png", "--early-termination", "1"], "transmittance from 0 to under 1"),
     (["render", "v.npy", "-o", "a.png", "--early-termination", "-0.1"], "transmittance from 0 to under 1"),
     (["render", "v.npy", "-o", "a.png", "--early-termination", "nan"], "transmittance from 0 to under 1"),
-    (["render", "v.npy", "-o", "a.png", "--repeat", "0"], "draws at least once"),
+    (["render", "v.npy", "-o", "a.png", "--repeat", "0"], "--repeat must be at least 1"),
     (["render", "v.npy", "-o", "a.png", "--max-error", "-1"], "maximum error must be positive"),
     (["render", "v.npy", "-o", "a.png", "--max-error", "1", "--sampling-rate", "1"], "not allowed with"),
     (["render", "v.npy", "-o", "a.png", "--stats", "."], "is a folder"),
@@ -190,7 +202,7 @@ WRONG = [
     (["render", "v.npy", "-o", "a.png", "--scene", "wrong.toml"], "wrong.toml: size: a size is WxH"),
     (["raycast", "v.npy", "-o", "a.png", "--size", "0x0"], "size 0x0"),
     (["demo", "-o", "no/a.png"], "folder no does not exist"),
-    (["demo", "-o", "a.txt"], "a.txt: a picture's name ends with"),
+    (["demo", "-o", "a.txt"], "a.txt: the name of a picture must end with"),
 ]
 
 
@@ -266,7 +278,10 @@ def test_an_error_that_cannot_be_kept_is_said(folder: Path, capsys: pytest.Captu
 
 @pytest.mark.parametrize(
     "redirection, message",
-    [(">/dev/full", "standard output cannot be written to: No space left on device"), (">&-", "no standard output")],
+    [
+        (">/dev/full", "standard output: cannot be written: No space left on device"),
+        (">&-", "standard output is closed"),
+    ],
 )
 def test_output_that_goes_nowhere_is_said(folder: Path, redirection: str, message: str) -> None:
     command = f"{sys.executable} -m texvol info v.npy {redirection}"

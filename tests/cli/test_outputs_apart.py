@@ -59,5 +59,5 @@ def test_a_file_without_a_name_is_refused(
 ) -> None:
     before = sorted(os.listdir())
     assert main(line) == 2
-    assert "the name of a file is wanted" in capsys.readouterr().err
+    assert "must be the name of a file" in capsys.readouterr().err
     assert sorted(os.listdir()) == before

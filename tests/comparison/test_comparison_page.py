@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 from support.compared_pictures import blob, filled, outcome_of
 
+from texvol.comparison import page as page_module
 from texvol.comparison.entries import entry_of, excess
 from texvol.comparison.histogram import histogram
-from texvol.comparison.html_parts import data_element
 from texvol.comparison.limits import ONE_DRIVER
 from texvol.comparison.outcome import examine
 from texvol.comparison.page import comparison_page
@@ -75,8 +75,10 @@ def test_names_and_facts_are_text() -> None:
     assert parsed.text.count(ODD) == 10
 
 
-def test_what_ends_a_script_does_not_end_the_data() -> None:
-    assert "i" not in Parsed(data_element("facts", ["</script><i>"])).tags
+def test_what_ends_a_script_does_not_end_the_data(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(page_module, "_viewer_data", lambda *_: ["</script><i>"])
+    page = comparison_page(shifted())
+    assert "u003ci" in page and "i" not in Parsed(page).tags
 
 
 def test_the_page_says_what_a_reader_wants_to_know() -> None:

@@ -166,7 +166,7 @@ def test_arrays_are_pictures_too(dtype: str) -> None:
 
 @pytest.mark.parametrize("shape", [(4,), (2, 3, 5), (0, 3, 3), (2, 2, 3, 4)])
 def test_arrays_of_other_shapes_are_refused(shape: tuple[int, ...]) -> None:
-    with pytest.raises(InputError, match="a picture is"):
+    with pytest.raises(InputError, match="shape must be"):
         Picture.of_array(np.zeros(shape, np.float32))
     with pytest.raises(InputError, match="int64"):
         Picture.of_array(np.zeros((2, 2), np.int64))
@@ -224,12 +224,12 @@ def bitmap(path: Path) -> None:
     ("name", "make", "words"),
     [
         ("deep.exr", deep, "deep"),
-        ("parts.exr", multi_part, "several pictures"),
+        ("parts.exr", multi_part, "one picture, got several"),
         ("c.jpg", cmyk_jpeg, "CMYK"),
         ("s.png", sixteen_bit_png, "16 bits"),
         ("m.exr", many_channels, "channel4"),
-        ("p.tif", pages, "several pictures"),
-        ("d.png", folder, "is a folder"),
+        ("p.tif", pages, "one picture, got several"),
+        ("d.png", folder, "got a folder"),
         ("b.bmp", bitmap, "bmp"),
         ("gone.exr", lambda path: None, "No such file"),
         ("empty.png", lambda path: path.touch(), "cannot be read"),
@@ -288,7 +288,7 @@ def test_a_header_cannot_ask_for_more_than_the_file_holds(tmp_path: Path) -> Non
     assert output.open(str(tmp_path / "wide.exr"), spec)
     assert output.write_image(np.zeros((2, 2, 4), np.float32))
     output.close()
-    with pytest.raises(InputError, match="8000 × 8000 pixels of 4 channels: more than they can be"):
+    with pytest.raises(InputError, match="cannot hold 8000 × 8000 pixels of 4 channels"):
         read_picture(tmp_path / "wide.exr")
 
 
@@ -305,7 +305,7 @@ def test_tiles_that_are_far_larger_than_their_picture_are_refused(tmp_path: Path
     content = path.read_bytes()
     tiles = content.index(b"tiles\0tiledesc\0") + len(b"tiles\0tiledesc\0") + 4
     path.write_bytes(content[:tiles] + (8192).to_bytes(4, "little") * 2 + content[tiles + 8 :])
-    with pytest.raises(InputError, match="tiles of 8192 × 8192 pixels, and a picture of 20 × 10"):
+    with pytest.raises(InputError, match="tiles of 8192 × 8192 pixels are too large for a picture of 20 × 10"):
         read_picture(path)
 
 
@@ -317,7 +317,7 @@ def test_names_of_channels_do_not_break_the_line(tmp_path: Path) -> None:
     assert output.open(str(path), spec)
     assert output.write_image(np.zeros((2, 3, 5), np.float32))
     output.close()
-    with pytest.raises(InputError, match="has channels") as caught:
+    with pytest.raises(InputError, match="channels must be") as caught:
         read_picture(path)
     assert "\n" not in str(caught.value)
     assert "\x1b" not in str(caught.value)

@@ -33,7 +33,7 @@ def test_a_planted_mistake_is_told_from_the_scene(name: str, eight_bits: bool, r
     found = mistakes_that_explain(candidate, StoredScene(bench.scene), eight_bits=eight_bits, allowance=allowance)
     assert found[0].name == name
     assert found[0].explained > 0.9
-    assert "the candidate is what the scene gives if" in found[0].words
+    assert "the candidate equals the scene drawn with a mistake" in found[0].words
 
 
 def test_any_dropped_slab_is_found_and_which(renderer: PlantedRenderer) -> None:

@@ -100,16 +100,16 @@ def test_a_file_of_limits_replaces_those_of_its_base(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("content", "words"),
     [
-        ("rms = -1", "from 0 upwards"),
-        ("rms = nan", "from 0 upwards"),
+        ("rms = -1", "at least 0"),
+        ("rms = nan", "at least 0"),
         ('rms = "small"', "'small'"),
         ("rms = true", "True"),
-        ("fail-percent = 101", "up to 100"),
-        ("psnr = 3", "no limit 'psnr'"),
+        ("fail-percent = 101", "at most 100"),
+        ("psnr = 3", "limit 'psnr' not found"),
         ('base = "nothing"', "'nothing'"),
         ("rms =", "is not TOML"),
-        ("base = [1]", "base is one of"),
-        ("[orbital]\nrms = 1", "no limit 'orbital'"),
+        ("base = [1]", "base must be one of"),
+        ("[orbital]\nrms = 1", "limit 'orbital' not found"),
     ],
 )
 def test_wrong_files_are_refused_by_name(tmp_path: Path, content: str, words: str) -> None:
@@ -121,7 +121,7 @@ def test_wrong_files_are_refused_by_name(tmp_path: Path, content: str, words: st
 
 
 def test_no_file_and_no_name_is_refused() -> None:
-    with pytest.raises(InputError, match="neither a TOML file nor one of one-driver, two-drivers"):
+    with pytest.raises(InputError, match="must be a TOML file or one of one-driver, two-drivers"):
         named_limits("three-drivers")
     with pytest.raises(InputError, match="No such file"):
         named_limits("gone.toml")

@@ -10,7 +10,7 @@ from support.benches import CLASSIFICATIONS, NAMED, SIZE, planted
 from support.scenes import BONE, FOG, constant, path_lengths, random_volume
 from test_scene_facts import GRADED, LIT, SCENES
 
-from texvol.comparison.mistakes import CATALOGUE, WRONG_BY, Bench
+from texvol.comparison.mistakes import CATALOGUE, WRONG_BY, MistakeTrial
 from texvol.comparison.planting import Planted, PlantedRenderer, without
 from texvol.comparison.wrong_functions import wrong_shaders
 from texvol.opengl.shaders import FOLDER, ShaderError
@@ -126,9 +126,9 @@ def test_swapped_order_goes_through_all_stacks_and_bricks(renderer: PlantedRende
         Scene(random_volume(3, (33, 32, 31)), BONE, classification="integrated"), {"slab_thickness": 0.1}
     )
     swapped = next(each for each in CATALOGUE if each.name == "swapped order")
-    whole = Bench(renderer, stored, SIZE)
+    whole = MistakeTrial(renderer, stored, SIZE)
     with PlantedRenderer(texture_memory=0.1) as other:
-        in_bricks = Bench(other, stored, SIZE)
+        in_bricks = MistakeTrial(other, stored, SIZE)
         wrong = swapped.picture(in_bricks)
         assert other.stats["bricks_total"] > 1
     # A slab at the face of two bricks is drawn in one of them, whose rays are rounded otherwise.
@@ -275,7 +275,7 @@ def test_a_wrong_function_replaces_every_definition_under_a_switch() -> None:
 
 def test_a_mistake_that_cannot_be_compiled_leaves_the_renderer_whole(renderer: PlantedRenderer) -> None:
     with pytest.raises(ShaderError, match=r"optics\.glsl"):
-        Bench(renderer, StoredScene(SCENES["slab"]), SIZE).draw(
+        MistakeTrial(renderer, StoredScene(SCENES["slab"]), SIZE).draw(
             Planted((("vec4 over(vec4 front, vec4 back)", "no GLSL"),))
         )
     assert renderer.render(SCENES["slab"], SIZE).any()

@@ -14,8 +14,9 @@ from support.real_data import real_volume
 from support.scenes import constant, random_volume
 
 from texvol.__main__ import main
+from texvol.comparison import self_test_page
 from texvol.comparison.limits import NONE, ONE_DRIVER, TWO_DRIVERS
-from texvol.comparison.mistakes import Bench
+from texvol.comparison.mistakes import MistakeTrial
 from texvol.comparison.pictures import read_picture
 from texvol.comparison.self_test import CAUGHT, FALSE_ALARM, MISSED, NO_MEANING, NOTHING, SAME, SelfTest, self_test
 from texvol.formats.pictures import image
@@ -63,7 +64,7 @@ def test_limits_that_are_too_loose_miss_and_say_what() -> None:
     assert status(test, "other axis") == CAUGHT
     missed = sum(row.status == MISSED for row in test.rows)
     caught = sum(row.status == CAUGHT for row in test.rows)
-    assert f"{caught} of {caught + missed} mistakes that show are caught" in test.as_text()
+    assert f"{caught} of {caught + missed} visible mistakes are caught" in test.as_text()
 
 
 def test_a_limit_catches_by_itself_what_it_is_said_to_catch() -> None:
@@ -76,9 +77,9 @@ def test_a_limit_catches_by_itself_what_it_is_said_to_catch() -> None:
 def test_limits_that_refuse_the_same_picture_are_a_false_alarm(monkeypatch) -> None:
     import texvol.comparison.self_test as module
 
-    right = Bench.draw
+    right = MistakeTrial.draw
     shaken = np.random.default_rng(0).normal(0, 0.01, (SIZE[1], SIZE[0], 4))
-    monkeypatch.setattr(module.Bench, "draw", lambda self, *args, **more: right(self, *args, **more) + shaken)
+    monkeypatch.setattr(module.MistakeTrial, "draw", lambda self, *args, **more: right(self, *args, **more) + shaken)
     test = self_test(DEMO, SIZE, ONE_DRIVER, controls=False)
     assert status(test, "no mistake") == FALSE_ALARM
     assert not test.passed
@@ -105,7 +106,7 @@ def test_texts_for_people_and_machines(demo_test: SelfTest) -> None:
 
 
 def test_the_page_has_every_mistake_and_asks_for_nothing(demo_test: SelfTest) -> None:
-    page = demo_test.page()
+    page = self_test_page.page(demo_test)
     assert all(f"<b>{name}</b>" in page for name in NAMED)
     assert page.count('src="data:image/png;base64,') == 1 + 2 * sum(
         row.picture is not None and not row.is_control for row in demo_test.rows

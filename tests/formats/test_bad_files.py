@@ -266,7 +266,7 @@ def test_folders_that_are_no_volume(tmp_path: Path, capfd: pytest.CaptureFixture
     (tmp_path / "broken.dcm").write_bytes(b"nothing")
     assert "broken.dcm" in refused(tmp_path, capfd)
     write_tiff(tmp_path / "v.tif")
-    assert "one kind per folder" in refused(tmp_path, capfd)
+    assert "must hold DICOM or TIFF files" in refused(tmp_path, capfd)
     (tmp_path / "v.nrrd").mkdir()
     refused(tmp_path / "v.nrrd", capfd)
 

@@ -80,9 +80,9 @@ def test_a_still_object_keeps_all_its_frames_in_time(folder: Path) -> None:
 @pytest.mark.parametrize(
     "line, message",
     [
-        (["-o", "a.gif"], "a film has many pictures: give --orbit N or --time all"),
-        (["--orbit", "3", "-o", "a_%d.gif"], "a film is one file"),
-        (["--orbit", "3", "-o", "a.gif", "--fps", "60"], "a.gif: a GIF shows at most 50 frames per second, and not 60"),
+        (["-o", "a.gif"], "a film needs several pictures: give --orbit N or --time all"),
+        (["--orbit", "3", "-o", "a_%d.gif"], "the name of a film must not have"),
+        (["--orbit", "3", "-o", "a.gif", "--fps", "60"], "a.gif: --fps must be at most 50 for a GIF, got 60"),
         (["--orbit", "3", "-o", "a_%d.png", "--fps", "25"], "its name ends with .mp4 or .gif"),
     ],
 )

@@ -75,9 +75,9 @@ def test_either_option_picks_along_an_unnamed_axis(tmp_path: Path, option: str, 
     marked.check(load(tmp_path / "v.npy", **{option: 1}), dtype[1:], position=marked.MARK)
     with pytest.raises(InputError, match=r"has 4 axes .*--channel 0\.\.1"):
         load(tmp_path / "v.npy")
-    with pytest.raises(InputError, match=rf"--{option} 2 is not in 0\.\.1"):
+    with pytest.raises(InputError, match=rf"--{option} must be in 0\.\.1, got 2"):
         load(tmp_path / "v.npy", **{option: 2})
-    with pytest.raises(InputError, match=rf"--{option} -1 is not in 0\.\.1"):
+    with pytest.raises(InputError, match=rf"--{option} must be in 0\.\.1, got -1"):
         load(tmp_path / "v.npy", **{option: -1})
 
 

@@ -152,7 +152,7 @@ def test_time_steps_at_the_same_places(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"duplicate slices: 2 at each of 3 places.*--time 0\.\.1"):
         load(tmp_path)
     marked.check(load(tmp_path, time=1), position=POSITION, atol=1e-6)
-    with pytest.raises(InputError, match=r"--time 2 is not in 0\.\.1"):
+    with pytest.raises(InputError, match=r"--time must be in 0\.\.1, got 2"):
         load(tmp_path, time=2)
 
 
@@ -217,7 +217,7 @@ def copy(number: int) -> Callable[[Path], object]:
         (change(1, PixelSpacing=None), "no PixelSpacing"),
         (change(1, PixelSpacing=[0, 1]), "spacing must be positive"),
         (change(1, PixelSpacing=[-1, 1]), "spacing must be positive"),
-        (change(1, RescaleSlope=0), "RescaleSlope is 0"),
+        (change(1, RescaleSlope=0), "RescaleSlope must not be 0"),
         (change(1, PhotometricInterpretation="PALETTE COLOR"), "palette"),
         (change(1, BitsAllocated=12), "12 bits allocated"),
         (change(1, BitsStored=17), "bits stored"),

@@ -140,7 +140,7 @@ def test_information_says_what_was_done(tmp_path: Path) -> None:
     path = written(tmp_path / "v.vtr", rectilinear(UNEVEN, values))
     metadata = information.metadata(load(path, resolution=(6, 7, 5)))
     page = information.text(metadata)
-    assert "from a rectilinear grid of 5 x 4 x 3 samples to a regular one of 6 x 7 x 5 (as --resolution says)" in page
+    assert "from a rectilinear grid of 5 x 4 x 3 samples to a regular one of 6 x 7 x 5 (by --resolution)" in page
     assert f"max {metadata['resampling']['max_error']:.4g} (" in page
     assert "% of the range), rms" in page
     even = information.metadata(load(written(tmp_path / "even.vtr", rectilinear(EVEN, marked.marked()))))
@@ -202,7 +202,7 @@ def test_an_array_is_chosen_by_name(tmp_path: Path, name: str) -> None:
     path = written(tmp_path / "v.vtr", grid)
     assert load(path, variable=name).values.max() == (0 if name == "another" else marked.MARK_VALUE)
     assert load(path).notes == ("array values; others: another",)
-    with pytest.raises(InputError, match="--variable third: it has no such array; it has values, another"):
+    with pytest.raises(InputError, match="has no array third (--variable); it has values, another"):
         load(path, variable="third")
 
 

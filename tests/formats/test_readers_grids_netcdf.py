@@ -115,8 +115,8 @@ def test_a_variable_is_chosen_by_name(tmp_path: Path) -> None:
             "fourth",
             "no such variable; it has z, y, x, first, flat, second, words, model/third",
         ),
-        ("flat", "its variable flat has dimensions y 4, x 5, and a volume has three axes of space"),
-        ("words", "its variable words holds <class 'str'>, and a volume holds real numbers"),
+        ("flat", "its variable flat must have three axes of space, got dimensions y 4, x 5"),
+        ("words", "its variable words must be real numbers, got <class 'str'>"),
     ],
 )
 def test_a_variable_that_is_no_volume(
@@ -143,10 +143,10 @@ def test_members_of_an_ensemble_are_channels(tmp_path: Path) -> None:
     ("axis", "reason"),
     [
         ([1, 2, 2, 3, 4], "axis x repeats a coordinate: samples 1 and 2 lie at 2"),
-        ([1, 2, 4, 3, 5], r"axis x does not run one way: samples 1\.\.3 lie at 2, 4, 3"),
-        ([1, 2, np.nan, 3, 5], "coordinate 2 of its axis x is nan, and must be finite"),
-        ([1, 2, np.inf, 3, 5], "coordinate 2 of its axis x is inf, and must be finite"),
-        ([-1e308, 0, 1, 2, 1e308], "too far apart"),
+        ([1, 2, 4, 3, 5], r"axis x is not monotonic: samples 1\.\.3 are at 2, 4, 3"),
+        ([1, 2, np.nan, 3, 5], "coordinate 2 of its axis x must be finite, got nan"),
+        ([1, 2, np.inf, 3, 5], "coordinate 2 of its axis x must be finite, got inf"),
+        ([-1e308, 0, 1, 2, 1e308], "must have coordinates of at most"),
     ],
 )
 def test_axes_that_make_no_grid(tmp_path: Path, axis: list, reason: str) -> None:

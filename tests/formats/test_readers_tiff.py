@@ -197,7 +197,7 @@ def test_pages_that_go_round_in_a_circle_are_refused(tmp_path: Path) -> None:
     at = offsets[2] + 2 + 12 * fields
     content[at : at + 4] = offsets[0].to_bytes(4, "little")
     path.write_bytes(content)
-    with pytest.raises(InputError, match="followed by one before it"):
+    with pytest.raises(InputError, match="followed by an earlier page"):
         load(path)
 
 

@@ -13,7 +13,7 @@ from support.scenes import constant, smooth_volume
 from texvol import Camera, InputError, Renderer, Scene, Volume
 from texvol.geometry import Mesh, surface_of
 from texvol.ray_casting.projection import isosurface_depth
-from texvol.ray_casting.surfaces import surface_layers
+from texvol.ray_casting.surfaces.layers import surface_layers
 
 GRIDS = {
     "plain": np.eye(3),
@@ -149,7 +149,7 @@ def test_a_value_that_is_not_met_is_refused(value: float, words: str) -> None:
 
 
 def test_a_value_met_at_single_samples_is_refused() -> None:
-    with pytest.raises(InputError, match="^v.nrrd: no surface: 3 is met at single samples only"):
+    with pytest.raises(InputError, match="^v.nrrd: no surface, since only single samples are 3"):
         surface_of(Volume(np.full((4, 4, 4), 3.0), name="v.nrrd"), 3.0)
 
 

@@ -238,7 +238,7 @@ def test_damaged_files_are_read_or_refused(
 def test_what_a_file_lacks_is_said(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "m.obj"
     for text, words in (
-        ("v 0 0 0\nv 1 0 0\n", "holds no triangles"),
+        ("v 0 0 0\nv 1 0 0\n", "has no triangles"),
         ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", ""),
         ("v 0 0 0\nv 1 nan 0\nv 0 1 0\nf 1 2 3\n", "must be finite"),
         ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2\n", "fewer than three corners"),
@@ -253,7 +253,7 @@ def test_what_a_file_lacks_is_said(tmp_path: Path, capfd: pytest.CaptureFixture[
     )
     assert "says 2 of element face, and 1 are there" in refused(path, capfd)
     path.write_text(f"{header}end_header\n" + "0 0 0\n" * 3)
-    assert "holds no triangles" in refused(path, capfd)
+    assert "has no triangles" in refused(path, capfd)
     path = tmp_path / "m.stl"
     facet = "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n"
     path.write_text(f"solid a\n{facet}endsolid a\nsolid b\n{facet}")
@@ -262,11 +262,11 @@ def test_what_a_file_lacks_is_said(tmp_path: Path, capfd: pytest.CaptureFixture[
     assert len(load_mesh(path).triangles) == 2
     path = tmp_path / "m.vtp"
     path.write_text('<VTKFile type="ImageData"/>')
-    assert "is VTK XML of type ImageData, and PolyData is read" in refused(path, capfd)
+    assert "must be VTK XML of type PolyData, got ImageData" in refused(path, capfd)
     path.write_text(
         '<VTKFile type="PolyData"><PolyData><Piece NumberOfPoints="0" NumberOfPolys="0"/></PolyData></VTKFile>'
     )
-    assert "holds no polygons" in refused(path, capfd)
+    assert "has no polygons" in refused(path, capfd)
     path.write_text('<!DOCTYPE a [<!ENTITY b "c">]><VTKFile type="PolyData"><PolyData/></VTKFile>')
     assert "document type" in refused(path, capfd)
 

@@ -66,8 +66,8 @@ def test_faces_of_obj_are_all_read(tmp_path: Path, form: bytes, ends: bytes) -> 
     [
         (b"f 0 1 2\n", "index of 0.* in line 5: 'f 0"),
         (b"f 1 2 3\nf 1 0 3\n", "index of 0.* in line 6"),
-        (b"vn 0 0 1\nf 1//1 2//0 3//1\n", "index of 0"),
-        (b"vt 0 0\nf 1/1 2/1 3/00\n", "index of 0"),
+        (b"vn 0 0 1\nf 1//1 2//0 3//1\n", "index 0"),
+        (b"vt 0 0\nf 1/1 2/1 3/00\n", "index 0"),
         (b"f 1 2 3\nf 1 2\n", "fewer than three corners, in line 6"),
         (b"f 1 2\n", "fewer than three"),
         (b"f\nf 1 2 3\n", "fewer than three"),
@@ -97,7 +97,7 @@ PLY = (
 )  # fmt: skip
 def test_faces_of_ply_with_other_corners_than_they_say(tmp_path: Path, rows: bytes) -> None:
     header = PLY % (b"ascii", rows.count(b"\n"))
-    with pytest.raises(InputError, match="more or fewer numbers than it says"):
+    with pytest.raises(InputError, match="more or fewer numbers than declared"):
         load_mesh(written(tmp_path / "m.ply", header + b"0 0 0\n1 0 0\n1 1 0\n0 1 0\n" + rows))
 
 

@@ -13,7 +13,7 @@ from support.several import turned
 
 from texvol import Camera, InputError, Renderer, Scene, TransferFunction, Volume, raycast
 from texvol.opengl.shadows import Shadows
-from texvol.ray_casting.shadows import light_transmittance_at_nodes
+from texvol.ray_casting.tracing import light_transmittances
 from texvol.scene.lighting import Light, Lighting, shadow_distance, shadow_nodes, unit
 from texvol.scene.scene import CLASSIFICATIONS
 from texvol.scene.transfer.graded import Contour
@@ -81,7 +81,7 @@ def test_in_a_constant_medium_light_falls_off_exponentially(renderer: Renderer, 
     light_transmittance = cast(renderer, scene, FOG, 0.5)
     # A sum of up to 60 float32 parts: some 1e-6 of the depth.
     assert np.abs(light_transmittance[..., 0] - expected).max() <= 5e-6
-    assert np.abs(light_transmittance_at_nodes(scene, FOG)[0] - expected).max() <= 1e-12
+    assert np.abs(light_transmittances(scene.completed((1, 1)))[0][0] - expected).max() <= 1e-12
 
 
 def test_each_light_has_a_component_of_its_own_whatever_their_order(renderer: Renderer) -> None:
@@ -100,7 +100,7 @@ def test_nothing_comes_through_opaque_matter(renderer: Renderer) -> None:
     light_transmittance = cast(renderer, scene, wall, 0.25)
     heights = node_positions(scene.volume)[:, 0, 0, 2]
     assert (light_transmittance[heights < 2.4] == 0).all() and (light_transmittance[heights > 3.6] == 1).all()
-    exact = light_transmittance_at_nodes(scene, wall)[0]
+    exact = light_transmittances(scene.completed((1, 1)))[0][0]
     assert (exact[heights < 2.4] == 0).all() and (exact[heights > 3.6] == 1).all()
 
 

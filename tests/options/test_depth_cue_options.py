@@ -56,8 +56,8 @@ def test_what_is_no_range_is_refused_on_the_line(text: str) -> None:
     "value, reason",
     [
         ("true", "a strength S"),
-        ("{near = 1}", "a depth cue has strength, color, near and far"),
-        ("{strength = 0.5, end = 1}", "a depth cue has strength, color, near and far"),
+        ("{near = 1}", "keys must be strength, color, near and far"),
+        ("{strength = 0.5, end = 1}", "keys must be strength, color, near and far"),
         ("{strength = 0.5, near = 4, far = 4}", "near must be less than far"),
         ('{strength = "0.5:1,2"}', "a strength S"),
         ('{strength = 0.5, near = "1,2"}', "a depth in world units"),

@@ -19,7 +19,7 @@ from texvol.__main__ import main
 from texvol.comparison.pictures import read_picture
 from texvol.options import reading as reading_options
 from texvol.options import scene_options as options
-from texvol.output.shown_pictures import out_of_view
+from texvol.output.export import out_of_view
 from texvol.scene import transfer
 from texvol.scene.added_volume import common_box
 from texvol.scene.scene import Scene
@@ -190,14 +190,12 @@ def test_a_view_that_misses_one_of_two_volumes_is_no_empty_view() -> None:
 def test_volumes_outside_of_the_view_are_warned_of_together(capsys: pytest.CaptureFixture[str]) -> None:
     line = ["render", "v.npy", "-o", "a.exr", "--size", "8x8", "--add", "w.npy", "--height", "2"]
     assert main([*line, "--eye", "100,-50,0", "--target", "100,0,0"]) == 0
-    assert capsys.readouterr().err == (
-        "texvol: warning: all volumes are outside of the view, and the picture is empty\n"
-    )
+    assert capsys.readouterr().err == ("texvol: warning: the picture is empty: all volumes are outside the view\n")
     assert not read_picture("a.exr").pixels.any()
     assert (
         main([*line, "--eye", "100,-50,0", "--target", "100,0,0", "--add-transform", "1,0,0,100,0,1,0,0,0,0,1,0"]) == 0
     )
-    assert capsys.readouterr().err == "texvol: warning: v.npy is outside of the view\n"
+    assert capsys.readouterr().err == "texvol: warning: v.npy is outside the view\n"
     # Cut away, hidden, or with nothing to be seen.
     np.save("nothing.npy", np.zeros((4, 4, 4), np.uint8))
     np.save("fours.npy", np.full((4, 4, 4), 5.0))
@@ -205,12 +203,12 @@ def test_volumes_outside_of_the_view_are_warned_of_together(capsys: pytest.Captu
     Path("nothing.json").write_text(json.dumps(nothing))
     empty = ["render", "fours.npy", "-o", "a.exr", "--size", "8x8"]
     for more, what in (
-        (["--clip", "1,0,0,1e6"], "of what clip planes and crop box leave nothing shows"),
-        (["--mask", "nothing.npy"], "of what the mask leaves nothing shows"),
-        (["--tf", "nothing.json"], "nothing of the volume shows"),
+        (["--clip", "1,0,0,1e6"], "clip planes and crop box hide everything"),
+        (["--mask", "nothing.npy"], "the mask hides everything"),
+        (["--tf", "nothing.json"], "nothing in the volume is visible"),
     ):
         assert main([*empty, *more]) == 0
-        assert capsys.readouterr().err == f"texvol: warning: {what}, and the picture is empty\n"
+        assert capsys.readouterr().err == f"texvol: warning: the picture is empty: {what}\n"
 
 
 # Whatever is wrong.
@@ -221,7 +219,7 @@ WRONG = [
     (["--mask", "huge.npy"], "huge.npy: weights must be from 0 to 1, but they go from 0.5 to 3"),
     (["--mask", "m.npy:1,1"], "--mask: a mask fades between two finite numbers"),
     (["--mask", "m.npy:1,1e999"], "--mask: a mask fades between two finite numbers"),
-    (["--mask", ""], "--mask: FILE[:LOW,HIGH] is wanted"),
+    (["--mask", ""], "--mask: must be FILE[:LOW,HIGH]"),
     (["--transform", "gone.txt"], "gone.txt: cannot be read: No such file"),
     (["--transform", "v.npy"], "v.npy: is not a transform"),
     (["--transform", "short.txt"], "short.txt: a transform is 4 rows of 4 numbers"),
@@ -232,30 +230,30 @@ WRONG = [
     (["--transform", ""], "--transform: 12 or 16 numbers"),
     (["--transform", "0,0,0,0,0,1,0,0,0,0,1,0"], "v.npy, transformed: direction must not be singular"),
     (["--add", "gone.npy"], "gone.npy: no such file"),
-    (["--add", ""], "--add: the path of a file or folder is wanted"),
+    (["--add", ""], "--add: must be the path of a file or folder"),
     (["--add", "short.txt"], "short.txt"),
-    (["--add-tf", "fog"], "--add-tf: it is of the volume that --add adds: give --add FILE before it"),
-    (["--add-mask", "m.npy", "--add", "w.npy"], "--add-mask: it is of the volume that --add adds"),
-    (["--add-labels"], "--add-labels/--no-add-labels: it is of the volume that --add adds"),
+    (["--add-tf", "fog"], "--add-tf: needs a volume to apply to: give --add FILE before it"),
+    (["--add-mask", "m.npy", "--add", "w.npy"], "--add-mask: needs a volume to apply to"),
+    (["--add-labels"], "--add-labels/--no-add-labels: needs a volume to apply to"),
     (["--add", "w.npy", "--add-mask", "m.npy"], "m.npy: a mask must have as many samples as its volume, got 9 x 8 x 7"),
     (
         ["--add", "w.npy", "--add-transform", "1,0,0,0,1,0,0,0,0,0,1,0"],
         "w.npy, transformed: direction must not be sing",
     ),
-    (["--add", "w.npy", "--add-time", "all"], "--add-time: a whole number from 0 is wanted, and not 'all'"),
+    (["--add", "w.npy", "--add-time", "all"], "--add-time: must be a whole number of at least 0, got 'all'"),
     (["--add", "w.npy", "--add-tf", "gold"], "gold: neither a .json file nor a preset"),
-    (["--add", "w.npy", "--add-materials", "bone"], "--materials chooses from those of a transfer function"),
+    (["--add", "w.npy", "--add-materials", "bone"], "--materials needs --tf"),
     (["--add", "w.npy", "--add-labels"], "w.npy: labels are whole numbers"),
     (["--add", "w.npy", "--add-label-look", "1=0.5"], "w.npy: has no labels"),
-    (["--add", "w.npy", "--mode", "mip"], "--add is for --mode composite, and the mode is mip"),
+    (["--add", "w.npy", "--mode", "mip"], "--add needs --mode composite, got --mode mip"),
     (["--add", "labels.npy", "--add-labels", "--add-label-look", "5=0.5"], "unknown label 5"),
     (["--add", "labels.npy", "--add-labels", "--add-label-look", "red"], "--add-label-look: labels look as LABEL=OPA"),
-    (["--tf", "fog", "--label-look", "1=0.5"], "--label-look and --tf both say how labels look"),
-    (["--add", "w.npy", "--add-tf", "fog", "--add-label-look", "1=0.5"], "--label-look and --tf both say"),
-    (["--label-look", "1=0.5", "--mode", "mip"], "--label-look is for --mode composite, and the mode is mip"),
+    (["--tf", "fog", "--label-look", "1=0.5"], "--label-look and --tf both set the look of labels"),
+    (["--add", "w.npy", "--add-tf", "fog", "--add-label-look", "1=0.5"], "--label-look and --tf both set"),
+    (["--label-look", "1=0.5", "--mode", "mip"], "--label-look needs --mode composite, got --mode mip"),
 ]
 WRONG_FILES = [
-    ("mask = 3", "mask: a mask is a file, or {file = FILE, fade = [LOW, HIGH]}, and not 3"),
+    ("mask = 3", "mask: must be a file, or {file = FILE, fade = [LOW, HIGH]}, got 3"),
     ('mask = {path = "m.npy"}', "mask: a mask is {file = FILE, fade = [LOW, HIGH]}"),
     ('mask = {file = "m.npy", fade = 3}', "mask: a mask is {file = FILE"),
     ('mask = {file = "m.npy", fade = [0, true]}', "mask: a mask is {file = FILE"),
@@ -263,13 +261,13 @@ WRONG_FILES = [
     ("transform = [[1, 0, 0, 0], 1]", "transform: 12 or 16 numbers"),
     ("transform = true", "transform: 12 or 16 numbers"),
     ('add = {tf = "fog"}', "add: a further volume has a file"),
-    ('add = {file = "w.npy", colour = 3}', "add: there is no 'colour' of a volume; there are file, tf, "),
-    ('add = {file = "w.npy", time = "all"}', "add: time: a whole number from 0 is wanted"),
-    ('add = {file = "w.npy", labels = 1}', "labels is true or false, and not 1"),
+    ('add = {file = "w.npy", colour = 3}', "add: unknown key 'colour'; keys are file, tf, "),
+    ('add = {file = "w.npy", time = "all"}', "add: time: must be a whole number of at least 0"),
+    ('add = {file = "w.npy", labels = 1}', "labels must be true or false, got 1"),
     ('add = {file = "w.npy", mask = 1}', "add: mask: a mask is a file"),
-    ('add = {file = "w.npy", materials = "bone"}', "--materials chooses from those of a transfer function"),
-    ("add = true", "add is text, a number or an array of numbers, and not True"),
-    ("add-tf = 3", "there is no scene option 'add-tf'"),
+    ('add = {file = "w.npy", materials = "bone"}', "--materials needs --tf"),
+    ("add = true", "add must be text, a number or an array of numbers, got True"),
+    ("add-tf = 3", "unknown scene option 'add-tf'"),
 ]
 
 

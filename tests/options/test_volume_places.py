@@ -104,7 +104,10 @@ def test_a_warning_of_a_mask_is_one_line(capsys: pytest.CaptureFixture[str]) -> 
     nrrd("m.nrrd", "right-anterior-superior", (100, 50, 20), MASK)
     assert main(["render", "v.npy", "-o", "a.png", "--size", "8x8", "--mask", "m.nrrd"]) == 0
     said = capsys.readouterr().err
-    assert said.startswith("texvol: warning: m.nrrd: the mask lies up to 100 voxels away") and said.count("\n") == 1
+    assert (
+        said.startswith("texvol: warning: m.nrrd: the two files place the mask up to 100 voxels away")
+        and said.count("\n") == 1
+    )
 
 
 # Time.

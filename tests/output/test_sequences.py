@@ -14,7 +14,7 @@ from texvol.__main__ import main
 from texvol.comparison.pictures import read_picture
 from texvol.formats.pictures import image
 from texvol.formats.readers import TimeSeries
-from texvol.output.sequences import standing_for
+from texvol.output.sequences import representative_volume
 from texvol.rendering.renderer import Renderer
 from texvol.scene.transfer import proposed_for
 
@@ -41,7 +41,7 @@ def test_every_step_is_drawn_with_one_camera_and_one_transfer_function(folder: P
     assert sorted(path.name for path in folder.glob("step_*")) == [f"step_{i:02d}.exr" for i in range(STEPS)]
     assert json.loads(Path("stats.json").read_text())["time"]["views"] == STEPS
     with TimeSeries("moving.nii.gz") as series:
-        transfer, first = proposed_for(standing_for(series)), series[0]
+        transfer, first = proposed_for(representative_volume(series)), series[0]
         camera = Scene(first).camera_for((40, 30))
         with Renderer() as renderer:
             for i, volume in enumerate(series):
@@ -54,7 +54,7 @@ def test_every_step_is_drawn_with_one_camera_and_one_transfer_function(folder: P
 
 def test_a_transfer_function_adapts_to_all_steps_and_not_to_the_first(folder: Path) -> None:
     with TimeSeries("moving.nii.gz") as series:
-        stands = standing_for(series)
+        stands = representative_volume(series)
         assert stands.finite_range == series.finite_range
         assert stands.dimensions == series[0].dimensions
         np.testing.assert_allclose(stands.box_edges, series[0].box_edges)
@@ -74,7 +74,7 @@ def test_a_single_step_is_a_series_of_one(folder: Path) -> None:
 @pytest.mark.parametrize(
     ("line", "words"),
     [
-        (["--time", "all", "-o", "a.png"], "numbered by one %d"),
+        (["--time", "all", "-o", "a.png"], "must have one %d"),
         (["--time", "all", "-o", "a_%d.png", "--orbit", "3"], "leave --orbit"),
         (["--time", "all", "-o", "a_%d.png", "--repeat", "3"], "--repeat"),
         (["--time", "9", "-o", "a.png"], "4 time steps"),
@@ -107,10 +107,10 @@ def test_a_view_that_misses_the_volume_gives_an_empty_picture_and_a_warning(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run("--time", "0", "--eye", "500,0,0", "--target", "900,0,0", "-o", "a.exr") == 0
-    assert "outside of the view" in capsys.readouterr().err
+    assert "outside the view" in capsys.readouterr().err
     assert not image.read("a.exr").any()
     assert run("--time", "0", "--crop", "90,99,0,9,0,9", "-o", "a.exr") == 0
-    assert "clip planes and crop box leave nothing shows" in capsys.readouterr().err, "it is in view, and cut away"
+    assert "clip planes and crop box hide everything" in capsys.readouterr().err, "it is in view, and cut away"
 
 
 def test_annotation_is_in_pictures_and_not_in_data(folder: Path) -> None:

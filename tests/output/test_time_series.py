@@ -124,7 +124,7 @@ def test_every_step_is_the_one_that_load_reads(tmp_path: Path, name: str) -> Non
 def test_a_step_that_is_not_there_is_refused_with_their_number(tmp_path: Path, name: str, step: int) -> None:
     path = tmp_path / name
     WRITERS[name][0](path)
-    with pytest.raises(InputError, match=rf"^{path}: time step {step} is not there: it has 4 steps, from 0$"):
+    with pytest.raises(InputError, match=rf"^{path}: time step {step} does not exist: it has 4 steps, from 0$"):
         TimeSeries(path)[step]
     if step > 0:
         with pytest.raises(InputError, match=rf"^{path}: --time {step} is not in 0\.\.3: it has 4 time steps$"):
@@ -152,7 +152,7 @@ def test_a_file_without_time_has_one_step(tmp_path: Path, name: str) -> None:
     series = TimeSeries(path, **options)
     np.testing.assert_array_equal(series[0].values, values)
     assert (len(series), series.times, series.finite_range) == (1, None, (0, 100))
-    with pytest.raises(InputError, match="time step 1 is not there: it has 1 step, from 0"):
+    with pytest.raises(InputError, match="time step 1 does not exist: it has 1 step, from 0"):
         series[1]
 
 

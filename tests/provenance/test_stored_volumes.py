@@ -119,7 +119,7 @@ def test_another_place_of_an_added_volume_is_refused(drawn: Path) -> None:
     text = read_picture("picture.exr").attributes[ATTRIBUTE]
     metadata = json.loads(text)
     metadata["added"][1]["source"].pop("transform")
-    with pytest.raises(InputError, match="added volume 2 of the scene in its header is of a volume of origin 5, 0, 0"):
+    with pytest.raises(InputError, match="added volume 2 of the scene in its header needs a volume of origin 5, 0, 0"):
         scene_from_metadata(json.dumps(metadata), name="p")
 
 
@@ -134,7 +134,7 @@ IN_MEMORY = Scene(
 def test_what_has_no_file_has_to_be_given() -> None:
     text = scene_metadata("noise", IN_MEMORY, checksum=True)[ATTRIBUTE]
     given: dict[str, Any] = {"volume": FIRST}
-    with pytest.raises(InputError, match="p: the mask of the scene in its header is without a file, 'a mask': give"):
+    with pytest.raises(InputError, match="p: the mask of the scene in its header has no file, 'a mask': give"):
         scene_from_metadata(text, name="p", **given)
     given["mask"] = IN_MEMORY.mask
     with pytest.raises(InputError, match="p: added volume 1 of .* without a file, 'noise 4': give the volume"):
@@ -183,22 +183,22 @@ def test_what_is_moved_without_a_file_has_no_source() -> None:
 
 
 def _wrong() -> Iterator[tuple[str, list[Any], Any, str]]:
-    yield "a mask as text", ["mask"], "m.npy", "the mask that is none: an object"
+    yield "a mask as text", ["mask"], "m.npy", "the mask that must be an object"
     yield "a mask without a name", ["mask", "name"], None, "the mask of the scene in its header lacks name"
-    yield "a mask with more", ["mask", "shape"], 3, "there is no 'shape'"
-    yield "a fade as text", ["mask", "source", "fade"], "wide", "2 numbers are wanted, and not 'wide'"
+    yield "a mask with more", ["mask", "shape"], 3, "unknown key 'shape'"
+    yield "a fade as text", ["mask", "source", "fade"], "wide", "must be 2 numbers, got 'wide'"
     yield "a fade of nothing", ["mask", "source", "fade"], [1, 1], "fades between two finite numbers"
-    yield "a source as text", ["mask", "source"], "m.npy", "an object is wanted"
-    yield "volumes as text", ["added"], "second.npy", "added: a list is wanted"
-    yield "a volume as text", ["added", 0], "second.npy", "added volume 1 that is none"
-    yield "a volume with more", ["added", 0, "size"], 3, "there is no 'size'"
+    yield "a source as text", ["mask", "source"], "m.npy", "must be an object"
+    yield "volumes as text", ["added"], "second.npy", "added must be a list"
+    yield "a volume as text", ["added", 0], "second.npy", "added volume 1 that must be an object"
+    yield "a volume with more", ["added", 0, "size"], 3, "unknown key 'size'"
     yield "a volume without its place", ["added", 1, "spacing"], None, "added volume 2 of the scene .* lacks spacing"
     yield "matter as text", ["added", 0, "transfer_function"], "fog", "transfer function"
-    yield "another kind", ["added", 1, "kind"], "vectors", "labels or colors is wanted, and not 'vectors'"
+    yield "another kind", ["added", 1, "kind"], "vectors", "must be labels or colors, got 'vectors'"
     yield "no kind", ["added", 1, "kind"], None, "of values, and labels.npy has labels"
-    yield "half a transform", ["source", "transform"], [[1, 0, 0, 0]], "4 rows of numbers are wanted"
+    yield "half a transform", ["source", "transform"], [[1, 0, 0, 0]], "must be 4 rows of numbers"
     yield "a flat transform", ["source", "transform"], np.diag([1, 1, 0, 1]).tolist(), "must not be singular"
-    yield "no number", ["source", "transform"], [[1, 0, 0, "x"]] * 4, "a number is wanted"
+    yield "no number", ["source", "transform"], [[1, 0, 0, "x"]] * 4, "must be a number"
     yield "a switch as a number", ["added", 1, "source", "labels"], 1, "labels is 1"
 
 

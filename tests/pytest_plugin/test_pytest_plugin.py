@@ -125,7 +125,7 @@ def test_it(check_picture):
     assert result.ret == 1
     lines = [line.removeprefix("E").strip() for line in result.outlines if line.startswith("E ")]
     assert lines[0].endswith("picture 'waves' is different")
-    assert any("0.13% of the pixels differ by more than 0.001, and 0% may" in line for line in lines)
+    assert any("0.13% of the pixels differ by more than 0.001, the limit is 0%" in line for line in lines)
     assert any(line.startswith("worst pixel: column 9, row 7") for line in lines)
     positions = dict(line.split(maxsplit=1) for line in lines if line.startswith(("candidate:", "page:", "reference:")))
     assert positions["reference:"] == "references/waves.exr"
@@ -229,7 +229,7 @@ def test_what_is_no_picture_is_said(project: Project) -> None:
         result = project.run()
         assert result.ret == 1 and words in said(result)
     project.check("waves()", size=(3, 3))
-    assert "options are for scenes" in said(project.run())
+    assert "options of drawing need a scene" in said(project.run())
 
 
 def test_references_of_other_formats_are_found_and_two_of_a_name_are_an_error(project: Project) -> None:

@@ -86,7 +86,7 @@ def test_itself(check_picture):
     result = project.run("--texvol-update")
     result.assert_outcomes(passed=1, failed=2)
     text = said(result)
-    assert "'Waves/low' and 'waves/LOW' differ by case alone" in text and "'cloud' and 'Cloud'" in text
+    assert "'Waves/low' and 'waves/LOW' differ only in case" in text and "'cloud' and 'Cloud'" in text
     assert not project.references.exists()
 
 
@@ -180,7 +180,7 @@ def test_a_folder_that_cannot_be_written_to_is_said(project: Project) -> None:
     project.references.write_text("a file where the folder should be")
     project.check("waves()")
     result = project.run("--texvol-update")
-    assert result.ret == 1 and "references: cannot be made" in said(result)
+    assert result.ret == 1 and "references: cannot be created" in said(result)
 
 
 def test_other_folders_and_other_current_folders(project: Project, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -250,7 +250,7 @@ def test_told(check_picture):
     # The warning is at the test's own line.
     assert "test_it.py:" in text.partition("AccuracyWarning: the bound of picture 'coarse'")[0].splitlines()[-1]
     index = (project.folder / "report/index.html").read_text("utf-8")
-    assert "plain to see" in index
+    assert "visible errors" in index
 
 
 @pytest.mark.parametrize("ground", [0.0, 0.05, 0.2, 0.5, 1.0])
@@ -289,7 +289,7 @@ def test_tabled(check_picture):
     )
     result = project.run()
     result.assert_outcomes(passed=2, failed=2)
-    assert "max_error: options are for scenes" in said(result) and "[tabled] has no meaning" in said(result)
+    assert "max_error: options of drawing need a scene" in said(result) and "[tabled] has no effect" in said(result)
 
 
 def test_without_numba_the_error_says_what_to_install(project: Project) -> None:
@@ -303,5 +303,5 @@ def test_numbers_in_eight_bits_are_refused(maker: Maker) -> None:
     scene = Scene(VOLUME, mode="mip")
     picture = Picture.of_array(np.zeros((8, 8, 3), np.uint8), "x")
     candidate = maker.candidate(picture, Request("x", 1, None, scene, None, {}))
-    with pytest.raises(InputError, match="the numbers themselves"):
+    with pytest.raises(InputError, match="must hold floats"):
         oracle.examined(candidate, {}, maker, "x")

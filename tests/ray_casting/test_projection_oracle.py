@@ -283,9 +283,9 @@ def test_the_background_enters_no_number():
 
 def test_modes_without_a_projection_are_refused():
     volume = Volume(np.zeros((2, 2, 2)))
-    with pytest.raises(InputError, match="projection mode is one of xray.*and not composite"):
+    with pytest.raises(InputError, match="mode must be one of xray.*for a projection, got composite"):
         project(Scene(volume), SIZE)
-    with pytest.raises(InputError, match="the mode is mip"):
+    with pytest.raises(InputError, match="mode must be isosurface for a depth, got mip"):
         isosurface_depth(Scene(volume, mode="mip"), SIZE)
     with pytest.raises(InputError, match="at least one pixel"):
         project(Scene(volume, mode="mip"), (0, 4))

@@ -349,7 +349,7 @@ def test_without_a_folder_to_keep_compiled_code_it_still_compiles():
     code = """
 from numba.core import caching
 caching.CacheImpl._locator_classes = []
-from texvol.ray_casting.walk import trace_rays
+from texvol.ray_casting.plain.tracer import trace_rays
 print(type(trace_rays._cache).__name__)
 """
     done = run_python(code)

@@ -1,4 +1,4 @@
-"""The oracle against brute force on random scenes: volumes, masks, labels and colours, in light, cut and cued."""
+"""`raycast` against the naive marcher on random scenes: volumes, masks, labels, colours, light, cuts and depth cue."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.marched import marched
 
 from texvol.ray_casting import raycast
+from texvol.ray_casting.marcher import march
 from texvol.scene.added_volume import AddedVolume
 from texvol.scene.camera import Camera
 from texvol.scene.cutting import ClipPlane
@@ -61,7 +61,7 @@ def random_scene(seed: int, classification: Any, **more: Any) -> Scene:
 
 def held(scene: Scene) -> None:
     """Steps are 1/1000 of a spacing: each of some 20 jumps is off by up to τ/2 of that, and so by 1e-4 at most."""
-    expected = marched(scene, SIZE)
+    expected = march(scene, SIZE)
     assert expected[..., 3].max() > 0.1 and np.ptp(expected[..., 3]) > 0.02
     np.testing.assert_allclose(raycast(scene, SIZE), expected, rtol=0, atol=3e-4)
 

@@ -214,7 +214,7 @@ def test_files_that_do_not_are_colours_when_the_user_says_so(tmp_path: Path, num
 
 
 def test_what_a_npy_may_hold_is_said(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"--channel 0\.\.2; if its last axis is colour, say --color"):
+    with pytest.raises(InputError, match=r"--channel 0\.\.2; if its last axis is colour, give --color"):
         load(as_npy(tmp_path, components(3)))
     np.save(tmp_path / "five.npy", np.zeros((2, 3, 4, 5)))
     with pytest.raises(InputError) as caught:
@@ -288,7 +288,7 @@ def test_a_sample_that_is_not_there_has_no_colour() -> None:
         (np.zeros((2, 3, 4, 3), "i2"), {}, r"its samples are int16, and colour \(--color\) is uint8, uint16 or floats"),
         (np.zeros((2, 3, 4, 3), "u4"), {}, "its samples are uint32"),
         (np.zeros((2, 3, 4, 2), "u1"), {}, "a colour has 3 or 4 components, and its samples have 2"),
-        (np.zeros((3, 4, 3), "u1"), {}, "a colour has 3 or 4 components, and a sample is one number"),
+        (np.zeros((3, 4, 3), "u1"), {}, "--color needs 3 or 4 components, and its samples are single numbers"),
         (np.zeros((2, 3, 4, 3), "u1"), {"channel": 0}, "--channel or --color"),
         (np.zeros((2, 3, 4, 3), "u1"), {"labels": True}, "--labels or --color"),
     ],

@@ -254,7 +254,7 @@ def test_no_geometry_imports_compiles_and_allocates_nothing(tmp_path: Path) -> N
             "trimesh",
             "skimage",
         }
-        assert not loaded & (costly | {"texvol.ray_casting.surface_hits", "texvol.geometry.reading"})
+        assert not loaded & (costly | {"texvol.ray_casting.surfaces.hits", "texvol.geometry.reading"})
 
 
 def test_what_the_shapes_do_without_is_not_compiled(renderer: Renderer) -> None:

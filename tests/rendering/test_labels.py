@@ -246,8 +246,8 @@ def test_who_has_no_labels_does_not_pay_for_them(tmp_path: Path) -> None:
 
     np.save(tmp_path / "v.npy", np.random.default_rng(0).random((4, 4, 4)))
     script = (
-        "import sys, texvol; from texvol.scene.transfer import proposed_for; from texvol import information\n"
-        f"v = texvol.load({str(tmp_path / 'v.npy')!r}); proposed_for(v); information.facts(v)\n"
+        "import sys, texvol; from texvol.scene.transfer import proposed_for; from texvol.cli import information\n"
+        f"v = texvol.load({str(tmp_path / 'v.npy')!r}); proposed_for(v); information.metadata(v)\n"
         "assert 'cmap' not in sys.modules and 'texvol.formats.pictures.image' not in sys.modules"
     )
     subprocess.run([sys.executable, "-c", script], check=True)

@@ -255,10 +255,10 @@ def test_what_is_no_value_is_refused(tmp_path: Path, missing: Any) -> None:
 
 def test_labels_and_colours_have_no_missing_value(tmp_path: Path) -> None:
     np.save(tmp_path / "v.npy", wave(6, "u1"))
-    with pytest.raises(InputError, match="labels are names, and none is missing: --label-look"):
+    with pytest.raises(InputError, match="--missing is not for labels: --label-look"):
         load(tmp_path / "v.npy", missing=1, labels=True)
     np.save(tmp_path / "c.npy", np.zeros((4, 4, 4, 3), np.uint8))
-    with pytest.raises(InputError, match="no colour stands for a missing sample"):
+    with pytest.raises(InputError, match="--missing is for numbers, got colours"):
         load(tmp_path / "c.npy", missing=1, color=True)
     assert load(tmp_path / "c.npy", missing=0, channel=1).has_missing
 
@@ -310,7 +310,7 @@ def test_a_saved_scene_says_which_values_are_missing(folder: Path) -> None:
 @pytest.mark.parametrize("value", ["x", "nan", ""])
 def test_the_line_takes_numbers_only(folder: Path, value: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["info", "first.npy", "--missing", value]) == 2
-    wanted = "the value must be a number, got NaN" if value == "nan" else "a number is wanted"
+    wanted = "must be a number, got NaN" if value == "nan" else "a number is wanted"
     assert f"--missing: {wanted}" in capsys.readouterr().err
 
 

@@ -111,7 +111,7 @@ def _with(**changes: object) -> str:
         ("{}", "has a list of points"),
         ('{"points": []}', "must have a list of at least one point"),
         ('{"points": [3]}', "point 0 is an object"),
-        ('{"points": [], "points": []}', "a key stands twice"),
+        ('{"points": [], "points": []}', "the same key twice"),
         (json.dumps(RAMP | {"colour": 1}), "has no key 'colour'"),
         (json.dumps(RAMP | {"values": "dB"}), '"values" is one of data, percentile, range'),
         (json.dumps(RAMP | {"values": "percentile"}), "give load"),

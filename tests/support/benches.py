@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from texvol.comparison.mistakes import Bench, drawn
+from texvol.comparison.mistakes import MistakeTrial, drawn
 from texvol.comparison.planting import PlantedRenderer
 from texvol.provenance.stored_scene import StoredScene
 from texvol.scene.scene import Scene
@@ -19,7 +19,9 @@ NAMED = (  # that have to be there
 )
 
 
-def planted(renderer: PlantedRenderer, scene: Scene, **settings: Any) -> tuple[Bench, dict[str, np.ndarray | str]]:
+def planted(
+    renderer: PlantedRenderer, scene: Scene, **settings: Any
+) -> tuple[MistakeTrial, dict[str, np.ndarray | str]]:
     """A bench, and the picture of each mistake by its name."""
-    bench = Bench(renderer, StoredScene(scene, settings), SIZE)
+    bench = MistakeTrial(renderer, StoredScene(scene, settings), SIZE)
     return bench, {mistake.name: picture for mistake, picture in drawn(bench)}

@@ -131,9 +131,7 @@ def test_a_comparison_shows_names(folder: Path, capsys: pytest.CaptureFixture[st
 def test_warnings_are_one_safe_line(
     folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(
-        "texvol.cli.command_line._info", lambda arguments: warnings.warn(f"{EVIL}\nand more", stacklevel=1)
-    )
+    monkeypatch.setattr("texvol.cli.info.run", lambda arguments: warnings.warn(f"{EVIL}\nand more", stacklevel=1))
     assert command_line.main(["info", "v.npy"]) == 0
     assert capsys.readouterr().err == f"texvol: warning: {SHOWN} and more\n"
 

@@ -170,7 +170,7 @@ def test_text_is_utf_8(tmp_path: Path, kind: str) -> None:
 
 @pytest.mark.parametrize("name", ["a\0b.json", "a\ud800.json"])
 def test_a_name_that_no_file_can_have_is_refused(name: str) -> None:
-    assert "is no name of a file" in refusal(TransferFunction.load, name)  # type: ignore[arg-type]
+    assert "not a valid file name" in refusal(TransferFunction.load, name)  # type: ignore[arg-type]
 
 
 def test_links_and_windows_lines_are_read(tmp_path: Path) -> None:
@@ -206,9 +206,9 @@ def test_there_are_only_so_many_parts_that_are_mixed(tmp_path: Path, key: str) -
 
 def test_a_recent_list_of_nonsense_is_passed_over(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
-    recent.position().parent.mkdir()
+    recent.state_file().parent.mkdir()
     for text in BAD_JSON.values():
-        recent.position().write_text(text)
+        recent.state_file().write_text(text)
         assert recent.files() == []
 
 

@@ -61,7 +61,7 @@ def test_entries_lead_into_folders_and_to_files(folder: Path) -> None:
     looking.enter("..")
     assert listed(looking).folder == folder
     looking.enter("none.npy")
-    assert "none.npy: no such file" in looking.listing.fault and not looking.over
+    assert "none.npy: file not found" in looking.listing.fault and not looking.over
     looking.pick(Entry("A.npy", False))
     assert looking.over and taken == [str(folder / "A.npy")]
 

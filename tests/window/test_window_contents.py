@@ -16,12 +16,12 @@ from texvol.formats.readers import load
 from texvol.geometry import Mesh, save_mesh
 from texvol.scene import transfer
 from texvol.util.errors import InputError
-from texvol.window import additions, contents, navigation, recent, saving
+from texvol.window import contents, navigation, opening, recent, saving
 from texvol.window import script as scripts
-from texvol.window.commands import TABS, is_command
+from texvol.window.commands import TABS, is_command, run
 from texvol.window.desk import Desk
 from texvol.window.document import opened_file
-from texvol.window.steering import Room
+from texvol.window.steering import Viewport
 
 SIZE = (60, 40)
 ERROR = str(1 / 255)
@@ -50,8 +50,8 @@ def desk_with(path: str) -> Desk:
     nobody: Any = None
     desk = Desk(nobody, lambda: nobody, lambda: None, lambda text: None)
     desk.director = cast(Any, type("Quiet", (), {"faults": []})())
-    desk.room, desk.pixels = Room(0, 0, *SIZE), SIZE
-    desk.open(path)
+    desk.viewport, desk.pixels = Viewport(0, 0, *SIZE), SIZE
+    opening.open_file(desk, path)
     return settled(desk)
 
 
@@ -69,7 +69,7 @@ def done(desk: Desk, *commands: str) -> Any:
     """The document after commands, each when the one before is done."""
     for command in commands:
         assert is_command(command)
-        desk.run(command)
+        run(desk, command)
         settled(desk)
     assert desk.document is not None
     return desk.document
@@ -99,7 +99,7 @@ def test_each_thing_that_is_added_is_one_step_back(folder: Path) -> None:
 
 def test_several_that_are_added_at_once_come_one_after_the_other(folder: Path) -> None:
     desk = desk_with("ball.npy")
-    desk.drop(["wide.npy", "ball.npy", "sail.ply"], adds=True)
+    opening.drop(desk, ["wide.npy", "ball.npy", "sail.ply"], adds=True)
     scene = settled(desk).document.scene  # type: ignore[union-attr]
     assert [Path(each.volume.name).name for each in scene.added] == ["wide.npy", "ball.npy"]
     one, other = (each.transfer_function.colors[2] for each in scene.added)  # type: ignore[union-attr]
@@ -116,7 +116,7 @@ def test_what_can_not_be_added_is_said_and_changes_nothing(folder: Path) -> None
     before = document.scene
     for command, reason in (
         ("add broken.nrrd", "broken.nrrd"),
-        ("add broken.ply", "named as PLY, and is none"),
+        ("add broken.ply", "named PLY, but its content is not PLY"),
         ("add none.npy", "none.npy"),
         ("mask wide.npy", "a mask is of its volume's size"),
     ):
@@ -157,7 +157,7 @@ def test_words_of_the_command_line_say_how_a_volume_is_read() -> None:
 
 def test_an_added_volume_is_read_as_it_is_said(folder: Path) -> None:
     desk = desk_with("ball.npy")
-    desk.add("channels.npy", contents.of_added("--channel 1 --transform 1,0,0,5,0,1,0,0,0,0,1,0"))
+    opening.add(desk, "channels.npy", contents.of_added("--channel 1 --transform 1,0,0,5,0,1,0,0,0,0,1,0"))
     (added,) = settled(desk).document.scene.added  # type: ignore[union-attr]
     assert np.array_equal(added.volume.values, load("channels.npy", channel=1).values)
     assert added.volume.origin.tolist() == [5, 0, 0]
@@ -168,7 +168,7 @@ def test_a_mask_goes_with_its_volume(folder: Path, whose: int) -> None:
     desk = desk_with("wide.npy" if whose else "ball.npy")
     document = done(desk, "add ball.npy" if whose else "add wide.npy")
     volume = document.scene.volumes[whose]
-    additions.mask(desk, volume, "ramp.npy", (4.0, 20.0))
+    opening.mask(desk, volume, "ramp.npy", (4.0, 20.0))
     settled(desk)
     mask = contents.mask_of(document.scene, whose)
     assert mask is not None and mask.source["fade"] == [4, 20] and contents.mask_of(document.scene, 1 - whose) is None
@@ -188,7 +188,7 @@ def test_a_mask_of_a_volume_that_was_turned_lies_where_its_file_says(folder: Pat
     assert document.scene.volumes[1].origin.tolist() == [-5, 3, 2]
     for name, warns in (("ras", False), ("elsewhere", True)):
         desk.messages.clear()
-        additions.mask(desk, document.scene.volumes[1], f"{name}.nrrd")
+        opening.mask(desk, document.scene.volumes[1], f"{name}.nrrd")
         settled(desk)
         assert contents.mask_of(document.scene, 1) is not None
         assert bool(said(desk)) == warns == ("4 voxels away" in said(desk))
@@ -215,16 +215,16 @@ def test_dropped_volumes_are_asked_about_and_the_rest_is_plain(folder: Path) -> 
     desk = desk_with("ball.npy")
     document = desk.document
     assert document is not None
-    desk.drop(["wide.npy"])
+    opening.drop(desk, ["wide.npy"])
     assert desk.offered == ("wide.npy",) and desk.loading is None
-    desk.drop(["sail.ply"])
+    opening.drop(desk, ["sail.ply"])
     assert len(settled(desk).document.scene.geometry) == 1  # type: ignore[union-attr]
     saving.save_scene("saved.toml", document, SIZE)
-    desk.drop(["saved.toml"])
+    opening.drop(desk, ["saved.toml"])
     assert settled(desk).document is not document and desk.offered == ()
     empty = desk_with("ball.npy")
     empty.document = None
-    empty.drop(["ball.npy", "wide.npy", "sail.ply"])
+    opening.drop(empty, ["ball.npy", "wide.npy", "sail.ply"])
     assert settled(empty).document is not None
     assert [Path(each.name).name for each in empty.document.scene.volumes] == ["ball.npy", "wide.npy"]
 
@@ -281,25 +281,25 @@ def test_recent_files_keep_every_volume_and_how_it_was_read(folder: Path) -> Non
     recent.add("ball.npy", recent.how(again.scene))
     assert len(recent.files()) == 1, "it is the same again"
     for text in ('[{"path": "ball.npy", "add": [{"no": 1}]}]', '[{"path": "ball.npy", "add": 3}]'):
-        recent.position().write_text(text)
+        recent.state_file().write_text(text)
         assert recent.files() == []
 
 
 def test_a_script_that_asks_for_what_there_is_not_is_refused_with_its_line(tmp_path: Path) -> None:
-    command = "there is no command"
+    command = "unknown command"
     for step, reason in (
         *(({"do": "command", "name": name}, command) for name in ("tab Mater", "tab", "axis +w", "turn", "")),
-        ({"do": "screenshot"}, 'a screenshot needs a "file"'),
+        ({"do": "screenshot"}, '"file" is missing: a screenshot needs'),
         ({"do": "screenshot", "file": "/nowhere/a.png"}, "its folder /nowhere does not exist"),
         ({"do": "save", "file": "/nowhere/a.toml"}, "its folder /nowhere does not exist"),
-        ({"do": "save", "file": "a.png"}, "ends with .toml"),
-        ({"kind": "resize", "x": -5, "y": 0}, "a size from 1 upwards"),
+        ({"do": "save", "file": "a.png"}, "must end with .toml"),
+        ({"kind": "resize", "x": -5, "y": 0}, "window size must be at least 1 x 1"),
     ):
         with pytest.raises(InputError, match=reason) as caught:
             scripts.read(tmp_path / script(tmp_path, [{"do": "rest"}, {"t": 1, **step}]))
         assert str(caught.value).startswith(f"{tmp_path}/script.jsonl:2: ")
     (tmp_path / "script.jsonl").write_text('{"do": "rest"}\nrest\n')
-    with pytest.raises(InputError, match="script.jsonl:2: a step is a JSON object, and not 'rest'"):
+    with pytest.raises(InputError, match="script.jsonl:2: step 'rest'"):
         scripts.read(tmp_path / "script.jsonl")
     steps = [{"do": "command", "name": f"tab {name}"} for name in TABS]
     assert len(scripts.read(tmp_path / script(tmp_path, steps))) == len(TABS)

@@ -50,7 +50,7 @@ def test_a_handle_follows_the_hand_as_far_as_its_axis_goes(projection: Any, numb
     handle = handles.handles_of(shown)[number]
     assert shown.camera is not None
     before = handles.position_of(shown.camera, np.array(handle.point))
-    direction = handles.ray_of(handle, shown.camera, by, VOLUME.radius)
+    direction = handles.drag_distance(handle, shown.camera, by, VOLUME.radius)
     after = handles.position_of(shown.camera, np.array(handle.point) + direction * np.array(handle.axis))
     assert before is not None and after is not None
     along_axis = handles.position_of(shown.camera, np.array(handle.point) + VOLUME.radius * np.array(handle.axis))
@@ -67,8 +67,8 @@ def test_what_points_at_the_eye_goes_away_from_it_when_it_is_pushed_up(projectio
     shown = scene(projection, eye=VOLUME.centre + (0, -200 * side, 0))
     along_y = handles.handles_of(shown)[3]
     assert shown.camera is not None
-    assert handles.ray_of(along_y, shown.camera, (0.3, 0.0), VOLUME.radius) == 0
-    direction = handles.ray_of(along_y, shown.camera, (0.0, 0.3), VOLUME.radius)
+    assert handles.drag_distance(along_y, shown.camera, (0.3, 0.0), VOLUME.radius) == 0
+    direction = handles.drag_distance(along_y, shown.camera, (0.0, 0.3), VOLUME.radius)
     # As much as it would move across the view there.
     depth = 1.0 if projection == "orthographic" else shown.camera.forward @ np.subtract(along_y.point, shown.camera.eye)
     assert direction == pytest.approx(side * 0.3 * shown.camera.half_height * depth)

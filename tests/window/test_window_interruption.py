@@ -53,4 +53,4 @@ def test_another_error_goes_first() -> None:
 def test_without_it_nothing_is_raised() -> None:
     with Interruption() as interruption:
         interruption.check()
-    assert not interruption.came
+    assert not interruption.received

@@ -18,11 +18,11 @@ from texvol.scene.scene import Scene
 from texvol.scene.transfer import TransferFunction
 from texvol.scene.transfer.labels import label_function
 from texvol.scene.volume import Volume
-from texvol.window import probe, recent, slices
+from texvol.window import probe, recent, slices, timings
 from texvol.window.document import opened_file
 from texvol.window.naming import how_read, shortened, volume_called
 from texvol.window.recent import Recent
-from texvol.window.timings import Frame, Timings
+from texvol.window.timings import Frame
 
 # Value = index along x; world x = 10 + 2 i.
 RAMP = Volume(
@@ -177,7 +177,7 @@ def test_recent_files_are_the_latest_first_and_there(tmp_path: Path, monkeypatch
     paths[5].unlink()
     assert Recent(str(paths[5])) not in recent.files()
     for text in ("{", "7", '[7, {"path": 7}, {"path": "/", "shout": 1}]'):
-        recent.position().write_text(text)
+        recent.state_file().write_text(text)
         assert recent.files() == []
 
 
@@ -223,9 +223,8 @@ def test_slices_of_labels_have_their_colours_and_hidden_ones_none() -> None:
 
 
 def test_a_table_of_frame_times_has_a_line_for_each(tmp_path: Path) -> None:
-    table = Timings()
-    table.add(Frame(0.5, 0.016, 0.004, 3, 0.03, 0.02, "moving", 400, 300, 0.5, "start"))
-    table.write(tmp_path / "t.csv")
+    frame = Frame(0.5, 0.016, 0.004, 3, 0.03, 0.02, "moving", 400, 300, 0.5, "start")
+    timings.write(tmp_path / "t.csv", [frame])
     first, second = (tmp_path / "t.csv").read_text().splitlines()
     assert first == "time,seconds,work,picture,picture_seconds,delay,state,width,height,sampling_rate,mark"
     assert second == "0.5,0.016,0.004,3,0.03,0.02,moving,400,300,0.5,start"

@@ -20,7 +20,7 @@ from texvol.window import editing, saving
 from texvol.window.commands import is_command
 from texvol.window.document import Document, opened_file
 from texvol.window.jobs import Answer, Job
-from texvol.window.painting import Easel
+from texvol.window.painting import JobRunner
 
 SIZE = (48, 40)
 
@@ -35,16 +35,16 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.fixture(scope="module")
-def easel() -> Any:
+def runner() -> Any:
     answers: list[Answer] = []
-    drawing = Easel(answers.append, lambda: 0)
+    drawing = JobRunner(answers.append, lambda: 0)
     yield drawing, answers
     drawing.close()
 
 
-def seen(easel: Any, document: Document) -> tuple[np.ndarray, Any]:
+def seen(runner: Any, document: Document) -> tuple[np.ndarray, Any]:
     """Pixels that the window shows at rest, and the settings that they were drawn with."""
-    drawing, answers = easel
+    drawing, answers = runner
     answers.clear()
     drawing.paint(Job(1, "rest", document.scene, SIZE, {"max_error": 0.02}, document.showing))
     assert answers[-1].final and answers[-1].pixels is not None, answers[-1].text
@@ -59,13 +59,13 @@ def pixels_of(name: str) -> np.ndarray:
 @pytest.mark.parametrize("window", [None, (100.0, 900.0)], ids=["found", "chosen"])
 @pytest.mark.parametrize("coloring", COLORINGS)
 @pytest.mark.parametrize("mode", NUMBER_MODES)
-def test_a_saved_scene_is_drawn_as_the_window_shows_it(folder, easel, mode, coloring, window) -> None:
+def test_a_saved_scene_is_drawn_as_the_window_shows_it(folder, runner, mode, coloring, window) -> None:
     document = opened_file("ct.npy", SIZE)
     assert document.scene.transfer_function is not None, "that of matter stays when the mode changes"
     document.change(**editing.with_mode(document.scene, mode))
     document.change(**editing.with_coloring(document.scene, coloring))
     document.show(window=window)
-    shown, settings = seen(easel, document)
+    shown, settings = seen(runner, document)
     assert (np.ptp(shown.astype(int), axis=-1).max() > 20) == (coloring == "tf" and window is None)
     words = saving.command_line(document, SIZE, settings)
     assert main(words[1:]) == 0
@@ -73,15 +73,15 @@ def test_a_saved_scene_is_drawn_as_the_window_shows_it(folder, easel, mode, colo
     again = opened_file(words[words.index("--scene") + 1], SIZE)
     assert again.scene.coloring == ("grey" if window else coloring) and again.showing.window == window
     assert again.scene.air == document.scene.air == (HOUNSFIELD if mode == "xray" else None)
-    np.testing.assert_array_equal(seen(easel, again)[0], shown)
+    np.testing.assert_array_equal(seen(runner, again)[0], shown)
 
 
 @pytest.mark.parametrize("air", [None, -300.5, HOUNSFIELD])
-def test_air_is_saved_as_it_is(folder, easel, air) -> None:
+def test_air_is_saved_as_it_is(folder, runner, air) -> None:
     document = opened_file("ct.npy", SIZE)
     document.change(**editing.with_mode(document.scene, "xray"))
     document.change(air=air)
-    shown, settings = seen(easel, document)
+    shown, settings = seen(runner, document)
     words = saving.command_line(document, SIZE, settings)
     assert main(words[1:]) == 0
     np.testing.assert_array_equal(pixels_of(words[-1]), shown)

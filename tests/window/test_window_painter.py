@@ -27,7 +27,7 @@ from texvol.scene.transfer import TransferFunction
 from texvol.scene.volume import Volume
 from texvol.window.jobs import Answer
 from texvol.window.painter import Painter
-from texvol.window.parcels import Receiver, Sender, Shared
+from texvol.window.transport import Receiver, Sender, SharedArrays
 
 SIZE = (64, 48)
 z, y, x = np.mgrid[tuple(slice(-1, 1, 40j) for _ in range(3))]
@@ -38,16 +38,16 @@ PATIENCE = 60  # seconds
 
 
 @pytest.fixture
-def pipe() -> Iterator[tuple[Sender, Receiver, Shared]]:
+def pipe() -> Iterator[tuple[Sender, Receiver, SharedArrays]]:
     one, other = Pipe()
-    shared = Shared()
+    shared = SharedArrays()
     yield Sender(one, shared), Receiver(other), shared
     shared.close()
     one.close()
     other.close()
 
 
-def test_what_stays_the_same_is_the_same_object_over_there(pipe: tuple[Sender, Receiver, Shared]) -> None:
+def test_what_stays_the_same_is_the_same_object_over_there(pipe: tuple[Sender, Receiver, SharedArrays]) -> None:
     sender, receiver, _ = pipe
     found = []
     for brightness in (0.0, 0.5):
@@ -60,7 +60,7 @@ def test_what_stays_the_same_is_the_same_object_over_there(pipe: tuple[Sender, R
     assert first.volume.name == "ball" and (first.volume.spacing == VOLUME.spacing).all()
 
 
-def test_what_is_no_longer_needed_is_forgotten_and_comes_again(pipe: tuple[Sender, Receiver, Shared]) -> None:
+def test_what_is_no_longer_needed_is_forgotten_and_comes_again(pipe: tuple[Sender, Receiver, SharedArrays]) -> None:
     sender, receiver, _ = pipe
     other = TransferFunction([0.5], [(1, 1, 1)], [1.0])
     scenes = []
@@ -73,7 +73,7 @@ def test_what_is_no_longer_needed_is_forgotten_and_comes_again(pipe: tuple[Sende
     assert len(receiver._known) == 3  # the volume, its array, one transfer function
 
 
-def test_volumes_within_volumes_keep_their_arrays(pipe: tuple[Sender, Receiver, Shared]) -> None:
+def test_volumes_within_volumes_keep_their_arrays(pipe: tuple[Sender, Receiver, SharedArrays]) -> None:
     sender, receiver, shared = pipe
     second = Volume(VOLUME.values[::-1].copy())
     scene = replace(SCENE, added=(AddedVolume(second, FOG),))
@@ -89,7 +89,7 @@ class Studio:
     """A painter, and a way to wait for it."""
 
     def __init__(self) -> None:
-        self.shared, self._woken = Shared(), threading.Event()
+        self.shared, self._woken = SharedArrays(), threading.Event()
         self.painter = Painter(self.shared, self._woken.set)
 
     def answers(self, **job: Any) -> list[Answer]:
@@ -250,7 +250,7 @@ def test_closing_leaves_no_process_and_no_descriptor() -> None:
     assert len(os.listdir("/proc/self/fd")) <= before
 
 
-def test_arrays_that_there_is_no_room_for_leave_nothing_half_sent(pipe: tuple[Sender, Receiver, Shared]) -> None:
+def test_arrays_that_there_is_no_room_for_leave_nothing_half_sent(pipe: tuple[Sender, Receiver, SharedArrays]) -> None:
     """A limit on the size of files holds for memory that processes share, too."""
     sender, receiver, _ = pipe
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)

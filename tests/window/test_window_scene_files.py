@@ -173,7 +173,7 @@ def test_what_a_scene_file_has_no_word_for_is_refused(volume: texvol.Volume, tmp
     corners = [(0.0, 0.0, 0.0), (5.0, 0.0, 0.0), (0.0, 5.0, 0.0)]
     for shape in (Mesh(corners, [(0, 1, 2)]), Lines(corners, [(0, 1)])):  # type: ignore[arg-type]
         scene = replace(scene_of(volume, "plain"), geometry=(shape,))
-        with pytest.raises(InputError, match="geometry that is not from files"):
+        with pytest.raises(InputError, match="geometry that was not read from a file"):
             saving.save_scene(str(tmp_path / "s.toml"), document(scene), SIZE)
     assert not (tmp_path / "s.toml").exists() and not (tmp_path / "s.tf.json").exists()
 
@@ -182,7 +182,7 @@ def test_a_mask_from_nowhere_and_an_array_are_refused(volume: texvol.Volume, tmp
     plain = scene_of(volume, "plain")
     masked = replace(plain, mask=Mask(np.ones((12, 12, 12), bool)))
     for scene in (masked, replace(plain, volume=texvol.Volume(volume.values))):
-        with pytest.raises(InputError, match="not from a file"):
+        with pytest.raises(InputError, match="was not read from a file"):
             scene_files(tmp_path / "s.toml", scene, SIZE, Showing())
 
 

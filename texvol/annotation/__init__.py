@@ -1,12 +1,13 @@
-"""What explains a picture: box outline, axes, orientation letters, legend, scale bar and title, drawn into it.
+"""Annotation drawn into a picture: box outlines, axes, orientation letters, legends, scale bar and title.
 
-Annotation is laid over the finished picture (the far edges of the box behind it), in the camera of its scene and in
-linear light. It is no data: pictures that hold numbers to be compared stay without it. Where nothing is asked for,
-nothing of this package is imported but the module `request`.
+Annotation is composited over the finished picture, in linear light, with the camera of its scene; far edges of the box
+are composited behind the medium. Pictures whose numbers are to be compared stay without annotation. Without annotation
+only the modules `request` and `annotating` are imported.
 """
 
 from __future__ import annotations
 
-from texvol.annotation.request import PARTS, Annotation, annotate, check, with_room
+from texvol.annotation.annotating import annotate, check, with_room
+from texvol.annotation.request import PARTS, Annotation
 
 __all__ = ["PARTS", "Annotation", "annotate", "check", "with_room"]

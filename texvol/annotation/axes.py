@@ -1,7 +1,7 @@
-"""Axes: three edges of the box at its silhouette, with ticks at round world coordinates, numbers, and names with units.
+"""Axes: three silhouette edges of the box, with ticks at round world coordinates, numbers, and names with units.
 
-A number is the world coordinate of the point that its tick marks, along the world axis that the edge follows most
-closely; where the box is oblique or sheared, too. Names say which way the numbers grow: "x (mm)", or "L→R (mm)".
+A number is the world coordinate of the point at its tick, along the world axis that the edge follows most closely. This
+also holds for oblique and sheared boxes. Names give the direction of growing numbers: "x (mm)", or "L→R (mm)".
 """
 
 from __future__ import annotations
@@ -23,15 +23,15 @@ from texvol.scene.volume import Volume
 
 _SCALE = 0.9
 _TICK, _GAP, _NAME_GAP = 0.35, 0.3, 0.65  # ems
-_SHORTEST = 3.0  # ems: on a shorter edge no two numbers have room
-_CLOSEST = 1.2  # ems between ticks: numbers that stand beside a steep edge
+_SHORTEST = 3.0  # ems: a shorter edge has no room for two numbers
+_CLOSEST = 1.2  # ems between ticks: for numbers beside a steep edge
 _MOST_TICKS = 8
-_STEEP = 0.8  # of a unit vector's part across: longer names go along edges steeper than that
-_NAME_POSITIONS = (0.5, 0.35, 0.65, 0.2, 0.8)  # along the edge
+_STEEP = 0.8  # horizontal part of the outward unit vector: beyond, long names are written along the edge
+_NAME_POSITIONS = (0.5, 0.35, 0.65, 0.2, 0.8)  # fractions of the edge
 
 
 class Label(NamedTuple):
-    """A line of text and where it goes."""
+    """Line of text and its position in the picture."""
 
     text: str
     middle: Point
@@ -40,32 +40,32 @@ class Label(NamedTuple):
 
 
 class Tick(NamedTuple):
-    """A tick: the world coordinate that it marks, and where that lies in the picture."""
+    """Tick: its world coordinate, and its position in the picture."""
 
     value: float
     position: NDArray[np.float64]
 
 
 class Axis(NamedTuple):
-    """An edge of the box with all that belongs to it."""
+    """Edge of the box with its ticks, numbers and name."""
 
     edge: Edge
     world_axis: int
-    outward: NDArray[np.float64]  # unit vector of the picture
+    outward: NDArray[np.float64]  # unit vector in the picture
     ticks: list[Tick]
     numbers: list[Label]
     name: Label | None
 
 
 def world_axes(volume: Volume) -> tuple[int, int, int]:
-    """For each grid axis the world axis that the box's edge follows: each once, as closely as can be."""
+    """Return for each grid axis the world axis that the box's edge follows best; each world axis occurs once."""
     cosines = np.abs(volume.direction / np.linalg.norm(volume.direction, axis=0))
     x, y, z = max(permutations(range(3)), key=lambda order: float(np.prod([cosines[order[a], a] for a in range(3)])))
     return x, y, z
 
 
 def axis_name(volume: Volume, world_axis: int, factor: str = "") -> str:
-    """What an axis is called: "x (mm)", or which way its numbers grow in the body; and the factor of its numbers."""
+    """Return an axis' name, such as "x (mm)" or "L→R (mm)"; `factor` is the common factor of its numbers."""
     letters = letters_of_space(volume.space)
     name = f"{OPPOSITE[letters[world_axis]]}→{letters[world_axis]}" if letters else "xyz"[world_axis]
     unit = " ".join(part for part in (factor, volume.unit) if part)
@@ -73,7 +73,7 @@ def axis_name(volume: Volume, world_axis: int, factor: str = "") -> str:
 
 
 def laid_axes(sheet: Sheet, view: View) -> list[Axis]:
-    """The axes that have room, longest first; what they take of the sheet is taken."""
+    """Return the axes that have room, longest first, and mark the room of their texts as taken."""
     followed = world_axes(view.volume)
     found: list[Axis] = []
     candidates = {axis: _candidates(view, axis) for axis in range(3)}
@@ -87,7 +87,7 @@ def laid_axes(sheet: Sheet, view: View) -> list[Axis]:
         if laid:
             best = max(laid, key=_worth)
             for label in [*best.numbers, *([best.name] if best.name else [])]:
-                sheet.take(label.rect.grown(_GAP * sheet.em))  # the next axis' numbers are not to read on from these
+                sheet.take(label.rect.grown(_GAP * sheet.em))  # keeps numbers of the next axis at a distance
             found.append(best)
     return found
 
@@ -105,14 +105,14 @@ def draw_axes(sheet: Sheet, view: View) -> None:
 
 
 def _candidates(view: View, axis: int) -> list[Edge]:
-    """Edges at the silhouette; where there is none, as from inside the box, all."""
+    """Return the axis' edges at the silhouette; all visible edges if there is none, as from inside the box."""
     seen = [edge for edge in EDGES if edge.axis == axis and view.visible_part(edge) is not None]
     silhouette = [edge for edge in seen if view.faces_that_show(edge) == 1]
     return silhouette or seen
 
 
 def _worth(axis: Axis) -> tuple[bool, int, float]:
-    """Names first, then a few numbers, then what lies at the left or below, where readers look for axes."""
+    """Return a sort key: axes with a name first, then with up to three numbers, then those at the left or below."""
     left_or_below = float(axis.outward @ (-1.0, 1.0))
     return axis.name is not None, min(len(axis.numbers), 3), left_or_below
 
@@ -123,7 +123,7 @@ def _length(view: View, edge: Edge) -> float:
 
 
 def _part(view: View, edge: Edge) -> NDArray[np.float64] | None:
-    """Where what is seen of an edge begins and ends in the picture."""
+    """Return the ends of an edge's visible part in the picture, shape (2, 2)."""
     fractions = view.visible_part(edge)
     return None if fractions is None else view.positions(_along(view, edge, np.array(fractions)))
 
@@ -134,14 +134,14 @@ def _along(view: View, edge: Edge, fractions: NDArray[np.float64]) -> NDArray[np
 
 
 def _laid(sheet: Sheet, view: View, edge: Edge, world_axis: int, side: float) -> Axis | None:
-    """The axis along an edge, with its numbers on its outer (way 1) or inner side; None where it has no room."""
+    """Return the axis along an edge, with numbers on its outer (`side` 1) or inner (-1) side; None without room."""
     fractions, positions = view.visible_part(edge), _part(view, edge)
     if fractions is None or positions is None or not _length(view, edge) >= _SHORTEST * sheet.em:
         return None
     outward = side * _outward(view, positions)
     ends = view.volume.centre[world_axis] + view.corners[[edge.start, edge.end], world_axis]
     low, high = sorted(ends[0] + np.array(fractions) * (ends[1] - ends[0]))
-    if not high - low > 1e-9 * max(abs(low), abs(high)):  # so far from the origin that no digits are left
+    if not high - low > 1e-9 * max(abs(low), abs(high)):  # too far from the origin: the numbers would be equal
         return None
     closest = (high - low) * max(_CLOSEST * sheet.em / _length(view, edge), 1 / _MOST_TICKS)
     for values, step in _choices(low, high, closest):
@@ -162,7 +162,7 @@ def _laid(sheet: Sheet, view: View, edge: Edge, world_axis: int, side: float) ->
 
 
 def _choices(low: float, high: float, closest: float) -> Iterator[tuple[list[Decimal], Decimal]]:
-    """What may be marked, and its round step, from the closest on: all multiples of a step, or at last but two."""
+    """Yield coordinates to mark and their round step, from the closest step on; the last choice has two coordinates."""
     step = rounding.round_up(closest)
     while len(values := rounding.multiples(low, high, step)) >= 2:
         yield values, step
@@ -174,7 +174,7 @@ def _choices(low: float, high: float, closest: float) -> Iterator[tuple[list[Dec
 
 
 def _outward(view: View, positions: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Unit vector of the picture across an edge, away from the middle of the box, or of the picture from inside it."""
+    """Return the unit vector across an edge, away from the box's centre, or from the picture's if inside the box."""
     along = (positions[1] - positions[0]) / np.linalg.norm(positions[1] - positions[0])
     across = np.array([-along[1], along[0]])
     corners = view.positions(view.corners)
@@ -186,7 +186,7 @@ def _beside(
     sheet: Sheet, text: str, position: NDArray[np.float64], outward: NDArray[np.float64], off: float = 0, *,
     turned: bool = False,
 ) -> Label:  # fmt: skip
-    """A text just beyond a tick, `off` pixels farther."""
+    """Return a text just beyond a tick, `off` pixels farther out."""
     size = np.array(sheet.text_size(text, _SCALE))
     away = (_TICK + _GAP) * sheet.em + float(np.abs(outward) @ (size[::-1] if turned else size)) / 2 + off
     x, y = (float(part) for part in position + away * outward)
@@ -202,7 +202,7 @@ def _has_room(sheet: Sheet, tick: Tick, outward: NDArray[np.float64]) -> bool:
 def _named(
     sheet: Sheet, text: str, positions: NDArray[np.float64], outward: NDArray[np.float64], numbers: list[Label]
 ) -> Label | None:
-    """The axis' name where there is room for it: beyond the numbers, or in the place of some of them."""
+    """Return the axis' name where it has room: beyond the numbers, or in place of some of them; None without room."""
     widest = max(np.abs(outward) @ (label.rect.right - label.rect.left, label.rect.bottom - label.rect.top)
                  for label in numbers)  # fmt: skip
     width, height = sheet.text_size(text, _SCALE)

@@ -1,16 +1,16 @@
-"""The outline of a volume's box: edges before the matter cover it, edges behind are seen through it."""
+"""Outline of a volume's box: near edges cover the medium, far edges are seen through it."""
 
 from __future__ import annotations
 
 from texvol.annotation.sheet import Sheet
 from texvol.annotation.view import EDGES, View
 
-# A little less than text and ticks, so that these stand out; hidden edges less again, as draughtsmen have it.
+# Opacities, less than that of text and ticks; hidden edges are fainter, as in technical drawings.
 _SEEN, _HIDDEN = 0.8, 0.5
 
 
 def draw_box(sheet: Sheet, view: View) -> None:
-    """Draw what lies before the eye of the twelve edges."""
+    """Draw the visible parts of the twelve edges."""
     for edge in EDGES:
         ends = view.edge(edge)
         if ends is not None:

@@ -1,4 +1,4 @@
-"""All parts of annotation, in the order in which they are given room: what has a fixed place first, axes last."""
+"""Drawing of all parts of annotation: parts with a fixed position first, axes last, because axes can give way."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from texvol.annotation.view import View
 from texvol.scene.scene import Scene
 from texvol.scene.volume import Volume
 
-_TITLE, _SMALLEST_TITLE = 1.25, 0.7  # ems; and how small it may become, of that, before it is cut
+_TITLE, _SMALLEST_TITLE = 1.25, 0.7  # size in ems; the fraction of it to which a title is shrunk before it is cut
 _TITLE_FROM_BORDER = 0.6  # ems
 
 
 def check_drawable(annotation: Annotation, scene: Scene) -> Lettering:
-    """The letters to write with; errors as `annotation.check`."""
+    """Return the lettering of an annotation; raise errors as `annotation.check` does."""
     if annotation.orientation:
         check_space(scene.volume)
     letters = Lettering(annotation.font)
@@ -40,24 +40,20 @@ def check_drawable(annotation: Annotation, scene: Scene) -> Lettering:
 
 
 def annotated(
-    picture: NDArray,
-    scene: Scene,
-    annotation: Annotation,
-    transparent: bool,
-    window: tuple[float, float] | None,
+    picture: NDArray, scene: Scene, annotation: Annotation, transparent: bool, window: tuple[float, float] | None
 ) -> NDArray:
-    """The picture with its annotation; see `annotate`."""
+    """Return the picture with its annotation; see `annotate`."""
     letters = check_drawable(annotation, scene)
     size = picture.shape[1], picture.shape[0]
-    # A page is white more often than not.
+    # A transparent picture is drawn for a white page.
     sheet = Sheet(size, letters, WHITE if transparent else scene.background, annotation.color, annotation.font_size)
-    view = View(scene.camera_for(size), framed(scene), size)
+    view = View(scene.camera_for(size), annotated_box(scene), size)
     place_all(sheet, view, scene, annotation, window)
     return sheet.over(picture, scene.background)
 
 
-def framed(scene: Scene) -> Volume:
-    """The box at whose edges axes stand: that of all volumes, along the axes and in the unit of the first one."""
+def annotated_box(scene: Scene) -> Volume:
+    """Return the box of all volumes, with the axes' names and the unit of the first volume."""
     box, first = scene.box, scene.volume
     if box is first:
         return first
@@ -67,13 +63,9 @@ def framed(scene: Scene) -> Volume:
 
 
 def place_all(
-    sheet: Sheet,
-    view: View,
-    scene: Scene,
-    annotation: Annotation,
-    window: tuple[float, float] | None,
+    sheet: Sheet, view: View, scene: Scene, annotation: Annotation, window: tuple[float, float] | None
 ) -> None:
-    """Draw on the sheet what is asked for and has room."""
+    """Draw the parts of an annotation that have room on a sheet."""
     if annotation.box:
         for volume in scene.volumes:
             draw_box(sheet, View(view.camera, volume, view.size))
@@ -93,7 +85,7 @@ def place_all(
 
 
 def _draw_title(sheet: Sheet, title: str) -> None:
-    """One line in the middle above, as large as it can be."""
+    """Draw the title at the top centre, as large as it fits."""
     off = _TITLE_FROM_BORDER * sheet.em
     text, size = sheet.letters.fitted(title, _TITLE * sheet.em, sheet.size[0] - 2 * off, _SMALLEST_TITLE)
     if not text:

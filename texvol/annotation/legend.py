@@ -1,6 +1,6 @@
-"""Legends: from left to right the opacity of each value, its colour, and numbers; captions, and names below.
+"""Legends: from left to right the opacity of each value, its colour, and numbers; captions above, names below.
 
-Opacity grows from the bar to the left, in the matter's own colours, from 0 to 1.
+Opacity is drawn in the medium's own colours; it grows from 0 at the colour bar to 1 at the left.
 """
 
 from __future__ import annotations
@@ -18,26 +18,26 @@ from texvol.annotation.lettering import one_line
 from texvol.annotation.sheet import Rect, Sheet
 
 _SCALE, _SMALL = 0.9, 0.8
-_BAR, _PLOT, _TICK, _GAP, _LINE = 1.0, 3.2, 0.3, 0.35, 1.35  # ems; the last from line to line
+_BAR, _PLOT, _TICK, _GAP, _LINE = 1.0, 3.2, 0.3, 0.35, 1.35  # ems; _LINE is the distance of lines of text
 _FROM_BORDER, _BESIDE_LETTERS = 0.6, 2.6  # ems
-_HEIGHT, _LOWEST = 0.4, 5.0  # of the picture's height; ems
-_HIGHEST_POSITION, _LOWEST_POSITION = 0.25, 0.75  # where the middle may move to, of what is free
+_HEIGHT, _LOWEST = 0.4, 5.0  # fraction of the picture's height; ems
+_HIGHEST_POSITION, _LOWEST_POSITION = 0.25, 0.75  # positions besides the middle, as fractions of the free height
 _CLOSEST = 2.2  # ems between numbers
-_FINER = 8  # looks per row of pixels: colours and steps are averaged over it
+_FINER = 8  # samples per row of pixels, over which colours and steps are averaged
 _MOST_NAMES, _LONGEST_NAME = 12, 12.0  # the latter in ems
-_MOST_LABELS, _LEAST_LABELS = 48, 6  # of names that have no bar above them
-_BETWEEN = 1.0  # ems from one legend to the next
+_MOST_LABELS, _LEAST_LABELS = 48, 6  # names in a legend without a colour bar
+_BETWEEN = 1.0  # ems between two legends
 
 
 @dataclass(frozen=True)
 class _Shape:
-    """Pixels of a legend's parts, all whole."""
+    """Sizes of a legend's parts in whole pixels."""
 
     plot: int
     bar: int
     height: int
     width: int
-    above: int  # the caption's
+    above: int  # height of the caption
     below: int
 
     @property
@@ -46,9 +46,9 @@ class _Shape:
 
 
 def draw_legends(sheet: Sheet, contents: Sequence[Content], *, beside_letters: bool = False) -> None:
-    """Draw as much of the legends as there is room for at the right, one below the other.
+    """Draw legends below each other at the right, as many as have room.
 
-    Without opacity rather than not at all; fewer names rather than a legend less; the first ones rather than none.
+    If room is short, first names and opacity are left out, then labels, then the last legends.
     """
     right = sheet.size[0] - (_BESIDE_LETTERS if beside_letters else _FROM_BORDER) * sheet.em
     for count in range(len(contents), 0, -1):
@@ -66,20 +66,20 @@ def draw_legends(sheet: Sheet, contents: Sequence[Content], *, beside_letters: b
 
 
 def legends_width(sheet: Sheet, contents: Sequence[Content]) -> int:
-    """Pixels from side to side of the widest, with all of its names or without most of them."""
+    """Return the width in pixels of the widest legend, with all of its names or with the fewest."""
     numbers = _numbers_of_labels(contents)
     cut = [_cut(sheet, content, most) for content in contents for most in (numbers[0], numbers[-1])]
     return max((shape.width for shape in _shapes(sheet, cut, True, True)), default=0)
 
 
 def _numbers_of_labels(contents: Sequence[Content]) -> range:
-    """How many labels may be named, from the most on."""
+    """Return the numbers of labels to try, from the largest on."""
     longest = max((len(content.entries) for content in contents if content.bar is None), default=0)
     return range(max(min(longest, _MOST_LABELS), _LEAST_LABELS), _LEAST_LABELS - 1, -1)
 
 
 def _position(sheet: Sheet, shapes: Sequence[_Shape], right: int) -> Rect | None:
-    """Where legends of those shapes have room, from the middle on; None: nowhere."""
+    """Return the rectangle in which the legends have room, preferably in the middle; None without room."""
     width = max(shape.width for shape in shapes)
     height = sum(shape.total for shape in shapes) + _between(sheet) * (len(shapes) - 1)
     for fraction in (0.5, _HIGHEST_POSITION, _LOWEST_POSITION):
@@ -91,12 +91,12 @@ def _position(sheet: Sheet, shapes: Sequence[_Shape], right: int) -> Rect | None
 
 
 def _between(sheet: Sheet) -> int:
-    """Pixels from one legend to the next."""
+    """Return the pixels between two legends."""
     return round(_BETWEEN * sheet.em)
 
 
 def _cut(sheet: Sheet, content: Content, most_labels: int) -> Content:
-    """The content with texts cut that are too long, and of many names the first; names alone are all there is."""
+    """Return the content with long texts cut, and with at most the first names."""
 
     def cut(text: str) -> str:
         return sheet.letters.fitted(one_line(text), _SCALE * sheet.em, _LONGEST_NAME * sheet.em, 1.0)[0]
@@ -109,7 +109,7 @@ def _cut(sheet: Sheet, content: Content, most_labels: int) -> Content:
 
 
 def _shapes(sheet: Sheet, contents: Sequence[Content], with_opacity: bool, with_names: bool) -> list[_Shape]:
-    """The shapes of legends that share the picture's height."""
+    """Return the shapes of legends that share the picture's height."""
     bars = sum(content.bar is not None for content in contents)
     return [_shape(sheet, content, with_opacity, with_names, bars) for content in contents]
 
@@ -196,14 +196,14 @@ def _draw_bar(sheet: Sheet, bar: ColorBar, shape: _Shape, left: int, top: int) -
 def _draw_opacity(
     sheet: Sheet, opacities: NDArray[np.float64], colors: NDArray[np.float64], left: int, top: int, width: int
 ) -> None:
-    """The opacity of each row as a stretch from the right, in the row's colour, and a line along its ends."""
+    """Draw the opacity of each row as a bar from the right, in the row's colour, and a line along the bars' ends."""
     height = len(opacities)
     from_right = np.arange(width)[::-1]
     covered = np.clip(opacities[..., np.newaxis] * width - from_right, 0, 1).mean(axis=1)
     sheet.paint(covered, left, top, np.repeat(colors[:, np.newaxis], width, axis=1))
     ends = np.column_stack([width * (1 - opacities.mean(axis=1)), np.arange(height) + 0.5])
     curve = np.zeros((height, width))
-    # A pixel is covered by that line of the curve that covers most of it: joints would count twice.
+    # Each pixel takes the largest coverage of any line segment: joints would count twice in a sum.
     for start, end in pairwise(ends):
         mark = marks.line(tuple(start), tuple(end), sheet.width, sheet.color, (width, height))
         np.maximum.at(curve, (mark.rows, mark.columns), mark.coverage)
@@ -216,7 +216,7 @@ def _values_of_rows(bar: ColorBar, height: int) -> NDArray[np.float64]:
 
 
 def _numbers(sheet: Sheet, bar: ColorBar, height: int) -> tuple[list[tuple[float, str]], str]:
-    """Where round numbers stand, as shares of the bar from below, their texts, and their common factor."""
+    """Return positions of round numbers, as fractions of the bar from below, with their texts, and a common factor."""
     if not bar.high > bar.low:
         return [(0.5, rounding.plain(bar.low))], ""
     step = rounding.round_up((bar.high - bar.low) * min(_CLOSEST * sheet.em / height, 1.0))
@@ -236,5 +236,5 @@ def _frame(sheet: Sheet, rect: Rect) -> None:
 
 
 def _write(sheet: Sheet, text: str, left: float, middle: float, scale: float) -> None:
-    """A line of text that begins at `left`."""
+    """Draw a line of text that begins at `left`."""
     sheet.text(text, (left + sheet.text_size(text, scale)[0] / 2, middle), scale)

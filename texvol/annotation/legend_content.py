@@ -1,4 +1,4 @@
-"""What a legend says: the colours and opacity of values, what numbers mean, names; by the scene's mode."""
+"""Contents of a legend by the scene's mode: colours and opacity of values, caption, names."""
 
 from __future__ import annotations
 
@@ -19,26 +19,26 @@ from texvol.util.color import linear_from_srgb
 from texvol.util.errors import InputError
 
 Numbers = NDArray[np.float64]
-_MARGIN = 0.05  # of the range in which colours change, shown on either side of it
-_NEARLY_ALL = np.log(10)  # optical depth of the opacity 0.9, which the densest matter reaches in the legend
+_MARGIN = 0.05  # of the range in which colours change, added at both ends
+_NEARLY_ALL = np.log(10)  # optical depth of opacity 0.9, which the densest medium reaches in the legend
 _NUMBERS = {"mip": "largest value", "minip": "least value", "average": "average value"}
 
 
 @dataclass(frozen=True)
 class ColorBar:
-    """Colours from `low` to `high`, and opacity where there is any."""
+    """Colours of the values from `low` to `high`, and their opacity if the values are classified."""
 
     low: float
     high: float
-    colors: Callable[[Numbers], Numbers]  # straight and linear, shape (n, 3); NaN where there is nothing to show
+    colors: Callable[[Numbers], Numbers]  # straight and linear, shape (n, 3); NaN for nothing to show
     opacities: Callable[[Numbers], Numbers] | None = None
-    opacity_of: tuple[str, ...] = ()  # what the opacity is that of, in lines
+    opacity_of: tuple[str, ...] = ()  # lines of text about the length to which the opacity applies
     contours: tuple[tuple[float, Numbers, float], ...] = ()  # value, colour and opacity of single surfaces
 
 
 @dataclass(frozen=True)
 class Content:
-    """A caption, a bar of colours, and names with their colours where those are known."""
+    """Caption, colour bar, and names with their colours if these are known."""
 
     caption: str
     bar: ColorBar | None
@@ -46,12 +46,12 @@ class Content:
 
 
 def content_of(scene: Scene, value_name: str, window: Window | None) -> Content:
-    """Contents of the legend of a scene; `window` as for `display.shown`.
+    """Return the contents of a scene's legend; `window` is that of `display.shown`.
 
     Raises
     ------
     InputError
-        If the mode shows numbers and it is not said how.
+        If the mode shows numbers and `window` is missing.
     """
     name = value_name.strip() or "value"
     if scene.mode == "isosurface":
@@ -74,7 +74,7 @@ def content_of(scene: Scene, value_name: str, window: Window | None) -> Content:
 
 
 def _of_xray(scene: Scene, name: str) -> str:
-    """Name of the numbers of an X-ray."""
+    """Return the name of the numbers of an X-ray."""
     length = scene.volume.unit or "length"
     if scene.air == HOUNSFIELD:
         return f"{length} of water"
@@ -83,14 +83,16 @@ def _of_xray(scene: Scene, name: str) -> str:
 
 
 def texts_of(content: Content) -> list[str]:
-    """What is written that comes from files."""
+    """Return the texts that come from files and arguments."""
     return [content.caption, *(content.bar.opacity_of if content.bar else ()), *(name for name, _ in content.entries)]
 
 
 def _grey(scene: Scene, window: Window | None) -> ColorBar:
     if window is None:
         if scene.mode in ("xray", "average"):
-            raise InputError(f"annotation: the legend of mode {scene.mode} needs the window that it is shown in")
+            raise InputError(
+                f"annotation: window is missing; the legend of mode {scene.mode} needs the window of values"
+            )
         from texvol.scene.display import found_window
 
         window = found_window(np.zeros((0, 0, 4)), scene)
@@ -107,7 +109,7 @@ def _grey(scene: Scene, window: Window | None) -> ColorBar:
 
 
 def _medium(transfer: TransferFunction, volume: Volume) -> ColorBar:
-    """Colours of matter, and its opacity over a round length on which the densest is nearly opaque."""
+    """Return a medium's colours, and its opacity over a round length in which the densest value is nearly opaque."""
     low, high = _shown_range(transfer, volume)
     extinctions = _at_full_gradient(transfer, np.linspace(low, high, 1025))[1]
     extinctions = np.append(extinctions, [contour.extinction for contour in transfer.contours])
@@ -136,9 +138,9 @@ def _medium(transfer: TransferFunction, volume: Volume) -> ColorBar:
 
 
 def _straight(transfer: TransferFunction, values: Numbers) -> Numbers:
-    """Straight colours in [0, 1]: where nothing but the points counts, as pictures of numbers have them.
+    """Return the straight colours of values, in [0, 1], shape (n, 3).
 
-    Points that say emissions have no colour where there is nothing of them.
+    Without gradients they are the colours of pictures of numbers. Values without emission and extinction get NaN.
     """
     emission, extinction = _at_full_gradient(transfer, values)
     if not transfer.graded:
@@ -151,7 +153,7 @@ def _straight(transfer: TransferFunction, values: Numbers) -> Numbers:
 
 
 def _at_full_gradient(transfer: TransferFunction, values: Numbers) -> tuple[Numbers, Numbers]:
-    """Emission and extinction where gradients leave the most of each part, contours apart."""
+    """Return emission and extinction at the gradient at which each part is strongest, without contours."""
     points = TransferFunction(
         transfer.values, transfer.colors, transfer.extinctions, transfer.emissive, premultiplied=transfer.premultiplied
     ).classify(values)
@@ -169,7 +171,7 @@ def _at_full_gradient(transfer: TransferFunction, values: Numbers) -> tuple[Numb
 
 
 def _shown_range(transfer: TransferFunction, volume: Volume) -> tuple[float, float]:
-    """The volume's values, as far as colours change among them and a little on either side; never empty."""
+    """Return the range of a volume's values, limited to those between which colours change, and a margin."""
     values = np.concatenate([
         transfer.values,
         *(part.values[np.abs(part.values) < LARGEST_VALUE] for part in transfer.graded),

@@ -1,4 +1,4 @@
-"""Which legends a scene has: one for each volume that has colours by value, or by label."""
+"""Legends of a scene: one for each volume that is coloured by value or by label."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from texvol.scene.transfer import proposed_for
 from texvol.scene.volume import Volume
 from texvol.util.errors import InputError
 
-_CHOSEN = ("variable", "series", "channel", "time")  # of a file, that tell its volumes apart
+_CHOSEN = ("variable", "series", "channel", "time")  # options that tell volumes of one file apart
 
 
 def contents_of(scene: Scene, value_name: str, window: Window | None, letters: Lettering) -> list[Content]:
-    """What the legends of a scene say, in the order of its volumes; arguments as for `content_of`.
+    """Return the contents of a scene's legends, in the order of its volumes; arguments as for `content_of`.
 
-    Several are called after their files, but for one that `value_name` says; volumes with colours of their own have
-    none.
+    With several volumes, legends are named after the files; `value_name` names the first. Volumes with a colour for
+    each sample have no legend.
     """
     contents = []
     for number, each in enumerate(scene.completed((1, 1)).each_alone(), 1):
@@ -39,7 +39,7 @@ def contents_of(scene: Scene, value_name: str, window: Window | None, letters: L
 
 
 def _labels(scene: Scene, name: str) -> Content:
-    """The labels that are seen, by their colours; by names where the transfer function has some."""
+    """Return the visible labels with their colours, by the transfer function's names or by number."""
     medium = scene.transfer_function or proposed_for(scene.volume)
     names, colors = medium.materials, [np.array(color) for color in medium.material_colors]
     if not colors:
@@ -51,11 +51,11 @@ def _labels(scene: Scene, name: str) -> Content:
 
 
 def _name(volume: Volume, number: int, letters: Lettering) -> str:
-    """What a volume is called: its file, and what was chosen of it."""
+    """Return a volume's name: the options that choose it, and its file."""
     chosen = [f"{what} {volume.source[what]}" for what in _CHOSEN if what in volume.source]
-    name = ", ".join([*chosen, Path(volume.name).name])  # in this order, since long ones are cut
+    name = ", ".join([*chosen, Path(volume.name).name])  # the file last, because long names are cut at the end
     try:
         letters.check(name, "legend")
-    except InputError:  # of a file's name nobody has to answer for what a font lacks
+    except InputError:  # the font lacks a letter of the file's name
         return f"volume {number}"
     return name

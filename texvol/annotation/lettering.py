@@ -1,8 +1,8 @@
-"""Text as coverage, through Pillow's FreeType; the only user of Pillow.
+"""Text as coverage of pixels, by Pillow's FreeType; no other module uses Pillow.
 
-The font is DejaVu Sans, which comes with matplotlib: Latin, Greek, Cyrillic, and the signs of units and mathematics.
-A text with letters that the font lacks is refused by name, rather than drawn with gaps; so is one that is written from
-right to left, which is not laid out here. Another font may be given.
+The default font is DejaVu Sans, which matplotlib contains: Latin, Greek, Cyrillic, and signs of units and mathematics.
+A text raises an error if the font lacks one of its letters, or if a letter is written from right to left, because this
+layout is not supported. Another font may be chosen.
 """
 
 from __future__ import annotations
@@ -23,27 +23,27 @@ from texvol.util.errors import InputError, missing_extra
 from texvol.util.text_files import check_regular
 
 ELLIPSIS = "…"
-_MOST_EMS = 256  # area of a letter in squares of the font's size; more is a broken font
-_NO_LETTER = "\U0010ffff"  # that of no font, for which it draws what stands for letters that it lacks
+_MOST_EMS = 256  # largest area of a letter, in squares of the font's size: beyond, the font is damaged
+_NO_LETTER = "\U0010ffff"  # no font has this letter: it is drawn as the font's sign for missing letters
 
 
 class Box(NamedTuple):
-    """How far a line of text reaches from the left end of its base line, in pixels, y downwards."""
+    """Extent of a line of text in pixels, from the left end of its base line, y downwards."""
 
     width: float
     above: float  # height of capital letters and figures
     below: float  # depth of letters such as p
-    top: float  # how high ink reaches, accents included, or capital letters where it does not
-    bottom: float  # how deep ink reaches
+    top: float  # height of the ink, including accents; at least `above`
+    bottom: float  # depth of the ink
 
 
 class Lettering:
-    """A font in any size.
+    """Font in any size.
 
     Raises
     ------
     InputError
-        If `font` is no font file.
+        If `font` is not a font file.
     MissingExtraError
         If Pillow, or the default font, is not installed.
     """
@@ -54,28 +54,28 @@ class Lettering:
         except ImportError as error:
             raise missing_extra("Pillow", "annotation", "text in a picture") from error
         if not features.check("freetype2"):
-            raise InputError("text in a picture needs Pillow with FreeType, and this one was built without")
+            raise InputError("text in a picture needs Pillow with FreeType; the installed Pillow has no FreeType")
         self._path = str(_default_font() if font is None else font)
         self.name = "DejaVu Sans" if font is None else str(font)
         self._library = ImageFont
         self._sized: dict[float, Any] = {}
         self._known: dict[str, bool] = {}
-        self.box("", 16)  # fails now, if at all
+        self.box("", 16)  # raises an error early
 
     def box(self, text: str, size: float) -> Box:
-        """How much room a line of text takes at `size` pixels per em."""
+        """Return the extent of a line of text at `size` pixels per em."""
         with self._opened(size) as font:
             above, below = -font.getbbox("H", anchor="ls")[1], font.getbbox("p", anchor="ls")[3]
             _, top, right, bottom = font.getbbox(text, anchor="ls")
             return Box(max(font.getlength(text), right), above, below, max(above, -top), max(bottom, 0))
 
     def coverage(self, text: str, size: float, outline: int = 0) -> tuple[NDArray[np.float64], int, int]:
-        """Coverage of a line of text, and where its upper left pixel lies from the left end of the base line.
+        """Return the coverage of a line of text, and its upper left pixel counted from the base line's left end.
 
         Parameters
         ----------
         outline : int
-            How many pixels wider the letters are all around.
+            Pixels by which letters are widened on all sides.
         """
         from PIL import Image, ImageDraw
 
@@ -84,25 +84,26 @@ class Lettering:
             left, top = int(np.floor(left)) - outline - 1, int(np.floor(top)) - outline - 1
             right, bottom = int(np.ceil(right)) + outline + 1, int(np.ceil(bottom)) + outline + 1
             if (right - left) * (bottom - top) > _MOST_EMS * (len(text) + 1) * (size + outline + 1) ** 2:
-                raise InputError(f"{self._path}: cannot be read as a font: its letters are many times their size")
+                raise InputError(
+                    f"{self._path}: cannot be read as a font: its letters are many times larger than its size"
+                )
             image = Image.new("L", (right - left, bottom - top))
             ImageDraw.Draw(image).text((-left, -top), text, 255, font, anchor="ls", stroke_width=outline)
             return np.asarray(image, np.float64) / 255, left, top
 
     def check(self, text: str, what: str) -> None:
-        """Raise InputError where the text can't be drawn."""
+        """Raise InputError if the text can't be drawn; `what` names the text in the error."""
         for letter in one_line(text):
             if unicodedata.bidirectional(letter) in ("R", "AL"):
-                raise InputError(f"{what}: {letter!r} is written from right to left, which is not laid out here")
+                raise InputError(f"{what}: letter {letter!r} is written from right to left, which is not supported")
             if not self._has(letter):
-                raise InputError(
-                    f"{what}: the font {self.name} has no letter {letter!r} (U+{ord(letter):04X}): give a font that has"
-                )
+                code = f"U+{ord(letter):04X}"
+                raise InputError(f"{what}: the font {self.name} has no letter {letter!r} ({code}); choose another font")
 
     def fitted(self, text: str, size: float, width: float, least_fraction: float) -> tuple[str, float]:
-        """The text and a size at which it is no wider than `width`: smaller, down to `least_share`, and then cut.
+        """Return the text and its size so that it fits `width`: shrunk to at most `least_fraction`, then cut.
 
-        Empty where not even a letter fits.
+        The text is empty if not even one letter fits.
         """
         natural = self.box(text, size).width
         if natural <= width:
@@ -110,17 +111,17 @@ class Lettering:
         size = max(size * width / natural, size * least_fraction)
         if self.box(text, size).width <= width:
             return text, size
-        most = min(len(text), int(width))  # letters of a pixel each say nothing
+        most = min(len(text), int(width))  # letters are wider than a pixel
         kept = bisect_right(range(1, most), width, key=lambda n: self.box(text[:n] + ELLIPSIS, size).width)
         return (text[:kept].rstrip() + ELLIPSIS if kept else ""), size
 
     @contextmanager
     def _opened(self, size: float) -> Iterator[Any]:
-        """The font at `size` pixels per em; what is wrong with it, a letter's outline included, is an InputError."""
+        """Provide the font at `size` pixels per em; errors of the font file raise InputError."""
         try:
             if size not in self._sized:
                 check_regular(self._path)
-                # The basic layout is the same on every machine; the other one depends on what libraries are there.
+                # The basic layout is the same on all machines; the other layout depends on installed libraries.
                 basic = self._library.Layout.BASIC
                 self._sized[size] = self._library.truetype(self._path, size, layout_engine=basic)
             yield self._sized[size]
@@ -144,18 +145,18 @@ class Lettering:
 
 
 def one_line(text: str) -> str:
-    """The text on one line, letters composed where they can be: fonts have ü rather than u and two dots.
+    """Return the text on one line, in Unicode's composed form, because fonts may lack combining letters.
 
-    Signs that only tell programs how to lay it out are left out.
+    Invisible formatting characters are removed.
     """
     shown = (letter for letter in unicodedata.normalize("NFC", text) if unicodedata.category(letter) != "Cf")
     return " ".join("".join(shown).split())
 
 
 def _default_font() -> Path:
-    """DejaVu Sans, where matplotlib keeps it."""
+    """Return the path of DejaVu Sans in matplotlib's data."""
     try:
         import matplotlib
     except ImportError as error:
-        raise missing_extra("matplotlib, whose font it is written in,", "annotation", "text in a picture") from error
+        raise missing_extra("matplotlib, whose font is used,", "annotation", "text in a picture") from error
     return Path(matplotlib.get_data_path()) / "fonts" / "ttf" / "DejaVuSans.ttf"

@@ -1,10 +1,10 @@
-"""Marks: which pixels something covers, by which share, in which colour; and how they are laid over a picture.
+"""Marks: covered pixels with coverage and colour, and their compositing with a picture.
 
-With the coverage c, the mark's colour m and the background b, a premultiplied pixel p of opacity a (which holds
-(1 - a) b of the background already) becomes
+With coverage c, the mark's colour m and background b, a premultiplied pixel p of opacity a, which already contains
+(1 - a) b of the background, becomes
 
-    over it      (1 - c) p + c m            opacity  a + (1 - a) c
-    behind it    p + (1 - a) c (m - b)      opacity  the same
+    over the picture      (1 - c) p + c m            opacity  a + (1 - a) c
+    behind the medium     p + (1 - a) c (m - b)      opacity  a
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ from numpy.typing import ArrayLike, NDArray
 
 Point = tuple[float, float]  # pixels from the upper left corner of the picture to the right and down
 Size = tuple[int, int]  # (width, height)
-# Half of a pixel's shadow on a direction (a, b) is (a + b) / 2, at most √½: beyond that lies nothing of it.
+# A pixel projected on a unit vector (a, b) has half the length (a + b) / 2, which is at most √½.
 _BEYOND = 0.75
-_LEVEL = 1e-12  # pixels from end to end that are none
-_LEAST = 1e-6  # of a direction's parts, so that they divide; the coverage is off by no more
+_LEVEL = 1e-12  # pixels: smaller differences of ends count as 0
+_LEAST = 1e-6  # least part of a direction, a divisor; the error of the coverage is no larger
 
 
 class Mark(NamedTuple):
-    """Pixels, each once, and the share of each that is covered."""
+    """Covered pixels, each at most once, with the covered fraction of each."""
 
     rows: NDArray[np.intp]
     columns: NDArray[np.intp]
@@ -32,7 +32,7 @@ class Mark(NamedTuple):
 
 
 def patch(coverage: NDArray[np.float64], left: int, top: int, color: ArrayLike, size: Size) -> Mark:
-    """Mark of an array of coverage whose upper left pixel is (left, top); what lies outside the picture is left out."""
+    """Return the mark of an array of coverage with its upper left pixel at (left, top), clipped to the picture."""
     rows, columns = np.nonzero(coverage > 0)
     inside = (rows + top >= 0) & (rows + top < size[1]) & (columns + left >= 0) & (columns + left < size[0])
     rows, columns = rows[inside], columns[inside]
@@ -43,7 +43,7 @@ def patch(coverage: NDArray[np.float64], left: int, top: int, color: ArrayLike, 
 
 
 def rectangle(left: float, top: float, right: float, bottom: float, color: ArrayLike, size: Size) -> Mark:
-    """Mark of an upright rectangle, exact to rounding."""
+    """Return the mark of an upright rectangle, exact to rounding."""
     columns, rows = (np.arange(max(int(np.floor(low)), 0), min(int(np.ceil(high)), count))
                      for low, high, count in ((left, right, size[0]), (top, bottom, size[1])))  # fmt: skip
     across, down = (np.minimum(positions + 1, high) - np.maximum(positions, low)
@@ -55,11 +55,10 @@ def rectangle(left: float, top: float, right: float, bottom: float, color: Array
 
 
 def line(start: Point, end: Point, width: float, color: ArrayLike, size: Size, opacity: float = 1.0) -> Mark:
-    """Mark of a straight line of that width, with square ends at `start` and `end`.
+    """Return the mark of a straight line of a width in pixels, with square ends at `start` and `end`.
 
-    The coverage is the exact area of a pixel within the strip; at the ends it is the product of that with the area
-    between them, which is exact for upright and level lines. A line without length, such as an edge that is seen
-    along its length, covers nothing.
+    The coverage of a pixel is the exact area of its part inside the strip. At the ends it is multiplied by the area
+    between the ends, which is exact for upright and level lines. A line of length 0 covers nothing.
     """
     kept = _within(np.array(start, np.float64), np.array(end, np.float64), width + 2, size)
     length = 0.0 if kept is None else float(np.linalg.norm(kept[1] - kept[0]))
@@ -73,7 +72,7 @@ def line(start: Point, end: Point, width: float, color: ArrayLike, size: Size, o
     reach = width / 2 * abs(along[minor]) + 1
     steps = np.arange(int(np.floor(low - reach)), int(np.ceil(high + reach)) + 1)
     middle = begin[minor] + (steps + 0.5 - begin[major]) * along[minor] / along[major]
-    # Half of the strip's cut along the minor axis, and half of a pixel's shadow there.
+    # Half of the strip's section along the minor axis, and half of a pixel's projection on that axis.
     half = int(np.ceil(width / 2 / abs(along[major]) + 0.5 * (1 + abs(along[minor] / along[major])))) + 1
     positions = np.empty((2, steps.size, 2 * half + 1))
     positions[major] = (steps + 0.5)[:, np.newaxis]
@@ -90,7 +89,7 @@ def line(start: Point, end: Point, width: float, color: ArrayLike, size: Size, o
 
 
 def lay_over(pixels: NDArray, mark: Mark) -> None:
-    """Composite the mark over the pixels, in place."""
+    """Composite a mark over the pixels, in place."""
     position = mark.rows, mark.columns
     coverage = mark.coverage[:, np.newaxis]
     pixel = _shown(pixels[position])
@@ -98,7 +97,7 @@ def lay_over(pixels: NDArray, mark: Mark) -> None:
 
 
 def lay_behind(pixels: NDArray, mark: Mark, background: ArrayLike) -> None:
-    """Composite the mark between the pixels' matter and the background that they hold, in place."""
+    """Composite a mark between the medium and the background of the pixels, in place."""
     position = mark.rows, mark.columns
     pixel = _shown(pixels[position])
     let_through = (1 - pixel[:, 3:]) * mark.coverage[:, np.newaxis]
@@ -107,7 +106,7 @@ def lay_behind(pixels: NDArray, mark: Mark, background: ArrayLike) -> None:
 
 
 def _shown(numbers: NDArray) -> NDArray[np.float64]:
-    """What files of 8 bits hold of them: clipped, and black where there is no number."""
+    """Return numbers as an 8-bit file holds them: clipped to [0, 1], NaN as 0."""
     return np.clip(np.nan_to_num(numbers.astype(np.float64)), 0, 1)
 
 
@@ -116,9 +115,9 @@ def _with_one(color: NDArray[np.float64], pixel: NDArray) -> tuple[NDArray[np.fl
 
 
 def _beyond(distance: NDArray[np.float64], direction: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Area of a unit pixel beyond an edge that lies `distance` before its centre, across the unit `direction`.
+    """Return the area of a unit pixel beyond an edge, `distance` before its centre along the unit vector `direction`.
 
-    A pixel's shadow on the direction is a trapezoid, the convolution of two boxes as wide as the direction's parts.
+    A pixel's projection on the direction is a trapezoid: the convolution of two boxes as wide as the direction's parts.
     """
     a, b = np.maximum(np.abs(direction), _LEAST)
     distance = np.clip(distance, -_BEYOND, _BEYOND)
@@ -134,7 +133,7 @@ def _beyond(distance: NDArray[np.float64], direction: NDArray[np.float64]) -> ND
 def _within(
     start: NDArray[np.float64], end: NDArray[np.float64], margin: float, size: Size
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
-    """The part of a line that lies in the picture and a margin about it; None where none does."""
+    """Return the part of a line inside the picture and a margin around it; None if no part is inside."""
     direction = end - start
     first, last = 0.0, 1.0
     for axis, count in enumerate(size):

@@ -1,8 +1,8 @@
-"""Which way of the body is which: letters at the middles of the picture's borders, as radiological displays have them.
+"""Orientation letters at the middles of the picture's borders, as in radiological displays.
 
-The world axes of a medical volume point to the right or left, the front or back, the head or feet of the patient, as
-its `space` says; its direction matrix has brought the samples there. A border has the letters of the nearest of 26
-directions, those of a cube's faces, edges and corners: R, or RA where it lies between, the larger part first.
+The world axes of a medical volume point to the right or left, front or back, head or feet of the patient, as its
+`space` says. A border gets the letters of the nearest of 26 directions, those of a cube's faces, edges and corners: R,
+or RA for a direction between two axes, the larger part first.
 """
 
 from __future__ import annotations
@@ -18,31 +18,31 @@ from texvol.scene.spaces import OPPOSITE, letters_of_space
 from texvol.scene.volume import Volume
 from texvol.util.errors import InputError
 
-_SCALE = 1.2  # letters stand alone, and are a little larger
-_FROM_BORDER = 1.0  # ems from the border to their middle
-_SAME = 1e-6  # parts of a direction that differ by less are in the world's order
+_SCALE = 1.2  # single letters are drawn a little larger
+_FROM_BORDER = 1.0  # ems from the border to the letters' centre
+_SAME = 1e-6  # parts of a direction that differ by less are ordered as the world axes
 
 
 def check_space(volume: Volume) -> tuple[str, str, str]:
-    """The letters of the world axes.
+    """Return the letters of the world axes' directions.
 
     Raises
     ------
     InputError
-        If the volume does not say how it lies in the body.
+        If the volume's orientation in the body is unknown.
     """
     letters = letters_of_space(volume.space)
     if letters is None:
-        says = f"says {volume.space!r}" if volume.space else "does not say"
+        space = f"space {volume.space!r}" if volume.space else "no space"
         raise InputError(
-            f"{volume.name}: orientation letters need a volume that says which way of the body its axes point, such as "
-            f"right-anterior-superior (NIfTI, DICOM, MetaImage, NRRD), and this one {says}"
+            f"{volume.name}: orientation letters need a volume whose file gives the directions of its axes in the "
+            f"body, such as right-anterior-superior (NIfTI, DICOM, MetaImage, NRRD), got {space}"
         )
     return letters
 
 
 def letters_towards(direction: NDArray[np.float64], axes: tuple[str, str, str]) -> str:
-    """The letters of a direction of the world, whose axes point to `axes`."""
+    """Return the letters of a world direction; `axes` are the letters of the world axes."""
     unit = direction / np.linalg.norm(direction)
     directions = [np.array(each) for each in product((-1, 0, 1), repeat=3) if any(each)]
     nearest = max(directions, key=lambda each: float(each @ unit) / float(np.linalg.norm(each)))
@@ -51,7 +51,7 @@ def letters_towards(direction: NDArray[np.float64], axes: tuple[str, str, str]) 
 
 
 def border_letters(view: View) -> dict[str, str]:
-    """The letters of the four borders: left, right, top and bottom."""
+    """Return the letters of the borders "left", "right", "top" and "bottom"."""
     axes = check_space(view.volume)
     right, up = view.camera.right, view.camera.upward
     towards = {"left": -right, "right": right, "top": up, "bottom": -up}
@@ -59,7 +59,7 @@ def border_letters(view: View) -> dict[str, str]:
 
 
 def draw_orientation(sheet: Sheet, view: View) -> None:
-    """Put the letters of each border at its middle, below the title."""
+    """Draw the letters of each border at its middle, below the title."""
     width, height = sheet.size
     below_title = max((rect.bottom for rect in sheet.taken), default=0.0)
     for border, text in border_letters(view).items():

@@ -1,6 +1,6 @@
-"""Round numbers: 1, 2 or 5 times a power of ten, as exact decimals, and how they are written.
+"""Round numbers, which are 1, 2 or 5 times a power of ten, as exact decimals; and numbers as text.
 
-Decimals, so that 0.3 is not written 0.30000000000000004 and steps of 1e-9 about 1e9 keep their digits.
+Decimals keep 0.3 from being written as 0.30000000000000004, and keep the digits of steps of 1e-9 around 1e9.
 """
 
 from __future__ import annotations
@@ -12,46 +12,46 @@ import numpy as np
 
 MINUS = "\u2212"
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
-# Numbers from a ten-thousandth up to a hundred thousand are written out.
+# Powers of ten between which numbers are written without a factor.
 _LEAST_WRITTEN, _MOST_WRITTEN = -4, 4
-_ON_THE_END = 1e-9  # of a step: how far beyond an end, by rounding, a tick still stands on it
+_ON_THE_END = 1e-9  # of a step: a tick this far beyond an end is taken for rounding and stands on the end
 
 
 def round_up(least: float) -> Decimal:
-    """The smallest round number that is not below `least` > 0."""
+    """Return the smallest round number that is at least `least` > 0."""
     exponent = int(np.floor(np.log10(least))) - 1
     steps = (Decimal(digit).scaleb(exponent + power) for power in range(4) for digit in (1, 2, 5))
     return next(step for step in steps if float(step) >= least * (1 - _ON_THE_END))
 
 
 def round_down(most: float) -> Decimal:
-    """The largest round number that is not above `most` > 0."""
+    """Return the largest round number that is at most `most` > 0."""
     exponent = int(np.floor(np.log10(most))) + 1
     steps = (Decimal(digit).scaleb(exponent - power) for power in range(4) for digit in (5, 2, 1))
     return next(step for step in steps if float(step) <= most * (1 + _ON_THE_END))
 
 
 def next_round(step: Decimal) -> Decimal:
-    """The next larger round number."""
+    """Return the next larger round number."""
     return round_up(float(step) * 1.5)
 
 
 def multiples(low: float, high: float, step: Decimal) -> list[Decimal]:
-    """All multiples of `step` from `low` to `high`."""
+    """Return all multiples of `step` from `low` to `high`."""
     first = int(np.ceil(low / float(step) - _ON_THE_END))
     last = int(np.floor(high / float(step) + _ON_THE_END))
     return [number * step for number in range(first, last + 1)]
 
 
 class Written(NamedTuple):
-    """Numbers as text, and the factor that all of them have lost: "" or such as "×10⁻⁹"."""
+    """Numbers as text, and the factor by which all were divided: "" or a text such as "×10⁻⁹"."""
 
     texts: list[str]
     factor: str
 
 
 def written(numbers: list[Decimal], step: Decimal | None = None) -> Written:
-    """The numbers with as many decimals as `step` has, or each its own; large and small ones by a common factor."""
+    """Return numbers as text with the decimals of `step`, or each with its own; large and small ones get a factor."""
     largest = max((abs(number) for number in numbers), default=Decimal(0))
     power = _power(largest)
     decimals = None if step is None else max(-int(step.normalize().scaleb(-power).as_tuple().exponent), 0)
@@ -59,7 +59,7 @@ def written(numbers: list[Decimal], step: Decimal | None = None) -> Written:
 
 
 def plain(number: float, digits: int = 6) -> str:
-    """A number of so many digits at most, with its power of ten where it is large or small."""
+    """Return a number as text with at most `digits` digits, and with a power of ten if it is large or small."""
     if not np.isfinite(number):
         return "∞" if number > 0 else f"{MINUS}∞" if number < 0 else "?"
     decimal = Decimal(f"{number:.{digits - 1}e}").normalize()
@@ -68,7 +68,7 @@ def plain(number: float, digits: int = 6) -> str:
 
 
 def length(number: Decimal, unit: str) -> str:
-    """A round length with its unit."""
+    """Return a round length with its unit."""
     texts, factor = written([number])
     return f"{texts[0]}{factor} {unit or 'world units'}"
 

@@ -1,4 +1,4 @@
-"""The sheet that annotation is drawn on: its pen, what room is taken already, and marks in their layers."""
+"""Sheet on which annotation is drawn: its colours, the rectangles that are taken, and marks in layers."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ from texvol.annotation import marks
 from texvol.annotation.lettering import Box, Lettering
 from texvol.annotation.marks import Mark, Point, Size
 
-# Behind the picture's matter, and then over it in this order. Outlines of letters come before all letters, so that
-# they cover no neighbour.
+# The first layer lies behind the medium, the others over it in this order. Outlines of letters come before all letters,
+# so that they cover no neighbouring letter.
 LAYERS = ("behind", "box", "outline", "fill", "line", "text")
-_EM = 1 / 30  # of the picture's height: 17 pixels in one of 512 …
-_SLIMMEST = 1.5  # … or of so many widths, where it is slimmer
-_LEAST_EM = 9.0  # pixels; smaller letters can't be read, so in small pictures there are fewer
-_LINE = 1 / 12  # widths of lines and of outlines, in ems
-_OUTLINE = 1 / 9
-_AIR = 0.35  # around what is placed, in ems
-_MID_GREY = 0.18  # linear light half way between black and white to the eye
+_EM = 1 / 30  # of the picture's height: 17 pixels for 512 …
+_SLIMMEST = 1.5  # … or of the width times this factor, if that is smaller
+_LEAST_EM = 9.0  # pixels: smaller letters can't be read; small pictures have less text instead
+_LINE = 1 / 12  # width of lines, in ems
+_OUTLINE = 1 / 9  # width of outlines, in ems
+_AIR = 0.35  # free space around each part, in ems
+_MID_GREY = 0.18  # linear light that looks half way between black and white
 BLACK, WHITE = (0.0, 0.0, 0.0), (1.0, 1.0, 1.0)
 
 
 class Rect(NamedTuple):
-    """An upright rectangle of the picture, in pixels."""
+    """Upright rectangle in the picture, in pixels."""
 
     left: float
     top: float
@@ -33,18 +33,18 @@ class Rect(NamedTuple):
     bottom: float
 
     def grown(self, by: float) -> Rect:
-        """The rectangle with so much more on every side."""
+        """Return the rectangle enlarged by `by` pixels on every side."""
         return Rect(self.left - by, self.top - by, self.right + by, self.bottom + by)
 
     def meets(self, other: Rect) -> bool:
-        """Whether the two overlap."""
+        """True if the two rectangles overlap."""
         return (
             self.left < other.right and other.left < self.right and self.top < other.bottom and other.top < self.bottom
         )
 
 
 class Sheet:
-    """What annotation of a picture of that size is drawn on."""
+    """Sheet for the annotation of a picture of a size."""
 
     def __init__(
         self,
@@ -56,33 +56,33 @@ class Sheet:
     ) -> None:
         self.size, self.letters = size, letters
         self.em = em_of(size, em)
-        self.width = max(_LINE * self.em, 1.0)  # thinner lines would fade rather than get thinner
+        self.width = max(_LINE * self.em, 1.0)  # lines below 1 pixel would become fainter, not thinner
         behind = np.clip(np.asarray(background, np.float64), 0, 1)
         self.color = np.asarray(_contrasting(behind) if color is None else color, np.float64)
-        # In the background's colour outlines show only where letters lie over matter.
+        # An outline in the background's colour is visible only where letters lie over the medium.
         self.outline_color = behind if color is None else np.asarray(_contrasting(self.color))
         self.taken: list[Rect] = []
-        self.texts: list[str] = []  # what is written,
-        self.written: list[Rect] = []  # and where
+        self.texts: list[str] = []  # drawn texts
+        self.written: list[Rect] = []  # their rectangles
         self._marks: dict[str, list[Mark]] = {layer: [] for layer in LAYERS}
 
     def fits(self, rect: Rect, further: list[Rect] | None = None) -> bool:
-        """Whether a rectangle, with air around it, lies in the picture and meets nothing that is there."""
+        """True if a rectangle with free space around it lies in the picture and overlaps nothing."""
         air = rect.grown(_AIR * self.em)
         inside = air.left >= 0 and air.top >= 0 and air.right <= self.size[0] and air.bottom <= self.size[1]
         return inside and not any(air.meets(other) for other in [*self.taken, *(further or [])])
 
     def take(self, rect: Rect) -> None:
-        """Keep others out of a rectangle."""
+        """Mark a rectangle as taken."""
         self.taken.append(rect)
 
     def text_size(self, text: str, scale: float = 1.0) -> tuple[float, float]:
-        """Width and height of a line of text, in pixels."""
+        """Return the width and height of a line of text, in pixels."""
         box = self.letters.box(text, scale * self.em)
         return box.width, box.above + box.below
 
     def text_rect(self, text: str, middle: Point, scale: float = 1.0, *, turned: bool = False) -> Rect:
-        """What a line of text takes whose capital letters are centred at `middle`; where whole pixels put it."""
+        """Return the rectangle of a line of text whose capital letters are centred at `middle`, rounded to pixels."""
         box = self.letters.box(text, scale * self.em)
         left, base = self._start(box, middle, turned)
         if turned:
@@ -90,7 +90,7 @@ class Sheet:
         return Rect(left, base - box.top, left + box.width, base + box.bottom)
 
     def text(self, text: str, middle: Point, scale: float = 1.0, *, turned: bool = False) -> None:
-        """Draw a line of text there, on whole pixels, which keeps its stems sharp; `turned` to be read upwards."""
+        """Draw a line of text at whole pixels, so that its stems stay sharp; `turned` text is read upwards."""
         self.texts.append(text)
         self.written.append(self.text_rect(text, middle, scale, turned=turned))
         size = scale * self.em
@@ -105,7 +105,7 @@ class Sheet:
 
     @staticmethod
     def _start(box: Box, middle: Point, turned: bool) -> tuple[int, int]:
-        """The pixel at which the base line begins."""
+        """Return the pixel at which the base line begins."""
         if turned:
             return round(middle[0] + box.above / 2), round(middle[1] + box.width / 2)
         return round(middle[0] - box.width / 2), round(middle[1] + box.above / 2)
@@ -113,13 +113,13 @@ class Sheet:
     def line(
         self, start: ArrayLike, end: ArrayLike, layer: str = "line", width: float | None = None, opacity: float = 1.0
     ) -> None:
-        """Draw a straight line in the pen's colour."""
+        """Draw a straight line in the sheet's colour."""
         (x0, y0), (x1, y1) = np.asarray(start, np.float64), np.asarray(end, np.float64)
         mark = marks.line((x0, y0), (x1, y1), width or self.width, self.color, self.size, opacity)
         self._marks[layer].append(mark)
 
     def rectangle(self, rect: Rect, color: ArrayLike | None = None, *, outlined: bool = False) -> None:
-        """Fill a rectangle with a colour, the pen's unless told."""
+        """Fill a rectangle with a colour, by default the sheet's colour."""
         if outlined:
             around = rect.grown(max(_OUTLINE * self.em, 1.0))
             self._marks["outline"].append(marks.rectangle(*around, self.outline_color, self.size))
@@ -127,11 +127,11 @@ class Sheet:
         self._marks["fill"].append(marks.rectangle(*rect, fill, self.size))
 
     def paint(self, coverage: NDArray[np.float64], left: int, top: int, colors: ArrayLike, layer: str = "fill") -> None:
-        """Put an array of coverage and colours at whole pixels."""
+        """Draw an array of coverage and colours at whole pixels."""
         self._marks[layer].append(marks.patch(coverage, left, top, colors, self.size))
 
     def over(self, picture: NDArray, background: ArrayLike) -> NDArray:
-        """A copy of the picture with all marks laid behind and over it."""
+        """Return a copy of the picture with all marks composited behind and over it."""
         pixels = picture.copy()
         for mark in self._marks["behind"]:
             marks.lay_behind(pixels, mark, background)
@@ -142,10 +142,10 @@ class Sheet:
 
 
 def em_of(size: Size, em: float | None = None) -> float:
-    """Pixels per em in a picture of that size, unless it is given."""
+    """Return `em` if it is given, else the default pixels per em for a picture of that size."""
     return float(em) if em is not None else max(_EM * min(size[1], _SLIMMEST * size[0]), _LEAST_EM)
 
 
 def _contrasting(color: ArrayLike) -> tuple[float, float, float]:
-    """Black or white, whichever the eye tells better from a linear colour (Rec. 709 luminance)."""
+    """Return black or white, whichever contrasts more with a linear colour (Rec. 709 luminance)."""
     return BLACK if float(np.asarray(color, np.float64) @ (0.2126, 0.7152, 0.0722)) > _MID_GREY else WHITE

@@ -1,6 +1,6 @@
-"""Where points of the world lie in the picture: the camera's projection, in float64, clipped where the eye is.
+"""Positions of world points in the picture: the camera's projection in float64, clipped at the eye.
 
-A pixel (column, row) covers [column, column + 1] × [row, row + 1]; places are measured from the upper left corner.
+A pixel (column, row) covers [column, column + 1] × [row, row + 1]; positions are measured from the upper left corner.
 """
 
 from __future__ import annotations
@@ -14,28 +14,28 @@ from numpy.typing import NDArray
 from texvol.scene.camera import Camera
 from texvol.scene.volume import Volume
 
-# Of the box's radius. What is nearer to a perspective eye would lie a million pictures away from the middle.
+# Of the box's radius: nearer to a perspective eye, points would lie a million pictures away from the middle.
 _NEAR = 1e-6
-# Of a face's own size: what is seen edge on, but for rounding, counts as turned away.
+# Of a face's own size: a face seen edge on, but for rounding, counts as turned away.
 _EDGE_ON = 1e-9
 
 
 class Edge(NamedTuple):
-    """An edge of the box: the grid axis that it goes along, and its corners, with the lower index first."""
+    """Edge of the box: the grid axis that it follows, and its corners, with the lower index first."""
 
     axis: int
     start: int
     end: int
 
 
-# Corner c has bit a set on axis a's far side, as in Volume.corners_from_centre.
+# Corner c lies on the far side of axis a if bit a of c is set, as in Volume.corners_from_centre.
 EDGES = tuple(
     Edge(axis, corner, corner | 1 << axis) for axis in range(3) for corner in range(8) if not corner >> axis & 1
 )
 
 
 class View:
-    """A camera and a picture, and the box of a volume in it."""
+    """Box of a volume in a picture, seen by a camera."""
 
     def __init__(self, camera: Camera, volume: Volume, size: tuple[int, int]) -> None:
         self.camera, self.volume, self.size = camera, volume, size
@@ -44,22 +44,22 @@ class View:
         self.corners = volume.corners_from_centre
 
     def pixel_size(self, depth: float = 1.0) -> float:
-        """World units per pixel, at a depth where that matters."""
+        """World units per pixel, at a depth; the depth has no effect in orthographic projection."""
         return 2 * self.camera.half_height / self.size[1] * (depth if self._perspective else 1.0)
 
     @property
     def target_depth(self) -> float:
-        """Depth of the camera's target, world units."""
+        """Depth of the camera's target in world units."""
         return float(np.linalg.norm(np.subtract(self.camera.target, self.camera.eye)))
 
     def positions(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Where points, relative to the box's centre, lie in the picture, shape (n, 2); NaN behind the eye."""
+        """Return the positions in the picture of points relative to the box's centre, shape (n, 2), or NaN."""
         return self._projected(self.camera.in_eye_space(points, self.volume.centre))
 
     def segment(
         self, start: NDArray[np.float64], end: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
-        """The ends in the picture of what lies before the eye of a segment; None where nothing does."""
+        """Return the ends in the picture of a segment's part in front of the eye; None if no part is in front."""
         ends = self.camera.in_eye_space(np.stack([start, end]), self.volume.centre)
         depths = ends[:, 2] - self._near
         if (depths < 0).all():
@@ -73,17 +73,17 @@ class View:
         return first, second
 
     def edge(self, edge: Edge) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
-        """The ends in the picture of an edge of the box."""
+        """Return the ends in the picture of an edge of the box; None if it is behind the eye."""
         return self.segment(self.corners[edge.start], self.corners[edge.end])
 
     def visible_part(self, edge: Edge) -> tuple[float, float] | None:
-        """From which to which share of its length an edge lies in the picture and before the eye; None: nowhere."""
+        """Return the fractions of an edge at which its visible part begins and ends; None if no part is visible."""
         ends = self.camera.in_eye_space(self.corners[[edge.start, edge.end]], self.volume.centre)
         scale = ends[:, 2] if self._perspective else np.ones(2)
         up = self.camera.half_height * scale
         across = up * self.size[0] / self.size[1]
         first, last = 0.0, 1.0
-        # Each is linear along the edge, and not negative where that side of the picture lets it be seen.
+        # Each quantity is linear along the edge; a point is visible if none of them is negative.
         for at_start, at_end in (
             ends[:, 2] - self._near, across - ends[:, 0], across + ends[:, 0], up - ends[:, 1], up + ends[:, 1]
         ):  # fmt: skip
@@ -95,12 +95,12 @@ class View:
         return (first, last) if first < last else None
 
     def faces_that_show(self, edge: Edge) -> int:
-        """How many of the two faces at an edge are turned towards the eye: 0 for those behind, 1 at the silhouette."""
+        """Return the number of an edge's two faces that are turned towards the eye: 0 behind, 1 at the silhouette."""
         return sum(self._turned[axis][edge.start >> axis & 1] for axis in range(3) if axis != edge.axis)
 
     @cached_property
     def _turned(self) -> list[tuple[bool, bool]]:
-        """For each axis whether the low and the high face are turned towards the eye."""
+        """For each axis, True for the low and for the high face if the face is turned towards the eye."""
         inverse = np.linalg.inv(self.volume.box_edges)
         if self._perspective:
             eye = inverse @ (np.array(self.camera.eye) - self.volume.centre)  # faces lie at -½ and ½
@@ -111,7 +111,7 @@ class View:
 
     def _projected(self, in_eye_space: NDArray[np.float64]) -> NDArray[np.float64]:
         depth = in_eye_space[:, 2]
-        seen = depth >= self._near * (1 - 1e-9)  # rounding of what was clipped to it
+        seen = depth >= self._near * (1 - 1e-9)  # tolerates the rounding of clipped points
         pixel = np.where(seen, self.pixel_size() * (depth if self._perspective else 1.0), np.nan)
         across = in_eye_space[:, :2] / pixel[:, np.newaxis]
         return np.array(self.size) / 2 + across * (1, -1)

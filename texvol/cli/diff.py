@@ -1,4 +1,4 @@
-"""`texvol diff`: a candidate held against its reference, in words, as JSON, as a page, as a picture of the difference.
+"""`texvol diff`: compare a candidate with its reference, in words, as JSON, as a page and as a difference picture.
 
 Exit status: 0 the same within the limits; 1 different; 2 unreadable, or wrong usage.
 """
@@ -27,30 +27,30 @@ SAME, DIFFERENT, UNREADABLE = 0, 1, 2
 # With --detailed-exitcode.
 NEW, WORSE, BETTER, BROKEN = 3, 4, 5, 6
 _LIMITS = {
-    "max-abs": ("V", "a pixel differs if a channel does by more than V (0.001)"),
-    "fail-percent": ("P", "so many percent of the pixels may (0)"),
+    "max-abs": ("V", "a pixel differs if a channel differs by more than V (0.001)"),
+    "fail-percent": ("P", "percentage of the pixels that may differ (0)"),
     "hard-max": ("V", "no pixel differs by more than V"),
-    "outlier": ("V", "no pixel is farther than V outside of what its neighbours hold in the other picture"),
+    "outlier": ("V", "no pixel is more than V outside of the range of its neighbours in the other picture"),
     "rms": ("V", "root mean square difference (0.0002)"),
-    "flip": ("V", "mean FLIP, what an eye sees, from 0 to 1 (0.01)"),
+    "flip": ("V", "mean FLIP, the perceived difference, from 0 to 1 (0.01)"),
 }
 
 
 def add_diff(commands: Any) -> None:
-    """The command's parser."""
+    """Add the command's parser."""
     parser = commands.add_parser(
         "diff",
-        help="whether a picture is the same as another, and if not, what changed",
-        description="Holds a candidate against a reference: EXR, PNG, TIFF, JPEG; in linear light, colour "
-        "premultiplied. What the files' number formats can't hold does not count. Says in which parts the scenes in "
-        "their headers differ. Exit status 0: the same within the limits, 1: different, 2: unreadable.",
+        help="compare a picture with a reference, and explain the difference",
+        description="Compares a candidate with a reference: EXR, PNG, TIFF, JPEG; in linear light, colour "
+        "premultiplied. Rounding by the files' number formats does not count. Names the parts in which the scenes in "
+        "the pictures' headers differ. Exit status 0: the same within the limits, 1: different, 2: unreadable.",
     )
-    parser.add_argument("candidate", metavar="CANDIDATE", nargs="?", help="picture that came out now")
-    parser.add_argument("reference", metavar="REFERENCE", nargs="?", help="picture that it is held against")
+    parser.add_argument("candidate", metavar="CANDIDATE", nargs="?", help="new picture")
+    parser.add_argument("reference", metavar="REFERENCE", nargs="?", help="picture to compare with")
     limits = parser.add_argument_group(
         "limits",
-        "Limits that are given are the only ones, or replace those of --limits. Without any the defaults hold, in "
-        "brackets; where the pictures name two drivers, looser ones (--limits two-drivers).",
+        "If limits are given, only these apply, or they replace those of --limits. Otherwise the defaults in brackets "
+        "apply, or looser ones (--limits two-drivers) if the pictures name two drivers.",
     )
     for name, (metavar, text) in _LIMITS.items():
         limits.add_argument(f"--{name}", type=_limit, metavar=metavar, help=text)
@@ -58,15 +58,15 @@ def add_diff(commands: Any) -> None:
     oracle = parser.add_argument_group("the oracle")
     oracle.add_argument(
         "--oracle", action=argparse.BooleanOptionalAction,
-        help="say whether the candidate is nearer to the truth than the reference, by ray casting the scene that is in "
-        "their headers, or of two scenes how far each is from the truth of its own; done of itself where pictures "
-        "differ and the scene's volume is found",
+        help="ray cast the scene in the headers, and tell whether the candidate is closer to this exact picture than "
+        "the reference is; with two scenes, compare each picture with its own scene. Default: if the pictures differ "
+        "and the scene's volume is found",
     )  # fmt: skip
-    oracle.add_argument("--volume", metavar="FILE", help="the scene's volume, where it is no longer where it was")
+    oracle.add_argument("--volume", metavar="FILE", help="the scene's volume, if it has moved")
     oracle.add_argument(
         "--self-test", metavar="SCENE",
         help="plant mistakes in a scene (an EXR that texvol drew, a volume, a scene file with a volume) and show which "
-        "of them the limits catch; status 1 if one is missed",
+        "of them the limits catch; status 1 if a mistake is missed",
     )  # fmt: skip
     _add_output(parser)
     parser.set_defaults(run=run)
@@ -74,9 +74,9 @@ def add_diff(commands: Any) -> None:
 
 def _add_output(parser: argparse.ArgumentParser) -> None:
     output = parser.add_argument_group("output")
-    output.add_argument("--json", action="store_true", help="everything for machines")
+    output.add_argument("--json", action="store_true", help="print JSON")
     output.add_argument(
-        "--html", type=texts.file_name, metavar="FILE", help="a page to look at both pictures and their difference"
+        "--html", type=texts.file_name, metavar="FILE", help="page that shows both pictures and their difference"
     )
     output.add_argument(
         "--output", type=texts.file_name, metavar="FILE", help="picture of the absolute difference: EXR, PNG or JPEG"
@@ -84,7 +84,7 @@ def _add_output(parser: argparse.ArgumentParser) -> None:
     output.add_argument("--gain", type=_limit, metavar="G", help="factor on the difference in --output (1)")
     output.add_argument(
         "--detailed-exitcode", action="store_true",
-        help=f"status {NEW}: there is no reference yet, {WORSE}: farther from the oracle, {BETTER}: nearer to it, "
+        help=f"status {NEW}: no reference yet, {WORSE}: farther from the oracle, {BETTER}: closer to the oracle, "
         f"{BROKEN}: not finite, or another size or number of channels",
     )  # fmt: skip
 
@@ -95,12 +95,12 @@ def _limit(text: str) -> float:
     except ValueError:
         number = float("nan")
     if not number >= 0:
-        raise argparse.ArgumentTypeError(f"a number from 0 upwards is wanted, and not {text!r}")
+        raise argparse.ArgumentTypeError(f"must be a number of at least 0, got {text!r}")
     return number
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Run the command; the exit status."""
+    """Compare the pictures and return the exit status."""
     from texvol.comparison import ci, limits
 
     base = None if arguments.limits is None else limits.named_limits(arguments.limits)
@@ -110,7 +110,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.self_test is not None:
         return _self_test(arguments, chosen)
     if arguments.candidate is None or arguments.reference is None:
-        raise InputError("CANDIDATE and REFERENCE are wanted: two pictures (see texvol diff --help)")
+        raise InputError("CANDIDATE and REFERENCE are required: give two pictures (see texvol diff --help)")
     if arguments.detailed_exitcode and os.path.isfile(arguments.candidate) and not os.path.lexists(arguments.reference):
         return _new(arguments)
     outcome = _outcome(arguments, chosen)
@@ -125,14 +125,14 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _check_outputs(arguments: argparse.Namespace) -> None:
-    """Raise InputError where an output can't be written, or would take the place of what is read."""
+    """Raise InputError if an output can't be written, or is also an input."""
     from texvol.formats.pictures import image
 
     sources = ("candidate", "reference", "self_test", "volume", "limits")
     for path in filter(None, (arguments.html, arguments.output)):
         writing.check_writable(path)
     outputs = {"--html": arguments.html, "--output": arguments.output}
-    writing.check_apart(outputs, [vars(arguments)[name] for name in sources], "is what is compared")
+    writing.check_apart(outputs, [vars(arguments)[name] for name in sources])
     if arguments.output:
         image.check_writable(arguments.output)
 
@@ -152,7 +152,7 @@ def _outcome(arguments: argparse.Namespace, chosen: Limits | None) -> Outcome:
 
 
 def _new(arguments: argparse.Namespace) -> int:
-    """There is nothing to compare with; the candidate has to be a picture all the same."""
+    """Report a candidate without a reference, after checking that the candidate is a picture."""
     from texvol.comparison.pictures import read_picture
 
     read_picture(arguments.candidate)
@@ -165,18 +165,20 @@ def _self_test(arguments: argparse.Namespace, chosen: Limits | None) -> int:
     from texvol.comparison import limits, self_test
 
     if arguments.candidate is not None:
-        raise InputError("--self-test SCENE takes no pictures to compare")
+        raise InputError("--self-test takes no CANDIDATE and REFERENCE: leave them out")
     if arguments.output:
-        raise InputError("--output is of two pictures, and --self-test has many: use --html")
+        raise InputError("--output needs two pictures: with --self-test use --html")
     found = self_test.self_test_of(arguments.self_test, chosen or limits.ONE_DRIVER, volume=arguments.volume)
     if arguments.html:
-        writing.write_files({arguments.html: found.page().encode()})
+        from texvol.comparison import self_test_page
+
+        writing.write_files({arguments.html: self_test_page.page(found).encode()})
     say(json.dumps(found.as_json(), indent=2, allow_nan=False) if arguments.json else found.as_text())
     return SAME if found.passed else DIFFERENT
 
 
 def _write(arguments: argparse.Namespace, outcome: Outcome) -> None:
-    """The page and the picture, all or none; and what a CI system is told."""
+    """Write the page and the difference picture, all or none."""
     files = {}
     if arguments.html:
         from texvol.comparison.page import comparison_page
@@ -188,7 +190,7 @@ def _write(arguments: argparse.Namespace, outcome: Outcome) -> None:
 
 
 def _difference_picture(path: str, outcome: Outcome, gain: float | None) -> bytes:
-    """Absolute differences in linear light; EXR holds that of the opacity too, the others show colours alone."""
+    """Return the file of the absolute differences in linear light; EXR also has the difference of the opacity."""
     import numpy as np
 
     from texvol.comparison.compared import compared_pixels
@@ -211,7 +213,7 @@ def _status(outcome: Outcome, *, detailed: bool) -> int:
 
 
 def in_words(outcome: Outcome) -> str:
-    """What a terminal shows of an outcome."""
+    """Return the outcome as text for a terminal."""
     lines = [f"{outcome.status}: {outcome.candidate.name}, held against {outcome.reference.name}"]
     lines += [f"  {each}" for each in (*outcome.violations, *outcome.scene_words)]
     lines += [f"  {each.words}{_fraction(each.explained)}" for each in outcome.kinds]

@@ -1,4 +1,4 @@
-"""What a volume is, as facts for machines and a page for people: the numbers that a transfer function is chosen by."""
+"""Metadata of a volume for machines, and as a page for people: the numbers for choosing a transfer function."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from texvol.util.shown_text import shown_line
 
 PERCENTAGES = (0.1, 1, 5, 25, 50, 75, 95, 99, 99.9)
 BINS = 64
-MOST_LABELS = 48  # that are listed
-MOST_SORTED = 2**24  # samples that percentiles are taken from; of more than that, evenly spread ones
+MOST_LABELS = 48  # labels listed
+MOST_SORTED = 2**24  # samples used for percentiles; evenly spread ones if there are more
 
-_CHUNK = 2**20  # samples looked at at a time, so that intermediates stay small beside the volume
+_CHUNK = 2**20  # samples per step, so that intermediates stay small beside the volume
 _TEXEL_BYTES = {"rgba8": 4, "rgba16f": 8, "rgba32f": 16}
 _ROWS = 16
 _LABELS_A_ROW = 6
@@ -28,21 +28,19 @@ _BAR = 44
 
 
 def metadata(volume: Volume) -> dict[str, Any]:
-    """Facts about a volume that JSON can hold; what does not exist or is not finite is None.
+    """Return metadata of a volume that JSON can hold; what is missing or not finite is None.
 
-    Lengths are in world units, triples x, y, z. `extent` is the box along the grid's axes; `box_min` and `box_max`
-    bound it along the world's. Values count where they are finite; `percentiles` are of `percentile_samples` of them.
-    In `memory`, `texture_bytes` are by texel format; `gradient_bytes` are those of the one texture that `post` and
-    `integrated` hold value and gradient in where light, contours or the like need it; `slab` and `extinction` keep no
-    gradient. `resampling` is None where the samples are the file's own, and `notes` are what its reader chose.
+    Lengths are in world units, triples are x, y, z. `extent` is the box along the grid's axes; `box_min` and `box_max`
+    are its bounds along the world's axes. Statistics are of finite values; `percentiles` use `percentile_samples` of
+    them. In `memory`, `texture_bytes` has a number for each texel format; `gradient_bytes` is the size of the texture
+    of values and gradients that `post` and `integrated` need for light or contours (`slab` and `extinction` store no
+    gradient). `resampling` is None if the samples are those of the file; `notes` are the reader's choices.
 
-    `labels` is None where values are measured; else their `count`, and of the first ones label and number of samples.
-    `hounsfield` is what says that values are Hounsfield units: "file", "values" where they look like it and the file
-    names no unit, or None. `color` says whether each sample has a colour of its own, of which the value is how much
-    there is.
-    `lone_extremes` are values at the ends of the range that are far from all others: of each the `value`, its number of
-    `samples`, how many `times` the range of the others (`others`) it is away from them, and the text that `--missing`
-    finds it by.
+    `labels` is None for measured values; for labels it has their `count`, and label and number of samples of the first.
+    `hounsfield` is "file" if the file says that values are Hounsfield units, "values" if the file names no unit and the
+    values look like Hounsfield units, else None. `color` is True if each sample has its own colour; the value is then
+    its amount. `lone_extremes` are values at the ends of the range that are far from all others: `value`, number of
+    `samples`, distance in ranges of the other values (`times`), that range (`others`), and the text for `--missing`.
     """
     corners = volume.corners_from_centre + volume.centre
     low, high, mean, counts = _summary(volume.values)
@@ -86,7 +84,7 @@ def metadata(volume: Volume) -> dict[str, Any]:
 
 
 def text(metadata: dict[str, Any]) -> str:
-    """A page about the volume, from what `facts` returned."""
+    """Return a page of text about the volume from its `metadata`."""
     unit = metadata["unit"]
     unit_name = unit or "world units (the file names none)"
     memory = metadata["memory"]
@@ -97,13 +95,13 @@ def text(metadata: dict[str, Any]) -> str:
         ("spacing", f"{_row(metadata['spacing'], ' x ')} {unit_name}"),
         ("extent", f"{_row(metadata['extent'], ' x ')} {unit}".rstrip()),
         ("world", f"{_row(metadata['box_min'])}  to  {_row(metadata['box_max'])}"),
-        ("axes", metadata["space"] or "the file does not say what the world axes point to"),
+        ("axes", metadata["space"] or "the file does not name the directions of the world axes"),
         ("origin", _row(metadata["origin"])),
         ("direction", "; ".join(_row(row) for row in metadata["direction"])),
         ("extinction", metadata["extinction_unit"]),
         *(_label_rows(metadata) if metadata["labels"] else [_value_row(metadata)]),
         *([("value unit", _unit_row(metadata))] if metadata["value_unit"] or metadata["hounsfield"] else []),
-        *([("colour", "each sample has its own; values are how much of it there is")] if metadata["color"] else []),
+        *([("colour", "each sample has its own; the value is its amount")] if metadata["color"] else []),
         *(
             (
                 ("alone" if number == 0 else "", line)
@@ -151,23 +149,23 @@ def _value_row(metadata: dict[str, Any]) -> tuple[str, str]:
 
 def _unit_row(metadata: dict[str, Any]) -> str:
     if metadata["hounsfield"] == "values":
-        return "taken for Hounsfield units, by their range and the share of air; the file names no unit"
+        return "assumed to be Hounsfield units, by range and fraction of air; the file names no unit"
     return "HU, Hounsfield units" if metadata["hounsfield"] else metadata["value_unit"]
 
 
 def _lone_lines(lone: list[dict[str, Any]]) -> list[str]:
-    """A line for each value that is far from all others."""
+    """Return a line for each value that is far from all others."""
     lines = []
     for each in lone:
         count = "1 sample" if each["samples"] == 1 else f"{each['samples']} samples"
         low, high = each["others"]
         far = f"far from all others ({_digits(low)} to {_digits(high)})"
-        lines.append(f"{each['missing']} in {count}, {far}: if it stands for no value, --missing {each['missing']}")
+        lines.append(f"{each['missing']} in {count}, {far}: if it marks missing samples, --missing {each['missing']}")
     return lines
 
 
 def _label_rows(metadata: dict[str, Any]) -> list[tuple[str, str]]:
-    """The number of labels, and a line for each few of the first ones."""
+    """Return the number of labels, and lines that list the first labels."""
     labels = metadata["labels"]
     named = [f"{each['label']}: {each['samples']}" for each in labels["first"]]
     lines = [", ".join(named[at : at + _LABELS_A_ROW]) for at in range(0, len(named), _LABELS_A_ROW)]
@@ -179,7 +177,7 @@ def _label_rows(metadata: dict[str, Any]) -> list[tuple[str, str]]:
 
 
 def _gradient_texel_bytes(dtype: np.dtype[Any]) -> int:
-    """Bytes of a texel of value and gradient: 16 bits a number for integers of 8 and 16, 32 for all else."""
+    """Return bytes per texel of value and gradient: 16-bit numbers for 8- and 16-bit integers, else 32-bit."""
     return 4 * (2 if dtype.kind in "iu" and dtype.itemsize <= 2 else 4)
 
 
@@ -194,7 +192,7 @@ def _finite(chunk: NDArray[Any]) -> NDArray[Any]:
 
 
 def _summary(values: NDArray[Any]) -> tuple[Any, Any, float | None, dict[str, int]]:
-    """Smallest, largest and mean finite value, and how many values are finite, NaN and infinite."""
+    """Return smallest, largest and mean finite value, and the numbers of finite, NaN and infinite values."""
     low = high = None
     mean, seen, nans = 0.0, 0, 0
     for chunk in _chunks(values):
@@ -213,9 +211,9 @@ def _summary(values: NDArray[Any]) -> tuple[Any, Any, float | None, dict[str, in
 
 
 def _percentiles(values: NDArray[Any]) -> tuple[dict[str, float | None], int]:
-    """Percentiles of the finite values, and how many of them they are from."""
+    """Return percentiles of the finite values, and the number of samples used."""
     step = -(-values.size // MOST_SORTED)
-    # Of a step that has a factor in common with a dimension, some columns would be looked at always and some never.
+    # With a step that shares a factor with a dimension, some columns would always be sampled and some never.
     while step > 1 and any(gcd(step, size) > 1 for size in values.shape):
         step += 1
     samples = _finite(values.reshape(-1)[::step])
@@ -230,13 +228,13 @@ def _percentiles(values: NDArray[Any]) -> tuple[dict[str, float | None], int]:
 
 
 def _histogram(values: NDArray[Any], low: Any, high: Any) -> tuple[list[float], list[int]]:
-    """Edges and counts of equal bins from `low` to `high`; for whole numbers half a step beyond both."""
+    """Return edges and counts of equal bins from `low` to `high`; integers get half a step more at both ends."""
     if low is None:
         return [], []
     is_whole = values.dtype.kind in "iu"
     bins = min(BINS, int(high) - int(low) + 1) if is_whole else BINS
     begin, end = (float(low) - 0.5, float(high) + 0.5) if is_whole else (float(low), float(high))
-    width = end / 2 - begin / 2  # of half the range: the whole of -1e308 to 1e308 is infinite
+    width = end / 2 - begin / 2  # half of the range: the whole range of -1e308 to 1e308 is infinite
     if width <= 0 or not np.isfinite(1 / width):
         return [begin, end], [sum(_finite(chunk).size for chunk in _chunks(values))]
     counts = np.zeros(bins, np.int64)
@@ -266,13 +264,13 @@ def _percentile_lines(metadata: dict[str, Any]) -> list[str]:
         "value       " + "  ".join(f"{number:>{width}}" for number, width in zip(numbers, widths, strict=True)),
     ]
     if metadata["percentile_samples"] < metadata["finite_count"]:
-        used, all_of_them = metadata["percentile_samples"], metadata["finite_count"]
-        lines.append(f"            from {used} of {all_of_them} samples, evenly spread")
+        used, finite = metadata["percentile_samples"], metadata["finite_count"]
+        lines.append(f"            from {used} of {finite} samples, evenly spread")
     return lines
 
 
 def _histogram_lines(histogram: dict[str, Any]) -> list[str]:
-    """Rows of a few bins each, with a bar as long as the count's logarithm."""
+    """Return rows of a few bins each, with a bar as long as the logarithm of the count."""
     edges, counts = histogram["edges"], histogram["counts"]
     bins = -(-len(counts) // _ROWS)
     rows = [(edges[at], sum(counts[at : at + bins])) for at in range(0, len(counts), bins)]

@@ -1,4 +1,4 @@
-"""`texvol view`: the command's options, and how it runs."""
+"""`texvol view`: a window in which a volume is turned and its transfer function edited."""
 
 from __future__ import annotations
 
@@ -13,36 +13,36 @@ from texvol.options import texts
 from texvol.util import writing
 
 DEFAULT_SIZE = (960, 720)
-_ERROR = "maximum absolute error wanted of the picture at rest (1/255)"
+_ERROR = "maximum absolute error of the picture at rest (1/255)"
 
 
 def add_view(commands: Any) -> None:
-    """The command's parser."""
+    """Add the command's parser."""
     parser = commands.add_parser(
         "view",
         help="a window on a volume",
-        description="Opens a window in which the volume is turned, its transfer function shaped, pictures and scenes "
-        "saved. --size is that of the picture in it. F1 shows the keys.",
+        description="Opens a window in which the volume is turned, its transfer function edited, pictures and scenes "
+        "saved. --size is the size of the picture in the window. F1 shows the keys.",
     )
     reading_options.add_volume_options(parser, in_scene_file=True)
     options.add_scene_options(parser)
     window = parser.add_argument_group("window")
     window.add_argument("--max-error", type=texts.number, metavar="E", help=_ERROR)
-    window.add_argument("--frame-rate", type=texts.frames_per_second, metavar="F", help="wanted while moving (30)")
-    window.add_argument("--panels", action=argparse.BooleanOptionalAction, default=True, help="beside the picture")
+    window.add_argument("--frame-rate", type=texts.frames_per_second, metavar="F", help="target while moving (30)")
+    window.add_argument("--panels", action=argparse.BooleanOptionalAction, default=True, help="panels in the window")
     played = parser.add_argument_group("recorded input")
     played.add_argument("--script", metavar="FILE", help="play this input back")
     played.add_argument("--record", type=texts.file_name, metavar="FILE", help="write the input as a script")
-    played.add_argument("--frames", type=texts.frames, metavar="N", help="end after N frames")
+    played.add_argument("--frames", type=texts.frames, metavar="N", help="close the window after N frames")
     played.add_argument(
-        "--screenshot", type=texts.file_name, metavar="FILE", help="the window at the end, as a picture"
+        "--screenshot", type=texts.file_name, metavar="FILE", help="picture of the window before it closes"
     )
-    played.add_argument("--timings", type=texts.file_name, metavar="FILE.csv", help="how long each frame took")
+    played.add_argument("--timings", type=texts.file_name, metavar="FILE.csv", help="seconds of each frame")
     parser.set_defaults(run=run)
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Open the window; until it is closed."""
+    """Open the window and return when it is closed."""
     for path in (arguments.timings, arguments.record):
         if path:
             writing.check_writable(path)
@@ -68,13 +68,13 @@ def _plan(arguments: argparse.Namespace, check: Callable[[], None]) -> Any:
     given: dict[str, Any] = {}
     if arguments.max_error is not None:
         if not 0 < arguments.max_error < 1:
-            raise InputError(f"--max-error is over 0 and under 1 here, and is {arguments.max_error:g}")
+            raise InputError(f"--max-error must be over 0 and under 1, got {arguments.max_error:g}")
         given["max_error"] = arguments.max_error
     if arguments.frame_rate is not None:
         given["frames_per_second"] = arguments.frame_rate
     name = arguments.volume or arguments.scene
     if name is not None:
-        scene_options = options.SceneOptions(arguments)  # what is wrong with them is said before a window opens
+        scene_options = options.SceneOptions(arguments)  # reports wrong options before the window opens
         size = scene_options.size if "size" in vars(arguments) or arguments.scene else DEFAULT_SIZE
         given |= {"open": lambda pixels: opened(arguments, pixels), "name": name}
     else:

@@ -1,7 +1,7 @@
-"""How far one picture is from another, what kind of difference that is, and whether it is too much.
+"""Differences of two pictures, their limits, and their probable causes.
 
-compare      plain absolute differences of two arrays, as tests of one's own use them
-examine      everything about a candidate and its reference: measures, limits that it breaks, kinds, the oracle
+compare      absolute differences of two arrays, as in tests of your own
+examine      a candidate and its reference: measures, broken limits, kinds of difference, the oracle's verdict
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What CI systems are told of pictures: annotations and a job summary on GitHub, properties and attachments for JUnit.
+"""Reports for CI systems: annotations and a job summary for GitHub, properties and attachments for JUnit.
 
 GitHub    `::error file=…,line=…,title=…::…` on standard output, and Markdown at the end of $GITHUB_STEP_SUMMARY
 JUnit     properties of a test case, and lines [[ATTACHMENT|path]] in its output, as Jenkins and GitLab read them
@@ -20,29 +20,29 @@ if TYPE_CHECKING:
 
 FAILING = ("broken", "different", "new", "refused")
 _SIGNS = {"broken": "❌", "different": "❌", "new": "🆕", "refused": "❌", "updated": "✏️", "same": "✅"}
-# GitHub takes 1 MiB of each step, and drops all of it beyond that; the step may have said something already.
+# GitHub drops the summary of a step that exceeds 1 MiB; the step may have written to it already.
 _MOST_BYTES = 1 << 20
 _MOST_OF_SUMMARY = _MOST_BYTES * 3 // 4
-_MOST_ANNOTATIONS = 10  # of one step and level are shown
-_MOST_WORDS = 300  # characters of a cell
+_MOST_ANNOTATIONS = 10  # that GitHub shows for a step
+_MOST_WORDS = 300  # of a cell
 
 
 @dataclass(frozen=True)
 class Result:
-    """What there is to tell of one picture.
+    """Result of one picture's comparison, for a CI system.
 
     Attributes
     ----------
     status : str
         "same", "different", "broken", "new", "updated" or "refused".
     words : tuple of str
-        Why it failed.
+        Reasons of the failure.
     kinds : tuple of str
-        What kind of difference it is.
+        Kinds of difference.
     test, file, line : str, str, int
-        Where it is checked, if it is a test's.
+        Test that checks the picture, and its position.
     page : str
-        Where to look at it.
+        Path of the picture's page.
     attachments : tuple of str
         Files for JUnit.
     """
@@ -61,7 +61,7 @@ class Result:
 
     @classmethod
     def of(cls, outcome: Outcome, page: str | None = None) -> Result:
-        """Of an outcome that is no test's."""
+        """Return the result of an outcome that belongs to no test."""
         measures = outcome.measures
         return cls(
             outcome.name,
@@ -75,17 +75,17 @@ class Result:
 
 
 def on_github(environment: Mapping[str, str] = os.environ) -> bool:
-    """Whether this runs in a workflow of GitHub's."""
+    """True in a workflow of GitHub Actions."""
     return environment.get("GITHUB_ACTIONS") == "true"
 
 
 def told(outcomes: Iterable[Outcome], environment: Mapping[str, str] = os.environ) -> list[str]:
-    """Lines to print of some outcomes, annotations; the job summary gets its table. Nothing but on GitHub."""
+    """Return annotations of outcomes to print, and write their table to the job summary; empty outside of GitHub."""
     return tell([Result.of(outcome) for outcome in outcomes], environment)
 
 
 def tell(results: Sequence[Result], environment: Mapping[str, str] = os.environ) -> list[str]:
-    """The same of results."""
+    """Return annotations of results to print, and write their table to the job summary; empty outside of GitHub."""
     if not on_github(environment) or not results:
         return []
     add_to_summary(job_summary(results), environment)
@@ -93,7 +93,7 @@ def tell(results: Sequence[Result], environment: Mapping[str, str] = os.environ)
 
 
 def workflow_commands(results: Iterable[Result], environment: Mapping[str, str] = os.environ) -> list[str]:
-    """A workflow command for each picture that failed, as many as GitHub shows; the last counts the others."""
+    """Return a workflow command for each failed picture, as many as GitHub shows; the last one counts the rest."""
     failed = [result for result in results if result.status in FAILING]
     shown = failed if len(failed) <= _MOST_ANNOTATIONS else failed[: _MOST_ANNOTATIONS - 1]
     lines = [_annotation(result, environment) for result in shown]
@@ -103,9 +103,9 @@ def workflow_commands(results: Iterable[Result], environment: Mapping[str, str] 
 
 
 def add_to_summary(markdown: str, environment: Mapping[str, str] = os.environ) -> None:
-    """Write to the end of the job summary, as far as there is one and room in it.
+    """Append to the job summary, if there is one and it has room.
 
-    What can't be written is left out: a summary is no reason to fail.
+    Errors of writing are ignored: a missing summary is no reason to fail.
     """
     path = environment.get("GITHUB_STEP_SUMMARY")
     if not path:
@@ -119,7 +119,7 @@ def add_to_summary(markdown: str, environment: Mapping[str, str] = os.environ) -
 
 
 def job_summary(results: Sequence[Result], title: str = "Pictures") -> str:
-    """A table in Markdown, in the order of the results; what does not fit is counted."""
+    """Return a Markdown table in the order of the results; rows beyond GitHub's limit are counted."""
     failed = sum(result.status in FAILING for result in results)
     lines = [
         f"### {_cell(title)}: " + (f"{failed} of {len(results)} failed" if failed else f"all {len(results)} fine"),
@@ -152,7 +152,7 @@ def properties(result: Result) -> list[tuple[str, str]]:
 
 
 def attachment(path: str) -> str:
-    """The line in a test case's output that Jenkins and GitLab take for an attached file."""
+    """Line of a test case's output that Jenkins and GitLab read as an attachment."""
     return f"[[ATTACHMENT|{shown_line(path)}]]"
 
 
@@ -164,7 +164,7 @@ def _annotation(result: Result, environment: Mapping[str, str]) -> str:
 
 
 def _in_workspace(file: str | None, environment: Mapping[str, str]) -> str | None:
-    """The file as GitHub knows it: from the root of the repository."""
+    """Return the file's path from the root of the repository, as GitHub expects it."""
     root = environment.get("GITHUB_WORKSPACE")
     if file is None or not root:
         return file
@@ -173,13 +173,13 @@ def _in_workspace(file: str | None, environment: Mapping[str, str]) -> str | Non
 
 
 def _escaped(text: str, *, of_property: bool = False) -> str:
-    """Text in a workflow command: its characters of control, and in a property what ends one, in percent."""
+    """Escape text of a workflow command: in percent, control characters, and in a property the separators."""
     special = "%\r\n:," if of_property else "%\r\n"
     return "".join(f"%{ord(each):02X}" if each in special else each for each in shown(text))
 
 
 def _row(result: Result) -> str:
-    # Where it failed its words say the kinds; else there is nothing to say.
+    # A picture that did not fail has no reasons.
     what = "; ".join(result.kinds or result.words[1:] or result.words) if result.status in FAILING else ""
     if result.status == "updated":
         what = "; ".join(result.words)
@@ -198,6 +198,6 @@ def _number(number: float | None) -> str:
 
 
 def _cell(text: str) -> str:
-    """Text that is no Markdown and no HTML, on one line."""
+    """Return text as one line of Markdown without markup or HTML."""
     line = one_line(text)
     return markdown(line if len(line) <= _MOST_WORDS else line[: _MOST_WORDS - 1] + "…")

@@ -1,12 +1,12 @@
-"""The form in which two pictures are compared: that of the format that holds less, applied to both.
+"""Common form of two pictures: what the formats of both can hold, applied to both before they are compared.
 
-numbers    of xray, mip, minip and average: where one picture holds them and the other one whole numbers, they are
-           shown as grey or colours, as the header of the latter says
-range      cut to 0 … 1 where one holds whole numbers
-straight   where one holds straight colour in whole numbers, which ends at 1, premultiplied colour ends at the
-           opacity; only in those channels that the format has at its end is the other picture cut there, too
-opacity    left out where one has none: that one is the picture over its background, and so are the colours of
-           the other, whose background texvol has put into them already
+numbers    modes xray, mip, minip and average: if one picture holds numbers and the other shows them in whole
+           numbers, the numbers become grey or colours as the header of the latter says
+range      cut to 0 … 1 if one picture holds whole numbers
+straight   if one picture holds straight colour in whole numbers, its colour ends at 1, premultiplied colour at the
+           opacity; the other picture is cut in the channels that reach that end
+opacity    left out if one picture has none: that picture lies over its background, and texvol has put the background
+           into the other picture's colours already
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ if TYPE_CHECKING:
     from texvol.provenance.stored_scene import StoredScene
 
 SCENE_ATTRIBUTE = "texvol:scene"
-NUMBER_MODES = ("xray", "mip", "minip", "average")  # display.NUMBER_MODES, without what it imports
-SHOWING = ("window", "colors")  # parts of a header that say how numbers are shown
-_ROUNDING = 2.0**-20  # of straight colour 1, which is read as opacity times 1 in float32
+NUMBER_MODES = ("xray", "mip", "minip", "average")  # display.NUMBER_MODES, without its imports
+SHOWING = ("window", "colors")  # parts of a header on the display of numbers
+_ROUNDING = 2.0**-20  # straight colour 1 is read as opacity times 1 in float32
 
 
 @dataclass(frozen=True)
@@ -41,11 +41,11 @@ class CommonForm:
     ----------
     ends_at_one, has_opacity : bool
     cut : array of shape (height, width, 3) or None
-        Channels in which straight colour is at its end, so that premultiplied colour is cut at the opacity.
+        True for channels whose straight colour reaches 1, so that premultiplied colour is cut at the opacity.
     display : StoredScene or None
-        How numbers are shown; None where no numbers are to become colours.
+        How numbers are shown; None if no numbers have to be shown.
     reason : str
-        Why numbers can't be shown that have to be; empty where there are none, or they can.
+        Why numbers that have to be shown cannot be shown; empty otherwise.
     """
 
     ends_at_one: bool
@@ -56,7 +56,7 @@ class CommonForm:
 
     @classmethod
     def of_pair(cls, candidate: Picture, reference: Picture) -> CommonForm:
-        """The form of two pictures of one size."""
+        """Return the common form of two pictures of one size."""
         pair = candidate, reference
         display, reason = _display(*pair)
         both = all(each.has_opacity for each in pair)
@@ -70,7 +70,7 @@ class CommonForm:
         )
 
     def of(self, picture: Picture) -> Picture:
-        """One picture of the pair in this form."""
+        """Return one picture of the pair in this form."""
         pixels = picture.pixels
         if self.display is not None and not picture.whole_numbers:
             pixels = self.display.in_eight_bits(pixels).astype(np.float32)
@@ -80,7 +80,7 @@ class CommonForm:
         return picture if pixels is picture.pixels else replace(picture, pixels=np.asarray(pixels, np.float32))
 
     def of_truth(self, truth: NDArray[np.float64], stored: StoredScene) -> NDArray[np.float64]:
-        """The oracle's picture of a scene in this form, shape (height, width, 4)."""
+        """Return the oracle's picture of a scene in this form, shape (height, width, 4)."""
         if self.ends_at_one:
             shown = self.display or stored
             scene = replace(stored.scene, coloring=shown.scene.coloring)
@@ -91,7 +91,7 @@ class CommonForm:
         return truth
 
     def _cut(self, pixels: NDArray, holds_whole_numbers: bool) -> NDArray:
-        """Pixels that end where those of the pair do; whole numbers do so already."""
+        """Return the pixels, cut at the pair's ends; whole numbers are cut already."""
         if not self.ends_at_one or holds_whole_numbers:
             return pixels
         pixels = np.clip(pixels, 0, 1)
@@ -102,13 +102,13 @@ class CommonForm:
 
 
 def on_common_form(candidate: Picture, reference: Picture) -> tuple[Picture, Picture]:
-    """Both pictures in the form that they are compared in."""
+    """Return both pictures in their common form."""
     form = CommonForm.of_pair(candidate, reference)
     return form.of(candidate), form.of(reference)
 
 
 def header_of(picture: Picture) -> dict[str, Any] | None:
-    """The scene in a picture's header as it stands there, or None where there is none that is a JSON object."""
+    """Return the scene in a picture's header as it is stored; None if there is none, or no JSON object."""
     try:
         found = parsed_json(picture.attributes.get(SCENE_ATTRIBUTE, ""), picture.name)
     except InputError:
@@ -117,7 +117,7 @@ def header_of(picture: Picture) -> dict[str, Any] | None:
 
 
 def holds_numbers(picture: Picture) -> bool:
-    """True if the scene in the header is one of a mode whose floating-point pictures hold the volume's own numbers."""
+    """True if the picture is floating point, and its scene's mode makes pictures of the volume's own numbers."""
     if picture.whole_numbers:
         return False
     header = header_of(picture)
@@ -125,7 +125,7 @@ def holds_numbers(picture: Picture) -> bool:
 
 
 def _at_the_end(picture: Picture) -> NDArray[np.bool_] | None:
-    """Channels in which straight colour is as large as whole numbers hold it; None where colour is not stored so."""
+    """Return the channels whose straight colour is the largest whole number; None without straight colour."""
     if not (picture.whole_numbers and picture.is_straight):
         return None
     opacity = picture.pixels[..., 3:]
@@ -133,7 +133,7 @@ def _at_the_end(picture: Picture) -> NDArray[np.bool_] | None:
 
 
 def _display(candidate: Picture, reference: Picture) -> tuple[StoredScene | None, str]:
-    """Display of numbers, where one picture holds them and the other one shows them; None elsewhere, or if unknown."""
+    """Return how numbers are shown if one picture holds and the other shows them, or why that is unknown."""
     for numbers, colors in ((candidate, reference), (reference, candidate)):
         if colors.whole_numbers and holds_numbers(numbers):
             own, other = header_of(numbers) or {}, header_of(colors) or {}
@@ -142,7 +142,7 @@ def _display(candidate: Picture, reference: Picture) -> tuple[StoredScene | None
             try:
                 found = _shown_as(other, colors.name) if _says_how(other) else _as_found(numbers)
             except TexvolError as error:
-                return None, f"{numbers.name} holds numbers, and how {colors.name} shows them is not known: {error}"
+                return None, f"{numbers.name} holds numbers, and the display of {colors.name} is unknown: {error}"
             return found, ""
     return None, ""
 
@@ -152,7 +152,7 @@ def _says_how(header: Mapping[str, Any]) -> bool:
 
 
 def _shown_as(header: Mapping[str, Any], name: str) -> StoredScene:
-    """The display of a header, in a scene of no other use: its volume is a single sample."""
+    """Return the display of a header as a stored scene, whose volume is a single sample and means nothing."""
     from texvol.provenance.scene_metadata import scene_metadata
     from texvol.provenance.stored_scene import scene_from_metadata
     from texvol.scene.scene import Scene
@@ -166,7 +166,7 @@ def _shown_as(header: Mapping[str, Any], name: str) -> StoredScene:
 
 
 def _as_found(numbers: Picture) -> StoredScene:
-    """The display that is found where nobody chose one; needs the volume, whose range may be the window."""
+    """Return the display that texvol chooses by itself; needs the volume, whose range may be the window."""
     from texvol.provenance.stored_scene import stored_scene_of
     from texvol.scene.display import found_window
 

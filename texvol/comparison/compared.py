@@ -1,4 +1,4 @@
-"""What was held against each other in a pair of pictures, for pages to show: pixels and their differences."""
+"""Pixels that were compared, and their differences, for pages."""
 
 from __future__ import annotations
 
@@ -12,26 +12,26 @@ from texvol.comparison.outcome import Outcome
 
 
 def compared_pixels(outcome: Outcome) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """The pixels that were held against each other, in the form that both formats can hold."""
+    """Return the pixels of candidate and reference in their common form."""
     ours, theirs = on_common_form(outcome.candidate, outcome.reference)
     return ours.pixels, theirs.pixels
 
 
 def pixel_differences(candidate: NDArray, reference: NDArray) -> NDArray[np.float32]:
-    """Each pixel's largest absolute difference; infinite where either is not finite."""
+    """Return each pixel's largest absolute difference; infinite if either pixel is not finite."""
     with np.errstate(invalid="ignore", over="ignore"):
         channels = np.moveaxis(np.abs(candidate - reference), 2, 0)
-    difference = reduce(np.maximum, channels)  # a fifth of the time that max(axis=2) takes of so few
+    difference = reduce(np.maximum, channels)  # takes a fifth of the time of max(axis=2)
     return np.where(np.isnan(difference), np.float32(np.inf), difference)
 
 
 def largest_finite(numbers: NDArray) -> float:
-    """The largest of those that are finite, or 0."""
+    """Return the largest finite number, or 0."""
     return float(numbers[np.isfinite(numbers)].max(initial=0))
 
 
 def shown_range(reference: NDArray, scale: float) -> list[float]:
-    """What is shown black and white: 0 and 1 of light, and the ends of the range of numbers."""
+    """Return the values that are shown black and white: 0 and 1 for light, the range of the reference for numbers."""
     if scale == 1:
         return [0.0, 1.0]
     colors = reference[..., :3]

@@ -1,4 +1,4 @@
-"""How far one picture is from another."""
+"""Absolute difference of two pictures."""
 
 from __future__ import annotations
 
@@ -25,22 +25,22 @@ class Difference:
 
 
 def compare(candidate: ArrayLike, reference: ArrayLike) -> Difference:
-    """The difference of two pictures of the same shape (height, width, channels).
+    """Return the difference of two pictures of the same shape (height, width, channels).
 
     Raises
     ------
     InputError
-        If the shapes differ.
+        If the shapes differ or have no pixels.
     """
     candidate, reference = np.asarray(candidate, np.float64), np.asarray(reference, np.float64)
     if candidate.shape != reference.shape or candidate.ndim != 3:
         hint = ""
         if candidate.ndim == reference.ndim == 3 and candidate.shape[:2] == reference.shape[:2]:
-            hint = "; to compare colours alone, give picture[..., :3] of both"
+            hint = "; to compare colours alone, pass picture[..., :3] of both"
         shapes = f"{candidate.shape} and {reference.shape}"
-        raise InputError(f"pictures must have one shape (h, w, channels): {shapes}{hint}")
+        raise InputError(f"pictures must have one shape (height, width, channels), got {shapes}{hint}")
     if candidate.size == 0:
-        raise InputError("pictures without pixels can't be compared")
+        raise InputError(f"pictures must have pixels, got shape {candidate.shape}")
     broken = ~(np.isfinite(candidate) & np.isfinite(reference)).all(axis=2)
     with np.errstate(invalid="ignore"):
         difference = np.abs(candidate - reference)

@@ -1,4 +1,4 @@
-"""One picture's line on the page of all pictures: numbers, words, and pictures the size of a thumb; JSON-able."""
+"""Entries of the page of all pictures: numbers, texts and thumbnails of each picture, JSON-able."""
 
 from __future__ import annotations
 
@@ -20,28 +20,28 @@ from texvol.util import color
 
 _THUMB = 128  # pixels of the longer side
 _MOST_EXCESS = 1e12  # of a limit of 0; JSON has no infinity
-THUMBNAIL_DECADES = 2  # of differences, each way from the limit
+THUMBNAIL_DECADES = 2  # of differences, below and above the limit
 _MAGENTA = 1.0, 0.0, 1.0
 
 
 def entry_of(outcome: Outcome, *, test: str = "", page: str = "", metadata: Mapping[str, str] = {}) -> dict[str, Any]:
-    """The line of a pair.
+    """Return the entry of a compared pair.
 
     Parameters
     ----------
     test : str
-        What asked for it.
+        Test that checks the picture.
     page : str
-        Path of its own page, from the page of all.
-    facts : mapping
-        How it was made; shown where it is not the same for all.
+        Path of the pair's own page, from the page of all pictures.
+    metadata : mapping
+        Driver, versions and the like; shown where they are not the same for all pictures.
 
     Returns
     -------
     dict
-        `name`, `test`, `page`, `status`, `facts`, `excess` (times over the limit it is farthest over, or of it),
-        `size`, `measures`, `limits`, `violations`, `kinds`, `oracle`, `notes` (words), `thumbnails`
-        (`candidate`, `reference` and `difference`, as data: URLs, as far as there are).
+        `name`, `test`, `page`, `status`, `facts` (the metadata), `excess` (largest measure as a multiple of its limit),
+        `size`, `measures`, `limits`, `violations`, `kinds`, `oracle`, `notes` (texts), `thumbnails` (data: URLs of
+        `candidate`, `reference` and `difference`, as far as there are).
     """
     measures = outcome.measures
     return {
@@ -68,7 +68,7 @@ def entry_without_reference(
     page: str = "",
     metadata: Mapping[str, str] = {},
 ) -> dict[str, Any]:
-    """The line of a picture that has no reference yet ("new"), or whose reference can't be read ("broken")."""
+    """Return the entry of a picture without a reference ("new"), or with an unreadable one ("broken")."""
     return {
         **_start(name, status, test, page, metadata),
         "excess": None,
@@ -99,10 +99,10 @@ def _few(measures: Measures) -> dict[str, float]:
 
 
 def excess(measures: Measures | None, limits: Limits) -> float | None:
-    """How many times over its limits a pair is: the largest share of a limit that is used up. None without measures."""
+    """Return the largest measure as a multiple of its limit; None without measures."""
     if measures is None:
         return None
-    # Of a share of pixels that may be 0 nothing is known but that it is over: the farthest pixel says how far.
+    # A limit of 0 % has no multiples: the largest difference takes its place.
     pairs = (
         (measures.percent_over, limits.fail_percent) if limits.fail_percent else (measures.beyond_max, limits.max_abs),
         (measures.beyond_max, limits.hard_max),
@@ -139,13 +139,13 @@ def _thumbnails(outcome: Outcome) -> dict[str, str]:
 
 
 def _blocks(size: int, most: int) -> NDArray[np.intp]:
-    """Where each of at most `most` blocks of `size` pixels begins."""
+    """Return the starts of at most `most` blocks of `size` pixels."""
     count = min(size, most)
     return np.arange(count) * size // count
 
 
 def _reduced(numbers: NDArray, how: np.ufunc) -> NDArray:
-    """Blocks of (height, width, …) as one pixel each: their sum, or largest; the longer side has `_THUMB` of them."""
+    """Reduce blocks of (height, width, …) to a pixel each, by sum or maximum; the longer side has `_THUMB` blocks."""
     height, width = numbers.shape[:2]
     longer = max(height, width)
     rows, columns = (_blocks(each, max(1, each * _THUMB // longer)) for each in (height, width))
@@ -153,7 +153,7 @@ def _reduced(numbers: NDArray, how: np.ufunc) -> NDArray:
 
 
 def _thumbnail(pixels: NDArray, scale: float, low: float = 0.0) -> str:
-    """The picture over black; magenta around what is no number."""
+    """Return a small picture over black; pixels that are not finite are magenta."""
     colors = pixels[..., :3]
     has_broken = not np.isfinite(pixels).all()
     shown = np.clip(np.nan_to_num(colors) if has_broken else colors, low, low + scale)
@@ -165,7 +165,7 @@ def _thumbnail(pixels: NDArray, scale: float, low: float = 0.0) -> str:
 
 
 def _difference_thumbnail(differences: NDArray, limit: float) -> str:
-    """Differences in false colours, by their share of the limit of a pixel: one wrong pixel is to be seen."""
+    """Return differences in false colours, relative to the limit of a pixel; a single wrong pixel stays visible."""
     reduced = _grown(_reduced(differences, np.maximum))
     with np.errstate(divide="ignore"):
         fractions = 0.5 + np.log10(reduced / limit) / (2 * THUMBNAIL_DECADES)
@@ -177,7 +177,7 @@ def _difference_thumbnail(differences: NDArray, limit: float) -> str:
 
 
 def _grown(small: NDArray) -> NDArray:
-    """The largest of each pixel and its neighbours, in pictures of so many that a single one is easily missed."""
+    """Return each pixel's largest neighbour, in thumbnails so large that a single pixel would be missed."""
     if max(small.shape) < _THUMB:
         return small
     for axis in (0, 1):
@@ -188,7 +188,7 @@ def _grown(small: NDArray) -> NDArray:
 
 def _encoded(small: NDArray) -> str:
     picture = np.dstack([small, np.ones(small.shape[:2])])
-    # A JPEG is a quarter of the bytes, but makes mush of few pixels.
+    # A JPEG needs a quarter of the bytes, but blurs small pictures.
     is_tiny = picture.shape[0] * picture.shape[1] < 1024
     kind = "png" if is_tiny else "jpeg"
     return data_url(image.encoded(f"thumb.{kind}", picture, quick=True), f"image/{kind}")

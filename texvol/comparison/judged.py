@@ -1,7 +1,7 @@
-"""Judgement of a comparison by the scenes in the headers: the oracle's word, and which mistake it may be.
+"""Judgement of a comparison by the scenes in the headers: the oracle's verdict, and mistakes that explain it.
 
-Each picture is held against the oracle of its own scene. Where the scenes are the same that is one truth, and it says
-which of the two is nearer to it; see `three_way` for where they are not.
+Each picture is compared with the oracle's picture of its own scene. If the scenes are equal, the oracle's picture shows
+which of the two is nearer to it; see `three_way` for unequal scenes.
 """
 
 from __future__ import annotations
@@ -34,28 +34,28 @@ def judged(
     scene: Scene | None = None,
     explain: bool = True,
 ) -> Outcome:
-    """The outcome with the oracle's word, as far as scenes and their volumes are found.
+    """Return the outcome with the oracle's verdict, as far as the scenes and their volumes are found.
 
     Parameters
     ----------
     volume : path, optional
-        The scenes' volume, where it is no longer where it was.
+        Volume of the scenes, if it was moved.
     required : bool
-        Whether it is an error if there is no scene; otherwise a note says why nothing was asked.
+        True to raise an error if there is no scene; otherwise a note gives the reason.
     scene : Scene, optional
-        The candidate's, where it is at hand; the reference's may have the same volumes.
+        The candidate's scene, if it is in memory; the reference's scene may have the same volumes.
     explain : bool
-        Whether to look for mistakes of a renderer that make the candidate of its scene.
+        True to search for mistakes of a renderer that explain the candidate.
 
     Raises
     ------
     InputError, MissingExtraError
-        If `required` and there is no scene, or its volume is not found, or the oracle's library is missing.
+        If `required`, and there is no scene, its volume is not found, or the oracle's library is missing.
     """
     has_scene = [SCENE_ATTRIBUTE in each.attributes for each in (outcome.candidate, outcome.reference)]
     if not any(has_scene) and required:
         names = f"{outcome.candidate.name} and {outcome.reference.name}"
-        raise InputError(f"{names}: there is no scene in their headers ({SCENE_ATTRIBUTE}) for the oracle to draw")
+        raise InputError(f"{names}: the oracle needs a scene in a header ({SCENE_ATTRIBUTE}), got none")
     if not any(has_scene) or outcome.measures is None:
         return outcome
     found, faults = _scenes(outcome, volume, scene)
@@ -71,14 +71,14 @@ def judged(
     except TexvolError as error:
         if required:
             raise
-        outcome = replace(outcome, notes=(*outcome.notes, f"the oracle was not asked: {error}"))
+        outcome = replace(outcome, notes=(*outcome.notes, f"the oracle was not used: {error}"))
     return outcome
 
 
 def _scenes(
     outcome: Outcome, volume: str | None, scene: Scene | None
 ) -> tuple[dict[str, StoredScene], dict[str, TexvolError]]:
-    """The scenes of candidate and reference, and why one that is in a header is not found."""
+    """Return the scenes of candidate and reference by role, and the errors of scenes that are not found."""
     found: dict[str, StoredScene] = {}
     faults: dict[str, TexvolError] = {}
     for role, picture in zip(_ROLES, (outcome.candidate, outcome.reference), strict=True):
@@ -92,7 +92,7 @@ def _scenes(
 
 
 def _stored(picture: Picture, volume: str | None, scene: Scene | None) -> StoredScene:
-    """The scene of a picture, of the volumes that are at hand where these are its."""
+    """Return the scene of a picture, with the volumes in memory if they are that scene's."""
     from texvol.provenance.stored_scene import stored_scene_of
 
     how: dict[str, Any] = {"name": picture.name, "folder": Path(picture.name).resolve().parent}
@@ -120,7 +120,7 @@ def _with_verdict(outcome: Outcome, found: Mapping[str, StoredScene], faults: Ma
     if not changes:
         return with_truth(outcome, _truth(outcome, found.get("reference") or found["candidate"]))
     truths = [_truth(outcome, found[role]) if role in found else None for role in _ROLES]
-    reasons = [f"the {role} was not judged, since {fault}" for role, fault in faults.items()]
+    reasons = [f"the {role} was not judged: {fault}" for role, fault in faults.items()]
     ours, theirs = on_common_form(outcome.candidate, outcome.reference)
     scale = outcome.measures.scale if outcome.measures else 1.0
     said = each_by_its_own(
@@ -134,12 +134,12 @@ def _with_verdict(outcome: Outcome, found: Mapping[str, StoredScene], faults: Ma
 
 
 def _taken_as_they_are(outcome: Outcome) -> list[str]:
-    """A note on pictures whose header does not say which values the volume had: a PNG's does not."""
+    """Return a note on pictures whose header holds no checksum of the volume, such as PNG."""
     headers = {each.name: header_of(each) for each in (outcome.candidate, outcome.reference)}
     unknown = [name for name, header in headers.items() if header is not None and _may_have_changed(header)]
     if not unknown:
         return []
-    return [f"{' and '.join(unknown)}: the header does not say which values the volume had; the file is taken as it is"]
+    return [f"{' and '.join(unknown)}: the header holds no checksum of the volume; the file is used as it is"]
 
 
 def _may_have_changed(header: Mapping[str, Any]) -> bool:
@@ -153,7 +153,7 @@ def _truth(outcome: Outcome, stored: StoredScene) -> NDArray:
 
 
 def _explained(outcome: Outcome, own: StoredScene | None) -> tuple[Any, ...]:
-    """Mistakes of a renderer that make the candidate of its scene, where it differs and was drawn in slabs."""
+    """Return the mistakes of a renderer that explain the candidate, if it differs and was drawn in slabs."""
     candidate = outcome.candidate
     if own is None or outcome.status != "different" or not own.settings or own.shows_numbers:
         return ()

@@ -1,20 +1,20 @@
-"""How far two pictures may be apart, and where the defaults come from.
+"""Limits of the difference of two pictures, and the origin of their defaults.
 
 One machine draws the same picture twice, bit for bit (measured: Mesa's llvmpipe, EGL and OSMesa, vectors of 128 and
-256 bits, all pictures of the gallery). Another processor or compiler rounds otherwise: 2^-24 of a number, in some
-hundreds of sums along a ray, is at most 1e-4 of light; `ONE_DRIVER` allows that ten times over, in no pixel more.
+256 bits, all pictures of the gallery). Another processor or compiler rounds differently: 2^-24 of a number, in some
+hundreds of sums along a ray, is at most 1e-4 of light; `ONE_DRIVER` allows ten times that in each pixel.
 
 Two drivers also place samples differently: graphics cards interpolate textures with weights of 8 bits, so that a
-sample is up to 1/512 of a voxel off. Where the picture is smooth that is under a level of 8 bits. Where a ray just
-meets a surface or just misses it a pixel may change altogether: with 8-bit weights planted in the shaders, and the
+sample is up to 1/512 of a voxel off. In smooth parts of a picture that is less than a level of 8 bits. Where a ray
+just hits or just misses a surface a pixel may change completely: with 8-bit weights planted in the shaders, and the
 twelve pictures of the gallery at 128 and 400 pixels, up to 0.12% of the pixels changed by more than 1/255, by up to 1;
 rms was at most 2.9e-3, FLIP 0.0012, and no pixel left the range of its neighbours by more than 0.34. `TWO_DRIVERS`
-allows one and a half to four times that. It does not see a wrong pixel on an edge; `ONE_DRIVER` does.
+allows one and a half to four times that. `TWO_DRIVERS` misses a wrong pixel on an edge; `ONE_DRIVER` finds it.
 
-FLIP of two pictures that differ everywhere by the rms limit is up to 0.008 and 0.08 where they are dark grey (0.05 of
-light), and more than twice that on black, which no scene fills: 0.01 and 0.05 are its limits.
+FLIP of two pictures that differ everywhere by the rms limit is up to 0.008 and 0.08 on dark grey (0.05 of light), and
+more than twice that on black, which no scene fills: the limits of FLIP are 0.01 and 0.05.
 
-Which of them is the default: `TWO_DRIVERS` where both pictures name their driver, and not the same; else `ONE_DRIVER`.
+The default is `TWO_DRIVERS` if both pictures name their driver, and the drivers differ; otherwise `ONE_DRIVER`.
 """
 
 from __future__ import annotations
@@ -36,22 +36,22 @@ DRIVER_ATTRIBUTE = "texvol:renderer"
 
 @dataclass(frozen=True)
 class Limits:
-    """What a pair of pictures is held against; all are of linear light, premultiplied, beyond what formats round away.
+    """Limits of a pair's measures, in linear premultiplied light, beyond the rounding of number formats.
 
     Attributes
     ----------
     max_abs : float
-        A pixel differs if any channel does by more than this; `fail_percent` of the pixels may.
+        A pixel differs if any channel differs by more; up to `fail_percent` of the pixels may differ.
     fail_percent : float
         0 to 100.
     hard_max : float
-        No channel of any pixel differs by more than this.
+        Largest difference of any channel of any pixel.
     outlier : float
-        No pixel is farther than this outside of what it and its eight neighbours hold in the other picture.
+        Largest distance of a pixel from the range of the pixel and its eight neighbours in the other picture.
     rms, flip : float
         Over the whole picture.
     source : str
-        Where they come from, in words.
+        Origin of the limits, in words.
     """
 
     max_abs: float
@@ -66,16 +66,16 @@ class Limits:
         for name in NAMES:
             number = getattr(self, name)
             if isinstance(number, bool) or not isinstance(number, int | float) or not number >= 0:
-                raise InputError(f"{_key(name)}: a number from 0 upwards is wanted, and not {number!r}")
+                raise InputError(f"{_key(name)} must be a number of at least 0, got {number!r}")
         if self.fail_percent > 100:
-            raise InputError(f"fail-percent: a percentage up to 100 is wanted, and not {self.fail_percent:g}")
+            raise InputError(f"fail-percent must be at most 100, got {self.fail_percent:g}")
 
     def looser_than(self, other: Limits) -> tuple[str, ...]:
-        """Names, as on the command line, of the limits that allow more than the other's do."""
+        """Names, as on the command line, of the limits that are larger than the other's."""
         return tuple(_key(name) for name in NAMES if getattr(self, name) > getattr(other, name))
 
     def as_json(self) -> dict[str, Any]:
-        """The limits by their names on the command line; None where there is none."""
+        """The limits by their names on the command line; None for no limit."""
         return {_key(name): without_infinities(value) for name, value in asdict(self).items()}
 
 
@@ -87,29 +87,29 @@ NAMED = {"one-driver": ONE_DRIVER, "two-drivers": TWO_DRIVERS}
 
 
 def default_limits(candidate: Picture, reference: Picture) -> Limits:
-    """The defaults for a pair, see the module."""
+    """Return the default limits of a pair, see the module."""
     drivers = [each.attributes.get(DRIVER_ATTRIBUTE) for each in (candidate, reference)]
     return TWO_DRIVERS if all(drivers) and drivers[0] != drivers[1] else ONE_DRIVER
 
 
 def changed_limits(limits: Limits, given: Mapping[str, Any], source: str) -> Limits:
-    """The limits with those of `given` in their place, which has the command line's names.
+    """Return the limits with those of `given`, by the command line's names, replaced.
 
     Raises
     ------
     InputError
-        If a name or a number is none.
+        If a name or a number is not valid.
     """
     for key in given:
         if key not in map(_key, NAMES):
-            raise InputError(f"there is no limit {key!r}; there are {', '.join(map(_key, NAMES))}")
+            raise InputError(f"limit {key!r} not found; the limits are {', '.join(map(_key, NAMES))}")
     return replace(limits, **{key.replace("-", "_"): value for key, value in given.items()}, source=source)
 
 
 def given_limits(given: Mapping[str, Any], base: Limits | None = None) -> Limits | None:
-    """What is meant by some limits that are given: those alone, or with a `base` those in place of its own.
+    """Return the limits that a user gives: those alone, or with a `base` those of the base replaced.
 
-    None where nothing is said. A share of pixels alone is of those that `ONE_DRIVER` counts.
+    None if nothing is given. `fail-percent` alone counts pixels with the `max-abs` of `ONE_DRIVER`.
     """
     if base is not None or not given:
         return changed_limits(base, given, f"{base.source}, and given") if base and given else base
@@ -118,23 +118,23 @@ def given_limits(given: Mapping[str, Any], base: Limits | None = None) -> Limits
 
 
 def named_limits(name: str) -> Limits:
-    """The limits of a name, or of a TOML file: keys as on the command line, and `base`, one of the names.
+    """Return the limits of a name, or of a TOML file: keys as on the command line, and `base`, a name.
 
-    Where the file says nothing of a limit it is that of its base, `one-driver` unless told.
+    Limits that the file leaves out are those of its base, by default `one-driver`.
 
     Raises
     ------
     InputError
-        If it is neither, or what the file holds is not that.
+        If `name` is neither, or the file's content is not valid.
     """
     if name in NAMED:
         return NAMED[name]
     if not name.lower().endswith(".toml") and not os.path.exists(name):
-        raise InputError(f"--limits {name}: neither a TOML file nor one of {', '.join(NAMED)}")
+        raise InputError(f"--limits must be a TOML file or one of {', '.join(NAMED)}, got {name!r}")
     content = read_limits(name)
     base = content.pop("base", "one-driver")
     if not isinstance(base, str) or base not in NAMED:
-        raise InputError(f"{name}: base is one of {', '.join(NAMED)}, and not {base!r}")
+        raise InputError(f"{name}: base must be one of {', '.join(NAMED)}, got {base!r}")
     try:
         return changed_limits(NAMED[base], content, name)
     except InputError as error:
@@ -142,28 +142,28 @@ def named_limits(name: str) -> Limits:
 
 
 def read_limits(path: str | os.PathLike[str]) -> dict[str, Any]:
-    """The content of a TOML file of limits.
+    """Return the content of a TOML file of limits.
 
     Raises
     ------
     InputError
-        If it can't be read or is no TOML.
+        If the file can't be read or is no TOML.
     """
     return text_files.read_toml(path)
 
 
 def violations(measures: Measures, limits: Limits) -> tuple[str, ...]:
-    """A sentence for each limit that is broken; what is no number breaks every one."""
+    """Return a sentence for each broken limit; NaN breaks every limit."""
     found = (
         (
             measures.percent_over, limits.fail_percent,
             f"{measures.percent_over:.3g}% of the pixels differ by more than {measures.limit:.3g}, "
-            f"and {limits.fail_percent:g}% may (max-abs, fail-percent)",
+            f"the limit is {limits.fail_percent:g}% (max-abs, fail-percent)",
         ),
         (measures.beyond_max, limits.hard_max, _over("a pixel differs by", measures.beyond_max, limits, "hard_max")),
         (
             measures.outlier, limits.outlier,
-            _over("a pixel is outside of its neighbours by", measures.outlier, limits, "outlier"),
+            _over("a pixel is outside the range of its neighbours by", measures.outlier, limits, "outlier"),
         ),
         (measures.beyond_rms, limits.rms, _over("the rms difference is", measures.beyond_rms, limits, "rms")),
         (measures.beyond_flip, limits.flip, _over("FLIP is", measures.beyond_flip, limits, "flip")),
@@ -171,8 +171,8 @@ def violations(measures: Measures, limits: Limits) -> tuple[str, ...]:
     return tuple(words for number, limit, words in found if not number <= limit)
 
 
-def _over(what: str, number: float, limits: Limits, name: str) -> str:
-    return f"{what} {number:.3g}, and the limit is {getattr(limits, name):.3g} ({_key(name)})"
+def _over(words: str, number: float, limits: Limits, name: str) -> str:
+    return f"{words} {number:.3g}, the limit is {getattr(limits, name):.3g} ({_key(name)})"
 
 
 def _key(name: str) -> str:

@@ -1,8 +1,8 @@
-"""What two pictures differ by, in numbers: absolute differences, and what an eye would see of them.
+"""Measures of the difference of two pictures: absolute differences, and perceptual measures.
 
-All are of linear light, colour premultiplied. `ssim` is the structural similarity of the luminance (Wang, Bovik,
-Sheikh, Simoncelli 2004), `flip` the mean of FLIP (Andersson et al. 2020), as OpenImageIO computes it of what a screen
-shows.
+All are of linear light with premultiplied colour. `ssim` is the structural similarity of the luminance (Wang, Bovik,
+Sheikh, Simoncelli 2004), `flip` the mean of FLIP (Andersson et al. 2020), computed by OpenImageIO from the displayed
+pictures.
 """
 
 from __future__ import annotations
@@ -17,18 +17,18 @@ from texvol.comparison.pictures import Picture
 
 PARTS = {"color": slice(0, 3), "opacity": slice(3, 4)}
 _LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)  # of linear sRGB (IEC 61966-2-1)
-_SIGMA, _REACH = 1.5, 5  # pixels; window and constants of the SSIM are those of its authors
-_SSIM_CONSTANTS = 0.01**2, 0.03**2  # of a range of 1
-# Decoding 8 bits, encoding them and float32 itself: a few roundings of a number of about 1.
+_SIGMA, _REACH = 1.5, 5  # pixels; window and constants of SSIM are those of its authors
+_SSIM_CONSTANTS = 0.01**2, 0.03**2  # for a range of 1
+# A few roundings of numbers of about 1: decoding 8 bits, encoding them, float32 itself.
 _SLACK = 1e-6
 
 
 @dataclass(frozen=True)
 class Channelwise:
-    """Absolute differences over all pixels of some channels; infinite where a number is NaN or infinite.
+    """Absolute differences over all pixels of some channels; infinite if a number is NaN or infinite.
 
-    `psnr` is in decibels, of a peak of 1; infinite where the pictures are equal. Percentiles are those of each pixel's
-    largest channel.
+    `psnr` is in decibels, for a peak of 1; infinite for equal pictures. Percentiles are those of each pixel's largest
+    channel.
     """
 
     max_error: float
@@ -41,28 +41,28 @@ class Channelwise:
 
 @dataclass(frozen=True)
 class Measures:
-    """Everything that is measured of a pair; numbers without a part's name are those of all channels.
+    """All measures of a pair; numbers without a part's name are those of all channels.
 
     Attributes
     ----------
     parts : dict
-        `Channelwise` of "all" channels, premultiplied "color" and, where both have one, "opacity".
+        `Channelwise` of "all" channels, premultiplied "color" and, if both have it, "opacity".
     beyond_max, beyond_rms : float
-        Largest and rms difference beyond what the number formats round away, which limits are held against.
+        Largest and rms difference beyond the rounding of number formats, which limits apply to.
     outlier : float
-        Largest difference beyond what the eight neighbours of a pixel hold in the other picture.
+        Largest distance of a pixel from the range of its neighbourhood in the other picture, beyond rounding.
     percent_over : float
-        Share of pixels that differ by more than `limit` beyond rounding.
+        Percentage of pixels that differ by more than `limit` beyond rounding.
     ssim, flip : float
     beyond_flip : float
-        FLIP of what rounding does not explain; 0 of numbers, which nobody sees as they are.
+        FLIP of the difference beyond rounding; 0 for pictures of numbers, which are not displayed as they are.
     worst_pixel : (column, row)
     worst_values : pair of (r, g, b, a)
-        The candidate's and the reference's there.
+        The candidate's and the reference's pixel there.
     non_finite : int
-        Pixels with a NaN or an infinity in either.
+        Pixels with a NaN or an infinity in either picture.
     scale : float
-        What differences are shares of: 1, or the range of numbers that are no colours.
+        Unit of the differences: 1, or the range of pictures of numbers.
     """
 
     parts: dict[str, Channelwise]
@@ -93,12 +93,12 @@ class Measures:
         return self.parts["all"].mean_error
 
     def as_json(self) -> dict[str, Any]:
-        """The numbers by name; those that JSON has no word for are None."""
+        """The measures by name; None for NaN and infinities, which JSON lacks."""
         return without_infinities(asdict(self))
 
 
 def without_infinities(value: Any) -> Any:
-    """The value with None for each number that is not finite."""
+    """Return the value with None for each number that is not finite."""
     if isinstance(value, dict):
         return {key: without_infinities(each) for key, each in value.items()}
     if isinstance(value, list | tuple):
@@ -107,9 +107,9 @@ def without_infinities(value: Any) -> Any:
 
 
 def measure(candidate: Picture, reference: Picture, limit: float, scale: float | None = None) -> Measures:
-    """Measures of two pictures of one size; `limit` is what `percent_over` counts from.
+    """Return the measures of two pictures of one size; `percent_over` counts differences above `limit`.
 
-    With a `scale` the pictures hold numbers, and differences are shares of it.
+    With a `scale` the pictures hold numbers, and differences are fractions of the scale.
     """
     are_numbers, scale = scale is not None, scale or 1.0
     if np.array_equal(candidate.pixels, reference.pixels) and np.isfinite(candidate.pixels).all():
@@ -154,7 +154,7 @@ _WEIGHTS = np.append(_LUMINANCE, np.float32(0))
 
 
 def _no_difference(candidate: Picture, reference: Picture, limit: float, scale: float) -> Measures:
-    """What is measured of equal pictures, without the work."""
+    """Return the measures of equal pictures without computing them."""
     names = ("all", "color", *(["opacity"] if candidate.has_opacity and reference.has_opacity else []))
     nothing = Channelwise(0.0, 0.0, 0.0, np.inf, 0.0, 0.0)
     height, width = candidate.pixels.shape[:2]
@@ -181,7 +181,7 @@ def _values(picture: Picture, row: int, column: int) -> tuple[float, ...]:
 
 
 def _parts(difference: NDArray[np.float64], channels: int) -> dict[str, Channelwise]:
-    """All channels, colour and, where there is one, opacity."""
+    """Differences of all channels, of colour, and of opacity if there is one."""
     color = _channelwise(difference[..., PARTS["color"]])
     if channels == 3:
         return {"all": color, "color": color}
@@ -189,7 +189,7 @@ def _parts(difference: NDArray[np.float64], channels: int) -> dict[str, Channelw
 
 
 def _filled(pixels: NDArray[np.float32], broken: NDArray[np.bool_]) -> NDArray[np.float32]:
-    """The picture with black where a number is none."""
+    """Return the picture with black pixels where a number is not finite."""
     return np.where(broken[..., np.newaxis], np.float32(0), pixels) if broken.any() else pixels
 
 
@@ -214,12 +214,12 @@ def _quantiles_with_infinities(numbers: NDArray[np.float64]) -> NDArray[np.float
 
 
 def _beyond_rms(difference: NDArray[np.float64], ours: NDArray, theirs: NDArray, *, is_one_grid: bool = True) -> float:
-    """The rms difference that rounding does not explain.
+    """Return the rms difference beyond rounding.
 
-    Rounding to steps of 2q adds q²/3 on average to the squared difference, and at most q², if only one picture is
-    rounded. If both are, and differ by δ beforehand, a share δ / 2q of the pixels changes by 2q: 2qδ on average; so
-    what is left is the δ that solves mean d² = δ² + δ mean 2q, q the mean of the two. Pictures on two grids, such as
-    straight and premultiplied colour, round independently: at most q² of each.
+    Rounding to steps of 2q adds q²/3 on average, and at most q², to the squared difference if only one picture is
+    rounded. If both are rounded and differ by δ before, a fraction δ / 2q of the pixels changes by 2q: 2qδ on average;
+    so the result is the δ that solves mean d² = δ² + δ mean 2q, with the mean q of the two. Pictures on two grids, such
+    as straight and premultiplied colour, round independently: at most q² each.
     """
     if not np.isfinite(difference).all():
         return np.inf
@@ -234,7 +234,7 @@ def _beyond_rms(difference: NDArray[np.float64], ours: NDArray, theirs: NDArray,
 
 
 def _beyond_flip(ours: NDArray[np.float32], theirs: NDArray[np.float32], beyond: NDArray, seen_flip: float) -> float:
-    """FLIP of the reference and a candidate that is only as far from it as rounding does not explain."""
+    """FLIP of the reference and a candidate whose differences are those beyond rounding."""
     beyond = np.where(np.isfinite(beyond), beyond, 0)
     if not beyond.any():
         return 0.0
@@ -242,9 +242,9 @@ def _beyond_flip(ours: NDArray[np.float32], theirs: NDArray[np.float32], beyond:
 
 
 def _outlier(ours: NDArray[np.float32], theirs: NDArray[np.float32], beyond: NDArray[np.float64]) -> float:
-    """How far a pixel is outside of what it and its neighbours are in the other picture, at most; either way round.
+    """Largest distance of a pixel from the range of its neighbourhood in the other picture, in either direction.
 
-    An edge that moves by a part of a pixel stays inside; a wrong pixel on an even ground does not.
+    An edge that moves by a part of a pixel stays in the range; a wrong pixel in an even area does not.
     """
     (low, high), (other_low, other_high) = _neighbourhood(theirs), _neighbourhood(ours)
     outside = np.maximum(np.maximum(low - ours, ours - high), np.maximum(other_low - theirs, theirs - other_high))
@@ -266,7 +266,7 @@ def _neighbourhood(picture: NDArray[np.float32]) -> tuple[NDArray[np.float32], N
 
 
 def flip(candidate: NDArray[np.float32], reference: NDArray[np.float32]) -> float:
-    """Mean FLIP, 0 to 1, of what a screen shows of two pictures: premultiplied colour over black, cut at 1."""
+    """Mean FLIP, 0 to 1, of two displayed pictures: premultiplied colour over black, cut at 1."""
     return float(flip_map(candidate, reference).mean())
 
 
@@ -282,7 +282,7 @@ def flip_map(candidate: NDArray[np.float32], reference: NDArray[np.float32]) -> 
 
 
 def structural_similarity(candidate: NDArray, reference: NDArray) -> float:
-    """Mean SSIM of two pictures (height, width) whose range is 1."""
+    """Mean SSIM of two pictures (height, width) of range 1."""
     a, b = candidate.astype(np.float64), reference.astype(np.float64)
     mean_a, mean_b = _smoothed(a), _smoothed(b)
     variance_a = _smoothed(a * a) - mean_a**2
@@ -303,7 +303,7 @@ def _smoothed(picture: NDArray[np.float64]) -> NDArray[np.float64]:
         padded = np.moveaxis(np.pad(picture, padding, mode="symmetric"), axis, 0)
         count = picture.shape[axis]
         mean = weights[_REACH] * padded[_REACH : _REACH + count]
-        for k in range(_REACH):  # the two that are as far from the middle
+        for k in range(_REACH):  # both pixels at the same distance
             mean += weights[k] * (padded[k : k + count] + padded[2 * _REACH - k : 2 * _REACH - k + count])
         picture = np.moveaxis(mean, 0, axis)
     return picture

@@ -1,11 +1,13 @@
-"""Mistakes that renderers make, each drawn of a scene: to see which a limit catches, and which one a picture shows.
+"""Catalogue of mistakes that renderers make, each drawn in a given scene.
 
-Those in the picture are made of the right one. The others are drawn by the renderer itself, with a wrong function in
-its shaders, a slab left out, or matter that is not the scene's: opacities of `slab` are in its texels already when a
-shader sees them, so that "linear opacity" of that classification is planted in what the texels are made of.
+Limits are tested by the mistakes that they find, and a picture is explained by a mistake that gives the same picture.
 
-A mistake may have no meaning for a scene, and then says why; or it may change nothing there, as half a texel does of a
-volume that is the same everywhere. Neither is one that could be caught.
+Mistakes after drawing are made in the right picture. The renderer draws the others, with a wrong function in its
+shaders, without a slab, or with another medium: opacities of classification `slab` are in the texels before a shader
+reads them, so that "linear opacity" is planted in the texels.
+
+A mistake may not apply to a scene, and then gives the reason; or it may change nothing in the scene, as half a texel in
+a constant volume. Neither counts as missed.
 """
 
 from __future__ import annotations
@@ -42,24 +44,24 @@ UNCLIPPED_END_SLABS: WrongFunction = (
     "BoxWalk walk = walk_through_right(ray, interval, path_length); "
     "walk.first_fraction = 0.0; walk.last_fraction = 1.0; return walk;",
 )
-# The uniform has to stay in use, or setting it is an error.
+# The uniform must stay in use: setting an unused uniform is an error.
 MISSING_COSINE: WrongFunction = ("float obliquity_of(vec2 pixel)", "return 1.0 + 1e-20 * obliquity_of_right(pixel);")
 LINEAR_OPACITY: WrongFunction = ("float opacity_from_depth(float x)", "return min(x, 1.0);")
-_SEARCHED_AT = 64  # pixels along the longer side: enough to tell which slab shows
-WRONG_BY = 0.5  # of one pixel
+_SEARCHED_AT = 64  # pixels along the longer side of the pictures in which a visible slab is searched
+WRONG_BY = 0.5  # change of the wrong pixel
 
 
 def other_axes(order: str) -> WrongFunction:
-    """A look-up of texels with the axes in another order, such as zyx."""
+    """Look-up of texels with the axes in another order, such as zyx."""
     return (_TEXEL_AT, f"return textureLod(texels, texture_position(position).{order}, 0.0);")
 
 
 class DoesNotApply(Exception):
-    """A mistake has no meaning for a scene; the message says why."""
+    """A mistake does not apply to a scene; the message gives the reason."""
 
 
-class Bench:
-    """A scene, its right picture, and a renderer to plant mistakes in."""
+class MistakeTrial:
+    """Trial of mistakes: a scene, its right picture, and a renderer to plant mistakes in."""
 
     def __init__(self, renderer: PlantedRenderer, stored: StoredScene, size: tuple[int, int]) -> None:
         self.renderer = renderer
@@ -70,22 +72,22 @@ class Bench:
         self.settings = renderer.settings
 
     def draw(self, mistake: Planted | None = None, *, scene: Scene | None = None, **settings: Any) -> Pixels:
-        """The picture with a mistake, of another scene, or with other settings."""
+        """Return the picture with a mistake, of another scene, or with other settings."""
         with self.renderer.planted(mistake or Planted()):
             return self.renderer.render(scene or self.scene, self.size, **{**self.settings, **settings})
 
     def without(self, slabs: Slabs) -> Pixels:
-        """The picture without some slabs."""
+        """Return the picture without some slabs."""
         return self.draw(Planted(dropped=slabs))
 
     @cached_property
     def rounding(self) -> float:
-        """How far texels and float32 round the right picture: what a mistake changes has to be more."""
+        """Rounding of the right picture by texels and float32; a mistake has to change more."""
         exact = self.draw(texture_format="rgba32f")
         return _largest(self.right - exact) + ROUNDING * max(1.0, _largest(self.right))
 
     def is_right(self, picture: Pixels) -> bool:
-        """Whether a picture is the right one but for rounding."""
+        """True if a picture equals the right one within rounding."""
         finite = np.isfinite(self.right)
         if not np.array_equal(picture[~finite], self.right[~finite], equal_nan=True) or not finite.any():
             return not finite.any()
@@ -93,17 +95,17 @@ class Bench:
 
     @property
     def medium(self) -> TransferFunction:
-        """What the scene is made of, also where it does not say."""
+        """Transfer function of the scene."""
         return self.scene.transfer_function or proposed_for(self.scene.volume)
 
     @property
     def draws_pieces(self) -> bool:
-        """Whether rays are walked piece by piece, through several volumes or from label to label."""
+        """True if rays are walked piece by piece, through several volumes or from label to label."""
         return bool(self.scene.added) or self.scene.volume.labels
 
     @cached_property
     def slab(self) -> Slabs:
-        """A slab that shows: of any slabs the half is kept whose absence changes the picture more."""
+        """A visible slab, found by bisection: the half whose absence changes the picture more is kept."""
         longest = max(self.size)
         small = tuple(max(1, round(side * min(1.0, _SEARCHED_AT / longest))) for side in self.size)
         render = self.renderer.render
@@ -125,139 +127,139 @@ class Bench:
             raise DoesNotApply(otherwise)
 
     def needs_medium(self) -> None:
-        """Raise DoesNotApply where values are seen, and no matter."""
+        """Raise DoesNotApply for modes that show values, not a medium."""
         self.needs(self.scene.mode == "composite", f"mode {self.scene.mode} composites nothing")
 
     def needs_light(self) -> None:
-        """Raise DoesNotApply where pixels are data."""
-        self.needs(not self.stored.shows_numbers, f"pixels of mode {self.scene.mode} are numbers, and not light")
+        """Raise DoesNotApply if pixels are numbers."""
+        self.needs(not self.stored.shows_numbers, f"pixels of mode {self.scene.mode} are numbers, not light")
 
 
 @dataclass(frozen=True)
 class Mistake:
-    """A mistake, and how it is drawn.
+    """A mistake, and the function that draws it.
 
-    `guessed` says whether another picture with the same mistake is the same, so that this one tells it.
+    `guessed` is True if the mistake gives the same picture each time, so that it can be recognised.
     """
 
     name: str
     words: str
-    draw: Callable[[Bench], Pixels]
+    draw: Callable[[MistakeTrial], Pixels]
     guessed: bool = True
 
-    def picture(self, bench: Bench) -> Pixels:
-        """The bench's scene with the mistake in it.
+    def picture(self, trial: MistakeTrial) -> Pixels:
+        """Return the picture of the trial's scene with the mistake.
 
         Raises
         ------
         DoesNotApply
-            If it has no meaning there.
+            If the mistake does not apply to the scene.
         """
-        return self.draw(bench)
+        return self.draw(trial)
 
 
-def drawn(bench: Bench) -> Iterator[tuple[Mistake, Pixels | str]]:
-    """Every mistake with its picture, or with the reason why there is none."""
+def drawn(trial: MistakeTrial) -> Iterator[tuple[Mistake, Pixels | str]]:
+    """Yield every mistake with its picture, or with the reason why it does not apply."""
     for mistake in CATALOGUE:
         try:
-            yield mistake, mistake.picture(bench)
+            yield mistake, mistake.picture(trial)
         except DoesNotApply as reason:
             yield mistake, str(reason)
 
 
-def _dropped_slab(bench: Bench) -> Pixels:
-    first, end = bench.slab
-    bench.needs(end > first, "no slab is in the picture")
-    return bench.without(bench.slab)
+def _dropped_slab(trial: MistakeTrial) -> Pixels:
+    first, end = trial.slab
+    trial.needs(end > first, "the picture has no slabs")
+    return trial.without(trial.slab)
 
 
-def _swapped_order(bench: Bench) -> Pixels:
-    bench.needs_medium()
-    return bench.draw(Planted(((_OVER, "return over_right(back, front);"),), under=OVER_WHAT_IS_THERE))
+def _swapped_order(trial: MistakeTrial) -> Pixels:
+    trial.needs_medium()
+    return trial.draw(Planted(((_OVER, "return over_right(back, front);"),), under=OVER_WHAT_IS_THERE))
 
 
-def _alpha_of_the_back(bench: Bench) -> Pixels:
-    bench.needs_medium()
-    return bench.draw(Planted((ALPHA_OF_THE_BACK,), under=UNDER_BY_ITS_OWN_ALPHA))
+def _alpha_of_the_back(trial: MistakeTrial) -> Pixels:
+    trial.needs_medium()
+    return trial.draw(Planted((ALPHA_OF_THE_BACK,), under=UNDER_BY_ITS_OWN_ALPHA))
 
 
-def _half_a_texel(bench: Bench) -> Pixels:
-    return bench.draw(Planted((HALF_A_TEXEL,)))
+def _half_a_texel(trial: MistakeTrial) -> Pixels:
+    return trial.draw(Planted((HALF_A_TEXEL,)))
 
 
-def _other_axis(bench: Bench) -> Pixels:
-    # Of a volume with a symmetry some two axes may be the same.
+def _other_axis(trial: MistakeTrial) -> Pixels:
+    # Exchanging two axes of a symmetric volume may change nothing.
     for order in ("zyx", "yxz", "xzy"):
-        picture = bench.draw(Planted((other_axes(order),)))
-        if not bench.is_right(picture):
+        picture = trial.draw(Planted((other_axes(order),)))
+        if not trial.is_right(picture):
             break
     return picture
 
 
-def _unclipped_end_slabs(bench: Bench) -> Pixels:
-    return bench.draw(Planted((UNCLIPPED_END_SLABS,)))
+def _unclipped_end_slabs(trial: MistakeTrial) -> Pixels:
+    return trial.draw(Planted((UNCLIPPED_END_SLABS,)))
 
 
-def _missing_cosine(bench: Bench) -> Pixels:
-    parallel = bench.scene.camera_for(bench.size).projection == "orthographic"
-    bench.needs(not parallel, "rays are parallel")
-    return bench.draw(Planted((MISSING_COSINE,)))
+def _missing_cosine(trial: MistakeTrial) -> Pixels:
+    parallel = trial.scene.camera_for(trial.size).projection == "orthographic"
+    trial.needs(not parallel, "rays are parallel")
+    return trial.draw(Planted((MISSING_COSINE,)))
 
 
-def _linear_opacity(bench: Bench) -> Pixels:
-    bench.needs_medium()
-    if bench.scene.classification != "slab" or bench.draws_pieces:
-        return bench.draw(Planted((LINEAR_OPACITY,)))
-    medium = linear_in_depth(bench.medium, float(bench.settings["slab_thickness"]))
-    return bench.draw(scene=replace(bench.scene, transfer_function=medium))
+def _linear_opacity(trial: MistakeTrial) -> Pixels:
+    trial.needs_medium()
+    if trial.scene.classification != "slab" or trial.draws_pieces:
+        return trial.draw(Planted((LINEAR_OPACITY,)))
+    medium = linear_in_depth(trial.medium, float(trial.settings["slab_thickness"]))
+    return trial.draw(scene=replace(trial.scene, transfer_function=medium))
 
 
-def _double_thickness(bench: Bench) -> Pixels:
-    bench.needs_medium()
+def _double_thickness(trial: MistakeTrial) -> Pixels:
+    trial.needs_medium()
     added = tuple(
         replace(each, transfer_function=times(each.transfer_function or proposed_for(each.volume), 2.0))
-        for each in bench.scene.added
+        for each in trial.scene.added
     )
-    return bench.draw(scene=replace(bench.scene, transfer_function=times(bench.medium, 2.0), added=added))
+    return trial.draw(scene=replace(trial.scene, transfer_function=times(trial.medium, 2.0), added=added))
 
 
-def _eight_bit_target(bench: Bench) -> Pixels:
-    bench.needs_light()
-    return bench.draw(target_format="rgba8")
+def _eight_bit_target(trial: MistakeTrial) -> Pixels:
+    trial.needs_light()
+    return trial.draw(target_format="rgba8")
 
 
-def _wrong_gamma(bench: Bench) -> Pixels:
-    bench.needs_light()
-    return np.concatenate([srgb_from_linear(bench.right[..., :3]), bench.right[..., 3:]], axis=2).astype(np.float32)
+def _wrong_gamma(trial: MistakeTrial) -> Pixels:
+    trial.needs_light()
+    return np.concatenate([srgb_from_linear(trial.right[..., :3]), trial.right[..., 3:]], axis=2).astype(np.float32)
 
 
-def _straight_colour(bench: Bench) -> Pixels:
-    bench.needs_light()
-    picture = bench.right.copy()
+def _straight_colour(trial: MistakeTrial) -> Pixels:
+    trial.needs_light()
+    picture = trial.right.copy()
     there = picture[..., 3] > 0
     picture[there, :3] /= picture[there, 3:]
     return picture
 
 
-def _wrong_pixel(bench: Bench) -> Pixels:
-    """The pixel nearest to the middle of those that show anything, or to the middle of the picture."""
-    picture = bench.right.copy()
+def _wrong_pixel(trial: MistakeTrial) -> Pixels:
+    """Change the visible pixel nearest to the centre of all visible pixels, or the middle of an empty picture."""
+    picture = trial.right.copy()
     there = np.argwhere((picture != picture[0, 0]).any(axis=2) & np.isfinite(picture).all(axis=2))
     where = there if there.size else np.argwhere(np.ones(picture.shape[:2], np.bool_))
     row, column = where[np.square(where - where.mean(axis=0)).sum(axis=1).argmin()]
     finite = picture[..., :3][np.isfinite(picture[..., :3])]
-    span = float(np.ptp(finite)) if bench.stored.shows_numbers and finite.size else 1.0
+    span = float(np.ptp(finite)) if trial.stored.shows_numbers and finite.size else 1.0
     color = picture[row, column, :3]
-    middle = float(finite.min()) + span / 2 if bench.stored.shows_numbers and finite.size else 0.5
+    middle = float(finite.min()) + span / 2 if trial.stored.shows_numbers and finite.size else 0.5
     picture[row, column, :3] = np.where(color < middle, color + WRONG_BY * span, color - WRONG_BY * span)
     return picture
 
 
 CATALOGUE = (
-    Mistake("dropped slab", "a slab that shows is not drawn", _dropped_slab, guessed=False),
+    Mistake("dropped slab", "a visible slab is not drawn", _dropped_slab, guessed=False),
     Mistake("swapped order", "slabs are composited from back to front", _swapped_order),
     Mistake("half a texel", "texels are looked up half a texel off along each axis", _half_a_texel),
-    Mistake("wrong gamma", "colours are sRGB where linear ones belong", _wrong_gamma),
+    Mistake("wrong gamma", "colours are encoded as sRGB instead of linear", _wrong_gamma),
     Mistake("straight colour", "colours are not multiplied with opacity", _straight_colour),
     Mistake("linear opacity", "the opacity of a slab is its optical depth, at most 1", _linear_opacity),
     Mistake("other axis", "two axes of the volume are swapped", _other_axis),
@@ -265,17 +267,17 @@ CATALOGUE = (
     Mistake("unclipped end slabs", "slabs at the box's faces count whole", _unclipped_end_slabs),
     Mistake("double thickness", "opacity is that of slabs twice as thick", _double_thickness),
     Mistake("missing cosine", "oblique rays cross slabs no longer than the middle one", _missing_cosine),
-    Mistake("alpha of the back", "over weighs the back with its own opacity", _alpha_of_the_back),
+    Mistake("alpha of the back", "over weights the back with its own opacity", _alpha_of_the_back),
     Mistake("8-bit target", "slabs are composited in 8 bits", _eight_bit_target),
 )
 
 
 def _largest(numbers: NDArray) -> float:
-    """The largest finite absolute number."""
+    """Return the largest finite absolute number."""
     return float(np.abs(numbers[np.isfinite(numbers)]).max(initial=0.0))
 
 
 def distance(one: NDArray, other: NDArray) -> float:
-    """Sum of squared differences where both are finite."""
+    """Return the sum of squared differences over finite numbers."""
     difference = one.astype(np.float64) - other
     return float(np.square(difference[np.isfinite(difference)]).sum())

@@ -1,4 +1,4 @@
-"""Transfer functions as a renderer has them that is wrong about opacity."""
+"""Transfer functions of a renderer that is wrong about opacity."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from texvol.scene.transfer import Classified, TransferFunction
 
 @dataclass(frozen=True, eq=False)
 class OtherExtinction(TransferFunction):
-    """Matter of the same colours, whose extinction is another function of the right one.
+    """Medium of the same colours whose extinction is a function of the right extinction.
 
-    Of matter that glows by itself the emission stays. It is for texels alone: what classifies values in a shader looks
-    at the points.
+    The emission of an emissive medium stays. The class works for texels only: shaders that classify values read the
+    points.
     """
 
     change: Callable[[NDArray[np.float64]], NDArray[np.float64]] = np.asarray
@@ -27,18 +27,18 @@ class OtherExtinction(TransferFunction):
         return TransferFunction(**{each.name: getattr(self, each.name) for each in fields(TransferFunction)})
 
     def at(self, values: ArrayLike) -> NDArray[np.float64]:
-        """Straight colour and extinction, see `TransferFunction.at`."""
+        """Return straight colour and extinction, see `TransferFunction.at`."""
         numbers = self._right.at(values)
         numbers[..., 3] = self.change(numbers[..., 3])
         return numbers
 
     def classify(self, values: ArrayLike, magnitudes: ArrayLike | None = None) -> Classified:
-        """Emission and extinction, see `TransferFunction.classify`."""
+        """Return emission and extinction, see `TransferFunction.classify`."""
         emission, right = self._right.classify(values, magnitudes)
         extinction = self.change(right)
         if self.emissive:
             return Classified(np.where(np.isinf(extinction)[..., np.newaxis], 0.0, emission), extinction)
-        # q = cτ becomes cτ'; of opaque matter `emission` is c itself.
+        # q = cτ becomes cτ'; `emission` of an opaque medium is c itself.
         of_color = np.where(np.isinf(right), 1.0, right)
         straight = np.divide(emission, of_color[..., np.newaxis], out=emission * 0, where=of_color[..., np.newaxis] > 0)
         weight = np.where(np.isinf(extinction), 1.0, extinction)
@@ -46,7 +46,7 @@ class OtherExtinction(TransferFunction):
 
 
 def linear_in_depth(medium: TransferFunction, slab_thickness: float) -> OtherExtinction:
-    """Matter that has in a slab the opacity min(τL, 1), where it should be 1 - e^-τL."""
+    """Return a medium whose slabs have opacity min(τL, 1) instead of 1 - e^-τL."""
 
     def change(extinction: NDArray[np.float64]) -> NDArray[np.float64]:
         return depth_from_opacity(np.minimum(extinction * slab_thickness, 1.0)) / slab_thickness
@@ -55,8 +55,8 @@ def linear_in_depth(medium: TransferFunction, slab_thickness: float) -> OtherExt
 
 
 def times(medium: TransferFunction, factor: float) -> TransferFunction:
-    """The same matter, so many times as dense: a slab of it shows what one so many times as thick did."""
-    # Colours of points that glow are per length; those of others, and of opaque ones, are colours.
+    """Return the medium with `factor` times the density: that of slabs `factor` times as thick."""
+    # Colours of emissive points are per length; colours of other points, and of opaque ones, are not.
     glows = medium.emissive | (medium.premultiplied & np.isfinite(medium.extinctions))
     return replace(
         medium,

@@ -1,4 +1,4 @@
-"""Everything about one pair of pictures: measures, limits they break, kinds of difference, the oracle's word."""
+"""Outcome of comparing two pictures: measures, broken limits, kinds of difference, the oracle's verdict."""
 
 from __future__ import annotations
 
@@ -14,27 +14,27 @@ from texvol.comparison.limits import DRIVER_ATTRIBUTE, Limits, default_limits, v
 from texvol.comparison.measures import Measures, measure, without_infinities
 from texvol.comparison.pictures import Picture
 from texvol.comparison.scene_changes import SceneChange, drawing_changes, in_words, listed, scene_changes
-from texvol.comparison.three_way import ThreeRay, three_way
+from texvol.comparison.three_way import OracleVerdict, three_way
 
-_SEEN_LIGHT = 1 / 255  # a level of 8 bits: less is rounding
+_SEEN_LIGHT = 1 / 255  # a level of 8 bits
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of holding a candidate against its reference.
+    """Outcome of comparing a candidate with its reference.
 
     Attributes
     ----------
     status : "same", "different" or "broken"
         Broken: not finite, of another size, or with another number of channels.
     measures : Measures or None
-        None where the sizes differ.
+        None if the sizes differ.
     violations : tuple of str
-        Sentences; empty where all is within the limits.
+        Sentences on broken limits; empty if all limits are kept.
     notes : tuple of str
-        What else a reader should know.
+        Further information for a reader.
     scene_changes : tuple of SceneChange or None
-        The values in which the scenes of the two headers differ; None where a header holds no scene.
+        Values that differ between the scenes of the two headers; None if a header holds no scene.
     """
 
     name: str
@@ -45,13 +45,13 @@ class Outcome:
     violations: tuple[str, ...]
     status: str
     kinds: tuple[Kind, ...] = ()
-    three_way: ThreeRay | None = None
+    three_way: OracleVerdict | None = None
     notes: tuple[str, ...] = ()
     scene_changes: tuple[SceneChange, ...] | None = None
 
     @property
     def is_equal(self) -> bool:
-        """Whether no pixel differs at all."""
+        """True if no pixel differs at all."""
         return self.measures is not None and self.measures.max_error == 0
 
     @property
@@ -64,7 +64,7 @@ class Outcome:
         return self.status == "same"
 
     def as_json(self) -> dict[str, Any]:
-        """All of it but the pixels."""
+        """The outcome without the pixels."""
         return {
             "name": self.name,
             "status": self.status,
@@ -89,16 +89,16 @@ def examine(
     truth: NDArray | None = None,
     explain: bool = True,
 ) -> Outcome:
-    """Hold a candidate against its reference.
+    """Compare a candidate with its reference.
 
     Parameters
     ----------
     limits : Limits, optional
-        The defaults for the pair, unless told.
+        By default those of the pair, see `default_limits`.
     truth : array of shape (height, width, 4), optional
-        The oracle's picture of the same scene, to say which of the two is nearer to it.
+        The oracle's picture of the same scene, which tells which of the two is nearer to it.
     explain : bool
-        Whether to say what kind of difference there is.
+        True to find the kinds of difference.
     """
     limits = limits or default_limits(candidate, reference)
     name = name or candidate.name
@@ -126,7 +126,7 @@ def examine(
 
 
 def explained(outcome: Outcome) -> Outcome:
-    """The outcome with what kinds of difference there are, from the two pictures alone."""
+    """Return the outcome with the kinds of difference, found from the two pictures alone."""
     measures = outcome.measures
     if measures is None or not measures.max_error > 0:
         return outcome
@@ -142,7 +142,7 @@ def explained(outcome: Outcome) -> Outcome:
 
 
 def with_truth(outcome: Outcome, truth: NDArray) -> Outcome:
-    """The outcome with what the oracle says; `truth` has the form of the pictures, see `CommonForm.of_truth`."""
+    """Return the outcome with the oracle's verdict; `truth` has the form of the pictures, see `CommonForm.of_truth`."""
     if outcome.measures is None:
         return outcome
     ours, theirs = on_common_form(outcome.candidate, outcome.reference)
@@ -153,17 +153,17 @@ def with_truth(outcome: Outcome, truth: NDArray) -> Outcome:
 
 
 def number_range(picture: Picture) -> float:
-    """What differences of numbers that are no colours are shares of: the range of the picture's finite ones."""
+    """Unit of differences of pictures of numbers: the range of the picture's finite numbers."""
     numbers = picture.pixels[..., :3]
     numbers = numbers[np.isfinite(numbers)]
     return float(np.ptp(numbers)) or float(np.abs(numbers).max(initial=0.0)) or 1.0 if numbers.size else 1.0
 
 
 def _lost_channels(candidate: Picture, reference: Picture) -> tuple[str, ...]:
-    """A sentence where one picture lacks channels that its format would have held.
+    """Return a sentence if one picture lacks channels that its format could hold.
 
-    PNG, TIFF and JPEG of a picture with opacity are often opaque: the picture over its background. An EXR or an array
-    holds what it was given.
+    PNG, TIFF and JPEG files of a picture with opacity are often opaque: the picture over its background. An EXR or an
+    array holds all channels.
     """
     if candidate.channels == reference.channels:
         return ()
@@ -189,38 +189,38 @@ def _notes(
     candidate: Picture, reference: Picture, scale: float = 1.0, form: CommonForm | None = None
 ) -> tuple[str, ...]:
     notes = [
-        f"the {role} is a JPEG, which does not hold the pixels that were written"
+        f"the {role} is a JPEG, which changes the pixels"
         for role, picture in (("candidate", candidate), ("reference", reference))
         if picture.lossy
     ]
     if candidate.has_opacity != reference.has_opacity:
         notes.append(_over_background(candidate, reference))
     if form is not None and form.display is not None:
-        notes.append("one of them shows numbers, and those of the other one are shown in the same way")
+        notes.append("one picture shows numbers; the numbers of the other are shown in the same way")
     notes += [_cut_light(form, candidate, reference)] if form is not None and form.cut is not None else []
     if candidate.whole_numbers != reference.whole_numbers:
-        notes.append("one of them ends at 1, so both are cut to 0 … 1")
+        notes.append("one picture ends at 1; both are cut to 0 … 1")
     if scale != 1.0:
-        notes.append(f"the pictures hold numbers, so differences are shares of their range, {scale:.6g}")
+        notes.append(f"the pictures hold numbers; differences are fractions of their range, {scale:.6g}")
     drivers = [each.attributes.get(DRIVER_ATTRIBUTE) for each in (candidate, reference)]
     if all(drivers) and drivers[0] != drivers[1]:
-        notes.append(f"drawn by {drivers[0]}, the reference by {drivers[1]}")
+        notes.append(f"drivers: {drivers[0]} drew the candidate, {drivers[1]} the reference")
     drawn = [each.words for each in drawing_changes(candidate, reference)]
-    notes += [f"they were not drawn alike: {listed(drawn)}"] if drawn else []
+    notes += [f"settings of the drawing differ: {listed(drawn)}"] if drawn else []
     return tuple(filter(None, notes))
 
 
 def _over_background(candidate: Picture, reference: Picture) -> str:
-    """Return a note on which of the two is opaque, and over which background the other one is put."""
+    """Return a note on the opaque picture, and on the background behind the other one."""
     opaque, other = (candidate, reference) if reference.has_opacity else (reference, candidate)
-    words = f"{opaque.name} has no opacity, so that colours alone are compared, each over its background"
+    words = f"{opaque.name} has no opacity; only colours are compared, each over its background"
     if "background" in (header_of(other) or {}):
         return words
-    return f"{words}; that of {other.name} is not known, and black is taken"
+    return f"{words}; the background of {other.name} is unknown and taken as black"
 
 
 def _cut_light(form: CommonForm, candidate: Picture, reference: Picture) -> str:
-    """Return a note on the light that is not compared, since straight colour in whole numbers ends at 1."""
+    """Return a note on light that is not compared, since straight colour in whole numbers ends at 1."""
     floats = [each.pixels for each in (candidate, reference) if not each.whole_numbers]
     if not floats or form.cut is None:
         return ""

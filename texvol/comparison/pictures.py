@@ -1,8 +1,8 @@
-"""Pictures to be compared, from files or arrays: linear and premultiplied, with what their number format rounds away.
+"""Pictures to be compared, from files or arrays: linear and premultiplied, with the rounding of their number format.
 
-A file of whole numbers holds sRGB unless it says otherwise, and straight colour unless it says otherwise; one of
-floating point holds linear light, premultiplied. Half a step of the format, taken through the same decoding, is the
-farthest that rounding can have moved a pixel: it is known for each, and no difference is made of it.
+Files of whole numbers hold sRGB and straight colour, files of floating point linear premultiplied light, unless the
+header says otherwise. Half a step of the format, decoded like the pixels, is the most that rounding can have moved a
+number: it is kept for each number, and does not count as a difference.
 """
 
 from __future__ import annotations
@@ -19,46 +19,45 @@ from numpy.typing import ArrayLike, NDArray
 from texvol.util.color import linear_from_srgb
 from texvol.util.errors import InputError
 from texvol.util.shown_text import shown_line
-from texvol.util.terminal import held_back_stderr, one_line
+from texvol.util.terminal import held_back_stderr, library_reason
 
 FORMATS = {"openexr": "EXR", "png": "PNG", "tiff": "TIFF", "jpeg": "JPEG"}
-_MOST_PIXELS = 1 << 28  # four channels of float32 are 4 GB: more is a broken header
-# Compressed pixels are unpacked where that makes them no more than so many times as large: deflate reaches 1032. So
-# many bytes do no harm in any case.
+_MOST_PIXELS = 1 << 28  # 4 GB in four channels of float32; larger sizes are broken headers
+# Largest ratio of unpacked to packed bytes that is read (deflate reaches 1032), and bytes that are unpacked anyway.
 _BEST_PACKING, _UNPACKED_ANYWAY = 2000, 1 << 24
-_LARGEST_TILE = 1 << 20  # pixels, of a picture that is smaller: tiles are unpacked as a whole
+_LARGEST_TILE = 1 << 20  # pixels; tiles are unpacked as a whole, even in a smaller picture
 _LINEAR, _SRGB = ("lin", "linear", "scene_linear", "raw"), ("srgb", "g22", "rec709", "gamma")
 
 
 @dataclass(frozen=True)
 class Picture:
-    """One of two pictures that are compared.
+    """A picture that is compared.
 
     Attributes
     ----------
     pixels : array of shape (height, width, 4)
-        float32, premultiplied, linear, top row first. Opacity is 1 where there is none; grey is in all three colours.
+        float32, premultiplied, linear, top row first. Opacity is 1 if there is none; grey is in all three colours.
     channels : int
         Channels of the file or array, 1 to 4.
     has_opacity : bool
     rounding : array of shape (height, width, 4)
-        Half a step of the number format at each pixel, in linear light; 0 for float32.
+        Half a step of the number format at each number, in linear light; 0 for float32.
     whole_numbers : bool
-        Whether the format ends at 1, as 8 bits do.
+        True if the format ends at 1, as 8 bits do.
     is_straight : bool
-        Whether colour is that before it is multiplied by opacity, also where the format stores the encoded product.
+        True if colour was not multiplied by opacity in linear light: straight, or multiplied after encoding.
     grid : str
-        The numbers that the format rounds to: two pictures of one grid that are nearly the same round alike.
+        Key of the numbers that the format rounds to: nearly equal pictures of one grid round alike.
     container : str
         "EXR", "PNG", "TIFF", "JPEG" or "array".
     lossy : bool
-        Whether the file is a JPEG, whose pixels are not those that were written.
+        True for a JPEG, whose pixels are not those that were written.
     words : str
-        What it is: "PNG, 8 bits, sRGB, RGB".
+        Description: "PNG, 8 bits, sRGB, RGB".
     attributes : mapping
-        The texts of the header.
+        Texts of the header.
     name : str
-        Its path, or what it is called.
+        Path or name.
     """
 
     pixels: NDArray[np.float32]
@@ -78,22 +77,22 @@ class Picture:
     def of_array(
         cls, array: ArrayLike, name: str = "picture", attributes: Mapping[str, str] | None = None, *, srgb: bool = False
     ) -> Picture:
-        """A picture of an array (height, width) or (height, width, 1 to 4 channels).
+        """Return the picture of an array (height, width) or (height, width, 1 to 4 channels).
 
-        Of floating point it is linear and premultiplied, as `texvol.render` gives it, or with `srgb` straight and
-        encoded. uint8 and uint16 are always that.
+        Floating point is linear and premultiplied, as `texvol.render` returns it, or with `srgb` straight and encoded.
+        uint8 and uint16 are always straight and encoded.
 
         Raises
         ------
         InputError
-            If the array is none of these, or has no pixels.
+            If the array has another shape or type, or no pixels.
         """
         pixels = np.asarray(array)
         pixels = pixels[..., np.newaxis] if pixels.ndim == 2 else pixels
         if pixels.ndim != 3 or not 1 <= pixels.shape[2] <= 4 or pixels.size == 0:
-            raise InputError(f"{name}: a picture is (height, width) or (height, width, 1 to 4), and not {pixels.shape}")
+            raise InputError(f"{name}: shape must be (height, width) or (height, width, 1 to 4), got {pixels.shape}")
         if pixels.dtype not in (np.uint8, np.uint16) and pixels.dtype.kind != "f":
-            raise InputError(f"{name}: a picture is of uint8, uint16 or floating point, and not {pixels.dtype}")
+            raise InputError(f"{name}: type must be uint8, uint16 or floating point, got {pixels.dtype}")
         kind = _Kind("array", pixels.dtype.name, pixels.shape[2] in (2, 4))
         if kind.steps:
             pixels, kind.is_srgb, kind.is_straight = pixels / kind.steps, True, True
@@ -104,7 +103,7 @@ class Picture:
 
 @dataclass
 class _Kind:
-    """How a file or array holds a picture."""
+    """Format of a picture in a file or array."""
 
     container: str
     number: str  # numpy's name of the type
@@ -135,7 +134,7 @@ class _Kind:
         return ", ".join([*numbers, "straight"] if self.has_opacity and self.is_straight else numbers)
 
     def light(self, encoded: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Linear light of what is stored, mirrored below 0, where powers have no value."""
+        """Return linear light of stored numbers, as an odd function: powers of negative numbers have no value."""
         if not (self.is_srgb or self.gamma):
             return encoded
         with np.errstate(invalid="ignore"):
@@ -145,29 +144,29 @@ class _Kind:
 
 
 def read_picture(path: str | os.PathLike[str]) -> Picture:
-    """The picture in an EXR, PNG, TIFF or JPEG file.
+    """Read an EXR, PNG, TIFF or JPEG file.
 
     Raises
     ------
     InputError
-        If it can't be read, is cut short, or holds something else than one flat picture of at most four channels.
+        If the file can't be read, is cut short, or holds anything but one flat picture of at most four channels.
     """
     name = os.fspath(path)
     try:
         name.encode("utf-8")
     except UnicodeEncodeError:
-        raise InputError(f"{name!r}: is no name in UTF-8, which OpenImageIO wants") from None
+        raise InputError(f"{name!r}: the file name must be UTF-8 for OpenImageIO; rename the file") from None
     _check_file(Path(path))
     with held_back_stderr() as printed:
         try:
             picture = _read(name)
-        except UnicodeDecodeError:  # a library's message, or a text of the header, with bytes of a broken file in it
-            raise InputError(f"{name}: cannot be read: its header is broken") from None
+        except UnicodeDecodeError:  # a message, or a text of the header, with bytes of a broken file
+            raise InputError(f"{name}: cannot be read: the header is broken") from None
         printed.seek(0)
         complaints = printed.read().decode("utf-8", "replace")
-    # Of a damaged picture libjpeg prints that it is damaged, and returns grey for the rest.
+    # libjpeg reports damage on stderr only, and returns grey for the rest.
     if "orrupt" in complaints or "remature" in complaints:
-        raise InputError(f"{name}: cannot be read: {one_line(complaints)}")
+        raise InputError(f"{name}: cannot be read: {library_reason(complaints)}")
     return picture
 
 
@@ -175,41 +174,41 @@ def _read(name: str) -> Picture:
     import OpenImageIO as oiio
 
     config = oiio.ImageSpec()
-    config.attribute("oiio:UnassociatedAlpha", 1)  # straight colour stays so: premultiplied it is in linear light
+    config.attribute("oiio:UnassociatedAlpha", 1)  # straight colour stays straight: it is multiplied in linear light
     source = oiio.ImageInput.open(name, config)
     if source is None:
-        raise InputError(f"{name}: cannot be read: {one_line(oiio.geterror())}")
+        raise InputError(f"{name}: cannot be read: {library_reason(oiio.geterror())}")
     try:
         spec = source.spec()
         kind = _kind_of(spec, source.format_name(), name)
         if source.seek_subimage(1, 0):
-            raise InputError(f"{name}: holds several pictures (parts or pages), and one is compared")
-        source.geterror()  # that there is no second picture is no error
+            raise InputError(f"{name}: must hold one picture, got several (parts or pages)")
+        source.geterror()  # clears the error of the missing second picture
         source.seek_subimage(0, 0)
         pixels = source.read_image(oiio.DOUBLE if kind.number == "float64" else oiio.FLOAT)
         reason = source.geterror()
     finally:
         source.close()
     if pixels is None or reason:
-        raise InputError(f"{name}: cannot be read: {one_line(reason)}")
+        raise InputError(f"{name}: cannot be read: {library_reason(reason)}")
     texts = {each.name: each.value for each in spec.extra_attribs if isinstance(each.value, str)}
     return _decoded(_in_its_window(np.asarray(pixels), spec), kind, name, texts)
 
 
 def _check_file(path: Path) -> None:
-    """Raise InputError where no library is needed to see that this is no whole picture."""
+    """Raise InputError if the file is visibly no complete picture, without a library."""
     try:
         if path.is_dir():
-            raise InputError(f"{path}: is a folder, and a picture is wanted: EXR, PNG, TIFF or JPEG")
-        if path.exists() and not path.is_file():  # reading a pipe, or a device, may never end
-            raise InputError(f"{path}: is no file, and a picture is wanted: EXR, PNG, TIFF or JPEG")
+            raise InputError(f"{path}: must be an EXR, PNG, TIFF or JPEG file, got a folder")
+        if path.exists() and not path.is_file():  # reading a pipe or a device may never end
+            raise InputError(f"{path}: must be an EXR, PNG, TIFF or JPEG file, got a pipe or device")
         with path.open("rb") as file:
             start = file.read(8)
             file.seek(max(path.stat().st_size - 4096, 0))
             end = file.read()
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}") from None
-    # libjpeg paints what is missing grey, and libpng leaves it out, without a word.
+    # libjpeg and libpng fill the missing rows without an error.
     if start.startswith(b"\xff\xd8") and b"\xff\xd9" not in end:
         raise InputError(f"{path}: cannot be read: the JPEG is cut short")
     if start == b"\x89PNG\r\n\x1a\n" and b"IEND" not in end:
@@ -217,37 +216,37 @@ def _check_file(path: Path) -> None:
 
 
 def _kind_of(spec: Any, format_name: str, name: str) -> _Kind:
-    """How the file holds its picture; InputError if it can't be compared."""
+    """Return the format of the file's picture; raise InputError if it can't be compared."""
     container = FORMATS.get(format_name)
     if container is None:
-        raise InputError(f"{name}: is of format {format_name}, and {', '.join(FORMATS.values())} are compared")
+        raise InputError(f"{name}: the format must be {', '.join(FORMATS.values())}, got {format_name}")
     if spec.deep:
-        raise InputError(f"{name}: is a deep EXR, with several samples in a pixel, and flat ones are compared")
+        raise InputError(f"{name}: the EXR must be flat, got a deep one with several samples in a pixel")
     pixels = max(spec.width * spec.height, spec.full_width * spec.full_height)
     held = os.path.getsize(name)
     if 4 * spec.nchannels * pixels > _UNPACKED_ANYWAY + _BEST_PACKING * held:
         size = f"{spec.full_width} × {spec.full_height} pixels of {spec.nchannels} channels"
-        raise InputError(f"{name}: holds {held} bytes, and its header says {size}: more than they can be")
+        raise InputError(f"{name}: {held} bytes cannot hold {size}; the header is broken")
     if pixels > _MOST_PIXELS or spec.depth > 1:
         size = f"{spec.full_width} × {spec.full_height} × {spec.depth}"
-        raise InputError(f"{name}: {size} pixels are too many to compare")
+        raise InputError(f"{name}: the picture must have at most {_MOST_PIXELS} pixels in one layer, got {size}")
     if spec.tile_width * spec.tile_height * max(spec.tile_depth, 1) > max(spec.width * spec.height, _LARGEST_TILE):
         tile = f"{spec.tile_width} × {spec.tile_height}"
-        raise InputError(f"{name}: has tiles of {tile} pixels, and a picture of {spec.width} × {spec.height}")
+        raise InputError(f"{name}: tiles of {tile} pixels are too large for a picture of {spec.width} × {spec.height}")
     number = {"half": "float16", "float": "float32", "double": "float64"}.get(str(spec.format), str(spec.format))
     if number not in ("uint8", "uint16", "float16", "float32", "float64"):
-        raise InputError(f"{name}: has pixels of type {number}; 8 or 16 bits, half, float and double are compared")
+        raise InputError(f"{name}: pixels must be 8 or 16 bits, half, float or double, got {number}")
     if container == "PNG" and number == "uint16":
         raise InputError(
-            f"{name}: is a PNG of 16 bits, of which nothing says whether it is linear: use 8 bits, EXR or TIFF"
+            f"{name}: PNG must have 8 bits, got 16 bits, which may be linear or sRGB; use 8 bits, EXR or TIFF"
         )
     spaces = [str(spec.get_string_attribute(f"{each}:ColorSpace")) for each in ("jpeg", "tiff")]
     for space in filter(None, spaces):
         if space.upper() not in ("RGB", "YCBCR", "GRAY", "GREY", "PALETTE"):
-            raise InputError(f"{name}: holds {space}, and RGB, RGBA and grey are compared")
+            raise InputError(f"{name}: colours must be RGB, RGBA or grey, got {space}")
     if spec.nchannels > 4 or (spec.nchannels in (2, 4)) != (spec.alpha_channel == spec.nchannels - 1):
         found = shown_line(", ".join(spec.channelnames))
-        raise InputError(f"{name}: has channels {found}; RGB, RGBA, grey, and grey with opacity are compared")
+        raise InputError(f"{name}: channels must be RGB, RGBA, grey, or grey with opacity, got {found}")
     kind = _Kind(container, number, spec.alpha_channel >= 0, bits=_bits(spec, number))
     kind.is_srgb, kind.gamma = _encoding(spec, whole_numbers=kind.bits > 0)
     kind.is_straight = bool(spec.get_int_attribute("oiio:UnassociatedAlpha"))
@@ -255,15 +254,15 @@ def _kind_of(spec: Any, format_name: str, name: str) -> _Kind:
 
 
 def _bits(spec: Any, number: str) -> int:
-    """Bits of whole numbers, which may be fewer than the type has; 0 for floating point."""
+    """Bits of whole numbers, which may be fewer than the type's; 0 for floating point."""
     full = {"uint8": 8, "uint16": 16}.get(number, 0)
     return min(spec.get_int_attribute("oiio:BitsPerSample") or full, full)
 
 
 def _encoding(spec: Any, *, whole_numbers: bool) -> tuple[bool, float]:
-    """Whether it is sRGB, or else to which power: by the header, or what files of that kind mean by saying nothing.
+    """Return (is sRGB, exponent of another power law), from the header or the format's default.
 
-    A power of 2.2 is what PNG files say that mean sRGB.
+    PNG files that mean sRGB give a power of 2.2.
     """
     gamma = float(spec.get_float_attribute("oiio:Gamma"))
     if gamma > 0:
@@ -276,7 +275,7 @@ def _encoding(spec: Any, *, whole_numbers: bool) -> tuple[bool, float]:
 
 
 def _in_its_window(pixels: NDArray, spec: Any) -> NDArray:
-    """The pixels that an EXR's data window has of its display window, black where it has none."""
+    """Return the display window of an EXR, black outside its data window."""
     if (spec.x, spec.y, spec.width, spec.height) == (spec.full_x, spec.full_y, spec.full_width, spec.full_height):
         return pixels
     shown = np.zeros((spec.full_height, spec.full_width, spec.nchannels), pixels.dtype)
@@ -289,7 +288,7 @@ def _in_its_window(pixels: NDArray, spec: Any) -> NDArray:
 
 
 def _decoded(pixels: NDArray, kind: _Kind, name: str, attributes: Mapping[str, str]) -> Picture:
-    """Linear and premultiplied pixels, and what half a step of the format is of them."""
+    """Return linear premultiplied pixels, with half a step of the format as rounding."""
     channels = pixels.shape[2]
     color = pixels[..., : 3 if channels > 2 else 1].astype(np.float32)
     opacity = pixels[..., -1:].astype(np.float32) if kind.has_opacity else np.ones((*pixels.shape[:2], 1), np.float32)
@@ -298,7 +297,7 @@ def _decoded(pixels: NDArray, kind: _Kind, name: str, attributes: Mapping[str, s
     half_step: NDArray = np.full((1, 1, 1), 0.5 / kind.steps if kind.steps else 0.0, np.float32)
     opacity_rounding: NDArray = half_step * kind.has_opacity * np.ones_like(opacity)
     if is_encoded and kind.has_opacity and not kind.is_straight:
-        # Both numbers of the quotient are rounded.
+        # Numerator and denominator are rounded.
         color = np.divide(color, opacity, out=np.zeros_like(color), where=opacity > 0)
         half_step = np.divide(half_step * (1 + color), opacity, out=np.zeros_like(color), where=opacity > 0)
     if kind.steps:
@@ -308,7 +307,7 @@ def _decoded(pixels: NDArray, kind: _Kind, name: str, attributes: Mapping[str, s
         opacity_rounding = _half_spacing(opacity) if kind.has_opacity else opacity_rounding
     color = kind.light(color)
     if kind.has_opacity and (kind.is_straight or is_encoded):
-        # Of an opacity that was rounded to 0 no colour is known.
+        # An opacity rounded to 0 has an unknown colour.
         color_rounding = color_rounding * opacity + np.where(opacity > 0, color, 1) * opacity_rounding
         color = color * opacity
     shape = (*pixels.shape[:2], 3)
@@ -331,7 +330,7 @@ def _decoded(pixels: NDArray, kind: _Kind, name: str, attributes: Mapping[str, s
 
 
 def _half_spacing(numbers: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Half the distance of neighbours among 16-bit floats."""
+    """Half the distance between neighbouring 16-bit floats."""
     with np.errstate(invalid="ignore", over="ignore"):
         return np.nan_to_num(np.spacing(np.abs(numbers).astype(np.float16)).astype(np.float32) / 2)
 
@@ -339,7 +338,7 @@ def _half_spacing(numbers: NDArray[np.float32]) -> NDArray[np.float32]:
 def _half_step_of_light(
     encoded: NDArray[np.float32], half_step: NDArray[np.float32], kind: _Kind
 ) -> NDArray[np.float32]:
-    """The larger of the ways that half a step of what is stored, up or down, is in linear light."""
+    """Return half a step of the stored number in linear light: the larger of up and down."""
     middle = kind.light(encoded)
     up = kind.light(encoded + half_step) - middle
     down = middle - kind.light(np.maximum(encoded - half_step, 0))

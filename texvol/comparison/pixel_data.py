@@ -1,12 +1,12 @@
-"""Pixels for a page's script: few bytes, four digits of every number, and differences with digits of their own.
+"""Pixels for a page's script: few bytes, four digits of every number and of every difference.
 
-A number is kept as float32 with 14 of the 23 bits of its mantissa, so within 2^-15 of itself. The reference is kept so;
-the candidate as its difference d from the reference where that is less than half of it, and else, or where either is
-not finite, as itself. With |d| < |c| / 2 the reference r is less than 3/2 |c|, so r + d is within 2^-15 (3/2 + 1/2) of
-c: 6e-5; with |d| ≥ |c| / 2 both are less than 3 |d|, so c - r is within 2^-15 (2 + 3) of d: 1.5e-4. And a difference
-of 1e-7 of two pictures that are otherwise the same is still there, with four digits.
+A number is stored as float32 with 14 of the 23 bits of its mantissa, so within 2^-15 of itself. That is how the
+reference is stored. The candidate is stored as its difference d from the reference if |d| < |c| / 2, and as itself
+otherwise, or if either is not finite. If |d| < |c| / 2, the reference r is less than 3/2 |c|, so r + d is within
+2^-15 (3/2 + 1/2) of c: 6e-5; if |d| ≥ |c| / 2, both are less than 3 |d|, so c - r is within 2^-15 (2 + 3) of d: 1.5e-4.
+A difference of 1e-7 between two nearly equal pictures keeps four digits, too.
 
-What is written is the bytes of equal weight together, deflated, which leaves little of what is smooth or zero.
+Bytes of equal weight are stored together and deflated, which makes smooth or zero data small.
 """
 
 from __future__ import annotations
@@ -21,24 +21,24 @@ from numpy.typing import NDArray
 MANTISSA_BITS = 14
 _DROPPED = 23 - MANTISSA_BITS
 _NAN = 0x7FC00000 >> _DROPPED
-_WHOLE = 1 << 23  # set where the candidate's own number is kept; above 8 + 14 bits of magnitude and the sign
-_LEVEL = 1  # of deflate: 6 takes three times as long for a tenth fewer bytes
+_WHOLE = 1 << 23  # set if the candidate's own number is stored; above the sign and 8 + 14 bits of magnitude
+_LEVEL = 1  # of deflate; level 6 takes three times as long for a tenth fewer bytes
 
 
 def reference_data(pixels: NDArray) -> dict[str, Any]:
-    """What the page's script needs to know a picture (height, width, 4)."""
+    """Return the data of a picture (height, width, 4)."""
     numbers = _numbers(pixels).astype(np.int32)
     steps = numbers.copy()
-    steps[:, 1:] -= numbers[:, :-1]  # to the pixel on the right it is a small step
+    steps[:, 1:] -= numbers[:, :-1]  # neighbours differ by small steps
     return _packed(((steps << 1) ^ (steps >> 31)).view(np.uint32))
 
 
 def candidate_data(candidate: NDArray, reference: NDArray) -> dict[str, Any] | None:
-    """What it needs to know another of the same size; None if they are equal."""
+    """Return the data of a picture relative to a reference of the same size; None if they are equal."""
     with np.errstate(invalid="ignore", over="ignore"):
         difference = (candidate.astype(np.float64) - reference).astype(np.float32)
         is_near = 2 * np.abs(difference) < np.abs(candidate)
-        is_near &= np.isfinite(difference)  # an infinity is farther than half of an infinity
+        is_near &= np.isfinite(difference)  # infinities are stored themselves
     is_near |= difference == 0
     if not np.any(difference):
         return None
@@ -47,19 +47,19 @@ def candidate_data(candidate: NDArray, reference: NDArray) -> dict[str, Any] | N
 
 
 def level_data(levels: NDArray[np.uint8]) -> str:
-    """Bytes, one for each pixel, as text."""
+    """Return bytes, one for each pixel, as text."""
     return _text(levels.tobytes())
 
 
 def _numbers(pixels: NDArray) -> NDArray[np.uint32]:
-    """The rounded numbers' magnitudes, with the sign as lowest bit, where it costs least."""
+    """Return the rounded numbers' magnitudes, with the sign as lowest bit, where it compresses best."""
     bits = np.ascontiguousarray(pixels, np.float32).view(np.uint32)
     magnitude = ((bits & 0x7FFFFFFF) + (1 << (_DROPPED - 1))) >> _DROPPED
     return np.asarray((np.minimum(magnitude, _NAN) << 1) | (bits >> 31), np.uint32)
 
 
 def _packed(numbers: NDArray[np.uint32]) -> dict[str, Any]:
-    """Numbers of 24 bits (height, width, 4); channels that are equal are kept once."""
+    """Pack numbers of 24 bits (height, width, 4); equal channels are stored once."""
     height, width = numbers.shape[:2]
     kept: list[NDArray[np.uint32]] = []
     sources: list[int] = []

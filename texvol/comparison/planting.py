@@ -1,7 +1,7 @@
-"""Mistakes planted in the renderer: shaders with a wrong function, slab stacks without a slab, other blending.
+"""Renderer with planted mistakes: shaders with a wrong function, slab stacks without a slab, other blending.
 
-The shader files stay as they are: a compositor of changed copies draws for a while, and the renderer keeps its
-textures. See `wrong_functions` for the way in which a function of a shader becomes a wrong one.
+The shader files stay unchanged: a compositor of changed copies draws for a while, and the renderer keeps its textures.
+See `wrong_functions` for the replacement of a shader's function.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from texvol.opengl.contexts import Context
 from texvol.rendering.renderer import Renderer
 from texvol.slicing.slabs import SlabStacks, slab_stacks
 
-Slabs = tuple[int, int]  # the first, and the one after the last
-# OpenGL's numbers for blending (GL_ONE, GL_ONE_MINUS_SRC_ALPHA): what is drawn, and what is there already.
+Slabs = tuple[int, int]  # first, and one after the last
+# OpenGL's factors of blending (GL_ONE, GL_ONE_MINUS_SRC_ALPHA), for the source and the destination.
 _ONE, _ONE_MINUS_SRC_ALPHA = 1, 0x0303
 OVER_WHAT_IS_THERE = (_ONE, _ONE_MINUS_SRC_ALPHA)
 UNDER_BY_ITS_OWN_ALPHA = (_ONE_MINUS_SRC_ALPHA, _ONE)
@@ -47,11 +47,11 @@ class Planted:
 
 
 class PlantedRenderer(Renderer):
-    """A renderer that a mistake can be planted in, and taken out of again."""
+    """Renderer in which a mistake can be planted temporarily."""
 
     @contextmanager
     def planted(self, mistake: Planted) -> Iterator[None]:
-        """What is drawn inside is drawn with the mistake.
+        """Draw with the mistake inside the context.
 
         Raises
         ------
@@ -71,7 +71,7 @@ class PlantedRenderer(Renderer):
 
     @contextmanager
     def dropping(self) -> Iterator[PlantedCompositor]:
-        """What is drawn inside is drawn without what the compositor was told last to leave out."""
+        """Draw inside the context without the slabs that `drop` of the compositor names."""
         with self.planted(Planted()):
             wrong = self._compositor
             assert isinstance(wrong, PlantedCompositor)
@@ -81,7 +81,7 @@ class PlantedRenderer(Renderer):
         return self
 
     def slab_range(self) -> Slabs:
-        """The slabs that the last picture was drawn in, the first and the one after the last; (0, 0): none."""
+        """Return the first slab of the last picture and the one after its last; (0, 0) for none."""
         if self._last is None:
             return 0, 0
         scene, size, settings = self._last
@@ -90,7 +90,7 @@ class PlantedRenderer(Renderer):
 
 
 class PlantedCompositor(Compositor):
-    """A compositor with a mistake, which may leave out slabs and rows of pixels."""
+    """Compositor with a mistake, which may leave out slabs and rows of pixels."""
 
     def __init__(self, context: Context, shaders: Path, mistake: Planted) -> None:
         super().__init__(context, shaders)
@@ -100,31 +100,31 @@ class PlantedCompositor(Compositor):
             self.under = mistake.under
 
     def drop(self, slabs: Slabs | None) -> None:
-        """Leave these slabs out, and no others."""
+        """Leave out these slabs only."""
         self._dropped = slabs
 
     def keep_rows(self, rows: tuple[int, int]) -> None:
-        """Draw no other rows of pixels than from the first to before the second, counted from the top."""
+        """Draw only the rows of pixels from the first to before the second, counted from the top."""
         self._rows = rows
 
     def begin(self, drawing: Drawing, target_format: str = "rgba32f") -> None:
-        """An empty picture."""
+        """Begin an empty picture."""
         super().begin(drawing, target_format)
         if self._rows is not None and self._target is not None:
             width, height = drawing.view.size
             self._target.scissor = (0, height - self._rows[1], width, self._rows[1] - self._rows[0])
 
     def draw_polygons(self, name: str, switches: dict[str, int], stacks: SlabStacks, *more: Any) -> None:
-        """The same without what is left out."""
+        """Draw the polygons without those of dropped slabs."""
         left = stacks if self._dropped is None else without(stacks, self._dropped)
         if left.first.size:
             super().draw_polygons(name, switches, left, *more)
 
 
 def without(stacks: SlabStacks, dropped: Slabs) -> SlabStacks:
-    """The stacks without some slabs: a stack that they lie in becomes two, in front of them and behind."""
+    """Return the stacks without some slabs: a stack that contains them becomes two, in front and behind."""
     first, end = dropped
-    # Front and back part of each, next to each other, so that the order stays.
+    # Front and back part of each stack are neighbours, so that the order stays.
     firsts = np.stack([stacks.first, np.maximum(stacks.first, end)], axis=1).reshape(-1)
     lasts = np.stack([np.minimum(stacks.last, first), stacks.last], axis=1).reshape(-1)
     left = firsts < lasts

@@ -1,13 +1,13 @@
-"""The parts in which the scenes in two pictures' headers differ, with both values.
+"""Differences between the scenes in two pictures' headers, with both values.
 
-Headers are compared as they stand there (see `scene_facts`), so that a part that texvol learns to write counts at once.
-No difference are
+Headers are compared as they are stored (see `scene_metadata`), so that new parts of a scene count at once. Not counted
+are
 
-    where a volume, mask or mesh was read from, if the checksums of both say that its content is the same
-    numbers within 1e-9 of the larger: another version of a library makes that of the same file or view
-    how the scene was drawn ("settings"): that is another picture of the same scene
-    what the pictures don't show: how numbers are shown, of pictures that hold the numbers; their transfer function, of
-    pictures that don't show it; the classification, of modes without matter
+    where a volume, mask or mesh was read from, if the checksums of both are equal
+    numbers within 1e-9 of the larger: another version of a library computes those of the same file or view
+    settings of the drawing ("settings"): another picture of the same scene
+    parts that the pictures don't show: the display of numbers, for pictures that hold the numbers; their transfer
+    function, for pictures that don't show it; the classification, for modes without a medium
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ from texvol.comparison.pictures import Picture
 
 _SAME = 1e-9
 _MOST_TEXT = 60  # characters of a value
-_MOST_VALUES = 3  # of a part that are named
-_LONGEST_TUPLE = 4  # numbers that are shown together: a place, a colour
+_MOST_VALUES = 3  # values of a part that a sentence lists
+_LONGEST_TUPLE = 4  # numbers that are shown together: a position, a colour
 _NO_SCENE = ("format", "settings")
-_POSITIONS = ("volume", "name", "source", "path", "absolute", "type")  # of content that a checksum stands for
-_BY_TRANSFER_FUNCTION = "transfer function"  # scene_facts.BY_TRANSFER_FUNCTION, without what it imports
+_POSITIONS = ("volume", "name", "source", "path", "absolute", "type")  # keys that a checksum replaces
+_BY_TRANSFER_FUNCTION = "transfer function"  # scene_metadata.BY_TRANSFER_FUNCTION, without its imports
 _FILES = ("volume", "name", "path")
 _VOLUME = ("volume", "source", "dimensions", "spacing", "origin", "direction", "type", "kind", "checksum")
 _ABSENT = object()
@@ -35,16 +35,16 @@ _ABSENT = object()
 
 @dataclass(frozen=True)
 class SceneChange:
-    """One value that is not the same.
+    """One value that differs.
 
     Attributes
     ----------
     part : str
         "volume", "camera", "lighting", "transfer function", …
     where : str
-        Which value of the part; empty for all of it.
+        Name of the value within the part; empty for the whole part.
     candidate, reference : str
-        Both values; "none" where there is none.
+        Both values; "none" for a missing value.
     """
 
     part: str
@@ -54,13 +54,13 @@ class SceneChange:
 
     @property
     def words(self) -> str:
-        """The value in the candidate, and in the reference."""
+        """The value in the candidate and in the reference."""
         values = f"{self.candidate} instead of {self.reference}"
         return f"{self.where} {values}" if self.where else values
 
 
 def scene_changes(candidate: Picture, reference: Picture) -> tuple[SceneChange, ...] | None:
-    """The values in which the scenes differ; None where one of the headers holds no scene."""
+    """Return the values in which the scenes differ; None if a header holds no scene."""
     if header_of(candidate) is None or header_of(reference) is None:
         return None
     if candidate.attributes[SCENE_ATTRIBUTE] == reference.attributes[SCENE_ATTRIBUTE]:
@@ -71,12 +71,12 @@ def scene_changes(candidate: Picture, reference: Picture) -> tuple[SceneChange, 
             SceneChange(_part(path[0]), _where(path), _text(ours, theirs), _text(theirs, ours))
             for path, ours, theirs in _unequal(both[0], both[1], ())
         )
-    except RecursionError:  # nothing that texvol writes is so deep
+    except RecursionError:  # a header of texvol is never so deep
         return None
 
 
 def drawing_changes(candidate: Picture, reference: Picture) -> tuple[SceneChange, ...]:
-    """The settings in which two ways of drawing differ, where both headers have some."""
+    """Return the settings of drawing in which the pictures differ, if both headers have settings."""
     ours, theirs = ((header_of(each) or {}).get("settings") for each in (candidate, reference))
     if not (isinstance(ours, dict) and isinstance(theirs, dict) and ours and theirs):
         return ()
@@ -89,7 +89,7 @@ def drawing_changes(candidate: Picture, reference: Picture) -> tuple[SceneChange
 
 
 def in_words(changes: Sequence[SceneChange]) -> list[str]:
-    """A sentence for each part that differs."""
+    """Return a sentence for each part that differs."""
     by_part: dict[str, list[str]] = {}
     for each in changes:
         by_part.setdefault(each.part, []).append(each.words)
@@ -97,13 +97,13 @@ def in_words(changes: Sequence[SceneChange]) -> list[str]:
 
 
 def listed(words: Sequence[str]) -> str:
-    """The first of some words, and how many more there are."""
+    """Return the first of some texts, and the number of the rest."""
     more = len(words) - _MOST_VALUES
     return ", ".join(words[:_MOST_VALUES]) + (f", and {more} more" if more > 0 else "")
 
 
 def _seen(candidate: Picture, reference: Picture) -> list[dict[str, Any]]:
-    """Parts of both headers that the pictures show."""
+    """Return the parts of both headers that the pictures show."""
     pair = candidate, reference
     headers = [header_of(each) or {} for each in pair]
     left_out = {*_NO_SCENE}
@@ -120,7 +120,7 @@ def _seen(candidate: Picture, reference: Picture) -> list[dict[str, Any]]:
 
 
 def _unequal(ours: Any, theirs: Any, path: tuple[str | int, ...]) -> Iterator[tuple[tuple[str | int, ...], Any, Any]]:
-    """Paths of the values that are not the same, and both of them."""
+    """Yield path and both values of each value that differs."""
     if isinstance(ours, dict) and isinstance(theirs, dict):
         for key in _compared_keys(ours, theirs):
             yield from _unequal(ours.get(key, _ABSENT), theirs.get(key, _ABSENT), (*path, key))
@@ -133,7 +133,10 @@ def _unequal(ours: Any, theirs: Any, path: tuple[str | int, ...]) -> Iterator[tu
 
 
 def _compared_keys(ours: Mapping[str, Any], theirs: Mapping[str, Any]) -> list[str]:
-    """Keys of two objects, without those that a checksum stands for; a PNG has none, and is compared by files."""
+    """Return the keys of two objects that are compared; a checksum replaces the file's name.
+
+    A PNG has no checksum, and is compared by file names.
+    """
     keys = list({**ours, **theirs})
     if "checksum" in ours and "checksum" in theirs:
         return [key for key in keys if key not in _POSITIONS]
@@ -170,7 +173,7 @@ def _is_near(one: float, other: float, scale: float) -> bool:
 
 
 def _number(value: float) -> float:
-    """A number of JSON, whose whole numbers have no end, as one of float64."""
+    """Return a number of JSON, whose integers are unlimited, as float64."""
     try:
         return float(value)
     except OverflowError:
@@ -178,7 +181,7 @@ def _number(value: float) -> float:
 
 
 def _part(key: str | int) -> str:
-    """The name of the part that a key of the header belongs to."""
+    """Return the part that a key of the header belongs to."""
     return "volume" if key in _VOLUME else str(key).replace("_", " ")
 
 
@@ -196,7 +199,7 @@ def _in_a_line(text: str) -> str:
 
 
 def _text(value: Any, other: Any) -> str:
-    """A value as a sentence has it: six digits, or all where six don't tell it from the other one."""
+    """Return a value with six digits, or with all if six are the same as the other value's."""
     short = _written(value, 6)
     return short if short != _written(other, 6) else _written(value, 17)
 

@@ -1,4 +1,4 @@
-"""A scene out of whatever stands for one: a picture that texvol drew, a scene file that names its volume, a volume."""
+"""Scenes from files: a picture that texvol drew, a scene file that names its volume, or a volume."""
 
 from __future__ import annotations
 
@@ -11,25 +11,25 @@ from texvol.provenance.stored_scene import AnyVolume, StoredScene, stored_scene_
 from texvol.scene.volume import Volume
 from texvol.util.errors import InputError
 
-PICTURES = (".exr", ".png", ".jpg", ".jpeg")  # a TIFF is a volume: as a picture it has no scene
-LONGEST_SIDE = 256  # of a picture drawn again for a test, pixels
+PICTURES = (".exr", ".png", ".jpg", ".jpeg")  # a TIFF is a volume; a TIFF picture has no scene
+LONGEST_SIDE = 256  # pixels, of a small picture of a scene
 
 
 def scene_of(path: str | os.PathLike[str], *, volume: AnyVolume = None) -> tuple[StoredScene, tuple[int, int] | None]:
-    """The scene that a file stands for, and the size of a small picture of it where the file says how wide it is.
+    """Return the scene of a file, and the size of a small picture of the scene if the file gives a size.
 
     Parameters
     ----------
     path : str or path
-        A picture with a scene in its header; a scene file (.toml) that has a `volume`; or a volume, of which the scene
-        is what `texvol render` makes without further options.
+        A picture with a scene in its header; a scene file (.toml) with a `volume`; or a volume, whose scene is that of
+        `texvol render` without further options.
     volume : Volume or path, optional
-        In place of the one that the picture or the scene file names.
+        Replaces the volume that the picture or the scene file names.
 
     Raises
     ------
     InputError
-        If it is none of these.
+        If the file is none of these.
     """
     name = os.fspath(path)
     kind = Path(path).suffix.lower()
@@ -45,17 +45,17 @@ def scene_of(path: str | os.PathLike[str], *, volume: AnyVolume = None) -> tuple
         found = volume if isinstance(volume, Volume) else scene_options.load()
         return _stored(scene_options, found, name), small_size(scene_options.size)
     if volume is not None:
-        raise InputError(f"{name}: is a volume itself: leave the other one out")
+        raise InputError(f"{name}: is a volume; leave --volume out")
     scene_options = SceneOptions.of(name)
     return _stored(scene_options, scene_options.load(), name), None
 
 
 def small_size(size: tuple[int, int]) -> tuple[int, int]:
-    """A size of the same shape that is quick to draw."""
+    """Return a size of the same shape that is quick to draw."""
     fraction = min(1.0, LONGEST_SIDE / max(size))
     return max(1, round(size[0] * fraction)), max(1, round(size[1] * fraction))
 
 
 def _stored(scene_options: SceneOptions, volume: Volume, name: str) -> StoredScene:
-    """A scene that is not drawn yet."""
+    """Return a scene that is not drawn yet."""
     return StoredScene(scene_options.scene(volume), {}, scene_options.window, name)

@@ -1,8 +1,8 @@
-"""Limits put to the test: mistakes planted in a scene, and which of them the limits catch.
+"""Self-test of limits: mistakes planted in a scene, and the mistakes that the limits find.
 
-A limit that passes a dropped slab is no limit, and one that refuses the same picture drawn again is noise. So there are
-controls beside the mistakes: nothing planted, and the same by another back end where there is one. What a mistake does
-not change can't be caught in that scene, and what has no meaning there is not asked of it: neither counts.
+Limits that accept a dropped slab are too loose, and limits that refuse the same picture drawn again find noise. So
+there are controls beside the mistakes: the unchanged scene, and the scene drawn by another back end if there is one.
+Mistakes that change nothing in the scene, or do not apply to it, do not count.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from texvol.comparison.limits import NONE, Limits, violations
 from texvol.comparison.measures import Measures, without_infinities
-from texvol.comparison.mistakes import Bench, drawn
+from texvol.comparison.mistakes import MistakeTrial, drawn
 from texvol.comparison.outcome import Outcome, examine
 from texvol.comparison.pictures import Picture
 from texvol.comparison.planting import PlantedRenderer
@@ -31,12 +31,12 @@ from texvol.util.shown_text import shown_line
 DEFAULT_SIZE = (256, 256)
 CAUGHT, MISSED, NOTHING, NO_MEANING = "caught", "missed", "changes nothing here", "does not apply"
 SAME, FALSE_ALARM, NOT_THERE = "same", "false alarm", "not available"
-_COLUMNS = ("mistake", "outcome", "by", "max", "rms", "FLIP", "% over", "told from the pictures as")
+_COLUMNS = ("mistake", "outcome", "by", "max", "rms", "FLIP", "% over", "kinds told from the pictures")
 
 
 @dataclass(frozen=True)
 class Row:
-    """What became of one mistake, or of a control.
+    """Result of one mistake, or of a control.
 
     Attributes
     ----------
@@ -44,13 +44,13 @@ class Row:
         Of a mistake "caught", "missed", "changes nothing here" or "does not apply"; of a control "same", "false alarm"
         or "not available".
     reason : str
-        Why it does not apply, or is not available.
+        Why the mistake does not apply, or the control is not available.
     caught_by : tuple of str
-        The limits that it breaks, by their names on the command line.
+        Names, as on the command line, of the broken limits.
     outcome : Outcome, optional
-        Where there is a picture.
+        Outcome of the comparison, if there is a picture.
     picture : array, optional
-        What of it 8 bits show.
+        The picture in 8 bits.
     """
 
     name: str
@@ -63,12 +63,12 @@ class Row:
 
     @property
     def is_control(self) -> bool:
-        """Whether nothing is planted in it."""
+        """True for a row without a planted mistake."""
         return self.status in (SAME, FALSE_ALARM, NOT_THERE)
 
     @property
     def measures(self) -> Measures | None:
-        """How far it is from the right picture."""
+        """Measures of the difference from the right picture."""
         return None if self.outcome is None else self.outcome.measures
 
     @property
@@ -77,7 +77,7 @@ class Row:
         return ", ".join(each.name for each in self.outcome.kinds) if self.outcome else ""
 
     def as_json(self) -> dict[str, Any]:
-        """All of it but the pixels."""
+        """The row without the pixels."""
         measures, outcome = self.measures, self.outcome
         numbers = {} if measures is None else _numbers(measures)
         return {
@@ -93,27 +93,27 @@ class Row:
 
 @dataclass(frozen=True)
 class SelfTest:
-    """Controls and mistakes of a scene, held against limits."""
+    """Controls and mistakes of a scene, compared with the right picture."""
 
     name: str
     size: tuple[int, int]
     limits: Limits
     driver: str
     rows: tuple[Row, ...]
-    right: NDArray[np.float64] = field(repr=False)  # what of the right picture 8 bits show
+    right: NDArray[np.float64] = field(repr=False)  # the right picture in 8 bits
 
     @property
     def passed(self) -> bool:
-        """Whether every mistake that shows is caught, and no control."""
+        """True if every visible mistake is caught, and no control is refused."""
         return not any(row.status in (MISSED, FALSE_ALARM) for row in self.rows)
 
     @property
     def words(self) -> str:
-        """What came of it, in a line."""
+        """The result in a line."""
         count = {status: sum(row.status == status for row in self.rows) for status in (CAUGHT, MISSED, FALSE_ALARM)}
         shown = count[CAUGHT] + count[MISSED]
         alarms = f", and {count[FALSE_ALARM]} false alarms" if count[FALSE_ALARM] else ""
-        return f"{count[CAUGHT]} of {shown} mistakes that show are caught{alarms}"
+        return f"{count[CAUGHT]} of {shown} visible mistakes are caught{alarms}"
 
     def as_json(self) -> dict[str, Any]:
         """All of it but the pixels."""
@@ -128,7 +128,7 @@ class SelfTest:
         }
 
     def as_text(self) -> str:
-        """A table for a terminal."""
+        """The result as a table for a terminal."""
         width, height = self.size
         cells = [_COLUMNS, *map(_cells, self.rows)]
         widths = [max(len(row[column]) for row in cells) for column in range(len(_COLUMNS))]
@@ -139,12 +139,6 @@ class SelfTest:
         reasons = [f"{row.name}: {row.reason}" for row in self.rows if row.reason]
         return "\n".join(map(shown_line, [heading, "", *table, "", *reasons, self.words]))
 
-    def page(self) -> str:
-        """A page of its own with the table, small pictures of every mistake, and what it changes."""
-        from texvol.comparison.self_test_page import page
-
-        return page(self)
-
 
 def self_test_of(
     path: str | os.PathLike[str],
@@ -154,7 +148,7 @@ def self_test_of(
     volume: AnyVolume = None,
     backend: str = "auto",
 ) -> SelfTest:
-    """What limits catch in the scene that a file stands for; see `scene_source` and `self_test`."""
+    """Test limits in the scene of a file; see `scene_source` and `self_test`."""
     from texvol.comparison.scene_source import scene_of
 
     stored, found_size = scene_of(path, volume=volume)
@@ -164,76 +158,76 @@ def self_test_of(
 def self_test(
     stored: StoredScene, size: tuple[int, int], limits: Limits, *, backend: str = "auto", controls: bool = True
 ) -> SelfTest:
-    """Plant every mistake in a scene, and hold each picture against the right one.
+    """Plant every mistake in a scene, and compare each picture with the right one.
 
     Parameters
     ----------
     size : (width, height)
     controls : bool
-        Whether to try other back ends as well.
+        True to try other back ends as well.
     """
     with PlantedRenderer(backend) as renderer:
-        bench = Bench(renderer, stored, size)
-        judge = _Judge(bench, limits)
-        rows = [judge.control("no mistake", "the same picture, drawn again", bench.draw())]
+        trial = MistakeTrial(renderer, stored, size)
+        judge = _Judge(trial, limits)
+        rows = [judge.control("no mistake", "the same picture, drawn again", trial.draw())]
         if controls:
             rows += _other_back_ends(judge, renderer.backend)
-        for mistake, picture in drawn(bench):
+        for mistake, picture in drawn(trial):
             rows.append(judge.row(mistake.name, mistake.words, picture))
         name, driver = Path(stored.name).name, f"{renderer.renderer_name} ({renderer.backend})"
-        return SelfTest(name, size, limits, driver, tuple(rows), judge.shown(bench.right))
+        return SelfTest(name, size, limits, driver, tuple(rows), judge.shown(trial.right))
 
 
 class _Judge:
-    """Holds pictures against the right one."""
+    """Comparison of pictures with the right one."""
 
-    def __init__(self, bench: Bench, limits: Limits) -> None:
-        self.bench = bench
+    def __init__(self, trial: MistakeTrial, limits: Limits) -> None:
+        self.trial = trial
         self._limits = limits
-        self._attributes = scene_metadata(bench.stored.name, bench.scene)  # says whether pixels are numbers
-        self._reference = self._picture(bench.right, "right picture")
+        self._attributes = scene_metadata(trial.stored.name, trial.scene)  # tells that pixels are numbers
+        self._reference = self._picture(trial.right, "right picture")
 
     def _picture(self, pixels: NDArray, name: str) -> Picture:
         return Picture.of_array(np.asarray(pixels, np.float32), name, self._attributes)
 
     def shown(self, pixels: NDArray) -> NDArray[np.float64]:
-        """What 8 bits show."""
-        return self.bench.stored.in_eight_bits(np.nan_to_num(pixels))
+        """Return pixels as 8 bits show them."""
+        return self.trial.stored.in_eight_bits(np.nan_to_num(pixels))
 
     def row(self, name: str, words: str, picture: NDArray | str) -> Row:
-        """The row of a mistake, or of why it has no meaning."""
+        """Return the row of a mistake's picture, or of the reason why it does not apply."""
         if isinstance(picture, str):
             return Row(name, words, NO_MEANING, picture)
         shown = self.shown(picture)
         outcome = examine(self._picture(picture, name), self._reference, self._limits, name=name)
-        if self.bench.is_right(picture):
+        if self.trial.is_right(picture):
             return Row(name, words, NOTHING, outcome=outcome, picture=shown)
         status = MISSED if outcome.passed else CAUGHT
         return Row(name, words, status, "", _caught_by(outcome), outcome, shown)
 
     def control(self, name: str, words: str, picture: NDArray) -> Row:
-        """The row of a picture without a mistake."""
+        """Return the row of a picture without a mistake."""
         row = self.row(name, words, picture)
         refused = row.outcome is not None and not row.outcome.passed
         return replace(row, status=FALSE_ALARM if refused else SAME)
 
 
 def _other_back_ends(judge: _Judge, used: str) -> Iterator[Row]:
-    bench = judge.bench
+    trial = judge.trial
     for backend in ("egl", "osmesa"):
         if backend == used:
             continue
-        name, words = f"no mistake, {backend}", "the same scene by another way to OpenGL"
+        name, words = f"no mistake, {backend}", "the same scene by another back end"
         try:
             with Renderer(backend) as renderer:
-                picture = renderer.render(bench.scene, bench.size, **bench.settings)
+                picture = renderer.render(trial.scene, trial.size, **trial.settings)
                 yield judge.control(name, f"{words}, {renderer.renderer_name}", picture)
         except ContextError:
-            yield Row(name, words, NOT_THERE, f"{backend} does not open here")
+            yield Row(name, words, NOT_THERE, f"{backend} is not available on this machine")
 
 
 def _caught_by(outcome: Outcome) -> tuple[str, ...]:
-    """The limits that a pair breaks, one by one."""
+    """Return the names of the limits that a pair breaks."""
     if outcome.status == "broken":
         return ("not finite",)
     limits, measures = outcome.limits, outcome.measures

@@ -1,18 +1,19 @@
-"""Whether a candidate is nearer to the truth than its reference: the oracle's picture of the scene is the third.
+"""Verdict of the oracle: the candidate is nearer to the oracle's picture of the scene than the reference, or farther.
 
-Each of the two has an error from the truth, and two numbers of it are looked at, since either alone is blind: rms
-forgets one wrong pixel among a million, the maximum forgets all pixels but one. What counts as a change of them:
+Each of the two pictures has an error against the oracle, of which two numbers count, since each alone is blind: rms
+misses one wrong pixel among a million, the maximum misses all pixels but one. A number has changed if it changed by
+more than
 
-    rms    5 %, over what float32 rounds away. Of n independent errors rms is known to 1 / sqrt(2 n) of itself: two
-           standard deviations in a picture of 32 × 32.
-    max    20 %, over the same. The largest of n normal errors varies by 1.28 / (2 ln n) of itself: two standard
-           deviations in the same picture.
+    rms    5 %, and more than rounding in float32. The rms of n independent errors is known to 1 / sqrt(2 n) of itself:
+           two standard deviations in a picture of 32 × 32.
+    max    20 %, and more than rounding. The largest of n normal errors varies by 1.28 / (2 ln n) of itself: two
+           standard deviations in the same picture.
 
-Of two scenes each picture is held against the truth of its own, and neither better nor worse is said: an error may have
-changed since the scene did. Where one of the scenes is not known, nor is whether the other's truth holds for both.
+If the scenes differ, each picture is compared with the oracle's picture of its own scene, and there is no verdict: the
+scene may have changed the error. There is no verdict either if only one scene is known.
 
-Better: one of them fell, and neither rose. Worse: one rose, and neither fell; or the candidate is not finite, whatever
-the reference is. Sideways: neither changed, or they contradict each other.
+Better: a number fell, and none rose. Worse: a number rose, and none fell; or the candidate is not finite. Sideways:
+no number changed, or one fell and one rose.
 """
 
 from __future__ import annotations
@@ -31,19 +32,19 @@ if TYPE_CHECKING:
     from texvol.provenance.stored_scene import StoredScene
 
 RMS_CHANGE, MAX_CHANGE = 0.05, 0.2
-# Of the brightest pixel: float32 sums some hundreds of slabs to 2^-22, and another driver to another 2^-22.
+# Fraction of the brightest pixel: sums of some hundreds of slabs in float32, by two drivers, 2^-22 each.
 ROUNDING = 2.0**-20
 BETTER, WORSE, SIDEWAYS = "better", "worse", "sideways"
 OTHER_SCENE, UNKNOWN = "other scene", "unknown"
 
 
 @dataclass(frozen=True)
-class ThreeRay:
-    """What came of holding a candidate and its reference against the truth."""
+class OracleVerdict:
+    """Errors of a candidate and its reference against the oracle, and the verdict."""
 
-    candidate_error: Difference | None  # of the candidate from the truth; None where that is not known
+    candidate_error: Difference | None  # of the candidate against the oracle; None if unknown
     reference_error: Difference | None
-    verdict: str  # "better", "worse" or "sideways"; "other scene" or "unknown" where that can't be said
+    verdict: str  # "better", "worse", "sideways", "other scene" or "unknown"
     words: str
 
 
@@ -55,17 +56,17 @@ def truth_of(
     has_opacity: bool = True,
     form: CommonForm | None = None,
 ) -> NDArray[np.float64]:
-    """The oracle's picture of a scene, shape (height, width, 4), as a file would be read that had no error.
+    """Return the oracle's picture of a scene, shape (height, width, 4), in the form of a file without error.
 
     Parameters
     ----------
     size : (width, height)
     eight_bits : bool
-        Whether the files hold whole numbers, which end at 1, and in which numbers are shown as grey or colours.
+        True if the files hold whole numbers, which end at 1 and show numbers as grey or colours.
     has_opacity : bool
-        Whether the files have one; if not it is 1.
+        False if the files have no opacity, which is 1 then.
     form : CommonForm, optional
-        That of a pair of pictures, which says these two and more.
+        Common form of a pair of pictures, in place of the two arguments above.
 
     Raises
     ------
@@ -78,16 +79,18 @@ def truth_of(
     return form.of_truth(raycast(stored.scene, size), stored)
 
 
-def three_way(candidate: ArrayLike, reference: ArrayLike, truth: ArrayLike, *, has_opacity: bool = True) -> ThreeRay:
-    """Which of two pictures is nearer to the truth.
+def three_way(
+    candidate: ArrayLike, reference: ArrayLike, truth: ArrayLike, *, has_opacity: bool = True
+) -> OracleVerdict:
+    """Return the verdict on which of two pictures is nearer to the oracle's.
 
     Parameters
     ----------
     candidate, reference, truth : array of shape (height, width, 4)
-        Linear, premultiplied, on one range: pictures of 8 bits end at 1, and so must the truth; pictures of numbers
-        are shares of their range.
+        Linear, premultiplied, of one range: pictures of 8 bits end at 1, and so must the truth; pictures of numbers are
+        fractions of their range.
     has_opacity : bool
-        Whether the fourth channel means anything.
+        True if the fourth channel means something.
 
     Raises
     ------
@@ -99,7 +102,7 @@ def three_way(candidate: ArrayLike, reference: ArrayLike, truth: ArrayLike, *, h
     pictures = _without_common_infinities(*pictures)
     ours, theirs = (compare(each, pictures[2]) for each in pictures[:2])
     verdict, reason = _verdict(ours, theirs, ROUNDING * max(1.0, float(np.abs(pictures[2]).max())))
-    return ThreeRay(ours, theirs, verdict, f"{_TITLES[verdict]}: {reason}")
+    return OracleVerdict(ours, theirs, verdict, f"{_TITLES[verdict]}: {reason}")
 
 
 def each_by_its_own(
@@ -109,23 +112,23 @@ def each_by_its_own(
     *,
     has_opacity: bool = True,
     reasons: Sequence[str] = (),
-) -> ThreeRay:
-    """Two pictures of unlike scenes, each held against the truth of its own scene.
+) -> OracleVerdict:
+    """Compare two pictures of different scenes, each with the oracle's picture of its own scene.
 
     Parameters
     ----------
     candidate, reference : array of shape (height, width, 4)
         As in `three_way`.
     truths : pair of array or None
-        Of the candidate's scene and of the reference's; None where it can't be drawn.
+        The oracle's pictures of the candidate's scene and of the reference's; None if it can't be drawn.
     reasons : sequence of str
-        Why it can't.
+        Why a picture can't be drawn.
 
     Returns
     -------
-    ThreeWay
-        Of verdict "other scene"; or that of `three_way` where both truths are the same but for rounding, as where a
-        part of the scene differs that does not show.
+    OracleVerdict
+        With verdict "other scene"; or that of `three_way` if both truths are equal within rounding, as when the
+        changed part of the scene is not visible.
     """
     channels = 4 if has_opacity else 3
     pictures = [np.asarray(each, np.float64)[..., :channels] for each in (candidate, reference)]
@@ -134,23 +137,25 @@ def each_by_its_own(
         apart = compare(*_without_common_infinities(known[0], known[1]))
         if apart.max_error <= ROUNDING * max(1.0, float(np.abs(known[1][np.isfinite(known[1])]).max(initial=0.0))):
             return three_way(candidate, reference, np.asarray(truths[1]), has_opacity=has_opacity)
-        reasons = [*reasons, f"the two oracles are rms {apart.rms_error:.2g} apart, at most {apart.max_error:.2g}"]
+        oracles = f"the oracle's two pictures differ by rms {apart.rms_error:.2g}, at most {apart.max_error:.2g}"
+        reasons = [*reasons, oracles]
     errors = [
         None if truth is None else compare(*_without_common_infinities(picture, truth))
         for picture, truth in zip(pictures, known, strict=True)
     ]
     said = [
-        f"the {role} is rms {error.rms_error:.2g}, at most {error.max_error:.2g}, from the oracle of its own scene"
+        f"the {role} differs from the oracle of its own scene by rms {error.rms_error:.2g}, "
+        f"at most {error.max_error:.2g}"
         for role, error in zip(("candidate", "reference"), errors, strict=True)
         if error is not None
     ]
-    words = "the scenes are not the same, so that neither better nor worse can be said: " + "; ".join([*said, *reasons])
-    return ThreeRay(errors[0], errors[1], OTHER_SCENE, words)
+    words = "the scenes differ, so there is no verdict: " + "; ".join([*said, *reasons])
+    return OracleVerdict(errors[0], errors[1], OTHER_SCENE, words)
 
 
-def supposing(found: ThreeRay, who: str, other: str) -> ThreeRay:
-    """A verdict where only one of the pictures says of which scene it is: that of `who` may not be that of `other`."""
-    words = f"{other} does not say which scene it shows, so that it can't be judged; if it is that of {who}: "
+def supposing(found: OracleVerdict, who: str, other: str) -> OracleVerdict:
+    """Return the verdict for a pair of which only `who` names its scene: `other` may show another one."""
+    words = f"{other} names no scene, so there is no verdict; if its scene is that of {who}: "
     return replace(found, verdict=UNKNOWN, words=words + found.words.partition(": ")[2])
 
 
@@ -162,11 +167,11 @@ _TITLES = {
 
 
 def _verdict(ours: Difference, theirs: Difference, rounding: float) -> tuple[str, str]:
-    """The verdict, and why."""
+    """Return the verdict and its reason."""
     if ours.non_finite:
-        return WORSE, f"the candidate is not finite in {ours.non_finite} of its pixels"
+        return WORSE, f"the candidate is not finite in {ours.non_finite} pixels"
     if theirs.non_finite:
-        return BETTER, f"the reference is not finite in {theirs.non_finite} of its pixels, the candidate in all"
+        return BETTER, f"the reference is not finite in {theirs.non_finite} pixels, and the candidate is finite"
     rms = _change(ours.rms_error, theirs.rms_error, RMS_CHANGE, rounding)
     largest = _change(ours.max_error, theirs.max_error, MAX_CHANGE, rounding)
     numbers = (
@@ -182,14 +187,14 @@ def _verdict(ours: Difference, theirs: Difference, rounding: float) -> tuple[str
 
 
 def _change(now: float, before: float, fraction: float, rounding: float) -> int:
-    """-1 if it fell, 1 if it rose, 0 if that may be chance or rounding."""
+    """Return -1 if the number fell, 1 if it rose, 0 if the change may be chance or rounding."""
     if abs(now - before) <= max(fraction * max(now, before), rounding):
         return 0
     return 1 if now > before else -1
 
 
 def _without_common_infinities(*pictures: NDArray[np.float64]) -> list[NDArray[np.float64]]:
-    """The pictures with 0 where the truth is no finite number, and a picture is the same: values may be infinite."""
+    """Return the pictures with 0 where the truth is not finite and a picture equals the truth."""
     truth = pictures[-1]
     if np.isfinite(truth).all() or any(each.shape != truth.shape for each in pictures):
         return list(pictures)

@@ -71,7 +71,7 @@ def _key(function: re.Match[str]) -> tuple[str, ...]:
 
 
 def _namesakes(texts: dict[str, str], name: str) -> str:
-    """Signatures of the functions of a name."""
+    """Return the signatures of the functions of a name."""
     found = [each for text in texts.values() for each in _FUNCTION.finditer(text) if each[2] == name]
     signatures = sorted({f"'{each[1]} {each[2]}({each[3]})'" for each in found})
     return " and ".join(signatures) or f"no functions named {name!r}"

@@ -1,13 +1,13 @@
-"""Geometry that stands in a volume: triangle meshes and lines, opaque or translucent, to be put into `Scene.geometry`.
+"""Geometry in a volume: triangle meshes and lines, opaque or translucent, for `Scene.geometry`.
 
-    Mesh, Lines         what there is
-    load_mesh           from PLY, STL, OBJ or VTP
-    save_mesh           to them
+    Mesh, Lines         shapes
+    load_mesh           read PLY, STL, OBJ or VTP
+    save_mesh           write these formats
     surface_of          the isosurface of a volume, as a mesh
 
-A surface has a colour and an opacity, and no thickness: a ray goes through matter up to it, then through the surface,
-then through matter again. Only the ray through the middle of a pixel counts, as for matter; edges are not smoothed.
-Surfaces at one depth are met in the order of the scene. They cast no shadows and none falls on them.
+A surface has a colour and an opacity, but no thickness: a ray crosses the medium up to it, then the surface, then the
+medium behind it. As for the medium, only the ray through the middle of a pixel counts; edges are not smoothed. Surfaces
+at one depth are crossed in the order of the scene. They neither cast nor receive shadows.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def load_mesh(
     opacity: float = 1.0,
     lit: bool = True,
 ) -> Mesh:
-    """The mesh that a PLY, STL, OBJ or VTP file holds, named after it; see `reading`."""
+    """Return the mesh of a PLY, STL, OBJ or VTP file, named after the file; see `reading`."""
     from texvol.geometry import reading
 
     return reading.load_mesh(path, color=color, opacity=opacity, lit=lit)
@@ -44,7 +44,7 @@ def save_mesh(mesh: Mesh, path: str | os.PathLike[str]) -> None:
 
 
 def surface_of(volume: Volume, value: float) -> Mesh:
-    """The isosurface of a volume as a mesh; see `extraction`."""
+    """Return the isosurface of a volume as a mesh; see `extraction`."""
     from texvol.geometry import extraction
 
     return extraction.surface_of(volume, value)

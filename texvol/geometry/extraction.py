@@ -1,8 +1,8 @@
-"""The isosurface of a volume as a mesh, by Lewiner's marching cubes (2003), whose topology is that of the field.
+"""Isosurface of a volume as a mesh, by Lewiner's marching cubes (2003), which keep the topology of the field.
 
-It is the surface that mode isosurface shows: the field ends half a spacing beyond the outermost samples, where it is
-theirs, and so does the surface, open; there is none in cells beside missing samples. Corners lie where the value is
-linear along edges between samples; in between, triangles are flat and the trilinear field is not.
+The surface is that of mode isosurface: as the field, it extends half a spacing beyond the outermost samples, constant
+and open; there is no surface in cells beside missing samples. Vertices are where the value is linear along edges
+between samples; in between, triangles are flat, unlike the trilinear field.
 """
 
 from __future__ import annotations
@@ -14,24 +14,24 @@ from texvol.scene.shapes import Mesh
 from texvol.scene.volume import Volume
 from texvol.util.errors import InputError, missing_extra
 
-# What stands for an infinite value, in ranges of the finite ones: the surface is this much nearer to the finite side.
+# Infinite values become so many ranges of the finite ones; the surface moves towards the finite side by this fraction.
 _INFINITE = 2.0**20
 
 
 def surface_of(volume: Volume, value: float) -> Mesh:
-    """The surface on which a volume has a value, in world units.
+    """Return the surface on which a volume has a value, in world units.
 
-    Triangles go counter-clockwise around the side of lower values, and normals point there, on mirrored grids too.
+    Triangles are counter-clockwise seen from the side of lower values, and normals point there, also on mirrored grids.
 
     Raises
     ------
     InputError
-        If the value is not finite, or the volume does not meet it.
+        If the value is not finite, or the volume does not contain it.
     MissingExtraError
         If scikit-image is not installed.
     """
     if not np.isfinite(value):
-        raise InputError(f"{volume.name}: a surface is that of a finite value, and it is {value!r}")
+        raise InputError(f"{volume.name}: the value of a surface must be finite, got {value!r}")
     low, high = volume.value_range or (np.nan, np.nan)
     if not low <= value <= high:
         held = "all are missing" if np.isnan(low) else f"they go from {low:g} to {high:g}"
@@ -48,9 +48,9 @@ def surface_of(volume: Volume, value: float) -> Mesh:
     if triangles.size and missing.any():
         triangles = triangles[~_is_beside(missing, corners[triangles].mean(axis=1))]
     if not triangles.size:
-        raise InputError(f"{volume.name}: no surface: {value:g} is met at single samples only")
+        raise InputError(f"{volume.name}: no surface, since only single samples are {value:g}")
     used, triangles = np.unique(triangles, return_inverse=True)
-    index = corners[used, ::-1].astype(np.float64) - 1  # z, y, x of what has one sample more around
+    index = corners[used, ::-1].astype(np.float64) - 1  # z, y, x of the padded array
     index = np.clip(index, -0.5, np.array(volume.dimensions) - 0.5)
     triangles = triangles.reshape(-1, 3)
     # Reversing x, y, z mirrors once; so does a left-handed grid.
@@ -65,19 +65,19 @@ def surface_of(volume: Volume, value: float) -> Mesh:
 
 
 def _above(volume: Volume, value: float) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
-    """How much samples are above the value, in shares of the range, one repeated around; and which are missing."""
+    """Return samples above the value, as fractions of the range, padded by one; and a mask of missing samples."""
     low, high = volume.finite_range or (value, value)
     scale = max(high - value, value - low) or 1.0
     above = np.empty(volume.values.shape, np.float32)
     for layer, slot in zip(volume.values, above, strict=True):  # by layers: no float64 of all at once
         slot[...] = np.clip((layer.astype(np.float64) - value) / scale, -_INFINITE, _INFINITE)
     missing = np.isnan(above)
-    above[missing] = 1.0  # which cells beside them are left out later
+    above[missing] = 1.0  # cells beside them are removed later
     return np.pad(above, 1, mode="edge"), np.pad(missing, 1, mode="edge") if missing.any() else missing
 
 
 def _is_beside(missing: NDArray[np.bool_], positions: NDArray) -> NDArray[np.bool_]:
-    """Whether places lie in cells of which a corner is missing."""
+    """Return True for positions in cells with a missing corner."""
     cells = np.minimum(np.floor(positions).astype(int), np.array(missing.shape) - 2)
     z, y, x = cells.T
     found = np.zeros(len(positions), np.bool_)
@@ -87,7 +87,7 @@ def _is_beside(missing: NDArray[np.bool_], positions: NDArray) -> NDArray[np.boo
 
 
 def _in_world(normals: NDArray[np.float64], volume: Volume) -> NDArray[np.float64]:
-    """Normals of length 1 from those in index space, which follow gradients."""
+    """Return unit normals in the world from gradients in index space."""
     scaled = volume.index_from_world * volume.smallest_spacing
     turned = normals @ scaled
     length = np.linalg.norm(turned, axis=1, keepdims=True)

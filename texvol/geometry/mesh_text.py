@@ -1,7 +1,7 @@
-"""Mesh files of text, made plain and held against their own counts before trimesh reads them.
+"""Mesh files of text, normalised and checked against their own counts before trimesh reads them.
 
-trimesh takes what it can make sense of and leaves out the rest without a word: lines that begin with a space, corners
-that a face has too few of, indices that count back from a vertex in the middle of the file.
+trimesh silently skips what it does not understand: lines that begin with a space, faces with too few corners, and
+indices that count back from a vertex in the middle of the file.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator
 
 from texvol.formats.readers.samples import FileFault
 
-# Of OBJ: keywords that begin a line; faces with an index of 0, of fewer than three corners, with indices from behind.
+# OBJ: keywords that begin a line; faces with an index 0, with fewer than three corners, with negative indices.
 _KEYWORDS = re.compile(rb"^[ \t]*(v|vn|vt|f|o|g|s|usemtl)[ \t]+", re.MULTILINE)
 _COMMENTS = re.compile(rb"#[^\n]*")
 _WITH_ZERO = re.compile(rb"^f [^\n]*?(?<=[ \t/])0+(?=[ \t/\n]|\Z)", re.MULTILINE)
@@ -19,22 +19,22 @@ _WITH_FEW = re.compile(rb"^f(?:[ \t]+[^ \t\n]+){0,2}[ \t]*$", re.MULTILINE)
 _FROM_BEHIND = re.compile(rb"^f [^\n]*?(?<=[ \t/])-\d", re.MULTILINE)
 _FACES = re.compile(rb"^f ([^\n]*)", re.MULTILINE)
 
-# Of PLY: how many numbers a property has, where that is always the same.
+# PLY: a property is a list or a single number.
 _LIST, _SCALAR = -1, 1
 
 
 def plain_obj(content: bytes) -> tuple[str, int]:
-    """Text of an OBJ file whose lines trimesh knows, and how many triangles its faces make.
+    """Return the text of an OBJ file in a form that trimesh reads, and the number of triangles of its faces.
 
     Raises
     ------
     FileFault
-        If a face has fewer than three corners, or a corner of index 0.
+        If a face has fewer than three corners, or an index 0.
     """
     content = content.replace(b"\r\n", b"\n").replace(b"\r", b"\n").replace(b"\\\n", b" ")
     content = _KEYWORDS.sub(rb"\1 ", _COMMENTS.sub(b"", content))
     for wrong, reason in (
-        (_WITH_ZERO, "an index of 0, and OBJ counts from 1"),
+        (_WITH_ZERO, "index 0, but OBJ counts from 1"),
         (_WITH_FEW, "fewer than three corners"),
     ):
         if found := wrong.search(content):
@@ -43,12 +43,12 @@ def plain_obj(content: bytes) -> tuple[str, int]:
     if _FROM_BEHIND.search(content):
         content = b"\n".join(_counted_from_1(content.split(b"\n")))
     triangles = sum(len(corners.split()) - 2 for corners in _FACES.findall(content))
-    # Names may be in any encoding, and do not matter.
+    # Names may have any encoding, and are not used.
     return content.decode("utf-8", "replace"), triangles
 
 
 def _counted_from_1(lines: Iterable[bytes]) -> Iterator[bytes]:
-    """The lines, faces among them with indices from the file's beginning for those from the latest vertex back."""
+    """Yield the lines, with negative indices of faces replaced by absolute ones."""
     counts = {b"v": 0, b"vt": 0, b"vn": 0}
     for line in lines:
         word = line.partition(b" ")[0]
@@ -71,12 +71,12 @@ def _absolute(index: bytes, count: int) -> bytes:
 
 
 def plain_stl(lines: Iterable[bytes]) -> bytes:
-    """Text of an STL file without the names of its solids, from its lines in small letters.
+    """Return the text of an STL file without the names of its solids; `lines` are in lower case.
 
     Raises
     ------
     FileFault
-        If its facets have not three vertices each.
+        If a facet does not have three vertices.
     """
     plain, facets, vertices = [], 0, 0
     for line in lines:
@@ -91,12 +91,12 @@ def plain_stl(lines: Iterable[bytes]) -> bytes:
 
 
 def plain_ply(content: bytes) -> bytes:
-    """A PLY file without the comments of its header.
+    """Return a PLY file without the comments of its header.
 
     Raises
     ------
     FileFault
-        If it is text, and an element has more or fewer numbers than it says.
+        If the file is text, and an element has more or fewer numbers than declared.
     """
     end = re.search(rb"^end_header[ \t]*\r?\n", content, re.MULTILINE)
     if end is None:
@@ -109,18 +109,18 @@ def plain_ply(content: bytes) -> bytes:
 
 
 def _check_rows(header: Iterable[bytes], rows: list[bytes]) -> None:
-    """Raise FileFault unless each element's row has the numbers of its properties, and lists as many as they say."""
+    """Raise FileFault unless each element's row has the numbers of its properties and lists."""
     at = 0
     for name, count, properties in _elements(header):
         for number, row in enumerate(rows[at : at + count]):
             words = row.split()
             if not _fits(words, properties):
-                raise FileFault(f"has element {name} {number} with more or fewer numbers than it says: {_shown(row)}")
+                raise FileFault(f"has element {name} {number} with more or fewer numbers than declared: {_shown(row)}")
         at += count
 
 
 def _elements(header: Iterable[bytes]) -> list[tuple[str, int, list[int]]]:
-    """Name and number of each kind of element, and its properties."""
+    """Return name, count and properties of each kind of element."""
     found: list[tuple[str, int, list[int]]] = []
     for line in header:
         words = line.split()

@@ -1,4 +1,4 @@
-"""Meshes to files: PLY, STL and OBJ through trimesh, VTP as VTK's XML; whole or not at all.
+"""Writer of mesh files: PLY, STL and OBJ by trimesh, VTP as VTK's XML; whole or not at all.
 
 VTP holds float64, PLY and STL float32, OBJ as many digits as float64 has. STL has no normals at vertices.
 """
@@ -10,7 +10,7 @@ from math import floor, log10
 
 import numpy as np
 
-from texvol.geometry.reading import FORMATS, READ
+from texvol.geometry.reading import FORMATS
 from texvol.scene.shapes import Mesh
 from texvol.util import writing
 from texvol.util.errors import InputError, missing_extra
@@ -19,18 +19,18 @@ _DIGITS = 17  # of a float64
 
 
 def check_writable(path: str | os.PathLike[str]) -> None:
-    """Raise InputError if no mesh can be written to `path`: asked before the work of making one."""
+    """Raise InputError if no mesh can be written to `path`; called before the mesh is made."""
     _kind(path)
     writing.check_writable(path)
 
 
 def save_mesh(mesh: Mesh, path: str | os.PathLike[str]) -> None:
-    """Write a mesh as what the name says: .ply, .stl, .obj or .vtp.
+    """Write a mesh in the format of the name: .ply, .stl, .obj or .vtp.
 
     Raises
     ------
     InputError
-        If the name says something else, or the file can't be written.
+        If the name has another ending, or the file can't be written.
     MissingExtraError
         If trimesh is not installed.
     """
@@ -41,7 +41,7 @@ def save_mesh(mesh: Mesh, path: str | os.PathLike[str]) -> None:
 def _kind(path: str | os.PathLike[str]) -> str:
     kind = FORMATS.get(os.path.splitext(os.fspath(path))[1].lower())
     if kind is None:
-        raise InputError(f"{os.fspath(path)}: a mesh is written as {READ}, and the name says none of them")
+        raise InputError(f"{os.fspath(path)}: the name of a mesh must end with .ply, .stl, .obj or .vtp")
     return kind
 
 

@@ -1,6 +1,6 @@
-"""VTP: VTK's polygons, XML around the same arrays as volumes'; read and written here, as no light library does it.
+"""VTP: VTK's polygons, in XML with the same arrays as VTK's volumes; no light library reads or writes it.
 
-Polygons and strips of triangles are read, of all pieces. Lines and single points are no surface and are left out.
+Polygons and strips of triangles of all pieces are read; lines and single points are ignored.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ _MOST = 2**40  # of points or polygons of a piece
 
 
 def read(path: str) -> dict[str, NDArray]:
-    """Vertices, faces and, if all pieces have them, normals."""
+    """Return vertices, faces and, if all pieces have them, normals."""
     root, appended = _document(path)
     data = root.find("PolyData")
     if root.tag != "VTKFile" or root.get("type") != "PolyData" or data is None:
-        raise FileFault(f"is VTK XML of type {root.get('type')}, and PolyData is read")
+        raise FileFault(f"must be VTK XML of type PolyData, got {root.get('type')}")
     pieces = [_Piece(piece, root, appended) for piece in data.findall("Piece")]
     parts: list[dict[str, NDArray]] = []
     first = 0
@@ -37,7 +37,7 @@ def read(path: str) -> dict[str, NDArray]:
             parts.append(part if normals is None else part | {"normals": normals})
             first += len(part["vertices"])
     if not parts:
-        raise FileFault("holds no polygons")
+        raise FileFault("has no polygons")
     names = set.intersection(*(set(part) for part in parts))
     return {name: np.concatenate([part[name] for part in parts]) for name in names}
 
@@ -54,14 +54,14 @@ class _Piece:
         return self._numbers(array, [self._points, 3])
 
     def normals(self) -> NDArray | None:
-        """Of the points; None where there are none."""
+        """Return normals of the points, or None."""
         data = self._piece.find("PointData")
         named = {array.get("Name"): array for array in (data.findall("DataArray") if data is not None else ())}
         array = named.get(data.get("Normals") if data is not None else None)
         return None if array is None else self._numbers(array, [self._points, 3])
 
     def faces(self) -> NDArray[np.int64]:
-        """Triangles of polygons, as fans, and of strips."""
+        """Return triangles of polygons, as fans, and of strips."""
         triangles = [np.empty((0, 3), np.int64)]
         for name, is_strip in (("Polys", False), ("Strips", True)):
             count = self._count(f"NumberOf{name}")
@@ -69,7 +69,7 @@ class _Piece:
                 triangles.append(self._triangles(name, count, is_strip))
         faces = np.concatenate(triangles)
         if faces.size and not (faces.min() >= 0 and faces.max() < self._points):
-            raise FileFault(f"has a polygon with corner {faces.max()}, and there are {self._points} points")
+            raise FileFault(f"has a polygon with corner {faces.max()}, but only {self._points} points")
         return faces
 
     def _triangles(self, name: str, count: int, is_strip: bool) -> NDArray[np.int64]:
@@ -79,7 +79,7 @@ class _Piece:
         ends = self._numbers(arrays["offsets"], [count]).astype(np.int64)
         sizes = np.diff(ends, prepend=0)
         if not (sizes >= 0).all() or ends[-1] > _MOST:
-            raise FileFault(f"the offsets of its {name} don't grow")
+            raise FileFault(f"the offsets of its {name} must increase")
         corners = self._numbers(arrays["connectivity"], [int(ends[-1])]).astype(np.int64)
         # Triangle t of a polygon of k corners, of k - 2.
         of_each = np.maximum(sizes - 2, 0)
@@ -95,19 +95,19 @@ class _Piece:
     def _count(self, name: str) -> int:
         count = int(self._piece.get(name, 0))
         if not 0 <= count <= _MOST:
-            raise FileFault(f"its {name} is {count}")
+            raise FileFault(f"its {name} must be 0 to {_MOST}, got {count}")
         return count
 
     def _numbers(self, array: ElementTree.Element, sizes: list[int]) -> NDArray:
         dtype, components = _type(array, self._root)
         check_size(sizes, dtype.itemsize)
         if len(sizes) > 1 and components != sizes[1]:
-            raise FileFault(f"its array {array.get('Name')!r} has {components} components, and 3 are wanted")
+            raise FileFault(f"its array {array.get('Name')!r} must have 3 components, got {components}")
         return read_array(array, self._root, self._appended, dtype, sizes)
 
 
 def encoded(mesh: Mesh) -> bytes:
-    """The bytes of a file that holds a mesh, in float64."""
+    """Return the bytes of a file with the mesh, in float64."""
     file = ElementTree.Element(
         "VTKFile", type="PolyData", version="1.0", byte_order="LittleEndian", header_type="UInt64"
     )

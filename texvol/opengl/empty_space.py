@@ -13,7 +13,7 @@ from texvol.slicing.cells import Cells, Shown
 
 
 class EmptySpace:
-    """The cells of the last volume, and the leaps for what was last shown of it as a texture on the device."""
+    """The cells of the last volume, and the skips for what was last shown of it as a texture on the device."""
 
     def __init__(self, gl: moderngl.Context) -> None:
         self._gl = gl
@@ -56,7 +56,7 @@ class EmptySpace:
 
     @property
     def skips(self) -> moderngl.Texture3D | None:
-        """`Cells.leaps` as a texture, or None where every cell shows something."""
+        """`Cells.skips` as a texture, or None where every cell shows something."""
         return self._skips
 
     @property
@@ -71,7 +71,7 @@ class EmptySpace:
         return self._visible.size, int(self._visible.sum())
 
     def visible_part(self, brick: Brick) -> NDArray[np.float64] | None:
-        """Low and high corner of what a brick may show, in shares of the box, shape (2, 3); None: nothing shows."""
+        """Low and high corner of what a brick may show, in fractions of the box, shape (2, 3); None: nothing shows."""
         if brick not in self._parts:
             self._parts[brick] = self._find_visible_part(brick)
         return self._parts[brick]

@@ -1,6 +1,6 @@
 """Switches and uniforms of light and depth cues; none for a scene without them.
 
-Lights are counted among directions of the world, gradients relative to the largest that a texel may hold, places
+Lights are counted among directions of the world, gradients relative to the largest that a texel may hold, positions
 relative to the middle of the box and its radius, so that float32 has digits left in worlds of any size.
 """
 
@@ -71,7 +71,7 @@ def light_uniforms(lighting: Lighting, volume: Volume, largest_gradient: float) 
 
 
 def box_matrices(volume: Volume) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """From shares of the box to places in units of its radius, both from its middle, and back; shape (3, 3)."""
+    """From fractions of the box to positions in units of its radius, both from its middle, and back; shape (3, 3)."""
     to_position = volume.box_edges / volume.radius
     return to_position, volume.index_from_world * volume.radius / np.array(volume.dimensions)[:, np.newaxis]
 

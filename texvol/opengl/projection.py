@@ -1,22 +1,22 @@
 """Modes in which the values themselves are seen: what the shader projects, and the numbers that come of it.
 
-    xray         ∫ v ds, in data units times world units           average      that, divided by the way
+    xray         ∫ v ds, in data units times world units           average      that, divided by its length
                  or of what is above air, see `air`
     mip, minip   the largest and the least value on the ray         isosurface   the first place of one value, lit
 
-over the ray's way through the box, in front of the eye, where there are values. Pictures of the first four hold the
+over the ray's path through the box, in front of the eye, where there are values. Pictures of the first four hold the
 number in red, green and blue, and 1 in alpha where there is one.
 
 What the error is made of. Between two planes through sample centres the value along a ray is a cubic, which four looks
 determine. mip, minip and isosurface go from plane to plane and take the extremes and the first root of the cubic
-itself: however thick slabs are, only float32 is left of the error, in which a place is known to some 2^-24 of the box
-and the value accordingly: a few millionths of the range. xray and average take the value in the middle of each slab,
-clipped to the box: order 2 in the thickness, most of it from the planes, at which the value's slope changes by up to c
-and a slab of length h loses up to c h² / 8, and as much where the value passes that of air; the edge of missing values
-is known to half a slab. Where there are infinities they go from plane to plane as well, so that none is stepped over. A
-surface that a ray touches within that rounding may be met or missed; so may, beside NaN or an infinity, a stretch of
-less than 10^-5 of the box. Where NaN lies one sample from the border, drivers may make NaN of what is beyond that
-sample too.
+itself: however thick slabs are, only float32 is left of the error, in which a position is known to some 2^-24 of the
+box and the value accordingly: a few millionths of the range. xray and average take the value in the middle of each
+slab, clipped to the box: order 2 in the thickness, most of it from the planes, at which the value's slope changes by
+up to c and a slab of length h loses up to c h² / 8, and as much where the value passes that of air; the edge of
+missing values is known to half a slab. Where there are infinities they go from plane to plane as well, so that none
+is stepped over. A surface that a ray touches within that rounding may be met or missed; so may, beside NaN or an
+infinity, an interval of less than 10^-5 of the box. Where NaN lies one sample from the border, drivers may make NaN
+of what is beyond that sample too.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""Shadows: how much of each light arrives at the nodes of the box, see `texvol.scene.lighting`.
+"""Shadows: how much of each light reaches the nodes of the box, see `texvol.scene.lighting`.
 
-The ways from all nodes to a light are walked on the device, a pixel for each node, through the post-classified matter,
-whatever the classification of the picture; bricks add up. What is found is kept until the matter or the lights change.
+The rays from all nodes to a light are walked on the device, a pixel for each node, through the post-classified medium,
+whatever the classification of the picture; bricks add up. What is found is kept until the medium or the lights change.
 """
 
 from __future__ import annotations
@@ -27,16 +27,16 @@ from texvol.slicing.bricks import Brick
 from texvol.textures.shaded_samples import LightTransmittance
 from texvol.textures.value_texture import ValueTexture, bake_values
 
-_MOST_PARTS = 2048  # of a way through the box: more would take seconds
+_MOST_PARTS = 2048  # of a path through the box: more would take seconds
 
 
 class Shadows:
-    """Programs, and textures of what arrives of at most four lights; every method needs the context to be current.
+    """Light transmittance of at most four lights, as textures; methods need the context to be current.
 
     Parameters
     ----------
     budget : int
-        Bytes that the textures of the matter that casts them may take.
+        Bytes that the textures of the medium that casts them may take.
     """
 
     def __init__(self, context: Context, budget: int) -> None:

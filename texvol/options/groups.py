@@ -1,4 +1,4 @@
-"""The scene options in groups, in the order in which --help has them."""
+"""Scene options in groups, in the order of --help."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from texvol.scene.scene import CLASSIFICATIONS, COLORINGS, MODES
 
 
 def _parts(text: str) -> tuple[str, ...]:
-    """Names of annotation."""
+    """Return names of annotation parts from "PART,PART"."""
     names = tuple(each.strip() for each in text.split(",") if each.strip())
     for name in names:
         texts.choice(*PARTS)(name)
     return names
 
 
-# Title of a group, what it says, and its options.
+# Title, description and options of each group.
 GROUPS: tuple[tuple[str, str | None, tuple[SceneOption | OfAdded, ...]], ...] = (
     (
         "scene",
-        "What is drawn. All options of this and the next seven groups may stand in the scene file, as keys; "
-        "an option on the line wins.",
+        "What is drawn. All options of this and the next seven groups may also be keys of the scene file; the command "
+        "line overrides the file.",
         (
             *LOOK,
             SceneOption(
@@ -45,9 +45,9 @@ GROUPS: tuple[tuple[str, str | None, tuple[SceneOption | OfAdded, ...]], ...] = 
     ),
     (
         "further volumes",
-        "Where volumes overlap, their extinction adds up, and so does their emission. Each --add begins one, and what "
-        "follows it here is of the last. In a scene file they are tables: [[add]], with file, and these names without "
-        "add-.",
+        "Where volumes overlap, their extinctions add up, and so do their emissions. Each --add begins a volume, and "
+        "the --add-… options after it apply to that volume. In a scene file each volume is a table [[add]] with file "
+        "and these names without add-.",
         (ADD, *OF_ADDED),
     ),
     (
@@ -59,30 +59,32 @@ GROUPS: tuple[tuple[str, str | None, tuple[SceneOption | OfAdded, ...]], ...] = 
                 "orthographic (default) or perspective",
             ),
             SceneOption(
-                "eye", texts.triple, "X,Y,Z", "where the camera is, world units (so that the whole box is seen)"
+                "eye", texts.triple, "X,Y,Z", "position of the camera, world units (far enough to see the whole box)"
             ),
-            SceneOption("target", texts.triple, "X,Y,Z", "what it looks at (the middle of the box)"),
-            SceneOption("up", texts.triple, "X,Y,Z", "what is up in the picture (0,0,1)"),
+            SceneOption("target", texts.triple, "X,Y,Z", "point that the camera looks at (the middle of the box)"),
+            SceneOption("up", texts.triple, "X,Y,Z", "direction that points up in the picture (0,0,1)"),
             SceneOption("fov", texts.number, "DEGREES", "angle from bottom to top, perspective (40)"),
             SceneOption("height", texts.number, "H", "world units from bottom to top, orthographic (the box)"),
         ),
     ),
     (
         "light",
-        "Without --light matter shows its own colour. An isosurface has a head light, and so has matter with any of "
-        "--ambient, --diffuse, --specular, --shininess, --two-sided, --fade and --shadows.",
+        "Without --light the medium shows its own colour. An isosurface has a head light, and so has a medium with any "
+        "of --ambient, --diffuse, --specular, --shininess, --two-sided, --fade and --shadows.",
         (
             SceneOption(
                 "light", lit.light, "SPEC",
-                "head; directional:X,Y,Z or X,Y,Z, where it comes from; point:X,Y,Z, where it is; each may end with "
-                "a colour :R,G,B or :I. Give it again for further lights. ambient: only light from everywhere, of "
-                "--ambient; depth: no light, but shading by depth; none: no light, whatever the scene file says",
+                "head; directional:X,Y,Z or X,Y,Z, direction towards the light; point:X,Y,Z, position of the light; "
+                "each may end with a colour :R,G,B or :I. Repeat it for more lights. ambient: only light from "
+                "everywhere, of --ambient; depth: no light, but shading by depth; none: no light",
                 lit.light_table,
             ),
             SceneOption("ambient", lit.fraction, "A", f"light from everywhere ({Lighting.ambient:g})"),
-            SceneOption("diffuse", lit.fraction, "D", f"share of light that matter scatters ({Lighting.diffuse:g})"),
-            SceneOption("specular", lit.fraction, "S", f"share of light in highlights ({Lighting.specular:g})"),
-            SceneOption("shininess", lit.fraction, "N", f"the higher, the smaller highlights ({Lighting.shininess:g})"),
+            SceneOption("diffuse", lit.fraction, "D", f"fraction of light scattered ({Lighting.diffuse:g})"),
+            SceneOption("specular", lit.fraction, "S", f"fraction of light in highlights ({Lighting.specular:g})"),
+            SceneOption(
+                "shininess", lit.fraction, "N", f"exponent: higher is smaller highlights ({Lighting.shininess:g})"
+            ),
             SceneOption(
                 "two-sided", bool, "", "light the side that faces the eye (default), or only the side of lower values"
             ),
@@ -91,27 +93,27 @@ GROUPS: tuple[tuple[str, str | None, tuple[SceneOption | OfAdded, ...]], ...] = 
                 "gradient magnitude, data units per world unit, under which shading fades out "
                 "(a hundredth of the range of values per sample)",
             ),
-            SceneOption("shadows", bool, "", "matter takes light from what lies behind it, or not (default)"),
+            SceneOption("shadows", bool, "", "the medium casts shadows (default: no)"),
             SceneOption(
                 "depth-cue", lit.depth_cue, "S[,R,G,B][:NEAR,FAR]",
-                "mix what is farther with a colour (black), the farthest corner by S, from 0 to 1; or by nothing up to "
-                "depth NEAR, and by S from depth FAR on, world units from the eye (either may be left out)",
+                "mix with a colour (black) by depth: the farthest corner by S, from 0 to 1; or not at all up to depth "
+                "NEAR, and by S from depth FAR on, world units from the eye (either may be left out)",
                 from_value=lit.depth_cue_value,
             ),
         ),
     ),
     (
         "cutting",
-        "Of the volume only what lies inside of all of these is seen.",
+        "Only the part of the volume inside all of these is visible.",
         (
             SceneOption(
                 "clip", cut.clip_plane, "NX,NY,NZ,D",
-                "keep what has NX x + NY y + NZ z >= D, world units; give it again for further planes",
+                "keep points with NX x + NY y + NZ z >= D, world units; repeat it for more planes",
                 cut.clip_plane_table,
             ),
-            SceneOption("crop", cut.crop_box, "X0,X1,Y0,Y1,Z0,Z1", "keep what lies in this box, world units"),
+            SceneOption("crop", cut.crop_box, "X0,X1,Y0,Y1,Z0,Z1", "keep this box, world units"),
             SceneOption(
-                "caps", bool, "", "matter that is cut open is opaque there, in its own colour, or not (default)"
+                "caps", bool, "", "cut faces of the medium are opaque, in its own colour (default: no)"
             ),
         ),
     ),
@@ -121,8 +123,8 @@ GROUPS: tuple[tuple[str, str | None, tuple[SceneOption | OfAdded, ...]], ...] = 
         (
             SceneOption(
                 "mesh", geometry.mesh, "FILE[:R,G,B][:A]",
-                "surface in the volume, PLY, STL, OBJ or VTP, world units; with a colour (linear) and an opacity of "
-                "its own; give it again for further ones",
+                "surface in the volume, PLY, STL, OBJ or VTP, world units; with a linear colour and an opacity that "
+                "replace those of the file; repeat it for more meshes",
                 geometry.mesh_table,
             ),
         ),
@@ -131,10 +133,10 @@ GROUPS: tuple[tuple[str, str | None, tuple[SceneOption | OfAdded, ...]], ...] = 
         "annotation",
         "Drawn into PNG, JPEG and films, never into the data of an EXR.",
         (
-            SceneOption("annotate", _parts, "PART,PART", f"what explains the picture: {', '.join(PARTS)}"),
+            SceneOption("annotate", _parts, "PART,PART", f"parts of the annotation: {', '.join(PARTS)}"),
             SceneOption("title", str, "TEXT", "one line on top"),
-            SceneOption("value-name", str, "TEXT", "what the values are, for the legend, such as HU"),
-            SceneOption("font", str, "FILE", "TrueType font, for letters that DejaVu Sans lacks"),
+            SceneOption("value-name", str, "TEXT", "name of the values in the legend, such as HU"),
+            SceneOption("font", str, "FILE", "TrueType font, for characters that DejaVu Sans lacks"),
         ),
     ),
     (
@@ -149,9 +151,9 @@ GROUPS: tuple[tuple[str, str | None, tuple[SceneOption | OfAdded, ...]], ...] = 
             SceneOption("isovalue", lit.finite, "V", "value of the isosurface, data units"),
             SceneOption(
                 "air", texts.air, "V|hounsfield|none",
-                "xray integrates what values are above V; hounsfield: attenuation relative to water, max(0, 1 + HU / "
-                "1000); none: the values themselves. In 8-bit pictures hounsfield where the data are Hounsfield units "
-                "(see texvol info), else the least value; in EXR none",
+                "zero of xray: V integrates values minus V; hounsfield: attenuation relative to water, max(0, 1 + HU / "
+                "1000); none: the values themselves. Default of 8-bit pictures: hounsfield if the data are Hounsfield "
+                "units (see texvol info), else the least value; default of EXR: none",
             ),
             SceneOption(
                 "window", lit.window, "CENTRE,WIDTH",
@@ -159,8 +161,8 @@ GROUPS: tuple[tuple[str, str | None, tuple[SceneOption | OfAdded, ...]], ...] = 
             ),
             SceneOption(
                 "coloring", texts.choice(*COLORINGS), "HOW",
-                "8-bit pictures of xray, mip, minip and average: grey (default), or tf (default where --tf is given "
-                "and no --window): in the colours that the transfer function has for the numbers",
+                "colours of 8-bit pictures of xray, mip, minip and average: grey (default), or tf, the colours of the "
+                "transfer function (default if --tf is given and --window is not)",
             ),
         ),
     ),

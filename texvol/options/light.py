@@ -1,14 +1,14 @@
-"""What the texts of the options for light, gradients, materials and projection modes become.
+"""Converters of the options for light, gradients, materials and projection modes.
 
-A light is `head`, `directional:X,Y,Z` (where it comes from; `X,Y,Z` for short) or `point:X,Y,Z`, each with `:R,G,B` or
-`:I` for its colour; or one of three words that stand alone: `ambient`, light from everywhere and no other; `depth`,
-shading by depth; and `none`. In a scene file it may be a table as well: {kind = "point", position = [100, 0, 50],
-color = [1, 0.9, 0.8]}.
+A light is `head`, `directional:X,Y,Z` (direction towards the light; `X,Y,Z` for short) or `point:X,Y,Z` (position),
+each with `:R,G,B` or `:I` for its colour; or one of three words that stand alone: `ambient`, light from everywhere
+only; `depth`, shading by depth; and `none`. In a scene file a light may be a table: {kind = "point", position =
+[100, 0, 50], color = [1, 0.9, 0.8]}.
 
-A depth cue is `S` or `S,R,G,B`, each with `:NEAR,FAR` for the depths between which it grows, either of which may be
-left out; in a scene file {strength = 0.5, color = [0, 0, 0], near = 100, far = 300} as well.
+A depth cue is `S` or `S,R,G,B`, each with `:NEAR,FAR` for the depths between which it grows, one of which may be left
+out; in a scene file also {strength = 0.5, color = [0, 0, 0], near = 100, far = 300}.
 
-Converters raise argparse.ArgumentTypeError: whoever calls them says for which option.
+Converters raise argparse.ArgumentTypeError; the caller adds the name of the option.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ SHADING = ("ambient", "diffuse", "specular", "shininess", "two-sided", "fade", "
 _LIGHT_FORMS = (
     f"head, directional:X,Y,Z, X,Y,Z, point:X,Y,Z (each may end with :R,G,B or :I), {AMBIENT}, {DEPTH} or {NO_LIGHT}"
 )
-# Keys of a table beside its kind, in the order in which a text has them.
+# Keys of a table beside `kind`, in the order of the text form.
 _TABLE_KEYS: dict[str, tuple[str, ...]] = {
     "head": ("color",),
     "directional": ("direction", "color"),
@@ -38,7 +38,7 @@ _TABLE_KEYS: dict[str, tuple[str, ...]] = {
     DEPTH: (),
     NO_LIGHT: (),
 }
-# An isosurface without light is not black: all of its own colour, and nothing that depends on the gradient.
+# An isosurface without light shows its own colour and does not depend on the gradient; without this it would be black.
 _OWN_COLOR = Lighting((), ambient=1.0, diffuse=0.0, specular=0.0)
 _FOR_MODES = {
     "isovalue": ("isosurface",),
@@ -51,30 +51,32 @@ T = TypeVar("T")
 
 
 def light(text: str) -> Light | str:
-    """A light, or one of the words `ambient`, `depth` and `none`."""
+    """Return a light, or one of the words `ambient`, `depth` and `none`."""
     kind, *parts = (part.strip() for part in text.split(":"))
     if "," in kind:
         kind, parts = "directional", [kind, *parts]
     if kind in (AMBIENT, DEPTH, NO_LIGHT) and not parts:
         return kind
     if kind not in LIGHT_KINDS or len(parts) > len(_TABLE_KEYS[kind]):
-        raise argparse.ArgumentTypeError(f"a light is {_LIGHT_FORMS}, and not {text!r}")
-    position = _TABLE_KEYS[kind][0] if kind != "head" else ""
-    where = parts.pop(0) if position and parts else ""
-    vector = cast(Triple, _numbers(where, f"a {position} X,Y,Z", 3)) if where else None
+        raise argparse.ArgumentTypeError(f"must be {_LIGHT_FORMS}, got {text!r}")
+    key = _TABLE_KEYS[kind][0] if kind != "head" else ""
+    triple = parts.pop(0) if key and parts else ""
+    vector = cast(Triple, _numbers(triple, f"a {key} X,Y,Z", 3)) if triple else None
     color = _light_color(parts[0]) if parts else Light.color
     return _checked(lambda: Light(cast(LightKind, kind), vector, color))
 
 
 def light_table(table: Mapping[str, Any]) -> Light | str:
-    """The same from a table with `kind`, `direction` or `position`, and `color`."""
+    """Return the light of a table with `kind`, `direction` or `position`, and `color`."""
     kind = table.get("kind", "nothing")
     if not isinstance(kind, str) or kind not in _TABLE_KEYS:
-        raise argparse.ArgumentTypeError(f"kind is one of {', '.join(_TABLE_KEYS)}, and not {kind!r}")
+        raise argparse.ArgumentTypeError(f"kind must be one of {', '.join(_TABLE_KEYS)}, got {kind!r}")
     known = _TABLE_KEYS[kind]
     unknown = [key for key in table if key not in ("kind", *known)]
     if unknown:
-        raise argparse.ArgumentTypeError(f"a light of kind {kind} has no {unknown[0]!r}")
+        raise argparse.ArgumentTypeError(
+            f"unknown key {unknown[0]!r} for kind {kind}; keys are {', '.join(('kind', *known))}"
+        )
     parts = [as_text(table.get(key, "")) for key in known]
     while parts and not parts[-1]:
         parts.pop()
@@ -82,114 +84,114 @@ def light_table(table: Mapping[str, Any]) -> Light | str:
 
 
 def as_text(value: Any) -> str:
-    """What stands in a scene file as it would stand on the line."""
+    """Return a scene-file value as the text of the command line."""
     return ",".join(str(part) for part in value) if isinstance(value, list) else str(value)
 
 
 def fraction(text: str) -> float:
-    """A number from 0 upwards."""
-    (wanted,) = _numbers(text, "a number from 0 upwards", 1)
-    if wanted < 0:
-        raise argparse.ArgumentTypeError(f"a number from 0 upwards is wanted, and not {text!r}")
-    return wanted
+    """Return a number of at least 0."""
+    (value,) = _numbers(text, "a number of at least 0", 1)
+    if value < 0:
+        raise argparse.ArgumentTypeError(f"must be a number of at least 0, got {text!r}")
+    return value
 
 
 def finite(text: str) -> float:
-    """A finite number."""
+    """Return a finite number."""
     return _numbers(text, "a finite number", 1)[0]
 
 
 def gradient(text: str) -> Estimator:
-    """An estimator from "central", "zucker-hummel" or "gaussian[:SCALE]"."""
+    """Return the gradient estimator of "central", "zucker-hummel" or "gaussian[:SCALE]"."""
     kind, colon, scale = (part.strip() for part in text.partition(":"))
     if colon and kind != "gaussian":
-        raise argparse.ArgumentTypeError(f"central, zucker-hummel or gaussian[:SCALE] is wanted, and not {text!r}")
-    numbers = _numbers(scale, "gaussian:SCALE, a number of samples,", 1) if colon else ()
+        raise argparse.ArgumentTypeError(f"must be central, zucker-hummel or gaussian[:SCALE], got {text!r}")
+    numbers = _numbers(scale, "gaussian:SCALE, with SCALE a number of samples", 1) if colon else ()
     return _checked(lambda: Estimator(cast(EstimatorKind, kind), *numbers))
 
 
 def depth_cue(text: str) -> DepthCue:
-    """A depth cue from "S[,R,G,B][:NEAR,FAR]"."""
+    """Return the depth cue of "S[,R,G,B][:NEAR,FAR]"."""
     look, _, ends = text.partition(":")
-    numbers = _numbers(look, "a strength S, or S,R,G,B,", 1, 4)
+    numbers = _numbers(look, "a strength S, or S,R,G,B", 1, 4)
     color = cast(Triple, numbers[1:]) if len(numbers) > 1 else DepthCue.color
     near, far = _ends(ends) if ":" in text else (None, None)
     return _checked(lambda: DepthCue(numbers[0], color, near, far))
 
 
 def depth_cue_value(value: Any) -> DepthCue:
-    """The same from a scene file: a number, a text, an array, or a table with `strength`, `color`, `near`, `far`."""
+    """Return the depth cue of a scene file: number, text, array, or table of `strength`, `color`, `near`, `far`."""
     if isinstance(value, bool):
-        raise argparse.ArgumentTypeError(f"a strength S, or S,R,G,B, is wanted, and not {value!r}")
+        raise argparse.ArgumentTypeError(f"must be a strength S, or S,R,G,B, got {value!r}")
     if not isinstance(value, Mapping):
         return depth_cue(as_text(value))
     unknown = [key for key in value if key not in ("strength", "color", "near", "far")]
     if unknown or "strength" not in value:
-        raise argparse.ArgumentTypeError(f"a depth cue has strength, color, near and far, and is not {dict(value)!r}")
-    wanted = {"strength": ("a strength S", 1), "color": ("a colour R,G,B", 3)}
+        raise argparse.ArgumentTypeError(f"keys must be strength, color, near and far, got {dict(value)!r}")
+    expected = {"strength": ("a strength S", 1), "color": ("a colour R,G,B", 3)}
     parts: dict[str, Any] = {}
     for key, each in value.items():
-        what, count = wanted.get(key, (f"{key}, a depth in world units,", 1))
-        numbers = _numbers(as_text(each), what, count)
+        form, count = expected.get(key, (f"{key}, a depth in world units", 1))
+        numbers = _numbers(as_text(each), form, count)
         parts[key] = numbers if key == "color" else numbers[0]
     return _checked(lambda: DepthCue(**parts))
 
 
 def _ends(text: str) -> tuple[float | None, float | None]:
     parts = text.split(",")
-    wanted = ":NEAR,FAR, depths in world units of which one may be left out,"
+    form = ":NEAR,FAR, depths in world units, one of which may be left out"
     if len(parts) != 2 or not text.strip(", "):
-        raise argparse.ArgumentTypeError(f"{wanted} are wanted, and not {text!r}")
-    near, far = (_numbers(part, wanted, 1)[0] if part.strip() else None for part in parts)
+        raise argparse.ArgumentTypeError(f"must be {form}, got {text!r}")
+    near, far = (_numbers(part, form, 1)[0] if part.strip() else None for part in parts)
     return near, far
 
 
 def materials(text: str) -> tuple[str, ...]:
-    """Names of materials from "NAME,NAME"."""
+    """Return the names of "NAME,NAME"."""
     names = tuple(name.strip() for name in text.split(","))
     if not all(names):
-        raise argparse.ArgumentTypeError(f"names with commas between are wanted, and not {text!r}")
+        raise argparse.ArgumentTypeError(f"must be names separated by commas, got {text!r}")
     return names
 
 
 def window(text: str) -> Window:
-    """(centre, width) in data units."""
+    """Return (centre, width) in data units."""
     return _checked(lambda: checked_window(text))
 
 
 def with_head_light(chosen: Mapping[str, Any]) -> dict[str, Any]:
-    """`chosen`, and a head light if it says how matter is lit and not by what; no shadows are no wish for light."""
+    """Return `chosen` with a head light, if it sets shading but no light; `shadows = false` does not count."""
     asks = any(name in chosen for name in SHADING if name != "shadows") or chosen.get("shadows", False)
     return ({"light": [Light()]} if asks else {}) | dict(chosen)
 
 
 def lighting(chosen: Mapping[str, Any]) -> Lighting | None:
-    """Light of the options, by their names; None where they say nothing of it."""
+    """Return the lighting of the options, by their names; None if they set none."""
     lights = chosen.get("light", [])
     words = [each for each in lights if isinstance(each, str)]
     if words and len(lights) > 1:
-        raise InputError(f"light: {words[0]} goes with no other light, and {len(lights)} were given")
+        raise InputError(f"light: {words[0]} must be the only light, got {len(lights)} lights")
     shading = {name.replace("-", "_"): chosen[name] for name in SHADING if name in chosen}
     if words == [AMBIENT]:
         return Lighting((), **shading)
     if words and chosen.get("mode") == "isosurface":
-        return _OWN_COLOR  # None would give it the head light that it has by default
+        return _OWN_COLOR  # None would mean the default head light
     if words or not lights:
         return None
     return Lighting(lights, **shading)
 
 
 def depth_cue_of(chosen: Mapping[str, Any]) -> DepthCue | None:
-    """The depth cue of the options: as it says, or that of light `depth`: all the way to black."""
+    """Return the depth cue of the options: --depth-cue, or full strength to black for light `depth`."""
     by_light = DepthCue(1.0) if chosen.get("light") == [DEPTH] else None
     cue: DepthCue | None = chosen.get("depth-cue", by_light)
     return cue if cue is not None and cue.strength > 0 else None
 
 
 def overridden(file: Mapping[str, Any], line: Mapping[str, Any]) -> dict[str, Any]:
-    """Options of the scene file and the line; the line drops what the file says that its own options are not for.
+    """Return the options of scene file and command line, without those of the file that the line makes meaningless.
 
-    These are options for another mode, and one of two ways to show numbers: as grey, or in colours.
+    These are options for another mode, and the other way to show numbers (grey or in colours).
     """
     kept = dict(file)
     if "tf" in line or "window" in line:
@@ -202,13 +204,13 @@ def overridden(file: Mapping[str, Any], line: Mapping[str, Any]) -> dict[str, An
 
 
 def check_mode(chosen: Mapping[str, Any]) -> None:
-    """InputError if an option is for another projection mode than the chosen one."""
+    """Raise InputError if an option is for another projection mode than the chosen one."""
     now = chosen.get("mode", "composite")
     for name, modes in _FOR_MODES.items():
         if name in chosen and now not in modes:
-            raise InputError(f"--{name} is for --mode {' or '.join(modes)}, and the mode is {now}")
+            raise InputError(f"--{name} needs --mode {' or '.join(modes)}, got --mode {now}")
     if "window" in chosen and chosen.get("coloring") == "tf":
-        raise InputError("--window is for --coloring grey, and the coloring is tf: leave one of them out")
+        raise InputError("--window needs --coloring grey, got --coloring tf: leave one of them out")
     if now == "isosurface" and "isovalue" not in chosen:
         raise InputError("--mode isosurface needs --isovalue V, in data units")
 
@@ -218,19 +220,19 @@ def _light_color(text: str) -> Triple:
     return cast(Triple, numbers * 3 if len(numbers) == 1 else numbers)
 
 
-def _numbers(text: str, wanted: str, *counts: int) -> tuple[float, ...]:
-    """Finite numbers with commas between, as many as one of `counts`."""
+def _numbers(text: str, form: str, *counts: int) -> tuple[float, ...]:
+    """Return finite numbers separated by commas, as many as one of `counts`; `form` describes them in the error."""
     try:
         numbers = tuple(float(part) for part in text.split(","))
     except ValueError:
         numbers = ()
     if len(numbers) not in counts or not all(map(math.isfinite, numbers)):
-        raise argparse.ArgumentTypeError(f"{wanted} is wanted, and not {text!r}")
+        raise argparse.ArgumentTypeError(f"must be {form}, got {text!r}")
     return numbers
 
 
 def _checked(make: Callable[[], T]) -> T:
-    """What `make` returns; its InputError without its first word, which the option's name says already."""
+    """Return `make()`; drop the first word of its InputError, which repeats the option's name."""
     try:
         return make()
     except InputError as error:

@@ -1,4 +1,4 @@
-"""The option --mask: the file of a mask, and between which values it fades in."""
+"""The option --mask: file of a mask, and the values between which the mask fades in."""
 
 from __future__ import annotations
 
@@ -19,30 +19,30 @@ from texvol.util.shown_text import shown
 
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _FORM = re.compile(rf"(?P<path>.+?)(?::(?P<low>{_NUMBER}),(?P<high>{_NUMBER}))?")
-_OFF = 0.5  # voxels: a mask that lies farther off is drawn about another sample
+_OFF = 0.5  # voxels; a mask that is farther off belongs to other samples
 
 
 class MaskChoice(NamedTuple):
-    """A file, and the two values between which weights rise from 0 to 1."""
+    """File of a mask, and the two values between which weights rise from 0 to 1."""
 
     path: str
     fade: tuple[float, float] | None = None
 
     def beside(self, folder: str | os.PathLike[str]) -> MaskChoice:
-        """The same, its path relative to a folder."""
+        """Return the choice with its path relative to a folder."""
         return self._replace(path=str(Path(folder) / self.path))
 
     def load(self, volume: Volume) -> Mask:
-        """The mask of `volume`, with a warning where its file says that it lies elsewhere.
+        """Return the mask of `volume`; warn if its file gives it another position.
 
         Raises
         ------
         InputError, MissingExtraError
-            If it can't be read, or is of another size.
+            If the file can't be read, or has other dimensions.
         """
         from texvol.formats.readers import load
 
-        # What overrides the spacing of the volume does so of the mask, which is on the same grid.
+        # A mask is on the grid of its volume, so an override of the spacing holds for both.
         found = load(self.path, spacing=volume.source.get("spacing"))
         mask = Mask.of(found, self.fade)
         mask.check_fits(volume)
@@ -51,37 +51,37 @@ class MaskChoice(NamedTuple):
 
 
 def mask(text: str) -> MaskChoice:
-    """A mask from "FILE" or "FILE:LOW,HIGH"."""
+    """Return the choice of "FILE" or "FILE:LOW,HIGH"."""
     if os.path.exists(text):  # a name may have colons
         return MaskChoice(text)
     found = _FORM.fullmatch(text)
     if not found:
-        raise argparse.ArgumentTypeError(f"FILE[:LOW,HIGH] is wanted, and not {text!r}")
+        raise argparse.ArgumentTypeError(f"must be FILE[:LOW,HIGH], got {text!r}")
     fade = (float(found["low"]), float(found["high"])) if found["low"] else None
     return _checked(MaskChoice(found["path"], fade))
 
 
 def mask_table(table: Mapping[str, Any]) -> MaskChoice:
-    """A mask from a scene file's {file = …, fade = [LOW, HIGH]}."""
+    """Return the choice of a scene file's {file = …, fade = [LOW, HIGH]}."""
     fade = table.get("fade")
     is_fade = fade is None or (isinstance(fade, list) and len(fade) == 2 and all(map(_is_number, fade)))
     if not isinstance(table.get("file"), str) or not is_fade or set(table) - {"file", "fade"}:
-        raise argparse.ArgumentTypeError(f"a mask is {{file = FILE, fade = [LOW, HIGH]}}, and not {dict(table)!r}")
+        raise argparse.ArgumentTypeError(f"must be {{file = FILE, fade = [LOW, HIGH]}}, got {dict(table)!r}")
     return _checked(MaskChoice(table["file"], None if fade is None else (float(fade[0]), float(fade[1]))))
 
 
 def mask_value(value: Any) -> MaskChoice:
-    """A mask from a scene file: a text or a table."""
+    """Return the choice of a scene file's text or table."""
     if isinstance(value, Mapping):
         return mask_table(value)
     if not isinstance(value, str):
-        raise argparse.ArgumentTypeError(f"a mask is a file, or {{file = FILE, fade = [LOW, HIGH]}}, and not {value!r}")
+        raise argparse.ArgumentTypeError(f"must be a file, or {{file = FILE, fade = [LOW, HIGH]}}, got {value!r}")
     return mask(value)
 
 
 def _warn_if_elsewhere(found: Volume, volume: Volume) -> None:
-    """A warning where the mask's outermost samples are farther than half a voxel from the volume's."""
-    if _says_no_place(found):
+    """Warn if the mask's outermost samples are more than half a voxel away from the volume's."""
+    if _has_no_position(found):
         return
     transform = volume.source.get("transform")
     as_read = volume if transform is None else volume.moved(np.linalg.inv(transform))
@@ -92,22 +92,22 @@ def _warn_if_elsewhere(found: Volume, volume: Volume) -> None:
     if farthest > _OFF:
         warnings.warn(
             shown(
-                f"{found.name}: the mask lies up to {farthest:.3g} voxels away from {volume.name}, by what the two "
-                "files say of their place; it is laid on the volume's samples all the same"
+                f"{found.name}: the two files place the mask up to {farthest:.3g} voxels away from {volume.name}; "
+                "the mask is used on the volume's samples nevertheless"
             ),
             stacklevel=2,
         )
 
 
-def _says_no_place(volume: Volume) -> bool:
-    """Whether it lies where volumes do whose file has nothing about that."""
+def _has_no_position(volume: Volume) -> bool:
+    """True if the volume has the default position of files that store none."""
     straight = np.array_equal(volume.direction, np.eye(3)) and not volume.origin.any()
     return straight and bool((volume.spacing == 1).all() or "spacing" in volume.source)
 
 
 def _checked(choice: MaskChoice) -> MaskChoice:
     if choice.fade is not None and not (np.isfinite(choice.fade).all() and choice.fade[0] != choice.fade[1]):
-        raise argparse.ArgumentTypeError(f"a mask fades between two finite numbers, and not {choice.fade}")
+        raise argparse.ArgumentTypeError(f"LOW,HIGH must be two different finite numbers, got {choice.fade}")
     return choice
 
 

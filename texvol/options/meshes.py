@@ -1,4 +1,4 @@
-"""The option --mesh: which files hold meshes, and how they look."""
+"""The option --mesh: files of meshes, with colour and opacity."""
 
 from __future__ import annotations
 
@@ -16,50 +16,50 @@ _LOOK = re.compile(rf"(?P<path>.+?)(?::(?P<color>{_NUMBER},{_NUMBER},{_NUMBER}))
 
 
 class MeshChoice(NamedTuple):
-    """A file, and a colour (linear RGB) and an opacity in place of its own."""
+    """File of a mesh, with a colour (linear RGB) and an opacity that replace those of the file."""
 
     path: str
     color: tuple[float, float, float] | None = None
     opacity: float = 1.0
 
     def beside(self, folder: str | os.PathLike[str]) -> MeshChoice:
-        """The same, its path relative to a folder."""
+        """Return the choice with its path relative to a folder."""
         return self._replace(path=os.path.join(folder, self.path))
 
 
 def mesh(text: str) -> MeshChoice:
-    """A mesh from "FILE", "FILE:R,G,B", "FILE:OPACITY" or "FILE:R,G,B:OPACITY"."""
+    """Return the choice of "FILE", "FILE:R,G,B", "FILE:OPACITY" or "FILE:R,G,B:OPACITY"."""
     if os.path.exists(text):  # a name may have colons
         return MeshChoice(text)
     found = _LOOK.fullmatch(text)
     if not found:
-        raise argparse.ArgumentTypeError(f"FILE[:R,G,B][:OPACITY] is wanted, and not {text!r}")
+        raise argparse.ArgumentTypeError(f"must be FILE[:R,G,B][:OPACITY], got {text!r}")
     color = tuple(map(float, found["color"].split(","))) if found["color"] else None
     return _checked(MeshChoice(found["path"], color, float(found["opacity"] or 1)))  # type: ignore[arg-type]
 
 
 def mesh_table(table: Mapping[str, Any]) -> MeshChoice:
-    """A mesh from a scene file's {file = …, color = [R, G, B], opacity = A}."""
+    """Return the choice of a scene file's {file = …, color = [R, G, B], opacity = A}."""
     color, opacity = table.get("color"), table.get("opacity", 1.0)
     is_color = color is None or (isinstance(color, list) and len(color) == 3 and all(map(_is_number, color)))
     is_mesh = isinstance(table.get("file"), str) and is_color and _is_number(opacity)
     if not is_mesh or set(table) - {"file", "color", "opacity"}:
         raise argparse.ArgumentTypeError(
-            f"a mesh is {{file = FILE, color = [R, G, B], opacity = A}}, and not {dict(table)!r}"
+            f"must be {{file = FILE, color = [R, G, B], opacity = A}}, got {dict(table)!r}"
         )
     return _checked(MeshChoice(table["file"], None if color is None else tuple(map(float, color)), float(opacity)))  # type: ignore[arg-type]
 
 
 def meshes(choices: Iterable[MeshChoice]) -> tuple[Mesh, ...]:
-    """The meshes in the files."""
+    """Return the meshes of the files."""
     return tuple(load_mesh(each.path, color=each.color, opacity=each.opacity) for each in choices)
 
 
 def _checked(choice: MeshChoice) -> MeshChoice:
     if not 0 < choice.opacity <= 1:
-        raise argparse.ArgumentTypeError(f"an opacity is over 0 and up to 1, and not {choice.opacity:g}")
+        raise argparse.ArgumentTypeError(f"opacity must be over 0 and at most 1, got {choice.opacity:g}")
     if choice.color is not None and not all(0 <= each <= 1 for each in choice.color):
-        raise argparse.ArgumentTypeError(f"a colour is three numbers in [0, 1], and not {choice.color}")
+        raise argparse.ArgumentTypeError(f"colour must be three numbers in [0, 1], got {choice.color}")
     return choice
 
 

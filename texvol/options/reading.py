@@ -1,4 +1,4 @@
-"""Options that say which volume is meant, and how its file is read."""
+"""Options that name a volume and tell how its file is read."""
 
 from __future__ import annotations
 
@@ -11,42 +11,33 @@ from texvol.options.scene_option import SceneOption
 from texvol.scene.volume import Volume
 from texvol.util.errors import InputError
 
-READING = {
-    option.name: option
-    for option in (
-        SceneOption("shape", texts.dimensions, "NX,NY,NZ", "dimensions of a RAW file"),
-        SceneOption("dtype", str, "TYPE", "sample type of a RAW file: uint8, >i2 (big-endian), float32 …"),
-        SceneOption("series", str, "NAME", "which series of a DICOM folder"),
-        SceneOption("channel", texts.index, "N", "which channel, from 0"),
-        SceneOption("variable", str, "NAME", "which variable of a netCDF file, or array of a VTK one"),
-        SceneOption(
-            "time",
-            texts.time_step,
-            "N|all",
-            "which time step, from 0; with all of them `render` makes numbered pictures, or a film",
-        ),
-        SceneOption(
-            "resolution",
-            texts.dimensions,
-            "NX,NY,NZ",
-            "samples of the regular grid that a rectilinear or curvilinear one becomes",
-        ),
-        SceneOption("labels", bool, "", "its values are labels: never mixed, each shown in a colour of its own"),
-        SceneOption("color", bool, "", "its 3 or 4 components are colour; unless told, where the file calls them so"),
-        SceneOption(
-            "missing",
-            texts.sample_value,
-            "V",
-            "samples of this value are missing, as those are that the file marks; give it again for further values",
-            from_value=texts.sample_values,
-            repeated=True,
-        ),
-    )
-}
+_OPTIONS = (
+    SceneOption("shape", texts.dimensions, "NX,NY,NZ", "dimensions of a RAW file"),
+    SceneOption("dtype", str, "TYPE", "sample type of a RAW file: uint8, >i2 (big-endian), float32 …"),
+    SceneOption("series", str, "NAME", "series of a DICOM folder"),
+    SceneOption("channel", texts.index, "N", "channel, from 0"),
+    SceneOption("variable", str, "NAME", "variable of a netCDF file, or array of a VTK file"),
+    SceneOption(
+        "time", texts.time_step, "N|all",
+        "time step, from 0; with `all`, `render` writes numbered pictures or a film",
+    ),
+    SceneOption(
+        "resolution", texts.dimensions, "NX,NY,NZ",
+        "samples of the regular grid to which a rectilinear or curvilinear grid is resampled",
+    ),
+    SceneOption("labels", bool, "", "the values are labels: never interpolated, each with a colour of its own"),
+    SceneOption("color", bool, "", "the 3 or 4 components are a colour (default: if the file says so)"),
+    SceneOption(
+        "missing", texts.sample_value, "V",
+        "samples of this value are missing, besides those that the file marks; repeat it for more values",
+        from_value=texts.sample_values, repeated=True,
+    ),
+)  # fmt: skip
+READING = {option.name: option for option in _OPTIONS}
 
 
 def add_volume_options(parser: argparse.ArgumentParser, *, in_scene_file: bool = False) -> None:
-    """VOLUME and how to read it, but for the spacing, which is a scene option; a scene file may name it instead."""
+    """Add VOLUME and how it is read; with `in_scene_file`, VOLUME may be left out. --spacing is a scene option."""
     formats = "NRRD, NIfTI, MetaImage, DICOM folder, TIFF, MRC, VTI, VTR, VTS, netCDF, NPY, RAW"
     if in_scene_file:
         parser.add_argument("volume", metavar="VOLUME", nargs="?", help=f"{formats}; or the scene file's `volume`")
@@ -58,26 +49,26 @@ def add_volume_options(parser: argparse.ArgumentParser, *, in_scene_file: bool =
 
 
 def load_volume(arguments: argparse.Namespace, spacing: tuple[float, float, float] | None) -> Volume:
-    """The volume that the arguments name; `spacing` overrides the file's."""
+    """Return the volume that the arguments name; `spacing` (x, y, z), if given, overrides the file's."""
     from texvol.formats.readers import load
 
     return load(arguments.volume, spacing=spacing, **told(vars(arguments)))
 
 
 def told(given: Mapping[str, Any]) -> dict[str, Any]:
-    """What is said of how the volume is read.
+    """Return the reading options that are given, by name.
 
     Raises
     ------
     InputError
-        If that is every time step, and one is wanted.
+        If they ask for all time steps.
     """
     found = chosen(given)
     if found.get("time") == texts.ALL:
-        raise InputError("--time all is for `texvol render`; here one step is wanted: --time N")
+        raise InputError("--time all needs `texvol render`; elsewhere give one step: --time N")
     return found
 
 
 def chosen(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Those of the options that were given."""
+    """Return the reading options that are given, by name, all time steps included."""
     return {name: given[name] for name in READING if given.get(name) is not None}

@@ -1,4 +1,4 @@
-"""Scene files: TOML whose keys are scene options, and a volume with how it is read; see `options`."""
+"""Scene files: TOML whose keys are scene options, `volume` and options for reading the volume; see `options`."""
 
 from __future__ import annotations
 
@@ -14,26 +14,26 @@ from texvol.util.errors import InputError
 
 
 class Option(Protocol):
-    """What knows how a value of a scene file is meant."""
+    """Converter of a scene-file value."""
 
     def from_file(self, value: Any) -> Any:
-        """What the value becomes, or InputError, or argparse.ArgumentTypeError."""
+        """Return the converted value, or raise InputError or argparse.ArgumentTypeError."""
 
 
 class SceneFile(NamedTuple):
-    """What a scene file says."""
+    """Content of a scene file."""
 
     chosen: dict[str, Any]  # scene options by name
     reading: dict[str, Any]  # `volume`, and how it is read
 
 
 def read(path: str | os.PathLike[str], scene: Mapping[str, Option], reading: Mapping[str, Option]) -> SceneFile:
-    """The content of a scene file with these options; paths in it are relative to it.
+    """Return the content of a scene file with these options; paths in it are relative to its folder.
 
     Raises
     ------
     InputError
-        If it can't be read, is no TOML, or has a key or a value that is none.
+        If the file can't be read, is not TOML, or has an unknown key or a wrong value.
     """
     path = Path(path)
     found = SceneFile({}, {})
@@ -47,15 +47,15 @@ def read(path: str | os.PathLike[str], scene: Mapping[str, Option], reading: Map
             found.chosen[name] = _converted(scene[name], value, key, path)
         else:
             known = ", ".join((*scene, "volume", *reading))
-            raise InputError(f"{path}: there is no scene option {key!r}; there are {known}")
+            raise InputError(f"{path}: unknown scene option {key!r}; scene options are {known}")
     if found.reading and "volume" not in found.reading:
-        raise InputError(f"{path}: {', '.join(found.reading)} is for a volume, and the file names none")
+        raise InputError(f"{path}: {', '.join(found.reading)} needs a volume: name it (volume = …)")
     return found._replace(chosen=beside(found.chosen, path.parent))
 
 
 def _volume(value: Any, path: Path) -> str:
     if not isinstance(value, str) or not value:
-        raise InputError(f"{path}: volume is the path of a file or folder, and not {value!r}")
+        raise InputError(f"{path}: volume must be the path of a file or folder, got {value!r}")
     return str(path.parent / value)
 
 

@@ -1,4 +1,4 @@
-"""An option of the command line that may stand in a scene file as well: one meaning for its text and its TOML value."""
+"""Option of the command line that may also be a key of a scene file, with one meaning in both."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from texvol.util.errors import InputError
 
 
 class SceneOption(NamedTuple):
-    """An option of the line and the scene file; one that converts to bool is a switch and has no text."""
+    """Option of the command line and the scene file; an option that converts to bool is a switch without a value."""
 
     name: str
     convert: Callable[[str], Any]
     shown: str
     help: str
-    table: Callable[[Mapping[str, Any]], Any] | None = None  # of a scene file; such an option may be given repeatedly
-    from_value: Callable[[Any], Any] | None = None  # of a scene file, where that is more than a text or numbers
-    repeated: bool = False  # given again for further ones, which make a list
+    table: Callable[[Mapping[str, Any]], Any] | None = None  # converter of a TOML table; such an option is repeatable
+    from_value: Callable[[Any], Any] | None = None  # converter of a scene-file value other than text or numbers
+    repeated: bool = False  # given several times, the values are a list
 
     def add_to(self, group: argparse._ArgumentGroup) -> None:
-        """Let the line have it; not given, it leaves nothing in the namespace."""
+        """Add the option to a parser's group; an option that is not given leaves no name in the namespace."""
         if self.convert is bool:
             action = argparse.BooleanOptionalAction
             group.add_argument(f"--{self.name}", action=action, help=self.help, default=argparse.SUPPRESS)
@@ -33,21 +33,21 @@ class SceneOption(NamedTuple):
         )  # fmt: skip
 
     def from_file(self, value: Any) -> Any:
-        """What a scene file's value becomes: the same as what the line's text does."""
+        """Return the converted value of a scene file, equal to that of the same text on the command line."""
         if self.convert is bool:
             if not isinstance(value, bool):
-                raise InputError(f"{self.name} is true or false, and not {value!r}")
+                raise InputError(f"{self.name} must be true or false, got {value!r}")
             return value
         if self.from_value is not None:
             return self.from_value(value)
         if self.table is None:
-            return self._from_one(value)
+            return self._from_single(value)
         several = isinstance(value, list) and any(isinstance(each, str | dict | list) for each in value)
-        return [self._from_one(each) for each in (value if several else [value])]
+        return [self._from_single(each) for each in (value if several else [value])]
 
-    def _from_one(self, value: Any) -> Any:
+    def _from_single(self, value: Any) -> Any:
         if self.table is not None and isinstance(value, dict):
             return self.table(value)
         if isinstance(value, bool | dict):
-            raise InputError(f"{self.name} is text, a number or an array of numbers, and not {value!r}")
+            raise InputError(f"{self.name} must be text, a number or an array of numbers, got {value!r}")
         return self.convert(lit.as_text(value))

@@ -1,8 +1,8 @@
-"""Options of the command line that describe a volume and a scene, on the line or in a scene file.
+"""Options that describe a volume and a scene, on the command line or in a scene file.
 
-A scene file is TOML with the scene options' names as keys, `spacing` among them; triples and sizes may be text or
-arrays, switches are true or false, and `light` is a text, or an array of texts or tables. An option on the line wins.
-It may name its volume, and say how that is read, by the options' names again; a VOLUME on the line is another one.
+A scene file is TOML. Its keys are the names of scene options, `spacing` included; triples and sizes are text or
+arrays, switches are true or false, and `light` is a text, or an array of texts or tables. The file may also name the
+volume and the options for reading it. The command line overrides the file; VOLUME on the line replaces the file's.
 
     volume = "head.nrrd"
     tf = "bone.json"
@@ -48,7 +48,7 @@ DEFAULT_SIZE = (512, 512)
 
 
 def add_scene_options(parser: argparse.ArgumentParser) -> None:
-    """What is to be drawn; every option may stand in a scene file as well."""
+    """Add all scene options to a command's parser."""
     for title, about, members in GROUPS:
         group = parser.add_argument_group(title, about)
         if title == "scene":
@@ -58,21 +58,22 @@ def add_scene_options(parser: argparse.ArgumentParser) -> None:
 
 
 class SceneOptions:
-    """Scene options of the line and the scene file, together; checked before the volume is read.
+    """Scene options of command line and scene file together, checked before the volume is read.
 
     Attributes
     ----------
     size : (width, height)
+        Pixels.
     spacing : (x, y, z), optional
-        What overrides the file's.
+        Overrides the file's spacing.
     transparent : bool
-        Whether the background is to let through what lies behind the picture.
+        True if the background is transparent.
     mode : str
-        What is seen of the volume.
+        Projection mode.
     window : (centre, width), optional
-        In data units, for 8-bit pictures of a mode whose pixels are numbers.
+        Data units, for 8-bit pictures of a mode whose pixels are numbers.
     coloring : "grey" or "tf"
-        Whether such pictures take their colours from the transfer function.
+        Colours of such pictures: grey, or those of the transfer function.
     """
 
     def __init__(self, arguments: argparse.Namespace) -> None:
@@ -88,7 +89,7 @@ class SceneOptions:
         chosen = self._chosen = lit.with_head_light(file | line)
         self.size: tuple[int, int] = chosen.get("size", DEFAULT_SIZE)
         if min(self.size) < 1:
-            raise InputError(f"size {self.size[0]}x{self.size[1]}: a picture has at least one pixel along each side")
+            raise InputError(f"size must be at least 1x1, got {self.size[0]}x{self.size[1]}")
         self.spacing: tuple[float, float, float] | None = chosen.get("spacing")
         self.transparent = "background" in chosen and chosen["background"] is None
         self.window: tuple[float, float] | None = chosen.get("window")
@@ -102,7 +103,7 @@ class SceneOptions:
 
     @classmethod
     def of(cls, volume: str | None = None, scene: str | None = None) -> SceneOptions:
-        """What is chosen by a volume, a scene file, or both."""
+        """Return the options of a volume, a scene file, or both."""
         return cls(argparse.Namespace(volume=volume, scene=scene))
 
     @property
@@ -112,7 +113,7 @@ class SceneOptions:
         Raises
         ------
         InputError
-            If neither the line nor the scene file has one.
+            If neither the command line nor the scene file names a volume.
         """
         path = self._reading.get("volume")
         if path is None:
@@ -121,56 +122,56 @@ class SceneOptions:
 
     @property
     def all_times(self) -> bool:
-        """Whether every time step is to be drawn."""
+        """True if all time steps are drawn."""
         return self._reading.get("time") == texts.ALL
 
     @property
     def chose_view(self) -> bool:
-        """Whether it was said where the camera is, or how much it sees."""
+        """True if the camera's position or height is given."""
         return "eye" in self._chosen or "height" in self._chosen
 
     @property
     def meshes(self) -> tuple[geometry.MeshChoice, ...]:
-        """Where geometry comes from."""
+        """Files of meshes."""
         return tuple(self._chosen.get("mesh", ()))
 
     @property
     def transfer_function(self) -> str | None:
-        """The name of the transfer function, as it was given: a preset's, or a file's."""
+        """Transfer function as given: the name of a preset, or a path."""
         return self._chosen.get("tf")
 
     @property
     def annotation(self) -> Annotation:
-        """What is drawn into pictures that are looked at."""
+        """Annotation of 8-bit pictures."""
         chosen = self._chosen
         further = {"value_name": chosen.get("value-name", ""), "font": chosen.get("font")}
         return Annotation.of(chosen.get("annotate", ()), chosen.get("title"), **further)
 
     def load(self) -> Volume:
-        """The volume, read as it was said.
+        """Return the volume, read and moved by the options.
 
         Raises
         ------
         InputError
-            If that is every time step.
+            If the options ask for all time steps, or a file can't be read.
         """
         from texvol.formats.readers import load
 
         volume = load(self.volume, spacing=self.spacing, **reading.told(self._reading))
-        _ = self._further  # is read now, which is the time for that
+        _ = self._further  # reads the further volumes now, as part of loading
         return self.placed(volume)
 
     def placed(self, volume: Volume) -> Volume:
-        """A volume as it was read, where the options put it."""
+        """Return a volume moved by --transform."""
         return volume_options.placed(volume, self._chosen)
 
     @cached_property
     def _further(self) -> tuple[Volume, ...]:
-        """Further volumes, as their files have them."""
+        """Further volumes as stored in their files."""
         return tuple(each.load() for each in self._chosen.get("add", ()))
 
     def series(self) -> TimeSeries:
-        """All time steps of the volume, read as it was said, and not yet `placed`."""
+        """Return all time steps of the volume, not yet `placed`."""
         from texvol.formats.readers import TimeSeries
 
         told = {name: value for name, value in reading.chosen(self._reading).items() if name != "time"}
@@ -179,10 +180,10 @@ class SceneOptions:
     def scene(
         self, volume: Volume, *, orbit: bool = False, adapting_to: Volume | None = None, in_8_bits: bool = False
     ) -> Scene:
-        """The scene that the options make of `volume`; its camera frames one picture, or all of an orbit.
+        """Return the scene of the options; its camera frames one picture, or all views of an orbit.
 
-        A transfer function adapts to the values of `adapting_to`, where there is another volume for that; and so does
-        the air of an X-ray, which the picture's format decides on where nobody says it.
+        The transfer function and the air of an X-ray adapt to the values of `adapting_to` if given, else to `volume`.
+        `in_8_bits` is the kind of picture, which decides on the air if no option does.
         """
         chosen = self._chosen
         choices = chosen.get("add", ())
@@ -225,12 +226,12 @@ class SceneOptions:
 
     def _transfer_function(self, volume: Volume) -> TransferFunction | None:
         medium = volume_options.medium_of(self._chosen, volume)
-        # The other modes classify nothing.
+        # The other modes do not classify.
         return transfer.proposed_for(volume) if medium is None and self.mode == "composite" else medium
 
 
 def with_negative_values(line: Sequence[str]) -> list[str]:
-    """The line with `--eye -1,2,3` as `--eye=-1,2,3`: argparse takes a value that begins with a minus for an option."""
+    """Return the line with `--eye -1,2,3` as `--eye=-1,2,3`, since argparse takes `-1,2,3` for an option."""
     joined: list[str] = []
     for word in line:
         after_option = joined and joined[-1].startswith("--") and "=" not in joined[-1] and len(joined[-1]) > 2

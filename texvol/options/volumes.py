@@ -1,7 +1,7 @@
-"""The option --add and those that say more of what it added last: further volumes of a scene.
+"""The option --add and the --add-… options: further volumes of a scene.
 
-On the line each `--add FILE` begins one, and every `--add-…` is of the last. In a scene file each is a table with the
-same names, without `add-`:
+On the command line each `--add FILE` begins a volume, and each `--add-…` applies to the last one. In a scene file each
+volume is a table with the same names, without `add-`:
 
     [[add]]
     file = "pet.nii.gz"
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
 
 def _look(text: str) -> LabelLook:
-    """How labels look."""
+    """Return the look of labels."""
     from texvol.scene.transfer.labels import parse_labels
 
     try:
@@ -47,18 +47,18 @@ def _look(text: str) -> LabelLook:
         raise argparse.ArgumentTypeError(str(error)) from None
 
 
-# What each volume of a scene has of its own, beside how it is read: of the scene's own volume an option by that name.
+# Options that each volume of a scene has of its own, beside those for reading it.
 LOOK = (
     SceneOption("tf", str, "PRESET|FILE.json", f"transfer function; presets: {', '.join(transfer.PRESETS)}"),
-    SceneOption("materials", lit.materials, "NAME,NAME", "only these materials of --tf"),
+    SceneOption("materials", lit.materials, "NAME,NAME", "draw only these materials of --tf"),
     SceneOption(
         "label-look", _look, "SPEC",
-        "colour and opacity of labels: LABEL=OPACITY, LABEL=#RRGGBB or LABEL=#RRGGBB:OPACITY with commas between, "
-        "*=OPACITY for the others; an opacity is that of one smallest spacing",
+        "colour and opacity of labels: LABEL=OPACITY, LABEL=#RRGGBB or LABEL=#RRGGBB:OPACITY separated by commas, "
+        "*=OPACITY for all other labels; opacity is per smallest spacing",
     ),
 )  # fmt: skip
 POSITION = (
-    SceneOption("spacing", texts.triple, "X,Y,Z", "distance of samples, overrides the file's"),
+    SceneOption("spacing", texts.triple, "X,Y,Z", "distance of samples, overrides the file's spacing"),
     SceneOption(
         "transform", transform_options.transform, "M",
         "moves the volume: 4 x 4 matrix of the world, 12 or 16 numbers row by row, or a file of 4 rows",
@@ -66,12 +66,12 @@ POSITION = (
     ),
     SceneOption(
         "mask", mask_options.mask, "FILE[:LOW,HIGH]",
-        "what of the volume is there: integers hide where they are 0, others are weights from 0 to 1; or weights rise "
-        "from 0 at LOW to 1 at HIGH. A file on the volume's grid",
+        "mask file on the volume's grid: of integers, 0 hides a sample; other numbers are weights from 0 to 1; with "
+        "LOW,HIGH, weights rise from 0 at LOW to 1 at HIGH",
         from_value=mask_options.mask_value,
     ),
 )  # fmt: skip
-_TIME = SceneOption("time", texts.index, "N", "which time step, from 0")
+_TIME = SceneOption("time", texts.index, "N", "time step, from 0")
 _OF_ADDED = {
     option.name: option for option in (*LOOK, *POSITION, *(READING | {"time": _TIME}).values())
 }  # fmt: skip
@@ -79,26 +79,26 @@ _OF_ADDED = {
 
 @dataclass(frozen=True)
 class AddedChoice:
-    """A file, and what is said of it by the options' names."""
+    """File of a further volume, and its options by name."""
 
     file: str
     chosen: Mapping[str, Any] = field(default_factory=dict)
 
     def with_option(self, name: str, value: Any) -> AddedChoice:
-        """The same, with one more option."""
+        """Return the choice with one more option."""
         return replace(self, chosen={**self.chosen, name: value})
 
     def beside(self, folder: str | os.PathLike[str]) -> AddedChoice:
-        """The same, its paths relative to a folder."""
+        """Return the choice with its paths relative to a folder."""
         return AddedChoice(str(Path(folder) / self.file), beside(self.chosen, folder))
 
     def load(self) -> Volume:
-        """The volume as its file has it.
+        """Return the volume as stored in its file.
 
         Raises
         ------
         InputError, MissingExtraError
-            If it can't be read.
+            If the file can't be read.
         """
         from texvol.formats.readers import load
 
@@ -106,14 +106,14 @@ class AddedChoice:
         return load(self.file, spacing=self.chosen.get("spacing"), **told)
 
     def added_to(self, first: Volume, loaded: Volume, number: int) -> AddedVolume:
-        """What was loaded with its transfer function and its mask, in the world of a scene's first volume.
+        """Return the loaded volume with transfer function and mask, in the world of the scene's first volume.
 
-        Without a transfer function each volume gets a hue of its own, by its number among those that are added.
+        Without a transfer function the volume gets a hue by its number among the added volumes.
 
         Raises
         ------
         InputError, MissingExtraError
-            If one of them can't be read, or they don't go together.
+            If a file can't be read, or the files do not fit together.
         """
         mask = masked(self.chosen, loaded)
         volume = placed(turned(loaded, first.space), self.chosen)
@@ -122,23 +122,23 @@ class AddedChoice:
 
 
 def added(text: str) -> AddedChoice:
-    """A further volume from "FILE"."""
+    """Return the choice of "FILE"."""
     if not text:
-        raise argparse.ArgumentTypeError("the path of a file or folder is wanted")
+        raise argparse.ArgumentTypeError("must be the path of a file or folder, got ''")
     return AddedChoice(text)
 
 
 def added_table(table: Mapping[str, Any]) -> AddedChoice:
-    """A further volume from a scene file's table."""
+    """Return the choice of a scene file's table."""
     if not isinstance(table.get("file"), str) or not table["file"]:
-        raise argparse.ArgumentTypeError(f"a further volume has a file, and not {dict(table)!r}")
+        raise argparse.ArgumentTypeError(f"must have a file (file = FILE), got {dict(table)!r}")
     choice = AddedChoice(table["file"])
     for key, value in table.items():
         name = key.replace("_", "-")
         if name == "file":
             continue
         if name not in _OF_ADDED:
-            raise argparse.ArgumentTypeError(f"there is no {key!r} of a volume; there are file, {', '.join(_OF_ADDED)}")
+            raise argparse.ArgumentTypeError(f"unknown key {key!r}; keys are file, {', '.join(_OF_ADDED)}")
         try:
             choice = choice.with_option(name, _OF_ADDED[name].from_file(value))
         except argparse.ArgumentTypeError as error:
@@ -147,11 +147,11 @@ def added_table(table: Mapping[str, Any]) -> AddedChoice:
     return choice
 
 
-ADD = SceneOption("add", added, "FILE", "one more volume; give it again for further ones", added_table)
+ADD = SceneOption("add", added, "FILE", "further volume; repeat it for more", added_table)
 
 
 class _Amend(argparse.Action):
-    """Says something of the volume that was added last."""
+    """Action that sets an option of the volume added last."""
 
     def __call__(
         self,
@@ -162,7 +162,7 @@ class _Amend(argparse.Action):
     ) -> None:
         so_far: list[AddedChoice] = list(getattr(namespace, "add", []))
         if not so_far:
-            raise argparse.ArgumentError(self, "it is of the volume that --add adds: give --add FILE before it")
+            raise argparse.ArgumentError(self, "needs a volume to apply to: give --add FILE before it")
         value = not (option_string or "").startswith("--no-") if self.nargs == 0 else values
         if _OF_ADDED[self.const].repeated:
             value = [*so_far[-1].chosen.get(self.const, ()), value]
@@ -171,12 +171,12 @@ class _Amend(argparse.Action):
 
 
 class OfAdded(NamedTuple):
-    """An option of the line for the volume that was added last."""
+    """Option of the command line for the volume added last."""
 
     option: SceneOption
 
     def add_to(self, group: argparse._ArgumentGroup) -> None:
-        """Let the line have it."""
+        """Add the option to a parser's group."""
         name, is_switch = self.option.name, self.option.convert is bool
         how: dict[str, Any] = {"nargs": 0} if is_switch else {"type": self.option.convert, "metavar": self.option.shown}
         flags = [f"--add-{name}", *([f"--no-add-{name}"] if is_switch else [])]
@@ -188,7 +188,7 @@ OF_ADDED = tuple(OfAdded(option) for option in _OF_ADDED.values())
 
 
 def beside(chosen: Mapping[str, Any], folder: str | os.PathLike[str]) -> dict[str, Any]:
-    """Options of a scene file in that folder, paths among them relative to it, wherever the command is called."""
+    """Return options of a scene file with their paths relative to the file's folder."""
     found = {name: _moved(value, folder) for name, value in chosen.items()}
     if isinstance(found.get("tf"), str) and found["tf"] not in transfer.PRESETS:
         found["tf"] = str(Path(folder) / found["tf"])
@@ -203,26 +203,26 @@ def _moved(value: Any, folder: str | os.PathLike[str]) -> Any:
 
 
 def without_other_look(file: Mapping[str, Any], line: Mapping[str, Any]) -> dict[str, Any]:
-    """Options of the scene file but for those in whose place the line has another kind of look."""
+    """Return the scene file's options without the kind of look that the command line replaces."""
     dropped = {"tf", "materials"} if "label-look" in line else {"label-look"} if "tf" in line else set()
     return {name: value for name, value in file.items() if name not in dropped}
 
 
 def check_look(chosen: Mapping[str, Any]) -> None:
-    """InputError if it is said in two ways how a volume looks, or half of one."""
+    """Raise InputError if the look of a volume is given twice, or only in part."""
     if "label-look" in chosen and "tf" in chosen:
-        raise InputError("--label-look and --tf both say how labels look: give one of them")
+        raise InputError("--label-look and --tf both set the look of labels: give one of them")
     if "materials" in chosen and "tf" not in chosen:
-        raise InputError("--materials chooses from those of a transfer function: give --tf as well")
+        raise InputError("--materials needs --tf, a transfer function that has these materials")
 
 
 def placed(volume: Volume, chosen: Mapping[str, Any]) -> Volume:
-    """The volume where the options put it."""
+    """Return the volume moved by --transform."""
     return volume.moved(chosen["transform"].matrix()) if "transform" in chosen else volume
 
 
 def masked(chosen: Mapping[str, Any], volume: Volume) -> Mask | None:
-    """The volume's mask by the options; None where they name none."""
+    """Return the volume's mask, or None."""
     if "mask" not in chosen:
         return None
     choice: mask_options.MaskChoice = chosen["mask"]
@@ -230,12 +230,12 @@ def masked(chosen: Mapping[str, Any], volume: Volume) -> Mask | None:
 
 
 def medium_of(chosen: Mapping[str, Any], volume: Volume) -> TransferFunction | None:
-    """The transfer function that the options say for a volume; None where they say nothing.
+    """Return the volume's transfer function, or None if no option sets it.
 
     Raises
     ------
     InputError
-        If it is none, or none for this volume.
+        If it is not found, or does not fit the volume.
     """
     check_look(chosen)
     if "label-look" in chosen:
@@ -248,11 +248,11 @@ def medium_of(chosen: Mapping[str, Any], volume: Volume) -> TransferFunction | N
 
 
 def transfer_function(name: str, volume: Volume, materials: tuple[str, ...] | None = None) -> TransferFunction:
-    """The preset or file `name`, a file if it looks like one; of its materials only these, where they are given."""
+    """Return the preset or file `name`, reduced to `materials` if given."""
     if name in transfer.PRESETS:
         return transfer.preset(name, volume, materials)
     if name.lower().endswith(".json") or os.sep in name or os.path.exists(name):
         return transfer.load(name, volume, materials)
     raise InputError(
-        f"transfer function {name}: neither a .json file nor a preset; presets: {', '.join(transfer.PRESETS)}"
+        f"transfer function {name!r} must be a .json file or a preset; presets: {', '.join(transfer.PRESETS)}"
     )

@@ -1,1 +1,1 @@
-"""Output of commands: pictures as their options ask for them, and sequences of pictures."""
+"""Output of commands: picture files with annotation and metadata, and sequences of pictures."""

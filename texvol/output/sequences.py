@@ -1,7 +1,7 @@
-"""Many pictures of one scene, numbered files or a film: an orbit of the camera, or the steps of a time series.
+"""Sequences of pictures in numbered files or a film: an orbit of the camera, or the steps of a time series.
 
-The renderer keeps what they have in common. Whatever is chosen for the first, accuracy, a window of numbers, holds for
-all, so that nothing flickers.
+The renderer's caches serve all pictures. The accuracy and the window of numbers that are chosen for the first picture
+are used for all, so that nothing flickers.
 """
 
 from __future__ import annotations
@@ -23,17 +23,25 @@ from texvol.scene.scene import Scene
 from texvol.scene.volume import Volume
 
 if TYPE_CHECKING:
-    from texvol.output.shown_pictures import Display
+    from texvol.output.export import PictureExport
     from texvol.rendering.renderer import Renderer
 
-_STEPS = 32  # that stand for all of a series
+_STEPS = 32  # largest number of steps that represent a series
 
 
 @dataclass(frozen=True)
 class Frames:
-    """The scenes to be drawn, one after the other.
+    """Scenes of a sequence.
 
-    `word` is what one of them is called, and `name` the volume's file.
+    Attributes
+    ----------
+    scenes : iterator of Scene
+    count : int
+        Number of scenes.
+    word : str
+        Noun for one of them: "view" or "time step".
+    name : str
+        File of the volume.
     """
 
     scenes: Iterator[Scene]
@@ -43,7 +51,7 @@ class Frames:
 
 
 def views(scene: Scene, count: int, name: str) -> Frames:
-    """An orbit of so many views around the scene."""
+    """Return an orbit of `count` views around the scene."""
     assert scene.camera is not None
     camera = scene.camera
     turned = (replace(scene, camera=orbit.turned(camera, 360 * i / count)) for i in range(count))
@@ -51,16 +59,17 @@ def views(scene: Scene, count: int, name: str) -> Frames:
 
 
 def steps(scene: Scene, series: TimeSeries, placed: Callable[[Volume], Volume] = lambda volume: volume) -> Frames:
-    """The steps of a series, `placed` in the world, each in the place of the scene's volume."""
+    """Return scenes with the steps of a time series; `placed` moves each step to its position in the world."""
     scenes = (replace(scene, volume=placed(volume)) for volume in series)
     return Frames(scenes, len(series), "time step", series.name)
 
 
-def standing_for(series: TimeSeries) -> Volume:
-    """A volume with values of all steps in the first one's box: for what adapts to values and to the box.
+def representative_volume(series: TimeSeries) -> Volume:
+    """Return a volume with values of all steps in the box of the first, for choices that depend on values.
 
-    Its samples are taken in turn from steps that are spread evenly, along diagonals, so that no step has a region of
-    its own; the first and the last are the least and the largest finite value of all. Labels are all that any step has.
+    Diagonal planes of samples are taken from up to 32 steps in turn, so that every step is present everywhere. The
+    first and the last sample are the least and the largest finite value of the series. For labels, the volume contains
+    every label of any step.
     """
     first = series[0]
     if len(series) == 1:
@@ -80,7 +89,7 @@ def standing_for(series: TimeSeries) -> Volume:
 
 
 def _like(first: Volume, values: NDArray) -> Volume:
-    """The values in the first one's box."""
+    """Return a volume of the values with the first volume's box, unit and name."""
     return Volume(
         values,
         tuple(first.spacing),
@@ -99,13 +108,13 @@ def draw_frames(
     renderer: Renderer,
     size: tuple[int, int],
     accuracy: dict[str, Any],
-    display: Display,
+    export: PictureExport,
     output: str,
     *,
     transparent: bool = False,
     fps: float | None = None,
 ) -> dict[str, Any]:
-    """Draw and write every frame; what `--stats` says of them."""
+    """Draw and write all pictures; return their entries for `--stats`."""
     metadata = {"texvol:renderer": renderer.renderer_name}
     estimate: dict[str, Any] = {}
     start = after_first = time.perf_counter()
@@ -118,8 +127,8 @@ def draw_frames(
             if number == 0:
                 accuracy, estimate = _kept(renderer, accuracy)
                 after_first = time.perf_counter()
-            shown = display.of(picture, scene, output)
-            writer.add(shown, metadata | display.metadata(frames.name, scene, output, renderer.settings))
+            shown = export.of(picture, scene, output)
+            writer.add(shown, metadata | export.metadata(frames.name, scene, output, renderer.settings))
             progress.show(number + 1)
         writer.finish()
     end = time.perf_counter()
@@ -131,7 +140,7 @@ def draw_frames(
 
 
 def _kept(renderer: Renderer, accuracy: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
-    """What was chosen for the first frame, for the others, and the estimate that it rests on where there is one."""
+    """Return the accuracy that was chosen for the first picture, and statistics of its estimated error if any."""
     if accuracy["max_error"] is None:
         return accuracy, {}
     names = ("slab_thickness", "texture_format", "target_format", "early_termination")
@@ -140,7 +149,7 @@ def _kept(renderer: Renderer, accuracy: dict[str, Any]) -> tuple[dict[str, Any],
 
 
 class _Progress:
-    """A line that counts, on a terminal only, and is gone in the end."""
+    """Progress line on a terminal, which is erased at the end."""
 
     def __init__(self, frames: Frames) -> None:
         self._frames, self._width = frames, 0
@@ -150,7 +159,7 @@ class _Progress:
         return self
 
     def show(self, done: int) -> None:
-        """So many are drawn."""
+        """Show the number of pictures done."""
         if self._shown:
             text = f"texvol: {self._frames.word} {done} of {self._frames.count}"
             self._width = len(text)

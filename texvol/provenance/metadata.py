@@ -1,4 +1,4 @@
-"""A picture's header as facts: its JSON, checked, and a way to say what is wrong with it and where."""
+"""Header of a picture: its JSON, checked, with errors that name the picture and the part."""
 
 from __future__ import annotations
 
@@ -10,25 +10,25 @@ from texvol.provenance.scene_metadata import FORMAT
 from texvol.util import text_files
 from texvol.util.errors import InputError
 
-MOST_CHARACTERS = 64 << 20  # as many as of a transfer function, which is the longest part
+MOST_CHARACTERS = 64 << 20  # as of a transfer function, the longest part
 
 T = TypeVar("T")
 
 
 class Metadata:
-    """A header's object, or one within it; `where` is what messages call it."""
+    """An object of the header; `where` is its name in messages."""
 
     def __init__(self, content: Mapping[str, Any], name: str, where: str = "the scene in its header") -> None:
         self.content, self.name, self._where = content, name, where
 
     @classmethod
     def of(cls, text: str, name: str, known: Mapping[str, Any], always: tuple[str, ...]) -> Metadata:
-        """What a header of the picture `name` says, by keys that are known, and some that have to be there.
+        """Return the header of the picture `name`, with only `known` keys and at least those of `always`.
 
         Raises
         ------
         InputError
-            If it is none that texvol writes.
+            If texvol did not write it.
         """
         metadata = cls({}, name)
         try:
@@ -39,19 +39,19 @@ class Metadata:
             raise metadata.fault(f"is not a JSON object of at most {MOST_CHARACTERS >> 20} MB")
         version = content.get("format", 1)
         if version not in (1, FORMAT):
-            raise metadata.fault(f"is of format {parts.quoted(version)}, and this texvol reads up to {FORMAT}")
+            raise metadata.fault(f"has format {parts.quoted(version)}, and this texvol reads up to {FORMAT}")
         metadata.content = content
         metadata.check_keys(known, always)
         return metadata
 
     def inner(self, content: Any, what: str) -> Metadata:
-        """The facts of an object within this one."""
+        """Return an object within this one."""
         if not isinstance(content, dict):
-            raise self.fault(f"has {what} that is none: an object is wanted, and not {parts.quoted(content)}")
+            raise self.fault(f"has {what} that must be an object, got {parts.quoted(content)}")
         return Metadata(content, self.name, f"{what} of {self._where}")
 
     def check_keys(self, known: Mapping[str, Any], always: tuple[str, ...]) -> None:
-        """Raise InputError where a key is not known, or one of `always` is not there."""
+        """Raise InputError if a key is unknown, or a key of `always` is missing."""
         missing = [key for key in always if self.content.get(key) is None]
         if missing:
             raise self.fault(f"lacks {', '.join(missing)}")
@@ -59,29 +59,29 @@ class Metadata:
 
     @property
     def told_how_to_read(self) -> bool:
-        """Whether a volume from a file would have said how it was read: texvol 0.3 wrote its name alone."""
+        """True if the header says how its volume was read; that of texvol 0.3 has the volume's name only."""
         return "format" in self.content or "source" in self.content
 
     def fault(self, reason: object) -> InputError:
-        """An error on these facts."""
+        """Return an error about this object."""
         return InputError(f"{self.name}: {self._where} {' '.join(str(reason).split())}")
 
     def checked(self, make: Callable[[], T]) -> T:
-        """What `make` returns; whatever it raises says whose header it was."""
+        """Return `make()`; its errors name the picture and the object."""
         try:
             return make()
         except (TypeError, ValueError, OverflowError, RecursionError) as error:
-            raise self.fault(f"is none that texvol writes: {error}") from None
+            raise self.fault(f"is not as texvol writes it: {error}") from None
 
     def part(self, key: str, make: Callable[[Any], T]) -> T | None:
-        """What stands under a key, made into what it means; None where nothing does."""
+        """Return `make` of the content of a key, or None if the key is missing."""
         if self.content.get(key) is None:
             return None
         return self.checked(lambda: _named(key, make, self.content[key]))
 
 
 def _named(key: str, make: Callable[[Any], T], content: Any) -> T:
-    """What `make` makes of a part; its error says which part."""
+    """Return `make(content)`; its error names the key."""
     try:
         return make(content)
     except InputError as error:

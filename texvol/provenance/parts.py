@@ -1,6 +1,6 @@
-"""Parts of a picture's header, from JSON to what they stand for; `stored_scene` says what they are parts of.
+"""Converters from the JSON of a picture's header to parts of a scene, for `stored_scene`.
 
-Each raises InputError, or TypeError, ValueError and OverflowError, where it gets what texvol never writes.
+Each raises InputError, TypeError, ValueError or OverflowError for content that texvol does not write.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from texvol.textures.slab_texture import TEXEL_FORMATS
 from texvol.util.errors import InputError
 
 _NUMBER = (int, float)
-# How a volume is read again, and of which type that is.
+# Types of the arguments with which a volume is read again.
 SOURCE: dict[str, Any] = {"path": str, "absolute": str, "shape": list, "dtype": str, "series": str, "spacing": list}
 SOURCE |= {"variable": str, "resolution": list, "missing": list}
 SOURCE |= {"channel": int, "time": int, "labels": bool, "color": bool}
@@ -30,7 +30,7 @@ SOURCE |= {"built_in": str, "samples": int, "transform": list}
 _SETTINGS: dict[str, Any] = {
     each.name: {"float": _NUMBER, "str": str, "bool": bool}[str(each.type)] for each in fields(Settings)
 }
-_MOST_SHOWN = 200  # characters of a text that is quoted; a path has that many
+_MOST_SHOWN = 200  # characters of a quoted text, enough for a path
 
 T = TypeVar("T")
 
@@ -41,24 +41,25 @@ def transfer_function(content: Any) -> TransferFunction:
 
 
 def settings(content: Any) -> dict[str, Any]:
-    """Arguments for `Renderer.render`."""
+    """Return arguments of `Renderer.render`."""
     found = _of_types(content, _SETTINGS)
     thickness = found.get("slab_thickness", 1.0)
     if not 0 < thickness < np.inf:
-        raise InputError(f"slab_thickness is positive and finite, and not {thickness:g}")
+        raise InputError(f"slab_thickness must be positive and finite, got {thickness:g}")
     accuracy.checked_termination(found.get("early_termination"), None)
     accuracy.checked_target(found.get("target_format", "auto"))
     if found.get("texture_format", "auto") not in ("auto", *TEXEL_FORMATS):
-        raise InputError(f"texture_format is {quoted(found['texture_format'])}")
+        formats = ", ".join(("auto", *TEXEL_FORMATS))
+        raise InputError(f"texture_format must be one of {formats}, got {quoted(found['texture_format'])}")
     return found
 
 
 def source(content: Any) -> dict[str, Any]:
-    """Where a volume comes from, and arguments of `texvol.load`."""
+    """Return the file of a volume and arguments of `texvol.load`."""
     found = _of_types(content, SOURCE)
     for key, kind in (("shape", (int,)), ("resolution", (int,)), ("spacing", _NUMBER)):
         if key in found and not (len(found[key]) == 3 and all(type(each) in kind for each in found[key])):
-            raise InputError(f"{key} is three numbers, and not {quoted(found[key])}")
+            raise InputError(f"{key} must be three numbers, got {quoted(found[key])}")
     for each in found.get("missing", ()):
         number(each)
     if "transform" in found:
@@ -67,81 +68,81 @@ def source(content: Any) -> dict[str, Any]:
 
 
 def mask_source(content: Any) -> tuple[dict[str, Any], tuple[float, float] | None]:
-    """Where a mask comes from, and between which values it fades in."""
+    """Return the file of a mask, and the values between which the mask fades in."""
     if not isinstance(content, dict):
-        raise InputError(f"an object is wanted, and not {quoted(content)}")
+        raise InputError(f"must be an object, got {quoted(content)}")
     fade = numbers(content["fade"], 2) if "fade" in content else None
     found = source({key: value for key, value in content.items() if key != "fade"})
     return found, None if fade is None else (fade[0], fade[1])
 
 
 def lighting(content: Any) -> Lighting:
-    """Lights, and how matter answers them."""
+    """Return the lighting."""
     if not isinstance(content, dict) or not isinstance(content.get("lights"), list):
-        raise InputError(f"an object with a list of lights is wanted, and not {quoted(content)}")
+        raise InputError(f"must be an object with a list of lights, got {quoted(content)}")
     return made(Lighting, content | {"lights": [made(Light, each) for each in content["lights"]]})
 
 
 def clip_planes(content: Any) -> tuple[ClipPlane, ...]:
-    """Planes that cut."""
+    """Return the clip planes."""
     if not isinstance(content, list):
-        raise InputError(f"a list of planes is wanted, and not {quoted(content)}")
+        raise InputError(f"must be a list of planes, got {quoted(content)}")
     return tuple(made(ClipPlane, each) for each in content)
 
 
 def switch(content: Any) -> bool:
-    """True or false."""
+    """Return a bool."""
     if not isinstance(content, bool):
-        raise InputError(f"true or false is wanted, and not {quoted(content)}")
+        raise InputError(f"must be true or false, got {quoted(content)}")
     return content
 
 
 def made(kind: Callable[..., T], content: Any) -> T:
-    """One of our data classes from its fields by name; those without a default have to be there."""
+    """Return a data class from its fields by name; fields without a default are required."""
     known = {each.name: each for each in fields(kind)}  # type: ignore[arg-type]
     check_keys(content, known)
     for key, each in known.items():
         if key not in content and each.default is MISSING:
-            raise InputError(f"it lacks {key}")
+            raise InputError(f"{key} is missing")
         if key in content and isinstance(content[key], bool) != isinstance(each.default, bool):
-            raise InputError(f"{key} is {quoted(content[key])}")
+            raise InputError(f"{key} has the wrong type: {quoted(content[key])}")
     return kind(**content)
 
 
 def numbers(content: Any, count: int) -> tuple[float, ...]:
-    """So many numbers."""
+    """Return a list of `count` numbers as a tuple."""
     if not isinstance(content, list) or len(content) != count:
-        raise InputError(f"{count} numbers are wanted, and not {quoted(content)}")
+        raise InputError(f"must be {count} numbers, got {quoted(content)}")
     return tuple(map(number, content))
 
 
 def number(content: Any) -> float:
-    """A number."""
+    """Return a number."""
     if isinstance(content, bool) or not isinstance(content, _NUMBER):
-        raise InputError(f"a number is wanted, and not {quoted(content)}")
+        raise InputError(f"must be a number, got {quoted(content)}")
     return float(content)
 
 
 def array(content: Any, shape: tuple[int, ...]) -> NDArray[np.float64]:
-    """Numbers in that shape."""
+    """Return numbers as an array of that shape."""
     if len(shape) == 1:
         return np.array(numbers(content, shape[0]))
     if not isinstance(content, list) or len(content) != shape[0]:
-        raise InputError(f"{shape[0]} rows of numbers are wanted, and not {quoted(content)}")
+        raise InputError(f"must be {shape[0]} rows of numbers, got {quoted(content)}")
     return np.stack([array(row, shape[1:]) for row in content])
 
 
 def check_keys(content: Any, known: Mapping[str, Any]) -> None:
-    """Raise InputError unless it is an object with no other keys than those."""
+    """Raise InputError unless the content is an object with known keys only."""
     if not isinstance(content, dict):
-        raise InputError(f"an object with {', '.join(known)} is wanted, and not {quoted(content)}")
+        raise InputError(f"must be an object with {', '.join(known)}, got {quoted(content)}")
     unknown = sorted(set(content) - set(known))
     if unknown:
-        raise InputError(f"there is no {quoted(unknown[0])}; there are {', '.join(known)}")
+        raise InputError(f"unknown key {quoted(unknown[0])}; keys are {', '.join(known)}")
 
 
 def quoted(thing: Any) -> str:
-    """`thing` as it is written, of a length that a line can take."""
+    """Return the representation of `thing`, shortened to fit on a line."""
     return repr(thing) if isinstance(thing, str) and len(thing) <= _MOST_SHOWN else reprlib.repr(thing)
 
 
@@ -149,5 +150,5 @@ def _of_types(content: Any, types: Mapping[str, Any]) -> dict[str, Any]:
     check_keys(content, types)
     for key, value in content.items():
         if not isinstance(value, types[key]) or (isinstance(value, bool) and types[key] is not bool):
-            raise InputError(f"{key} is {quoted(value)}")
+            raise InputError(f"{key} has the wrong type: {quoted(value)}")
     return dict(content)

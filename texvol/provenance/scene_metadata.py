@@ -1,20 +1,19 @@
-"""What a picture's header says of its scene, so that it can be drawn again; `stored_scene` is what reads it.
+"""Metadata of a picture's header from which its scene can be drawn again; `stored_scene` reads them.
 
-The attribute "texvol:scene" is a JSON object. All of it is as exact as the scene itself: Python writes a float with as
-many digits as it takes to read the same one.
+The attribute "texvol:scene" is a JSON object, as exact as the scene: Python writes floats with all their digits.
 
     format                                  2; pictures of texvol 0.3 have none
-    volume, source                          its name, and how it is read again: see `Volume`
+    volume, source                          name of the volume, and arguments to read it again: see `Volume`
     dimensions, spacing, origin, direction, type, kind, checksum
-    mask                                    its name, source and checksum
+    mask                                    name, source and checksum of the mask
     added                                   further volumes, each an object with these and a transfer_function
     classification, background, mode, isovalue, air, gradient, lighting, depth_cue, camera, transfer_function
     clip, crop, caps, geometry
-    colors                                  "transfer function" where 8 bits show numbers in its colours
-    settings                                how it was drawn: arguments of `Renderer.render`; none from the oracle
-    window                                  in which 8 bits show numbers as grey: (centre, width)
+    colors                                  "transfer function" if 8 bits show numbers in its colours
+    settings                                arguments of `Renderer.render`; none from the oracle
+    window                                  (centre, width) in which 8 bits show numbers as grey
 
-Places are those after a volume was moved; its source says how. What has no meaning for a scene is left out.
+Positions are those of the moved volume; `source` has its transform. Keys without a meaning for a scene are left out.
 """
 
 from __future__ import annotations
@@ -52,18 +51,18 @@ def scene_metadata(
     display: Mapping[str, Any] = MappingProxyType({}),
     checksum: bool = False,
 ) -> dict[str, str]:
-    """Attributes for the picture's header: what was drawn, so that it can be drawn again.
+    """Return attributes for the picture's header that describe the scene.
 
     Parameters
     ----------
     name : str
-        What the volume is called, usually its path as it was given.
+        Name of the volume, usually its path as given.
     settings : mapping
-        Arguments with which `Renderer.render` draws the picture again: `Renderer.settings`.
+        `Renderer.settings`: arguments with which `Renderer.render` draws the picture again.
     display : mapping
-        `window`, of a picture of numbers.
+        `window`, for a picture of numbers.
     checksum : bool
-        Whether to say which values the volume has, which takes as long as reading through them.
+        If True, add checksums of the values, which takes as long as reading them.
     """
     metadata: dict[str, Any] = {"format": FORMAT, **_volume(name, scene.volume, scene.mask, checksum)}
     if scene.added:
@@ -76,10 +75,7 @@ def scene_metadata(
 
 
 def checksum_of(held: Volume | Mask) -> str:
-    """What the values add up to (CRC-32 of their little-endian bytes); worked out once for as long as there are some.
-
-    Of a volume with colours those count as well.
-    """
+    """Return the CRC-32 of the little-endian values, and colours if any; cached while the object lives."""
     if held not in _CHECKSUMS:
         arrays = [held.array] if isinstance(held, Mask) else [held.values, held.colors]
         found = 0
@@ -91,12 +87,12 @@ def checksum_of(held: Volume | Mask) -> str:
 
 
 def kind_of(volume: Volume) -> str:
-    """What its samples are."""
+    """Return the kind of samples."""
     return COLORS if volume.colors is not None else LABELS if volume.labels else ""
 
 
 def _volume(name: str, volume: Volume, mask: Mask | None, checksum: bool) -> dict[str, Any]:
-    """Which volume it is, and where; and its mask."""
+    """Return name, source and position of a volume, and its mask."""
     metadata: dict[str, Any] = {
         "volume": name,
         "source": dict(volume.source),
@@ -117,13 +113,13 @@ def _volume(name: str, volume: Volume, mask: Mask | None, checksum: bool) -> dic
 
 
 def _added(added: AddedVolume, checksum: bool) -> dict[str, Any]:
-    """A further volume, and its matter."""
+    """Return a further volume and its transfer function."""
     metadata = _volume(added.volume.name, added.volume, added.mask, checksum)
     return metadata | {"transfer_function": _medium(added.transfer_function, added.volume).as_json()}
 
 
 def _medium(transfer_function: TransferFunction | None, volume: Volume) -> TransferFunction:
-    """The transfer function, or the proposed one, as renderer and oracle do; another texvol may propose another."""
+    """Return the transfer function or the proposed one: another version of texvol may propose another."""
     if transfer_function is None:
         from texvol.scene.transfer import proposed_for
 
@@ -132,7 +128,7 @@ def _medium(transfer_function: TransferFunction | None, volume: Volume) -> Trans
 
 
 def _shown(scene: Scene) -> dict[str, Any]:
-    """What is seen of the volume, and how."""
+    """Return the looks of the scene: everything but volumes and masks."""
     metadata: dict[str, Any] = {"classification": scene.classification, "background": scene.background}
     if scene.mode != "composite":
         metadata |= {"mode": scene.mode} | ({"isovalue": scene.isovalue} if scene.isovalue is not None else {})
@@ -160,7 +156,7 @@ def _shown(scene: Scene) -> dict[str, Any]:
 
 
 def _medium_needs_gradient(scene: Scene) -> bool:
-    """Whether some matter of the scene depends on the gradient, also of what is proposed for it."""
+    """True if a transfer function of the scene, given or proposed, depends on the gradient."""
     if scene.mode != "composite":
         return False
     parts = [(scene.transfer_function, scene.volume), *((each.transfer_function, each.volume) for each in scene.added)]
@@ -168,13 +164,13 @@ def _medium_needs_gradient(scene: Scene) -> bool:
 
 
 def _cutting(scene: Scene) -> dict[str, Any]:
-    """What is cut away."""
+    """Return clip planes, crop box and caps."""
     metadata: dict[str, Any] = {"clip": [asdict(plane) for plane in scene.clip]} if scene.clip else {}
     return metadata | ({"crop": scene.crop} if scene.crop else {}) | ({"caps": True} if scene.caps else {})
 
 
 def _plain(thing: Any) -> Any:
-    """What JSON has no word for, in Python's own numbers and lists."""
+    """Return arrays and numpy numbers as lists and numbers of Python."""
     if isinstance(thing, np.ndarray | np.generic):
         return thing.tolist()
-    raise TypeError(f"{type(thing).__name__} is nothing that a header can hold")
+    raise TypeError(f"header can't hold {type(thing).__name__}")

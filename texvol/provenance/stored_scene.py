@@ -1,7 +1,7 @@
-"""Scenes out of pictures: what `scene_facts` wrote into a header, with its volume found again.
+"""Scenes from the headers of pictures, as `scene_metadata` wrote them, with their volumes found again.
 
-The header is a text that anyone may have changed. Each part becomes what it stands for by way of the checks that it
-goes through elsewhere, and whatever is wrong is one line that names the picture and the part.
+Anyone may have changed a header. Each part goes through the same checks as from any other source, and every fault
+becomes one line that names the picture and the part.
 """
 
 from __future__ import annotations
@@ -42,17 +42,17 @@ _KEYS = dict.fromkeys(
 
 @dataclass(frozen=True)
 class StoredScene:
-    """A scene as a picture's header has it.
+    """Scene of a picture's header.
 
     Attributes
     ----------
     scene : Scene
     settings : mapping
-        Arguments with which `Renderer.render` draws the very picture again; empty where the oracle drew it.
+        Arguments with which `Renderer.render` draws the picture again; empty if the oracle drew it.
     window : (centre, width), optional
-        What 8 bits show of numbers.
+        Window of an 8-bit picture of numbers.
     name : str
-        What messages call it: the picture.
+        Name of the picture in messages.
     """
 
     scene: Scene
@@ -62,16 +62,16 @@ class StoredScene:
 
     @property
     def slab_thickness(self) -> float | None:
-        """World units; None where the picture was not drawn in slabs, or does not say."""
+        """World units; None if the picture was not drawn in slabs, or its header does not say."""
         return self.settings.get("slab_thickness")
 
     @property
     def shows_numbers(self) -> bool:
-        """Whether the pixels of its picture are data, and not light."""
+        """True if the pixels of the picture are data, not light."""
         return self.scene.mode in NUMBER_MODES
 
     def in_eight_bits(self, picture: NDArray) -> NDArray[np.float64]:
-        """What a file of 8 bits is meant to hold of the scene's picture: colours in [0, 1], linear, premultiplied."""
+        """Return the picture as an 8-bit file shows it: colours in [0, 1], linear, premultiplied."""
         if self.shows_numbers:
             picture = shown(picture, self.scene, window=self.window)
         return np.clip(np.asarray(picture, np.float64), 0.0, 1.0)
@@ -86,12 +86,12 @@ def stored_scene_of(
     mask: Mask | None = None,
     added: Sequence[AddedVolume | AnyVolume] = (),
 ) -> StoredScene:
-    """The scene in a picture's attributes; see `scene_from_metadata`.
+    """Return the scene of a picture's attributes; see `scene_from_metadata`.
 
     Raises
     ------
     InputError
-        If they hold none.
+        If the attributes have no scene.
     """
     if ATTRIBUTE not in attributes:
         raise InputError(f"{name}: has no scene in its header ({ATTRIBUTE}), where texvol writes it in EXR and PNG")
@@ -107,34 +107,35 @@ def scene_from_metadata(
     mask: Mask | None = None,
     added: Sequence[AddedVolume | AnyVolume] = (),
 ) -> StoredScene:
-    """The scene that a picture's header describes.
+    """Return the scene that a picture's header describes.
 
     Parameters
     ----------
     text : str
         The attribute "texvol:scene".
     name : str
-        The picture, for messages.
+        Name of the picture in messages.
     folder : path, optional
-        Where the picture is: its volume is looked for from the current folder, from there, and where it was.
+        Folder of the picture. The volume is searched relative to the current folder, relative to this folder, and at
+        its absolute path.
     volume : Volume or path, optional
-        Instead of looking for it. It still has to be the one that was drawn.
+        The volume, instead of the search. It still must be the one that was drawn.
     mask : Mask, optional
-        The volume's, instead of looking for its file.
+        The volume's mask, instead of a search for its file.
     added : sequence of AddedVolume, Volume, path or None
-        Further volumes in the order of the scene, instead of looking for their files; transfer functions are the
-        header's all the same.
+        Further volumes in the order of the scene, instead of a search for their files; the transfer functions are
+        always those of the header.
 
     Raises
     ------
     InputError
-        If the text is not such a header, or a volume or a mask is not found or has changed.
+        If the text is malformed, or a volume or a mask is not found or has changed.
     """
     metadata = Metadata.of(text, name, _KEYS, _ALWAYS)
     settings = metadata.part("settings", parts.settings) or {}
     window = metadata.part("window", lambda each: checked_window(parts.numbers(each, 2)))
     described = _described(metadata, folder)
-    # Last, since it may take long to read them.
+    # Volumes last, since reading them may take long.
     found = found_volume(metadata, volume, folder)
     described |= {"mask": found_mask(metadata, found, mask, folder), "added": found_added(metadata, added, folder)}
     scene = metadata.checked(lambda: Scene(found, **described))
@@ -142,10 +143,10 @@ def scene_from_metadata(
 
 
 def _described(metadata: Metadata, folder: str | os.PathLike[str] | None) -> dict[str, Any]:
-    """All of a scene but its volumes and masks."""
+    """Return all arguments of the scene but volumes and masks."""
 
     def meshes(content: Any) -> tuple[Mesh, ...]:
-        return geometry_from_metadata(content, lambda fact: positions(fact, folder))
+        return geometry_from_metadata(content, lambda entry: positions(entry, folder))
 
     return {
         "transfer_function": metadata.part(
@@ -172,5 +173,5 @@ def _air(content: Any) -> Any:
 
 def _coloring(content: Any) -> str:
     if content != BY_TRANSFER_FUNCTION:
-        raise InputError(f"{BY_TRANSFER_FUNCTION} is wanted, and not {parts.quoted(content)}")
+        raise InputError(f"must be {BY_TRANSFER_FUNCTION}, got {parts.quoted(content)}")
     return "tf"

@@ -1,7 +1,7 @@
-"""Volumes and masks that a picture's header names, found again, and held against what it says of them.
+"""Volumes and masks named in a picture's header: find their files and check that they are unchanged.
 
-A volume counts as found when its dimensions, its place in the world, what its samples are and, where the header has a
-checksum, its values are those that were drawn; a mask when it fits its volume and, with a checksum, its weights are.
+A volume is the one that was drawn if dimensions, position, kind of samples and, if the header has one, the checksum of
+its values agree; a mask if it fits its volume and the checksum of its weights agrees.
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ ALWAYS = ("volume", "dimensions", "spacing")
 KEYS = (*ALWAYS, "source", "origin", "direction", "type", "kind", "checksum", "mask")
 _ADDED_KEYS = dict.fromkeys((*KEYS, "transfer_function"))
 _MASK_KEYS = dict.fromkeys(("name", "source", "checksum"))
-_MOST_DEMO_SAMPLES = 512  # along each axis, 0.5 GB: a header must not be able to ask for more
-_SAME_POSITION = 1e-9  # of the spacing: what another version of a library may make of the same file
+_MOST_DEMO_SAMPLES = 512  # along each axis, 0.5 GB: limits what a header can ask for
+_SAME_POSITION = 1e-9  # of the spacing: rounding of different library versions
 
 Folder = str | os.PathLike[str] | None
 
 
 def found_volume(metadata: Metadata, given: AnyVolume, folder: Folder) -> Volume:
-    """The volume that was drawn, or InputError."""
+    """Return the volume that was drawn, or raise InputError."""
     if isinstance(given, Volume):
         return _same_volume(metadata, given)
     source = metadata.part("source", parts.source) or {}
@@ -42,21 +42,21 @@ def found_volume(metadata: Metadata, given: AnyVolume, folder: Folder) -> Volume
         return _same_volume(metadata, _built_in(metadata, source))
     name = str(metadata.content["volume"])
     if metadata.told_how_to_read and not source:
-        raise metadata.fault(f"is of a volume without a file, {parts.quoted(name)}: give the volume as well")
+        raise metadata.fault(f"names a volume without a file, {parts.quoted(name)}: give the volume as well")
     first_fault: InputError | None = None
     for path in positions(source or {"path": name}, folder):
         try:
             return _same_volume(metadata, _loaded(metadata, path, source))
-        except InputError as error:  # another file of that name may be the one
+        except InputError as error:  # another file of that name may fit
             first_fault = first_fault or error
     if first_fault is not None:
         raise first_fault
     wanted = parts.quoted(source.get("path", name))
-    raise metadata.fault(f"is of the volume {wanted}, which is neither here nor beside the picture: give its path")
+    raise metadata.fault(f"names the volume {wanted}, which is neither here nor beside the picture: give its path")
 
 
 def found_mask(metadata: Metadata, volume: Volume, given: Mask | None, folder: Folder) -> Mask | None:
-    """The mask of a volume that was drawn, None where it had none, or InputError."""
+    """Return the mask of a drawn volume, or None if it had none; raise InputError if the mask is not found."""
     content = metadata.content.get("mask")
     if content is None:
         return None
@@ -67,7 +67,7 @@ def found_mask(metadata: Metadata, volume: Volume, given: Mask | None, folder: F
     source, fade = mask.part("source", parts.mask_source) or ({}, None)
     name = parts.quoted(source.get("path", mask.content["name"]))
     if not source:
-        raise mask.fault(f"is without a file, {name}: give the mask as well")
+        raise mask.fault(f"has no file, {name}: give the mask as well")
     first_fault: InputError | None = None
     for path in positions(source, folder):
         try:
@@ -75,18 +75,18 @@ def found_mask(metadata: Metadata, volume: Volume, given: Mask | None, folder: F
             return _same_mask(mask, mask.checked(lambda found=found: Mask.of(found, fade)), volume)  # type: ignore[misc]
         except InputError as error:
             first_fault = first_fault or error
-    raise first_fault or mask.fault(f"is {name}, which is neither here nor beside the picture: give it as well")
+    raise first_fault or mask.fault(f"names {name}, which is neither here nor beside the picture: give it as well")
 
 
 def found_added(
     metadata: Metadata, given: Sequence[AddedVolume | AnyVolume], folder: Folder
 ) -> tuple[AddedVolume, ...]:
-    """Further volumes that were drawn, or InputError; of each that is not `given` the file is looked for."""
+    """Return the further volumes that were drawn; look for the files of those not `given`; raise InputError."""
     content = metadata.content.get("added")
     if content is None:
         return ()
     if not isinstance(content, list):
-        raise metadata.fault(f"is none that texvol writes: added: a list is wanted, and not {parts.quoted(content)}")
+        raise metadata.fault(f"is not as texvol writes it: added must be a list, got {parts.quoted(content)}")
     all_given = [*given, *[None] * (len(content) - len(given))]
     return tuple(
         _added(metadata.inner(each, f"added volume {number}"), one, folder)
@@ -105,25 +105,25 @@ def _added(metadata: Metadata, given: AddedVolume | AnyVolume, folder: Folder) -
 
 
 def positions(source: Mapping[str, Any], folder: Folder) -> Iterator[str]:
-    """Where there is something that may be the file, each place once."""
+    """Yield the existing paths at which the file may be, each once."""
     path, absolute = source.get("path", ""), source.get("absolute", "")
     candidates = [path]
     if folder is not None and path:
         candidates += [os.path.join(folder, path), os.path.join(folder, os.path.basename(path.rstrip("/\\")))]
     seen = set()
     for each in [*candidates, absolute]:
-        # A pipe or a device would be waited for.
+        # Reading a pipe or a device would block.
         if each and (os.path.isfile(each) or os.path.isdir(each)) and os.path.realpath(each) not in seen:
             seen.add(os.path.realpath(each))
             yield each
 
 
 def _loaded(metadata: Metadata, path: str, source: Mapping[str, Any]) -> Volume:
-    """The volume of that file, read as it was, where it was moved to."""
+    """Return the volume of that file, read and moved as before."""
     from texvol.formats.readers import ARGUMENTS, load
 
     told = {key: source[key] for key in ARGUMENTS if key in source}
-    if not metadata.told_how_to_read:  # the scene's spacing, whether it was the file's or not
+    if not metadata.told_how_to_read:  # the header has the scene's spacing, the file's or an override
         told["spacing"] = metadata.part("spacing", lambda each: parts.numbers(each, 3))
     try:
         return _moved(load(path, **told), source)
@@ -140,48 +140,48 @@ def _built_in(metadata: Metadata, source: Mapping[str, Any]) -> Volume:
 
     samples = source.get("samples", 0)
     if source["built_in"] != "demo" or not 1 <= samples <= _MOST_DEMO_SAMPLES:
-        raise metadata.fault(f"is of a built-in volume that there is none of: {parts.quoted(dict(source))}")
+        raise metadata.fault(f"names an unknown built-in volume: {parts.quoted(dict(source))}")
     return metadata.checked(lambda: _moved(demo_volume(samples), source))
 
 
 def _same_volume(metadata: Metadata, volume: Volume) -> Volume:
-    """`volume`, if it is the one that was drawn."""
+    """Return `volume` if it is the one that was drawn, else raise InputError."""
     dimensions = metadata.part("dimensions", lambda each: parts.numbers(each, 3)) or ()
     if dimensions != volume.dimensions:
         was, now = (" x ".join(f"{number:.12g}" for number in each) for each in (dimensions, volume.dimensions))
-        raise metadata.fault(f"is of a volume of {was} samples, and {volume.name} has {now}")
+        raise metadata.fault(f"needs a volume of {was} samples, got {now} in {volume.name}")
     _check_position(metadata, volume, "spacing", (3,), volume.smallest_spacing)
     _check_position(metadata, volume, "origin", (3,), float(volume.spacing.max() + np.abs(volume.origin).max()))
     _check_position(metadata, volume, "direction", (3, 3), float(np.abs(volume.direction).max()))
     kind = metadata.part("kind", _kind) or ""
     if kind != kind_of(volume):
         then, since = (each or "values" for each in (kind, kind_of(volume)))
-        raise metadata.fault(f"is of a volume of {then}, and {volume.name} has {since}")
+        raise metadata.fault(f"needs a volume of {then}, got {since} in {volume.name}")
     checksum = metadata.content.get("checksum")
     if checksum is not None and checksum != checksum_of(volume):
-        raise metadata.fault(f"is of other values than those of {volume.name}: it has changed since, or is another")
+        raise metadata.fault(f"needs other values than those of {volume.name}: the file has changed, or is another one")
     return volume
 
 
 def _same_mask(metadata: Metadata, mask: Mask, volume: Volume) -> Mask:
-    """`mask`, if it is the one that was drawn."""
+    """Return `mask` if it is the one that was drawn, else raise InputError."""
     metadata.checked(lambda: mask.check_fits(volume))
     checksum = metadata.content.get("checksum")
     if checksum is not None and checksum != checksum_of(mask):
-        raise metadata.fault(f"is of other weights than those of {mask.name}: it has changed since, or is another")
+        raise metadata.fault(f"needs other weights than those of {mask.name}: the file has changed, or is another one")
     return mask
 
 
 def _check_position(metadata: Metadata, volume: Volume, what: str, shape: tuple[int, ...], scale: float) -> None:
-    """InputError if the volume's box lies elsewhere than the one that was drawn."""
+    """Raise InputError if the volume's box is not at the position that was drawn."""
     was = metadata.part(what, lambda each: parts.array(each, shape))
     now = getattr(volume, what)
     if was is not None and not (np.abs(was - now) <= _SAME_POSITION * scale).all():
         then, since = (", ".join(f"{number:.12g}" for number in each.reshape(-1)) for each in (was, now))
-        raise metadata.fault(f"is of a volume of {what} {then}, and {volume.name} has {since}")
+        raise metadata.fault(f"needs a volume of {what} {then}, got {since} in {volume.name}")
 
 
 def _kind(content: Any) -> str:
     if content not in (LABELS, COLORS):
-        raise InputError(f"{LABELS} or {COLORS} is wanted, and not {parts.quoted(content)}")
+        raise InputError(f"must be {LABELS} or {COLORS}, got {parts.quoted(content)}")
     return str(content)

@@ -1,20 +1,20 @@
-"""pytest's plugin: `check_picture` holds a picture against its reference, or against the oracle.
+"""pytest plugin: `check_picture` compares a picture with its stored reference, or with the oracle.
 
     def test_cloud(check_picture):
         check_picture(draw(), "cloud")                   # an array, a file, a texvol.Scene: references/cloud.exr
         check_picture(scene, "fog", oracle=True)         # no stored picture: the oracle is the reference
 
-Every run of pytest loads this, wherever texvol is installed: so there are only hooks here, and what they need is
-imported once a picture is checked. The ideas are elsewhere:
+pytest loads this package in every run, wherever texvol is installed; so it holds only hooks, and imports the rest
+when a picture is checked. The other modules:
 
-    names, references, tables      which reference, and which limits, hold for a picture
-    pending                        references that are to be written at the end
-    candidates, repeats            what came out now
+    names, references, tables      reference and limits of a picture
+    pending                        references to be written at the end
+    candidates, repeats            pictures that tests pass
     checking                       one check
-    oracle, plain_slabs            the bound of a picture without a reference
-    records, session, report       what is known of all of them, and the report's folder
-    options, exit_status, summary  what pytest is told, and what it tells
-    workers                        processes of pytest-xdist: each checks on its own, and one sums up
+    oracle, plain_slabs            bound of a picture without a stored reference
+    records, session, report       results of all checks, and the report's folder
+    options, exit_status, summary  pytest's options, exit status and terminal
+    workers                        processes of pytest-xdist: each checks pictures, and one writes the report
     junit                          attachments
 """
 
@@ -48,7 +48,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_configure_node(node: Any) -> None:
-    """Tell a worker of pytest-xdist where the report is, and where workers say which names they have."""
+    """Send a worker of pytest-xdist the report's folder and the folder that workers share."""
     from texvol.pytest_plugin import workers
 
     node.workerinput["texvol"] = workers.told(node.config)
@@ -83,13 +83,13 @@ def _texvol_session(
 
 @pytest.fixture
 def check_picture(request: pytest.FixtureRequest, _texvol_session: PictureSession) -> Check:
-    """Hold a picture against its reference: check_picture(picture, "name").
+    """Compare a picture with its reference: check_picture(picture, "name").
 
     The picture is an array (height, width[, 1-4 channels]), linear premultiplied floats or sRGB integers; a path of an
-    EXR, PNG, TIFF or JPEG; a texvol.Scene, drawn with size=, sampling_rate=, max_error= …; or a function that returns
-    one. oracle=True: the oracle is the reference, of a scene or with scene=. repeat=N tells noise from a systematic
-    difference. driver="…" says what drew an array. References are in references/ beside the test's file, limits in
-    limits.toml there; pytest --texvol-update writes those that are new or fail.
+    EXR, PNG, TIFF or JPEG; a texvol.Scene, drawn with size=, sampling_rate=, max_error= …; or a function that returns a
+    picture. oracle=True: the oracle draws the reference, of a scene or with scene=. repeat=N separates noise from a
+    systematic difference. driver="…" names the driver that drew an array. References are in references/ beside the
+    test's file, limits in limits.toml there; pytest --texvol-update writes references that are new or fail.
     """
     from texvol.pytest_plugin.checking import Check
 

@@ -1,4 +1,4 @@
-"""Whatever a test hands over, as pictures: arrays, files, scenes, and callables that return one of these."""
+"""Pictures from what a test passes: arrays, files, scenes, and callables that return them."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from texvol.util.errors import InputError
 if TYPE_CHECKING:
     from texvol.rendering.renderer import Renderer
 
-# What a scene is drawn at unless the test says otherwise: small enough for a repository and for the oracle.
+# Default size of scenes' pictures: small enough for a repository and for the oracle.
 DEFAULT_SIZE = 128, 128
 
 
@@ -28,22 +28,22 @@ class UnreadableError(InputError):
 
 @dataclass(frozen=True)
 class Candidate:
-    """What came out now.
+    """Picture that a test passes.
 
     Attributes
     ----------
     picture : Picture
-        The mean of the repeats.
+        Mean of the repeats.
     repeats : tuple of Picture
-        Each of them; empty where the picture was made once.
+        The repeats; empty if the picture was made once.
     scene : Scene or None
-        What it is a picture of, where that is known.
+        Scene that the picture shows, if known.
     settings : mapping
-        How it was drawn: `Renderer.settings`.
+        Settings of the drawing: `Renderer.settings`.
     stats : mapping
         `Renderer.stats`.
     renderer : Renderer or None
-        What drew it.
+        Renderer that drew the picture.
     """
 
     picture: Picture
@@ -55,7 +55,7 @@ class Candidate:
 
     @property
     def size(self) -> tuple[int, int]:
-        """(width, height)"""
+        """Size of the picture, (width, height)."""
         height, width = self.picture.pixels.shape[:2]
         return width, height
 
@@ -66,7 +66,7 @@ class Candidate:
 
 @dataclass
 class Request:
-    """What a test asks for, besides the picture."""
+    """Arguments of a check, besides the picture."""
 
     name: str
     repeat: int
@@ -74,17 +74,17 @@ class Request:
     scene: Scene | None
     renderer: Renderer | None
     options: dict[str, Any]  # of `Renderer.render`
-    of_any: tuple[str, ...] = ()  # those of them that mean something without a scene, too
+    of_any: tuple[str, ...] = ()  # options that are valid without a scene
 
 
 class Maker:
-    """Makes pictures of what tests hand over; has one renderer for all scenes, made when the first one comes."""
+    """Maker of candidates; has one renderer for all scenes, created for the first scene."""
 
     def __init__(self) -> None:
         self._renderer: Renderer | None = None
 
     def renderer(self) -> Renderer:
-        """The renderer for scenes without one of their own."""
+        """The renderer for scenes without a renderer of their own."""
         if self._renderer is None:
             from texvol.rendering.renderer import Renderer
 
@@ -92,13 +92,13 @@ class Maker:
         return self._renderer
 
     def close(self) -> None:
-        """Give the renderer back."""
+        """Close the renderer."""
         if self._renderer is not None:
             self._renderer.close()
             self._renderer = None
 
     def candidate(self, thing: Any, request: Request) -> Candidate:
-        """The candidate that a test hands over.
+        """Return the candidate of what a test passes.
 
         Raises
         ------
@@ -108,18 +108,18 @@ class Maker:
             If `thing` is no picture.
         """
         if isinstance(request.repeat, bool) or not isinstance(request.repeat, int) or request.repeat < 1:
-            raise InputError(f"repeat is how often the picture is made, at least once, and not {request.repeat!r}")
+            raise InputError(f"repeat must be an int of at least 1, got {request.repeat!r}")
         made = self._made(thing, request)
         if request.repeat == 1:
             return made
         if not callable(thing) and not isinstance(thing, Scene):
             raise InputError(
-                f"repeat={request.repeat} makes the picture again and again: hand over a scene, or a function without "
-                f"arguments that returns a picture, and not {_what(thing)}"
+                f"picture must be a scene or a function if repeat is {request.repeat}, got {_what(thing)}; "
+                "pass a function without arguments that returns a picture"
             )
         pictures = [made.picture, *(self._made(thing, request).picture for _ in range(request.repeat - 1))]
         if len({each.pixels.shape for each in pictures}) > 1:
-            raise InputError(f"picture {request.name!r} comes out in several sizes")
+            raise InputError(f"picture {request.name!r}: the repeats must have one size")
         return replace(made, picture=_mean(pictures), repeats=tuple(pictures))
 
     def _made(self, thing: Any, request: Request) -> Candidate:
@@ -128,7 +128,7 @@ class Maker:
         if isinstance(thing, Scene):
             return self._drawn(thing, request)
         if unknown := set(request.options) - set(request.of_any):
-            raise InputError(f"{', '.join(sorted(unknown))}: options are for scenes, and {_what(thing)} came")
+            raise InputError(f"{', '.join(sorted(unknown))}: options of drawing need a scene, got {_what(thing)}")
         if isinstance(thing, Picture):
             picture = thing
         elif isinstance(thing, str | os.PathLike):
@@ -140,7 +140,7 @@ class Maker:
             picture = Picture.of_array(np.asarray(thing), request.name)
         else:
             raise InputError(
-                f"a picture is an array, a path, a Scene or a function that returns one, and {_what(thing)} came"
+                f"picture must be an array, a path, a Scene or a function that returns these, got {_what(thing)}"
             )
         return Candidate(_with_scene(_labelled(picture, request), request.scene), scene=request.scene)
 
@@ -148,7 +148,7 @@ class Maker:
         from texvol.provenance.scene_metadata import scene_metadata
 
         if request.scene is not None:
-            raise InputError("scene= says what an array or a file is a picture of, and a scene came: leave it out")
+            raise InputError("scene must be left out if picture is a scene")
         renderer = request.renderer or self.renderer()
         options = {"size": DEFAULT_SIZE} | request.options
         pixels = renderer.render(scene, **options)
@@ -159,7 +159,7 @@ class Maker:
 
 
 def _with_scene(picture: Picture, scene: Scene | None) -> Picture:
-    """The picture with the scene that the test names, where its header holds none."""
+    """Return the picture with the scene that the test names, if its header holds no scene."""
     from texvol.provenance.scene_metadata import ATTRIBUTE, scene_metadata
 
     if scene is None or ATTRIBUTE in picture.attributes:
@@ -169,14 +169,14 @@ def _with_scene(picture: Picture, scene: Scene | None) -> Picture:
 
 
 def _labelled(picture: Picture, request: Request) -> Picture:
-    """The picture with the driver that the test names."""
+    """Return the picture with the driver that the test names."""
     if request.driver is None:
         return picture
     return replace(picture, attributes={**picture.attributes, DRIVER_ATTRIBUTE: request.driver})
 
 
 def _mean(pictures: list[Picture]) -> Picture:
-    """The mean of their light; what formats round away is averaged with it."""
+    """Return the mean of the pictures' light; rounding of the format is averaged with it."""
     pixels = np.mean([each.pixels for each in pictures], axis=0, dtype=np.float64)
     if all(np.array_equal(each.pixels, pictures[0].pixels) for each in pictures):
         return pictures[0]

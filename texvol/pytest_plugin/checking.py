@@ -1,4 +1,4 @@
-"""One check of one picture, from what the test hands over to a pass or a failure that says why."""
+"""One check of one picture, from the test's call to a pass or a failure with its reason."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 class Check:
-    """`check_picture` of one test; `__call__` is what tests call."""
+    """`check_picture` of one test; tests call `__call__`."""
 
     def __init__(self, item: pytest.Item, session: PictureSession) -> None:
         self._item, self._session = item, session
@@ -45,7 +45,7 @@ class Check:
         renderer: Any = None,
         **options: Any,
     ) -> Outcome:
-        """Hold a picture against its reference, or against the oracle.
+        """Compare a picture with its stored reference, or with the oracle.
 
         Parameters
         ----------
@@ -53,19 +53,19 @@ class Check:
             An array (height, width[, 1 to 4 channels]) of floating point is linear and premultiplied; uint8 and uint16
             are sRGB, straight. A path is that of an EXR, PNG, TIFF or JPEG. A Scene is drawn.
         name : str
-            The picture's: the reference is references/NAME.exr beside the test's file.
+            Name of the picture: the reference is references/NAME.exr beside the test's file.
         oracle : bool
-            Whether the oracle's picture of the scene is the reference, and no stored one.
+            True to use the oracle's picture of the scene as reference, not a stored one.
         repeat : int
-            How often a scene or callable makes the picture, to tell noise from a systematic difference.
+            Number of times that a scene or callable makes the picture, to separate noise from a systematic difference.
         scene : Scene, optional
-            What an array or a file is a picture of, for `oracle`.
+            Scene that an array or a file shows, for `oracle`.
         driver : str, optional
-            What drew an array or a file, where that does not say so itself.
+            Driver that drew an array, or a file without a driver in its header.
         renderer : Renderer, optional
-            To draw a scene with; else one that all tests share.
+            Renderer for a scene; by default one that all tests share.
         **options
-            Of `Renderer.render` for scenes: `size` (128 × 128), `sampling_rate`, `max_error`, …
+            Options of `Renderer.render` for scenes: `size` (128 × 128), `sampling_rate`, `max_error`, …
 
         Returns
         -------
@@ -74,9 +74,9 @@ class Check:
         Raises
         ------
         PictureError
-            An AssertionError: it is different, broken or new.
+            An AssertionError: the picture is different, broken or new.
         InputError
-            If something is wrong with the call, the limits or the reference's folder.
+            If an argument, the limits or the reference's folder is wrong.
         """
         __tracebackhide__ = True
         where = sys._getframe(1)
@@ -84,7 +84,7 @@ class Check:
         try:
             names.checked(name)
         except InputError as error:
-            raise InputError(str(error)) from None  # where it was found tells nobody anything
+            raise InputError(str(error)) from None  # without the plugin's frames
         request = Request(name, repeat, driver, scene, renderer, options)
         return _Run(self._item, self._session, request, position).outcome_of(picture, against_oracle=oracle)
 
@@ -101,7 +101,7 @@ class _Run:
         self._key = names.name_key(self._folder, self._name)
 
     def outcome_of(self, thing: Any, *, against_oracle: bool) -> Outcome:
-        """The outcome of the check, told to the session; or what it raises."""
+        """Return the outcome of the check and report it to the session, or raise its failure."""
         __tracebackhide__ = True
         try:
             self._key = self._session.claims.claim(self._folder, self._name, self._test)
@@ -115,14 +115,14 @@ class _Run:
                 self._session.pending.refuse(self._key, str(error))
             self._session.keep(self._item, self._record("refused", [str(error)]))
             if callable(thing):
-                raise  # it may be the test's own error
+                raise  # may be the test's own error
             raise type(error)(str(error)) from None
 
     def _held_against_oracle(self, thing: Any) -> Outcome:
         __tracebackhide__ = True
         if self._name in Tables.read(self._limits_file).tables:
             raise InputError(
-                f"{self._limits_file}: [{self._name}] has no meaning: that picture's bound is the oracle's"
+                f"{self._limits_file}: [{self._name}] has no effect on a picture with oracle=True; remove the table"
             )
         accuracy = {key: self._request.options[key] for key in oracle.ACCURACY if key in self._request.options}
         candidate = self._session.maker.candidate(thing, replace(self._request, of_any=oracle.ACCURACY))
@@ -171,15 +171,15 @@ class _Run:
             raise InputError(f"picture {self._name!r}: {error}") from None
 
     def _examined(self, candidate: Candidate, stored: Picture, limits: Limits) -> Outcome:
-        """The outcome of the mean of the repeats; different as well where one of them is."""
+        """Return the outcome of the mean of the repeats; also different if a single repeat is."""
         outcome = examine(candidate.picture, stored, limits, name=self._name, explain=False)
         for number, each in enumerate(candidate.repeats, 1):
             if outcome.passed and not (one := examine(each, stored, limits, explain=False)).passed:
-                first = f"repeat {number} of {len(candidate.repeats)}, and not the mean of all: {one.violations[0]}"
+                first = f"repeat {number} of {len(candidate.repeats)}, but not the mean of all: {one.violations[0]}"
                 outcome = replace(outcome, status=one.status, violations=(first, *one.violations[1:]))
         if outcome.passed and outcome.measures is not None:
             return outcome
-        # What kind of difference it is, and who is nearer to the truth, takes longer: for those that fail.
+        # Kinds and the oracle's verdict take longer: only for failures.
         outcome = explained(outcome)
         if candidate.scene is None or outcome.status != "different":
             return outcome
@@ -206,32 +206,32 @@ class _Run:
         raise self._failed(candidate, alone, [f"picture {self._name!r} has a broken reference", reason], "")
 
     def _alone(self, picture: Picture, status: str, violations: tuple[str, ...]) -> Outcome:
-        """An outcome of a picture without a counterpart."""
+        """Return the outcome of a picture without a counterpart."""
         return Outcome(self._name, picture, picture, None, ONE_DRIVER, violations, status)
 
     def _may_write(self, candidate: Candidate) -> bool:
-        """Whether the reference is to be written: only where it is asked for, once, and what is no picture never."""
+        """True if the reference is to be written: at the user's request, once, and never with a NaN or an infinity."""
         return options.updates(self._item.config) and candidate.is_finite and not self._waiting()
 
     def _waiting(self) -> Reference | None:
-        """The picture that is to be the reference when the run has ended."""
+        """Return the picture that becomes the reference at the end of the run, if there is one."""
         return self._session.pending.of(self._key) if options.updates(self._item.config) else None
 
     def _written(self, candidate: Candidate, outcome: Outcome, rules: Rules) -> Outcome:
-        """The candidate is the reference from now on, and lies in its place when the run has ended."""
+        """Make the candidate the reference; the file is moved to its place at the end of the run."""
         __tracebackhide__ = True
         path = references.position_of(self._reference, candidate.picture)
         replaced = self._reference.path if self._reference.exists else None
         content = references.encoded(path, candidate.picture)
         if not self._session.pending.keep(self._key, path, replaced, content):
-            return self._held_against(candidate, rules)  # another process was quicker
+            return self._held_against(candidate, rules)  # another process has written it
         words = f"wrote {self._said(path)}"
         record = self._record("updated", [words], outcome, candidate)
         self._session.keep(self._item, record, outcome, self._metadata(candidate, None, words))
         return outcome
 
     def _told(self, candidate: Candidate, outcome: Outcome, stored: Picture | None, reference: str) -> Outcome:
-        """The outcome, kept for the report; or the failure that it is."""
+        """Return the outcome and keep it for the report, or raise its failure."""
         __tracebackhide__ = True
         against = stored or outcome.reference
         repeats = repeats_of(candidate.repeats, candidate.picture, against)
@@ -245,7 +245,7 @@ class _Run:
     def _failed(
         self, candidate: Candidate, outcome: Outcome, lines: list[str], reference: str, repeats: Repeats | None = None
     ) -> PictureError:
-        """The failure, told to the session."""
+        """Return the failure, after reporting it to the session."""
         record = self._record(outcome.status, lines, outcome, candidate) | _noise(repeats)
         kept = self._session.keep(self._item, record, outcome, self._metadata(candidate, repeats), candidate.picture)
         lines = [*lines, *messages.positions(kept.candidate, reference, kept.page)]
@@ -254,12 +254,12 @@ class _Run:
         return PictureError("\n".join(lines), outcome.status)
 
     def _failed_alone(self, status: str, lines: list[str]) -> PictureError:
-        """The failure where there is no candidate to look at."""
+        """Return the failure of a check without a candidate."""
         self._session.keep(self._item, self._record(status, lines))
         return PictureError("\n".join(lines), status)
 
     def _said(self, path: Path) -> str:
-        """A path as short as it can be said from where pytest was started."""
+        """Return a path as short as possible from the folder where pytest was started."""
         return self._session.said(path)
 
     def _metadata(self, candidate: Candidate, repeats: Repeats | None, words: str = "") -> dict[str, str]:

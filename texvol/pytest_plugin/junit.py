@@ -1,6 +1,6 @@
-"""Attachments in a JUnit file: pytest writes properties of a test case, and these become lines of its output.
+"""Attachments in a JUnit file: properties of a test case, which pytest writes, become lines of its output.
 
-pytest has no say in `system-out` for plugins, so the file is read and written again once pytest has written it.
+A pytest plugin cannot write `system-out`, so the file is changed after pytest has written it.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ PROPERTY = "texvol_attachment"
 
 
 def add_attachments(path: Path) -> None:
-    """Move the attachments of each test case from its properties into its output.
+    """Move the attachments of each test case from its properties to its output.
 
     Raises
     ------
@@ -47,7 +47,7 @@ def add_attachments(path: Path) -> None:
 
 
 def _taken(case: Element) -> Iterator[str]:
-    """The attachments among the properties of a test case, which are taken out."""
+    """Remove the attachments from the properties of a test case, and yield them."""
     for properties in case.findall("properties"):
         for each in [each for each in properties if each.get("name") == PROPERTY]:
             properties.remove(each)

@@ -1,4 +1,4 @@
-"""What a failing picture says of itself: what is wrong, of which kind that is, where to look and what to do."""
+"""Messages of a failed picture: the broken limits, the kind of difference, the files, and the command to update."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from pathlib import Path
 
 from texvol.comparison.outcome import Outcome
 
-_MOST_LINES = 3  # of each: the rest is on the page
+_MOST_LINES = 3  # of each list; the page has the rest
 
 
 def difference(outcome: Outcome, repeats: str) -> list[str]:
@@ -15,7 +15,7 @@ def difference(outcome: Outcome, repeats: str) -> list[str]:
     lines += _some(tuple(kind.words for kind in outcome.kinds))
     if outcome.measures is not None and outcome.measures.max_error > 0:
         (column, row), (ours, theirs) = outcome.measures.worst_pixel, outcome.measures.worst_values
-        lines.append(f"worst pixel: column {column}, row {row}, {_rgba(ours)}, and the reference {_rgba(theirs)}")
+        lines.append(f"worst pixel: column {column}, row {row}, {_rgba(ours)}, reference {_rgba(theirs)}")
     if outcome.three_way is not None:
         lines.append(outcome.three_way.words)
     lines += outcome.notes
@@ -23,13 +23,13 @@ def difference(outcome: Outcome, repeats: str) -> list[str]:
 
 
 def positions(candidate: Path | None, reference: str, page: Path | None) -> list[str]:
-    """Where to look."""
+    """Lines with the paths of candidate, reference and page."""
     found = {"candidate": candidate, "reference": reference, "page": page}
     return [f"{what + ':':11}{position}" for what, position in found.items() if position]
 
 
 def how_to_update(test: str) -> str:
-    """The command that makes a reference of the picture that came out."""
+    """Line with the command that makes the candidate the reference."""
     path, _, rest = test.partition("::")
     chosen = f"{path}::{rest}" if rest else path
     quoted = f"'{chosen}'" if any(each in chosen for each in " []()") else chosen

@@ -1,8 +1,9 @@
-"""Names of pictures: where a test's references are, which names there may be, and whose a name is.
+"""Names of pictures: the folder of a test's references, valid names, and the test that owns a name.
 
-A name has letters, digits, - _ . and / for subfolders, all ASCII, so that it is the same file on every system. It is
-one test's: two tests that share a name would share a reference by mistake. One test with several parameters may share
-it with itself, as a picture that has to be the same by two drivers does. Names that differ by case alone are one name.
+A name consists of ASCII letters, digits, - _ . and / for subfolders, so that it is the same file on every system. A
+name belongs to one test: two tests with one name would share a reference by mistake. One test with several parameters
+may share a name with itself, as for a picture that has to be the same by two drivers. Names that differ only in case
+are one name.
 """
 
 from __future__ import annotations
@@ -20,56 +21,56 @@ if TYPE_CHECKING:
 
 _PART = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.\-]*")
 _DEFAULT_FOLDER = "references"
-_MOST_CHARACTERS = 200  # of a name with its folders: file systems end at 255, and a suffix is added
-# Windows keeps them for devices, whatever the suffix.
+_MOST_CHARACTERS = 200  # of a name with its folders; file systems allow 255, with the suffix
+# Names of devices on Windows, with any suffix.
 _RESERVED = re.compile(r"(?i)(con|prn|aux|nul|com\d|lpt\d)(\..*)?")
 
 
 def checked(name: object) -> str:
-    """The name, or InputError where it is none."""
+    """Return the name; raise InputError if it is not valid."""
     if not isinstance(name, str):
         kind = type(name).__name__
-        raise InputError(f"the name of a picture is a text, and not {kind}: check_picture(picture, name)")
+        raise InputError(f"name must be a str, got {kind}; call check_picture(picture, name)")
     parts = name.split("/")
     good = all(_PART.fullmatch(part) and not _RESERVED.fullmatch(part) and not part.endswith(".") for part in parts)
     if name == "default":
-        raise InputError("picture 'default': that is what the file of limits calls the table for all pictures")
+        raise InputError("picture 'default': the name is reserved for the table of all pictures in the file of limits")
     if not good or len(name) > _MOST_CHARACTERS:
         raise InputError(
-            f"picture {name!r}: a name has letters a-z, digits, - _ . and / for subfolders, "
-            f"begins with a letter, a digit or _ in each, and has at most {_MOST_CHARACTERS} characters"
+            f"picture {name!r}: the name must consist of letters a-z, digits, - _ . and / for subfolders, "
+            f"begin with a letter, a digit or _ in each folder, and have at most {_MOST_CHARACTERS} characters"
         )
     return name
 
 
 def references_of(path: Path, config: pytest.Config) -> Path:
-    """The folder of references of the tests in the file `path`."""
+    """Return the folder of references of the tests in the file `path`."""
     return path.parent / str(config.getini("texvol_references") or _DEFAULT_FOLDER)
 
 
 def limits_of(references: Path, config: pytest.Config) -> Path:
-    """The file of limits that holds for a folder of references."""
+    """Return the file of limits for a folder of references."""
     given = str(config.getini("texvol_limits"))
     base = config.inipath.parent if config.inipath else config.rootpath
     return base / given if given else references / "limits.toml"
 
 
 class SharedNameError(InputError):
-    """Two tests that have one name for their pictures."""
+    """Two tests use one name for their pictures."""
 
 
 def name_key(folder: Path, name: str) -> str:
-    """Key of a reference's name in a run: the same for the same file, on whatever system."""
+    """Return the key of a reference's name in a run: the same for the same file, on all systems."""
     return f"{os.path.realpath(folder)}/{name.lower()}"
 
 
 class Claims:
-    """Whose a name is, in this process and, through files that say so, in the others of the same run.
+    """Owners of names, in this process and, through files, in the other processes of the run.
 
     Parameters
     ----------
     shared : path or None
-        A folder for those files, which need not be there yet.
+        Folder for the files, created when needed.
     """
 
     def __init__(self, shared: Path | None = None) -> None:
@@ -78,14 +79,15 @@ class Claims:
         self._pages: dict[str, int] = {}
 
     def claim(self, folder: Path, name: str, test: str) -> str:
-        """Make a reference's name the test's; the key that it has in this run.
+        """Give a reference's name to the test, and return the name's key in this run.
 
-        Names that differ by case alone are one, as they are one file on some systems; so are folders by any path.
+        Names that differ only in case are one name, since some systems store them in one file; folders are compared by
+        their real paths.
 
         Raises
         ------
         SharedNameError
-            If it is another test's, or the same test's in another spelling.
+            If another test has the name, or the same test has it in another spelling.
         """
         key = name_key(folder, name)
         path, _, rest = test.partition("::")
@@ -96,7 +98,7 @@ class Claims:
         owner, _, spelled = owned.partition("\n")
         if spelled != name:
             raise SharedNameError(
-                f"pictures {spelled!r} and {name!r} differ by case alone, and are one file on some systems "
+                f"pictures {spelled!r} and {name!r} differ only in case, and are one file on some systems "
                 f"({owner} and {function}): rename one"
             )
         if owner != function:
@@ -104,16 +106,16 @@ class Claims:
         return key
 
     def first(self, key: str) -> bool:
-        """Whether nobody in the run has asked for that key yet."""
+        """True if no process of the run has asked for that key before."""
         mine = f"{os.getpid()} {id(self)}"
         fresh = key not in self._owners and self._owner_elsewhere(key, mine) == mine
         self._owners.setdefault(key, mine)
         return fresh
 
     def page(self, test: str, name: str) -> str:
-        """Path of the page of a check, without suffix: the test's folder and the picture's name.
+        """Return the path of a check's page, without suffix: the test's folder and the picture's name.
 
-        Where one test checks a name again, with other parameters or in a loop, numbers set its pages apart.
+        Pages of a test that checks a name again, with other parameters or in a loop, are numbered.
         """
         import zlib
 
@@ -139,7 +141,7 @@ class Claims:
         with scratch:
             scratch.write(function)
         try:
-            file.hardlink_to(scratch.name)  # whole, and only once
+            file.hardlink_to(scratch.name)  # atomic, and only once
         except FileExistsError:
             return file.read_text("utf-8")
         finally:

@@ -1,8 +1,9 @@
-"""No stored picture: the oracle's is the reference, and the bound is the error that the scene has in slabs so thick.
+"""Pictures without a stored reference: the oracle draws the reference, and the bound is the error of the scene's slabs.
 
-The bound comes from the scene and the oracle, never from the picture that it is for: see `plain_slabs`. Where a scene
-is more than that models, colour is bounded by what drawing it with slabs half as thick changes, at the same size and
-without rounding (see `error_control`); opacity still by the plain slabs, wherever it does not depend on the gradient.
+The bound comes from the scene and the oracle, never from the checked picture: see `plain_slabs`. If a scene has parts
+that `plain_slabs` does not model, the bound of colour is the change from drawing with slabs half as thick, at the same
+size and without rounding (see `error_control`); the bound of opacity is still that of plain slabs, unless opacity
+depends on the gradient.
 """
 
 from __future__ import annotations
@@ -27,20 +28,19 @@ from texvol.util.errors import InputError, missing_extra
 if TYPE_CHECKING:
     from texvol.scene.scene import Scene
 
-# A picture that is off by so much everywhere has FLIP 0.11 on white, where the eye sees least, and more on every other
-# ground: twice what the looser limits of `texvol diff` allow. Whoever looks sees an error that such a bound lets pass.
+# A picture that is off by this much everywhere has FLIP 0.11 on white, where the eye sees least, and more on all other
+# colours: twice the looser limits of `texvol diff`. So a larger bound allows visible errors.
 LOOSE = 1 / 16
 ACCURACY = ("max_error", "slab_thickness", "sampling_rate")
 ORACLE = "ray casting, float64"
-# Of a format's numbers, what one blend rounds away: half a step of 8 bits where it is kept between 0 and 1, twice that
-# for what is added; half precision's unit roundoff.
+# Rounding of one blend: half a step of 8 bits for the product and for the sum; the unit roundoff of half floats.
 _BLEND = {"rgba8": 1 / 255, "rgba16f": 2.0**-11, "rgba32f": 0.0}
 _TEXEL_FILTER = {"rgba8": 1 / 255}  # drivers filter 8-bit texels in 8 bits too
 
 
 @dataclass(frozen=True)
 class Bound:
-    """How far a picture may be from the oracle's, at most; and why, in words."""
+    """Largest allowed distance of a picture from the oracle's, and its origin in words."""
 
     color: float
     opacity: float
@@ -48,33 +48,33 @@ class Bound:
 
 
 def examined(candidate: Candidate, options: Mapping[str, Any], maker: Maker, name: str) -> Outcome:
-    """What came of holding a candidate against the oracle.
+    """Compare a candidate with the oracle's picture.
 
     Parameters
     ----------
     options : mapping
-        What the test says of the accuracy: `max_error`, `slab_thickness`, `sampling_rate`.
+        Accuracy that the test asks for: `max_error`, `slab_thickness`, `sampling_rate`.
 
     Raises
     ------
     InputError
-        If it is not known what the picture is of.
+        If the picture's scene is unknown.
     MissingExtraError
         If the oracle's library is not installed.
     """
     given, candidate = candidate.scene, _with_scene(candidate)
     scene = candidate.scene
     if scene is None:
-        raise InputError(f"picture {name!r}: oracle=True needs a scene: hand one over, or say scene= of what it shows")
+        raise InputError(f"picture {name!r}: oracle=True needs a scene; pass a scene, or scene=")
     numbers = scene.mode in NUMBER_MODES
     if numbers and candidate.picture.whole_numbers:
-        raise InputError(f"picture {name!r}: of mode {scene.mode} the numbers themselves are compared: use floats")
+        raise InputError(f"picture {name!r}: a picture of mode {scene.mode} must hold floats, got whole numbers")
     if candidate.renderer is not None:
         candidate = replace(candidate, stats=candidate.renderer.stats)
     truth = truth_of(scene, candidate.size)
     bound = _bound(candidate, scene, truth, options, maker)
     header = {key: text for key, text in candidate.picture.attributes.items() if key == ATTRIBUTE}
-    if given is not None and candidate.renderer is None:  # which a file's own header may contradict
+    if given is not None and candidate.renderer is None:  # a file's own header may contradict it
         header = {ATTRIBUTE: scene_metadata(scene.volume.name, scene, checksum=True)[ATTRIBUTE]}
     attributes = {DRIVER_ATTRIBUTE: ORACLE} | header
     reference = Picture.of_array(truth, "the oracle", attributes)
@@ -88,14 +88,14 @@ def examined(candidate: Candidate, options: Mapping[str, Any], maker: Maker, nam
 
 
 def loose_words(outcome: Outcome) -> str:
-    """Warning of a bound that lets errors pass which are plain to see; empty for a tighter one."""
+    """Return a warning of a bound that allows visible errors; empty for a tighter bound."""
     limits = outcome.limits
     if not limits.max_abs > LOOSE:
         return ""
     unit = " of the numbers' range" if outcome.measures is not None and outcome.measures.scale != 1 else ""
     return (
-        f"the bound of picture {outcome.name!r} is {limits.max_abs:.2g}{unit} ({limits.source}), so loose that errors "
-        f"pass which are plain to see (from {LOOSE:.2g} on): draw it with a larger sampling_rate, or with max_error"
+        f"the bound of picture {outcome.name!r} is {limits.max_abs:.2g}{unit} ({limits.source}), which allows "
+        f"visible errors (from {LOOSE:.2g} on); draw the scene with a larger sampling_rate, or with max_error"
     )
 
 
@@ -105,7 +105,7 @@ def _with_note(outcome: Outcome) -> Outcome:
 
 
 def truth_of(scene: Scene, size: tuple[int, int]) -> NDArray[np.float64]:
-    """The oracle's picture."""
+    """Return the oracle's picture."""
     try:
         from texvol.ray_casting import raycast
     except ImportError as error:
@@ -114,7 +114,7 @@ def truth_of(scene: Scene, size: tuple[int, int]) -> NDArray[np.float64]:
 
 
 def _with_scene(candidate: Candidate) -> Candidate:
-    """The candidate with the scene in its header, where the test does not say which."""
+    """Return the candidate with the scene in its header, if the test names no scene."""
     if candidate.scene is not None or ATTRIBUTE not in candidate.picture.attributes:
         return candidate
     from texvol.provenance.stored_scene import stored_scene_of
@@ -126,9 +126,9 @@ def _with_scene(candidate: Candidate) -> Candidate:
 
 
 def _like(picture: Picture, reference: Picture) -> Picture:
-    """The oracle's picture with as many channels as the candidate's; grey has no scene."""
+    """Return the oracle's picture with the candidate's number of channels; raise InputError for grey."""
     if picture.channels < 3:
-        raise InputError(f"{picture.name}: oracle=True needs colours, RGB or RGBA, and {picture.words} came")
+        raise InputError(f"{picture.name}: the picture must be RGB or RGBA for oracle=True, got {picture.words}")
     pixels = reference.pixels.copy()
     pixels[..., 3] = 1
     return replace(reference, pixels=pixels, channels=3, has_opacity=False)
@@ -138,9 +138,9 @@ def _bound(candidate: Candidate, scene: Scene, truth: NDArray, options: Mapping[
     settings = _settings(candidate, scene, options)
     wanted = options.get("max_error")
     if wanted is not None and not 0 < wanted < np.inf:
-        raise InputError(f"max_error must be positive and finite, and is {wanted!r}")
+        raise InputError(f"max_error must be positive and finite, got {wanted!r}")
     if wanted is not None and candidate.renderer is None:
-        return Bound(wanted, wanted, f"max_error={wanted:g}, as the test says")
+        return Bound(wanted, wanted, f"max_error={wanted:g} of the test")
     color, opacity, words = _expected(candidate, scene, truth, settings, maker)
     if wanted is None:
         return Bound(color, opacity, words)
@@ -150,7 +150,7 @@ def _bound(candidate: Candidate, scene: Scene, truth: NDArray, options: Mapping[
 def _expected(
     candidate: Candidate, scene: Scene, truth: NDArray, settings: Mapping[str, Any], maker: Maker
 ) -> tuple[float, float, str]:
-    """Bounds of colour and opacity, and where they come from."""
+    """Return the bounds of colour and opacity, and their origin."""
     thickness, size = settings["slab_thickness"], candidate.size
     allowance = _rounding(candidate, scene, truth, settings)
     color = opacity = None
@@ -164,14 +164,15 @@ def _expected(
     words = f"the error of plain slabs {thickness:.4g} thick"
     if color is None:
         estimate = _estimate(candidate, scene, settings, maker) + allowance
-        words = f"what slabs half of {thickness:.4g} thick change" + ("; of opacity, " + words if opacity else "")
+        change = f"the change from slabs {thickness:.4g} to half as thick"
+        words = change + ("; of opacity, " + words if opacity else "")
         color, opacity = estimate, estimate if opacity is None else opacity
     assert opacity is not None
     return color, opacity, words
 
 
 def _settings(candidate: Candidate, scene: Scene, options: Mapping[str, Any]) -> dict[str, Any]:
-    """How the picture was drawn, or is taken to have been."""
+    """Return the settings of the drawing, or assumed ones."""
     from texvol.rendering import accuracy
 
     if candidate.settings.get("slab_thickness"):
@@ -181,7 +182,7 @@ def _settings(candidate: Candidate, scene: Scene, options: Mapping[str, Any]) ->
 
 
 def _rounding(candidate: Candidate, scene: Scene, truth: NDArray, settings: Mapping[str, Any]) -> float:
-    """What formats and early ends of rays add: float32 itself, each blend into a smaller target, 8-bit filtering."""
+    """Error from formats and early termination: float32 itself, each blend into a smaller target, 8-bit filtering."""
     brightest = max(float(np.abs(truth[np.isfinite(truth)]).max(initial=0.0)), 1.0)
     stacks = -(-2 * scene.volume.radius // settings["slab_thickness"])
     blends = _BLEND.get(settings.get("target_format", "rgba32f"), 0.0) * stacks
@@ -191,9 +192,9 @@ def _rounding(candidate: Candidate, scene: Scene, truth: NDArray, settings: Mapp
 
 
 def _estimate(candidate: Candidate, scene: Scene, settings: Mapping[str, Any], maker: Maker) -> float:
-    """What halving the slabs changes in the whole picture, drawn without rounding.
+    """Return the change of the whole picture from slabs half as thick, drawn without rounding.
 
-    The candidate's own renderer is not asked: what it estimates grows with its mistakes.
+    The candidate's own renderer is not used: its estimates grow with its mistakes.
     """
     exact: dict[str, Any] = {"texture_format": "rgba32f", "target_format": "rgba32f", "early_termination": 0.0}
     renderer, thickness = maker.renderer(), settings["slab_thickness"]
@@ -203,7 +204,7 @@ def _estimate(candidate: Candidate, scene: Scene, settings: Mapping[str, Any], m
 
 
 def _parts_apart(outcome: Outcome, bound: Bound, scale: float) -> Outcome:
-    """The outcome, different also where only one of colour and opacity is over its own bound."""
+    """Return the outcome; different also if only colour or only opacity exceeds its own bound."""
     if outcome.measures is None or outcome.status == "broken":
         return outcome
     over = []
@@ -212,7 +213,7 @@ def _parts_apart(outcome: Outcome, bound: Bound, scale: float) -> Outcome:
             continue
         beyond = outcome.measures.parts[part].max_error - float(outcome.candidate.rounding.max())
         if not beyond <= limit + np.finfo(np.float32).eps:
-            over.append(f"{part} is {beyond:.3g} from the oracle's, and the bound is {limit:.3g} ({bound.words})")
+            over.append(f"{part} is {beyond:.3g} from the oracle's, the bound is {limit:.3g} ({bound.words})")
     if not over:
         return outcome
     return replace(outcome, status="different", violations=(*over, *outcome.violations))

@@ -1,9 +1,9 @@
-"""References that are to be written: kept apart until all tests have run, and nobody complained.
+"""References to be written, kept apart until all tests have run.
 
-Which names tests have is known only once they ran. So a run with --texvol-update writes into a folder of its own, which
-the workers of pytest-xdist share, and the process that sums up puts the pictures in their places at the end: all but
-those of a name that two tests share, and those that would replace a reference while a test with other parameters gave
-another picture of that name.
+The names of all tests are known only at the end of a run. So a run with --texvol-update writes into a folder of its
+own, which the workers of pytest-xdist share, and the controller moves the pictures to their places at the end. Not
+moved are pictures whose name two tests share, and pictures that would replace a reference although a test with other
+parameters made another picture of that name.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ _INFO, _SHARED, _UNLIKE = ".json", ".shared", ".unlike"
 
 @dataclass(frozen=True)
 class Committed:
-    """References that were written, and by claimed name why others were not."""
+    """References that were written, and the reasons why others were not, by claimed name."""
 
     written: tuple[Path, ...]
     refused: dict[str, str]
-    faults: tuple[str, ...]  # of writing itself
+    faults: tuple[str, ...]  # errors of writing
 
 
 class Pending:
@@ -38,24 +38,24 @@ class Pending:
     Parameters
     ----------
     folder : path
-        Made when it is first needed.
+        Created when needed.
     """
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
 
     def of(self, key: str) -> Reference | None:
-        """The picture that waits to be the reference of a claimed name."""
+        """Return the waiting picture of a claimed name, or None."""
         info = self._read(self._file(key, _INFO))
         return Reference(Path(info["picture"]), True) if info else None
 
     def keep(self, key: str, target: Path, replaced: Path | None, content: bytes) -> bool:
-        """Keep a picture for its place `target`; False if one waits already, which another process made.
+        """Keep a picture for the path `target`; return False if another process has kept one already.
 
         Raises
         ------
         InputError
-            If its folder can't be written to.
+            If the target's folder can't be written to.
         """
         _check_position(target)
         self._folder.mkdir(exist_ok=True, mode=0o700, parents=True)
@@ -69,15 +69,15 @@ class Pending:
         return False
 
     def refuse(self, key: str, reason: str) -> None:
-        """Two tests share the name: nothing is written."""
+        """Mark a name that two tests share: its picture is not written."""
         self._put(self._file(key, _SHARED), json.dumps({"reason": reason}))
 
     def doubt(self, key: str, test: str) -> None:
-        """A test gave another picture than the one that waits: it does not replace what is there."""
+        """Mark a name for which a test made another picture than the waiting one: no reference is replaced."""
         self._put(self._file(key, _UNLIKE), json.dumps({"reason": f"{test} gives another picture of that name"}))
 
     def commit(self) -> Committed:
-        """Put the pictures in their places."""
+        """Move the pictures to their places."""
         written, refused, faults = [], {}, []
         for file in sorted(self._folder.glob(f"*{_INFO}")):
             info = self._read(file)
@@ -118,17 +118,17 @@ class Pending:
 
 
 def _check_position(target: Path) -> None:
-    """Raise InputError where the picture can't be written later."""
+    """Raise InputError if the picture can't be written later."""
     there = next(folder for folder in target.parents if os.path.lexists(folder))
     if not there.is_dir() or not os.access(there, os.W_OK):
-        reason = "cannot be written to" if there.is_dir() else "is no folder"
-        raise InputError(f"{target.parent}: cannot be made: {there} {reason}")
+        reason = "is not writable" if there.is_dir() else "is not a folder"
+        raise InputError(f"{target.parent}: cannot be created: {there} {reason}")
     if there == target.parent:
         writing.check_writable(target)
 
 
 def _put_in_place(picture: Path, target: Path, replaced: Path | None) -> None:
-    """Write the reference; remove the one of another format whose place it takes."""
+    """Write the reference; remove the reference of another format that it replaces."""
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         writing.write_files({target: picture.read_bytes()})

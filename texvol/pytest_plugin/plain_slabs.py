@@ -1,17 +1,17 @@
-"""What a scene drawn in slabs is to look like, by plain numpy: the expected error, without the renderer's word for it.
+"""Reference implementation of slabs in plain numpy: the error to expect from a scene, independent of the renderer.
 
-A renderer's own estimate is that of its mistakes as well: with opacity taken as linear in depth the error is larger
-and of first order, and so is the estimate. So the same slabs are composited here from formulas alone, ray by ray:
+A renderer's own estimate of its error contains its mistakes: with opacity linear in depth the error is larger and of
+first order, and so is the estimate. So this module composites the same slabs from formulas alone, ray by ray:
 
-    slab k of a ray lies between planes k and k + 1, at distance d across the view, the first through the middle of the
-    box; the box and the eye cut it to [a, b]; l = b - a, and its matter is that at the middle (a + b) / 2
+    slab k of a ray lies between planes k and k + 1, whose distance is measured across the view, the first plane through
+    the middle of the box; box and eye clip the slab to [a, b]; l = b - a; its medium is that at the middle (a + b) / 2
     A = 1 - e^-τl,  C = q l (1 - e^-τl) / τl,  picture = Σ C_k Π_{j<k} (1 - A_j)
 
-Its distance from the oracle's picture is the error that slabs of that thickness have. It is also drawn with weights of
-8 bits between the samples, which is how graphics cards interpolate: what that changes counts as error, too.
+The distance from the oracle's picture is the error of slabs of that thickness. The picture is also computed with
+weights of 8 bits between the samples, as graphics cards interpolate; the change counts as error, too.
 
-Of several volumes a slab is also cut where the ray enters or leaves one, and what they have in a piece, q l and τ l,
-adds up. Each sample of labels is a box of its own, which a slab has no middle for: they are not drawn here.
+With several volumes a slab is also divided where the ray enters or leaves a volume, and the q l and τ l of the volumes
+in a piece are added. Label volumes are not drawn: each sample is a box of its own, for which slabs have no middle.
 """
 
 from __future__ import annotations
@@ -31,14 +31,14 @@ from texvol.util.threads import in_threads
 
 Numbers = NDArray[np.float64]
 _RAYS_AT_ONCE = 1 << 14
-_WEIGHT_STEPS = 256  # of a graphics card's weights between two samples
-_PARTS = 4  # of half a slab, by which `integrated` is integrated here
-_DEEPEST_SLAB = 2.0  # optical depth of the slab that texels of `slab` stand for
+_WEIGHT_STEPS = 256  # weights of a graphics card between two samples
+_PARTS = 4  # of half a slab, for the integral of `integrated`
+_DEEPEST_SLAB = 2.0  # optical depth of a slab of texels of `slab`
 
 
 @dataclass(frozen=True)
 class _Rays:
-    """Rays in a volume's index space: start and way per world unit (n, 3), where they enter and leave, planes (n,)."""
+    """Rays in a volume's index space: start and direction per world unit (n, 3), entry, exit and planes (n,)."""
 
     start: Numbers
     direction: Numbers
@@ -52,14 +52,14 @@ class _Rays:
 
 
 def can_draw(scene: Scene) -> bool:
-    """Whether the opacity of a scene is known here."""
+    """True if this module computes the opacity of the scene."""
     if scene.mode != "composite" or scene.clip or scene.crop or scene.geometry:
         return False
     return all(map(_is_plain, scene.completed((1, 1)).each_alone()))
 
 
 def _is_plain(scene: Scene) -> bool:
-    """Whether matter of a single volume is finite, smooth between samples, and depends on the value alone."""
+    """True if a volume's medium is finite, smooth between samples, and depends on the value alone."""
     if scene.volume.labels:
         return False
     medium = _medium(scene)
@@ -74,14 +74,14 @@ def _medium(scene: Scene) -> TransferFunction:
 
 
 def knows_color(scene: Scene) -> bool:
-    """Whether its colour is, too: light is not modelled."""
+    """True if this module computes the scene's colour, too: light is not modelled."""
     return scene.lighting is None and scene.depth_cue is None
 
 
 def pictures_of_slabs(
     scene: Scene, size: tuple[int, int], slab_thickness: float, texel_format: str = "exact"
 ) -> tuple[Numbers, Numbers]:
-    """The scene's picture (height, width, 4), background included; and the same with weights of 8 bits."""
+    """Return the scene's picture (height, width, 4) over its background, and the same with weights of 8 bits."""
     complete = scene.completed(size)
     camera = complete.camera
     volumes = [
@@ -103,7 +103,7 @@ def pictures_of_slabs(
 
 
 def _rays_of(volume: Volume, camera: Camera, middle: Numbers, size: tuple[int, int], slab_thickness: float) -> _Rays:
-    """The rays of a picture in one of its volumes; slabs are counted from `middle`."""
+    """Return the rays of a picture in one of its volumes; slabs are counted from `middle`."""
     origins, directions = (each.reshape(-1, 3) for each in camera.rays(size))
     from_centre = origins - volume.centre
     direction = directions @ volume.index_from_world.T
@@ -123,7 +123,7 @@ def _rays_of(volume: Volume, camera: Camera, middle: Numbers, size: tuple[int, i
 
 
 class _Field:
-    """Matter at a place of one volume: emission and extinction, or what texels of a slab say of them."""
+    """Medium of one volume as a function of position: emission and extinction, or texels of slabs."""
 
     def __init__(
         self,
@@ -134,12 +134,12 @@ class _Field:
         halves: bool = False,
     ) -> None:
         self._grid = grid  # (nz, ny, nx, channels)
-        self._medium = medium  # classifies what is interpolated, and a weight follows it; None: it is matter already
-        self._length_unit = length_unit  # of texels that hold colour and opacity; 0: they hold emission and extinction
+        self._medium = medium  # classifies interpolated values; None: the grid holds the medium
+        self._length_unit = length_unit  # of texels of colour and opacity; 0: texels of emission and extinction
         self.halves = halves
 
     def parts(self, count: int, rays: _Rays, front: Numbers, back: Numbers, steps: int) -> Numbers:
-        """Emission and extinction times length (count, n, 4) of so many parts of slabs from `front` to `back`."""
+        """Emission and extinction times length (count, n, 4) of `count` equal parts of slabs from `front` to `back`."""
         length = (back - front)[:, np.newaxis] / count
         if not self.halves:
             whole = self._medium_of(self._at(rays, (front + back) / 2, steps))
@@ -163,7 +163,7 @@ class _Field:
         return np.column_stack([emission, depth]) / self._length_unit
 
     def _at(self, rays: _Rays, distance: Numbers, steps: int) -> Numbers:
-        """What is stored, interpolated trilinearly (n, channels); beyond the outermost samples they hold on."""
+        """Return the stored numbers, interpolated trilinearly (n, channels); constant beyond the outermost samples."""
         position = rays.start + distance[:, np.newaxis] * rays.direction
         if steps:
             position = np.rint(position * steps) / steps
@@ -208,7 +208,7 @@ def _mean_transmittance(depth: Numbers) -> Numbers:
 
 
 def _rounded(texels: Numbers, texel_format: str) -> Numbers:
-    """Texels as their format holds them: relative to the largest."""
+    """Return texels rounded to their format, relative to the largest."""
     scale = np.array([texels[..., :3].max() or 1.0] * 3 + [texels[..., 3].max() or 1.0])
     if texel_format == "rgba8":
         return np.rint(texels / scale * 255) / 255 * scale
@@ -216,7 +216,7 @@ def _rounded(texels: Numbers, texel_format: str) -> Numbers:
 
 
 def _composited(volumes: Sequence[tuple[_Rays, _Field]], part: slice, steps: int) -> Numbers:
-    """Premultiplied colour and opacity (n, 4) of some of the rays, slab by slab, front to back."""
+    """Return premultiplied colour and opacity (n, 4) of some of the rays, slab by slab, front to back."""
     all_rays = [rays.part(part) for rays, _ in volumes]
     color = np.zeros((len(all_rays[0].enters), 4))
     count = 2 * _PARTS if any(field.halves for _, field in volumes) else 1
@@ -233,7 +233,7 @@ def _composited(volumes: Sequence[tuple[_Rays, _Field]], part: slice, steps: int
 
 
 def _pieces(all_rays: Sequence[_Rays], slab: int) -> Iterator[tuple[Numbers, Numbers]]:
-    """From where to where the pieces of a slab go: rays enter and leave volumes between them."""
+    """Yield start and end of each piece of a slab, divided where rays enter and leave volumes."""
     first = all_rays[0]
     start = first.first_plane + slab * first.per_slab
     end = first.first_plane + (slab + 1) * first.per_slab
@@ -246,7 +246,7 @@ def _pieces(all_rays: Sequence[_Rays], slab: int) -> Iterator[tuple[Numbers, Num
 
 
 def _slabs_of(all_rays: Sequence[_Rays]) -> range:
-    """The slabs that some ray crosses in some volume."""
+    """Return the slabs that a ray crosses in a volume."""
     first, last = [], []
     for rays in all_rays:
         hit = rays.enters < rays.leaves

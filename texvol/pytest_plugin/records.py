@@ -1,14 +1,14 @@
-"""What is kept of a check: plain data, which goes from the process that ran the test to the one that reports.
+"""Record of a check: plain data, which pytest sends from the worker to the controller.
 
-    test, name, line, file     which test, which picture, and where it is checked
+    test, name, line, file     test, picture, and position of the check
     status                     "same", "different", "broken", "new", "updated" or "refused"
-    message                    why, a line each; empty where it passed
+    message                    reasons, a line each; empty for a passed check
     max_error, rms_error       numbers, or None
     kinds                      sentences
-    driver, fingerprint        what made the picture
-    reference, limits          paths as they are said, the latter of the file
+    driver, fingerprint        origin of the picture
+    reference, limits          paths of the reference and of the file of limits
     page, candidate            paths in the report or elsewhere, or None
-    entry, outcome             what index and report.json hold, where there is a report
+    entry, outcome             parts of the index and of report.json, if there is a report
 
 Numbers that are not finite are None.
 """
@@ -30,18 +30,18 @@ RECORDS = pytest.StashKey[list[Record]]()
 
 
 class PictureError(AssertionError):
-    """A picture that is not what it should be; `status` says in which way."""
+    """A picture failed; `status` is "different", "broken" or "new"."""
 
     def __init__(self, message: str, status: str) -> None:
         super().__init__(shown(message))
         self.status = status
 
 
-PictureError.__module__ = "texvol.pytest_plugin"  # as short as a line of pytest's summary wants it
+PictureError.__module__ = "texvol.pytest_plugin"  # a short name for pytest's summary
 
 
 def plain(record: Mapping[str, Any]) -> Record:
-    """The record in nothing but what JSON has."""
+    """Return the record with JSON's types only."""
     import json
 
     from texvol.comparison.measures import without_infinities
@@ -59,7 +59,7 @@ def attach(report: pytest.TestReport, item: pytest.Item, call: pytest.CallInfo[A
 
 
 class Gathered:
-    """The records of all tests, in the process that reports, and what else failed."""
+    """Records of all tests, in the controller, and the number of other failures."""
 
     def __init__(self) -> None:
         self._records: dict[tuple[str, str, int], Record] = {}
@@ -67,10 +67,10 @@ class Gathered:
         self.picture_failures: list[str] = []
 
     def add(self, report: Any) -> None:
-        """Take what a report of pytest brings."""
+        """Add the records of a report of pytest."""
         seen: dict[str, int] = {}
         for record in getattr(report, "texvol_pictures", ()):
-            # Of a test that is run again the last time counts.
+            # The last run of a repeated test counts.
             number = seen[record["name"]] = seen.get(record["name"], 0) + 1
             self._records[record["test"], record["name"], number] = record
         if report.failed:
@@ -81,7 +81,7 @@ class Gathered:
                 self.other_failures += 1
 
     def refuse(self, reasons: Mapping[str, str]) -> None:
-        """Pictures that were to be written, and were not: by their claimed name, and why."""
+        """Mark pictures whose references were not written, with the reason by claimed name."""
         for record in self._records.values():
             if record["status"] == "updated" and record.get("key") in reasons:
                 message = f"{record['reference']} was not written: {reasons[record['key']]}"
@@ -91,7 +91,7 @@ class Gathered:
 
     @property
     def records(self) -> list[Record]:
-        """Worst first; among equals by how far they are off, then by name."""
+        """The records, worst first: by status, error and name."""
         return sorted(self._records.values(), key=_badness)
 
     def __bool__(self) -> bool:
@@ -99,14 +99,14 @@ class Gathered:
 
 
 def _badness(record: Record) -> tuple[Any, ...]:
-    # Where nothing could be measured, or it is infinite, nothing is worse.
+    # An unknown or infinite error is the worst.
     error = record.get("max_error")
     off = float("inf") if error is None else error
     return (STATUSES.index(record["status"]), -off, record["name"], record["test"])
 
 
 def counted(records: Iterable[Record]) -> str:
-    """How many there are of each: "1 different, 3 same"."""
+    """Return the number of records of each status: "1 different, 3 same"."""
     counts: dict[str, int] = {}
     for record in records:
         counts[record["status"]] = counts.get(record["status"], 0) + 1

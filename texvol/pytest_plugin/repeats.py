@@ -1,12 +1,12 @@
-"""Noise and systematic difference of a picture that was made several times, told apart.
+"""Noise and systematic difference of a picture that was made several times.
 
-Of N pictures p_i with mean m, held against a reference r:
+For N pictures p_i with mean m, compared with a reference r:
 
-    noise        σ² = Σ |p_i - m|² / (N - 1), what one picture has
-    of the mean  σ / √N, what is left of it in m
-    systematic   √(|m - r|² - σ² / N - σᵣ² / Nᵣ), what of the mean's difference no noise explains
+    noise        σ² = Σ |p_i - m|² / (N - 1), of one picture
+    of the mean  σ / √N, the noise of m
+    systematic   √(|m - r|² - σ² / N - σᵣ² / Nᵣ), the part of the mean's difference that noise does not explain
 
-A reference that is itself a mean of Nᵣ pictures with noise σᵣ says so in its header.
+A reference that is itself a mean of Nᵣ pictures with noise σᵣ has both numbers in its header.
 """
 
 from __future__ import annotations
@@ -26,34 +26,34 @@ ATTRIBUTE = "texvol:repeats"
 
 @dataclass(frozen=True)
 class Repeats:
-    """What the repeats say; all are of linear light."""
+    """Noise and difference of the repeats, in linear light."""
 
     count: int
     noise_rms: float
     noise_max: float
-    difference_rms: float  # of the mean from the reference
-    expected_rms: float  # what the noise of the two makes of that
+    difference_rms: float  # of the mean and the reference
+    expected_rms: float  # difference that the noise of both explains
     systematic_rms: float
 
     @property
     def words(self) -> str:
-        """In a sentence."""
+        """The numbers in a sentence."""
         if self.noise_max == 0:
-            return f"all {self.count} repeats are the same: whatever difference there is, is systematic"
+            return f"all {self.count} repeats are the same: any difference is systematic"
         noise = f"the {self.count} repeats differ by rms {self.noise_rms:.2g} (at most {self.noise_max:.2g}): noise"
-        # The squared noise of the mean is itself known only roughly; twice its size no noise explains.
+        # The squared noise of the mean is a rough estimate; noise does not explain twice its size.
         if self.difference_rms**2 > 2 * self.expected_rms**2:
             return (
                 f"{noise}; their mean is off by {self.difference_rms:.2g}, {self.systematic_rms:.2g} of it systematic"
             )
-        return f"{noise}; their mean is off by {self.difference_rms:.2g}, no more than that explains"
+        return f"{noise}; their mean is off by {self.difference_rms:.2g}, which the noise explains"
 
     def as_json(self) -> dict[str, Any]:
         return asdict(self) | {"words": self.words}
 
 
 def repeats_of(pictures: Sequence[Picture], mean: Picture, reference: Picture) -> Repeats | None:
-    """What the repeats say; None where there are none, or nothing to hold them against."""
+    """Return the numbers of the repeats; None without repeats, or without a reference of the same size."""
     if len(pictures) < 2 or mean.pixels.shape != reference.pixels.shape:
         return None
     middle = mean.pixels.astype(np.float64)
@@ -72,19 +72,19 @@ def repeats_of(pictures: Sequence[Picture], mean: Picture, reference: Picture) -
 
 
 def noise_of(pictures: Sequence[Picture], mean: Picture) -> float:
-    """σ, the rms noise of one picture, from at least two."""
+    """Return σ, the rms noise of one picture, from at least two."""
     middle = mean.pixels.astype(np.float64)
     squares = [np.square(each.pixels - middle).mean() for each in pictures]
     return float(np.sqrt(np.sum(squares) / (len(pictures) - 1)))
 
 
 def header_of(pictures: Sequence[Picture], mean: Picture) -> dict[str, str]:
-    """What the header of a mean says of the pictures that it was made of."""
+    """Return the header's attribute on the pictures of a mean."""
     return {ATTRIBUTE: json.dumps({"count": len(pictures), "noise": noise_of(pictures, mean)})}
 
 
 def _noise_of_mean(reference: Picture) -> float:
-    """What is left of the noise in a reference that is a mean; 0 where it does not say so."""
+    """Return the noise of a reference that is a mean; 0 if the header names none."""
     try:
         found = parsed_json(reference.attributes.get(ATTRIBUTE, ""), "the noise")
         return float(found["noise"]) / float(found["count"]) ** 0.5

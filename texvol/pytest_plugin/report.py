@@ -1,7 +1,7 @@
-"""The report's folder: index.html of all pictures, pages/ with one for each, report.json, summary.md.
+"""Folder of the report: index.html of all pictures, pages/ with a page for each, report.json, summary.md.
 
-Every page ends with a mark. What an earlier run wrote is known by it and replaced; nothing else is ever removed, and a
-folder that holds other things and no report is refused.
+Every page ends with a mark, by which a later run recognises and replaces pages of an earlier one. No other file is ever
+removed, and a folder that holds other files and no report is refused.
 """
 
 from __future__ import annotations
@@ -27,32 +27,32 @@ _INDEX, _SUMMARY = "index.html", "summary.md"
 
 
 def prepare(folder: Path) -> None:
-    """Make the folder, or remove the earlier report in it.
+    """Create the folder, or remove the earlier report in it.
 
     Raises
     ------
     InputError
-        If it holds something else, or can't be written to.
+        If the folder holds other files, or can't be written to.
     """
     try:
         if folder.exists() and not folder.is_dir():
-            raise InputError(f"{folder}: is a file, and the report is a folder")
+            raise InputError(f"{folder}: the report needs a folder, got a file")
         if folder.is_dir() and any(folder.iterdir()):
             if not _is_report(folder):
-                raise InputError(f"{folder}: is not empty, and holds no report of texvol: name another folder")
+                raise InputError(f"{folder}: the folder must be empty or hold a report of texvol; name another folder")
             index = folder / _INDEX
             if index.exists() and not _is_ours(index):
-                raise InputError(f"{index}: is none of texvol's: name another folder")
+                raise InputError(f"{index}: the page was not written by texvol; name another folder")
             _remove(folder)
         folder.mkdir(parents=True, exist_ok=True)
-        # From now on it is known as one, even if the run is killed.
+        # Marks the folder as a report, even if the run is killed.
         _write(folder / FILE, json.dumps({"program": _PROGRAM, "finished": False}))
     except OSError as error:
         raise InputError(f"{folder}: cannot hold a report: {error.strerror}") from None
 
 
 def write_page(path: Path, outcome: Outcome, metadata: Mapping[str, str], index: str | None) -> None:
-    """One picture's page."""
+    """Write one picture's page."""
     from texvol.comparison.page import comparison_page
 
     text = comparison_page(outcome, metadata=metadata, index=index)
@@ -60,14 +60,14 @@ def write_page(path: Path, outcome: Outcome, metadata: Mapping[str, str], index:
 
 
 def entry(record: Record, outcome: Outcome | None, metadata: Mapping[str, str], page: str) -> dict[str, Any]:
-    """What index and report.json hold of a check: `entry` and `outcome`."""
+    """Return a check's part of the index and of report.json: `entry` and `outcome`."""
     from texvol.comparison.entries import entry_of, entry_without_reference
 
     test = record["test"]
     if outcome is not None and outcome.candidate is not outcome.reference:
         found = entry_of(outcome, test=test, page=page, metadata=metadata)
         if record["status"] == "updated":
-            # It was different or broken, and no longer is.
+            # The reference is replaced: the picture is the same now.
             found |= {"status": "same", "violations": [], "notes": [*record["message"], *outcome.violations]}
         return {"entry": found, "outcome": outcome.as_json()}
     candidate = outcome.candidate if outcome is not None else None
@@ -80,12 +80,12 @@ def entry(record: Record, outcome: Outcome | None, metadata: Mapping[str, str], 
 
 
 def finish(folder: Path, records: Sequence[Record], status: int) -> None:
-    """Write what is of the whole run.
+    """Write the files of the whole run.
 
     Raises
     ------
     InputError
-        If it can't be written.
+        If a file can't be written.
     """
     from texvol.comparison import ci
     from texvol.comparison.index_page import index_page
@@ -113,7 +113,7 @@ def finish(folder: Path, records: Sequence[Record], status: int) -> None:
 
 
 def result_of(record: Record, folder: Path | None = None) -> Any:
-    """What a CI system is told of a record."""
+    """Return the result of a record, for a CI system."""
     from texvol.comparison.ci import Result
 
     page = record.get("page")
@@ -133,14 +133,14 @@ def result_of(record: Record, folder: Path | None = None) -> Any:
 
 
 def _common_metadata(records: Sequence[Record]) -> dict[str, str]:
-    """What the fingerprints of all pictures agree on."""
+    """Return the metadata that the fingerprints of all pictures agree on."""
     fingerprints = [record["fingerprint"] for record in records if record["fingerprint"]]
     first = fingerprints[0] if fingerprints else {"texvol": __version__}
     return {name: fact for name, fact in first.items() if all(each.get(name) == fact for each in fingerprints)}
 
 
 def _inside(folder: Path, record: Record) -> Record:
-    """The record with paths as they are from the report."""
+    """Return the record with paths relative to the report."""
     paths = {name: _relative(folder, record[name]) for name in ("page", "candidate") if record.get(name)}
     return record | paths
 
@@ -159,7 +159,7 @@ def _is_report(folder: Path) -> bool:
 
 
 def _remove(folder: Path) -> None:
-    """Remove an earlier run's files, and folders that are empty then."""
+    """Remove an earlier run's files, and folders that become empty."""
     pages = [path for path in (folder / "pages").rglob("*.html") if not path.is_symlink() and _is_ours(path)]
     candidates = [path for path in (folder / "pages").rglob("*.exr") if _is_candidate(path)]
     for path in [*pages, *candidates, *(folder / name for name in (_INDEX, FILE, _SUMMARY))]:
@@ -177,7 +177,7 @@ def _is_ours(path: Path) -> bool:
 
 
 def _is_candidate(path: Path) -> bool:
-    """Whether it is a candidate of ours: a header of EXR begins with its attributes, the fingerprint among them."""
+    """True if the file is a candidate of this plugin: an EXR with a fingerprint in its header."""
     with path.open("rb") as file:
         return b"texvol:fingerprint" in file.read(1 << 20)
 

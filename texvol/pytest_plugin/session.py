@@ -1,4 +1,4 @@
-"""What the checks of one process share: the renderer, the names that are taken, the report that they write to."""
+"""State that the checks of one process share: the renderer, the claimed names, the report."""
 
 from __future__ import annotations
 
@@ -16,7 +16,6 @@ from texvol.pytest_plugin.pending import Pending
 from texvol.pytest_plugin.records import FAILING, RECORDS, plain
 from texvol.util import writing
 from texvol.util.errors import InputError, TexvolError
-from texvol.util.shown_text import escaped
 
 if TYPE_CHECKING:
     import pytest
@@ -28,23 +27,23 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Kept:
-    """Where something to look at was written."""
+    """Paths of the candidate and the page that were written."""
 
     candidate: Path | None = None
     page: Path | None = None
 
 
 class PictureSession:
-    """Of one process that runs tests.
+    """State of one process that runs tests.
 
     Parameters
     ----------
     folder : path or None
-        The report's.
+        Folder of the report.
     shared : path or None
-        For what workers tell each other.
+        Folder for messages between workers.
     pending : Pending
-        References that are to be written.
+        References to be written.
     """
 
     def __init__(
@@ -58,11 +57,11 @@ class PictureSession:
         self.pending = pending
 
     def close(self) -> None:
-        """Give the renderer back."""
+        """Close the renderer."""
         self.maker.close()
 
     def self_test(self, candidate: Candidate, outcome: Outcome) -> dict[str, str]:
-        """What the limits of a picture catch, as HTML; of one scene in the run, where it is asked for."""
+        """Return the HTML of the self-test of a picture's limits, for the first scene of the run if requested."""
         if not self._self_tests or candidate.scene is None or not self.claims.first("self-test"):
             return {}
         self._self_tests = False
@@ -73,11 +72,11 @@ class PictureSession:
         try:
             found = self_test.self_test(stored, candidate.size, outcome.limits)
         except TexvolError as error:
-            return {"self_test": f"<p>{escaped(outcome.name)}: {escaped(str(error))}</p>"}
+            return {"self_test": self_test_page.failure(outcome.name, error)}
         return {"self_test": self_test_page.fragment(found)}
 
     def said(self, path: Path) -> str:
-        """A path as it is said where pytest was started."""
+        """Return a path relative to the folder where pytest was started."""
         relative = os.path.relpath(path, self._start)
         return str(path) if relative.startswith("..") else relative
 
@@ -89,9 +88,9 @@ class PictureSession:
         metadata: Mapping[str, str] = {},
         picture: Picture | None = None,
     ) -> Kept:
-        """Keep what is known of a check, for pytest's report; write what there is to look at.
+        """Keep the result of a check for pytest's report; write the candidate and the page.
 
-        `picture` is the candidate, where it failed.
+        `picture` is the candidate of a failed check.
         """
         page = self.claims.page(item.nodeid, record["name"])
         root = self._folder or self._scratch
@@ -101,7 +100,7 @@ class PictureSession:
             _make_folder(kept.candidate.parent)
             writing.write_files({kept.candidate: references.encoded(kept.candidate, picture)})
             record = record | {"candidate": str(kept.candidate)}
-        # Without a counterpart there is nothing that a page could show.
+        # A page shows a pair.
         has_page = outcome is not None and outcome.candidate is not outcome.reference
         if outcome is not None and has_page and (self._folder or record["status"] in FAILING):
             kept = Kept(kept.candidate, root / f"{page}.html")
@@ -128,4 +127,4 @@ def _make_folder(folder: Path) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise InputError(f"{folder}: cannot be made: {error.strerror}") from None
+        raise InputError(f"{folder}: cannot be created: {error.strerror}") from None

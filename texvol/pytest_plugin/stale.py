@@ -1,4 +1,4 @@
-"""Tables in files of limits that are of no picture any more: said at the end of a run of all tests."""
+"""Stale tables in files of limits, those of pictures that no longer exist; reported after a run of all tests."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ if TYPE_CHECKING:
 
     from texvol.pytest_plugin.records import Record
 
-# Options of pytest that leave tests out.
+# Options of pytest that select tests.
 _NARROWING = ("keyword", "markexpr", "lf", "failedfirst", "deselect", "ignore", "ignore_glob", "stepwise")
 
 
 def stale_tables(session: pytest.Session, records: Sequence[Record]) -> list[str]:
-    """A sentence for each table whose picture is neither checked nor stored; none if tests may have been left out."""
+    """Return a sentence for each table whose picture is neither checked nor stored; none if tests were left out."""
     if int(session.exitstatus) in (2, 3, 4, 5) or session.shouldstop or session.shouldfail:
         return []
     if any(getattr(session.config.option, name, None) for name in _NARROWING):
@@ -30,7 +30,7 @@ def stale_tables(session: pytest.Session, records: Sequence[Record]) -> list[str
         if _ran_all_of(session.config, Path(file), folders):
             names = {record["name"] for record in checked}
             stale = [name for name in _tables(Path(file)) if not _exists(name, names, folders)]
-            sentences += [f"{file}: [{name}] is of no picture any more" for name in stale]
+            sentences += [f"{file}: [{name}]: the picture no longer exists; remove the table" for name in stale]
     return sentences
 
 
@@ -40,7 +40,7 @@ def _tables(file: Path) -> list[str]:
     try:
         return [name for name in Tables.read(file).tables if name != DEFAULT]
     except InputError:
-        return []  # which the tests have said already
+        return []  # the tests have reported it
 
 
 def _exists(name: str, checked: set[str], folders: set[Path]) -> bool:
@@ -53,7 +53,7 @@ def _exists(name: str, checked: set[str], folders: set[Path]) -> bool:
 
 
 def _ran_all_of(config: pytest.Config, file: Path, folders: set[Path]) -> bool:
-    """Whether all tests ran that the file of limits may be for: those below its folder, and below the references'."""
+    """True if all tests ran that the file of limits may apply to: those below its folder and below the references'."""
     if config.args_source.name != "ARGS":
         return True
     below = {file.parent, *(folder.parent for folder in folders)}

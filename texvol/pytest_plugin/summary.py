@@ -1,4 +1,4 @@
-"""The end of a run: the report's index, the status, and what the terminal and a CI system are told."""
+"""End of a run: the report's index, the exit status, and the messages for the terminal and a CI system."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from texvol.util.shown_text import shown_line
 if TYPE_CHECKING:
     from texvol.pytest_plugin.records import Record
 
-_MOST_LINES = 20  # of pictures that were written
+_MOST_LINES = 20  # on written references
 
 
 class Reporter:
-    """Hooks of the process that sums up."""
+    """Hooks of the controller process."""
 
     def __init__(self, config: pytest.Config) -> None:
         self._config = config
@@ -28,7 +28,7 @@ class Reporter:
         self._notes: list[str] = []
 
     def pytest_sessionstart(self) -> None:
-        """Make the report's folder, or refuse it before anything has run."""
+        """Create the report's folder, or raise UsageError before any test runs."""
         folder = options.report_folder(self._config)
         if folder is None or self._config.option.collectonly:
             return
@@ -48,7 +48,7 @@ class Reporter:
 
     @pytest.hookimpl(trylast=True)
     def pytest_sessionfinish(self, session: pytest.Session) -> None:
-        """Write what there is of a report, and choose the status; pytest has written its own files by now."""
+        """Write the report and set the exit status; pytest has written its own files before."""
         gathered, config = self._gathered, self._config
         self._write_references(session)
         if options.own_exit_status(config):
@@ -74,7 +74,7 @@ class Reporter:
             self._notes += stale_tables(session, gathered.records)
 
     def _write_references(self, session: pytest.Session) -> None:
-        """Put what --texvol-update made in its place, now that no test can complain any more."""
+        """Move the pictures of --texvol-update to their places, now that all tests have run."""
         if not options.updates(self._config):
             return
         from texvol.pytest_plugin import workers
@@ -86,14 +86,15 @@ class Reporter:
             session.exitstatus = int(session.exitstatus) or 1
 
     def pytest_terminal_summary(self, terminalreporter: Any) -> None:
-        """What was compared, drawn by what, and where to look."""
+        """Print the number of pictures, their drivers, and the path of the report."""
         records, notes = self._gathered.records, self._notes
         folder = options.report_folder(self._config)
         if not records and not notes:
             return
         terminalreporter.section("pictures")
         drivers = sorted({record["driver"] for record in records if record.get("driver")})
-        lines = [f"{counted(records)}; drawn by {', '.join(drivers) or 'what is not said'}", *_written(records), *notes]
+        drawn_by = ", ".join(drivers) or "an unknown driver"
+        lines = [f"{counted(records)}; drawn by {drawn_by}", *_written(records), *notes]
         if folder is not None:
             lines.append(f"report: {folder / 'index.html'}")
         for line in lines:

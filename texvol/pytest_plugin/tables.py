@@ -1,4 +1,4 @@
-"""The file of limits: a table for each picture that needs its own, and why.
+"""File of limits: a table for each picture that needs its own limits, with the reason.
 
     [default]                        # for every picture here
     rms = 1e-4
@@ -9,8 +9,8 @@
     reason = "a ray that just meets an outline may as well miss it"
     drivers = ["llvmpipe", "NVIDIA"]
 
-Whatever is looser than the defaults needs a reason beside it. Limits of one's own hold for the driver that drew the
-reference, and for others only as far as `drivers` says: "any", or parts of their names.
+Limits that are looser than the defaults need a reason. A table's limits hold for the driver that drew the reference,
+and for other drivers as far as `drivers` says: "any", or parts of their names.
 """
 
 from __future__ import annotations
@@ -27,28 +27,28 @@ from texvol.util.errors import InputError
 
 DEFAULT = "default"
 _KEYS = tuple(name.replace("_", "-") for name in NAMES)
-# A word that is a reason at all has company: "flaky", "TODO" and "see above" are none.
+# Shorter texts are no reasons: "flaky", "TODO", "see above".
 _FEWEST_WORDS = 3
 
 
 @dataclass(frozen=True)
 class Tables:
-    """The tables of one file, as they stand there; what they say is checked for the picture that they are for."""
+    """Tables of one file, unchecked; a table is checked when its picture is."""
 
     path: Path
     tables: Mapping[str, Any]
 
     @classmethod
     def read(cls, path: Path) -> Tables:
-        """Those of a file; none where there is none."""
+        """Read the tables of a file; none if the file does not exist."""
         tables = read_limits(path) if os.path.lexists(path) else {}
         for name, table in tables.items():
             if not isinstance(table, dict):
-                raise InputError(f"{path}: {name} is in no table; write it under [default] or a picture's name")
+                raise InputError(f"{path}: {name} must be in a table: [default] or a picture's name")
         return cls(path, tables)
 
     def rules_for(self, name: str) -> Rules:
-        """What holds for a picture.
+        """Return the rules for a picture.
 
         Raises
         ------
@@ -66,9 +66,10 @@ class Tables:
         where = f"{self.path}: [{name}]"
         for key, value in table.items():
             if isinstance(value, dict):
-                raise InputError(f'{where} holds a table {key!r}: a name with a dot or a / stands in quotes, ["a/b"]')
+                raise InputError(f'{where} holds a table {key!r}; quote names that have a dot or a /: ["a/b"]')
             if key not in (*_KEYS, "reason", "drivers"):
-                raise InputError(f"{where}: there is no {key!r}; there are {', '.join((*_KEYS, 'reason', 'drivers'))}")
+                keys = ", ".join((*_KEYS, "reason", "drivers"))
+                raise InputError(f"{where}: key {key!r} not found; the keys are {keys}")
         _check_drivers(table.get("drivers", "any"), where)
         try:
             limits = changed_limits(base, {key: table[key] for key in table if key in _KEYS}, where)
@@ -77,27 +78,27 @@ class Tables:
         looser = limits.looser_than(base)
         if looser and not _is_reason(table.get("reason")):
             raise InputError(
-                f"{where} allows more than the defaults ({', '.join(looser)}) and gives no reason: "
-                f'add reason = "…" that says in at least {_FEWEST_WORDS} words why the picture needs it'
+                f"{where} allows more than the defaults ({', '.join(looser)}) without a reason; "
+                f'add reason = "…" of at least {_FEWEST_WORDS} words'
             )
         return limits
 
 
 @dataclass(frozen=True)
 class Rules:
-    """What holds for one picture, whatever drew it."""
+    """Limits for one picture, for all drivers."""
 
     given: Mapping[str, float]
     drivers: str | list[str] | None
     source: str
 
     def limits(self, driver: str | None, reference_driver: str | None) -> Limits:
-        """The limits of a pair that these two drew; None: it is not said.
+        """Return the limits of a pair drawn by these two drivers; None for an unknown driver.
 
         Raises
         ------
         InputError
-            If there are limits, and they don't cover the driver.
+            If there are limits, and they do not hold for the driver.
         """
         known_apart = bool(driver and reference_driver and driver != reference_driver)
         base = TWO_DRIVERS if known_apart else ONE_DRIVER
@@ -105,9 +106,9 @@ class Rules:
             return base
         if driver != reference_driver and not self._cover(driver):
             raise InputError(
-                f"the reference was drawn by {reference_driver or 'what it does not say'}, the picture by "
-                f"{driver or 'what is not said'}, and the limits of {self.source} are for the former: "
-                'add drivers = "any", or a part of the name, where they hold for this one too; or give the picture a '
+                f"the reference was drawn by {reference_driver or 'an unknown driver'}, the picture by "
+                f"{driver or 'an unknown driver'}, and the limits of {self.source} hold for the former; "
+                'add drivers = "any", or a part of the name, if they hold for this driver too, or give the picture a '
                 "reference by this driver"
             )
         return changed_limits(base, self.given, self.source)
@@ -121,7 +122,7 @@ class Rules:
 def _check_drivers(drivers: Any, where: str) -> None:
     good = isinstance(drivers, list) and drivers and all(isinstance(each, str) and each.strip() for each in drivers)
     if drivers != "any" and not good:
-        raise InputError(f'{where}: drivers is "any" or a list of parts of their names, and not {drivers!r}')
+        raise InputError(f'{where}: drivers must be "any" or a list of parts of drivers\' names, got {drivers!r}')
 
 
 def _is_reason(reason: Any) -> bool:

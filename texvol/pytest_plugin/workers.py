@@ -1,4 +1,4 @@
-"""Processes that run tests: what pytest-xdist's workers are told, and what each opens."""
+"""Processes of pytest-xdist: the workers' parameters, and the state that each process opens."""
 
 from __future__ import annotations
 
@@ -20,27 +20,27 @@ _SHARED = pytest.StashKey[str]()
 
 
 def told(config: pytest.Config) -> dict[str, Any]:
-    """What the process that sums up tells a worker."""
+    """Return the parameters that the controller sends to a worker."""
     folder = options.report_folder(config)
     return {"report": str(folder) if folder else None, "shared": str(shared_folder(config))}
 
 
 def shared_folder(config: pytest.Config) -> Path:
-    """The folder that all processes of this run share; it is made once somebody writes there."""
+    """Return the folder that all processes of this run share; it is created when first written to."""
     if _SHARED not in config.stash:
         config.stash[_SHARED] = os.path.join(tempfile.gettempdir(), f"texvol-pictures-{os.urandom(12).hex()}")
     return Path(config.stash[_SHARED])
 
 
 def pending_of(shared: Path) -> Pending:
-    """The references that are to be written at the end of this run."""
+    """Return the references to be written at the end of this run."""
     from texvol.pytest_plugin.pending import Pending
 
     return Pending(shared / "references")
 
 
 def open_session(config: pytest.Config, factory: pytest.TempPathFactory) -> PictureSession:
-    """What the checks of this process share."""
+    """Return the state that the checks of this process share."""
     from texvol.pytest_plugin.session import PictureSession
 
     from_controller = getattr(config, "workerinput", {}).get("texvol", {})
@@ -55,7 +55,7 @@ def open_session(config: pytest.Config, factory: pytest.TempPathFactory) -> Pict
 
 
 def clean(config: pytest.Config) -> None:
-    """Remove what workers shared."""
+    """Remove the folder that workers shared."""
     shared = config.stash.get(_SHARED, None)
     if shared is not None:
         shutil.rmtree(shared, ignore_errors=True)

@@ -1,4 +1,23 @@
-"""The oracle: a ray caster in float64 that integrates each ray without a step length, see `raycast`."""
+"""The oracle: ray casting on the CPU, as exact as float64 allows. Every picture can be compared with it.
+
+A ray caster integrates, along the ray of each pixel, the emission q and the extinction τ of the medium:
+
+    I = ∫ q(s) T(s) ds + T(s1) B,    T(s) = exp(-∫ τ(s) ds)
+
+Read `marcher` first: it takes many short steps along each ray, in numpy, in one file that needs no other. `raycast`
+computes the same integral without steps, piece by piece in closed form or by adaptive quadrature; a test holds it
+against the marcher. Behind `raycast` stand
+
+- `tracing`: the choice of the ray caster for a scene, and `caps`: the surfaces of cuts,
+- `plain`: one volume without light; the shortest ray caster, and the one to read next,
+- `lit`: light, shadows, depth cue, and media that depend on the gradient,
+- `several`: volumes that overlap, masks, labels and colours of samples,
+- `projection`: X-ray, average, highest and lowest value, isosurface,
+- `surfaces`: meshes and lines,
+- `common`: the walk from cell to cell that all of them share, and their polynomials.
+
+The oracle shares no sampling code with the renderer; both start from the same scene and the same rays of the camera.
+"""
 
 from __future__ import annotations
 

@@ -80,7 +80,7 @@ def march_pixels(scene: CompleteScene, size: tuple[int, int], pixels: NDArray[np
 def _medium(
     volume: Volume, transfer_function: TransferFunction, positions: Numbers, before: bool
 ) -> tuple[Numbers, Numbers]:
-    """Emission (n, 3) and extinction (n) at places from the middle of the box, world units; 0 outside."""
+    """Emission (n, 3) and extinction (n) at positions from the middle of the box, world units; 0 outside."""
     last = np.array(volume.dimensions) - 1
     index = positions @ volume.index_from_world.T + 0.5 * last
     outside = np.any((index < -0.5) | (index > last + 0.5), axis=1)

@@ -1,6 +1,6 @@
-"""`texvol report`: a scene drawn with many settings, each timed and held against both oracles, as a page to read.
+"""Report of a scene: the scene drawn with many settings, each timed and compared with both oracles.
 
-report.html         everything below on one page that needs nothing else, no network either
+report.html         all results on one page, which needs no other file and no network
 report.csv          every measurement
 report.md           the fronts as a table for a README
 pareto-max.png      time against maximum error, log-log
@@ -20,18 +20,18 @@ from texvol.util.errors import InputError, missing_extra
 
 
 def check_folder(folder: str | os.PathLike[str]) -> None:
-    """Raise InputError if the report can't be written to `folder`: asked before the work of making one."""
+    """Raise InputError if the report can't be written to `folder`; called before the measurements."""
     path = Path(folder)
     if path.exists() and not path.is_dir():
-        raise InputError(f"{path}: is a file, and a report is written into a folder")
+        raise InputError(f"{path}: the report needs a folder, got a file")
     if not path.is_dir() and not path.absolute().parent.is_dir():
         raise InputError(f"{path}: its folder {path.absolute().parent} does not exist")
     if not os.access(path if path.is_dir() else path.absolute().parent, os.W_OK):
-        raise InputError(f"{path}: cannot be written to")
+        raise InputError(f"{path}: no permission to write")
 
 
 def check_libraries() -> None:
-    """Raise MissingExtraError if what a report needs is not installed."""
+    """Raise MissingExtraError if a library that a report needs is not installed."""
     try:
         import matplotlib  # noqa: F401
     except ImportError as error:
@@ -51,23 +51,23 @@ def report(
     quick: bool = False,
     command: str = "",
 ) -> Path:
-    """Measure, and write the report; the path of its page.
+    """Measure, write the report, and return the path of its page.
 
     Parameters
     ----------
     scene : Scene
-        Its classification is that of the picture shown; all are measured.
+        Its classification is that of the picture on the page; all classifications are measured.
     folder : path
-        Made if it is not there, in a folder that is.
+        Created if its parent exists.
     quick : bool
-        Few settings, few frames: for a first look.
+        True for few settings and few frames.
     command : str
-        The command line that makes the report, for its reader.
+        Command line of the report, printed on the page.
 
     Raises
     ------
     InputError
-        If the folder can't be written, or none of the settings can be drawn.
+        If the folder can't be written, or no setting can be drawn.
     MissingExtraError
         If matplotlib or rich is not installed (`texvol[report]`).
     """
@@ -98,13 +98,13 @@ def report(
 
 
 def _write(folder: Path, files: Mapping[str, bytes]) -> None:
-    """Write all files, or none and no folder either."""
+    """Write all files, or neither files nor folder."""
     is_new = not folder.exists()
     try:
         folder.mkdir(exist_ok=True)
         writing.write_files({folder / name: content for name, content in files.items()})
     except OSError as error:
-        raise InputError(f"{folder}: cannot be made: {error.strerror or error}") from None
+        raise InputError(f"{folder}: cannot be created: {error.strerror or error}") from None
     finally:
         if is_new and folder.is_dir() and not any(folder.iterdir()):
             folder.rmdir()

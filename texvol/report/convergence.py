@@ -1,12 +1,12 @@
-"""Speed against error, as data: one scene drawn with many settings, each timed and held against both oracles.
+"""Measurements of speed against error: one scene drawn with many settings, each timed and compared with both oracles.
 
-Three errors are kept apart. The *discretisation error* of a picture is its distance from the exact integral of the
-medium that its classification means; thinner slabs remove it. The *model error* is the distance of the pre-classified
-integral from the post-classified one; nothing but another classification removes it. The *total error* is a picture's
-distance from the post-classified integral, so for `post` and `integrated` it is the discretisation error.
+Three errors are kept apart. The *discretisation error* of a picture is its distance from the exact integral of its
+classification's medium; thinner slabs remove it. The *model error* is the distance of the pre-classified integral from
+the post-classified one; only another classification removes it. The *total error* is a picture's distance from the
+post-classified integral; for `post` and `integrated` the total error is the discretisation error.
 
-Seconds are those of a warm frame: the median draw, and reading the picture back. What comes before the first frame,
-baking the texture and uploading it, is given beside them.
+Seconds are those of a warm frame: the median draw, and reading the picture back. Baking and uploading the texture come
+before the first frame and are given separately.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from texvol.util.errors import AccuracyWarning, InputError, MissingExtraError
 OURS = "texvol"
 SAMPLING_RATES = (0.5, 1.0, 2.0, 4.0, 8.0)
 PRECLASSIFIED = ("slab", "extinction")
-# Post and integrated share texels: with another classification in between, each bakes and uploads from scratch.
+# Post and integrated share texels: another classification between them makes each bake and upload from scratch.
 _ORDER = ("slab", "post", "extinction", "integrated")
 _TEXEL_RATES = (1.0, 4.0)
 _TARGET_RATE = 1.0
@@ -41,7 +41,7 @@ ErrorOf = Callable[["Measurement"], "float | None"]
 
 @dataclass(frozen=True)
 class Setting:
-    """What a user may choose, and who draws: texvol or a mapper of VTK."""
+    """Settings that a user may choose, and the renderer: texvol or a mapper of VTK."""
 
     classification: str
     sampling_rate: float
@@ -51,43 +51,43 @@ class Setting:
 
     @property
     def rate(self) -> str:
-        """The sampling rate in short: ½, 1, 2 …"""
+        """Sampling rate as a short text: ½, 1, 2 …"""
         return _FRACTIONS.get(Fraction(self.sampling_rate).limit_denominator(64), f"{self.sampling_rate:g}")
 
     @property
     def name(self) -> str:
-        """Who and which classification: "slab", "VTK GPU"."""
+        """Short name of renderer and classification: "slab", "VTK GPU"."""
         return self.classification if self.renderer == OURS else self.renderer
 
     @property
     def formats(self) -> str:
-        """The formats that were asked for, in short; empty where they are the default."""
+        """Formats that were asked for, as a short text; empty for the default."""
         texels = "" if self.texture_format == "auto" else f"{self.texture_format} texels"
         target = "" if self.target_format == "auto" else f"{self.target_format} target"
         return ", ".join(filter(None, (texels, target)))
 
     @property
     def words(self) -> str:
-        """The setting as a sentence names it."""
+        """Name of the setting in a sentence."""
         return f"{self.name} at rate {self.rate}" + (f" with {self.formats}" if self.formats else "")
 
 
 @dataclass(frozen=True)
 class Measurement:
-    """One setting's time and errors; None is what could not be measured, and `skipped` says why nothing was."""
+    """Time and errors of one setting; None for unknown numbers; `skipped` is the reason if nothing was measured."""
 
     setting: Setting
     slab_thickness: float  # world units; VTK's sample distance
-    texture_format: str = ""  # that were used
+    texture_format: str = ""  # as used
     target_format: str = ""
     slabs: int | None = None
-    frames: int = 0  # warm frames that the median is of
+    frames: int = 0  # number of warm frames
     seconds: float | None = None  # of a warm frame: draw and read back
     bake_seconds: float | None = None
     upload_seconds: float | None = None
     discretisation: Difference | None = None
     total: Difference | None = None
-    estimated_error: float | None = None  # what the renderer itself expects, maximum
+    estimated_error: float | None = None  # maximum error that the renderer expects
     skipped: str = ""
 
 
@@ -96,7 +96,7 @@ Outcome = tuple[Measurement, NDArray[np.floating[Any]] | None]
 
 @dataclass(frozen=True)
 class Truths:
-    """The exact pictures of a scene; None, and the reason, where there is no oracle."""
+    """Exact pictures of a scene; None, with the reason, without an oracle."""
 
     preclassified: NDArray[np.float64] | None
     postclassified: NDArray[np.float64] | None
@@ -105,7 +105,7 @@ class Truths:
 
     @classmethod
     def of(cls, scene: Scene, size: Size) -> Truths:
-        """Both integrals of `scene` in a picture of `size`."""
+        """Return both integrals of `scene` in a picture of `size`."""
         start = time.perf_counter()
         try:
             from texvol.ray_casting import raycast
@@ -115,34 +115,34 @@ class Truths:
         return cls(before, after, time.perf_counter() - start)
 
     def of_classification(self, classification: str) -> NDArray[np.float64] | None:
-        """The integral that thinner slabs of this classification tend to."""
+        """Return the integral that thinner slabs of this classification converge to."""
         return self.preclassified if classification in PRECLASSIFIED else self.postclassified
 
     @property
     def model_error(self) -> Difference | None:
-        """How far the pre-classified integral is from the post-classified one."""
+        """Difference of the pre-classified and the post-classified integral."""
         return _difference(self.preclassified, self.postclassified)
 
 
 @dataclass
 class Limits:
-    """How long a sweep may take; what would take longer is left out, and its row says so."""
+    """Limits of a sweep's time; settings that would take longer are skipped, and their rows say so."""
 
     setting_seconds: float = 30.0  # for the frames of one setting
     sweep_seconds: float = 600.0
     least_frames: int = 3
     most_frames: int = 9
-    frames_seconds: float = 1.0  # as many frames as fit in here, within the two numbers above
+    frames_seconds: float = 1.0  # as many frames as take this long, within the two numbers above
     _started: float = field(default_factory=time.perf_counter)
 
     def frames(self, predicted: float | None) -> int:
-        """How many warm frames to draw when one is expected to take `predicted` seconds."""
+        """Return the number of warm frames to draw if one takes `predicted` seconds."""
         if not predicted:
             return self.least_frames
         return int(np.clip(self.frames_seconds / predicted, self.least_frames, self.most_frames))
 
     def reason_to_skip(self, predicted: float | None) -> str:
-        """Why a setting is left out; empty if it is not."""
+        """Return the reason to skip a setting; empty to draw it."""
         needed = (predicted or 0.0) * (self.least_frames + 1)  # the first frame is not warm
         if needed > self.setting_seconds:
             return f"about {predicted:.1f} s a frame: more than {self.setting_seconds:g} s for its frames"
@@ -152,7 +152,7 @@ class Limits:
 
 
 def settings(rates: Iterable[float] = SAMPLING_RATES) -> list[Setting]:
-    """The settings of a sweep, coarse to fine: every classification, at some rates every texel and target format."""
+    """Return the settings of a sweep, coarse to fine: all classifications, at some rates all formats."""
     chosen = []
     for rate in rates:
         for classification in _ORDER:
@@ -167,9 +167,9 @@ def settings(rates: Iterable[float] = SAMPLING_RATES) -> list[Setting]:
 def sweep(
     renderer: Renderer, scene: Scene, size: Size, chosen: Iterable[Setting], truths: Truths, limits: Limits
 ) -> Iterator[Outcome]:
-    """Each setting's measurement and picture, as they come.
+    """Yield the measurement and the picture of each setting.
 
-    A setting whose format is what `auto` chose already is passed over. One that is skipped has no picture.
+    A setting whose format `auto` has chosen already is left out. A skipped setting has no picture.
     """
     done: list[Measurement] = []
     for setting in chosen:
@@ -193,21 +193,21 @@ def sweep(
 
 @dataclass(frozen=True)
 class Asked:
-    """What came of asking for an error: `--max-error`."""
+    """Result of asking for an error with `--max-error`."""
 
     classification: str
     wanted: float
-    seconds: float  # of it all: choosing the thickness by drawing, and the picture
+    seconds: float  # choosing the thickness by drawing, and the picture
     slab_thickness: float
     estimated_error: float
     true_error: float | None  # maximum, against the integral of the classification
 
 
 def ask(renderer: Renderer, scene: Scene, size: Size, wanted: float, truths: Truths) -> Asked:
-    """Draw the scene with the error that is wanted, and see whether it is kept."""
+    """Draw the scene with an error limit, and measure the error."""
     start = time.perf_counter()
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", AccuracyWarning)  # what was reached is in the answer
+        warnings.simplefilter("ignore", AccuracyWarning)  # the result holds the estimate
         picture = renderer.render(scene, size, max_error=wanted)
     seconds = time.perf_counter() - start
     stats = renderer.stats
@@ -223,7 +223,7 @@ def ask(renderer: Renderer, scene: Scene, size: Size, wanted: float, truths: Tru
 
 
 def with_errors(measurement: Measurement, picture: NDArray, truths: Truths) -> Measurement:
-    """The measurement with the errors of its picture."""
+    """Return the measurement with the errors of its picture."""
     truth = truths.of_classification(measurement.setting.classification)
     return replace(
         measurement,
@@ -233,7 +233,7 @@ def with_errors(measurement: Measurement, picture: NDArray, truths: Truths) -> M
 
 
 def predicted_seconds(setting: Setting, done: Iterable[Measurement]) -> float | None:
-    """How long a frame should take, from the same at the next rate: it grows at most with the number of slabs."""
+    """Return the expected time of a frame, from the same setting at a lower rate: time grows at most with the slabs."""
     alike = [
         each
         for each in done
@@ -267,7 +267,7 @@ def discretisation_rms(measurement: Measurement) -> float | None:
 
 
 def pareto_front(measurements: Iterable[Measurement], error_of: ErrorOf) -> list[Measurement]:
-    """Those than which no other is both faster and better, fastest first."""
+    """Return the measurements for which no other is both faster and better, fastest first."""
     front: list[Measurement] = []
     least = np.inf
     for measurement, error in sorted(_measured(measurements, error_of), key=lambda each: (each[0].seconds, each[1])):
@@ -278,13 +278,13 @@ def pareto_front(measurements: Iterable[Measurement], error_of: ErrorOf) -> list
 
 
 def fastest_within(measurements: Iterable[Measurement], error_of: ErrorOf, limit: float) -> Measurement | None:
-    """The fastest setting whose error is at most `limit`, or None."""
+    """Return the fastest setting whose error is at most `limit`; None if there is none."""
     within = [measurement for measurement, error in _measured(measurements, error_of) if error <= limit]
     return min(within, key=lambda each: each.seconds or 0.0, default=None)
 
 
 def most_accurate(measurements: Iterable[Measurement], error_of: ErrorOf) -> Measurement | None:
-    """The setting with the least error, or None where no error is known."""
+    """Return the setting with the least error; None if no error is known."""
     measured = list(_measured(measurements, error_of))
     return min(measured, key=lambda each: each[1])[0] if measured else None
 
@@ -292,7 +292,7 @@ def most_accurate(measurements: Iterable[Measurement], error_of: ErrorOf) -> Mea
 def _measure(
     renderer: Renderer, scene: Scene, size: Size, setting: Setting, frames: int
 ) -> tuple[Measurement, NDArray]:
-    """Time and facts of one setting, and its picture."""
+    """Return the measurement of one setting without errors, and its picture."""
     thickness = scene.smallest_spacing / setting.sampling_rate
     picture = renderer.render(
         replace(scene, classification=setting.classification),  # type: ignore[arg-type]
@@ -320,9 +320,9 @@ def _measure(
 
 
 def _with_seconds_from_scratch(measurement: Measurement, done: list[Measurement]) -> Measurement:
-    """The measurement with the bake and upload of an earlier one, where the texture or a part of it was still there.
+    """Return the measurement with the bake and upload of an earlier one if it used that texture or a part of it.
 
-    It was if the target is all that the two differ in.
+    Measurements that differ only in the target use one texture.
     """
     if measurement.skipped:
         return measurement
@@ -339,13 +339,13 @@ def _with_seconds_from_scratch(measurement: Measurement, done: list[Measurement]
 
 
 def _is_the_same(setting: Setting, measurement: Measurement) -> bool:
-    """Whether `setting` asks by name for what `measurement` had by itself."""
+    """True if `setting` names the format that `auto` chose in `measurement`."""
     asked = replace(setting, texture_format="auto")
     return setting.texture_format == measurement.texture_format and asked == measurement.setting
 
 
 def _measured(measurements: Iterable[Measurement], error_of: ErrorOf) -> Iterator[tuple[Measurement, float]]:
-    """Those that have a time and a finite error, with the error."""
+    """Yield the measurements with a time and a finite error, and the error."""
     for measurement in measurements:
         error = error_of(measurement)
         if measurement.seconds and error is not None and np.isfinite(error):

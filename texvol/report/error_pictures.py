@@ -1,45 +1,41 @@
-"""Where the errors are: false-colour pictures of the best settings and a bad one, on one scale."""
+"""False-colour pictures of errors: those of the best settings and of a bad one, on one logarithmic scale."""
 
 from __future__ import annotations
+
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol.formats.pictures.page_pictures import colored, data_url, png
 from texvol.report import words
 from texvol.report.convergence import OURS, Measurement, discretisation_max, fastest_within, most_accurate
 from texvol.report.measuring import Findings
-from texvol.report.pictures import data_url, decades, false_color, scale_bar
-from texvol.util.shown_text import escaped
+
+_LEAST_DECADE = -5  # errors below 1e-5 are black
 
 
-def error_section(findings: Findings) -> str:
-    """The section's HTML; empty if no error was measured."""
+def error_pictures(findings: Findings) -> dict[str, Any] | None:
+    """Return the pictures with their texts, the colour bar and its powers of ten; None if no error was measured."""
     chosen = chosen_settings(findings)
     if not chosen:
-        return ""
+        return None
     model = findings.model_error_map
     maps = [findings.error_maps[each.setting] for _, each in chosen] + ([] if model is None else [model])
     scale = decades(max(float(np.max(each[np.isfinite(each)], initial=0)) for each in maps))
-    figures = [
-        _figure(findings.error_maps[each.setting], scale, role, each.setting.words, _errors_in_words(each))
-        for role, each in chosen
-    ]
+    texts = [{"role": role, "name": each.setting.words, "size": _errors_in_words(each)} for role, each in chosen]
     difference = findings.truths.model_error
     if model is not None and difference is not None:
         size = f"maximum {words.max_of(difference)}, rms {words.rms_of(difference)}"
-        figures.append(_figure(model, scale, "Model error", "the two exact integrals, slab's from post's", size))
-    low, high = scale
-    ticks = "".join(f"<span>10<sup>{each}</sup></span>".replace("-", "−") for each in range(low, high + 1))
-    return f"""<h2>Where the errors are</h2>
-<p>The largest channel's error of each pixel, against the exact integral of the setting's own classification, and last
-the model error. All are on one logarithmic scale:</p>
-<div class="scale"><img src="{data_url(scale_bar())}" alt="Colours from small to large errors">
-<div class="ticks">{ticks}</div></div>
-<div class="maps">{"".join(figures)}</div>"""
+        texts.append({"role": "Model error", "name": "the two exact integrals, slab's from post's", "size": size})
+    pictures = [
+        each | {"address": data_url(false_color(errors, scale))} for each, errors in zip(texts, maps, strict=True)
+    ]
+    return {"pictures": pictures, "bar": data_url(scale_bar()), "powers": range(scale[0], scale[1] + 1)}
 
 
 def chosen_settings(findings: Findings) -> list[tuple[str, Measurement]]:
-    """What each picture is for, and its setting: best first, then VTK's best, then the worst."""
+    """Return role and setting of each picture: texvol's best first, then VTK's best, then the worst."""
     ours, error = findings.ours, discretisation_max
     chosen = [("Most accurate", most_accurate(ours, error))]
     chosen += [
@@ -72,9 +68,20 @@ def _errors_in_words(each: Measurement) -> str:
     return f"maximum {words.max_of(error)}, rms {words.rms_of(error)}, {words.seconds(each.seconds)} a frame"
 
 
-def _figure(errors: NDArray, scale: tuple[int, int], role: str, what: str, size: str) -> str:
-    picture = data_url(false_color(errors, scale))
-    return (
-        f'<figure><img src="{picture}" alt="Errors of {escaped(what)}"><figcaption><strong>{escaped(role)}</strong><br>'
-        f"{escaped(what)}<br>{escaped(size)}</figcaption></figure>"
-    )
+def decades(largest: float) -> tuple[int, int]:
+    """Powers of ten at the ends of the colour scale, for errors up to `largest`."""
+    top = int(np.ceil(np.log10(largest))) if np.isfinite(largest) and largest > 0 else 0
+    return _LEAST_DECADE, int(np.clip(top, _LEAST_DECADE + 2, 1))
+
+
+def false_color(errors: NDArray, scale: tuple[int, int]) -> bytes:
+    """PNG file of an error map (height, width), coloured by the logarithm of the error."""
+    low, high = scale
+    with np.errstate(divide="ignore"):
+        fractions = (np.log10(errors) - low) / (high - low)
+    return png(colored(np.clip(np.nan_to_num(fractions, nan=1.0, posinf=1.0, neginf=0.0), 0, 1)))
+
+
+def scale_bar() -> bytes:
+    """PNG file of the colours, least to largest error from left to right."""
+    return png(colored(np.linspace(0, 1, 512)[np.newaxis].repeat(16, axis=0)))

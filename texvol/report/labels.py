@@ -1,4 +1,4 @@
-"""Labels beside the marks of a plot, moved until they don't cover each other."""
+"""Labels beside the marks of a plot, placed so that they do not cover each other."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from numpy.typing import NDArray
 
 _FONT_SIZE = 8
 _MARK = 6.0  # half of a mark's edge, pixels
-_DISTANCES = (9.0, 16.0, 25.0, 36.0, 50.0, 66.0)  # pixels from the mark to the label's nearest edge
+_DISTANCES = (9.0, 16.0, 25.0, 36.0, 50.0, 66.0)  # pixels from the mark to the label's edge
 _ANGLES = np.radians((0, 45, -45, 90, -90, 180, 135, -135, 22, -22, 67, -67, 112, -112, 157, -157))
 _LINE_STEP = 4.0  # pixels
-_LEADER = 14.0  # a label farther away than this has a line to its mark
+_LEADER = 14.0  # pixels; a label farther away has a line to its mark
 
 
 def place_labels(
     figure: Any, panel: Any, points: NDArray[np.float64], texts: list[str], colors: list[str], paper: str
 ) -> None:
-    """Write `texts` beside `points` (data coordinates), each where it covers least of what is there already.
+    """Write `texts` beside `points` (data coordinates), each where it covers least.
 
-    `paper` is the colour of the background, which a thin rim of each label has.
+    `paper` is the background's colour, in which each label has a thin rim.
     """
     if not len(points):
         return
@@ -48,7 +48,7 @@ def place_labels(
 def _best_position(
     position: NDArray[np.float64], half: NDArray[np.float64], taken: NDArray[np.float64], inside: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], float]:
-    """Centre of the label and how far it is from the mark: the nearest that is free, or else covers least."""
+    """Return the label's centre and distance from the mark: the nearest free position, or the one that covers least."""
     best, least = (position, 0.0), np.inf
     for distance in _DISTANCES:
         for angle in _ANGLES:
@@ -66,7 +66,7 @@ def _best_position(
 
 
 def _along_lines(panel: Any) -> NDArray[np.float64]:
-    """Places on the panel's lines, in pixels, a few pixels apart."""
+    """Positions on the panel's lines, in pixels, a few pixels apart."""
     positions = [np.empty((0, 2))]
     for line in panel.get_lines():
         if line.get_linestyle() == "None":

@@ -1,4 +1,4 @@
-"""Everything that a report says, measured in one run."""
+"""Measurement of everything that a report shows, in one run."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol.opengl.contexts import open_context
 from texvol.rendering.renderer import Renderer, Size
 from texvol.report import vtk_mappers
 from texvol.report.convergence import (
@@ -26,23 +27,24 @@ from texvol.report.convergence import (
     sweep,
     total_rms,
 )
-from texvol.report.fingerprint import fingerprint
 from texvol.report.orders import smooth_order, trilinear_change
 from texvol.report.progress import Progress
 from texvol.report.words import LIMITS
 from texvol.scene.scene import Classification, Scene
 from texvol.util.errors import InputError
+from texvol.util.fingerprint import machine, versions
 
+_LIBRARIES = ("moderngl", "numpy", "numba", "OpenImageIO", "vtk", "matplotlib")
 QUICK_RATES = (0.5, 1.0, 2.0)
-ASKED: tuple[Classification, ...] = ("extinction", "post")  # beside the scene's own, for `--max-error`
+ASKED: tuple[Classification, ...] = ("extinction", "post")  # for `--max-error`, besides the scene's own
 _BUSY = 0.5  # processes, averaged over a minute
-_LONGEST_ASK = 15.0  # seconds; the next finer error may take four times as long
-_LARGEST_MAP = 512  # pixels along a side of an error map; more are reduced to the worst of each block
+_LONGEST_ASK = 15.0  # seconds; the next smaller error may take four times as long
+_LARGEST_MAP = 512  # pixels along a side of an error map; larger maps are reduced to the worst pixel of each block
 
 
 @dataclass
 class Findings:
-    """What was measured of a scene, and what could not be (`notes`)."""
+    """Results of measuring a scene, and `notes` on what could not be measured."""
 
     scene: Scene
     size: Size
@@ -56,12 +58,12 @@ class Findings:
     asked: list[Asked] = field(default_factory=list)
     error_maps: dict[Setting, NDArray[np.float64]] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
-    grid_change: float | None = None  # of a picture, on a finer grid of the same trilinear field
-    grid_order: float | None = None  # of a smooth field's pictures in the grid's spacing
+    grid_change: float | None = None  # largest change of a picture on a finer grid of the same trilinear field
+    grid_order: float | None = None  # order of a smooth field's pictures in the grid's spacing
 
     @property
     def has_errors(self) -> bool:
-        """Whether any error could be measured."""
+        """True if any error was measured."""
         return any(total_rms(each) is not None for each in self.measurements)
 
     @property
@@ -71,7 +73,7 @@ class Findings:
 
     @property
     def model_error_map(self) -> NDArray[np.float64] | None:
-        """Where the two oracles differ."""
+        """Difference of the two oracles' pictures; None without an oracle."""
         if self.truths.preclassified is None or self.truths.postclassified is None:
             return None
         return _error_map(self.truths.preclassified, self.truths.postclassified)
@@ -80,12 +82,12 @@ class Findings:
 def measure(
     renderer: Renderer, scene: Scene, size: Size, progress: Progress, *, quick: bool = False, command: str = ""
 ) -> Findings:
-    """The scene's findings; takes minutes, or seconds if `quick`.
+    """Return the scene's findings; takes minutes, or seconds if `quick`.
 
     Raises
     ------
     InputError
-        If none of the settings can be drawn.
+        If no setting can be drawn.
     """
     start, date = time.perf_counter(), datetime.datetime.now().astimezone()
     scene = scene.completed(size)
@@ -103,7 +105,7 @@ def measure(
     progress.expect(len(chosen) + len(vtk_mappers.MAPPERS) * len(rates))
     for outcome in sweep(renderer, scene, size, chosen, truths, _limits(quick)):
         _add(findings, outcome, progress)
-    progress.expect(len(findings.measurements) - len(chosen))  # formats that auto had chosen already came once
+    progress.expect(len(findings.measurements) - len(chosen))  # formats that auto had chosen already are left out
     if all(each.skipped for each in findings.measurements):
         raise InputError(findings.measurements[0].skipped)
     _ask(findings, renderer, progress, () if quick else ASKED)
@@ -119,8 +121,28 @@ def measure(
     return findings
 
 
+def fingerprint(renderer: Renderer) -> dict[str, str]:
+    """Return driver, versions of libraries, processor and load, in words."""
+    context = open_context(renderer.backend)
+    try:
+        with context.current():
+            info = context.gl.info
+            vendor, version = info["GL_VENDOR"], info["GL_VERSION"]
+    finally:
+        context.release()
+    return {
+        "GL_RENDERER": renderer.renderer_name,
+        "GL_VERSION": version,
+        "GL_VENDOR": vendor,
+        "context": renderer.backend,
+        **versions(_LIBRARIES),
+        **machine(),
+        "load before": f"{os.getloadavg()[0]:.1f} processes running, on average over a minute",
+    }
+
+
 def _ask(findings: Findings, renderer: Renderer, progress: Progress, also: tuple[Classification, ...]) -> None:
-    """Ask for each error in the scene's classification and `also` in these; no finer ones once that takes long."""
+    """Ask for each error limit, by the scene's classification and those in `also`; stop at limits that take long."""
     for classification in dict.fromkeys((findings.scene.classification, *also)):
         scene = replace(findings.scene, classification=classification)
         for wanted in LIMITS:
@@ -144,7 +166,7 @@ def _add(findings: Findings, outcome: Outcome, progress: Progress) -> None:
 
 
 def _error_map(picture: NDArray, truth: NDArray) -> NDArray[np.float64]:
-    """The largest channel's absolute difference; of a large picture, the worst pixel of each block."""
+    """Return the largest channel's absolute difference; for a large picture, the worst pixel of each block."""
     difference = np.abs(np.asarray(picture, np.float64) - truth).max(axis=2)
     block = -(-max(difference.shape) // _LARGEST_MAP)
     if block == 1:

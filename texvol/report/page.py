@@ -1,50 +1,53 @@
-"""The report as one HTML page: pictures and plots are inside it, nothing is asked of any network."""
+"""HTML page of a report; pictures and plots are inside it."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from importlib.resources import files
 from pathlib import Path
-from string import Template
 
+from texvol.comparison.templates import rendered
+from texvol.formats.pictures.page_pictures import data_url, png
 from texvol.report import words
 from texvol.report.convergence import discretisation_max, total_max, total_rms
-from texvol.report.error_pictures import error_section
-from texvol.report.measurement_table import table_section
+from texvol.report.error_pictures import error_pictures
 from texvol.report.measuring import Findings
-from texvol.report.orders import order_section
-from texvol.report.pictures import data_url, png
+from texvol.report.orders import slab_orders
+from texvol.report.table import fronts
 from texvol.scene.scene import Scene
-from texvol.util.shown_text import escaped
 from texvol.util.version import __version__
 
 Plots = Mapping[str, Mapping[str, bytes]]  # metric → theme → PNG file
+_CAPTIONS = {
+    "max": "The largest error of any pixel and channel. Each mark is a setting, labelled with its rate and, if "
+    "they are not automatic, its texel format and → target format.",
+    "rms": "The same for the root mean square error.",
+}
 
 
 def html(findings: Findings, plots: Plots) -> str:
-    """The page's text."""
-    template = Template((files("texvol.report") / "page.html").read_text("utf-8"))
-    sections = [
-        _choice_section(findings),
-        _asked_section(findings),
-        _plot_section(plots),
-        order_section(findings),
-        error_section(findings),
-        table_section(findings),
-        _method_section(findings),
-    ]
+    """Return the page's HTML."""
     scene = findings.scene
-    return template.substitute(
-        title=escaped(f"Speed against error: {', '.join(Path(volume.name).name for volume in scene.volumes)}"),
+    on_max, on_rms = fronts(findings)
+    order = list(dict.fromkeys(each.setting.name for each in findings.measurements))
+    rows = sorted(findings.measurements, key=lambda each: order.index(each.setting.name))  # stable: coarse to fine
+    return rendered(
+        "report.html",
+        "texvol.report",
+        filters={"seconds": words.seconds, "error": words.error, "max_of": words.max_of, "rms_of": words.rms_of},
+        findings=findings,
+        title=f"Speed against error: {', '.join(Path(volume.name).name for volume in scene.volumes)}",
         version=__version__,
-        date=f"{findings.started:%d %B %Y, %H:%M}",
         picture=data_url(png(findings.picture)),
-        picture_caption=f"<code>{escaped(scene.classification)}</code> at rate 1, {_size(findings)} pixels, over the "
-        "background",
+        size=_size(findings),
+        spacing=scene.smallest_spacing,
         answer=_answer(findings),
-        metadata="".join(f"<dt>{escaped(name)}</dt><dd>{escaped(fact)}</dd>" for name, fact in _metadata(findings)),
-        notes=_notes(findings),
-        sections="\n".join(filter(None, sections)),
+        metadata=_metadata(findings),
+        recommendations=[(limit, _recommended(findings, limit)) for limit in words.LIMITS],
+        plots={metric: {theme: data_url(plot) for theme, plot in each.items()} for metric, each in plots.items()},
+        captions=_CAPTIONS,
+        orders=_order_rows(findings),
+        errors=error_pictures(findings),
+        measurements=[(each, each.setting in on_max | on_rms) for each in rows],
     )
 
 
@@ -53,7 +56,7 @@ def _answer(findings: Findings) -> str:
         return "No error could be measured, so no setting can be recommended."
     what = "the error of every pixel, all causes together,"
     said = words.sentence(findings.ours, total_max, what, findings.asked)
-    return escaped(f"{said} {words.of_discretisation(findings.ours, total_max, findings.asked)}".strip())
+    return f"{said} {words.of_discretisation(findings.ours, total_max, findings.asked)}".strip()
 
 
 def _metadata(findings: Findings) -> list[tuple[str, str]]:
@@ -78,7 +81,7 @@ def _metadata(findings: Findings) -> list[tuple[str, str]]:
 
 
 def _volume_metadata(scene: Scene) -> list[tuple[str, str]]:
-    """One of the scene's volumes."""
+    """Names and texts of one volume's properties."""
     volume, transfer_function = scene.volume, scene.transfer_function
     assert transfer_function is not None
     low, high = volume.finite_range or (float("nan"),) * 2
@@ -93,93 +96,22 @@ def _volume_metadata(scene: Scene) -> list[tuple[str, str]]:
     return metadata + ([("mask", scene.mask.name)] if scene.mask is not None else [])
 
 
-def _notes(findings: Findings) -> str:
-    if not findings.notes:
-        return ""
-    return f'<div class="notes">{"".join(f"<p>{escaped(each)}</p>" for each in findings.notes)}</div>'
-
-
-def _choice_section(findings: Findings) -> str:
-    if not findings.has_errors:
-        return ""
+def _recommended(findings: Findings, limit: float) -> list[str]:
+    """Recommended settings for each column of the table of recommendations."""
     columns = (total_max, total_rms, discretisation_max)
-    rows = "".join(
-        f'<tr><td class="first">{limit:g}</td>'
-        + "".join(
-            f"<td>{escaped(words.recommendation(findings.ours, each, limit, findings.asked))}</td>" for each in columns
-        )
-        + "</tr>"
-        for limit in words.LIMITS
-    )
-    return f"""<h2>Which setting for which error</h2>
-<p>The fastest setting of texvol that stays within each limit; where none of those measured does, what
-<code>--max-error</code> reached. The rate is in slabs per smallest spacing; formats are
-chosen automatically unless named.</p>
-<div class="wide"><table class="choice"><thead><tr><th class="first">limit</th>
-<th class="first">maximum error, total</th><th class="first">rms error, total</th>
-<th class="first">maximum discretisation error, of any classification</th></tr></thead>
-<tbody>{rows}</tbody></table></div>"""
+    return [words.recommendation(findings.ours, each, limit, findings.asked) for each in columns]
 
 
-def _asked_section(findings: Findings) -> str:
-    if not findings.asked:
-        return ""
-    rows = "".join(
-        f'<tr><td class="first">{escaped(each.classification)}</td><td>{each.wanted:g}</td>'
-        f"<td>{each.slab_thickness / findings.scene.smallest_spacing:.3g}</td>"
-        f"<td>{words.error(each.estimated_error)}</td><td>{words.error(each.true_error)}</td>"
-        f"<td>{'–' if each.true_error is None else 'yes' if each.true_error <= each.wanted else 'no'}</td>"
-        f"<td>{words.seconds(each.seconds)}</td></tr>"
-        for each in findings.asked
-    )
-    return f"""<h2>Asking for an error</h2>
-<p>With <code>--max-error</code> texvol chooses the thickness itself, by drawing the scene at several, and without an
-oracle. The error is the maximum, against the integral of the classification; the time is that of it all.</p>
-<div class="wide"><table class="asked"><thead><tr><th class="first">classification</th><th>wanted</th>
-<th>slab thickness, spacings</th><th>estimated error</th><th>true error</th><th>kept</th><th>time</th></tr></thead>
-<tbody>{rows}</tbody></table></div>"""
-
-
-def _plot_section(plots: Plots) -> str:
-    if not plots:
-        return ""
-    captions = {
-        "max": "The largest error of any pixel and channel. Each mark is a setting, labelled with its rate and, if "
-        "they are not automatic, its texel format and → target format.",
-        "rms": "The same for the root mean square error.",
-    }
-    figures = "".join(
-        f'<figure><div class="wide"><picture><source media="(prefers-color-scheme: dark)" '
-        f'srcset="{data_url(themes["dark"])}"><img src="{data_url(themes["light"])}" '
-        f'alt="Time of a frame against {metric} error, log-log"></picture></div>'
-        f"<figcaption>{captions[metric]}</figcaption></figure>"
-        for metric, themes in plots.items()
-    )
-    return f"""<h2>Time against error</h2>
-<p>Above, the total error, which ends at the model error for what classifies before it interpolates; below, the
-discretisation error alone, which thinner slabs remove. Farther left is faster, farther down is better.</p>{figures}"""
-
-
-def _method_section(findings: Findings) -> str:
-    truths, scene = findings.truths, findings.scene
-    oracle = "" if truths.reason else f" Both integrals together took {words.seconds(truths.seconds)}."
-    metadata = "".join(
-        f"<dt>{escaped(name)}</dt><dd>{escaped(fact)}</dd>" for name, fact in findings.fingerprint.items()
-    )
-    command = f"<p>Made by <code>{escaped(findings.command)}</code>.</p>" if findings.command else ""
-    return f"""<h2>How it was measured</h2>
-<p>Everything on this page was measured in one run, which took {words.seconds(findings.seconds)}, one setting after the
-other. Seconds of a frame are the median of the warm frames, from the request to the finished draw, and one read-back
-of the picture as float32. Baking the texture and uploading it come once before them.</p>
-<p>An error is an absolute difference of linear, premultiplied colour and opacity, over all pixels and channels. It is
-taken from the exact integral along each ray, in float64: of the interpolated classified samples for <code>slab</code>
-and <code>extinction</code>, of the classified interpolated samples for <code>post</code> and <code>integrated</code>
-(discretisation error), and of the latter for all (total error). The distance of the two integrals is the model
-error.{oracle}</p>
-<p>A slab is {scene.smallest_spacing:.5g} {escaped(scene.volume.unit or "world units")} thick at rate 1. VTK's mappers
-draw in a process of their own, with that as sample distance; theirs is the time of a render and its read-back in 8
-bits.</p>
-{command}<dl>{metadata}</dl>"""
+def _order_rows(findings: Findings) -> list[tuple[str, str, str]]:
+    """Refined step, expected and measured order of convergence."""
+    rows = [
+        (f"slab thickness, {name}", expected, "–" if order is None else f"{order:.2f}")
+        for (name, order), expected in zip(slab_orders(findings.ours).items(), ("1 to 2", "2", "2", "2"), strict=True)
+    ]
+    if findings.grid_change is not None and findings.grid_order is not None:
+        rows.append(("grid of a trilinear field", "0", f"no change (at most {findings.grid_change:.0e})"))
+        rows.append(("grid of a smooth field", "2", f"{findings.grid_order:.2f}"))
+    return rows
 
 
 def _size(findings: Findings) -> str:

@@ -1,4 +1,4 @@
-"""Time against error, log-log, every mark labelled; total error above, discretisation error alone below."""
+"""Plots of time against error, log-log: total error above, discretisation error below, every mark labelled."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ THEMES = {
     "light": {"paper": "#ffffff", "ink": "#1b1f24", "faint": "#d5d9de", "front": "#9aa3ad"},
     "dark": {"paper": "#14171b", "ink": "#e3e6ea", "faint": "#33393f", "front": "#6f7882"},
 }
-# Colour and mark of each name; all kinds of eyes tell the colours apart, on white and on black (Okabe, Ito 2008).
+# Colour and mark of each name; colours for all kinds of colour vision, on white and on black (Okabe, Ito 2008).
 _LOOKS = {
     "slab": ("#e69f00", "s"),
     "extinction": ("#009e73", "o"),
@@ -65,7 +65,7 @@ def pareto_plot(findings: Findings, metric: str, theme: str) -> bytes:
         panel.set_ylabel(f"{word} error")
         panel.set_xlabel("time of a warm frame")
     _add_legend(figure, above, colors)
-    figure.draw_without_rendering()  # lays it out; labels are placed in pixels, so it must not move any more
+    figure.draw_without_rendering()  # fixes the layout; labels are placed in pixels
     figure.set_layout_engine("none")
     for panel, error_of in ((above, total), (below, discretisation)):
         _label(figure, panel, findings.measurements, error_of, colors)
@@ -107,7 +107,7 @@ def _draw_panel(panel: Any, measurements: list[Measurement], error_of: ErrorOf, 
 
 
 def _name_times(panel: Any) -> None:
-    """Times as 50 ms, 100 ms, 200 ms …, instead of powers of ten."""
+    """Label times as 50 ms, 100 ms, 200 ms … instead of powers of ten."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
     panel.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
@@ -116,7 +116,7 @@ def _name_times(panel: Any) -> None:
 
 
 def _draw_model_error(panel: Any, findings: Findings, metric: str, colors: dict[str, str]) -> None:
-    """A line at the error that slab and extinction keep, however thin the slabs."""
+    """Draw a line at the model error, which slab and extinction keep however thin the slabs."""
     model = findings.truths.model_error
     size = None if model is None else model.max_error if metric == "max" else model.rms_error
     if size:
@@ -136,7 +136,7 @@ def _add_legend(figure: Any, panel: Any, colors: dict[str, str]) -> None:
 
 
 def _label(figure: Any, panel: Any, measurements: list[Measurement], error_of: ErrorOf, colors: dict[str, str]) -> None:
-    """The rate beside each mark, and the formats where they are not the default."""
+    """Write the rate beside each mark, and the formats if they are not the default."""
     points, texts, inks = [], [], []
     for name, (color, _) in _LOOKS.items():
         for each, error in _shown(measurements, name, error_of):
@@ -154,7 +154,7 @@ def _short(measurement: Measurement) -> str:
 
 
 def _shown(measurements: Iterable[Measurement], name: str, error_of: ErrorOf) -> Iterable[tuple[Measurement, float]]:
-    """Measurements of one name that have a place on logarithmic axes."""
+    """Yield the measurements of one name that logarithmic axes can show."""
     for each in measurements:
         error = error_of(each)
         if each.setting.name == name and each.seconds and error and np.isfinite(error):

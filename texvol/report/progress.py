@@ -1,4 +1,4 @@
-"""How far a long run is, on stderr: a bar on a terminal, plain lines elsewhere."""
+"""Progress of a long run on stderr: a bar on a terminal, plain lines elsewhere."""
 
 from __future__ import annotations
 
@@ -6,11 +6,14 @@ import sys
 from types import TracebackType
 from typing import Any
 
-from texvol.util.terminal import complain, one_line
+from texvol.util.shown_text import one_line
+from texvol.util.terminal import complain
+
+_LONGEST_LINE = 400  # characters
 
 
 class Progress:
-    """A bar with what is being done beside it; in a file or a pipe, a line for each step that was done."""
+    """Progress bar with the current step beside it; in a file or a pipe, a line for each finished step."""
 
     def __init__(self) -> None:
         self._bar: Any = None
@@ -37,23 +40,23 @@ class Progress:
             self._bar.stop()
 
     def expect(self, steps: int) -> None:
-        """So many steps more are to come."""
+        """Add to the number of steps to come."""
         self._total += steps
         if self._bar is not None:
             self._bar.update(self._task, total=self._total)
 
     def say(self, what: str) -> None:
-        """What is being done now."""
+        """Show the current step."""
         if self._bar is not None:
-            self._bar.update(self._task, description=one_line(what))
+            self._bar.update(self._task, description=one_line(what, _LONGEST_LINE))
         else:
             self._line(what)
 
     def step(self, what: str) -> None:
-        """One step is done, with this outcome."""
+        """Count a finished step, and show its result."""
         self._done += 1
         if self._bar is not None:
-            self._bar.update(self._task, advance=1, description=one_line(what))
+            self._bar.update(self._task, advance=1, description=one_line(what, _LONGEST_LINE))
         else:
             self._line(f"{self._done}/{self._total} {what}")
 

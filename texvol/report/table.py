@@ -1,4 +1,4 @@
-"""The measurements as tables: CSV for machines, Markdown for a README."""
+"""Tables of the measurements: CSV, and Markdown for a README."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ COLUMNS = (
 
 
 def csv_text(findings: Findings) -> str:
-    """Every measurement, one a line; empty is what could not be measured. Lengths in world units, times in seconds."""
+    """Return a line for each measurement; unknown numbers are empty. Lengths in world units, times in seconds."""
     on_max, on_rms = fronts(findings)
     text = io.StringIO()
     writer = csv.DictWriter(text, COLUMNS, lineterminator="\n")
@@ -36,7 +36,7 @@ def csv_text(findings: Findings) -> str:
 
 
 def fronts(findings: Findings) -> tuple[set[Setting], set[Setting]]:
-    """The settings on the Pareto fronts of maximum and of rms error, all renderers together."""
+    """Return the settings on the Pareto fronts of maximum and of rms error, over all renderers."""
     return (
         {each.setting for each in pareto_front(findings.measurements, total_max)},
         {each.setting for each in pareto_front(findings.measurements, total_rms)},
@@ -44,7 +44,7 @@ def fronts(findings: Findings) -> tuple[set[Setting], set[Setting]]:
 
 
 def markdown_text(findings: Findings) -> str:
-    """The settings with automatic formats, and which to use for which error, as two Markdown tables."""
+    """Return two Markdown tables: the settings with automatic formats, and recommended settings for each error."""
     model = findings.truths.model_error
     plain = [each for each in findings.measurements if not each.setting.formats]
     rates = sorted({each.setting.sampling_rate for each in plain})

@@ -1,15 +1,15 @@
 """VTK's volume mappers drawing a texvol scene, for comparison: same volume, transfer function, camera and sizes.
 
-VTK works in a process of its own (`vtk_process`): its OpenGL context stays apart from ours, and a crash of it is not
-ours. Before anything is measured, a soft version of the scene is drawn by both; if the pictures differ, the scene says
-something that VTK does not do, or VTK was told wrongly, and nothing is measured.
+VTK works in a process of its own (`vtk_process`), which separates its OpenGL context and its crashes from texvol.
+Before the measurements, both draw a soft version of the scene; if the two pictures differ, VTK can't draw the scene, or
+was given wrong parameters, and nothing is measured.
 
-What VTK is told, so that it means the same:
+Differences of the conventions:
 
-- Its box ends at the outermost points: the GPU mapper is given the samples as cells, which fill the true box; the
-  fixed-point mapper knows no cells, so one repeated voxel is put around, and cropped to the true box.
-- It interpolates opacity, not extinction: 1 - e^-τ per unit distance stands on a dense grid of values.
-- It sees the volume in a frame of the grid's own axes, counted in smallest spacings: no matrix, no tiny worlds.
+- VTK's box ends at the outermost points. The GPU mapper is given the samples as cells, which fill the true box; the
+  fixed-point mapper draws no cells, so the samples are padded by a repeated voxel and cropped to the true box.
+- VTK interpolates opacity, not extinction: 1 - e^-τ per unit distance is given on a dense grid of values.
+- VTK draws the volume in the frame of the grid's own axes, with the smallest spacing as unit, without a matrix.
 """
 
 from __future__ import annotations
@@ -40,20 +40,20 @@ from texvol.util.errors import TexvolError
 from texvol.util.package import environment_of_child
 
 MAPPERS = {"VTK GPU": "gpu", "VTK fixed-point": "fixed-point"}
-MOST_DIFFERENT = 2e-2  # rms, of a soft scene: 8 bits and blurred edges stay under, a wrong axis or length does not
-_POINTS = 1024  # of the opacity, over the range of the values
+MOST_DIFFERENT = 2e-2  # rms of a soft scene; 8 bits and blurred edges give less, a wrong axis or length more
+_POINTS = 1024  # of the opacity table, over the range of the values
 _CHECK_RATE = 2.0
 _SAME_TYPES = ("uint8", "int8", "uint16", "int16", "float32")
 
 
 class VtkError(TexvolError):
-    """VTK is missing, can't draw the scene, or draws another one; the message says which."""
+    """VTK is missing, can't draw the scene, or draws another picture; the message gives the reason."""
 
 
 def sweep(
     renderer: Renderer, scene: Scene, size: Size, mapper: str, rates: Iterable[float], truths: Truths, limits: Limits
 ) -> Iterator[Outcome]:
-    """Each rate's measurement and picture by one of `MAPPERS`, as they come.
+    """Yield the measurement and the picture of each rate, drawn by one of `MAPPERS`.
 
     Raises
     ------
@@ -84,7 +84,7 @@ def sweep(
 
 
 def soft_scene(scene: Scene) -> Scene:
-    """The same volume and camera with thin matter that grows with the value, on black: hard to get wrong slightly."""
+    """Return the same volume and camera with a thin medium whose extinction grows with the value, on black."""
     low, high = scene.volume.finite_range or (0.0, 1.0)
     if not high > low:
         high = low + max(1.0, abs(low))
@@ -98,7 +98,7 @@ def soft_scene(scene: Scene) -> Scene:
 
 
 def over_background(picture: NDArray, background: tuple[float, float, float]) -> NDArray[np.float32]:
-    """A premultiplied picture with its background behind it."""
+    """Return a premultiplied picture over its background."""
     picture = picture.astype(np.float32)
     picture[..., :3] += (1 - picture[..., 3:]) * np.asarray(background, np.float32)
     return picture
@@ -107,19 +107,19 @@ def over_background(picture: NDArray, background: tuple[float, float, float]) ->
 def _check(theirs: NDArray, ours: NDArray, mapper: str) -> None:
     rms = compare(theirs, ours).rms_error
     if not rms <= MOST_DIFFERENT:
-        raise VtkError(f"{mapper} draws another picture of a soft version of this scene (rms {rms:.2g}): not compared")
+        raise VtkError(f"{mapper} and texvol draw a soft version of this scene differently (rms {rms:.2g})")
 
 
 def _check_drawable(scene: Scene, medium: TransferFunction) -> None:
-    """Raise VtkError where VTK would draw another picture."""
+    """Raise VtkError if VTK would draw another picture."""
     if scene.added or scene.mask is not None:
-        raise VtkError("several volumes and masks are other pictures in VTK")
+        raise VtkError("VTK draws scenes of several volumes, and masks, differently")
     if scene.volume.labels or scene.volume.colors is not None:
-        raise VtkError("VTK mixes labels, and knows no samples with colours of their own")
+        raise VtkError("VTK interpolates labels, and has no samples with colours")
     if medium.emissive:
-        raise VtkError("VTK knows no emission apart from extinction")
+        raise VtkError("VTK has no emission apart from extinction")
     if scene.lighting is not None or scene.depth_cue is not None:
-        raise VtkError("VTK's light is another model")
+        raise VtkError("VTK has another light model")
     if medium.premultiplied or medium.needs_gradient:
         raise VtkError("VTK classifies by straight colours of the value alone")
     gram = scene.volume.direction.T @ scene.volume.direction
@@ -128,7 +128,7 @@ def _check_drawable(scene: Scene, medium: TransferFunction) -> None:
 
 
 def _request(scene: Scene, soft: Scene, size: Size, mapper: str, rates: list[float], limits: Limits) -> dict[str, Any]:
-    """All but the samples, in the grid's frame, lengths in smallest spacings; JSON-able."""
+    """Return all parameters but the samples, in the grid's frame, with the smallest spacing as unit; JSON-able."""
     volume, unit = scene.volume, scene.volume.smallest_spacing
     assert scene.transfer_function is not None and soft.transfer_function is not None
     _check_drawable(scene, scene.transfer_function)
@@ -166,7 +166,7 @@ def _request(scene: Scene, soft: Scene, size: Size, mapper: str, rates: list[flo
 
 
 def _right_handed(volume: Volume) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Axes of the grid, the x axis turned where they are left-handed, and the world position of the box's corner."""
+    """Return the grid's axes, with the x axis reversed if they are left-handed, and the box's corner in world units."""
     axes = volume.direction.copy()
     corner = volume.box_corner.copy()
     if np.linalg.det(axes) < 0:
@@ -176,13 +176,13 @@ def _right_handed(volume: Volume) -> tuple[NDArray[np.float64], NDArray[np.float
 
 
 def _middle(volume: Volume) -> float:
-    """What is taken off the values, so that VTK's float32 keeps apart what is apart."""
+    """Offset that is subtracted from the values, so that VTK's float32 keeps different values different."""
     low, high = volume.finite_range or (0.0, 0.0)
     return 0.0 if volume.values.dtype.name in _SAME_TYPES else low / 2 + high / 2
 
 
 def _vtk_points(transfer_function: TransferFunction, volume: Volume, unit: float) -> list[list[float]]:
-    """Value, straight colour, opacity of one smallest spacing: a dense grid, and both sides of each control point."""
+    """Rows of value, straight colour, opacity of one smallest spacing: a grid, and both sides of control points."""
     points = transfer_function.values
     low, high = volume.finite_range or (points[0], points[-1])
     low, high = min(low, points[0]), max(high, points[-1])
@@ -192,7 +192,7 @@ def _vtk_points(transfer_function: TransferFunction, volume: Volume, unit: float
     with np.errstate(invalid="ignore"):
         weight = np.where(np.isinf(extinction) | (extinction == 0), 1, extinction)
     colors = np.where((extinction == 0)[:, np.newaxis], 0, emission / weight[:, np.newaxis])
-    bare = extinction == 0  # no colour is known there, and VTK interpolates it: the transfer function's own
+    bare = extinction == 0  # VTK interpolates colour also where extinction is 0: the transfer function's own colour
     colors[bare] = np.stack([np.interp(grid[bare], points, transfer_function.colors[:, c]) for c in range(3)], axis=1)
     opacity = -np.expm1(-extinction * unit)
     return np.column_stack([grid - _middle(volume), colors, opacity]).tolist()
@@ -210,7 +210,7 @@ def _save(folder: Path, scene: Scene, request: dict[str, Any]) -> None:
 
 
 def _answers(folder: Path, timeout: float) -> Iterator[dict[str, Any]]:
-    """What the other process prints, line by line; it ends with us."""
+    """Yield the lines that the other process prints; the process ends with this one."""
     if importlib.util.find_spec("vtkmodules") is None:
         raise VtkError("VTK is not installed: pip install 'texvol[bench]'")
     with (folder / "errors").open("w+") as errors:
@@ -227,7 +227,7 @@ def _answers(folder: Path, timeout: float) -> Iterator[dict[str, Any]]:
         try:
             assert process.stdout is not None
             for line in process.stdout:
-                if line.startswith("{"):  # VTK itself may have something to say
+                if line.startswith("{"):  # VTK prints messages, too
                     yield json.loads(line)
             status = process.wait()
         finally:

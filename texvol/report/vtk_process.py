@@ -1,8 +1,8 @@
-"""The process that VTK works in: draws what `vtk_mappers` asks for, one JSON line on stdout for each picture.
+"""Process in which VTK draws for `vtk_mappers`; prints one JSON line for each picture.
 
     python -m texvol.report.vtk_process FOLDER
 
-FOLDER holds `values.npy` and `request.json`; pictures are put there too.
+FOLDER holds `values.npy` and `request.json`; the pictures are written there, too.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 
 class Scene:
-    """A VTK window with one volume in it."""
+    """A VTK window with one volume."""
 
     def __init__(self, folder: Path, request: dict[str, Any]) -> None:
         import vtkmodules.vtkRenderingVolumeOpenGL2  # noqa: F401  (registers the OpenGL classes)
@@ -59,7 +59,7 @@ class Scene:
         self._property.SetScalarOpacity(opacity)
 
     def draw(self, sample_distance: float) -> NDArray[np.float32]:
-        """The picture (h, w, 4), premultiplied, 8 bits as float, top row first."""
+        """Return the picture (h, w, 4), premultiplied, 8 bits as float, top row first."""
         from vtkmodules.util.numpy_support import vtk_to_numpy
         from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
 
@@ -87,7 +87,7 @@ class Scene:
 
 
 def _mapper(name: str, values: NDArray, spacing: list[float]) -> Any:
-    """One of VTK's mappers, its automatic changes of quality off; the corner of the box is at 0."""
+    """Return one of VTK's mappers, with automatic changes of quality off; the corner of the box is at 0."""
     from vtkmodules.vtkRenderingVolume import vtkFixedPointVolumeRayCastMapper
     from vtkmodules.vtkRenderingVolumeOpenGL2 import vtkOpenGLGPUVolumeRayCastMapper
 
@@ -111,14 +111,14 @@ def _mapper(name: str, values: NDArray, spacing: list[float]) -> Any:
 
 
 def _cells(values: NDArray, spacing: list[float]) -> Any:
-    """The samples as cells, which end where the box does. Cropped points the GPU mapper ends half a voxel too late."""
+    """Return the samples as cells, which end at the box; the GPU mapper would crop points half a voxel too late."""
     image = _image([count + 1 for count in values.shape[::-1]], spacing, 0.0)
     image.GetCellData().SetScalars(_scalars(values))
     return image
 
 
 def _padded_points(values: NDArray, spacing: list[float]) -> Any:
-    """The samples as points, one repeated around: the fixed-point mapper draws no cells."""
+    """Return the samples as points, padded by one repeated sample: the fixed-point mapper draws no cells."""
     image = _image([count + 2 for count in values.shape[::-1]], spacing, -0.5)
     image.GetPointData().SetScalars(_scalars(np.pad(values, 1, mode="edge")))
     return image
@@ -141,12 +141,12 @@ def _scalars(values: NDArray) -> Any:
 
 
 def answer(**metadata: Any) -> None:
-    """One line for the other process."""
+    """Print one line for the other process."""
     print(json.dumps(metadata), flush=True)
 
 
 def main(folder: Path) -> None:
-    """Draw the check and then every rate, coarse to fine."""
+    """Draw the check, then every rate, coarse to fine."""
     request = json.loads((folder / "request.json").read_text())
     scene = Scene(folder, request)
 

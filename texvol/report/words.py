@@ -1,4 +1,4 @@
-"""Numbers and settings as a reader wants them."""
+"""Numbers, settings and recommendations as texts."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from texvol.report.convergence import (
     most_accurate,
 )
 
-LIMITS = (1e-2, 3e-3, 1e-3)  # errors that a setting is recommended for
+LIMITS = (1e-2, 3e-3, 1e-3)  # errors with a recommended setting
 
 
 def seconds(time: float | None) -> str:
-    """A time in ms or s, three digits at most."""
+    """A time in ms or s, with at most three digits."""
     if time is None:
         return "–"
     if time < 0.9995:
@@ -29,7 +29,7 @@ def seconds(time: float | None) -> str:
 
 
 def error(number: float | None) -> str:
-    """An error with two digits; with more where two would say that it is within a limit that it is not."""
+    """An error with two digits; with more if two digits would put it within a limit that it exceeds."""
     if number is None:
         return "–"
     texts = (f"{number:.{digits}e}" for digits in range(1, 17))
@@ -48,10 +48,10 @@ def max_of(difference: Difference | None) -> str:
 
 
 def asking_within(asked: Sequence[Asked], error_of: ErrorOf, limit: float) -> Asked | None:
-    """The fastest answer to `--max-error` whose error is at most `limit`, or None.
+    """Return the fastest answer to `--max-error` whose error is at most `limit`, or None.
 
-    The error of an answer is the maximum discretisation error: no rms error is larger, and it is the total error too of
-    what is classified after interpolation.
+    The error of an answer is the maximum discretisation error. It is an upper bound of the rms error, and equal to the
+    total error for post-classified settings.
     """
     is_total = error_of not in (discretisation_max, discretisation_rms)
     within = [
@@ -67,7 +67,7 @@ def asking_within(asked: Sequence[Asked], error_of: ErrorOf, limit: float) -> As
 def recommendation(
     measurements: list[Measurement], error_of: ErrorOf, limit: float, asked: Sequence[Asked] = ()
 ) -> str:
-    """The fastest setting within the limit, in words; else what `--max-error` reached; else the nearest."""
+    """Return the fastest setting within the limit; else the result of `--max-error`; else the most accurate setting."""
     found = fastest_within(measurements, error_of, limit)
     if found is not None:
         return f"{found.setting.words}, {seconds(found.seconds)}"
@@ -77,12 +77,13 @@ def recommendation(
     nearest = most_accurate(measurements, error_of)
     if nearest is None:
         return "not measured"
-    return f"none; {nearest.setting.words} came nearest with {error(error_of(nearest))}, {seconds(nearest.seconds)}"
+    least = error(error_of(nearest))
+    return f"none; the most accurate is {nearest.setting.words} with {least}, {seconds(nearest.seconds)}"
 
 
 def sentence(measurements: list[Measurement], error_of: ErrorOf, what: str, asked: Sequence[Asked] = ()) -> str:
-    """Which setting to use for which error, in one sentence; `what` names the error."""
-    choices: dict[str, list[str]] = {}  # a setting in words, and the limits that it is for
+    """Return one sentence on the setting to use for each limit; `what` names the error."""
+    choices: dict[str, list[str]] = {}  # setting → limits
     missed = []
     for limit in LIMITS:
         found, answer = fastest_within(measurements, error_of, limit), asking_within(asked, error_of, limit)
@@ -96,7 +97,7 @@ def sentence(measurements: list[Measurement], error_of: ErrorOf, what: str, aske
             missed.append(f"{limit:g}")
     if not choices:
         nearest = most_accurate(measurements, error_of)
-        reached = f"; {nearest.setting.words} came nearest with {error(error_of(nearest))}" if nearest else ""
+        reached = f"; the most accurate is {nearest.setting.words} with {error(error_of(nearest))}" if nearest else ""
         return f"No setting keeps {what} within {_listed(missed, 'or')}{reached}."
     parts = [f"within {_listed(limits, 'and')} use {setting}" for setting, limits in choices.items()]
     if missed:
@@ -105,7 +106,7 @@ def sentence(measurements: list[Measurement], error_of: ErrorOf, what: str, aske
 
 
 def of_discretisation(measurements: list[Measurement], error_of: ErrorOf, asked: Sequence[Asked]) -> str:
-    """A sentence on limits that no setting keeps, but for the discretisation error alone; empty if there are none."""
+    """Return a sentence on limits that are kept by the discretisation error alone; empty if there are none."""
     kept: dict[str, list[str]] = {}
     for limit in LIMITS:
         if fastest_within(measurements, error_of, limit) or asking_within(asked, error_of, limit):

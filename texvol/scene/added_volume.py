@@ -1,7 +1,7 @@
 """Several volumes in one scene: where they overlap, extinction adds up, and so does emission.
 
-The first is the scene's own; each of the others has a transfer function, a grid, a place in the world and a mask of its
-own. All that cuts, lights and looks is the scene's.
+The first is the scene's own; each of the others has a transfer function, a grid, a position in the world and a mask
+of its own. All that cuts, lights and looks is the scene's.
 """
 
 from __future__ import annotations

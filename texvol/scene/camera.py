@@ -32,7 +32,7 @@ class PixelRays:
     """Rays of a picture, affine in the pixel: `point` + x `point_per_column` + y `point_per_row`, likewise `velocity`.
 
     (x, y) counts pixels from the middle of the picture, y upwards. `point` is where the ray meets the plane of
-    constant depth through a reference point, relative to that point; `velocity` is the way that the ray goes while
+    constant depth through a reference point, relative to that point; `velocity` is the path of the ray while
     its depth grows by one world unit (so its length is 1/cos of the angle to the view). Kept relative to the volume,
     so that float32 has digits left when the world's coordinates are large.
     """

@@ -66,7 +66,7 @@ def checked_crop(crop: Sequence[Sequence[float]]) -> tuple[Range, Range, Range]:
 
 @dataclass(frozen=True)
 class Cutting:
-    """Clip planes and a crop box together, as half spaces; with `caps` matter is opaque where they cut it open."""
+    """Clip planes and a crop box together, as half spaces; with `caps` the medium is opaque where they cut it open."""
 
     planes: tuple[ClipPlane, ...] = ()
     crop: tuple[Range, Range, Range] | None = None

@@ -5,7 +5,7 @@ grey is linear in it,
 
     encoded = clamp((n - centre) / width + 1/2, 0, 1)
 
-so the linear picture holds what sRGB decodes from that, and 8 bits hold the share itself.
+so the linear picture holds what sRGB decodes from that, and 8 bits hold the fraction itself.
 """
 
 from __future__ import annotations
@@ -125,7 +125,7 @@ def _grey(numbers: NDArray[np.float64], window: Window) -> NDArray[np.float64]:
 
 
 def straight_colors(transfer: TransferFunction, values: ArrayLike) -> NDArray[np.float64]:
-    """Colour of each value, shape (…, 3), in [0, 1], however thin matter of that value is; black where it is NaN.
+    """Colour of each value, shape (…, 3), in [0, 1], however thin a medium of that value is; black where it is NaN.
 
     Premultiplied: emission over extinction, black where both are 0. Emissive: the emission, over the largest of all.
     """

@@ -1,4 +1,4 @@
-"""A Mask says how much of the matter at each sample is there: 0 hides it, 1 leaves it as it is.
+"""A Mask says how much of the medium at each sample is there: 0 hides it, 1 leaves it as it is.
 
 Emission and extinction are multiplied with the weight: of the samples, before they are interpolated, where the scene is
 classified before (`slab`, `extinction`), or else with the weight that is interpolated in the same way as the value.

@@ -61,7 +61,7 @@ def slab_integral(
 
 
 def rescale_opacity(opacity: ArrayLike, length_ratio: ArrayLike) -> NDArray[np.float64]:
-    """Opacity of the same matter over `length_ratio` times the length: 1 - (1 - A)^r, keeping small opacities."""
+    """Opacity of the same medium over `length_ratio` times the length: 1 - (1 - A)^r, keeping small opacities."""
     depth = depth_from_opacity(opacity)
     with np.errstate(invalid="ignore"):
         scaled = np.where(np.equal(length_ratio, 0), 0.0, depth * np.asarray(length_ratio))

@@ -33,8 +33,8 @@ _BEYOND = 1e9  # boxes: the end of a brick at which the box ends, whatever round
 class Brick:
     """Its own are the samples first … last - 1 along each of x, y, z; stored_first … stored_last - 1 are stored.
 
-    `position` is its place in the grid of bricks, `dimensions` the whole volume's, `texture_size` those of its texture,
-    which is as large for every brick.
+    `position` is its position in the grid of bricks, `dimensions` the whole volume's, `texture_size` those of its
+    texture, which is as large for every brick.
     """
 
     position: Triple
@@ -71,10 +71,10 @@ class Brick:
 
     @property
     def texture_from_box(self) -> tuple[Vector, Vector, Vector]:
-        """Samples per box, first sample, and textures per sample: (box * a - b) * c is a place in its texture.
+        """Samples per box, first sample, and textures per sample: (box * a - b) * c is a position in its texture.
 
-        Along an axis that is cut c is a power of two: so the place differs from that in the texture of the whole by a
-        whole number of samples, to the last bit. Along the others it is the same place.
+        Along an axis that is cut c is a power of two: so the position differs from that in the texture of the whole
+        by a whole number of samples, to the last bit. Along the others it is the same position.
         """
         cut = np.array(self.texture_size) != np.array(self.dimensions)
         samples = np.where(cut, self.dimensions, 1.0)
@@ -139,7 +139,7 @@ def margin(volume: Volume, camera: Camera, size: tuple[int, int], slab_thickness
 def visibility_order(bricks: Iterable[Brick], volume: Volume, camera: Camera) -> list[Brick]:
     """The bricks front to back: none hides a part of one before it.
 
-    Along each axis of the grid a brick in front of another is nearer to the eye's place, or comes first along the
+    Along each axis of the grid a brick in front of another is nearer to the eye's position, or comes first along the
     view, so that the sum of the three ranks orders them.
     """
     bricks = list(bricks)

@@ -3,8 +3,8 @@
 A cell spans `CELL` samples along each axis, or more in volumes so large that the cells would fill a texture. Its range
 holds every value that interpolation can give inside it, the next samples all around included. So where the transfer
 function is nothing over a cell's range nothing is in the cell, classified before interpolation or after. Of these cells
-the `leaps` are made: how far on, in each octant of directions, everything is as empty, or as full, as the cell itself.
-All around it were less by half: a ray that has passed matter would take it for near.
+the `skips` are made: how far on, in each octant of directions, everything is as empty, or as full, as the cell itself.
+All around it were less by half: a ray that has passed a medium would take it for near.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from texvol.scene.mask import Mask
 from texvol.scene.volume import Volume
 from texvol.util.statistics import on_steps
 
-CELL = 3  # samples: smaller ones follow the matter closer, a twentieth less time, and take three times as long to make
-_MOST_CELLS = 640_000  # so that a new transfer function has its leaps within a tenth of a second
+CELL = 3  # samples: smaller ones follow the medium closer, a twentieth less time, and take three times as long to make
+_MOST_CELLS = 640_000  # so that a new transfer function has its skips within a tenth of a second
 _ROUNDED = 2.0**-14  # twice a rounding to 16 bits with a sign
 _MOST_ALONG_AN_AXIS = 1024  # a texture has two of them for each, and at least 2048 texels along an axis
 _FARTHEST_SKIP = 16  # cells; one pass over the cells for each
@@ -45,7 +45,7 @@ class Cells:
     size : (x, y, z)
         Samples per cell.
     per_box : (x, y, z)
-        Cells in the box, with the share of the last ones that lies inside.
+        Cells in the box, with the fraction of the last ones that lies inside.
     """
 
     lowest: NDArray

@@ -3,7 +3,7 @@
 Depth along the view is counted in slab thicknesses from the middle of the box: slab k lies between the planes k and
 k + 1, whatever the eye does, so that the phase of the slabs is one for the whole volume. A *slab stack* is a run of
 slabs drawn by one polygon. Its polygon covers the whole projection of box ∩ stack, silhouettes included, since each
-fragment integrates its own way through slab ∩ box; what it covers beyond costs a little time and adds nothing.
+fragment integrates its own path through slab ∩ box; what it covers beyond costs a little time and adds nothing.
 """
 
 from __future__ import annotations
@@ -69,8 +69,8 @@ def slab_stacks(
     """Polygons for a part of the volume's box in front of the eye; none if it lies behind it.
 
     `slab_thickness` is in world units, `size` is (width, height) in pixels. `part` has the low and the high corner of
-    the part, in shares of the box, shape (2, 3). Slab 0 begins at the depth of the world point `about`, the middle of
-    the box unless told.
+    the part, in fractions of the box, shape (2, 3). Slab 0 begins at the depth of the world point `about`, the middle
+    of the box unless told.
     """
     corners = camera.in_eye_space(_corners_from_centre(volume, part), volume.centre)
     middle = float(camera.pixel_rays(size, volume.centre if about is None else about).reference_depth)
@@ -123,7 +123,7 @@ def _box_between(
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     """Eye-space points whose convex hull is the box between each pair of depths, and which of them exist.
 
-    The points are the corners between the planes and the places where an edge meets a plane: (stacks, 32, 3).
+    The points are the corners between the planes and the positions where an edge meets a plane: (stacks, 32, 3).
     """
     a, b = corners[_BOX_EDGES[:, 0]], corners[_BOX_EDGES[:, 1]]
     planes = np.concatenate([near[:, np.newaxis], far[:, np.newaxis]], axis=1)  # (stacks, 2)

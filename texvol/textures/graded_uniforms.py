@@ -17,7 +17,7 @@ from texvol.scene.transfer.graded import Contour, Graded
 
 _UPRIGHT = 1e37  # the slope of a step: times a distance of 10 still a float32
 _LEAST = 1e-30
-_FARTHEST = 3e37  # a place beyond all values that are stored
+_FARTHEST = 3e37  # a position beyond all values that are stored
 Stored = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 Row = tuple[float, ...]
 
@@ -53,7 +53,7 @@ def graded_uniforms(
     largest_gradient : float
         Data units per world unit that a gradient of 1 in the shader stands for.
     step_margin : float
-        How much lower a step is put, in shares of its place: interpolation may round equal texels down.
+        How much lower a step is put, in fractions of its position: interpolation may round equal texels down.
     """
     uniforms: dict[str, Any] = {}
     if transfer_function.modulation is not None:
@@ -72,7 +72,7 @@ def _modulation(modulation: NDArray[np.float64], largest_gradient: float) -> dic
     ramps: list[Row] = []
     total = factors[0]
     for factor, (start, end) in zip(factors[1:], pairwise(magnitudes), strict=True):
-        # From where float32's sum has come, so that it ends at exactly 0 where the factor is that: opaque matter,
+        # From where float32's sum has come, so that it ends at exactly 0 where the factor is that: an opaque medium,
         # times whatever is left by rounding, would still be opaque.
         rise = factor - total
         total = total + rise
@@ -106,7 +106,7 @@ def _graded(
 
 
 def _pieces(graded: Graded) -> list[tuple[int, int]]:
-    """The points at both ends of what is linear, where there is any matter; one twice for a value of its own."""
+    """The points at both ends of what is linear, where there is any medium; one twice for a value of its own."""
     pairs = [(i, i + 1) for i in range(graded.values.size - 1) if graded.values[i + 1] > graded.values[i]]
     if _ends_in_step(graded):
         pairs.append((graded.values.size - 1,) * 2)

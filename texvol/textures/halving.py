@@ -1,12 +1,12 @@
 """Level of detail for `post`: where slabs are thick, values are drawn from a volume halved along its axes.
 
-Samples that lie many voxels apart wait for memory, each in a place of its own. A volume of half the samples along each
-axis is an eighth of the memory, and stays in a cache. Its trilinear interpolant differs from the original's, by less
-than thick slabs do from the integral.
+Samples that lie many voxels apart wait for memory, each in a position of its own. A volume of half the samples along
+each axis is an eighth of the memory, and stays in a cache. Its trilinear interpolant differs from the original's, by
+less than thick slabs do from the integral.
 
 *Halving.* A halved sample lies in the middle of a pair at -1/2 and 1/2, beside which others lie at -3/2 and 3/2.
 Weighted with 1/2 + a and -a their mean has a second moment of 1/4 - 4a (spacings²). Interpolating linearly over
-spacings of s adds s²/6 to it, on average over the places: 1/6 before, 4/6 after. What is halved is curved as much as
+spacings of s adds s²/6 to it, on average over the positions: 1/6 before, 4/6 after. What is halved is curved as much as
 the original if 1/4 - 4a = -1/2, so that
 
     a = 3/16: weights -3/16, 11/16, 11/16, -3/16
@@ -14,7 +14,7 @@ the original if 1/4 - 4a = -1/2, so that
 and differs in the fourth order, and by its coarser kinks; plain means of two flatten every wave, by 3/8 of its second
 derivative, and move pictures two to three times as far. Values are rounded to the 65536 steps of their range, of which
 the original's least value, most often that of nothing, is one: so a texture of 16 bits holds them as they are, and what
-is empty in it is so in the cells that tell where to leap.
+is empty in it is so in the cells that tell where to skip.
 
 *The rule.* A halved volume is drawn where the error grows by at most a tenth of what slabs so thick cost anyway, and
 pictures move by at most half of it: a tenth of the error is a twentieth of the slabs, or less, and a halved volume
@@ -25,9 +25,9 @@ asked for is
 
     rms(H - E) <= 1.1 rms(I - E)        rms(H - I) <= rms(I - E) / 2
 
-over the rays and all four channels; an eighth of the rays have to meet matter. They go through places and in directions
-that are spread evenly, whatever the camera: all views of a scene are drawn from the same volume, and the error that
-grows is the usual one of its views.
+over the rays and all four channels; an eighth of the rays have to meet a medium. They go through places and in
+directions that are spread evenly, whatever the camera: all views of a scene are drawn from the same volume, and the
+error that grows is the usual one of its views.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ SAMPLES_APART = 4.0  # along an axis that is halved, at least; less far apart it
 LEAST_SAMPLES = 128**3 + 1
 _GROWS, _MOVES = 1.1, 1 / 2  # times the error of slabs
 _RAYS = 512
-_LEAST_RAYS = 64  # that meet matter: what few of them say is chance
+_LEAST_RAYS = 64  # that meet a medium: what few of them say is chance
 _FINER = 4  # slabs in one for what stands for the integral
 _SHARPENED = 3 / 16
 _LARGEST = 1e30  # magnitude of values: sums of some are numbers in float32
@@ -64,10 +64,10 @@ _HALVED: WeakKeyDictionary[Volume, dict[Axes, Volume]] = WeakKeyDictionary()
 
 
 def may_be_coarser(scene: Scene, transfer_function: TransferFunction, slab_thickness: float) -> bool:
-    """True if a scene may be drawn from a halved volume: one volume with a plain medium that depends on the value alone.
+    """True if a scene may be drawn from a halved volume: a single one, plain, classified by its value alone.
 
-    What caps and surfaces show in one place no slab's thickness hides, nor where opaque matter begins. How many bricks
-    the volume has does not matter: in bricks it is the same picture.
+    What caps and surfaces show in one position no slab's thickness hides, nor where an opaque medium begins. How many
+    bricks the volume has does not matter: in bricks it is the same picture.
     """
     volume = scene.volume
     if scene.mode != "composite" or scene.classification != "post" or scene.geometry:
@@ -213,7 +213,7 @@ class _Rays:
         return np.clip(positions, near[:, np.newaxis], far[:, np.newaxis])
 
     def _drawn(self, volume: Volume, edges: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Premultiplied colour and opacity of each ray, by the matter in the middle of each slab, shape (rays, 4)."""
+        """Premultiplied colour and opacity of each ray, by the medium in the middle of each slab, shape (rays, 4)."""
         lengths = np.diff(edges, axis=1)
         rays, slabs = np.nonzero(lengths > 0)
         middles = 0.5 * (edges[rays, slabs] + edges[rays, slabs + 1])
@@ -248,7 +248,7 @@ def _ends_in_box(volume: Volume, points: NDArray[np.float64], directions: NDArra
 
 
 def _values_at(volume: Volume, positions: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Interpolated values at places from the middle of the box, world units, shape (n, 3)."""
+    """Interpolated values at positions from the middle of the box, world units, shape (n, 3)."""
     last = np.array(volume.dimensions) - 1
     index = np.clip(positions @ volume.index_from_world.T + 0.5 * last, 0, last)
     low = np.minimum(index.astype(np.intp), np.maximum(last - 1, 0))

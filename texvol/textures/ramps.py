@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 # What shaders/each_ramp.glsl has; each ramp costs a thirtieth of a texture fetch in Mesa's software driver.
 NUMBERS_OF_RAMPS = (2, 3, 4, 6, 8, 12, 16, 24)
-_UPRIGHT, _LEAST = 1e38, 1e-36  # the slope of a step, and how far below its place it begins at least
+_UPRIGHT, _LEAST = 1e38, 1e-36  # the slope of a step, and how far below its position it begins at least
 _LOST = 1e-6  # largest rounding of a number, relative to itself
 
 
@@ -26,14 +26,14 @@ def ramp_uniforms(
 
     Parameters
     ----------
-    places : array of shape (n,)
+    positions : array of shape (n,)
         The control points' values, as the texture holds them, never descending.
     numbers : array of shape (n, 4)
         Colour or emission and extinction of each.
     emissive : bool
         Whether what glows is a number of its own, and shows where there is no extinction.
     step_margin : float
-        How much lower a step is put, in shares of its place: interpolation may round equal texels down.
+        How much lower a step is put, in fractions of its position: interpolation may round equal texels down.
     """
     if emissive or not numbers[:, 3].any():
         first, last = 0, len(positions) - 1

@@ -4,7 +4,7 @@ Each sample is classified by its value and gradient, and lit where it lies, as i
 is interpolated (Gouraud 1971). So texels that are lit are made anew for another eye.
 
 Vectors are of shape (3, n), or (3, 1) where one stands for all. Directions have the gradients' precision, single where
-values have no more; places are float64.
+values have no more; positions are float64.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ def medium_of_samples(
     """Return the flat indices of the samples of a box that show, ascending, and their lit emission and extinction.
 
     Emission, shape (n, 3), and extinction are per world unit; where the extinction is infinite the emission is the
-    colour that shows. `arriving` is what shadows leave of each light, see `texvol.opengl.shadows`.
+    colour that shows. `light_transmittance` is what shadows leave of each light, see `texvol.opengl.shadows`.
     """
     volume = scene.volume
     values = volume.values[box]
@@ -138,7 +138,7 @@ def shade(
 ) -> tuple[Numbers, Numbers | None]:
     """D and S of `texvol.scene.lighting`, both (n, 3); None where nothing has highlights.
 
-    Gradients are `magnitudes` per world unit, `places` relative to the middle of the box, for what depends on them.
+    Gradients are `magnitudes` per world unit, `positions` relative to the middle of the box, for what depends on them.
     """
     with np.errstate(over="ignore"):
         fraction = np.minimum(magnitudes / lighting.fade_for(volume), 1).astype(normals.dtype)

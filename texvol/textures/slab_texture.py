@@ -5,7 +5,7 @@ What a texel holds depends on the classification:
     slab         colour and opacity of one whole slab, C = q L φ(τL) and A = 1 - e^-τL     (Wilson et al. 1994)
     extinction   emission and extinction, q and τ, exponentiated after the fetch
 
-Both are premultiplied, so that interpolation mixes matter and not names of colours (Wittenbrink et al. 1998). Texels
+Both are premultiplied, so that interpolation mixes media and not names of colours (Wittenbrink et al. 1998). Texels
 are stored relative to a scale, the largest of the volume: a medium of extinction 1e-12 keeps its digits in half
 precision, and 8 bits are spent on what is there. Lengths are counted in slabs (`slab`) or in the volume's smallest
 spacing (`extinction`), so that a world of 1e-9 or 1e9 gives the same texels.
@@ -49,7 +49,7 @@ _CHUNK = 1 << 15  # samples classified at once: few enough for the cache, many e
 _LARGEST_PART = 1 << 18  # samples lit at once, so that each thread takes some 20 MB
 
 Classifier = Callable[[NDArray], NDArray[np.float64]]  # values (n,) → texels (n, 4), unscaled
-Samples = Callable[[Box], tuple[NDArray[np.intp], Classified]]  # a box → which samples show anything, and their matter
+Samples = Callable[[Box], tuple[NDArray[np.intp], Classified]]  # a box → which samples show anything, and their medium
 
 
 @dataclass(frozen=True)
@@ -166,9 +166,10 @@ def bake(
 ) -> SlabTexture:
     """The 3D texture of a volume; `slab_thickness` is in world units. Its texels are made when they are asked for.
 
-    The slab that texels of `slab` stand for is a thinner one in dense matter, of optical depth 2 at most: of opacities
-    nearer to 1 float32 would have no digits left to tell how much of a slab that the box cuts short is to be seen.
-    Where values alone don't tell what is at a sample, `samples` does, in that light; what is `hidden` is not there.
+    The slab that texels of `slab` stand for is a thinner one in a dense medium, of optical depth 2 at most: of
+    opacities nearer to 1 float32 would have no digits left to tell how much of a slab that the box cuts short is to
+    be seen. Where values alone don't tell what is at a sample, `samples` does, in that light; what is `hidden` is not
+    there.
     """
     length_unit = volume.smallest_spacing
     if classification == "slab":
@@ -228,7 +229,7 @@ def _texels_of_medium(
     opaque_extinction: float,
     emissive: bool,
 ) -> NDArray[np.float64]:
-    """Texels (n, 4), unscaled, of matter as `TransferFunction.classify` has it."""
+    """Texels (n, 4), unscaled, of a medium as `TransferFunction.classify` has it."""
     if classification == "slab":
         color, opacity = optics.slab_integral(emission, extinction, length_unit)
         return np.concatenate([color, opacity[:, np.newaxis]], axis=1)
@@ -278,8 +279,8 @@ def _most_medium(volume: Volume, transfer_function: TransferFunction) -> Classif
 def _positions(volume: Volume, transfer_function: TransferFunction) -> NDArray[np.float64]:
     """Values among which a texel's components have their largest: the ends of the range, the points, and in between.
 
-    Between two points colour may fall while extinction rises, and their product peak on the way: it is a parabola,
-    which 32 places between the points find to (1/64)² of the product of the two steps.
+    Between two points colour may fall while extinction rises, and their product peak between them: it is a parabola,
+    which 32 positions between the points find to (1/64)² of the product of the two steps.
     """
     values = transfer_function.values
     # Beyond the first and the last point nothing changes, infinite values included.

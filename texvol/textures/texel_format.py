@@ -22,17 +22,17 @@ def cheapest_texel_format(
 ) -> str:
     """The smallest texel format whose rounding stays under a quarter of the discretisation error.
 
-    Both are estimated per voxel of a ray's way, on voxels spread evenly. With texels t in units of the smallest
+    Both are estimated per voxel of a ray, on voxels spread evenly. With texels t in units of the smallest
     spacing h, second differences Δ²t and first differences Δt between neighbours:
 
     - The midpoint rule misses a kink of trilinear interpolation by about 0.06 Δ²t (d/h)² (rms over where in a slab
       the kink lies; it is between -1/12 and 1/24 of the change in slope times d²).
     - Interpolating opacity instead of extinction misses the depth by (d Δt)² / 12 in each of h/d slabs.
-    - Rounding moves a texel by its distance to the nearest number of the format; what has one sign along the way
+    - Rounding moves a texel by its distance to the nearest number of the format; what has one sign along the ray
       adds up over all n voxels, what has not over √n of them.
 
-    For `post` it is that of values: 16 bits, or as they are; for `integrated` always as they are. Where matter depends
-    on the gradient nothing is estimated, and nothing rounded.
+    For `post` it is that of values: 16 bits, or as they are; for `integrated` always as they are. Where the medium
+    depends on the gradient nothing is estimated, and nothing rounded.
     """
     if classification == "integrated":
         return EXACT_VALUES
@@ -69,7 +69,7 @@ def _cheapest_value_format(
 ) -> str:
     """Values in 16 bits where that is half the memory and their rounding hides; near a step it never does.
 
-    Nor where it makes something of nothing, in more than a few places: there would be little to leap over.
+    Nor where it makes something of nothing, in more than a few places: there would be little to skip over.
     """
     span = value_texture.span_in_16_bits(volume)
     widths = np.diff(transfer_function.values)

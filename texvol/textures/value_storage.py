@@ -177,7 +177,7 @@ def features_of_medium(transfer_function: TransferFunction, volume: Volume) -> F
     """Intervals in which a transfer function changes, of the points and of what depends on the gradient.
 
     An interval in which only a part of all change takes place counts as that much wider. A step counts as wide as most
-    values lie apart: rounding moves its place.
+    values lie apart: rounding moves its position.
     """
     found = [_changes(transfer_function.values, transfer_function.numbers)]
     for graded in transfer_function.graded:
@@ -287,7 +287,7 @@ def _largest_of(volume: Volume) -> float:
 
 
 def _changes(values: NDArray[np.float64], numbers: NDArray[np.float64]) -> tuple[NDArray, NDArray, NDArray]:
-    """Ends of the intervals between points in which numbers change, and which share of all change each has."""
+    """Ends of the intervals between points in which numbers change, and which fraction of all change each has."""
     if values.size < 2:
         return values[:0], values[:0], values[:0]
     most = np.abs(numbers).max(axis=0)

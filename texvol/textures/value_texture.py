@@ -9,8 +9,8 @@ interpolates 8-bit texels with 8-bit weights, 7e-3 off; 16-bit ones to 1e-7), ha
 What is wider, or would lose the digits that the transfer function looks at, is stored relative to an offset: see
 `value_storage`.
 
-Where light or matter asks for gradients a texel is gradient and value together, so that one fetch gives both: 16 bits
-each where the value is an integer of at most that, single precision otherwise.
+Where light or the medium asks for gradients a texel is gradient and value together, so that one fetch gives both: 16
+bits each where the value is an integer of at most that, single precision otherwise.
 
 The table loses nothing, however many points there are or how close: a segment between two control points is a line, and
 a grid over the values says between which segments to search.
@@ -53,7 +53,7 @@ _MOST_RAMPS = 12  # for `integrated`: with twice as many segments are as fast
 _PAST_HUGE = 1e31  # what infinities are not mistaken for: there a missing neighbour needs a weight of 3e-8 to be seen
 _PAST_ALL = 2.0  # times the largest stored value, if that is not 0
 # Interpolation may round equal texels down by half an ulp or two: without this a flat region that lies exactly on a
-# step would fall to its left side. In shares of the stored value.
+# step would fall to its left side. In fractions of the stored value.
 _STEP_MARGIN = 2.0**-22
 # 16 bits of a gradient's component: 0 is a number of its own, so that nothing leans anywhere in a flat region.
 _NO_GRADIENT = 32767
@@ -265,7 +265,7 @@ class ValueTexture:
         glow = self.length_unit if self.transfer_function.glows else 1.0
         numbers = self.transfer_function.numbers * [glow, glow, glow, self.length_unit]
         if self.transfer_function.premultiplied:
-            # Opaque matter shows its straight colour, which knows no length.
+            # An opaque medium shows its straight colour, which knows no length.
             opaque = np.isinf(self.transfer_function.extinctions)
             numbers[opaque, :3] = self.transfer_function.colors[opaque]
         numbers[:, 3] = np.minimum(numbers[:, 3], _OPAQUE)

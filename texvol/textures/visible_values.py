@@ -33,7 +33,7 @@ def visible(volume: Volume, transfer_function: TransferFunction, values: NDArray
     with np.errstate(invalid="ignore", over="ignore"):  # NaN is any integer
         position = (wide - table.low) * (1 / table.width)
         number = np.clip(position, 0, _BINS - 1, out=position).astype(np.intp)
-    # Any place that is none counts as the first or the last.
+    # Any position that is none counts as the first or the last.
     above, below = table.above.take(number, mode="clip"), table.below.take(number, mode="clip")
     shows = np.asarray((wide > above) & (wide < below))
     if volume.value_range != volume.finite_range:
@@ -81,7 +81,7 @@ def _last_dark(
 ) -> NDArray[np.float64]:
     """Return for each start the last value towards the end up to which nothing shows; infinite if the start shows.
 
-    `shows_until` says of some of the starts whether anything shows between them and a place each.
+    `shows_until` says of some of the starts whether anything shows between them and a position each.
     """
     found = np.where(start < end, -np.inf, np.inf)
     dark = np.flatnonzero(~shows_until(np.arange(start.size), start))

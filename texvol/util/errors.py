@@ -1,12 +1,12 @@
-"""What can go wrong outside the program, each with one line that a user can act on."""
+"""Errors and warnings that texvol raises, each with one line that tells the user what to do."""
 
 from texvol.util.shown_text import shown
 
 
 class TexvolError(Exception):
-    """Base of every error that texvol raises on purpose; the command line prints it as one line.
+    """Base of all errors that texvol raises on purpose; the command line prints each as one line.
 
-    Names of files and words of libraries are in it: what a terminal would obey is shown by its number.
+    Control characters of file names and library messages are shown by their numbers.
     """
 
     def __str__(self) -> str:
@@ -14,27 +14,27 @@ class TexvolError(Exception):
 
 
 class InputError(TexvolError, ValueError):
-    """A file, an option or an argument is not what was wanted; the message names both."""
+    """A file, an option or an argument is wrong; the message names it, what it must be and what it is."""
 
 
 class NoRoomError(InputError):
-    """The texture memory has no room for what is to be drawn at once."""
+    """The texture memory has no room for what must be drawn at once."""
 
 
 class ContextError(TexvolError, RuntimeError):
-    """No OpenGL context could be made; the message holds each back end's reason."""
+    """No OpenGL context could be made; the message has the reason of each back end."""
 
 
 class MissingExtraError(TexvolError, ImportError):
-    """A library that is installed only on demand is missing; the message names the extra."""
+    """An optional library is missing; the message names the extra to install."""
 
 
 class AccuracyWarning(UserWarning):
-    """A wanted error was not reached; the message says what was."""
+    """The requested error was not reached; the message says which error was."""
 
 
 def missing_extra(library: str, extra: str, purpose: str) -> MissingExtraError:
-    """Error that says which extra to install, for `raise missing_extra(…) from error`."""
+    """Return the error that says which extra to install, for `raise missing_extra(…) from error`."""
     return MissingExtraError(f"{purpose} needs {library}, which is not installed: pip install 'texvol[{extra}]'")
 
 

@@ -1,4 +1,4 @@
-"""What a picture was made with: driver, versions, processor. Pictures and numbers without it can't be compared."""
+"""Fingerprint of a picture or measurement: driver, versions and processor, without which numbers can't be compared."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _LIBRARIES = ("moderngl", "numpy", "numba", "OpenImageIO")
 
 
 def machine() -> dict[str, str]:
-    """Processor and Python, in words."""
+    """Return processor and Python version."""
     return {
         "Python": f"{platform.python_version()}, {platform.system()} {platform.machine()}",
         "processor": f"{_processor()}, {_cores()}",
@@ -22,12 +22,12 @@ def machine() -> dict[str, str]:
 
 
 def versions(libraries: tuple[str, ...] = _LIBRARIES) -> dict[str, str]:
-    """Versions of texvol and of libraries, in words."""
+    """Return versions of texvol and of libraries."""
     return {"texvol": __version__, "libraries": ", ".join(f"{name} {_version(name)}" for name in libraries)}
 
 
 def of_picture(driver: str | None) -> dict[str, str]:
-    """The fingerprint of a picture that was made just now; `driver` is what drew it, where that is known."""
+    """Return the fingerprint of a picture made by this process; `driver` is the renderer's name, if known."""
     return {"driver": driver or NOT_SAID, **versions(), **machine()}
 
 

@@ -1,9 +1,9 @@
-"""Arrays that objects keep: read-only, and where somebody else may still write to one, with a check that nobody did.
+"""Read-only arrays that objects keep, with a check that nobody changed a shared one.
 
-An array is not copied, since volumes are large. What was made of it (textures, ranges, histograms) is kept by the
-identity of the object that holds it, and would be that of the old numbers. So each picture asks for a checksum: of a
-small array all of it, of a larger one 1 MiB in blocks of 512 bytes at places spread over it, some 0.1 ms. A change of a
-few samples in a large array may be missed.
+Arrays are not copied, since volumes are large. Textures, ranges and histograms of an array are cached by the identity
+of the object that holds the array, and would be out of date after a change. So each picture compares a checksum: of a
+small array all bytes, of a larger one 1 MiB in blocks of 512 bytes spread over it, in some 0.1 ms. A change of a few
+samples in a large array may be missed.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ from numpy.typing import NDArray
 
 from texvol.util.errors import InputError
 
-_BLOCK = 512  # bytes; neighbours along a row change together
+_BLOCK = 512  # bytes
 _BLOCKS = 2048
-_BINS = 61  # words of 8 bytes: prime, so that samples that trade places do so between bins
+_BINS = 61  # words of 8 bytes: prime, so that samples that swap positions swap bins
 
 
 def read_only(array: NDArray) -> NDArray:
-    """The same array, through which nothing can be written."""
+    """Return a read-only view of the array, or the array itself if it is read-only."""
     if not array.flags.writeable:
         return array
     view = array.view()
@@ -32,7 +32,7 @@ def read_only(array: NDArray) -> NDArray:
 
 
 def shared(*pairs: tuple[NDArray | None, Any]) -> list[NDArray]:
-    """Those of pairs of a kept array and what it was made of whose memory somebody else may have."""
+    """Return the kept arrays, of pairs (kept array, argument it was made from), whose memory others may share."""
     return [
         kept
         for kept, given in pairs
@@ -41,7 +41,7 @@ def shared(*pairs: tuple[NDArray | None, Any]) -> list[NDArray]:
 
 
 class KeepsArrays:
-    """Base of objects whose arrays are read-only: they are so again in a copy, and in another process."""
+    """Base of objects with read-only arrays; the arrays are read-only in copies and in other processes, too."""
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         for kept in state.values():
@@ -51,12 +51,12 @@ class KeepsArrays:
 
 
 class Unchanged:
-    """The promise that arrays stay as they were when they were first looked at.
+    """Check that arrays still have the values of the first check.
 
     Parameters
     ----------
     arrays : arrays
-        C-contiguous, and somebody else's: to those that nobody else has nothing can happen.
+        C-contiguous arrays that others may write to.
     """
 
     def __init__(self, *arrays: NDArray) -> None:
@@ -64,7 +64,7 @@ class Unchanged:
         self._sums: tuple[int, ...] | None = None
 
     def check(self, name: str, what: str) -> None:
-        """Raise InputError if a checksum is not what it was the first time; `what` they are, of the object `name`."""
+        """Raise InputError if a checksum differs from the first one; `what` names the arrays of the object `name`."""
         if not self._arrays:
             return
         sums = tuple(map(checksum, self._arrays))
@@ -72,13 +72,13 @@ class Unchanged:
             self._sums = sums
         elif sums != self._sums:
             raise InputError(
-                f"{name}: its {what} were changed in place, and what was made of them is out of date: "
-                f"make a new {'Mask' if what == 'weights' else 'Volume'} of the array, which is not copied for it"
+                f"{name}: {what} were changed in place, so that textures and statistics of them are out of date: "
+                f"make a new {'Mask' if what == 'weights' else 'Volume'} of the array"
             )
 
 
 def checksum(array: NDArray) -> int:
-    """A number that differs, as good as always, where the bytes looked at do."""
+    """Return a checksum of the array's bytes, or of 1 MiB of them."""
     raw = array.reshape(-1).view(np.uint8)
     if raw.size <= _BLOCK * _BLOCKS:
         words = raw[: raw.size // 8 * 8].view(np.uint64)
@@ -94,6 +94,6 @@ def checksum(array: NDArray) -> int:
 
 @lru_cache(maxsize=16)
 def _positions(count: int) -> NDArray[np.intp]:
-    """Numbers of blocks, one at random in each of as many strata, so that no row or slice is always passed over."""
+    """Return block numbers, one at random in each of equally many strata, so that no row or slice is left out."""
     within = np.random.default_rng(count).random(_BLOCKS)
     return ((np.arange(_BLOCKS) + within) * (count / _BLOCKS)).astype(np.intp)

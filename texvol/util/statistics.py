@@ -1,7 +1,7 @@
-"""Numbers by their rank, as numpy and the standard library have them, but without what those import for it.
+"""Order statistics as in numpy and the standard library, without their slow imports.
 
-np.unique and np.percentile import numpy.ma, and the standard library's median decimal arithmetic: together 16 ms of a
-picture from the command line, which takes 600.
+np.unique and np.percentile import numpy.ma, and the standard library's median imports decimal: together 16 ms of the
+600 ms that a picture from the command line takes.
 """
 
 from __future__ import annotations
@@ -11,38 +11,38 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-_ON_A_STEP = 1e-3  # of 16 bits: float32 leaves a 256th of a step of numbers as large as the range
+_ON_A_STEP = 1e-3  # steps, with 16 bits: float32 resolves a 256th of a step of numbers as large as the range
 
 
 def distinct(numbers: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Each of them once, from the least to the largest, shape (n,); none is NaN."""
+    """Return the distinct numbers in ascending order, shape (n,); none may be NaN."""
     ordered = np.sort(numbers, axis=None)
     return ordered[np.append(True, ordered[1:] != ordered[:-1])[: ordered.size]]
 
 
 def percentile_of_sorted(numbers: NDArray[np.float64], percent: ArrayLike) -> NDArray[np.float64]:
-    """np.percentile of numbers in ascending order, shape (n,), of which none is NaN; of the shape of `percent`."""
+    """Return np.percentile of ascending numbers, shape (n,), without NaN; the result has the shape of `percent`."""
     position = np.asarray(percent, np.float64) / 100 * (numbers.size - 1)
     before = np.floor(position).astype(np.intp)
     low, high = numbers[before], numbers[np.minimum(before + 1, numbers.size - 1)]
     fraction, rise = position - before, high - low
-    # From the nearer end, so that it is that end itself at a share of 0 or 1.
+    # From the nearer end, so that fractions 0 and 1 give the ends exactly.
     return np.asarray(np.where(fraction < 0.5, low + rise * fraction, high - rise * (1 - fraction)))
 
 
 def median(numbers: Sequence[float]) -> float:
-    """The middle one, or the mean of the two in the middle; there is one at least."""
+    """Return the middle number, or the mean of the two middle numbers, of at least one number."""
     ordered = sorted(numbers)
     return 0.5 * (ordered[(len(ordered) - 1) // 2] + ordered[len(ordered) // 2])
 
 
 def rms(numbers: NDArray) -> float:
-    """Root mean square of all numbers."""
+    """Return the root mean square of all numbers."""
     return float(np.sqrt(np.square(numbers).mean()))
 
 
 def on_steps(values: NDArray, first: float, apart: float) -> NDArray:
-    """Values rounded to steps; what lies on one stays as it is, and is not moved by the rounding of these lines."""
+    """Return values rounded to steps; a value already on a step is not changed by rounding errors of this function."""
     steps = (values - first) / apart
     off = np.rint(steps) - steps
     return values + np.where(np.abs(off) > _ON_A_STEP, off, 0) * apart

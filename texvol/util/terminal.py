@@ -1,4 +1,4 @@
-"""What commands print, and what libraries are kept from printing."""
+"""Output of commands on stdout and stderr, and capture of what C libraries print."""
 
 from __future__ import annotations
 
@@ -8,46 +8,41 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import IO
 
-from texvol.util import shown_text
 from texvol.util.errors import InputError
-from texvol.util.shown_text import shown
+from texvol.util.shown_text import one_line, shown
 
-_LONGEST_LINE = 400  # of a library
-_LONGEST_MESSAGE = 4000  # names the options of a scene, or all that is wrong with one
+_LONGEST_REASON = 400  # characters of a library's message
+_LONGEST_MESSAGE = 4000  # characters; enough to list all options of a scene
 
 
 def say(text: str) -> None:
-    """Print what was asked for; what the terminal cannot show becomes a question mark, what it would obey a number."""
+    """Print a command's result; unprintable characters become question marks, control characters their numbers."""
     if sys.stdout is None:
-        raise InputError("there is no standard output to write to")
+        raise InputError("standard output is closed")
     try:
         sys.stdout.reconfigure(errors="replace")  # type: ignore[union-attr]
         print(shown(text), flush=True)
     except BrokenPipeError:
         raise
     except OSError as error:
-        sys.stdout = None  # what it still holds can't be written at exit either
-        raise InputError(f"standard output cannot be written to: {error.strerror}") from None
+        sys.stdout = None  # its buffer can't be written at exit either
+        raise InputError(f"standard output: cannot be written: {error.strerror}") from None
 
 
 def complain(text: object) -> None:
-    """Print one line on stderr, of a length that a terminal can take."""
+    """Print one line of limited length on stderr."""
     if sys.stderr is not None:
-        print(f"texvol: {_shortened(shown_text.one_line(text), _LONGEST_MESSAGE)}", file=sys.stderr, flush=True)
+        print(f"texvol: {one_line(text, _LONGEST_MESSAGE)}", file=sys.stderr, flush=True)
 
 
-def one_line(reason: object) -> str:
-    """What a library says on one line, of a length that a terminal can take."""
-    return _shortened(shown_text.one_line(reason) or "no reason given", _LONGEST_LINE)
-
-
-def _shortened(line: str, longest: int) -> str:
-    return line if len(line) <= longest else line[:longest] + " …"
+def library_reason(error: object) -> str:
+    """Return the message of a library as one line of limited length."""
+    return one_line(error, _LONGEST_REASON) or "no reason given"
 
 
 @contextmanager
 def held_back_stderr() -> Iterator[IO[bytes]]:
-    """A file that takes what C libraries print on stderr."""
+    """Redirect stderr, also of C libraries, to the temporary file that this context yields."""
     import tempfile
 
     with tempfile.TemporaryFile() as printed:

@@ -1,7 +1,4 @@
-"""SIGTERM and SIGHUP end a command as ctrl-C does: by an exception, so that nothing half written stays behind.
-
-Unheard they end the process on the spot, with the files that it writes beside their places left there.
-"""
+"""SIGTERM and SIGHUP raise an exception, as ctrl-C does, so that temporary files are removed before a command ends."""
 
 from __future__ import annotations
 
@@ -15,18 +12,18 @@ SIGNALS = (signal.SIGTERM, signal.SIGHUP)
 
 
 class Terminated(BaseException):
-    """One of `SIGNALS` came; like KeyboardInterrupt no Exception, so that nobody takes it for a failure of theirs."""
+    """One of `SIGNALS` arrived; not an Exception, like KeyboardInterrupt, so that `except Exception` passes it on."""
 
     def __init__(self, number: int) -> None:
         super().__init__(f"ended by {signal.Signals(number).name}")
-        self.status = 128 + number  # as a shell has it
+        self.status = 128 + number  # exit status as of a shell
 
 
 @contextmanager
 def heard() -> Iterator[None]:
-    """While this context lasts, each of `SIGNALS` raises Terminated; where it is ignored (nohup), it stays so."""
+    """Raise Terminated on `SIGNALS` within this context; ignored signals (nohup) stay ignored."""
     ours = []
-    if threading.current_thread() is threading.main_thread():  # no other can hear signals
+    if threading.current_thread() is threading.main_thread():  # Python handles signals there only
         ours = [each for each in SIGNALS if signal.getsignal(each) is signal.SIG_DFL]
     try:
         for each in ours:
@@ -38,5 +35,5 @@ def heard() -> Iterator[None]:
 
 
 def _raise(number: int, frame: FrameType | None) -> None:
-    signal.signal(number, signal.SIG_DFL)  # a second one ends us at once, whatever is being cleared away
+    signal.signal(number, signal.SIG_DFL)  # a second signal ends the process at once
     raise Terminated(number)

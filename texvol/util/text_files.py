@@ -1,7 +1,7 @@
-"""Text files that people write, TOML and JSON: read whole and parsed, and whatever is wrong becomes one InputError.
+"""Text files written by people (TOML, JSON), read whole and parsed; every fault becomes one InputError.
 
-Only regular files of a bounded size are read: a pipe may never come, and a device may never end. What is parsed has
-no nesting, number or text that the rest of the program could not take.
+Only regular files of bounded size are read: reading a pipe may block, and a device may not end. The parsed content has
+no nesting, number or text that the rest of the program cannot handle.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from typing import Any
 
 from texvol.util.errors import InputError
 
-MOST_TOML_BYTES = 1 << 20  # tomllib takes half a second for them
-DEEPEST = 32  # lists and objects in each other; a scene has four
+MOST_TOML_BYTES = 1 << 20  # tomllib parses them in half a second
+DEEPEST = 32  # nested lists and objects; a scene has four
 _LONGEST_KEY = 100
-# tomllib takes time by the square of the parts of a key: a.b.c, of bare or quoted parts.
+# tomllib's time grows with the square of the number of parts of a key a.b.c, bare or quoted.
 _LONG_KEY = re.compile(
     rf"""(?<![\w-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){{{_LONGEST_KEY}}}""", re.ASCII
 )
@@ -29,21 +29,21 @@ _NO_CHARACTER = re.compile("[\0\ud800-\udfff]")
 
 
 def check_name(path: str | os.PathLike[str]) -> None:
-    """Raise InputError where no file can have that name: it has a NUL, or half of a surrogate pair."""
+    """Raise InputError if no file can have that name: it has a NUL, or half of a surrogate pair."""
     try:
         if b"\0" in os.fsencode(path):
-            raise InputError(f"{os.fspath(path)!r}: is no name of a file: it has a NUL")
+            raise InputError(f"{os.fspath(path)!r}: not a valid file name: it has a NUL")
     except UnicodeEncodeError as error:
-        raise InputError(f"{os.fspath(path)!r}: is no name of a file: {error}") from None
+        raise InputError(f"{os.fspath(path)!r}: not a valid file name: {error}") from None
 
 
 def check_regular(path: str | os.PathLike[str]) -> int:
-    """Bytes of the regular file at `path`, which may be a link to one.
+    """Return the number of bytes of the regular file at `path`; links are followed.
 
     Raises
     ------
     InputError
-        If there is none, or it is a folder, a pipe, a socket or a device.
+        If there is no file, or it is a folder, a pipe, a socket or a device.
     """
     check_name(path)
     try:
@@ -58,29 +58,29 @@ def check_regular(path: str | os.PathLike[str]) -> int:
 
 
 def read_text(path: str | os.PathLike[str], kind: str, most_bytes: int) -> str:
-    """The text of a file.
+    """Return the text of a file.
 
     Parameters
     ----------
     kind : str
-        What it holds, for messages: such as "TOML" or "JSON".
+        Name of the content for messages, such as "TOML".
     most_bytes : int
-        The longest that is taken.
+        Maximum size.
 
     Raises
     ------
     InputError
-        If it can't be read, is no regular file, is too long, or is not UTF-8.
+        If the file can't be read, is not a regular file, is too long, or is not UTF-8.
     """
     size = check_regular(path)
     try:
         with open(path, "rb") as file:
-            content = file.read(most_bytes + 1)  # which may have grown
+            content = file.read(most_bytes + 1)  # the file may have grown
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}") from None
     if len(content) > most_bytes:
         size = max(size, len(content))
-        raise InputError(f"{path}: is too long: {size} bytes, and at most {most_bytes} are read")
+        raise InputError(f"{path}: must have at most {most_bytes} bytes, got {size}")
     try:
         return content.decode("utf-8")
     except UnicodeDecodeError:
@@ -88,69 +88,69 @@ def read_text(path: str | os.PathLike[str], kind: str, most_bytes: int) -> str:
 
 
 def read_toml(path: str | os.PathLike[str]) -> dict[str, Any]:
-    """The content of a TOML file.
+    """Return the content of a TOML file.
 
     Raises
     ------
     InputError
-        If it can't be read, or is no TOML that can be used; see the module.
+        If the file can't be read or is not usable TOML; see the module.
     """
     import tomllib
 
     text = read_text(path, "TOML", MOST_TOML_BYTES).replace("\r\n", "\n")
     if _LONG_KEY.search(text):
-        raise InputError(f"{path}: is not TOML that texvol reads: a key has {_LONGEST_KEY} parts or more")
+        raise InputError(f"{path}: a key of this TOML file has too many parts: {_LONGEST_KEY} or more")
     try:
         content = tomllib.loads(text)
     except RecursionError:
-        raise InputError(f"{path}: is not TOML that texvol reads: {_too_deep()}") from None
+        raise InputError(f"{path}: TOML has {_too_deep()}") from None
     except ValueError as error:  # TOMLDecodeError, and what int() says of too many digits
         raise InputError(f"{path}: is not TOML: {_reason(error)}") from None
-    _check_content(content, f"{path}: is not TOML that texvol reads")
+    _check_content(content, f"{path}: TOML")
     return content
 
 
 def parsed_json(text: str, name: str) -> Any:
-    """Return the content of a JSON text; `name` begins messages.
+    """Return the content of a JSON text; `name` is its name in messages.
 
     Raises
     ------
     InputError
-        If it is no JSON that can be used, see the module, or a key stands twice in an object.
+        If the text is not usable JSON (see the module), or an object has the same key twice.
     """
     try:
         content = json.loads(text, object_pairs_hook=_without_duplicates)
     except RecursionError:
-        raise InputError(f"{name}: is not JSON that texvol reads: {_too_deep()}") from None
+        raise InputError(f"{name}: JSON has {_too_deep()}") from None
     except ValueError as error:
         raise InputError(f"{name}: is not JSON: {_reason(error)}") from None
-    _check_content(content, f"{name}: is not JSON that texvol reads")
+    _check_content(content, f"{name}: JSON")
     return content
 
 
 def _reason(error: ValueError) -> str:
-    """The parser's reason; without advice on Python where it is a number of too many digits."""
+    """Return the parser's reason, without its advice on Python for numbers of too many digits."""
     reason = str(error)
     return f"a number has more than {sys.get_int_max_str_digits()} digits" if "int_max_str" in reason else reason
 
 
 def _too_deep() -> str:
-    return f"lists and tables in each other, deeper than {DEEPEST}"
+    return f"lists and tables nested deeper than {DEEPEST}"
 
 
 def _check_content(content: Any, fault: str) -> None:
-    """Raise InputError where it is nested too deeply, or a text has what no file's name and no header can have."""
+    """Raise InputError if the content is nested too deeply, or has a number or text that nothing else can hold."""
     level, depth = [content], 0
     while level:
         depth += 1
-        if depth > DEEPEST + 1:  # beside numbers and texts, which are the innermost
-            raise InputError(f"{fault}: {_too_deep()}")
+        if depth > DEEPEST + 1:  # the innermost level holds numbers and texts
+            raise InputError(f"{fault} has {_too_deep()}")
         for each in level:
             if isinstance(each, int) and abs(each) > _LARGEST:
-                raise InputError(f"{fault}: a number is too large")
+                raise InputError(f"{fault} has a number that is too large")
             for text in each if isinstance(each, dict) else (each,):
                 if isinstance(text, str) and _NO_CHARACTER.search(text):
-                    raise InputError(f"{fault}: {text[:60]!r} has a NUL, or half of a surrogate pair")
+                    raise InputError(f"{fault} has a text with a NUL or half of a surrogate pair: {text[:60]!r}")
         level = list(chain.from_iterable(_inner(each) for each in level if isinstance(each, dict | list)))
 
 
@@ -161,5 +161,5 @@ def _inner(thing: dict[str, Any] | list[Any]) -> Iterable[Any]:
 def _without_duplicates(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     content = dict(pairs)
     if len(content) != len(pairs):
-        raise ValueError("a key stands twice in one object")
+        raise ValueError("an object has the same key twice")
     return content

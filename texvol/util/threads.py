@@ -1,4 +1,4 @@
-"""Work in threads, for what leaves Python's lock alone."""
+"""Work in threads, for functions that release Python's global lock."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ _Result = TypeVar("_Result")
 
 
 def in_threads(work: Callable[[_Part], _Result], parts: Sequence[_Part]) -> list[_Result]:
-    """What `work` returns for each part."""
+    """Return `work(part)` for each part, in order."""
     if len(parts) < 2:
         return [work(part) for part in parts]
     try:
-        # No more of them than can work at once: each holds what it works on.
+        # One thread per core: each thread holds the memory of its part.
         with ThreadPoolExecutor(os.cpu_count()) as pool:
             return list(pool.map(work, parts))
-    except RuntimeError:  # no further thread is to be had: this one does it
+    except RuntimeError:  # the system has no further thread
         return [work(part) for part in parts]

@@ -1,8 +1,8 @@
-"""Files written whole or not at all: in a private folder beside their place first, then renamed.
+"""Files written whole or not at all: first in a private folder beside their target, then renamed.
 
-The folder has a random name, is made new or not at all, and is its owner's alone, so that nobody else can put a link
-where a file is about to be written. What is written in it gets the permissions of any new file, and `os.replace`
-replaces a name and never writes through it.
+The folder has a random name and the owner's permissions only, so that nobody else can put a link where a file is about
+to be written. The file gets the permissions of any new file, and `os.replace` replaces a name and never writes through
+a link.
 """
 
 from __future__ import annotations
@@ -23,18 +23,18 @@ from texvol.util.errors import InputError
 
 
 def check_writable(path: str | os.PathLike[str]) -> None:
-    """Raise InputError if no file can be written to `path`: asked before the work of making one."""
+    """Raise InputError if no file can be written to `path`; called before the work of making the file."""
     text_files.check_name(path)
     path = Path(path)
     folder = path.parent
     _check_link(path)
     try:
         if path.is_dir() or not path.name:
-            raise InputError(f"{path}: is a folder, and a file is to be written")
+            raise InputError(f"{path}: must be a file, got a folder")
         if not folder.is_dir():
             raise InputError(f"{path}: its folder {folder} does not exist")
-        if path.exists() and not path.is_file():  # a name that is too long says so here
-            raise InputError(f"{path}: is no file but a device or the like, and a file is to be written")
+        if path.exists() and not path.is_file():  # OSError here if the name is too long
+            raise InputError(f"{path}: must be a regular file, got a device or the like")
         accessible = os.access(folder, os.W_OK)
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {error.strerror}") from None
@@ -43,10 +43,10 @@ def check_writable(path: str | os.PathLike[str]) -> None:
 
 
 def _check_link(path: Path) -> None:
-    """Raise InputError where the kernel would not follow a link, which `os.replace` knows nothing of.
+    """Raise InputError if the kernel would not follow a link (fs.protected_symlinks), which `os.replace` ignores.
 
-    In a folder where everybody may write, such as /tmp, it follows a link of the user's own, or of the folder's owner
-    (fs.protected_symlinks): anybody else's may have been put there to have another file overwritten.
+    In a folder where everybody may write, such as /tmp, only links of the user or of the folder's owner are followed:
+    anybody else may have put a link there to have another file overwritten.
     """
     try:
         link, folder = path.lstat(), path.parent.stat()
@@ -54,46 +54,44 @@ def _check_link(path: Path) -> None:
         return
     is_everybodys = folder.st_mode & (stat.S_ISVTX | stat.S_IWOTH) == stat.S_ISVTX | stat.S_IWOTH
     if stat.S_ISLNK(link.st_mode) and is_everybodys and link.st_uid not in (os.geteuid(), folder.st_uid):
-        raise InputError(f"{path}: is somebody else's link, in a folder where everybody may write")
+        raise InputError(f"{path}: must not be another user's link in a folder where everybody may write")
 
 
-def check_apart(outputs: Mapping[str, str | None], read: Iterable[str | None], what: str = "is read") -> None:
-    """Raise InputError if two of these options write one file, or one writes what is read.
+def check_apart(outputs: Mapping[str, str | None], inputs: Iterable[str | None]) -> None:
+    """Raise InputError if two outputs are the same file, or an output is also an input.
 
     Parameters
     ----------
     outputs : mapping
-        Names by option; None where an option is not given.
-    read : iterable of paths
-        What the outputs are made of; names of no file (those of presets) and None are passed over.
-    what : str
-        How a message calls that.
+        Paths by option; None if an option is not given.
+    inputs : iterable of paths
+        Files that are read; None and names that are not files (presets) are ignored.
     """
     chosen = {option: path for option, path in outputs.items() if path is not None}
     for (one, path), (other, another) in itertools.combinations(chosen.items(), 2):
         if os.path.realpath(path) == os.path.realpath(another):
-            raise InputError(f"{another}: {one} and {other} have to be two files")
-    sources = [path for path in read if path is not None and os.path.exists(path)]
+            raise InputError(f"{another}: {one} and {other} must be two files")
+    sources = [path for path in inputs if path is not None and os.path.exists(path)]
     for option, path in chosen.items():
         if os.path.exists(path) and any(os.path.samefile(path, each) for each in sources):
-            raise InputError(f"{path}: {what}, and would be lost: give {option} another name")
+            raise InputError(f"{path}: {option} must not overwrite an input: give it another name")
 
 
 def folder_beside(path: Path) -> Path:
-    """Name of a folder that is not there yet, in that of `path`, for a file that is renamed to `path` when it is whole.
+    """Return the name of a new folder beside `path`, for a file that is renamed to `path` when it is complete.
 
-    Whoever writes the file makes the folder by `make`; whoever knows of it takes it away by `remove`.
+    The process that writes the file makes the folder by `make`; `remove` deletes it.
     """
     return path.with_name(f".texvol-{secrets.token_hex(8)}")
 
 
 def make(folder: Path) -> None:
-    """Make such a folder, or raise OSError where anything has that name."""
+    """Make such a folder, or raise OSError if the name exists."""
     folder.mkdir(0o700)
 
 
 def remove(folder: Path) -> None:
-    """Remove such a folder and what is in it, if it is still there."""
+    """Remove such a folder and its content, if it exists."""
     shutil.rmtree(folder, ignore_errors=True)
 
 
@@ -103,7 +101,7 @@ def write_files(files: Mapping[str | os.PathLike[str], bytes]) -> None:
     Raises
     ------
     InputError
-        If one can't be written, a full disk included.
+        If a file can't be written, for example because the disk is full.
     """
     scratch: dict[Path, Path] = {}
     with ExitStack() as folders:
@@ -111,7 +109,7 @@ def write_files(files: Mapping[str | os.PathLike[str], bytes]) -> None:
             for name, content in files.items():
                 text_files.check_name(name)
                 _check_link(Path(name))
-                path = Path(os.path.realpath(name))  # what a link points to, not the link
+                path = Path(os.path.realpath(name))  # the target of a link, not the link
                 check_writable(path)
                 try:
                     folder = folder_beside(path)
@@ -127,14 +125,14 @@ def write_files(files: Mapping[str | os.PathLike[str], bytes]) -> None:
 
 
 def _written(path: Path, content: bytes) -> Path:
-    """The path, with a new file there."""
+    """Write a new file and return its path."""
     with open(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW, 0o666), "wb") as file:
         file.write(content)
     return path
 
 
 def memory_file(size: int) -> int:
-    """Descriptor of a new file in memory with so many bytes, or OSError; limits on files hold for it, too."""
+    """Return the descriptor of a new file of `size` bytes in memory, or raise OSError; file size limits apply."""
     if hasattr(os, "memfd_create"):
         descriptor = os.memfd_create("texvol", 0)
     else:
@@ -149,7 +147,7 @@ def memory_file(size: int) -> int:
 
 
 def reason_of(error: OSError) -> str:
-    """Why a file cannot be written, in words; with the limit on the size of files where that is what is met."""
+    """Return the reason of a failed write in words, with the limit if the file size limit was reached."""
     reason = error.strerror or str(error)
     if error.errno != errno.EFBIG or "ulimit" in reason:
         return reason

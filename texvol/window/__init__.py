@@ -1,26 +1,27 @@
-"""The window: a scene turned and shaped while one looks at it; `texvol view`.
+"""Interactive window of `texvol view`: a scene is turned and edited while its pictures are drawn.
 
-    events ─► steering, panels ─► Document (a Scene, its history) ─► director: what to draw next
-                                                                        │
-    screen ◄── 8-bit pictures ◄── painters, processes of their own with the headless Renderer
+    events ─► steering, panels ─► Document (a Scene and its history) ─► director: chooses what to draw next
+                                                                         │
+    screen ◄── 8-bit pictures ◄── painting processes, each with a headless Renderer
 
-One process owns the window and does nothing that takes long. Two others draw: the *mover*, pictures that keep up with
-the hand, and the *refiner*, those at rest. They draw as `texvol render` does and encode as it does, so that what is
-seen at rest is what it writes. A thread would not do: moderngl keeps Python's lock while a picture is drawn. A third,
-the *clerk*, comes when a file is to be written.
+One process owns the window and does nothing that takes longer than a frame. Two other processes draw: the *mover* draws
+coarse pictures while the scene changes, and the *refiner* draws fine pictures once the scene is at rest. Both use the
+code of `texvol render`, so that the picture at rest is the picture that `texvol render` writes. Threads would not
+suffice, because moderngl holds Python's global lock while it draws. A third process, the *clerk*, is started when a
+file is to be written.
 
-| module | one responsibility |
+| module | responsibility |
 |---|---|
-| `command`, `application`, `interruption` | the command; the loop, one frame after the other; Ctrl-C |
-| `desk`, `commands` | what is open and chosen; all that keys and panels can have done |
-| `document` | a scene, the view of it, its history |
-| `contents`, `additions`, `loading` | volumes, masks and meshes in a scene; how they come into it; files read aside |
-| `navigation`, `steering` | camera moves as mathematics; events → moves and commands |
-| `events`, `script`, `timings` | input as data; recorded and played back; how long frames took |
-| `quality`, `director` | how coarse, how fine; who draws what, when |
-| `painter`, `painting`, `jobs`, `parcels` | a painting process: this side, that side, what goes over, and how |
-| `screen`, `interface` | the window; the panels' library on it |
-| `panels` | what there is to choose, and what is said |
-| `editing`, `histogram`, `ranges`, `handles`, `probe`, `slices` | transfer function, cutting, what is where |
-| `saving`, `scene_writing`, `recent`, `browsing`, `naming` | what is taken home, found again, and called |
+| `application`, `interruption` | the main loop; Ctrl-C and termination signals |
+| `desk`, `opening`, `commands` | state of the window; opening files; commands of keys, buttons and scripts |
+| `document` | a scene, its view, its undo history |
+| `contents`, `loading` | reading and changing volumes, masks and meshes of a scene; reading on a thread |
+| `navigation`, `steering` | camera moves as mathematics; events → camera moves and commands |
+| `events`, `script`, `timings` | input events as data; recording and playback; table of frame times |
+| `quality`, `director` | coarseness of a picture; which process draws which picture |
+| `painter`, `painting`, `jobs`, `transport` | a painting process: parent side, child side, messages, transport |
+| `screen`, `interface` | GLFW window; Dear ImGui in that window |
+| `panels` | side panel, overlays and dialogs |
+| `editing`, `histogram`, `ranges`, `handles`, `probe`, `slices` | models behind the panels |
+| `saving`, `scene_writing`, `recent`, `browsing`, `naming` | saved scenes, recent files, file browser, file names |
 """

@@ -1,4 +1,4 @@
-"""The window's loop: events in, one frame out; nothing in it takes longer than a frame."""
+"""Main loop of the window: it takes events and draws one frame at a time; no step takes longer than a frame."""
 
 from __future__ import annotations
 
@@ -11,44 +11,45 @@ import numpy as np
 from texvol.formats.pictures import image
 from texvol.util import color, writing
 from texvol.util.errors import InputError
-from texvol.window import panels
+from texvol.window import commands, navigation, opening, panels, timings
 from texvol.window.desk import MOST_PANEL, Desk
 from texvol.window.director import Director, Wanted
 from texvol.window.document import Document
 from texvol.window.events import Event, Queue
 from texvol.window.interface import Interface
 from texvol.window.painter import Painter
-from texvol.window.parcels import Shared
 from texvol.window.probe import at_point, first_medium
 from texvol.window.quality import DEFAULT_ERROR, DEFAULT_FRAMES_PER_SECOND, SETTLED, Pace
 from texvol.window.screen import Screen, Texture, Textures
 from texvol.window.script import Action, Player, Recorder
-from texvol.window.steering import Room
-from texvol.window.timings import Frame, Timings
+from texvol.window.steering import Viewport
+from texvol.window.timings import Frame
+from texvol.window.transport import SharedArrays
 
-_FRAME = 1 / 60  # seconds: no screen shows more, and the drawing processes want the cores
-_IDLE = 0.5  # seconds between looks at what nobody wakes us for
-_MINIMISED = 0.1
+_FRAME = 1 / 60  # seconds: screens show no more frames, and the painting processes need the cores
+_IDLE = 0.5  # seconds between checks for changes that raise no event
+_MINIMISED = 0.1  # seconds to wait in each frame of a minimised window
 _FRAMES_AFTER_EVENT = 3
-_REFINER_STANDS_BACK = 5  # niceness
+_REFINER_NICENESS = 5
 
 
 @dataclass(frozen=True)
 class Plan:
-    """How the window is to run.
+    """Settings of one run of the window.
 
     Attributes
     ----------
     size : (width, height)
-        Of the picture, in window coordinates.
+        Size of the picture in window coordinates.
     open : callable, optional
-        Makes the first document, given the picture's pixels; `name` is what is opened.
+        Returns the first document; its argument is the picture's size in pixels. `name` is the name of its file.
     frames : int, optional
-        After how many it ends, from the first picture on; the last one waits for rest where it is to be kept.
+        Number of frames after which the window closes, counted from the first picture on. With `screenshot`, the last
+        frame waits until the picture is at rest.
     screenshot, timings, record : str, optional
-        Files to write: the window at the end, the table of frame times, the input.
+        Files to write: a screenshot at the end, the table of frame times, the recorded input.
     check : callable
-        Called once a frame; whatever it raises ends the window.
+        Called once in each frame; an exception that it raises ends the window.
     """
 
     size: tuple[int, int]
@@ -66,15 +67,16 @@ class Plan:
 
     @property
     def ends(self) -> bool:
-        """Whether the window closes by itself once all is played and at rest."""
+        """True if the window closes by itself after the script has been played and the picture is at rest."""
         return self.frames is None and (self.player is not None or self.screenshot is not None)
 
 
 class Application:
-    """The window, from its opening to its closing; a context manager."""
+    """Window with its main loop, a context manager that closes the window."""
 
     def __init__(self, plan: Plan) -> None:
-        self._plan, self._queue, self._timings = plan, Queue(), Timings()
+        self._plan, self._queue = plan, Queue()
+        self._timed: list[Frame] = []
         width = plan.size[0] + (panels.WIDTH if plan.panels else 0)
         self._closers: list[Callable[[], None]] = []
         try:
@@ -83,27 +85,27 @@ class Application:
                 self._closers.append(self._recorder.close)
             screen = self._screen = Screen((width, plan.size[1]), "texvol", self._queue.put)
             self._closers.append(screen.close)
-            if plan.panels and screen.scale > 1:  # the panels are as much wider as their letters are larger
+            if plan.panels and screen.scale > 1:  # on a scaled monitor the panels' text and width are scaled alike
                 screen.resize((plan.size[0] + round(panels.WIDTH * screen.scale), plan.size[1]))
             self._interface = Interface(screen)
             self._closers.append(self._interface.close)
             self._picture = Texture(screen.gl)
-            self._shared = Shared()
+            self._shared = SharedArrays()
             self._closers.append(self._shared.close)
-            self._mover, refiner = self._painter(0), self._painter(_REFINER_STANDS_BACK)
+            self._mover, refiner = self._painter(0), self._painter(_REFINER_NICENESS)
             self._painters = [self._mover, refiner]
             director = Director(self._mover, refiner, Pace(plan.frames_per_second), plan.max_error)
         except BaseException:
             self.close()
             raise
-        self._desk = Desk(director, lambda: self._painter(_REFINER_STANDS_BACK), screen.wake, self._copy)
+        self._desk = Desk(director, lambda: self._painter(_REFINER_NICENESS), screen.wake, self._copy)
         self._desk.textures = Textures(screen.gl)
         self._closers.append(self._desk.close)
         self._desk.preferences.panels, self._desk.is_played = plan.panels, plan.player is not None
         self._minimised = self._over = False
         self._lively = _FRAMES_AFTER_EVENT
         self._mark = ""
-        self._frames = 0  # that counted
+        self._frames = 0  # frames counted against `plan.frames`
         self._shots: list[str] = []
         self._last = self._last_picture = self._started = screen.time
         self._changed_at: float | None = None
@@ -115,14 +117,20 @@ class Application:
         self.close()
 
     def close(self) -> None:
-        """Give everything back, whatever goes wrong on the way."""
+        """Close the window and end the painting processes; errors while closing are ignored."""
         while self._closers:
             closer = self._closers.pop()
-            with contextlib.suppress(Exception):  # the rest is to be closed in any case
+            with contextlib.suppress(Exception):  # everything else has to be closed in any case
                 closer()
 
     def run(self) -> None:
-        """Until it is closed."""
+        """Run the main loop until the window is closed.
+
+        Raises
+        ------
+        InputError
+            If the first document can't be opened.
+        """
         plan = self._plan
         self._arrange()
         if plan.open is not None:
@@ -135,10 +143,10 @@ class Application:
             if desk.document is None and desk.failed_first:
                 raise InputError(desk.failed_first)
         if plan.timings:
-            self._timings.write(plan.timings)
+            timings.write(plan.timings, self._timed)
 
     def frame(self) -> None:
-        """One frame."""
+        """Process the events and draw one frame."""
         screen, desk = self._screen, self._desk
         screen.wait(self._patience())
         desk.now = start = screen.time
@@ -151,7 +159,7 @@ class Application:
         self._arrange()
         desk.update()
         screen.title(desk.title)
-        new = desk.director.update(desk.now)  # what has come, for the panels to say so
+        new = desk.director.update(desk.now)  # before the panels, which describe the newest picture
         panels.show(desk)
         self._steer(events)
         new |= self._direct()
@@ -165,7 +173,7 @@ class Application:
         screen.swap()
 
     def _patience(self) -> float:
-        """How long to wait for something to happen, or for an answer, which wakes us."""
+        """Return the seconds to wait for an event; an answer of a painting process ends the wait earlier."""
         desk, plan = self._desk, self._plan
         since = self._screen.time - self._last
         playing = (plan.frames is not None and self._counts) or (plan.player is not None and not plan.player.over)
@@ -173,34 +181,34 @@ class Application:
         if playing or desk.steering.dragging or self._lively > 0:
             return max(_FRAME - since, 0.0)
         waits = [_IDLE, desk.director.next_due(desk.now), *(each.until - desk.now for each in desk.messages)]
-        if plan.player is not None and plan.player.waits:  # for rest; each look costs who refines a part of a CPU
+        if plan.player is not None and plan.player.waits:  # for rest: each check takes CPU time from the refiner
             waits.append(0.1)
         elif desk.loading is not None or desk.writing is not None or plan.player is not None:
             waits.append(0.05)
         return max(_FRAME - since, min(waits), 0.0)
 
     def _events(self) -> list[Event]:
-        """What has happened, and what is played back."""
+        """Return the events since the last frame, including those played back from a script."""
         events, player = self._queue.take(), self._plan.player
-        # What a panel makes of an event shows a frame or two later.
+        # A panel that is changed by an event shows the change one or two frames later.
         self._lively = _FRAMES_AFTER_EVENT if events else max(self._lively - 1, 0)
         if player is not None and not player.over:
-            # Whatever the real mouse does meanwhile would change what is played.
+            # Events of the real mouse would change the result of the script.
             events = [each for each in events if each.kind in ("close", "resize", "iconify", "focus")]
-            if self._begun and self._desk.loading is None:  # what is played is meant for what is being opened
-                for what in player.due(self._desk.now, at_rest=self._at_rest):
-                    if isinstance(what, Action):
-                        self._act(what)
+            if self._begun and self._desk.loading is None:  # a script is meant for the opened scene
+                for item in player.due(self._desk.now, at_rest=self._at_rest):
+                    if isinstance(item, Action):
+                        self._act(item)
                     else:
-                        events.append(what)
-                        self._imitate(what)
+                        events.append(item)
+                        self._imitate(item)
         if self._recorder and events:
             self._recorder.add(events, self._desk.now)
         for event in events:
             if event.kind == "close":
                 self._desk.wants_close = True
             elif event.kind == "drop" and event.names:
-                self._desk.drop(event.names, adds="ctrl" in event.modifiers)
+                opening.drop(self._desk, event.names, adds="ctrl" in event.modifiers)
         return events
 
     @property
@@ -210,7 +218,7 @@ class Application:
 
     @property
     def _begun(self) -> bool:
-        """Whether there is a picture, or none will come."""
+        """True if a picture is shown, or if none will be drawn."""
         desk, director = self._desk, self._desk.director
         if desk.loading is not None and desk.loading.first:
             return False
@@ -218,14 +226,14 @@ class Application:
 
     @property
     def _counts(self) -> bool:
-        """Whether this frame is one of those that are asked for."""
+        """True if this frame counts towards `plan.frames`."""
         plan = self._plan
         kept = plan.screenshot is not None and plan.frames is not None and self._frames == plan.frames - 1
         played = plan.player is None or plan.player.over
         return self._begun and (self._at_rest or not (kept and played))
 
     def _imitate(self, event: Event) -> None:
-        """Events of the window itself are not only told: they happen."""
+        """Apply a played-back event of the window itself: resize or minimise the window."""
         if event.kind == "resize":
             self._screen.resize((int(event.x), int(event.y)))
         elif event.kind == "iconify":
@@ -235,24 +243,24 @@ class Application:
         if action.do == "screenshot":
             self._shots.append(action.file)
         elif action.do == "save":
-            self._desk.run(f"save {action.file}")
+            commands.run(self._desk, f"save {action.file}")
         elif action.do == "command":
-            if not self._desk.knows(action.name):
-                raise InputError(f"a script asks for a command that there is not: {action.name!r}")
-            self._desk.run(action.name)
+            if not commands.is_command(action.name):
+                raise InputError(f"script: unknown command {action.name!r}")
+            commands.run(self._desk, action.name)
         elif action.do == "mark":
             self._mark = action.name
 
     def _arrange(self) -> None:
-        """Where the picture is: all of the window but the panels."""
+        """Divide the window between the picture and the panels."""
         screen, desk = self._screen, self._desk
         width, height = screen.size
         wanted = desk.preferences.width * max(self._interface.scale, 1.0)
         beside = min(wanted, MOST_PANEL * width) if desk.preferences.panels else 0
-        desk.room = Room(0, 0, width - round(beside), height)
+        desk.viewport = Viewport(0, 0, width - round(beside), height)
         pixels = screen.pixels
         if width and height:
-            right, down = desk.room.width * pixels[0] / width, desk.room.height * pixels[1] / height
+            right, down = desk.viewport.width * pixels[0] / width, desk.viewport.height * pixels[1] / height
             pixels, before = (max(round(right), 1), max(round(down), 1)), desk.pixels
             desk.pixels = pixels
             if pixels != before and desk.document is not None:
@@ -263,28 +271,25 @@ class Application:
         if document is None:
             for event in events:
                 if event.kind == "key" and event.down and event.name in ("f1", "tab", "f11"):
-                    desk.run({"f1": "help", "tab": "panels", "f11": "fullscreen"}[event.name])
+                    commands.run(desk, {"f1": "help", "tab": "panels", "f11": "fullscreen"}[event.name])
             return
         mouse = not self._interface.wants_mouse and not desk.gripping
-        ours = {"mouse": mouse, "keyboard": not self._interface.wants_keyboard}
-        box = document.scene.box
-        outcome = desk.steering.handle(events, document.view, box, desk.room, desk.now, **ours)
+        free = {"mouse": mouse, "keyboard": not self._interface.wants_keyboard}
+        outcome = desk.steering.handle(events, document.view, document.scene.box, desk.viewport, desk.now, **free)
         if outcome.view is not document.view:
             desk.attempt(lambda: document.look(outcome.view))
         if outcome.clicked:
-            point = first_medium(document.scene, desk.room.position(*outcome.clicked))
+            point = first_medium(document.scene, desk.viewport.position(*outcome.clicked))
             if point is not None:
-                from texvol.window import navigation
-
                 document.look(navigation.with_pivot(document.view, point))
-                desk.say("turning about what is under the cursor")
+                desk.say("the view now turns about the clicked point")
         for command in outcome.commands:
-            desk.run(command)
+            commands.run(desk, command)
         desk.probed = None
-        if desk.preferences.probe and ours["mouse"] and desk.room.holds(*desk.steering.cursor):
-            point = first_medium(document.scene, desk.room.position(*desk.steering.cursor))
+        if desk.preferences.probe and mouse and desk.viewport.holds(*desk.steering.cursor):
+            point = first_medium(document.scene, desk.viewport.position(*desk.steering.cursor))
             desk.probed = None if point is None else at_point(document.scene, point)
-        if not imgui_is_active() and not desk.gripping:
+        if not self._interface.item_active and not desk.gripping:
             document.history.end_stroke()
 
     def _direct(self) -> bool:
@@ -318,7 +323,7 @@ class Application:
         height, width = shown.pixels.shape[:2] if shown is not None else (0, 0)
         rate = shown.coarseness.rate if shown is not None and shown.coarseness else 0.0
         changed = self._last_picture if self._changed_at is None else self._changed_at
-        # After a pause nobody waits for a picture before something changes.
+        # After a pause, the interval between pictures counts from the first change.
         since = changed if changed - self._last_picture >= SETTLED else self._last_picture
         between = now - since if new else 0.0
         delay = now - changed if new and self._changed_at is not None else 0.0
@@ -328,7 +333,7 @@ class Application:
         if not self._counts:
             self._last = now
             return
-        self._timings.add(
+        self._timed.append(
             Frame(
                 now - self._started, now - self._last, now - start, self._desk.director.pictures, between, delay,
                 state, width, height, rate, self._mark,
@@ -336,8 +341,8 @@ class Application:
         )  # fmt: skip
         self._frames += 1
         if not self._plan.timings:
-            del self._timings.frames[:-100]
-        self._desk.panel_state["frames"] = self._timings.frames[-100:]
+            del self._timed[:-100]
+        self._desk.panel_state["frames"] = self._timed[-100:]
         self._mark, self._last = "", now
 
     def _screenshots(self) -> None:
@@ -360,10 +365,3 @@ class Application:
 
     def _copy(self, text: str) -> None:
         self._screen.clipboard = text
-
-
-def imgui_is_active() -> bool:
-    """Whether some slider or text is being held."""
-    from imgui_bundle import imgui
-
-    return bool(imgui.is_any_item_active())

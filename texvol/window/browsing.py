@@ -1,4 +1,4 @@
-"""Looking for a file: what is in a folder, found on a thread of its own, since some folders take their time."""
+"""File browser: folders are listed on a thread, because some file systems respond slowly."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-_MOST = 5000  # entries: nobody looks through more, and each is drawn
+_MOST = 5000  # entries of a listing: each is drawn in every frame
 
 
 @dataclass(frozen=True)
 class Entry:
-    """A folder or a file; nothing else can be opened."""
+    """Folder or file in a listing."""
 
     name: str
     is_folder: bool
@@ -21,14 +21,14 @@ class Entry:
 
 @dataclass
 class Listing:
-    """What is in a folder, once it is known."""
+    """Entries of a folder; `entries` is None until the folder has been read."""
 
     folder: Path
     entries: list[Entry] | None = None
     fault: str = ""
 
     def read(self) -> None:
-        """Folders first, each kind by name, whatever its case; hidden ones are left out."""
+        """Read the folder: folders first, then files, each sorted by name without regard to case; no hidden entries."""
         try:
             with os.scandir(self.folder) as found:
                 kept = [_entry(each) for each, _ in zip(found, range(_MOST), strict=False)]
@@ -50,20 +50,20 @@ def _entry(found: os.DirEntry[str]) -> Entry | None:
 
 @dataclass
 class Browser:
-    """Somebody looks for a file to open, or for a place to write one.
+    """State of the file browser, which chooses a file to open or a path to write to.
 
     Attributes
     ----------
     title : str
-        What it is for.
+        Title of the browser's window.
     done : callable
-        Takes the path that was chosen.
+        Called with the chosen path.
     saves : bool
-        Whether it is a file to be written, which need not be there.
+        True if the file is to be written; it need not exist.
     name : str
-        Of the file, in the folder.
+        Name of the chosen entry in the folder.
     words : str
-        How it is to be read, in words of the command line, where `takes_words`.
+        Command-line options that say how to read the file; shown if `takes_words` is True.
     """
 
     title: str
@@ -81,7 +81,7 @@ class Browser:
         self.go(self.folder)
 
     def go(self, folder: Path) -> None:
-        """Look into another folder."""
+        """List another folder."""
         self.folder = Path(os.path.abspath(folder))
         listing = self.listing = Listing(self.folder)
 
@@ -93,11 +93,11 @@ class Browser:
 
     @property
     def replaces(self) -> bool:
-        """Whether a file of that name is there already."""
+        """True if a file of that name exists already and would be replaced."""
         return self.saves and any(each.name == self.name for each in self.listing.entries or () if not each.is_folder)
 
     def enter(self, text: str) -> None:
-        """A path was typed: a folder to look into, or a file."""
+        """Go to a typed path: list a folder, or choose a file."""
         path = Path(os.path.abspath(self.folder / os.path.expanduser(text)))
         if path.is_dir():
             self.go(path)
@@ -105,10 +105,10 @@ class Browser:
             self.go(path.parent) if self.saves else self.choose(path)
             self.name = path.name
         else:
-            self.listing.fault = f"{path}: no such file"
+            self.listing.fault = f"{path}: file not found"
 
     def pick(self, entry: Entry) -> None:
-        """An entry was clicked twice."""
+        """Open a double-clicked entry: list a folder, or choose a file."""
         if entry.is_folder:
             self.go(self.folder / entry.name)
         else:
@@ -116,11 +116,11 @@ class Browser:
             self.choose(self.folder / entry.name)
 
     def accept(self) -> None:
-        """The file whose name is there."""
+        """Choose the file of the entered name."""
         if self.name:
             self.choose(self.folder / self.name)
 
     def choose(self, path: Path) -> None:
-        """This one it is; a folder may hold a series."""
+        """Choose a path and close the browser; a folder may hold an image series."""
         self.over = True
         self.done(str(path))

@@ -1,4 +1,4 @@
-"""What keys, buttons and scripts ask for, by name: "undo", "axis +x", "tab Light", "open head.nrrd"."""
+"""Commands of keys, buttons and scripts, by name: "undo", "axis +x", "tab Light", "open head.nrrd"."""
 
 from __future__ import annotations
 
@@ -6,21 +6,19 @@ import shlex
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from texvol.scene.scene import COLORINGS, MODES
-from texvol.window import additions, editing, navigation, saving
+from texvol.window import editing, navigation, opening, saving
+from texvol.window.desk import Desk
 from texvol.window.document import Document, Home
 from texvol.window.navigation import View
 
-if TYPE_CHECKING:
-    from texvol.window.desk import Desk
-
-TABS = ("Matter", "Scene", "View", "Light", "Cut", "Slices", "File")
+TABS = ("Medium", "Scene", "View", "Light", "Cut", "Slices", "File")
 
 
 def run(desk: Desk, command: str) -> None:
-    """Do it; what is for a document does nothing where none is open."""
+    """Run a command; a command for a document does nothing if no document is open."""
     name, _, argument = command.partition(" ")
     if name in _OF_WINDOW:
         _OF_WINDOW[name](desk, argument)
@@ -29,7 +27,7 @@ def run(desk: Desk, command: str) -> None:
 
 
 def is_command(command: str) -> bool:
-    """Whether `Desk.run` knows what that is."""
+    """True if `run` knows the command and its argument is allowed."""
     name, _, argument = command.partition(" ")
     if name in _ONE_OF:
         return argument in _ONE_OF[name]
@@ -45,7 +43,7 @@ def _toggle(name: str) -> Callable[[Desk, str], None]:
 
 def _turning(desk: Desk, _: str) -> None:
     desk.steering.free = not desk.steering.free
-    desk.say("turning freely" if desk.steering.free else "turning as on a turntable")
+    desk.say("turning freely" if desk.steering.free else "turning on a turntable")
 
 
 def _close(desk: Desk, _: str) -> None:
@@ -58,16 +56,16 @@ def _bring(desk: Desk, tab: str) -> None:
 
 def _open(desk: Desk, path: str) -> None:
     if path:
-        desk.open(path)
+        opening.open_file(desk, path)
     else:
-        additions.browse_to_open(desk)
+        opening.browse_to_open(desk)
 
 
 def _add(desk: Desk, path: str) -> None:
     if path:
-        desk.add(path)
+        opening.add(desk, path)
     else:
-        additions.browse_to_add(desk)
+        opening.browse_to_add(desk)
 
 
 _ONE_OF = {"axis": tuple(navigation.AXES), "tab": TABS, "mode": MODES, "coloring": COLORINGS}
@@ -85,23 +83,24 @@ _OF_WINDOW: dict[str, Callable[[Desk, str], None]] = {
 }
 
 
-def _stand(desk: Desk, document: Document, view: View) -> None:
-    """The view of the whole box, with room for what is written beside it."""
+def _look_at_all(desk: Desk, document: Document, view: View) -> None:
+    """Look at the whole box; the box is framed so that the annotation has room beside it."""
     document.look(view)
     document.go_home(Home.of(view.camera, document.scene, desk.pixels, document.showing.annotation))
 
 
 def _reset(desk: Desk, document: Document, _: str) -> None:
-    _stand(desk, document, navigation.reset(document.view, document.scene.box, desk.room.aspect))
+    _look_at_all(desk, document, navigation.reset(document.view, document.scene.box, desk.viewport.aspect))
 
 
 def _frame(desk: Desk, document: Document, _: str) -> None:
-    _stand(desk, document, navigation.framed(document.view, document.scene.box, desk.room.aspect))
+    _look_at_all(desk, document, navigation.framed(document.view, document.scene.box, desk.viewport.aspect))
 
 
 def _axis(desk: Desk, document: Document, axis: str) -> None:
     if axis in navigation.AXES:
-        _stand(desk, document, navigation.along_axis(document.view, axis, document.scene.box, desk.room.aspect))
+        view = navigation.along_axis(document.view, axis, document.scene.box, desk.viewport.aspect)
+        _look_at_all(desk, document, view)
 
 
 def _projection(desk: Desk, document: Document, _: str) -> None:
@@ -113,7 +112,7 @@ def _save(desk: Desk, document: Document, path: str) -> None:
     path = path or saving.scene_name(document)
     if desk.attempt(lambda: saving.save_scene(path, document, desk.pixels)):
         document.origin = replace(document.origin, scene_file=path)
-        desk.say(f"{Path(path).resolve()} is written")
+        desk.say(f"saved {Path(path).resolve()}")
 
 
 def _picture(desk: Desk, document: Document, path: str) -> None:
@@ -126,9 +125,7 @@ def _copy(desk: Desk, document: Document, _: str) -> None:
     def copy() -> None:
         words = saving.command_line(document, desk.pixels, desk.accuracy)
         desk.copy(shlex.join(words))
-        desk.say(
-            "the command line is on the clipboard, and the scene that it draws in " + words[words.index("--scene") + 1]
-        )
+        desk.say(f"command line copied to the clipboard; its scene file is {words[words.index('--scene') + 1]}")
 
     desk.attempt(copy)
 
@@ -143,9 +140,9 @@ def _coloring(desk: Desk, document: Document, coloring: str) -> None:
 
 def _mask(desk: Desk, document: Document, path: str) -> None:
     if path:
-        additions.mask(desk, document.scene.volume, path)
+        opening.mask(desk, document.scene.volume, path)
     else:
-        additions.browse_for_mask(desk, document.scene.volume)
+        opening.browse_for_mask(desk, document.scene.volume)
 
 
 _OF_DOCUMENT: dict[str, Callable[[Desk, Document, str], None]] = {

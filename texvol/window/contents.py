@@ -1,8 +1,8 @@
-"""What a scene holds: volumes, their masks, meshes; how further ones are read, and what the scene is with them.
+"""Reading of volumes, masks and meshes for a scene, and scenes with these parts added, changed or removed.
 
-They are read as the command line reads them, and said in its words: "--channel 1 --tf inferno" of a volume that is
-added is what `--add FILE --add-channel 1 --add-tf inferno` would say. Reading takes its time, and is for a thread of
-its own; the rest is done at once.
+Files are read with the options of the command line: "--channel 1 --tf inferno" for a volume that is added means
+`--add FILE --add-channel 1 --add-tf inferno`. Functions that read files are slow and run on a thread; the other
+functions return at once.
 """
 
 from __future__ import annotations
@@ -16,7 +16,6 @@ from dataclasses import replace
 from typing import Any, NoReturn
 
 from texvol.formats.readers import load
-from texvol.geometry import load_mesh
 from texvol.options import mask as mask_options
 from texvol.options import reading as reading_options
 from texvol.options import scene_options as options
@@ -24,7 +23,6 @@ from texvol.options.volumes import OF_ADDED, AddedChoice
 from texvol.scene.added_volume import AddedVolume
 from texvol.scene.mask import Mask
 from texvol.scene.scene import Scene
-from texvol.scene.shapes import Mesh
 from texvol.scene.volume import Volume
 from texvol.util.errors import InputError
 
@@ -32,14 +30,14 @@ MESHES = (".ply", ".stl", ".obj", ".vtp")
 
 
 class _Words(argparse.ArgumentParser):
-    """A parser that says what is wrong, and ends nothing."""
+    """Argument parser that raises InputError and never exits."""
 
     def error(self, message: str) -> NoReturn:
         raise InputError(message)
 
 
 def kind_of(path: str) -> str:
-    """What a file is taken for, by its name: "scene", "transfer function", "mesh" or "volume"."""
+    """Return the kind of a file by its name: "scene", "transfer function", "mesh" or "volume"."""
     suffix = os.path.splitext(path)[1].lower()
     if suffix in MESHES:
         return "mesh"
@@ -47,7 +45,7 @@ def kind_of(path: str) -> str:
 
 
 def of_opened(words: str) -> dict[str, Any]:
-    """Options of `texvol view` for a file to be opened, as their names in a namespace and what they become."""
+    """Return the options of `texvol view` in a text, such as "--channel 1", as attributes for its namespace."""
     parser = _Words(add_help=False, allow_abbrev=False)
     group = parser.add_argument_group()
     for option in reading_options.READING.values():
@@ -57,7 +55,7 @@ def of_opened(words: str) -> dict[str, Any]:
 
 
 def of_added(words: str) -> dict[str, Any]:
-    """The same of a volume that is added, by the options' names, without `add-`."""
+    """Return the options of an added volume in a text, by the options' names without `add-`."""
     parser = _Words(add_help=False, allow_abbrev=False)
     group = parser.add_argument_group()
     for each in OF_ADDED:
@@ -75,53 +73,48 @@ def _parsed(parser: argparse.ArgumentParser, words: str) -> dict[str, Any]:
 
 
 def read_volume(path: str, scene: Scene, chosen: Mapping[str, Any]) -> AddedVolume:
-    """A volume to be added to the scene, in a hue of its own unless its look is chosen."""
+    """Read a volume to be added to the scene; it gets a hue of its own unless `chosen` sets its look."""
     choice = AddedChoice(path, chosen)
     return choice.added_to(scene.volume, choice.load(), len(scene.added))
 
 
-def read_mesh(path: str) -> Mesh:
-    """A mesh as its file has it."""
-    return load_mesh(path)
-
-
 def read_mask(path: str, volume: Volume, fade: tuple[float, float] | None = None) -> Mask:
-    """A mask of the volume; of a file that holds no weights it fades in over all its values, unless it is told."""
+    """Read a mask of a volume; values outside [0, 1] are mapped by `fade`, by default from their range to [0, 1]."""
     try:
         return mask_options.MaskChoice(path, fade).load(volume)
     except InputError:
         ends = load(path).finite_range if fade is None else None
-        if ends is None or (ends[0] >= 0 and ends[1] <= 1):  # it is something else that is wrong
+        if ends is None or (ends[0] >= 0 and ends[1] <= 1):  # the values are weights: the error has another cause
             raise
         return mask_options.MaskChoice(path, ends).load(volume)
 
 
 def mask_of(scene: Scene, number: int) -> Mask | None:
-    """The mask of a scene's volume by its number; 0 is the scene's own."""
+    """Return the mask of a volume by its number; 0 is the scene's first volume."""
     return scene.mask if number == 0 else scene.added[number - 1].mask
 
 
 def with_mask(scene: Scene, volume: Volume, mask: Mask | None) -> dict[str, Any]:
-    """Parts of the scene with another mask of that volume."""
+    """Return the changed parts of a scene with another mask of a volume."""
     if volume is scene.volume:
         return {"mask": mask}
     return {"added": tuple(replace(each, mask=mask) if each.volume is volume else each for each in scene.added)}
 
 
 def without_volume(scene: Scene, number: int) -> dict[str, Any]:
-    """Parts of the scene without the volume of that number, which is not its own."""
+    """Return the changed parts of a scene without the added volume of that number, which counts from 1."""
     return {"added": scene.added[: number - 1] + scene.added[number:]}
 
 
 def without_mesh(scene: Scene, number: int) -> dict[str, Any]:
-    """Parts of the scene without one of its meshes or lines."""
+    """Return the changed parts of a scene without one of its meshes or lines."""
     return {"geometry": scene.geometry[:number] + scene.geometry[number + 1 :]}
 
 
 def with_look(
     scene: Scene, number: int, color: tuple[float, float, float] | None = None, opacity: float | None = None
 ) -> dict[str, Any]:
-    """Parts of the scene with one mesh or line in another colour, or of another opacity."""
+    """Return the changed parts of a scene with another colour or opacity of one mesh or line."""
     shape = scene.geometry[number]
     other = copy(shape)  # `replace` would check a million triangles anew while a slider is dragged
     if color is not None:
@@ -132,6 +125,6 @@ def with_look(
 
 
 def named(paths: Iterable[str]) -> str:
-    """What a few files are called together."""
+    """Return a short name for several files, such as "head.nrrd and 2 more"."""
     names = [os.path.basename(os.path.normpath(path)) for path in paths]
     return names[0] if len(names) == 1 else f"{names[0]} and {len(names) - 1} more"

@@ -1,37 +1,34 @@
-"""The desk: what is open, what is chosen, and everything that keys and panels can have done."""
+"""State of the window, and services on it: messages, reading files, browsing, writing files."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from texvol.util.errors import TexvolError
-from texvol.window import additions, commands, contents, recent
+from texvol.window import recent
 from texvol.window.browsing import Browser
 from texvol.window.director import Director
-from texvol.window.document import Document, opened_file
+from texvol.window.document import Document
 from texvol.window.jobs import Answer
 from texvol.window.loading import Loading
 from texvol.window.painter import Painter
 from texvol.window.probe import Found
 from texvol.window.screen import Textures
-from texvol.window.steering import Room, Steering
+from texvol.window.steering import Steering, Viewport
 
 MESSAGE_SECONDS = 8.0
-PANEL_WIDTH = 360.0  # window coordinates at scale 1, as the next
-NARROWEST_PANEL, WIDEST_PANEL = 280.0, 1400.0  # names beside their controls; beyond, only emptiness grows
-MOST_PANEL = 0.6  # of the window
+PANEL_WIDTH = 360.0  # window coordinates at scale 1, as are the next two
+NARROWEST_PANEL, WIDEST_PANEL = 280.0, 1400.0  # narrower: labels are cut; wider: only empty space grows
+MOST_PANEL = 0.6  # fraction of the window's width
 
 
 @dataclass
 class Message:
-    """Something that is said in the window for a while."""
+    """Message that the window shows until a time."""
 
     text: str
     is_fault: bool
@@ -40,24 +37,44 @@ class Message:
 
 @dataclass
 class Preferences:
-    """What is seen beside the picture."""
+    """Choices of what the window shows beside the picture."""
 
     panels: bool = True
     help: bool = False
     probe: bool = False
-    tab: str = ""  # to be brought to the front
+    tab: str = ""  # name of the tab to select in the next frame
     fullscreen: bool = False
     width: float = PANEL_WIDTH  # of the panels
 
 
 @dataclass
 class Desk:
-    """See the module.
+    """State of the window.
 
     Attributes
     ----------
+    viewport : Viewport
+        Rectangle of the picture in the window; `pixels` is its size in pixels.
+    waiting : list of Loading
+        Files to be read after the current one, in order.
+    offered : tuple of str
+        Dropped volumes; the user is asked to open or to add them.
     clerk : Painter, optional
-        The process that writes pictures and films; started when first wanted.
+        Process that writes pictures and films, started when first needed.
+    writing : float, optional
+        Fraction of a file that is written, from 0 to 1; None if no file is being written.
+    is_played : bool
+        True if a script is played back.
+    gripping : bool
+        True if the mouse is at a handle in the picture.
+    failed_first : str, optional
+        Reason why the document that the window was started with can't be opened.
+    browser : Browser, optional
+        File browser, while it is shown.
+    probed : Found, optional
+        Value under the cursor, if it is asked for.
+    folder : Path
+        Folder in which the last file was chosen.
     """
 
     director: Director
@@ -68,33 +85,33 @@ class Desk:
     steering: Steering = field(default_factory=Steering)
     textures: Textures | None = None
     document: Document | None = None
-    room: Room = field(default_factory=lambda: Room(0, 0, 1, 1))
-    pixels: tuple[int, int] = (1, 1)  # of the room
+    viewport: Viewport = field(default_factory=lambda: Viewport(0, 0, 1, 1))
+    pixels: tuple[int, int] = (1, 1)
     messages: list[Message] = field(default_factory=list)
     loading: Loading | None = None
-    waiting: list[Loading] = field(default_factory=list)  # to be read one after the other
-    offered: tuple[str, ...] = ()  # files that came in, and may be opened or added
+    waiting: list[Loading] = field(default_factory=list)
+    offered: tuple[str, ...] = ()
     clerk: Painter | None = None
-    writing: float | None = None  # how much of a file is written
+    writing: float | None = None
     wants_close: bool = False
-    is_played: bool = False  # by a script
-    gripping: bool = False  # whether the mouse is at a grip in the picture
-    failed_first: str | None = None  # why the document that the window was opened for can't be
-    browser: Browser | None = None  # while somebody looks for a file
-    probed: Found | None = None  # what is under the cursor, where that is asked for
+    is_played: bool = False
+    gripping: bool = False
+    failed_first: str | None = None
+    browser: Browser | None = None
+    probed: Found | None = None
     now: float = 0.0
     panel_state: dict[str, Any] = field(default_factory=dict)
-    folder: Path = field(default_factory=Path.cwd)  # in which a file was looked for last
+    folder: Path = field(default_factory=Path.cwd)
 
     def say(self, text: str, *, fault: bool = False) -> None:
-        """A message; a fault stays longer. Nothing but faults is said over what a script has drawn."""
+        """Show a message; a fault is shown longer. While a script is played back, only faults are shown."""
         if self.is_played and not fault:
             return
         self.messages = [each for each in self.messages if each.text != text]
         self.messages.append(Message(text, fault, self.now + MESSAGE_SECONDS * (2 if fault else 1)))
 
     def attempt(self, action: Callable[[], Any]) -> bool:
-        """Do it; what is wrong with it is said in the window."""
+        """Call `action` and return True; show the message of its error and return False if it fails."""
         try:
             action()
         except (TexvolError, OSError) as error:
@@ -102,41 +119,19 @@ class Desk:
             return False
         return True
 
-    def texture(self, name: str, key: Any, make: Callable[[], NDArray[np.uint8]]) -> int:
-        """OpenGL's number of a picture with that name, made anew when the key is another."""
-        assert self.textures is not None
-        return self.textures.get(name, key, make)
-
     def change(self, stroke: str | None = None, **parts: Any) -> bool:
-        """Other parts of the scene."""
+        """Change parts of the scene; return False and show a message if they make no valid scene."""
         assert self.document is not None
         document = self.document
         return self.attempt(lambda: document.change(stroke, **parts))
 
-    def open(self, path: str, how: Mapping[str, Any] | None = None) -> None:
-        """Open a volume, a scene, a mesh or a transfer function into the scene; the old one stays until that is done.
-
-        `how` are options of the command line, as `contents.of_opened` has them.
-        """
-        kind = contents.kind_of(path)
-        if kind == "transfer function" and self.document is not None:
-            from texvol.scene import transfer
-
-            volume = self.document.scene.volume
-            self.attempt(lambda: self.change(transfer_function=transfer.load(path, volume)))
-        elif kind == "mesh":
-            self.add(path)
-        else:
-            size = self.pixels
-            self.load(path, lambda: opened_file(path, size, how))
-
     def load(self, name: str, make: Callable[[], Document], *, first: bool = False) -> None:
-        """Open what `make` makes, on another thread; without the `first` one the window has no reason to be."""
+        """Open the document that `make` returns, on a thread; if the `first` one can't be opened, the window ends."""
         self.waiting.clear()
         self.loading = Loading(name, make, lambda found: self._take(name, found), self.wake, first=first).start()
 
     def fetch(self, name: str, make: Callable[[], Any], done: Callable[[Any], Any]) -> None:
-        """Have something read for the scene, after whatever is being read; `done` takes it if that is still open."""
+        """Read something for the open scene on a thread, and pass it to `done` if that scene is still open."""
         document = self.document
 
         def take(found: Any) -> None:
@@ -144,18 +139,10 @@ class Desk:
                 self.attempt(lambda: done(found))
 
         self.waiting.append(Loading(name, make, take, self.wake))
-        self._read_on()
-
-    def add(self, path: str, chosen: Mapping[str, Any] | None = None) -> None:
-        """Add a volume or a mesh to the scene; `chosen` are options of the former, see `contents.of_added`."""
-        additions.add(self, path, chosen or {})
-
-    def drop(self, paths: Sequence[str], *, adds: bool = False) -> None:
-        """Files were dropped: what may be meant in two ways is asked, unless it is to be added."""
-        additions.drop(self, tuple(paths), adds=adds)
+        self._read_next()
 
     def update(self) -> None:
-        """Take what has been loaded or written, and drop old messages."""
+        """Take over results of reading and writing, and remove old messages."""
         self.messages = [each for each in self.messages if each.until > self.now]
         loading = self.loading
         if loading is not None and loading.over:
@@ -167,7 +154,7 @@ class Desk:
                 loading.done(loading.found)
             for warning in loading.warnings:
                 self.say(warning)
-            self._read_on()
+            self._read_next()
         for fault in self.director.faults:
             self.say(fault, fault=True)
         self.director.faults.clear()
@@ -176,7 +163,7 @@ class Desk:
 
     @property
     def title(self) -> str:
-        """Of the window: what is open, with a * where that is saved in no file."""
+        """Title of the window: the name of the open file, with * if the scene has unsaved changes."""
         document = self.document
         if document is None:
             return "texvol"
@@ -190,12 +177,12 @@ class Desk:
         self.offered = ()
         self.attempt(lambda: recent.add(name, {} if name == document.origin.scene_file else recent.how(document.scene)))
 
-    def _read_on(self) -> None:
+    def _read_next(self) -> None:
         if self.loading is None and self.waiting:
             self.loading = self.waiting.pop(0).start()
 
     def browse(self, title: str, done: Callable[[str], None], *, saves: bool = False, name: str = "") -> None:
-        """Have somebody look for a file, where the last one was found."""
+        """Show the file browser in the folder of the last chosen file, and pass the chosen path to `done`."""
         typed = Path(name).expanduser()
         folder = typed.absolute().parent if name else self.folder
 
@@ -206,21 +193,13 @@ class Desk:
         self.browser = Browser(title, chosen, self.wake, folder, saves, typed.name if name else "")
 
     def browse_for_data(self, title: str, done: Callable[[str, str], None]) -> None:
-        """The same of a file that is read, whose reader may have to be told how: in words of the command line."""
+        """Show the file browser with a field for options; `done` gets the path and the entered options."""
         self.browse(title, lambda path: done(path, self.browser.words if self.browser else ""))
         assert self.browser is not None
         self.browser.takes_words = True
 
-    def run(self, command: str) -> None:
-        """What a key or a button asks for, by name: one of `commands`."""
-        commands.run(self, command)
-
-    def knows(self, command: str) -> bool:
-        """Whether there is such a command."""
-        return commands.is_command(command)
-
     def write(self, **job: Any) -> None:
-        """Have a file written by the clerk."""
+        """Have the clerk write a file."""
         document = self.document
         assert document is not None
         if self.clerk is None or not self.clerk.alive:
@@ -232,19 +211,19 @@ class Desk:
         )
 
     def stop_writing(self) -> None:
-        """Drop the file."""
+        """Cancel writing the file."""
         if self.clerk is not None:
             self.clerk.drop()
         self.writing = None
 
     def close(self) -> None:
-        """End what goes on."""
+        """End the clerk."""
         if self.clerk is not None:
             self.clerk.close()
 
     @property
     def accuracy(self) -> dict[str, Any]:
-        """What a file is to be drawn with: as the picture at rest was, or to the same error."""
+        """Accuracy of files to be written: that of the picture at rest, or the maximum error of such a picture."""
         shown = self.director.shown
         if shown is not None and shown.state == "rest" and "settings" in shown.metadata:
             return dict(shown.metadata["settings"])
@@ -262,7 +241,7 @@ class Desk:
             return
         for name in ("picture name", "film name"):
             if self.panel_state.get(name) == answer.text:
-                self.panel_state[name] = ""  # another is proposed
+                self.panel_state[name] = ""  # a new name is proposed
         numbered = "%" in os.path.basename(answer.text) and "views" in answer.metadata
-        written = f"{answer.metadata['views']} pictures are written: " if numbered else "written: "
+        written = f"wrote {answer.metadata['views']} pictures: " if numbered else "wrote "
         self.say(written + os.path.abspath(answer.text))

@@ -1,46 +1,30 @@
-"""The director: what is wanted goes in once per frame, the best picture of it comes out, whoever draws it."""
+"""Choice of the picture to draw next: it takes the wanted scene once per frame, and returns the best picture of it."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any
 
 from numpy.typing import NDArray
 
 from texvol.scene.scene import Scene
 from texvol.window import quality
 from texvol.window.jobs import Answer, Showing, Size
+from texvol.window.painter import Painter
 from texvol.window.quality import SETTLED, Coarseness, Pace, is_software, moving_accuracy, moving_scene
-
-
-class Worker(Protocol):
-    """What the director needs of a painter."""
-
-    @property
-    def busy(self) -> bool:
-        """Whether the newest job has no final answer yet."""
-
-    def ask(self, **job: Any) -> int:
-        """Have this drawn; its number."""
-
-    def drop(self) -> None:
-        """Nothing is wanted any more."""
-
-    def answers(self) -> list[Answer]:
-        """What has come of the newest job."""
 
 
 @dataclass(frozen=True)
 class Wanted:
-    """What is to be seen."""
+    """Scene to be drawn, with its size in pixels and its presentation."""
 
     scene: Scene
     size: Size
     showing: Showing = field(default_factory=Showing)
 
     def same(self, other: Wanted | None) -> bool:
-        """Whether it is the very same; scenes by identity, since whoever changes one makes another."""
+        """True if nothing has changed; scenes are compared by identity, because a changed scene is another object."""
         return other is not None and self.scene is other.scene and (self.size, self.showing) == (
             other.size, other.showing,
         )  # fmt: skip
@@ -48,10 +32,12 @@ class Wanted:
 
 @dataclass(frozen=True)
 class Shown:
-    """A picture to be seen, of the version of what is wanted.
+    """Picture to be shown.
 
     Attributes
     ----------
+    version : int
+        Version of the wanted scene that the picture shows.
     state : str
         "moving", "refining" or "rest".
     """
@@ -64,58 +50,53 @@ class Shown:
 
 
 class Director:
-    """Has the mover draw whatever is new, and the refiner what has stayed."""
+    """Sends each new scene to the mover, and a scene that has stayed unchanged to the refiner."""
 
-    def __init__(self, mover: Worker, refiner: Worker, pace: Pace, max_error: float) -> None:
+    def __init__(self, mover: Painter, refiner: Painter, pace: Pace, max_error: float) -> None:
         self._mover, self._refiner, self.pace = mover, refiner, pace
         self.max_error = max_error
         self._wanted: Wanted | None = None
-        self._version = 0
+        self.version = 0  # number of changes of the wanted scene
         self._changed_at = 0.0
-        self._moving: tuple[int, Coarseness, Size] | None = None  # version, how, and in what size, at the mover
-        self._moved = self._refined = 0  # newest version that each was asked for
+        self._moving: tuple[int, Coarseness, Size] | None = None  # job of the mover: version, coarseness, full size
+        self._moved = self._refined = 0  # newest version that was sent to each painter
         self.shown: Shown | None = None
         self.faults: list[str] = []
-        self.pictures = 0  # that have come, of whatever kind
-
-    @property
-    def version(self) -> int:
-        """How often something else was wanted."""
-        return self._version
+        self.pictures = 0  # number of pictures received
 
     @property
     def at_rest(self) -> bool:
-        """Whether what is shown is what is wanted, as good as it gets."""
+        """True if the shown picture is the final picture of the wanted scene."""
         if self._wanted is None:
             return True
-        return self.shown is not None and self.shown.state == "rest" and self.shown.version == self._version
+        return self.shown is not None and self.shown.state == "rest" and self.shown.version == self.version
 
     @property
     def idle(self) -> bool:
-        """Whether nothing more will come without a change."""
+        """True if no further picture will arrive until the scene changes."""
         quiet = not self._mover.busy and not self._refiner.busy
-        return self._wanted is None or (quiet and self._refined == self._version)
+        return self._wanted is None or (quiet and self._refined == self.version)
 
     def want(self, wanted: Wanted | None, now: float) -> None:
-        """What is to be seen from now on; the same again changes nothing."""
+        """Set the scene to be drawn; an unchanged scene has no effect."""
         if wanted is None or wanted.same(self._wanted):
             if wanted is None:
                 self._wanted = self.shown = None
             return
         self._wanted = wanted
-        self._version += 1
+        self.version += 1
         self._changed_at = now
         if self._refiner.busy:
             self._refiner.drop()
 
     def again(self) -> None:
-        """Refine once more, to another error."""
+        """Refine the picture again, after a change of the maximum error."""
         self._refined = 0
         if self._refiner.busy:
             self._refiner.drop()
 
     def update(self, now: float) -> bool:
-        """Take what has come and ask for what is next; whether there is a new picture."""
+        """Take over new pictures and start the next jobs; return True if there is a new picture."""
         new = False
         for answer in self._mover.answers():
             new |= self._hear_mover(answer)
@@ -123,11 +104,11 @@ class Director:
             new |= self._hear_refiner(answer)
         if self._wanted is None:
             return new
-        if self._moved < self._version and not self._mover.busy:
+        if self._moved < self.version and not self._mover.busy:
             self._ask_mover(self._wanted)
-        settled = now - self._changed_at >= SETTLED and self._moved == self._version and not self._mover.busy
-        if settled and self._refined < self._version:
-            self._refined = self._version
+        settled = now - self._changed_at >= SETTLED and self._moved == self.version and not self._mover.busy
+        if settled and self._refined < self.version:
+            self._refined = self.version
             self._refiner.ask(
                 kind="rest", scene=self._wanted.scene, size=self._wanted.size, showing=self._wanted.showing,
                 accuracy={"max_error": self.max_error},
@@ -135,15 +116,15 @@ class Director:
         return new
 
     def next_due(self, now: float) -> float:
-        """Seconds until `update` has something to do although nothing comes."""
-        if self._wanted is None or self._refined == self._version or self._mover.busy:
+        """Return the seconds until `update` has to be called again although no picture arrives."""
+        if self._wanted is None or self._refined == self.version or self._mover.busy:
             return float("inf")
         return max(SETTLED - (now - self._changed_at), 0.0)
 
     def _ask_mover(self, wanted: Wanted) -> None:
         coarseness = self.pace.choose(wanted.size)
-        self._moved = self._version
-        self._moving = self._version, coarseness, wanted.size
+        self._moved = self.version
+        self._moving = self.version, coarseness, wanted.size
         self._mover.ask(
             kind="move", scene=moving_scene(wanted.scene), size=coarseness.size(wanted.size), showing=wanted.showing,
             accuracy=moving_accuracy(coarseness),
@@ -159,10 +140,10 @@ class Director:
             self.pace.ladder = quality.ON_CARD
         warm = self.pictures > 0
         self.pictures += 1
-        if warm and answer.final:  # the first one compiles programs and uploads textures
+        if warm and answer.final:  # the first picture also compiles programs and uploads textures
             self.pace.learn(coarseness, size, answer.metadata["seconds"])
         if self.shown is not None and (self.shown.version, self.shown.state) >= (version, "refining"):
-            return False  # the refiner was faster
+            return False  # the refiner's picture is already shown
         self.shown = Shown(answer.pixels, version, "moving", answer.metadata, coarseness)
         return True
 
@@ -170,7 +151,7 @@ class Director:
         if answer.kind == "failed":
             self._fault(answer)
             if self.shown is not None:
-                self.shown = Shown(self.shown.pixels, self._version, "rest", self.shown.metadata)
+                self.shown = Shown(self.shown.pixels, self.version, "rest", self.shown.metadata)
             return False
         assert answer.pixels is not None
         self.pictures += 1

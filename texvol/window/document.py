@@ -1,7 +1,7 @@
-"""What is open: a scene, the view of it, where it came from; and its history, to undo and redo.
+"""Open document: a scene, its view, its files, and its undo history.
 
-A scene is never changed: whoever changes something puts another one in its place. Changes of one *stroke*, a drag of a
-slider, are one step of the history. The view is no part of it: to undo a colour does not turn the picture.
+A Scene is immutable: a change replaces it by another Scene. Changes of one *stroke*, such as a drag of a slider, are
+one step of the history. The view is not part of the history: undoing a change of colour does not turn the picture.
 """
 
 from __future__ import annotations
@@ -26,32 +26,32 @@ from texvol.window.histogram import Histogram, histogram_of
 from texvol.window.jobs import Showing
 from texvol.window.navigation import View, framed
 
-_LONGEST = 200  # steps: they share all that they have in common
+_LONGEST = 200  # steps of the history: scenes share the arrays that they have in common
 
 
 @dataclass(frozen=True)
 class Origin:
-    """What was opened."""
+    """Files that were opened."""
 
     volume: str
     scene_file: str | None = None
-    transfer_function: str | None = None  # as it was named
+    transfer_function: str | None = None  # name as it was given
 
 
 class Home(NamedTuple):
-    """A view that nobody chose: as the box alone would be framed, and with room for the annotation."""
+    """View that the program chose: a camera that frames the box alone, and one that leaves room for annotation."""
 
     plain: Camera
     roomy: Camera
 
     @classmethod
     def of(cls, plain: Camera, scene: Scene, size: tuple[int, int], annotation: Annotation) -> Home:
-        """The view of a scene in so many pixels."""
+        """Return the home view of a scene in a picture of `size` pixels."""
         return cls(plain, with_room(plain, scene, size, annotation) if annotation else plain)
 
 
 class Saved(NamedTuple):
-    """What was written as a scene file, and where."""
+    """Scene as it was last written to a scene file."""
 
     path: str
     scene: Scene
@@ -60,61 +60,63 @@ class Saved(NamedTuple):
 
 
 class History:
-    """Scenes that were, and scenes that were undone."""
+    """Undo history: past scenes, the current one, and undone ones."""
 
     def __init__(self, scene: Scene) -> None:
         self._past: list[Scene] = []
         self._future: list[Scene] = []
-        self._now = scene
+        self.now = scene
         self._stroke: str | None = None
 
     @property
-    def now(self) -> Scene:
-        """The scene as it is."""
-        return self._now
-
-    @property
     def can_undo(self) -> bool:
-        """Whether there is a step back."""
+        """True if there is a step to undo."""
         return bool(self._past)
 
     @property
     def can_redo(self) -> bool:
-        """Whether there is a step forward."""
+        """True if there is a step to redo."""
         return bool(self._future)
 
     def change(self, scene: Scene, stroke: str | None = None) -> None:
-        """Another scene; of the same stroke as the last change it is the same step."""
+        """Add a scene; a change of the same stroke as the last change belongs to the same step."""
         if stroke is None or stroke != self._stroke:
-            self._past = [*self._past[-_LONGEST:], self._now]
-        self._stroke, self._now, self._future = stroke, scene, []
+            self._past = [*self._past[-_LONGEST:], self.now]
+        self._stroke, self.now, self._future = stroke, scene, []
 
     def end_stroke(self) -> None:
-        """The hand has let go: the next change is another step."""
+        """End the stroke: the next change is a new step."""
         self._stroke = None
 
     def undo(self) -> None:
-        """One step back, if there is one."""
+        """Go one step back, if there is one."""
         if self._past:
-            self._future.append(self._now)
-            self._now, self._stroke = self._past.pop(), None
+            self._future.append(self.now)
+            self.now, self._stroke = self._past.pop(), None
 
     def redo(self) -> None:
-        """One step forward, if there is one."""
+        """Go one step forward, if there is one."""
         if self._future:
-            self._past.append(self._now)
-            self._now, self._stroke = self._future.pop(), None
+            self._past.append(self.now)
+            self.now, self._stroke = self._future.pop(), None
 
 
 class Document:
-    """An open scene.
+    """Open scene with its view and history.
 
     Parameters
     ----------
     scene : Scene
-        With a camera.
+        Scene with a camera.
     size : (width, height), optional
-        Pixels of the picture.
+        Size of the picture in pixels.
+
+    Attributes
+    ----------
+    scene : Scene
+        Scene with the camera of the view; the same object until something changes.
+    view : View
+    history : History
     """
 
     def __init__(
@@ -125,114 +127,99 @@ class Document:
         self.saved: Saved | None = None
         self.home: Home | None = None
         self._size = size
-        self._view = View.of(scene.camera)
-        self._history = History(scene)
-        self._scene = scene
+        self.view = View.of(scene.camera)
+        self.history = History(scene)
+        self.scene = scene
         self._opened = scene, self.showing
         self._histograms: WeakKeyDictionary[Volume, Histogram] = WeakKeyDictionary()
         for volume in scene.volumes:
             self.know(volume)
 
-    @property
-    def scene(self) -> Scene:
-        """The scene, seen by the view's camera; the same object for as long as nothing changes."""
-        return self._scene
-
     def histogram(self, number: int) -> Histogram:
-        """The histogram of the scene's volume of that number."""
-        return self.know(self._scene.volumes[number])
+        """Return the histogram of a volume by its number."""
+        return self.know(self.scene.volumes[number])
 
     def know(self, volume: Volume) -> Histogram:
-        """The histogram of a volume, found when first asked for: which is better done on the thread that reads it."""
+        """Return the histogram of a volume, computed at the first call; a thread that reads a volume calls it early."""
         if volume not in self._histograms:
             self._histograms[volume] = histogram_of(volume)
         return self._histograms[volume]
 
     @property
     def unsaved(self) -> bool:
-        """Whether more than the view differs from what was opened, or was written as a scene file last."""
+        """True if anything but the view has changed since the scene was opened or saved."""
         scene, showing = self._opened if self.saved is None else (self.saved.scene, self.saved.showing)
         names = [part.name for part in fields(Scene) if part.name != "camera"]
-        return showing != self.showing or any(getattr(scene, name) != getattr(self._scene, name) for name in names)
-
-    @property
-    def view(self) -> View:
-        """The view."""
-        return self._view
-
-    @property
-    def history(self) -> History:
-        """What can be undone and redone."""
-        return self._history
+        return showing != self.showing or any(getattr(scene, name) != getattr(self.scene, name) for name in names)
 
     @property
     def at_home(self) -> bool:
-        """Whether nobody has changed the view since `go_home`."""
-        return self.home is not None and self.home.roomy == self._view.camera
+        """True if the user has not changed the view since `go_home`."""
+        return self.home is not None and self.home.roomy == self.view.camera
 
     def look(self, view: View) -> None:
-        """Another view."""
-        if view.camera != self._view.camera:
-            self._scene = replace(self._scene, camera=view.camera)
-        self._view = view
+        """Change the view."""
+        if view.camera != self.view.camera:
+            self.scene = replace(self.scene, camera=view.camera)
+        self.view = view
 
     def go_home(self, home: Home) -> None:
-        """A view that leaves the annotation its room, for as long as nobody chooses another."""
-        self.look(replace(self._view, camera=home.roomy))
+        """Set a view that leaves room for the annotation; the document remembers it until the user changes the view."""
+        self.look(replace(self.view, camera=home.roomy))
         self.home = home
 
     def annotate(self, annotation: Annotation, size: tuple[int, int]) -> None:
-        """Other annotation of a picture of that size; a view that nobody has changed makes room for it.
+        """Change the annotation of a picture of `size` pixels; an unchanged home view is framed anew for it.
 
         Raises
         ------
         InputError, MissingExtraError
-            If it can't be drawn; the old one stays.
+            If the annotation can't be drawn; the previous annotation stays.
         """
-        check(annotation, self._scene)
+        check(annotation, self.scene)
         home = self.home
         if home is not None and self.at_home:
-            self.go_home(Home.of(home.plain, self._scene, size, annotation))
+            self.go_home(Home.of(home.plain, self.scene, size, annotation))
         self.show(annotation=annotation)
 
     def fit(self, size: tuple[int, int]) -> None:
-        """Have a view that nobody has changed show the whole box, in a picture of that size from now on."""
+        """Set the size of the picture in pixels; an unchanged home view is framed anew for it."""
         self._size = size
         home = self.home
         if home is not None and self.at_home:
-            view = framed(View(home.plain, self._view.pivot), self._scene.box, size[0] / size[1])
+            view = framed(View(home.plain, self.view.pivot), self.scene.box, size[0] / size[1])
             self.look(view)
-            self.go_home(Home.of(view.camera, self._scene, size, self.showing.annotation))
+            self.go_home(Home.of(view.camera, self.scene, size, self.showing.annotation))
 
     def change(self, stroke: str | None = None, **parts: Any) -> None:
-        """Other parts of the scene, by name.
+        """Change parts of the scene, by name.
 
         Raises
         ------
         InputError
-            If they make no scene; the old one stays.
+            If the parts make no valid scene; the previous scene stays.
         """
-        scene = replace(self._scene, **parts)
-        self._history.change(scene, stroke)
+        scene = replace(self.scene, **parts)
+        self.history.change(scene, stroke)
         self._become(scene)
 
     def show(self, **parts: Any) -> None:
-        """Other parts of how it is shown."""
+        """Change parts of the presentation."""
         self.showing = replace(self.showing, **parts)
 
     def undo(self) -> None:
-        """One step back."""
-        self._history.undo()
-        self._become(replace(self._history.now, camera=self._view.camera))
+        """Undo one step."""
+        self.history.undo()
+        self._become(replace(self.history.now, camera=self.view.camera))
 
     def redo(self) -> None:
-        """One step forward."""
-        self._history.redo()
-        self._become(replace(self._history.now, camera=self._view.camera))
+        """Redo one step."""
+        self.history.redo()
+        self._become(replace(self.history.now, camera=self.view.camera))
 
     def _become(self, scene: Scene) -> None:
-        """Another scene; what is added or taken away may change its box."""
-        before, self._scene = self._scene, scene
+        """Replace the scene, and frame it anew if its box has changed."""
+        before, self.scene = self.scene, scene
         same = len(before.volumes) == len(scene.volumes) and all(map(is_, before.volumes, scene.volumes))
         if self._size and not same and not np.array_equal(_corners(before.box), _corners(scene.box)):
             self.fit(self._size)
@@ -244,17 +231,17 @@ def _corners(box: Volume) -> NDArray[np.float64]:
 
 
 def opened(arguments: argparse.Namespace, size: tuple[int, int]) -> Document:
-    """The document that options of the line and of a scene file make, framed for so many pixels; loads the volume.
+    """Return the document of options from the command line and the scene file; the volume is read.
 
     Raises
     ------
     InputError
-        As `texvol render` does.
+        In the cases in which `texvol render` raises it.
     """
     options = SceneOptions(arguments)
     options.size = size
     volume = options.load()
-    scene = _with_all_medium(options.scene(volume, in_8_bits=True))
+    scene = _with_transfer_functions(options.scene(volume, in_8_bits=True))
     check(options.annotation, scene)
     showing = Showing(options.window, options.transparent, options.annotation)
     origin = Origin(options.volume, arguments.scene, options.transfer_function)
@@ -264,8 +251,8 @@ def opened(arguments: argparse.Namespace, size: tuple[int, int]) -> Document:
     return document
 
 
-def _with_all_medium(scene: Scene) -> Scene:
-    """The scene in which every volume has the transfer function that it would be drawn with, to be edited."""
+def _with_transfer_functions(scene: Scene) -> Scene:
+    """Return the scene with the proposed transfer function for each added volume that has none, for the editor."""
     if not scene.added:
         return scene
     from texvol.scene.transfer import proposed_for
@@ -278,9 +265,9 @@ def _with_all_medium(scene: Scene) -> Scene:
 
 
 def opened_file(path: str, size: tuple[int, int], how: Mapping[str, Any] | None = None) -> Document:
-    """The document of a volume, which may have to be told how it is read, or of a scene file."""
+    """Return the document of a scene file, or of a volume with options that say how to read it."""
     if path.lower().endswith(".json"):
-        raise InputError(f"{path}: a transfer function is opened into a scene: open a volume first")
+        raise InputError(f"{path}: a transfer function needs an open scene; open a volume first")
     is_scene = path.lower().endswith(".toml")
     named = {"volume": None, "scene": path} if is_scene else {"volume": path, "scene": None, **(how or {})}
     return opened(argparse.Namespace(**named), size)

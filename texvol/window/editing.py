@@ -1,7 +1,8 @@
-"""A transfer function's control points as they are edited: moved, added, taken away, coloured, made denser; the mode.
+"""Edits of a transfer function's control points, and changes of the mode.
 
-Colours are straight and linear here, whatever the function holds; of a premultiplied point colour × extinction is
-stored, and a point of no extinction has the colour of its neighbour. What depends on the gradient is left as it is.
+The colours of control points are straight and linear, whichever kind the transfer function holds. A premultiplied
+transfer function stores colour × extinction; a point whose extinction is 0 takes the colour of its nearest neighbour.
+The parts of a transfer function that depend on the gradient are not changed.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ Color = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class Point:
-    """One control point: value in data units, straight linear colour (or emission), extinction per world unit."""
+    """Control point: value in data units, straight linear colour (or emission), extinction per world unit."""
 
     value: float
     color: Color
@@ -31,13 +32,13 @@ class Point:
 
 @dataclass(frozen=True)
 class Curve:
-    """Control points, ascending by value; every edit returns another curve."""
+    """Control points, ascending by value; each edit returns a new Curve."""
 
     points: tuple[Point, ...]
 
     @classmethod
     def of(cls, medium: TransferFunction) -> Curve:
-        """The points of a transfer function."""
+        """Return the control points of a transfer function."""
         colors = _straight(medium)
         return cls(
             tuple(
@@ -47,7 +48,7 @@ class Curve:
         )
 
     def applied(self, medium: TransferFunction) -> TransferFunction:
-        """The transfer function with these points in the place of its own."""
+        """Return the transfer function with these control points."""
         colors = np.array([point.color for point in self.points])
         extinctions = np.array([point.extinction for point in self.points])
         if medium.premultiplied:
@@ -56,7 +57,7 @@ class Curve:
         return replace(medium, values=values, colors=colors, extinctions=extinctions)
 
     def moved(self, index: int, value: float, extinction: float) -> Curve:
-        """Point `index` elsewhere, no farther than to its neighbours' values."""
+        """Return the curve with point `index` moved; its value stays between its neighbours' values."""
         low = self.points[index - 1].value if index else -np.inf
         high = self.points[index + 1].value if index + 1 < len(self.points) else np.inf
         point = self.points[index]
@@ -65,12 +66,12 @@ class Curve:
         )
 
     def colored(self, index: int, color: Color) -> Curve:
-        """Point `index` in another colour."""
+        """Return the curve with point `index` in another linear colour."""
         red, green, blue = (max(float(part), 0.0) for part in color)
         return self._with(index, replace(self.points[index], color=(red, green, blue)))
 
     def added(self, value: float, extinction: float | None = None) -> tuple[Curve, int]:
-        """A further point, where the curve goes through or at an extinction of its own; and its number."""
+        """Return the curve with a new point, and the point's index; by default the point lies on the curve."""
         values = np.array([point.value for point in self.points])
         index = int(np.searchsorted(values, value, side="right"))
         before, after = self.points[max(index - 1, 0)], self.points[min(index, len(self.points) - 1)]
@@ -85,17 +86,17 @@ class Curve:
         return Curve((*self.points[:index], point, *self.points[index:])), index
 
     def removed(self, index: int) -> Curve:
-        """Without point `index`; the last one stays."""
+        """Return the curve without point `index`; the last point is never removed."""
         if len(self.points) == 1:
             return self
         return Curve(self.points[:index] + self.points[index + 1 :])
 
     def denser(self, factor: float) -> Curve:
-        """All extinctions times a factor."""
+        """Return the curve with all extinctions multiplied by `factor`."""
         return Curve(tuple(replace(point, extinction=point.extinction * factor) for point in self.points))
 
     def between(self, low: float, high: float) -> Curve:
-        """The same shape from `low` to `high`."""
+        """Return the curve scaled to the values from `low` to `high`."""
         first, last = self.points[0].value, self.points[-1].value
         if not high > low:
             return self
@@ -111,13 +112,13 @@ class Curve:
         return Curve((*self.points[:index], point, *self.points[index + 1 :]))
 
 
-def medium_of(scene: Scene, number: int) -> TransferFunction | None:
-    """The transfer function of a scene's volume by its number; 0 is the scene's own."""
+def transfer_function_of(scene: Scene, number: int) -> TransferFunction | None:
+    """Return the transfer function of a volume by its number; 0 is the scene's first volume."""
     return scene.transfer_function if number == 0 else scene.added[number - 1].transfer_function
 
 
 def with_mode(scene: Scene, mode: str) -> dict[str, Any]:
-    """Parts of the scene in another mode, with what that needs and without what it has no meaning for."""
+    """Return the changed parts of a scene in another mode, with values for what that mode requires."""
     parts: dict[str, Any] = {"mode": mode, "isovalue": None, "caps": False, "air": None}
     if mode == "xray":
         parts["air"] = air_in_8_bits(scene.volume)
@@ -132,15 +133,15 @@ def with_mode(scene: Scene, mode: str) -> dict[str, Any]:
 
 
 def with_coloring(scene: Scene, coloring: str) -> dict[str, Any]:
-    """Parts of the scene with numbers shown as grey, or in the colours of a transfer function, which it has then."""
+    """Return the changed parts of a scene in another colouring of numbers: "grey", or "tf" by a transfer function."""
     parts: dict[str, Any] = {"coloring": coloring}
     if coloring == "tf" and scene.transfer_function is None:
         parts["transfer_function"] = transfer.proposed_for(scene.volume)
     return parts
 
 
-def with_medium(scene: Scene, number: int, medium: TransferFunction) -> dict[str, Any]:
-    """Parts of the scene with another transfer function of that volume."""
+def with_transfer_function(scene: Scene, number: int, medium: TransferFunction) -> dict[str, Any]:
+    """Return the changed parts of a scene with another transfer function of a volume."""
     if number == 0:
         return {"transfer_function": medium}
     added = list(scene.added)
@@ -149,19 +150,19 @@ def with_medium(scene: Scene, number: int, medium: TransferFunction) -> dict[str
 
 
 def opacity_of(extinction: NDArray | float, length: float) -> NDArray[np.float64]:
-    """Opacity of so much length: 1 - exp(-τ L)."""
+    """Return the opacity of a path: 1 - exp(-extinction × length)."""
     return np.asarray(-np.expm1(-np.asarray(extinction, np.float64) * length))
 
 
 def extinction_of(opacity: float, length: float) -> float:
-    """Extinction per world unit of matter that has this opacity over so much length; infinite for 1."""
+    """Return the extinction, per world unit, of a medium with this opacity over a length; infinite for opacity 1."""
     if opacity >= 1:
         return float("inf")
     return float(-np.log1p(-max(opacity, 0.0)) / length)
 
 
 def _straight(medium: TransferFunction) -> NDArray[np.float64]:
-    """Straight colours of a function's points, shape (n, 3)."""
+    """Return the straight colours of a transfer function's control points, shape (n, 3)."""
     if not medium.premultiplied:
         return medium.colors
     known = np.isinf(medium.extinctions) | (medium.extinctions > 0)

@@ -1,12 +1,11 @@
-"""What mouse, keyboard and window say, as data: the same whether a hand made it, or a script plays it back.
+"""Events of mouse, keyboard and window, as data: the same for real input and for input played back by a script.
 
-Positions are in window coordinates, from the upper left corner; keys and buttons have names.
+Positions are in window coordinates, from the upper left corner. Keys and mouse buttons have names.
 """
 
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable
 from dataclasses import asdict, dataclass, fields
 from typing import Any, Literal, get_args
 
@@ -16,7 +15,7 @@ Kind = Literal["move", "button", "scroll", "key", "text", "drop", "focus", "resi
 KINDS: tuple[str, ...] = get_args(Kind)
 BUTTONS = ("left", "right", "middle")
 MODIFIERS = ("shift", "ctrl", "alt")
-# As GLFW calls them.
+# Names of GLFW.
 KEYS = frozenset(
     (*"abcdefghijklmnopqrstuvwxyz0123456789", *(f"f{number}" for number in range(1, 26)))
     + ("apostrophe", "backslash", "backspace", "caps_lock", "comma", "delete", "down", "end", "enter", "equal")
@@ -31,15 +30,21 @@ KEYS = frozenset(
 
 @dataclass(frozen=True)
 class Event:
-    """One of them.
+    """One input event.
 
     Attributes
     ----------
     kind : str
-        "move": to (x, y). "button", "key": `name`, `down`. "scroll": by (x, y). "text": `name` is what was typed.
-        "drop": `names` are the paths. "focus", "iconify": `down` says whether. "resize": to (x, y). "close".
+        "move": the mouse moved to (x, y). "button", "key": `name` was pressed, or released if `down` is False.
+        "scroll": by (x, y). "text": `name` was typed. "drop": files with the paths `names`. "focus", "iconify": gained
+        if `down` is True, else lost. "resize": to size (x, y). "close": the window is to be closed.
     modifiers : tuple of str
-        Those of MODIFIERS that are held.
+        Pressed modifier keys, of MODIFIERS.
+
+    Raises
+    ------
+    InputError
+        If a kind, button, key or modifier is unknown.
     """
 
     kind: Kind
@@ -52,41 +57,42 @@ class Event:
 
     def __post_init__(self) -> None:
         if self.kind not in KINDS:
-            raise InputError(f"an event is one of {', '.join(KINDS)}, and not {self.kind!r}")
+            raise InputError(f"event kind must be one of {', '.join(KINDS)}, got {self.kind!r}")
         if self.kind == "button" and self.name not in BUTTONS:
-            raise InputError(f"a button is one of {', '.join(BUTTONS)}, and not {self.name!r}")
+            raise InputError(f"mouse button must be one of {', '.join(BUTTONS)}, got {self.name!r}")
         if self.kind == "key" and self.name not in KEYS:
-            raise InputError(f"there is no key {self.name!r}; keys are called as a, 1, f1, page_up, left, kp_add")
+            raise InputError(f"key must be a name such as a, 1, f1, page_up, left or kp_add, got {self.name!r}")
         if unknown := set(self.modifiers) - set(MODIFIERS):
-            raise InputError(f"modifiers are {', '.join(MODIFIERS)}, and not {sorted(unknown)[0]!r}")
+            raise InputError(f"modifier must be one of {', '.join(MODIFIERS)}, got {sorted(unknown)[0]!r}")
 
     def as_json(self) -> dict[str, Any]:
-        """What differs from the defaults, and the kind."""
+        """Return the kind, and the attributes that differ from their defaults."""
         plain = {field.name: field.default for field in fields(self)}
         return {key: value for key, value in asdict(self).items() if value != plain[key]}
 
     @classmethod
     def from_json(cls, content: dict[str, Any]) -> Event:
-        """The event that `as_json` wrote; InputError where it is none."""
+        """Return the event that `as_json` described; raise InputError if the content is not valid."""
+        if unknown := content.keys() - _CONVERT.keys():
+            raise InputError(f"event keys must be of {', '.join(_CONVERT)}, got {min(unknown)!r} in {content!r}")
         try:
-            checked = {key: _CONVERT[key](value) for key, value in content.items()}
-            return cls(**checked)
-        except InputError:
-            raise
-        except (KeyError, OverflowError, TypeError, ValueError) as error:
-            raise InputError(f"no event is {content!r}: {error}") from None
+            return cls(**{key: _CONVERT[key](value) for key, value in content.items()})
+        except (OverflowError, TypeError, ValueError) as error:
+            if isinstance(error, InputError):
+                raise
+            raise InputError(f"event {content!r} is not valid: {error}") from None
 
 
 def _number(value: Any) -> float:
     number = float(value)
     if not abs(number) < 1e6:
-        raise ValueError(f"{value!r} is no place in a window")
+        raise ValueError(f"a coordinate must be smaller than 1e6, got {value!r}")
     return number
 
 
 def _names(value: Any) -> tuple[str, ...]:
     if not isinstance(value, list) or not all(isinstance(each, str) for each in value):
-        raise ValueError(f"{value!r} is no list of names")
+        raise ValueError(f"names must be a list of strings, got {value!r}")
     return tuple(value)
 
 
@@ -102,20 +108,15 @@ class Queue:
         self._waiting: deque[Event] = deque()
 
     def put(self, event: Event) -> None:
-        """Another one; of several moves, or scrolls, in a row it is the sum that counts."""
+        """Add an event; a move replaces the move directly before it."""
         last = self._waiting[-1] if self._waiting else None
         if event.kind == "move" and last and last.kind == "move":
             self._waiting[-1] = event
         else:
             self._waiting.append(event)
 
-    def extend(self, events: Iterable[Event]) -> None:
-        """Several."""
-        for event in events:
-            self.put(event)
-
     def take(self) -> list[Event]:
-        """All that wait, in their order."""
+        """Return all waiting events in order, and empty the queue."""
         taken = list(self._waiting)
         self._waiting.clear()
         return taken

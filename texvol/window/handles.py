@@ -1,12 +1,12 @@
-"""Handles by which clip planes and the crop box are dragged in the picture: where they are, and what a drag does.
+"""Handles by which clip planes and the crop box are dragged in the picture.
 
-A handle sits at a point of the world and moves along an axis n. With s(p) the place of a point p in the picture, a drag
-by d moves it by δ n, where δ brings s(p + δ n) as near to s(p) + d as it goes, to first order:
+A handle is a point p of the world that moves along an axis n. Let s(p) be the position of p in the picture. A drag by d
+moves the handle by δ n, where δ minimises |s(p + δ n) - s(p) - d| to first order:
 
     v = ∂ s(p + δ n) / ∂δ        δ = v·d / v·v
 
-Where n points at the eye, or nearly so, v says nothing, and up is away from the eye. A clip plane has a second handle,
-at the tip of an arrow along its normal: the tip follows the hand, and the plane turns about the arrow's foot.
+If n points nearly at the eye, v is too short, and a drag upwards moves the handle away from the eye. A clip plane has a
+second handle at the tip of an arrow along its normal; dragging the tip turns the plane about the arrow's foot.
 """
 
 from __future__ import annotations
@@ -21,19 +21,19 @@ from texvol.scene.camera import Camera
 from texvol.scene.cutting import ClipPlane, Range
 from texvol.scene.scene import Scene
 from texvol.scene.volume import Volume
-from texvol.window.navigation import Position, rotation
+from texvol.window.navigation import Position, rotation, triple
 
-# Half heights of the picture per radius of the box; slower, a hand's breadth would move a plane out of the box.
+# Half heights of the picture per radius of the box: below, a short drag would move a plane out of the box.
 _LEAST_SPEED = 0.2
-_ARROW = 0.5  # of the box's radius
-_THINNEST = 1e-3  # of a crop box, in its room
+_ARROW = 0.5  # length of a plane's arrow, in radii of the box
+_THINNEST = 1e-3  # least width of a crop box, as a fraction of the volumes' box
 
 
 @dataclass(frozen=True)
 class Handle:
-    """One handle: `plane` is the number of a clip plane, or `face` (axis, end) a face of the crop box.
+    """Handle of a clip plane, whose number is `plane`, or of the face (axis, end) of the crop box.
 
-    One that `turns` its plane is at the tip of the arrow whose foot is the handle before it.
+    A handle with `turns` is the tip of a plane's arrow; the handle before it in a list is the arrow's foot.
     """
 
     point: tuple[float, float, float]
@@ -44,14 +44,14 @@ class Handle:
 
 
 def bounds(volume: Volume) -> tuple[Range, Range, Range]:
-    """From where to where a box reaches along x, y, z of the world."""
+    """Return the extent of a volume's box along x, y, z of the world."""
     corners = volume.centre + volume.corners_from_centre
     x, y, z = ((float(corners[:, axis].min()), float(corners[:, axis].max())) for axis in range(3))
     return x, y, z
 
 
 def within(scene: Scene) -> NDArray[np.float64] | None:
-    """The crop box where it is in the volumes' box, shape (3, 2); None where there is none."""
+    """Return the part of the crop box inside the volumes' box, shape (3, 2); None without a crop box."""
     if scene.crop is None:
         return None
     limits = np.array(bounds(scene.box))
@@ -59,7 +59,7 @@ def within(scene: Scene) -> NDArray[np.float64] | None:
 
 
 def handles_of(scene: Scene) -> list[Handle]:
-    """All handles of a scene."""
+    """Return all handles of a scene."""
     found = []
     crop = within(scene)
     if crop is not None:
@@ -68,19 +68,19 @@ def handles_of(scene: Scene) -> list[Handle]:
             for end in (0, 1):
                 point = middle.copy()
                 point[axis] = crop[axis, end]
-                found.append(Handle(_triple(point), _triple(np.eye(3)[axis]), face=(axis, end)))
+                found.append(Handle(triple(point), triple(np.eye(3)[axis]), face=(axis, end)))
     for number, plane in enumerate(scene.clip):
         size = float(np.linalg.norm(plane.normal))
         unit = np.array(plane.normal) / size
         point = scene.box.centre + (plane.offset / size - unit @ scene.box.centre) * unit
-        found.append(Handle(_triple(point), _triple(unit), plane=number))
+        found.append(Handle(triple(point), triple(unit), plane=number))
         tip = point + _ARROW * scene.box.radius * unit
-        found.append(Handle(_triple(tip), _triple(unit), plane=number, turns=True))
+        found.append(Handle(triple(tip), triple(unit), plane=number, turns=True))
     return found
 
 
 def position_of(camera: Camera, point: NDArray[np.float64]) -> Position | None:
-    """Where a point is in the picture, in half heights from its middle; None behind the eye."""
+    """Return the position of a world point in the picture, in half heights from its centre; None behind the eye."""
     right, up, depth = camera.in_eye_space(np.zeros((1, 3)), np.asarray(point, np.float64))[0]
     if depth <= 0:
         return None
@@ -88,8 +88,8 @@ def position_of(camera: Camera, point: NDArray[np.float64]) -> Position | None:
     return float(right / scale), float(up / scale)
 
 
-def ray_of(handle: Handle, camera: Camera, by: Position, radius: float) -> float:
-    """How far along its axis a drag moves a handle."""
+def drag_distance(handle: Handle, camera: Camera, by: Position, radius: float) -> float:
+    """Return the distance in world units by which a drag moves a handle along its axis (δ above)."""
     point, axis = np.array(handle.point), np.array(handle.axis)
     step = 1e-4 * radius
     here, there = position_of(camera, point), position_of(camera, point + step * axis)
@@ -102,36 +102,36 @@ def ray_of(handle: Handle, camera: Camera, by: Position, radius: float) -> float
 
 
 def points_away(handle: Handle, camera: Camera) -> bool:
-    """Whether its axis points away from the eye."""
+    """True if the handle's axis points away from the eye."""
     return float(np.array(handle.axis) @ camera.forward) > 0
 
 
 def turned(scene: Scene, handle: Handle, camera: Camera, by: Position, *, away: bool) -> dict[str, object]:
-    """Parts of the scene with a plane turned by a drag at the tip of its arrow, which pointed away at first, or not."""
+    """Return the scene's planes after a drag of an arrow's tip; `away`: the drag began with a tip behind the foot."""
     assert handle.plane is not None
     planes = list(scene.clip)
     plane, length = planes[handle.plane], _ARROW * scene.box.radius
     foot = np.array(handle.point) - length * np.array(handle.axis)
-    # An arrow that points at the eye is as long as a radius about which its tip goes.
+    # An arrow that points at the eye is dragged as if it were a radius seen from its end.
     right, up = (part * _half_height(camera, foot) / length * (-1 if away else 1) for part in by)
     turn = rotation(camera.upward, right) @ rotation(camera.right, -up)
     normal = turn @ np.array(plane.normal, np.float64)
-    planes[handle.plane] = ClipPlane(_triple(normal), float(normal @ foot))
+    planes[handle.plane] = ClipPlane(triple(normal), float(normal @ foot))
     return {"clip": tuple(planes)}
 
 
 def _half_height(camera: Camera, point: NDArray[np.float64]) -> float:
-    """World units from the middle of the picture to its top, at the depth of a point."""
+    """Return the world units from the centre of the picture to its top, at the depth of a point."""
     depth = float(camera.forward @ (point - camera.eye)) if camera.projection == "perspective" else 1.0
     return camera.half_height * max(depth, 0.0)
 
 
-def moved(scene: Scene, handle: Handle, direction: float) -> dict[str, object]:
-    """Parts of the scene with the handle moved by so much along its axis."""
+def moved(scene: Scene, handle: Handle, distance: float) -> dict[str, object]:
+    """Return the changed parts of the scene with a handle moved along its axis by a distance in world units."""
     if handle.plane is not None:
         planes = list(scene.clip)
         plane = planes[handle.plane]
-        planes[handle.plane] = replace(plane, offset=plane.offset + direction * float(np.linalg.norm(plane.normal)))
+        planes[handle.plane] = replace(plane, offset=plane.offset + distance * float(np.linalg.norm(plane.normal)))
         return {"clip": tuple(planes)}
     assert handle.face is not None and scene.crop is not None
     axis, end = handle.face
@@ -139,17 +139,16 @@ def moved(scene: Scene, handle: Handle, direction: float) -> dict[str, object]:
     limits = bounds(scene.box)[axis]
     least = _THINNEST * (limits[1] - limits[0])
     first, last = (float(each) for each in np.clip(ranges[axis], *limits))
-    position = (
-        np.clip(first + direction, limits[0], last - least)
-        if end == 0
-        else np.clip(last + direction, first + least, limits[1])
-    )
+    if end == 0:
+        position = np.clip(first + distance, limits[0], last - least)
+    else:
+        position = np.clip(last + distance, first + least, limits[1])
     ranges[axis][end] = float(position)
     return {"crop": tuple((low, high) for low, high in ranges)}
 
 
 def outline(scene: Scene) -> list[tuple[NDArray[np.float64], NDArray[np.float64]]]:
-    """Lines that show what is dragged: the crop box's edges, and each clip plane's border in the volumes' box."""
+    """Return the line segments of the crop box's edges and of each clip plane's border in the volumes' box."""
     lines = []
     crop = within(scene)
     if crop is not None:
@@ -163,7 +162,7 @@ def outline(scene: Scene) -> list[tuple[NDArray[np.float64], NDArray[np.float64]
 
 
 def _border(plane: ClipPlane, box: Volume) -> list[NDArray[np.float64]]:
-    """Corners of the polygon in which a plane cuts a box, in order."""
+    """Return the corners of the polygon in which a plane cuts a box, in order around the polygon."""
     unit = np.array(plane.normal) / np.linalg.norm(plane.normal)
     corners = box.corners_from_centre
     height = corners @ unit - (plane.offset / float(np.linalg.norm(plane.normal)) - float(unit @ box.centre))
@@ -181,9 +180,4 @@ def _border(plane: ClipPlane, box: Volume) -> list[NDArray[np.float64]]:
     first /= max(float(np.linalg.norm(first)), 1e-300)
     second = np.cross(unit, first)
     angles = [np.arctan2((each - middle) @ second, (each - middle) @ first) for each in found]
-    return [box.centre + found[position] for position in np.argsort(angles)]
-
-
-def _triple(numbers: NDArray[np.float64]) -> tuple[float, float, float]:
-    x, y, z = (float(each) for each in numbers)
-    return x, y, z
+    return [box.centre + found[number] for number in np.argsort(angles)]

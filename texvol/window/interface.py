@@ -1,6 +1,6 @@
-"""Dear ImGui on a Screen: set up, fed with our events, drawn, taken down.
+"""Dear ImGui in the window of a Screen: set-up, input events, drawing, release.
 
-Its own GLFW back end is not used: it listens to the window itself, and what a script plays back would pass it by.
+Dear ImGui's own GLFW back end is not used, because it would not receive the events that a script plays back.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from texvol.window.screen import Screen
 FONT_SIZE = 15.0
 _FONT = Path(imgui_bundle.__file__).parent / "assets/fonts/DroidSans.ttf"
 
-# Dear ImGui's names of keys where they are not GLFW's.
+# Dear ImGui's names of keys that differ from GLFW's names.
 _NAMES = {
     "left": "left_arrow", "right": "right_arrow", "up": "up_arrow", "down": "down_arrow",
     "left_control": "left_ctrl", "right_control": "right_ctrl", "kp_enter": "keypad_enter",
@@ -28,14 +28,14 @@ _NAMES = {
 
 
 class Interface:
-    """The panels' library, on one window."""
+    """Dear ImGui context of one window."""
 
     def __init__(self, screen: Screen) -> None:
         self._screen = screen
         self._context = imgui.create_context()
         self._plots = implot.create_context()
         io = imgui.get_io()
-        io.set_ini_filename("")  # leaves no file behind
+        io.set_ini_filename("")  # do not write imgui.ini
         io.set_log_filename("")
         io.backend_flags |= imgui.BackendFlags_.has_mouse_cursors.value
         imgui.backends.opengl3_init("#version 330")
@@ -49,16 +49,21 @@ class Interface:
 
     @property
     def wants_mouse(self) -> bool:
-        """Whether the mouse is over a panel, or a panel's drag goes on."""
+        """True if the mouse is over a panel or drags in a panel."""
         return bool(imgui.get_io().want_capture_mouse)
 
     @property
     def wants_keyboard(self) -> bool:
-        """Whether somebody is typing."""
+        """True if a text field has the keyboard."""
         return bool(imgui.get_io().want_text_input)
 
+    @property
+    def item_active(self) -> bool:
+        """True while a control, such as a slider, is held or edited."""
+        return bool(imgui.is_any_item_active())
+
     def begin(self, events: Iterable[Event]) -> None:
-        """A new frame, with what has happened since the last."""
+        """Begin a frame with the events since the last frame."""
         io, screen = imgui.get_io(), self._screen
         self._rescale(screen.scale)
         size, pixels, now = screen.size, screen.pixels, screen.time
@@ -68,7 +73,7 @@ class Interface:
         io.delta_time = max(now - self._before, 1e-4)
         self._before = now
         events = list(events)
-        # Else the library takes one letter in two frames.
+        # With trickling, Dear ImGui would accept only one typed letter in two frames.
         io.config_input_trickle_event_queue = not any(event.kind == "text" for event in events)
         for event in events:
             _feed(io, event)
@@ -82,11 +87,11 @@ class Interface:
         imgui.backends.opengl3_render_draw_data(imgui.get_draw_data())
 
     def abandon(self) -> None:
-        """End a frame that is not to be drawn."""
+        """End a frame without drawing it."""
         imgui.end_frame()
 
     def close(self) -> None:
-        """Give everything back; the screen's context is still there."""
+        """Release the context; call it while the screen's OpenGL context exists."""
         platform = imgui.get_platform_io()
         platform.platform_get_clipboard_text_fn = platform.platform_set_clipboard_text_fn = None
         imgui.backends.opengl3_shutdown()

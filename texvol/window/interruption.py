@@ -1,9 +1,8 @@
-"""Ctrl-C, SIGTERM and SIGHUP, heard where nothing is left half done.
+"""Ctrl-C, SIGTERM and SIGHUP, handled at points where nothing is left half done.
 
-Python raises KeyboardInterrupt, and `termination` its own, wherever it happens to be. Inside a library that is just
-being loaded that ends the process on the spot (an exception may not pass through its C++), inside a callback of the
-window it is swallowed, and between a process' start and the note of it the process is forgotten. So it is only noted,
-and raised by `check`.
+Python raises KeyboardInterrupt at any bytecode. During the import of a C++ library the exception ends the process at
+once; in a callback of GLFW it is lost; between the start of a child process and the assignment of its handle, the child
+is never ended. So the signal handler only records the signal, and `check` raises the exception.
 """
 
 from __future__ import annotations
@@ -17,16 +16,16 @@ from texvol.util import termination
 
 
 class Interruption:
-    """While this context lasts, the signal is noted; `check` raises KeyboardInterrupt or Terminated for it."""
+    """Context manager that records signals; `check` raises KeyboardInterrupt or Terminated for them."""
 
     def __init__(self) -> None:
-        self.came = 0
+        self.received = 0
         self._before: dict[signal.Signals, Any] = {}
 
     def __enter__(self) -> Interruption:
-        if threading.current_thread() is threading.main_thread():  # no other can hear signals
+        if threading.current_thread() is threading.main_thread():  # Python handles signals on this thread only
             for each in (signal.SIGINT, *termination.SIGNALS):
-                if each == signal.SIGINT or signal.getsignal(each) is not signal.SIG_IGN:  # as under nohup
+                if each == signal.SIGINT or signal.getsignal(each) is not signal.SIG_IGN:  # ignored under nohup
                     self._before[each] = signal.signal(each, self._note)
         return self
 
@@ -39,11 +38,11 @@ class Interruption:
             self.check()
 
     def check(self) -> None:
-        """Where it is safe to end."""
-        if self.came == signal.SIGINT:
+        """Raise the exception of a recorded signal."""
+        if self.received == signal.SIGINT:
             raise KeyboardInterrupt
-        if self.came:
-            raise termination.Terminated(self.came)
+        if self.received:
+            raise termination.Terminated(self.received)
 
     def _note(self, number: int, frame: FrameType | None) -> None:
-        self.came = number
+        self.received = number

@@ -1,4 +1,4 @@
-"""What a painting process is asked for, and what it answers: plain data that both sides know."""
+"""Messages between the window and a painting process."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ Size = tuple[int, int]
 
 @dataclass(frozen=True)
 class Showing:
-    """How a picture is shown in 8 bits, as `Display` wants to know it.
+    """Presentation of a picture in 8 bits.
 
     Attributes
     ----------
     window : (centre, width), optional
-        Of pictures that hold numbers, where they are grey.
+        Window of values that are shown as grey.
     transparent : bool
-        Whether files let through what lies behind.
+        True if picture files keep their opacity instead of a background.
     """
 
     window: tuple[float, float] | None = None
@@ -33,19 +33,19 @@ class Showing:
 
 @dataclass(frozen=True)
 class Job:
-    """One picture, or file of pictures.
+    """Order of one picture, or of one file.
 
     Attributes
     ----------
     number : int
-        Ascending: of one process only the newest is wanted.
+        Number of the job; a process drops a job when one with a higher number arrives.
     kind : str
-        "move", as asked for; "rest", several, better and better, the last within `max_error`; "file", into `path`;
-        "film", an orbit of `views` into `path`.
+        "move": one picture with `accuracy`. "rest": several pictures with decreasing error, the last within
+        `accuracy["max_error"]`. "file": a picture file at `path`. "film": an orbit of `views` pictures at `path`.
     accuracy : mapping
         Arguments of `Renderer.render`.
     name : str
-        What the header of a file calls the volume.
+        Name of the volume in the header of a file.
     """
 
     number: int
@@ -62,18 +62,19 @@ class Job:
 
 @dataclass(frozen=True)
 class Answer:
-    """What became of a job, or of a part of it.
+    """Answer to a job; a job may have several.
 
     Attributes
     ----------
     kind : str
-        "picture"; "done", a file is written; "progress", so much of it, `facts["done"]`; "failed", with its `text`.
+        "picture"; "done": a file has been written; "progress": the fraction `metadata["done"]` has been written;
+        "failed": `text` is the reason.
     final : bool
-        Whether nothing more comes of this job.
+        True for the last answer to a job.
     pixels : array of shape (height, width, 3), uint8
-        sRGB, as a PNG file has it.
-    facts : mapping
-        `settings`, `slabs`, `seconds`, `estimated_error`, `reached`, where they are known.
+        Picture in sRGB, as in a PNG file.
+    metadata : mapping
+        `settings`, `slabs`, `seconds`, `estimated_error` and `reached`, if they are known.
     """
 
     kind: Literal["picture", "done", "progress", "failed"]

@@ -1,4 +1,4 @@
-"""What is being read from files, on a thread of its own, while the window draws on."""
+"""Reading of files on a thread, while the window goes on drawing."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from texvol.util.errors import TexvolError
 
 
 class Loading:
-    """Something that is being read, and what is to be done with it then, on the window's thread.
+    """Reading of one object on a thread; the window's thread takes it over.
 
     Parameters
     ----------
     make : callable
-        Reads it, on the other thread.
+        Reads and returns the object, on the thread.
     done : callable
-        Takes it.
+        Takes the object, on the window's thread.
     first : bool
-        Whether the window has no reason to be without it.
+        True for the document that the window was started with.
     """
 
     def __init__(
@@ -40,18 +40,18 @@ class Loading:
         self._make, self._wake = make, wake
 
     def start(self) -> Loading:
-        """Begin."""
+        """Start the thread."""
         threading.Thread(target=self._load, daemon=True, name="texvol loading").start()
         return self
 
     def _load(self) -> None:
         try:
             with warnings.catch_warnings(record=True) as said:
-                warnings.simplefilter("ignore")  # libraries warn of what is nobody's concern here
+                warnings.simplefilter("ignore")  # warnings of libraries about themselves
                 warnings.simplefilter("always", UserWarning)
                 self.found = self._make()
             self.warnings = [" ".join(str(each.message).split()) for each in said]
-        except Exception as error:  # whatever a file makes a reader raise, the window stays
+        except Exception as error:  # a reader may raise anything on a damaged file; the window stays open
             text = " ".join(str(error).split())
             self.fault = text if isinstance(error, TexvolError) and text else f"{self.name}: {text or error!r}"
         self.over = True

@@ -1,4 +1,4 @@
-"""What volumes are called: by their file, and by how it was read, since one file may hold several."""
+"""Displayed names of volumes: the file name, and the reading options that tell contents of one file apart."""
 
 from __future__ import annotations
 
@@ -13,25 +13,25 @@ _SAYS_WHICH = ("series", "channel", "variable", "time", "shape", "dtype", "label
 
 
 def how_read(source: Mapping[str, Any]) -> dict[str, Any]:
-    """What has to be said to read a volume again, of what is known of where it came from."""
+    """Return the reading options of a volume, from its source."""
     return {key: source[key] for key in ARGUMENTS if source.get(key) is not None}
 
 
 def called(path: str, how: Mapping[str, Any]) -> str:
-    """A file's name without its folder, and which of its contents are meant."""
+    """Return a file's name without its folder, followed by the options that choose one of its contents."""
     name = os.path.basename(os.path.normpath(path)) or path
     return ", ".join([name, *(_said(key, how[key]) for key in _SAYS_WHICH if key in how)])
 
 
 def volume_called(volume: Volume, most: int = 0) -> str:
-    """The same of a volume; a longer file name than `most` letters loses its middle."""
+    """Return a volume's displayed name; a file name of more than `most` letters is shortened, unless `most` is 0."""
     how = how_read(volume.source)
     name = os.path.basename(os.path.normpath(volume.name)) or volume.name
     return called(shortened(name, most) if most else name, how)
 
 
 def shortened(text: str, most: int) -> str:
-    """A text of at most so many letters; beginning and end of a longer one, which tell names apart."""
+    """Return a text of at most `most` letters; a longer text keeps its beginning and its end."""
     if len(text) <= most:
         return text
     tail = (most - 1) // 2

@@ -1,13 +1,13 @@
-"""Camera moves, as mathematics: a View is a camera and the pivot that it turns about; every move returns another View.
+"""Camera moves as mathematics: a View is a camera and the pivot that it turns about; each move returns a new View.
 
-Angles in radians. Places in the picture are (x, y) in half heights from its middle, y upwards, so that a picture of
-aspect a goes from (-a, -1) to (a, 1). With right r, upward u, forward f of the camera, and the pivot's depth d,
+Angles are in radians. Positions in the picture are (x, y) in half heights from its centre, y upwards: a picture of
+aspect a reaches from (-a, -1) to (a, 1). With right r, upward u and forward f of the camera, and the pivot's depth d:
 
-    orbit    eye and target turn about the pivot: freely about u and r, or as on a turntable, about `up` and r, with
-             the view kept off the poles
-    pan      eye and target move across the view, so that what is at the pivot's depth follows the hand
-    dolly    eye and target come nearer to what is under the cursor at the pivot's depth, by a factor of the distance;
-             near the pivot by a step that does not vanish, so that one goes into the matter and through it
+    orbit    eye and target turn about the pivot: freely about u and r, or on a turntable about `up` and r, where the
+             view is kept away from the poles
+    pan      eye and target move across the view, so that points at depth d follow the mouse
+    dolly    eye and target approach the point under the cursor at depth d; the distance changes by a factor. Near the
+             pivot the step has a least length, so that the eye can enter the medium and pass through it
     roll     up turns about f
 """
 
@@ -23,7 +23,7 @@ from texvol.scene.camera import Camera, Projection, Vector
 from texvol.scene.volume import Volume
 
 Position = tuple[float, float]
-# Views as one names them: where the camera stands seen from the middle, and what is up.
+# Directions from the box's centre to the eye, and the up vectors, of the named views.
 AXES: dict[str, tuple[tuple[float, float, float], tuple[float, float, float]]] = {
     "+x": ((1, 0, 0), (0, 0, 1)),
     "-x": ((-1, 0, 0), (0, 0, 1)),
@@ -32,43 +32,43 @@ AXES: dict[str, tuple[tuple[float, float, float], tuple[float, float, float]]] =
     "+z": ((0, 0, 1), (0, 1, 0)),
     "-z": ((0, 0, -1), (0, 1, 0)),
 }
-# Between view and `up`: a thousandth of what a hand aims at, a thousand times what a Camera takes for parallel.
+# Least angle between view and `up`: 1000 times the angle at which a Camera takes them for parallel.
 _POLE = np.radians(0.1)
-LEAST_FOV, LARGEST_FOV = 1.0, 150.0  # degrees: with less or more nothing is left to recognise
-# A step of the wheel never becomes shorter than it is at this distance, in radii of the box: 20 steps cross the box.
+LEAST_FOV, LARGEST_FOV = 1.0, 150.0  # degrees: beyond, a picture can't be recognised
+# The least distance, in radii of the box, that a step of the wheel is taken from: 20 steps cross the box.
 _NEAREST = 0.5
-_SMALLEST_HEIGHT, _LARGEST_HEIGHT = 1e-4, 1e4  # of an orthographic picture, in radii: beyond, float32 runs out
-_FARTHEST = 1e4  # radii
+_SMALLEST_HEIGHT, _LARGEST_HEIGHT = 1e-4, 1e4  # of an orthographic picture, in radii: beyond, float32 is too coarse
+_FARTHEST = 1e4  # largest distance from the box's centre, in radii
 
 
 @dataclass(frozen=True)
 class View:
-    """A camera and the point of the world that it turns about."""
+    """Camera, and the world point that it turns about."""
 
     camera: Camera
     pivot: tuple[float, float, float]
 
     @classmethod
     def of(cls, camera: Camera) -> View:
-        """The view that turns about what the camera looks at."""
+        """Return the view that turns about the camera's target."""
         return cls(camera, camera.target)
 
     @property
     def pivot_depth(self) -> float:
-        """Of the pivot along the view; of the target where the pivot is not in front of the eye."""
+        """Depth of the pivot along the view; the target's depth if the pivot is not in front of the eye."""
         depth = float(self.camera.forward @ np.subtract(self.pivot, self.camera.eye))
         distance = _distance(self.camera)
         return depth if depth > 1e-3 * distance else distance
 
     @property
     def half_height(self) -> float:
-        """World units from the middle of the picture to its top, at the pivot's depth."""
+        """World units from the centre of the picture to its top, at the pivot's depth."""
         depth = 1.0 if self.camera.projection == "orthographic" else self.pivot_depth
         return self.camera.half_height * depth
 
 
 def orbit(view: View, right: float, up: float, *, free: bool = False) -> View:
-    """Matter follows the hand: so far to the right and upwards, in radians."""
+    """Turn the scene to the right and upwards, by angles in radians."""
     camera = view.camera
     if free:
         turn = rotation(camera.upward, -right) @ rotation(camera.right, up)
@@ -76,26 +76,26 @@ def orbit(view: View, right: float, up: float, *, free: bool = False) -> View:
     axis = np.array(camera.up) / np.linalg.norm(camera.up)
     elevation = float(np.arcsin(np.clip(-camera.forward @ axis, -1, 1)))
     most = np.pi / 2 - _POLE
-    # Hand up: one sees more from below.
+    # Dragging upwards shows more of the box from below.
     wanted = float(np.clip(elevation - up, -most, most))
     turn = rotation(axis, -right) @ rotation(camera.right, -(wanted - elevation))
     return _turned(view, turn, camera.up)
 
 
 def roll(view: View, angle: float) -> View:
-    """The picture turned counterclockwise."""
+    """Turn the picture counterclockwise."""
     turn = rotation(view.camera.forward, angle)
-    return replace(view, camera=replace(view.camera, up=_triple(turn @ view.camera.upward)))
+    return replace(view, camera=replace(view.camera, up=triple(turn @ view.camera.upward)))
 
 
 def pan(view: View, right: float, up: float) -> View:
-    """Matter at the pivot's depth follows the hand: so many half heights to the right and upwards."""
+    """Move the scene to the right and upwards, in half heights at the pivot's depth."""
     shift = -(right * view.camera.right + up * view.camera.upward) * view.half_height
     return replace(view, camera=_shifted(view.camera, shift))
 
 
 def dolly(view: View, factor: float, at: Position, volume: Volume) -> View:
-    """Distances, or an orthographic picture's height, times `factor`; what is at `at` in the pivot's depth stays."""
+    """Multiply the distance, or an orthographic picture's height, by `factor`; the point at `at` stays in place."""
     camera = view.camera
     point = np.array(camera.eye) + view.pivot_depth * camera.forward + _across(view, at)
     if camera.projection == "orthographic":
@@ -114,7 +114,7 @@ def dolly(view: View, factor: float, at: Position, volume: Volume) -> View:
 
 
 def advance(view: View, step: float, volume: Volume) -> View:
-    """Forward through the matter, by a share of the box's radius; an orthographic eye's plane cuts."""
+    """Move the eye forward by `step` radii of the box; the plane of an orthographic eye cuts the medium."""
     moved = _shifted(view.camera, step * volume.radius * view.camera.forward)
     if np.linalg.norm(np.subtract(moved.eye, volume.centre)) > _FARTHEST * volume.radius:
         return view
@@ -122,7 +122,7 @@ def advance(view: View, step: float, volume: Volume) -> View:
 
 
 def with_fov(view: View, fov: float) -> View:
-    """Another angle of view, the eye so far away that what is at the pivot's depth keeps its size."""
+    """Change the vertical angle of view, in degrees; points at the pivot's depth keep their size."""
     camera = view.camera
     fov = float(np.clip(fov, LEAST_FOV, LARGEST_FOV))
     wider = replace(camera, fov=fov)
@@ -131,12 +131,12 @@ def with_fov(view: View, fov: float) -> View:
     depth = view.pivot_depth
     back = depth * camera.half_height / wider.half_height - depth
     eye = np.array(camera.eye) - back * camera.forward
-    # The target stays ahead of the eye.
-    return replace(view, camera=replace(wider, eye=_triple(eye), target=_triple(eye + (depth + back) * camera.forward)))
+    # The target stays in front of the eye.
+    return replace(view, camera=replace(wider, eye=triple(eye), target=triple(eye + (depth + back) * camera.forward)))
 
 
 def with_projection(view: View, projection: Projection, volume: Volume) -> View:
-    """The other projection, with the same size of what is at the pivot's depth."""
+    """Change the projection; points at the pivot's depth keep their size."""
     camera = view.camera
     if projection == camera.projection:
         return view
@@ -146,81 +146,82 @@ def with_projection(view: View, projection: Projection, volume: Volume) -> View:
         distance = half_height / float(np.tan(np.radians(fov) / 2))
         changed = replace(camera, projection=projection, fov=fov)
     else:
-        # The plane of the eye cuts parallel rays: it stands back from the whole box.
+        # An orthographic eye shows nothing behind its plane, so the plane is placed before the whole box.
         nearest = float((volume.corners_from_centre @ camera.forward).min())
         to_box = float(camera.forward @ (volume.centre - point)) + nearest
         distance = max(view.pivot_depth, -to_box + 0.05 * volume.radius)
         changed = replace(camera, projection=projection, height=2 * half_height)
     eye = point - distance * camera.forward
-    return replace(view, camera=replace(changed, eye=_triple(eye), target=_triple(point)))
+    return replace(view, camera=replace(changed, eye=triple(eye), target=triple(point)))
 
 
 def along_axis(view: View, axis: str, volume: Volume, aspect: float) -> View:
-    """The whole box from where an axis points to: one of AXES."""
+    """Look at the whole box along an axis: one of AXES."""
     towards, up = AXES[axis]
     eye = volume.centre + 2 * volume.radius * np.array(towards, np.float64)
-    camera = Camera.framing(volume, view.camera.projection, up=up, fov=view.camera.fov, aspect=aspect, eye=_triple(eye))
+    camera = Camera.framing(volume, view.camera.projection, up=up, fov=view.camera.fov, aspect=aspect, eye=triple(eye))
     return framed(View.of(camera), volume, aspect)
 
 
 def framed(view: View, volume: Volume, aspect: float) -> View:
-    """The whole box, from the same direction."""
+    """Look at the whole box from the current direction."""
     camera = view.camera
     up = camera.up
     eye = volume.centre - 2 * volume.radius * camera.forward
-    found = Camera.framing(volume, camera.projection, eye=_triple(eye), up=up, fov=camera.fov, aspect=aspect)
+    found = Camera.framing(volume, camera.projection, eye=triple(eye), up=up, fov=camera.fov, aspect=aspect)
     if camera.projection == "perspective":
         found = found._at_distance(found._fitting_distance(volume, aspect))
-    return View(found, _triple(volume.centre))
+    return View(found, triple(volume.centre))
 
 
 def reset(view: View, volume: Volume, aspect: float) -> View:
-    """The view that `texvol render` chooses, in the projection at hand."""
+    """Return the default view of `texvol render`, in the current projection."""
     camera = Camera.framing(volume, view.camera.projection, fov=view.camera.fov, aspect=aspect)
-    return View(camera, _triple(volume.centre))
+    return View(camera, triple(volume.centre))
 
 
 def with_pivot(view: View, point: Any) -> View:
-    """The same picture, turning about another point."""
-    return replace(view, pivot=_triple(point))
+    """Return the same picture with another pivot."""
+    return replace(view, pivot=triple(point))
 
 
 def _across(view: View, at: Position) -> Vector:
-    """From the middle of the picture to a place in it, at the pivot's depth."""
+    """Return the world vector from the centre of the picture to a position in it, at the pivot's depth."""
     camera = view.camera
     across: Vector = (at[0] * camera.right + at[1] * camera.upward) * view.half_height
     return across
 
 
 def _kept_in_front(pivot: tuple[float, float, float], camera: Camera, volume: Volume) -> tuple[float, float, float]:
-    """The pivot, or where one has gone past it a point ahead: else one would turn about what lies behind."""
+    """Return the pivot, or a point in front of the eye if the eye has passed the pivot."""
     depth = float(camera.forward @ np.subtract(pivot, camera.eye))
     least = 0.1 * _NEAREST * volume.radius
     if depth >= least:
         return pivot
-    return _triple(np.array(camera.eye) + least * camera.forward)
+    return triple(np.array(camera.eye) + least * camera.forward)
 
 
 def _turned(view: View, turn: NDArray[np.float64], up: Any) -> View:
     camera, pivot = view.camera, np.array(view.pivot)
     eye, target = (pivot + turn @ (np.array(point) - pivot) for point in (camera.eye, camera.target))
-    return replace(view, camera=replace(camera, eye=_triple(eye), target=_triple(target), up=_triple(up)))
+    return replace(view, camera=replace(camera, eye=triple(eye), target=triple(target), up=triple(up)))
 
 
 def _shifted(camera: Camera, shift: Vector) -> Camera:
-    return replace(camera, eye=_triple(camera.eye + shift), target=_triple(camera.target + shift))
+    return replace(camera, eye=triple(camera.eye + shift), target=triple(camera.target + shift))
 
 
 def _distance(camera: Camera) -> float:
     return float(np.linalg.norm(np.subtract(camera.target, camera.eye)))
 
 
-def _triple(vector: Any) -> tuple[float, float, float]:
+def triple(vector: Any) -> tuple[float, float, float]:
+    """Return three numbers as a tuple of floats."""
     return cast(tuple[float, float, float], tuple(float(each) for each in vector))
 
 
 def rotation(axis: Vector, angle: float) -> NDArray[np.float64]:
-    """Matrix that turns counterclockwise about a unit vector, seen from its tip (Rodrigues)."""
+    """Return the matrix of a counterclockwise rotation about a unit vector, seen from its tip (Rodrigues)."""
     x, y, z = axis
     cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
     return np.eye(3) + np.sin(angle) * cross + 2 * np.sin(angle / 2) ** 2 * (cross @ cross)

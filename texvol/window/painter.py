@@ -1,4 +1,4 @@
-"""A painter: a process that draws, seen from the window. Jobs go there, answers come back on a thread of their own."""
+"""Painter: the window's side of a painting process. It sends jobs, and receives answers on a thread."""
 
 from __future__ import annotations
 
@@ -22,26 +22,31 @@ from texvol.util import writing
 from texvol.util.errors import InputError
 from texvol.util.package import environment_of_child
 from texvol.window.jobs import Answer, Job
-from texvol.window.parcels import Sender, Shared
+from texvol.window.transport import Sender, SharedArrays
 
 _CLOSED = np.iinfo(np.int64).max
-_PATIENCE = 2.0  # seconds for a process to end by itself; it has nothing to write
+_PATIENCE = 2.0  # seconds to wait for the end of a killed process
 
 
 class Painter:
-    """One painting process.
+    """Painting process.
 
     Parameters
     ----------
-    shared : Shared
-        Memory of arrays that go to several processes.
+    shared : SharedArrays
+        Shared memory of arrays that go to several processes.
     wake : callable
-        Called, on another thread, whenever an answer has come.
+        Called on another thread after each answer.
     niceness : int
-        How far it stands back for others.
+        Niceness of the process.
+
+    Raises
+    ------
+    InputError
+        If the process can't be started.
     """
 
-    def __init__(self, shared: Shared, wake: Callable[[], None], niceness: int = 0) -> None:
+    def __init__(self, shared: SharedArrays, wake: Callable[[], None], niceness: int = 0) -> None:
         self._shared, self._wake, self._niceness = shared, wake, niceness
         self._numbers = itertools.count(1)
         self._answers: deque[Answer] = deque()
@@ -57,7 +62,7 @@ class Painter:
             with theirs:
                 self._process = _started(theirs.fileno(), file, self._niceness)
         except OSError as error:
-            raise InputError(f"no process can be started to draw: {error.strerror or error}") from None
+            raise InputError(f"cannot start a painting process: {error.strerror or error}") from None
         finally:
             os.close(file)
         self._sender = Sender(self._connection, self._shared)
@@ -67,22 +72,22 @@ class Painter:
 
     @property
     def busy(self) -> bool:
-        """Whether the newest job has no final answer yet."""
+        """True until the newest job has its final answer."""
         return self._waited_for is not None
 
     @property
     def alive(self) -> bool:
-        """Whether the process is there."""
+        """True while the process runs."""
         return self._process.poll() is None
 
     @property
     def arrays(self) -> set[int]:
-        """Identities of the arrays that it needs."""
+        """Identities of the arrays that the process needs."""
         return self._sender.arrays
 
     def ask(self, **job: Any) -> int:
-        """Have this drawn, whatever else is being drawn there; its number."""
-        if not self.alive:  # the system may have wanted its memory
+        """Start a job, which supersedes the current one, and return its number; a dead process is started again."""
+        if not self.alive:  # for example killed because memory ran out
             self._connection.close()
             self._begin()
         number = next(self._numbers)
@@ -92,18 +97,18 @@ class Painter:
             self._sender.send(Job(number, **job))
         except (BrokenPipeError, ConnectionError):
             self._answers.append(Answer("failed", number, text=self._gone()))
-        except OSError as error:  # no room for the arrays that the other process is to share
+        except OSError as error:  # no shared memory left for the arrays
             reason = writing.reason_of(error)
-            self._answers.append(Answer("failed", number, text=f"the scene cannot be handed on: {reason}"))
+            self._answers.append(Answer("failed", number, text=f"cannot send the scene to be drawn: {reason}"))
         return number
 
     def drop(self) -> None:
-        """Nothing is wanted any more."""
+        """Cancel the current job."""
         self._newest[0] = next(self._numbers)
         self._waited_for = None
 
     def answers(self) -> list[Answer]:
-        """What has come of the newest job."""
+        """Return new answers to the newest job."""
         taken = []
         while self._answers:
             answer = self._answers.popleft()
@@ -118,7 +123,7 @@ class Painter:
         self._newest[0] = _CLOSED
         with contextlib.suppress(OSError):
             self._connection.close()
-        self._process.kill()  # it holds nothing but memory
+        self._process.kill()  # it has no files open that it writes
         self._process.wait(_PATIENCE)
         self._listener.join(_PATIENCE)
 
@@ -127,7 +132,7 @@ class Painter:
             while True:
                 self._answers.append(connection.recv())
                 self._wake()
-        except (EOFError, OSError, TypeError, ValueError):  # closed here, or gone there
+        except (EOFError, OSError, TypeError, ValueError):  # closed by `close`, or the process has ended
             if newest[0] != _CLOSED:
                 self._answers.append(Answer("failed", int(newest[0]), text=self._gone()))
                 with contextlib.suppress(Exception):
@@ -136,7 +141,7 @@ class Painter:
     def _gone(self) -> str:
         with contextlib.suppress(subprocess.TimeoutExpired):
             self._process.wait(0.1)
-        return f"the process that draws ended unexpectedly (status {self._process.poll()})"
+        return f"the painting process ended unexpectedly (status {self._process.poll()})"
 
 
 def _started(connection: int, newest: int, niceness: int) -> subprocess.Popen:
@@ -147,5 +152,5 @@ def _started(connection: int, newest: int, niceness: int) -> subprocess.Popen:
         stdout=subprocess.DEVNULL,
         env=environment_of_child(),
         pass_fds=(connection, newest),
-        process_group=0,  # ctrl-C is for the window
+        process_group=0,  # Ctrl-C in the terminal is for the window only
     )

@@ -1,8 +1,8 @@
-"""The other side of a painter: a process that draws what it is asked for with the headless Renderer.
+"""Painting process: it draws the jobs that a Painter sends, with a headless Renderer.
 
-A picture at rest may take seconds, and is to be dropped as soon as something newer is wanted. So it is drawn a few rows
-at a time, and between them a number in shared memory is looked at: that of the newest job. Cut like this the picture is
-the same to the bit: no pixel knows of another.
+A picture at rest may take seconds, and has to be dropped when a newer job arrives. So it is drawn in groups of rows,
+and after each group the number of the newest job is read from shared memory. The picture is the same bit for bit,
+because pixels do not depend on each other.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from texvol.formats.pictures import image
 from texvol.opengl.compositor import Compositor
 from texvol.opengl.contexts import Context
-from texvol.output.shown_pictures import Display
+from texvol.output.export import PictureExport
 from texvol.rendering import error_control
 from texvol.rendering.accuracy import checked_termination
 from texvol.rendering.modelled import modelled
@@ -35,20 +35,20 @@ from texvol.slicing import slabs as slicing
 from texvol.util import writing
 from texvol.util.errors import AccuracyWarning
 from texvol.window.jobs import Answer, Job
-from texvol.window.parcels import Receiver
+from texvol.window.transport import Receiver
 
-# A piece of a picture takes about so long: a tenth of what one notices as a delay.
+# Seconds that a group of rows takes: a tenth of a noticeable delay.
 _PIECE = 0.015
 _FIRST_ROWS = 64
-_FEWEST_ROWS = 16  # below, setting up costs more than drawing
+_FEWEST_ROWS = 16  # with fewer rows, setting up costs more than drawing
 
 
 class Superseded(Exception):
-    """Something newer is wanted."""
+    """A newer job has arrived."""
 
 
 class PiecewiseCompositor(Compositor):
-    """A compositor that gives up in the middle of a picture when `check` raises: it draws some rows after the other."""
+    """Compositor that draws groups of rows, and calls `check` before each; an exception of `check` ends the picture."""
 
     check: Callable[[], None] | None = None
 
@@ -84,7 +84,7 @@ class PiecewiseCompositor(Compositor):
 
 
 class PiecewiseRenderer(Renderer):
-    """A Renderer that can be interrupted, and says how fine a picture has to be before it draws it."""
+    """Renderer that can be interrupted, and predicts the accuracy that a maximum error requires."""
 
     def __init__(self) -> None:
         self._pieces: PiecewiseCompositor
@@ -96,23 +96,23 @@ class PiecewiseRenderer(Renderer):
         return self._pieces
 
     def interruptible(self, check: Callable[[], None] | None) -> None:
-        """From now on drawing calls `check` several times a picture."""
+        """Have `check` called several times during each following picture; None draws pictures in one piece."""
         self._pieces.check = check
 
     def _draw(
         self, scene: CompleteScene, size: Size, settings: Settings, repeat: int = 1, depth: bool = False
     ) -> NDArray[np.float32]:
-        """The last picture again, where that is asked for: what is foreseen is shown first, and then checked."""
+        """Draw a picture; return a copy of the last one if it had the same scene and settings."""
         kept = self._kept
         if kept is not None and kept[0] is scene and kept[1:3] == (size, settings) and not depth:
             return kept[3].copy()
         picture = super()._draw(scene, size, settings, repeat, depth)
-        if settings.early_termination > 0 and not depth:  # or it is what others are held against
+        if settings.early_termination > 0 and not depth:  # without early termination it is a reference of an estimate
             self._kept = scene, size, settings, picture.copy()
         return picture
 
     def fine_enough(self, scene: Scene, size: Size, max_error: float) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Arguments of `render` for a picture of that error as a small one foresees it, and what is known of it."""
+        """Return the arguments of `render` that a small picture predicts for an error, and metadata about the error."""
         choice = self.foresee(scene, size, max_error)
         return {
             "slab_thickness": choice.slab_thickness,
@@ -125,16 +125,16 @@ class PiecewiseRenderer(Renderer):
         }
 
 
-class Easel:
-    """A renderer, and what it takes to turn jobs into answers."""
+class JobRunner:
+    """Renderer, and the code that turns jobs into answers."""
 
     def __init__(self, answer: Callable[[Answer], None], newest: Callable[[], int]) -> None:
         self._answer, self._newest = answer, newest
         self._renderer = PiecewiseRenderer()
-        self._lit: tuple[tuple[Any, ...], Any] | None = None  # volumes and estimator whose gradients are there
+        self._lit: tuple[tuple[Any, ...], Any] | None = None  # volumes and estimator of the last lit scene's gradients
 
     def paint(self, job: Job) -> None:
-        """Do it, with one final answer; or none, where something newer is wanted."""
+        """Do a job; send one final answer, or none if a newer job arrives."""
 
         def check() -> None:
             if self._newest() > job.number:
@@ -145,16 +145,16 @@ class Easel:
             {"move": self._move, "rest": self._rest, "file": self._file, "film": self._film}[job.kind](job)
         except Superseded:
             pass
-        except Exception as error:  # whatever it is, the window stays and says so
+        except Exception as error:  # the window stays open and shows the reason
             text = " ".join(str(error).split()) or type(error).__name__
             self._answer(Answer("failed", job.number, text=text, metadata={"error": type(error).__name__}))
 
     def close(self) -> None:
-        """Give the context back."""
+        """Release the OpenGL context."""
         self._renderer.close()
 
     def _move(self, job: Job) -> None:
-        """One picture; before it the same unlit, where light is new, since finding the gradients takes a while."""
+        """Draw one picture; if gradients have to be computed first, send an unlit picture before it."""
         start = time.perf_counter()
         if job.scene.lighting and not self._has_gradients(job.scene):
             picture = self._renderer.render(replace(job.scene, lighting=None), job.size, **job.accuracy)
@@ -164,23 +164,23 @@ class Easel:
         self._send(job, picture, self._renderer.settings, start)
 
     def _has_gradients(self, scene: Scene) -> bool:
-        """Whether they are those of the last lit scene; the next will find them."""
+        """True if the scene's gradients have been computed for the last lit scene; remember this scene's gradients."""
         known, self._lit = self._lit, (scene.volumes, scene.gradient)
         if known is None or known[1] != scene.gradient or len(known[0]) != len(scene.volumes):
             return False
         return all(map(is_, known[0], scene.volumes))
 
     def _rest(self, job: Job) -> None:
-        """A picture of one slab per sample at once; soon one that a small picture says is fine enough; then `render`'s.
+        """Draw three pictures: one slab per sample, then the accuracy that a small picture predicts, then `max_error`.
 
-        The last is the very picture that `render` draws for this error, which takes it a few seconds to choose.
+        The last picture is the picture that `texvol render --max-error` writes; choosing its thickness takes seconds.
         """
         start, renderer = time.perf_counter(), self._renderer
         first = renderer.render(job.scene, job.size)
         self._send(job, first, renderer.settings, start, final=False)
         wanted = job.accuracy["max_error"]
         if job.scene.mode in NUMBER_MODES:
-            # The error is wanted of what is seen: in shares of what goes from black to white.
+            # The error counts as a fraction of the window from black to white.
             _, width = job.showing.window or found_window(first, job.scene)
             wanted *= width or 1.0
         chosen, metadata = renderer.fine_enough(job.scene, job.size, wanted)
@@ -193,13 +193,13 @@ class Easel:
         self._send(job, picture, renderer.settings, start, **metadata)
 
     def _file(self, job: Job) -> None:
-        display = _display(job)
+        export = _export(job)
         with warnings.catch_warnings(record=True) as said:
             warnings.simplefilter("always")
             picture = self._renderer.render(job.scene, job.size, **job.accuracy)
-            shown = display.of(picture, job.scene, job.path)
+            shown = export.of(picture, job.scene, job.path)
         metadata = {"texvol:renderer": self._renderer.renderer_name}
-        metadata |= display.metadata(job.name, job.scene, job.path, self._renderer.settings)
+        metadata |= export.metadata(job.name, job.scene, job.path, self._renderer.settings)
         content = image.encoded(job.path, shown, metadata, transparent=job.showing.transparent)
         writing.write_files({job.path: content})
         warned = {"warnings": [str(each.message) for each in said]}
@@ -209,10 +209,10 @@ class Easel:
         from texvol.output import sequences
 
         frames = sequences.views(job.scene, job.views, job.name)
-        told = replace(frames, scenes=self._counted(job, frames))
+        counted = replace(frames, scenes=self._counted(job, frames))
         accuracy: dict[str, Any] = dict.fromkeys(("slab_thickness", "sampling_rate", "max_error")) | dict(job.accuracy)
         how: dict[str, Any] = {"transparent": job.showing.transparent, "fps": job.fps}
-        sequences.draw_frames(told, self._renderer, job.size, accuracy, _display(job), job.path, **how)
+        sequences.draw_frames(counted, self._renderer, job.size, accuracy, _export(job), job.path, **how)
         self._answer(Answer("done", job.number, text=job.path, metadata={"views": job.views}))
 
     def _counted(self, job: Job, frames: Any) -> Any:
@@ -226,9 +226,9 @@ class Easel:
         self, job: Job, picture: NDArray, settings: Any, start: float, final: bool = True, **metadata: Any
     ) -> None:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # a view that misses the volume is no surprise here
-            display = _display(job)
-            shown = display.of(picture, job.scene, "window.png")
+            warnings.simplefilter("ignore")  # a view that misses the volume is common while the camera moves
+            export = _export(job)
+            shown = export.of(picture, job.scene, "window.png")
         scene, thickness = job.scene.completed(job.size), settings["slab_thickness"]
         metadata |= {
             "settings": dict(settings),
@@ -237,31 +237,31 @@ class Easel:
             "modelled": modelled(scene),
             "classification": job.scene.classification,
             "renderer": self._renderer.renderer_name,
-            "window": display.window,
+            "window": export.window,
         }
         pixels = image.eight_bits(shown)
         self._answer(Answer("picture", job.number, final, pixels, metadata))
 
 
-def _display(job: Job) -> Display:
-    return Display(cast(Any, job.showing), job.showing.annotation)
+def _export(job: Job) -> PictureExport:
+    return PictureExport(cast(Any, job.showing), job.showing.annotation)
 
 
 def serve(connection_descriptor: int, newest_descriptor: int, niceness: int) -> None:
-    """What the process does until nobody waits any more: take jobs, draw, answer."""
+    """Receive jobs and send answers until the window closes the connection."""
     import mmap
     from multiprocessing.connection import Connection
 
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the window decides when to end
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the window ends this process
     os.nice(niceness)
     connection: Any = Connection(connection_descriptor)
     newest = np.frombuffer(mmap.mmap(newest_descriptor, 8), np.int64)
     _end_with(os.getppid())
     receiver = Receiver(connection)
-    warnings.simplefilter("ignore")  # nobody reads what this process prints; what has a say is caught where it is said
+    warnings.simplefilter("ignore")  # nobody reads this process's output; warnings for the user are caught elsewhere
     with contextlib.suppress(EOFError, ConnectionError):
         try:
-            easel = Easel(lambda answer: connection.send(answer), lambda: int(newest[0]))
+            runner = JobRunner(lambda answer: connection.send(answer), lambda: int(newest[0]))
         except Exception as error:
             connection.send(Answer("failed", 0, text=str(error), metadata={"error": "ContextError"}))
             return
@@ -269,11 +269,11 @@ def serve(connection_descriptor: int, newest_descriptor: int, niceness: int) -> 
             while True:
                 job = receiver.receive()
                 if int(newest[0]) <= job.number:
-                    easel.paint(job)
+                    runner.paint(job)
 
 
 def _end_with(parent: int) -> None:
-    """Have the system end this process with the window's, however that ends."""
+    """Have Linux kill this process when the window's process ends."""
     import ctypes
 
     pr_set_pdeathsig = 1  # linux/prctl.h

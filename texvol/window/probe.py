@@ -1,7 +1,7 @@
-"""What is where: along the ray of a place in the picture, the first visible matter, and what it is.
+"""Probe of a scene: the first visible point along a pixel's ray, and the value at a point.
 
-The ray is sampled at half the smallest spacing; at each sample the values of all volumes are classified and their
-extinctions add up. *First visible* is where half of all the opacity that the ray meets has been met.
+The ray is sampled at half the smallest spacing. At each sample the values of all volumes are classified and their
+extinctions are added. The first visible point is where the ray has met half of its total opacity.
 """
 
 from __future__ import annotations
@@ -17,21 +17,22 @@ from texvol.scene.transfer import TransferFunction
 from texvol.scene.volume import Volume
 from texvol.window.navigation import Position
 
-_LEAST_OPACITY = 0.02  # of a ray: less is not seen
-_MOST_SAMPLES = 4096  # of a ray
+_LEAST_OPACITY = 0.02  # of a ray: with less, nothing is visible
+_MOST_SAMPLES = 4096  # per ray
 
 
 @dataclass(frozen=True)
 class Found:
-    """A place in the world, and what is there.
+    """World point with the value and extinction there.
 
     Attributes
     ----------
     point : array of shape (3)
+        World position.
     value : float
-        NaN outside of the volume.
+        Value of the first volume; NaN outside it.
     extinction : float
-        Per world unit; NaN where nothing is classified.
+        Extinction per world unit; NaN if the volume is not classified.
     """
 
     point: NDArray[np.float64]
@@ -40,7 +41,7 @@ class Found:
 
 
 def first_medium(scene: Scene, position: Position) -> NDArray[np.float64] | None:
-    """World point of the first visible matter at a place in the picture; None where nothing shows."""
+    """Return the first visible world point at a position in the picture; None if nothing is visible there."""
     assert scene.camera is not None
     start, direction = ray(scene.camera, position)
     box = scene.box
@@ -48,21 +49,21 @@ def first_medium(scene: Scene, position: Position) -> NDArray[np.float64] | None
     if span is None:
         return None
     near, far = max(span[0], 0.0), span[1]
-    # What is cut away is not met.
+    # Points that are cut away are not visible.
     to_centre = start - box.centre
     first, last = scene.cutting.interval(box, to_centre[np.newaxis], direction[np.newaxis])
     near, far = max(near, float(first[0])), min(far, float(last[0]))
     if not near < far:
         return None
     count = int(np.clip(np.ceil((far - near) / (scene.smallest_spacing / 2)), 2, _MOST_SAMPLES))
-    directions = near + (np.arange(count) + 0.5) * (far - near) / count
-    position_of = _first_surface if scene.mode == "isosurface" else _half_way
-    index = position_of(scene, start + directions[:, np.newaxis] * direction, (far - near) / count)
-    return None if index is None else np.asarray(start + directions[index] * direction)
+    depths = near + (np.arange(count) + 0.5) * (far - near) / count
+    find = _first_surface if scene.mode == "isosurface" else _half_opacity
+    index = find(scene, start + depths[:, np.newaxis] * direction, (far - near) / count)
+    return None if index is None else np.asarray(start + depths[index] * direction)
 
 
 def at_point(scene: Scene, point: NDArray[np.float64]) -> Found:
-    """Value and extinction of the first volume at a place in the world."""
+    """Return the value and extinction of the first volume at a world point."""
     value = float(sampled(scene.volume, point[np.newaxis])[0])
     extinction = float("nan")
     if np.isfinite(value) and scene.transfer_function is not None:
@@ -71,7 +72,7 @@ def at_point(scene: Scene, point: NDArray[np.float64]) -> Found:
 
 
 def ray(camera: Camera, position: Position) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Start and unit direction of the ray through a place in the picture."""
+    """Return the start and the unit direction of the ray through a position in the picture."""
     across = (position[0] * camera.right + position[1] * camera.upward) * camera.half_height
     if camera.projection == "orthographic":
         return np.array(camera.eye) + across, np.array(camera.forward)
@@ -80,7 +81,7 @@ def ray(camera: Camera, position: Position) -> tuple[NDArray[np.float64], NDArra
 
 
 def sampled(volume: Volume, points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Values at points of the world, shape (n): trilinear, of labels the nearest; NaN outside of the box."""
+    """Return the values at world points, shape (n): trilinear, or nearest for labels; NaN outside the box."""
     counts = np.array(volume.dimensions)
     index = (points - volume.origin) @ volume.index_from_world.T
     inside = ((index >= -0.5) & (index <= counts - 0.5)).all(axis=1)
@@ -101,8 +102,8 @@ def sampled(volume: Volume, points: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.where(inside, result, np.nan)
 
 
-def _half_way(scene: Scene, points: NDArray[np.float64], step: float) -> int | None:
-    """Number of the sample at which half of the ray's opacity has been met."""
+def _half_opacity(scene: Scene, points: NDArray[np.float64], step: float) -> int | None:
+    """Return the index of the sample at which the ray has met half of its opacity."""
     depth = np.zeros(len(points))
     media = [(scene.volume, scene.transfer_function)]
     media += [(each.volume, each.transfer_function) for each in scene.added]
@@ -110,7 +111,7 @@ def _half_way(scene: Scene, points: NDArray[np.float64], step: float) -> int | N
         if medium is not None:
             depth += _extinctions(medium, sampled(volume, points)) * step
         elif scene.mode != "composite":
-            depth += np.isfinite(sampled(volume, points)) * 1.0  # everything counts alike: the middle of the box
+            depth += np.isfinite(sampled(volume, points)) * 1.0  # all samples count alike: the middle of the box
     with np.errstate(over="ignore"):
         met = -np.expm1(-np.cumsum(depth))
     if not met[-1] > _LEAST_OPACITY:
@@ -128,14 +129,14 @@ def _first_surface(scene: Scene, points: NDArray[np.float64], _: float) -> int |
 
 
 def _extinctions(medium: TransferFunction, values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Of values, where the gradient has no say: matter at its largest gradient hides nothing that shows."""
+    """Return the extinctions of values; what depends on the gradient is classified at the largest gradient."""
     magnitudes = np.full(values.shape, np.finfo(np.float64).max ** 0.25) if medium.needs_gradient else None
     extinction = medium.classify(values, magnitudes).extinction
     return np.asarray(np.minimum(np.nan_to_num(extinction, nan=0.0, posinf=1e30), 1e30))
 
 
 def _span(volume: Volume, start: NDArray[np.float64], direction: NDArray[np.float64]) -> tuple[float, float] | None:
-    """From where to where a ray is in the box, in world units from its start."""
+    """Return the distances from its start at which a ray enters and leaves the box; None if it misses the box."""
     counts = np.array(volume.dimensions)
     position = (start - volume.origin) @ volume.index_from_world.T
     velocity = volume.index_from_world @ direction

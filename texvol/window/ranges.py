@@ -1,4 +1,4 @@
-"""A range with two handles on a track: which of its ends a hand takes, and where they go with it."""
+"""Range slider with two handles: which handles a drag takes, and where it moves them."""
 
 from __future__ import annotations
 
@@ -6,21 +6,21 @@ from dataclasses import dataclass
 
 Ends = tuple[float, float]
 
-_MIDDLE = 1 / 3  # of a narrow range is for dragging it as a whole
+_MIDDLE = 1 / 3  # fraction of a narrow range that drags the range as a whole
 
 
 @dataclass(frozen=True)
 class Hold:
-    """A hand at a range.
+    """Drag of a range or of one of its ends.
 
     Attributes
     ----------
     ends : (low, high)
-        As they were when it was taken.
+        Ends of the range at the start of the drag.
     at : float
-        Where it was taken.
+        Position at the start of the drag.
     low, high : bool
-        Which ends go along.
+        True for each end that the drag moves.
     """
 
     ends: Ends
@@ -30,7 +30,7 @@ class Hold:
 
     @classmethod
     def taken(cls, ends: Ends, at: float, reach: float) -> Hold:
-        """A handle where one is within reach; between them both, and beside the range the nearer one, which comes."""
+        """Start a drag: of a handle within reach, of the whole range between the handles, else of the nearer handle."""
         low, high = ends
         within = min(reach, (high - low) * (1 - _MIDDLE) / 2)
         if low + within < at < high - within:
@@ -40,9 +40,9 @@ class Hold:
         return cls(ends, at if abs(at - handle) <= reach else handle, is_low, not is_low)
 
     def moved(self, at: float, bounds: Ends, least: float) -> Ends:
-        """The ends with the hand elsewhere, no farther than the bounds, or than they were, and so far from each other.
+        """Return the ends with the mouse at `at`: within the bounds, and at least `least` apart.
 
-        A range that is moved as a whole stays as wide as it is.
+        Ends that were outside the bounds, or closer, may stay so. A range that is dragged as a whole keeps its width.
         """
         low, high = self.ends
         lowest, highest = min(bounds[0], low), max(bounds[1], high)

@@ -1,4 +1,4 @@
-"""Files that were opened lately, and how each was read, in a file of the user's own state folder."""
+"""Recently opened files with their reading options, kept in a file of the user's state folder."""
 
 from __future__ import annotations
 
@@ -26,25 +26,25 @@ _TOLD = READING | {name: SCENE_OPTIONS[name] for name in ("spacing", "transform"
 
 @dataclass(frozen=True)
 class Recent:
-    """A file, and what was said of how it is read and placed, and of what is added to it, as a scene file has it."""
+    """Recently opened file, with the options of its scene file: how it is read and placed, and the added volumes."""
 
     path: str
     how: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def text(self) -> str:
-        """What it is called."""
+        """Displayed name."""
         further = (called(each["file"], each) for each in self.how.get("add", ()))
         return " + ".join([called(self.path, self.how), *further])
 
     @property
     def options(self) -> dict[str, Any]:
-        """The same as options of the command line, in a namespace.
+        """Options for the namespace of the command line.
 
         Raises
         ------
         InputError
-            If that is none.
+            If an option is not valid.
         """
         try:
             return {name: _TOLD[name].from_file(value) for name, value in self.how.items()}
@@ -52,12 +52,12 @@ class Recent:
             raise InputError(f"{self.path}: {error}") from None
 
     def as_json(self) -> Any:
-        """The path alone where nothing has to be said."""
+        """Return the path alone, or an object with the path and the options if there are any."""
         return {"path": self.path, **self.how} if self.how else self.path
 
     @classmethod
     def from_json(cls, content: Any) -> Recent | None:
-        """What `as_json` wrote; None if it is something else."""
+        """Return the file that `as_json` described; None if the content is not valid."""
         if isinstance(content, str):
             return cls(content)
         if not isinstance(content, dict) or not isinstance(content.get("path"), str):
@@ -71,32 +71,32 @@ class Recent:
 
 
 def how(scene: Scene) -> dict[str, Any]:
-    """What has to be said to have the volumes of a scene again where they are, beside the first one's path."""
+    """Return the options that read and place a scene's volumes again, except the first volume's path."""
     first, *others = (volume_table(scene, number) for number in range(len(scene.volumes)))
     del first["file"]
     return first | ({"add": others} if others else {})
 
 
-def position() -> Path:
-    """Where they are kept (XDG base directories)."""
+def state_file() -> Path:
+    """Return the path of the state file (XDG base directories)."""
     folder = os.environ.get("XDG_STATE_HOME") or str(Path.home() / ".local/state")
     return Path(folder) / "texvol" / "recent.json"
 
 
 def files() -> list[Recent]:
-    """The latest first; those that are gone are left out."""
+    """Return the recent files, the latest first; files that no longer exist are left out."""
     with suppress(OSError, ValueError, RuntimeError):
-        content = text_files.parsed_json(text_files.read_text(position(), "JSON", _MOST_BYTES), str(position()))
+        content = text_files.parsed_json(text_files.read_text(state_file(), "JSON", _MOST_BYTES), str(state_file()))
         found = map(Recent.from_json, content if isinstance(content, list) else [])
         return [each for each in found if each is not None and os.path.exists(each.path)][:_MOST]
     return []
 
 
-def add(path: str, told: Mapping[str, Any]) -> None:
-    """Another file is the latest; the same one, read in another way, is another."""
-    with suppress(OSError, RuntimeError, ValueError, TypeError):  # a home that can't be written to is no reason to stop
-        newest = Recent(os.path.abspath(path), json.loads(json.dumps(told)))  # with lists, as the others
+def add(path: str, options: Mapping[str, Any]) -> None:
+    """Put a file at the front of the list; the same file with other options is another entry."""
+    with suppress(OSError, RuntimeError, ValueError, TypeError):  # the list is lost if the folder can't be written
+        newest = Recent(os.path.abspath(path), json.loads(json.dumps(options)))  # tuples become lists, to be compared
         kept = [newest, *(each for each in files() if each != newest)][:_MOST]
-        position().parent.mkdir(parents=True, exist_ok=True)
+        state_file().parent.mkdir(parents=True, exist_ok=True)
         text = json.dumps([each.as_json() for each in kept], indent=1)
-        writing.write_files({position(): (text + "\n").encode()})
+        writing.write_files({state_file(): (text + "\n").encode()})

@@ -1,4 +1,4 @@
-"""What is taken home: scene files, names for pictures, the command line that draws the very picture again."""
+"""Saving of scenes: file names, scene files, and the command line that draws the shown picture."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from texvol.util.errors import InputError
 from texvol.window.document import Document, Saved
 from texvol.window.scene_writing import scene_files
 
-# What is not said is chosen by `render` alike.
+# Without these options `texvol render` makes the same choices as the window.
 _OPTIONS = {
     "slab_thickness": "--slab-thickness",
     "sampling_rate": "--sampling-rate",
@@ -24,7 +24,7 @@ _OPTIONS = {
 
 
 def default_name(document: Document, suffix: str) -> str:
-    """A name in the current folder that is not taken: of the volume, numbered."""
+    """Return an unused file name in the current folder: the volume's name with a number."""
     name = Path(document.origin.volume).name or "scene"
     stem = name.split(".")[0] or "scene"
     number = 1
@@ -34,24 +34,24 @@ def default_name(document: Document, suffix: str) -> str:
 
 
 def scene_name(document: Document) -> str:
-    """Where a scene is saved unless told: in the file that it was opened from, or saved in before."""
+    """Return the default path of a saved scene: the file that the scene was opened from or last saved in."""
     return document.origin.scene_file or default_name(document, ".toml")
 
 
 def check_writable(path: str) -> None:
-    """Raise InputError if no scene file can be written there, or it is called otherwise."""
+    """Raise InputError if no scene file can be written at a path, or if its name does not end with .toml."""
     if not path.lower().endswith(".toml"):
-        raise InputError(f"{path}: a scene file's name ends with .toml")
+        raise InputError(f"{path}: the name of a scene file must end with .toml")
     writing.check_writable(path)
 
 
 def save_scene(path: str, document: Document, size: tuple[int, int]) -> None:
-    """Write the scene file, and its transfer function beside it.
+    """Write the scene file, and its transfer functions beside it.
 
     Raises
     ------
     InputError
-        If that can't be done.
+        If a file can't be written, or a scene file can't describe the scene.
     """
     check_writable(path)
     files = scene_files(path, document.scene, size, document.showing)
@@ -60,7 +60,7 @@ def save_scene(path: str, document: Document, size: tuple[int, int]) -> None:
 
 
 def command_line(document: Document, size: tuple[int, int], accuracy: Mapping[str, Any]) -> list[str]:
-    """Words of the command that draws the picture; saves the scene for it, unless that is done."""
+    """Return the words of the command that draws the picture; an unsaved scene is saved first."""
     saved = document.saved
     as_is = saved is not None and saved.scene is document.scene and saved[2:] == (document.showing, size)
     if saved is not None and as_is and os.path.exists(saved.path):

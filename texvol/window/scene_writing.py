@@ -1,7 +1,7 @@
-"""Scenes as the files that `texvol render --scene` reads: TOML, with the transfer function as JSON beside it.
+"""Scene files for `texvol render --scene`: TOML, with each transfer function as a JSON file beside it.
 
-All numbers are written with as many digits as it takes to read the same ones, so that the scene that is read is the
-one that was written. What a scene file has no word for is said, and not left out.
+Numbers are written with all digits that are needed to read the same number again, so that the scene is the same when
+it is read. A scene that a scene file can't describe raises an error.
 """
 
 from __future__ import annotations
@@ -28,27 +28,24 @@ from texvol.scene.transfer import TransferFunction
 from texvol.util.errors import InputError
 from texvol.window.jobs import Showing
 
-_NOT_OF_READING = ("path", "absolute", "transform", "built_in", "fade")
+_NOT_READING_OPTIONS = ("path", "absolute", "transform", "built_in", "fade")
 
 
 def scene_files(
-    path: str | os.PathLike[str],
-    scene: Scene,
-    size: tuple[int, int],
-    showing: Showing,
+    path: str | os.PathLike[str], scene: Scene, size: tuple[int, int], showing: Showing
 ) -> dict[Path, bytes]:
-    """Content of the scene file and of what stands beside it, by path.
+    """Return the contents of the scene file and of the transfer function files, by path.
 
     Raises
     ------
     InputError
-        If the scene has something that a scene file can't say.
+        If a scene file can't describe the scene.
     """
     path = Path(path)
     first = volume_table(scene, 0, path.parent)
     content: dict[str, Any] = {"volume": first.pop("file")} | first
     files: dict[Path, bytes] = {}
-    content |= _medium(scene.transfer_function, path.with_name(f"{path.stem}.tf.json"), files)
+    content |= _transfer_function(scene.transfer_function, path.with_name(f"{path.stem}.tf.json"), files)
     content["size"] = f"{size[0]}x{size[1]}"
     content["classification"] = scene.classification
     content["background"] = "transparent" if showing.transparent else list(scene.background)
@@ -63,46 +60,42 @@ def scene_files(
 
 
 def volume_table(scene: Scene, number: int, folder: Path | None = None) -> dict[str, Any]:
-    """File of a scene's volume, how it was read and placed, and its mask; paths from a folder, or absolute.
+    """Return a volume's file, reading options, position and mask; paths are relative to a folder, or absolute.
 
     Raises
     ------
     InputError
-        If one of them is not from a file.
+        If the volume or its mask was not read from a file.
     """
     volume = scene.volumes[number]
     source = volume.source
     found: dict[str, Any] = {"file": _file(source, folder, "further volume" if number else "volume")}
     found |= _reading(source)
     own = source.get("transform")
-    # What turns it into the first volume's world is done anew whenever the scene is read.
+    # The rotation into the first volume's world is repeated whenever the scene is read.
     turn = spaces.turn(volume.own_space, volume.space)
     if own is not None and turn is not None:
         own = np.asarray(own) @ turn.T  # its inverse
         own = None if np.array_equal(own, np.eye(4)) else own
     mask = scene.added[number - 1].mask if number else scene.mask
-    return found | _placed(own) | _mask(mask, folder)
+    placed = {} if own is None else {"transform": np.asarray(own, np.float64).tolist()}
+    return found | placed | _mask(mask, folder)
 
 
 def _file(source: Mapping[str, Any], folder: Path | None, what: str) -> str:
-    """A volume's or a mask's file, as it is named from a folder."""
+    """Return the file of a volume or a mask, relative to a folder."""
     if "absolute" not in source:
-        raise InputError(f"the scene's {what} is not from a file, and a scene file can't name it")
+        raise InputError(f"the scene's {what} was not read from a file, so that a scene file can't name it")
     return source["absolute"] if folder is None else os.path.relpath(source["absolute"], folder)
 
 
 def _reading(source: Mapping[str, Any]) -> dict[str, Any]:
-    """How a file was read."""
+    """Return the options with which a file was read."""
     return {
         key: list(value) if isinstance(value, tuple | list) else value
         for key, value in source.items()
-        if key not in _NOT_OF_READING and value is not None
+        if key not in _NOT_READING_OPTIONS and value is not None
     }
-
-
-def _placed(matrix: Any) -> dict[str, Any]:
-    """Where a volume was moved to."""
-    return {} if matrix is None else {"transform": np.asarray(matrix, np.float64).tolist()}
 
 
 def _mask(mask: Mask | None, folder: Path | None) -> dict[str, Any]:
@@ -114,8 +107,8 @@ def _mask(mask: Mask | None, folder: Path | None) -> dict[str, Any]:
     return {"mask": found}
 
 
-def _medium(medium: TransferFunction | None, path: Path, files: dict[Path, bytes]) -> dict[str, Any]:
-    """The name of a file with the transfer function, which is put among the files."""
+def _transfer_function(medium: TransferFunction | None, path: Path, files: dict[Path, bytes]) -> dict[str, Any]:
+    """Return the table entry of a transfer function, and add its file to `files`."""
     if medium is None:
         return {}
     files[path] = (json.dumps(medium.as_json(), indent=1) + "\n").encode()
@@ -123,18 +116,18 @@ def _medium(medium: TransferFunction | None, path: Path, files: dict[Path, bytes
 
 
 def _added(scene: Scene, number: int, path: Path, files: dict[Path, bytes]) -> dict[str, Any]:
-    """A further volume, as a table."""
+    """Return the table of an added volume."""
     medium = scene.added[number].transfer_function
     name = path.with_name(f"{path.stem}.tf{number + 2}.json")
-    return volume_table(scene, number + 1, path.parent) | _medium(medium, name, files)
+    return volume_table(scene, number + 1, path.parent) | _transfer_function(medium, name, files)
 
 
 def _geometry(scene: Scene, folder: Path) -> dict[str, Any]:
     tables = []
     for each in scene.geometry:
-        # A mesh out of a file is named after it.
+        # The name of a mesh from a file is its path.
         if not (isinstance(each, Mesh) and each.lit and each.cut and os.path.isfile(each.name)):
-            raise InputError("the scene has geometry that is not from files, and a scene file can't name it")
+            raise InputError("the scene has geometry that was not read from a file, so that a scene file can't name it")
         look = {"color": [float(part) for part in each.color], "opacity": float(each.opacity)}
         tables.append({"file": os.path.relpath(each.name, folder), **look})
     return {"mesh": tables} if tables else {}
@@ -216,7 +209,7 @@ def _toml(value: Any) -> str:
     if isinstance(value, list | tuple):
         return "[" + ", ".join(map(_toml, value)) + "]"
     if isinstance(value, float):
-        return repr(float(value))  # also inf and nan, which TOML writes alike
+        return repr(float(value))  # inf and nan, too, are written as in TOML
     if isinstance(value, int):
         return str(value)
     return json.dumps(str(value), ensure_ascii=False).replace("\x7f", "\\u007f")

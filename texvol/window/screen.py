@@ -1,4 +1,4 @@
-"""The window on the screen: GLFW and OpenGL 3.3; what happens to it becomes events, pictures become textures."""
+"""Window on the screen, by GLFW and OpenGL 3.3: it reports input as events, and shows pictures as textures."""
 
 from __future__ import annotations
 
@@ -15,30 +15,30 @@ from texvol.util.errors import InputError, missing_extra
 from texvol.window.events import BUTTONS, Event
 
 CURSORS = {"text_input": "IBEAM_CURSOR", "resize_ew": "HRESIZE_CURSOR", "hand": "HAND_CURSOR"}
-_NO_WINDOW = "texvol render draws without one: texvol render VOLUME -o IMAGE"
+_NO_WINDOW = "to draw without a window, use: texvol render VOLUME -o IMAGE"
 
 
 def libraries() -> tuple[Any, Any]:
-    """imgui_bundle and glfw, which are to use the same GLFW; or MissingExtraError."""
+    """Return the modules imgui_bundle and glfw, which share one GLFW; raise MissingExtraError if one is missing."""
     try:
         import glfw
-        import imgui_bundle  # first: it tells glfw which library
+        import imgui_bundle  # before the first call of glfw: it sets which library glfw uses
     except ModuleNotFoundError as error:
         raise missing_extra(error.name or "imgui_bundle", "view", "texvol view") from error
-    except ImportError as error:  # one of the system's, such as libX11
-        raise InputError(f"a window can't be opened: {error}; {_NO_WINDOW}") from None
+    except ImportError as error:  # a system library, such as libX11, is missing
+        raise InputError(f"cannot open a window: {error}; {_NO_WINDOW}") from None
     return imgui_bundle, glfw
 
 
 class Screen:
-    """A window; its context is current on the thread that made it.
+    """Window whose OpenGL context is current on the thread that created it.
 
     Parameters
     ----------
     size : (width, height)
-        Wanted, in window coordinates; it is made to fit the monitor.
+        Requested size in window coordinates; it is reduced to fit the monitor.
     put : callable
-        Gets every event.
+        Called with each event.
 
     Raises
     ------
@@ -52,9 +52,9 @@ class Screen:
         _, glfw = libraries()
         self._glfw, self._put = glfw, put
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # glfw warns of what the error below says
+            warnings.simplefilter("ignore")  # glfw warns of the errors that are raised below
             if not glfw.init():
-                raise InputError(f"there is no display for a window ({_display_text()}); {_NO_WINDOW}")
+                raise InputError(f"cannot open a window: no display found ({_display_text()}); {_NO_WINDOW}")
             for hint, value in (
                 (glfw.CONTEXT_VERSION_MAJOR, 3),
                 (glfw.CONTEXT_VERSION_MINOR, 3),
@@ -64,41 +64,40 @@ class Screen:
                 (glfw.STENCIL_BITS, 0),
             ):
                 glfw.window_hint(hint, value)
-            trial.check("egl")  # the driver is the same one, and would end this process in the same way
+            trial.check("egl")  # the window's driver is the driver of EGL, and may end the process in the same way
             self._window = glfw.create_window(*_fitting(glfw, size), title, None, None)
         if not self._window:
             glfw.terminate()
-            raise InputError(f"no window with OpenGL 3.3 can be opened on {_display_text()}; {_NO_WINDOW}")
+            raise InputError(f"cannot open a window with OpenGL 3.3 on {_display_text()}; {_NO_WINDOW}")
         glfw.make_context_current(self._window)
         glfw.swap_interval(1)
         import moderngl
 
         self.gl = moderngl.create_context()
-        self.renderer: str = self.gl.info["GL_RENDERER"]
         self._title, self._cursor = title, ""
-        self._cursors: dict[str, Any] = {}  # by kind; they end with the library
-        self._windowed: Any = None  # place and size, while it fills the monitor
+        self._cursors: dict[str, Any] = {}  # by kind; glfw.terminate destroys them
+        self._windowed: Any = None  # position and size of the window, while it fills the monitor
         self._listen()
 
     @property
     def size(self) -> tuple[int, int]:
-        """Window coordinates."""
+        """Size in window coordinates."""
         width, height = self._glfw.get_window_size(self._window)
         return width, height
 
     @property
     def pixels(self) -> tuple[int, int]:
-        """Pixels of the framebuffer; 0 along both sides where it is minimised."""
+        """Size of the framebuffer in pixels; (0, 0) if the window is minimised."""
         width, height = self._glfw.get_framebuffer_size(self._window)
         return width, height
 
     @property
     def minimised(self) -> bool:
-        """Whether nothing of it can be seen."""
+        """True if the window is minimised or has no pixels."""
         return 0 in self.pixels or bool(self._glfw.get_window_attrib(self._window, self._glfw.ICONIFIED))
 
     def fullscreen(self, on: bool) -> None:
-        """Fill the monitor, or be a window again."""
+        """Fill the monitor, or return to the size before."""
         glfw, monitor = self._glfw, self._glfw.get_primary_monitor()
         if on == (self._windowed is not None) or not monitor:
             return
@@ -112,57 +111,57 @@ class Screen:
 
     @property
     def scale(self) -> float:
-        """How large letters are to be, as the monitor has it."""
+        """Scale of text and controls that the monitor asks for, at least 1."""
         return max(1.0, float(self._glfw.get_window_content_scale(self._window)[0]))
 
     @property
     def time(self) -> float:
-        """Seconds."""
+        """Seconds since GLFW was initialised."""
         return float(self._glfw.get_time())
 
     def wait(self, seconds: float) -> None:
-        """Take what happens, and wait for it at most so long."""
+        """Process events, and wait for an event for at most `seconds`."""
         if seconds > 0:
             self._glfw.wait_events_timeout(seconds)
         else:
             self._glfw.poll_events()
 
     def wake(self) -> None:
-        """End waiting; from any thread."""
+        """End `wait` early; may be called from any thread."""
         self._glfw.post_empty_event()
 
     def swap(self) -> None:
-        """Show what was drawn."""
+        """Show the drawn frame."""
         self._glfw.swap_buffers(self._window)
 
     def title(self, text: str) -> None:
-        """What the title bar says."""
+        """Set the text of the title bar."""
         if text != self._title:
             self._title = text
             self._glfw.set_window_title(self._window, text)
 
     def resize(self, size: tuple[int, int]) -> None:
-        """Ask for another size."""
+        """Request another size in window coordinates."""
         self._glfw.set_window_size(self._window, *size)
 
     def iconify(self, down: bool) -> None:
-        """Minimise, or bring back."""
+        """Minimise the window if `down` is True, else restore it."""
         (self._glfw.iconify_window if down else self._glfw.restore_window)(self._window)
 
     def cursor(self, kind: str) -> None:
-        """Another shape of the cursor: one of CURSORS, or an arrow."""
+        """Set the shape of the mouse cursor: one of CURSORS, or else an arrow."""
         if kind == self._cursor:
             return
         self._cursor = kind
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # where the system has none of that shape it stays an arrow
+            warnings.simplefilter("ignore")  # a system without that shape keeps the arrow
             if kind in CURSORS and kind not in self._cursors:
                 self._cursors[kind] = self._glfw.create_standard_cursor(getattr(self._glfw, CURSORS[kind]))
             self._glfw.set_cursor(self._window, self._cursors.get(kind))
 
     @property
     def clipboard(self) -> str:
-        """The clipboard's text."""
+        """Text of the clipboard."""
         text = self._glfw.get_clipboard_string(self._window)
         return text.decode("utf-8", "replace") if text else ""
 
@@ -171,15 +170,15 @@ class Screen:
         self._glfw.set_clipboard_string(self._window, text)
 
     def clear(self, color: tuple[float, float, float]) -> None:
-        """An empty framebuffer."""
+        """Clear the framebuffer."""
         self.gl.screen.use()
         self.gl.viewport = (0, 0, *self.pixels)
         self.gl.clear(*color, 1.0)
 
     def read(self) -> NDArray[np.uint8]:
-        """What was drawn, before it is shown: (height, width, 3), top row first."""
+        """Return the drawn frame, shape (height, width, 3), top row first; call it before `swap`."""
         width, height = self.pixels
-        # By way of another: of the window's own one moderngl 5.13 reads an attachment that it does not have.
+        # A copy is read: from the window's framebuffer, moderngl 5.13 reads an attachment that does not exist.
         buffer = self.gl.renderbuffer((width, height), 3)
         copy = self.gl.framebuffer([buffer])
         try:
@@ -192,7 +191,7 @@ class Screen:
         return np.frombuffer(data, np.uint8).reshape(height, width, 3)[::-1]
 
     def check(self) -> None:
-        """RuntimeError if OpenGL has an error."""
+        """Raise RuntimeError if OpenGL reports an error."""
         error = self.gl.error
         if error != "GL_NO_ERROR":
             raise RuntimeError(f"OpenGL: {error}")
@@ -206,7 +205,7 @@ class Screen:
             self._glfw.terminate()
 
     def _held(self) -> tuple[str, ...]:
-        """Modifiers, as far as they are known to the window: those of a drop are not said with it."""
+        """Return "ctrl" if a Ctrl key is down; GLFW reports no modifiers with a drop."""
         glfw, ctrl = self._glfw, (self._glfw.KEY_LEFT_CONTROL, self._glfw.KEY_RIGHT_CONTROL)
         return ("ctrl",) if any(glfw.get_key(self._window, key) == glfw.PRESS for key in ctrl) else ()
 
@@ -240,7 +239,7 @@ class Screen:
 
 
 class Texture:
-    """A picture on the device; another size makes another texture."""
+    """Texture of a picture; a picture of another size gets another texture."""
 
     def __init__(self, gl: Any) -> None:
         self._gl = gl
@@ -248,11 +247,11 @@ class Texture:
 
     @property
     def name(self) -> int:
-        """OpenGL's."""
+        """OpenGL name of the texture."""
         return int(self._texture.glo) if self._texture is not None else 0
 
     def write(self, pixels: NDArray[np.uint8]) -> None:
-        """Pixels of shape (height, width, 3), top row first."""
+        """Upload pixels of shape (height, width, 3), top row first."""
         height, width, _ = pixels.shape
         if self._texture is None or self._texture.size != (width, height):
             self.release()
@@ -261,21 +260,21 @@ class Texture:
         self._texture.write(np.ascontiguousarray(pixels), alignment=1)
 
     def release(self) -> None:
-        """Give it back."""
+        """Release the texture."""
         if self._texture is not None:
             self._texture.release()
             self._texture = None
 
 
 class Textures:
-    """Pictures by name, uploaded when they have changed."""
+    """Textures by name, uploaded again if they have changed."""
 
     def __init__(self, gl: Any) -> None:
         self._gl = gl
         self._textures: dict[str, tuple[Any, Texture]] = {}
 
     def get(self, name: str, key: Any, make: Callable[[], NDArray[np.uint8]]) -> int:
-        """OpenGL's number of the picture of that name; `make` makes it where `key` is not the last one."""
+        """Return the OpenGL name of a texture; `make` returns its pixels if `key` differs from the last call."""
         before, texture = self._textures.get(name, (None, None))
         if texture is None or before != key:
             texture = texture or Texture(self._gl)
@@ -283,15 +282,9 @@ class Textures:
             self._textures[name] = key, texture
         return texture.name
 
-    def release(self) -> None:
-        """Give all back."""
-        for _, texture in self._textures.values():
-            texture.release()
-        self._textures.clear()
-
 
 def key_names(glfw: Any) -> dict[int, str]:
-    """Names of GLFW's keys: of what is printed on them in small letters, as `a`, `1`, `page_up`, `kp_add`, `f1`."""
+    """Return the names of GLFW's key numbers in lower case, such as `a`, `1`, `page_up`, `kp_add` and `f1`."""
     return {
         getattr(glfw, name): name[4:].lower()
         for name in dir(glfw)
@@ -300,7 +293,7 @@ def key_names(glfw: Any) -> dict[int, str]:
 
 
 def _fitting(glfw: Any, size: tuple[int, int]) -> tuple[int, int]:
-    """The size, or as much of it as the monitor has room for."""
+    """Return the size, reduced to the monitor's work area."""
     monitor = glfw.get_primary_monitor()
     if not monitor:
         return size

@@ -1,13 +1,13 @@
-"""Input recorded and played back: a text file with one JSON object on each line.
+"""Recorded input: a text file with one JSON object per line.
 
     {"t": 0.5, "kind": "move", "x": 200, "y": 300}         an event, see `events`, t seconds after the start
-    {"t": 2.0, "do": "rest"}                               wait until the picture is at rest; the clock stands still
-    {"t": 2.0, "do": "screenshot", "file": "a.png"}        what is in the window
-    {"t": 2.0, "do": "save", "file": "a.toml"}             the scene
-    {"t": 2.1, "do": "command", "name": "axis +x"}         what a key does, or a panel
-    {"t": 9.0, "do": "mark", "name": "end of the turn"}    a word in the table of frame times
+    {"t": 2.0, "do": "rest"}                               stop the clock until the picture is at rest
+    {"t": 2.0, "do": "screenshot", "file": "a.png"}        save a picture of the window
+    {"t": 2.0, "do": "save", "file": "a.toml"}             save the scene
+    {"t": 2.1, "do": "command", "name": "axis +x"}         run a command of a key or a panel
+    {"t": 9.0, "do": "mark", "name": "end of the turn"}    write a word into the table of frame times
 
-The clock starts with the first picture. Lines that are empty, or begin with #, say nothing.
+The clock starts with the first picture. Empty lines and lines that begin with # are ignored.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ from texvol.window import saving
 from texvol.window.commands import is_command
 from texvol.window.events import Event
 
-_MOST_BYTES = 16 << 20  # an hour of moves
+_MOST_BYTES = 16 << 20  # an hour of mouse moves
 ACTIONS = ("rest", "screenshot", "save", "command", "mark")
 
 
 @dataclass(frozen=True)
 class Action:
-    """Something to be done that is no event: one of ACTIONS."""
+    """Step of a script that is not an event: one of ACTIONS."""
 
     do: str
     file: str = ""
@@ -41,26 +41,26 @@ class Action:
 
 @dataclass(frozen=True)
 class Step:
-    """An event or an action, and when; seconds after the start."""
+    """Event or action of a script at time `t`, in seconds after the start."""
 
     t: float
-    what: Event | Action
+    item: Event | Action
 
 
 def read(path: str | os.PathLike[str]) -> list[Step]:
-    """The steps of a script, in the order of time.
+    """Return the steps of a script, sorted by time.
 
     Raises
     ------
     InputError
-        If it can't be read, or a line says nothing that can be played.
+        If the file can't be read, or a line is not a valid step.
     """
     lines = text_files.read_text(path, "a script", _MOST_BYTES).splitlines()
     steps = []
     for number, line in enumerate(lines, start=1):
         if line.strip() and not line.lstrip().startswith("#"):
             where = f"{path}:{number}"
-            content = text_files.parsed_json(line, f"{where}: a step is a JSON object, and not {line.strip()[:60]!r}")
+            content = text_files.parsed_json(line, f"{where}: step {line.strip()[:60]!r}")
             try:
                 steps.append(_step(content))
             except ValueError as error:
@@ -70,38 +70,38 @@ def read(path: str | os.PathLike[str]) -> list[Step]:
 
 def _step(content: Any) -> Step:
     if not isinstance(content, dict):
-        raise InputError(f"a step is a JSON object, and not {content!r}")
+        raise InputError(f"step must be a JSON object, got {content!r}")
     rest = dict(content)
     t = rest.pop("t", 0.0)
     if not isinstance(t, int | float) or not 0 <= t < 1e6:
-        raise InputError(f"t is a time in seconds from 0 upwards, and not {t!r}")
+        raise InputError(f"t must be a time in seconds, at least 0 and less than 1e6, got {t!r}")
     if "do" not in rest:
         event = Event.from_json(rest)
         if event.kind == "resize" and not (event.x >= 1 and event.y >= 1):
-            raise InputError(f"a window has a size from 1 upwards, and not {event.x:g} x {event.y:g}")
+            raise InputError(f"window size must be at least 1 x 1, got {event.x:g} x {event.y:g}")
         return Step(float(t), event)
     unknown = set(rest) - {"do", "file", "name"}
     if rest["do"] not in ACTIONS or unknown or not all(isinstance(each, str) for each in rest.values()):
-        raise InputError(f'"do" is one of {", ".join(ACTIONS)}, with a "file" or a "name", and not {content!r}')
+        raise InputError(f'"do" must be one of {", ".join(ACTIONS)}, with a "file" or a "name", got {content!r}')
     action = Action(**rest)
     _check(action)
     return Step(float(t), action)
 
 
 def _check(action: Action) -> None:
-    """What can't be done is better known before the window opens than when its turn comes."""
+    """Raise InputError for an action that would fail, so that it is reported before the window opens."""
     if action.do == "command" and not is_command(action.name):
-        raise InputError(f"there is no command {action.name!r}")
+        raise InputError(f"unknown command {action.name!r}")
     if action.do == "screenshot":
         if not action.file:
-            raise InputError('a screenshot needs a "file"')
+            raise InputError('"file" is missing: a screenshot needs the name of a picture file')
         image.check_writable(action.file)
     if action.do == "save" and action.file:
         saving.check_writable(action.file)
 
 
 class Player:
-    """Plays steps back in time."""
+    """Playback of steps by their times."""
 
     def __init__(self, steps: Iterable[Step]) -> None:
         self._steps = list(steps)
@@ -111,27 +111,27 @@ class Player:
 
     @property
     def over(self) -> bool:
-        """Whether everything has been played."""
+        """True if all steps have been played."""
         return self._next >= len(self._steps)
 
     @property
     def waits(self) -> bool:
-        """Whether the clock stands still until the picture is at rest."""
-        return not self.over and self._is_due() and self._steps[self._next].what == Action("rest")
+        """True while the clock stands still until the picture is at rest."""
+        return not self.over and self._is_due() and self._steps[self._next].item == Action("rest")
 
     def due(self, now: float, *, at_rest: bool) -> list[Event | Action]:
-        """What is due at `now`, seconds of any clock; stops at an action, so that it sees what came before it."""
+        """Return the steps that are due at `now`, in seconds of any clock; an action is returned alone."""
         if self._before is not None and not self.waits:
             self._clock += now - self._before
         self._before = now
         found: list[Event | Action] = []
         while not self.over and self._is_due():
-            what = self._steps[self._next].what
-            if isinstance(what, Action) and (found or (what.do == "rest" and not at_rest)):
+            item = self._steps[self._next].item
+            if isinstance(item, Action) and (found or (item.do == "rest" and not at_rest)):
                 break
             self._next += 1
-            found.append(what)
-            if isinstance(what, Action):
+            found.append(item)
+            if isinstance(item, Action):
                 break
         return found
 
@@ -140,19 +140,19 @@ class Player:
 
 
 class Recorder:
-    """Writes what happens as a script."""
+    """Recording of events in a script."""
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
         writing.check_writable(path)
         self._path = path
         try:
-            self._file: TextIO = open(path, "w", encoding="utf-8")  # noqa: SIM115 (open for as long as the window)
+            self._file: TextIO = open(path, "w", encoding="utf-8")  # noqa: SIM115 (closed by `close`)
         except OSError as error:
             raise InputError(f"{path}: cannot be written: {writing.reason_of(error)}") from None
         self._start: float | None = None
 
     def add(self, events: Iterable[Event], now: float) -> None:
-        """Events of a frame."""
+        """Record the events of a frame."""
         self._start = now if self._start is None else self._start
         for event in events:
             content = {"t": round(now - self._start, 4)} | event.as_json()
@@ -160,13 +160,13 @@ class Recorder:
                 self._file.write(json.dumps(content, ensure_ascii=False) + "\n")
 
     def close(self) -> None:
-        """No more events."""
+        """Close the file."""
         with self._faults():
             self._file.close()
 
     @contextmanager
     def _faults(self) -> Iterator[None]:
-        """Raise InputError where the file cannot be written any more."""
+        """Raise InputError if the file can't be written."""
         try:
             yield
         except OSError as error:

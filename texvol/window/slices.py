@@ -1,8 +1,8 @@
-"""Slices through a volume as pictures: grey by window and level, labels in colour, as radiologists look at them.
+"""Slices of a volume as pictures: grey by window and level, labels in colour, in the orientation of radiology.
 
-Sagittal, coronal and axial slices lie across the axes of the grid that are nearest to x, y and z of the world. In
-axial and coronal ones the patient's left is on the right of the picture; anterior is up, or to the left, and superior
-up. A volume that does not say what its axes point to is taken as x left, y posterior, z superior, as in DICOM.
+Sagittal, coronal and axial slices are perpendicular to the grid axes that are nearest to x, y and z of the world. In
+axial and coronal slices the patient's left is on the right of the picture. Anterior is up, or on the left; superior is
+up. A volume of unknown space is taken as x left, y posterior, z superior, as in DICOM.
 """
 
 from __future__ import annotations
@@ -21,19 +21,19 @@ from texvol.scene.volume import Volume
 from texvol.util.color import srgb_from_linear
 
 NAMES = ("axial", "coronal", "sagittal")
-_NORMALS = {"sagittal": 0, "coronal": 1, "axial": 2}  # axis of the world
+_NORMALS = {"sagittal": 0, "coronal": 1, "axial": 2}  # world axis
 
 
 @dataclass(frozen=True)
 class Slice:
-    """One slice's place and orientation.
+    """Orientation of a slice.
 
     Attributes
     ----------
     axis : int
-        Grid axis that it lies across.
+        Grid axis perpendicular to the slice.
     across, down : (grid axis, sign)
-        Which grid axis goes to the right in the picture, and which downwards, and whether along it or against it.
+        Grid axes that point to the right and down in the picture; the sign is -1 for the opposite direction.
     """
 
     axis: int
@@ -41,8 +41,8 @@ class Slice:
     down: tuple[int, int]
 
     def values(self, volume: Volume, index: int) -> NDArray:
-        """Samples of the slice, (rows, columns), top row first."""
-        # A view: np.take would copy the whole volume first.
+        """Return the samples of the slice, shape (rows, columns), top row first."""
+        # Indexing makes a view; np.take would copy the whole volume.
         plane = np.moveaxis(volume.values.T, self.axis, 0)[index]  # [x, y, z] without the axis
         rest = [axis for axis in range(3) if axis != self.axis]
         if rest[0] == self.across[0]:
@@ -50,12 +50,12 @@ class Slice:
         return plane[:: self.down[1], :: self.across[1]]
 
     def extent(self, volume: Volume) -> tuple[float, float]:
-        """Width and height in world units."""
+        """Return the width and the height in world units."""
         lengths = volume.spacing * np.array(volume.dimensions)
         return float(lengths[self.across[0]]), float(lengths[self.down[0]])
 
     def fractions(self, volume: Volume, index: NDArray[np.float64]) -> tuple[float, float]:
-        """Where a place in index space is in the picture: from 0 at the left, or top, to 1."""
+        """Return the position of a grid index in the picture: fractions from the left and from the top."""
         return tuple(  # type: ignore[return-value]
             float(fraction if sign > 0 else 1 - fraction)
             for axis, sign in (self.across, self.down)
@@ -63,7 +63,7 @@ class Slice:
         )
 
     def moved(self, volume: Volume, index: NDArray[np.float64], right: float, down: float) -> NDArray[np.float64]:
-        """The place in index space that is there in the picture, in this slice."""
+        """Return the grid index at a position in the picture, in this slice."""
         result = np.array(index, np.float64)
         for (axis, sign), fraction in ((self.across, right), (self.down, down)):
             count = volume.dimensions[axis]
@@ -73,13 +73,13 @@ class Slice:
 
 
 def slices_of(volume: Volume) -> dict[str, Slice]:
-    """The three slices of a volume by name."""
+    """Return the three slices of a volume, by name."""
     axes = _grid_axes(volume)
     words = volume.space.lower().split("-")
     left = -1 if words[0] == "right" else 1
     anterior = 1 if len(words) > 1 and words[1] == "anterior" else -1
     superior = -1 if len(words) > 2 and words[2] == "inferior" else 1
-    # World axis and sign of what is on the right, and at the bottom.
+    # World axis and sign of the directions to the right and down.
     looks = {
         "axial": ((0, left), (1, -anterior)),
         "coronal": ((0, left), (2, -superior)),
@@ -96,22 +96,22 @@ def slices_of(volume: Volume) -> dict[str, Slice]:
 
 
 def letters_of(volume: Volume, slice_: Slice) -> tuple[str, str, str, str] | None:
-    """What of the body is left, right, above and below in the picture: L, R, A, P, S or I; None where nobody knows."""
+    """Return the letters (L, R, A, P, S, I) at the left, right, top and bottom; None if the space is unknown."""
     space = letters_of_space(volume.space)
     if space is None:
         return None
     found: list[str] = []
     for axis, sign in (slice_.across, slice_.down):
-        axis_direction = sign * volume.direction[:, axis] / np.linalg.norm(volume.direction[:, axis])
-        world = int(np.argmax(np.abs(axis_direction)))
+        towards = sign * volume.direction[:, axis] / np.linalg.norm(volume.direction[:, axis])
+        world = int(np.argmax(np.abs(towards)))
         ends = (OPPOSITE[space[world]], space[world])
-        found += ends if axis_direction[world] > 0 else ends[::-1]
+        found += ends if towards[world] > 0 else ends[::-1]
     left, right, top, bottom = found
     return left, right, top, bottom
 
 
 class Tile(NamedTuple):
-    """Where a picture lies: upper left corner and size; and how many stand beside each other in the first row."""
+    """Rectangle of a picture: upper left corner, size, and number of pictures in the first row."""
 
     x: float
     y: float
@@ -121,9 +121,10 @@ class Tile(NamedTuple):
 
 
 def tiled(extents: Sequence[tuple[float, float]], width: float, height: float, gap: float) -> list[Tile]:
-    """Pictures of these extents at one scale, in rows that fill the room as well as any; from its top, in the middle.
+    """Return the tiles of pictures at one scale, in the number of columns that makes them largest.
 
-    Of a height that is infinite each row is as wide as the room.
+    `extents` are the pictures' sizes in world units; tiles are centred and begin at the top. With an infinite height,
+    all pictures stand in one column of the full width.
     """
     best: tuple[float, list[list[int]]] = (0.0, [])
     counts = range(1, len(extents) + 1) if np.isfinite(height) else (1,)
@@ -147,7 +148,7 @@ def tiled(extents: Sequence[tuple[float, float]], width: float, height: float, g
 
 
 def grey(values: NDArray, window: tuple[float, float]) -> NDArray[np.uint8]:
-    """Levels of values in a window (centre, width), shape (…, 3); NaN is black."""
+    """Return the grey levels of values in a window (centre, width), shape (…, 3), uint8; NaN is black."""
     centre, width = window
     with np.errstate(over="ignore", invalid="ignore"):
         fraction = (values.astype(np.float64) - centre) / max(width, 1e-300) + 0.5
@@ -156,7 +157,7 @@ def grey(values: NDArray, window: tuple[float, float]) -> NDArray[np.uint8]:
 
 
 def painted(values: NDArray, medium: TransferFunction) -> NDArray[np.uint8]:
-    """Levels of labels in their colours, shape (…, 3); what is clear is black."""
+    """Return the sRGB levels of labels, shape (…, 3), uint8; transparent labels are black."""
     labels, positions = np.unique(values, return_inverse=True)
     numbers = labels.astype(np.float64)
     shown = medium.classify(numbers).extinction > 0
@@ -165,7 +166,7 @@ def painted(values: NDArray, medium: TransferFunction) -> NDArray[np.uint8]:
 
 
 def typical_window(volume: Volume) -> tuple[float, float]:
-    """Centre and width of a window from the 1st to the 99.5th percentile of the values."""
+    """Return the centre and width of a window from the 1st to the 99.5th percentile of the values."""
     step = max(1, round((volume.values.size / 1e5) ** (1 / 3)))
     values = volume.values[::step, ::step, ::step].astype(np.float64)
     values = values[np.isfinite(values)]
@@ -178,7 +179,7 @@ def typical_window(volume: Volume) -> tuple[float, float]:
 
 
 def _grid_axes(volume: Volume) -> list[int]:
-    """For x, y and z of the world the grid axis that is nearest, each once."""
+    """Return the nearest grid axis for each of x, y and z of the world; no grid axis is used twice."""
     alignment = np.abs(volume.direction / np.linalg.norm(volume.direction, axis=0))
     axes = [-1, -1, -1]
     for _ in range(3):

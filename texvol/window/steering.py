@@ -1,4 +1,4 @@
-"""From events over the picture to moves of the view, and to commands; the table of keys is what F1 shows."""
+"""Conversion of events over the picture to camera moves and commands; the table of keys is shown by F1."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from texvol.window import navigation
 from texvol.window.events import Event
 from texvol.window.navigation import Position, View
 
-_STEP = np.radians(5)  # of a key
-_DOUBLE = 0.35, 4.0  # seconds and window coordinates within which two clicks are a double one
-_WHEEL = 1.15  # factor of the distance for one notch
-_ADVANCE = 0.06  # radii of the box for one notch, or one key
+_STEP = np.radians(5)  # of one key press
+_DOUBLE = 0.35, 4.0  # largest time (s) and distance (window coordinates) between the clicks of a double click
+_WHEEL = 1.15  # factor of the distance for one notch of the wheel
+_ADVANCE = 0.06  # radii of the box for one notch or one key press
 
 
 class Binding(NamedTuple):
-    """A key that does something: `chord` is modifiers in alphabetical order and the key, as "ctrl+s"."""
+    """Keys of a command. A chord is the modifiers in alphabetical order and the key, such as "ctrl+s"."""
 
     chords: tuple[str, ...]
     command: str
@@ -29,19 +29,19 @@ class Binding(NamedTuple):
 
 BINDINGS = (
     Binding(("f1", "shift+slash", "slash"), "help", "show or hide this page"),
-    Binding(("tab",), "panels", "hide or show everything but the picture"),
-    Binding(("r", "home"), "reset", "the view of `texvol render`"),
-    Binding(("f",), "frame", "the whole volume, from here"),
+    Binding(("tab",), "panels", "show or hide the panels"),
+    Binding(("r", "home"), "reset", "reset to the view of `texvol render`"),
+    Binding(("f",), "frame", "show the whole volume from this direction"),
     Binding(("o",), "projection", "orthographic or perspective"),
-    Binding(("t",), "turning", "turn as on a turntable, or freely"),
-    Binding(("x", "shift+x"), "axis x", "look from +x, with shift from -x"),
-    Binding(("y", "shift+y"), "axis y", "look from +y, or -y"),
-    Binding(("z", "shift+z"), "axis z", "look from +z, or -z"),
-    Binding(("left", "right", "up", "down"), "", "turn; with shift move"),
-    Binding(("page_up", "page_down"), "", "nearer, farther"),
-    Binding(("w", "s"), "", "into the volume, and out of it"),
+    Binding(("t",), "turning", "turn on a turntable or freely"),
+    Binding(("x", "shift+x"), "axis x", "look from +x; with shift, from -x"),
+    Binding(("y", "shift+y"), "axis y", "look from +y; with shift, from -y"),
+    Binding(("z", "shift+z"), "axis z", "look from +z; with shift, from -z"),
+    Binding(("left", "right", "up", "down"), "", "turn; with shift, move"),
+    Binding(("page_up", "page_down"), "", "go nearer; go farther"),
+    Binding(("w", "s"), "", "go into the volume; go back"),
     Binding(("q", "e"), "", "roll"),
-    Binding(("left_bracket", "right_bracket"), "", "smaller or larger field of view"),
+    Binding(("left_bracket", "right_bracket"), "", "narrower or wider field of view"),
     Binding(("ctrl+z",), "undo", "undo"),
     Binding(("ctrl+shift+z", "ctrl+y"), "redo", "redo"),
     Binding(("ctrl+o",), "open", "open a volume or a scene"),
@@ -49,8 +49,8 @@ BINDINGS = (
     Binding(("ctrl+s",), "save", "save the scene"),
     Binding(("p", "f12"), "picture", "save the picture"),
     Binding(("ctrl+c",), "copy", "copy the command line of this picture"),
-    Binding(("i",), "probe", "value and extinction under the cursor"),
-    Binding(("l",), "slices", "slices beside the picture"),
+    Binding(("i",), "probe", "show value and extinction at the cursor"),
+    Binding(("l",), "slices", "show slices"),
     Binding(("f11",), "fullscreen", "fill the screen"),
     Binding(("ctrl+q",), "close", "close the window"),
 )
@@ -58,17 +58,17 @@ MOUSE = (
     ("left", "turn"),
     ("shift + left, or middle", "move"),
     ("ctrl + left", "roll"),
-    ("right, or wheel", "nearer, farther (wheel: at the cursor)"),
-    ("shift + wheel", "into the volume, and through it"),
+    ("right, or wheel", "go nearer or farther (wheel: at the cursor)"),
+    ("shift + wheel", "go into the volume and through it"),
     ("ctrl + wheel", "field of view"),
-    ("double click", "turn about what is there"),
+    ("double click", "turn about the clicked point"),
 )
 _COMMANDS = {chord: binding.command for binding in BINDINGS for chord in binding.chords if binding.command}
 
 
 @dataclass(frozen=True)
-class Room:
-    """Where the picture is in the window: upper left corner and size, in window coordinates."""
+class Viewport:
+    """Rectangle of the picture in the window: upper left corner and size, in window coordinates."""
 
     x: float
     y: float
@@ -76,31 +76,37 @@ class Room:
     height: float
 
     def holds(self, x: float, y: float) -> bool:
-        """Whether a place of the window is in it."""
+        """True if a point of the window lies in the rectangle."""
         return 0 <= x - self.x < self.width and 0 <= y - self.y < self.height
 
     def position(self, x: float, y: float) -> Position:
-        """In half heights from the middle, y upwards."""
+        """Return the position of a point of the window, in half heights from the picture's centre, y upwards."""
         half = max(self.height, 1) / 2
         return (x - self.x - self.width / 2) / half, (self.height / 2 - (y - self.y)) / half
 
+    def point(self, position: Position) -> tuple[float, float]:
+        """Return the point of the window at a position in the picture; the inverse of `position`."""
+        half = self.height / 2
+        return self.x + self.width / 2 + position[0] * half, self.y + half - position[1] * half
+
     @property
     def aspect(self) -> float:
-        """Width over height."""
+        """Width divided by height."""
         return max(self.width, 1) / max(self.height, 1)
 
 
 @dataclass
 class Outcome:
-    """What some events amount to.
+    """Result of some events.
 
     Attributes
     ----------
     view : View
+        View after the events.
     commands : list of str
-        In their order.
+        Commands of pressed keys, in order.
     clicked : (x, y), optional
-        Where a double click was, in window coordinates.
+        Position of a double click in window coordinates.
     """
 
     view: View
@@ -109,51 +115,46 @@ class Outcome:
 
 
 class Steering:
-    """What the hand is doing: which button it holds, and where it was."""
+    """Mouse state between events: position, pressed button and drag."""
 
     def __init__(self) -> None:
         self.free = False
-        self._at = (0.0, 0.0)
+        self.cursor = (0.0, 0.0)  # window coordinates
         self._drag: str | None = None
         self._button = ""
         self._last_click: tuple[float, float, float] | None = None
 
     @property
     def dragging(self) -> bool:
-        """Whether a drag over the picture goes on."""
+        """True during a drag that began over the picture."""
         return self._drag is not None
 
-    @property
-    def cursor(self) -> tuple[float, float]:
-        """Where the mouse is, in window coordinates."""
-        return self._at
-
     def handle(
-        self, events: list[Event], view: View, volume: Volume, room: Room, now: float,
+        self, events: list[Event], view: View, volume: Volume, viewport: Viewport, now: float,
         *, mouse: bool = True, keyboard: bool = True,
     ) -> Outcome:  # fmt: skip
-        """What the events do to the view; `mouse` and `keyboard`: whether they are ours, or the panels'."""
+        """Apply events to a view; `mouse` and `keyboard` are False while the panels use them."""
         outcome = Outcome(view, [])
         for event in events:
             if event.kind == "move":
-                self._move(event, outcome, volume, room)
+                self._move(event, outcome, volume, viewport)
             elif event.kind == "button":
-                self._press(event, outcome, room, now, mouse)
-            elif event.kind == "scroll" and mouse and room.holds(*self._at):
-                outcome.view = self._scrolled(event, outcome.view, volume, room)
+                self._press(event, outcome, viewport, now, mouse)
+            elif event.kind == "scroll" and mouse and viewport.holds(*self.cursor):
+                outcome.view = self._scrolled(event, outcome.view, volume, viewport)
             elif event.kind == "key" and event.down and keyboard:
                 self._key(event, outcome, volume)
             elif event.kind == "focus" and not event.down:
-                self._drag = None  # the button may come up elsewhere
+                self._drag = None  # the button may be released in another window
         return outcome
 
-    def _move(self, event: Event, outcome: Outcome, volume: Volume, room: Room) -> None:
-        before, after = room.position(*self._at), room.position(event.x, event.y)
-        self._at = event.x, event.y
+    def _move(self, event: Event, outcome: Outcome, volume: Volume, viewport: Viewport) -> None:
+        before, after = viewport.position(*self.cursor), viewport.position(event.x, event.y)
+        self.cursor = event.x, event.y
         right, up = after[0] - before[0], after[1] - before[1]
         view = outcome.view
         if self._drag == "turn":
-            # The height of the picture is half a turn.
+            # A drag over the height of the picture turns by 180 degrees.
             outcome.view = navigation.orbit(view, right * np.pi / 2, up * np.pi / 2, free=self.free)
         elif self._drag == "move":
             outcome.view = navigation.pan(view, right, up)
@@ -163,32 +164,32 @@ class Steering:
             turned = np.arctan2(after[1], after[0]) - np.arctan2(before[1], before[0])
             outcome.view = navigation.roll(view, float((turned + np.pi) % (2 * np.pi) - np.pi))
 
-    def _press(self, event: Event, outcome: Outcome, room: Room, now: float, mouse: bool) -> None:
+    def _press(self, event: Event, outcome: Outcome, viewport: Viewport, now: float, mouse: bool) -> None:
         if not event.down:
             if event.name == self._button:
                 self._drag = None
             return
-        if not mouse or not room.holds(*self._at) or self._drag:
+        if not mouse or not viewport.holds(*self.cursor) or self._drag:
             return
         kinds = {"right": "dolly", "middle": "move"}
         if event.name == "left":
             kinds["left"] = "move" if "shift" in event.modifiers else "roll" if "ctrl" in event.modifiers else "turn"
         self._drag, self._button = kinds[event.name], event.name
         if event.name == "left":
-            last, self._last_click = self._last_click, (now, *self._at)
+            last, self._last_click = self._last_click, (now, *self.cursor)
             if (
                 last
                 and now - last[0] < _DOUBLE[0]
-                and np.hypot(last[1] - self._at[0], last[2] - self._at[1]) < _DOUBLE[1]
+                and np.hypot(last[1] - self.cursor[0], last[2] - self.cursor[1]) < _DOUBLE[1]
             ):
-                outcome.clicked, self._last_click = self._at, None
+                outcome.clicked, self._last_click = self.cursor, None
 
-    def _scrolled(self, event: Event, view: View, volume: Volume, room: Room) -> View:
+    def _scrolled(self, event: Event, view: View, volume: Volume, viewport: Viewport) -> View:
         if "shift" in event.modifiers:
             return navigation.advance(view, _ADVANCE * (event.y or event.x), volume)
         if "ctrl" in event.modifiers:
             return navigation.with_fov(view, view.camera.fov * 1.05**-event.y)
-        return navigation.dolly(view, _WHEEL**-event.y, room.position(*self._at), volume)
+        return navigation.dolly(view, _WHEEL**-event.y, viewport.position(*self.cursor), volume)
 
     def _key(self, event: Event, outcome: Outcome, volume: Volume) -> None:
         chord = "+".join([*sorted(event.modifiers), event.name])

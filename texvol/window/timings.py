@@ -1,10 +1,11 @@
-"""How long frames took, as a table: one line for each frame that was shown."""
+"""Table of frame times, one line for each frame."""
 
 from __future__ import annotations
 
 import csv
 import io
 import os
+from collections.abc import Iterable
 from dataclasses import astuple, dataclass, fields
 
 from texvol.util import writing
@@ -12,24 +13,24 @@ from texvol.util import writing
 
 @dataclass(frozen=True)
 class Frame:
-    """One frame of the window; times in seconds.
+    """Frame of the window; times are in seconds.
 
     Attributes
     ----------
     time : float
-        Since the first.
+        Time since the first frame.
     seconds : float
-        Since the frame before.
+        Time since the last frame.
     work : float
-        What it took to make, without waiting.
+        Time to make the frame, without waiting.
     picture : int
-        How many pictures had come.
+        Number of pictures received so far.
     picture_seconds : float
-        Since the picture before, in the frame that shows a new one; else 0. After a rest since the first change.
+        Time since the last picture, or after a rest since the first change, if the frame shows a new picture; else 0.
     delay : float
-        From the first change that the picture shows to its being shown; else 0.
+        Time from the first change that the picture shows until it is shown; 0 without a new picture.
     state : str
-        moving, refining, rest.
+        "moving", "refining" or "rest".
     """
 
     time: float
@@ -45,21 +46,11 @@ class Frame:
     mark: str = ""
 
 
-class Timings:
-    """Frames as they come."""
-
-    def __init__(self) -> None:
-        self.frames: list[Frame] = []
-
-    def add(self, frame: Frame) -> None:
-        """Another one."""
-        self.frames.append(frame)
-
-    def write(self, path: str | os.PathLike[str]) -> None:
-        """The table, as CSV."""
-        text = io.StringIO()
-        table = csv.writer(text, lineterminator="\n")
-        table.writerow(field.name for field in fields(Frame))
-        for frame in self.frames:
-            table.writerow(f"{cell:.6g}" if isinstance(cell, float) else cell for cell in astuple(frame))
-        writing.write_files({path: text.getvalue().encode()})
+def write(path: str | os.PathLike[str], frames: Iterable[Frame]) -> None:
+    """Write a table of frames as CSV."""
+    text = io.StringIO()
+    table = csv.writer(text, lineterminator="\n")
+    table.writerow(field.name for field in fields(Frame))
+    for frame in frames:
+        table.writerow(f"{cell:.6g}" if isinstance(cell, float) else cell for cell in astuple(frame))
+    writing.write_files({path: text.getvalue().encode()})

@@ -1,15 +1,15 @@
-"""What kind of difference there is between two pictures, told from the pictures alone.
+"""Kinds of difference between two pictures, found from the pictures alone.
 
-Each kind is a hypothesis: undone, it takes the squared difference away. `selection` tries them, the cheap ones first;
-the modules know one family of hypotheses each.
+Each kind is a hypothesis; a hypothesis explains a difference if undoing the hypothesis removes most of the squared
+difference. `selection` tries the hypotheses, cheap ones first; each other module holds one family.
 
-    levels        banding: 8 bits, half floats, posterised
-    gamma         an encoding where the other is linear
-    opacity       another thickness, straight colour, another background
-    light         brightness, channels swapped, cut off, a curve of any form
-    geometry      shifted (by `registration`), flipped
-    order         front and back swapped
-    isolated, noise, edges, unexplained     what is told by its traits
+    levels, posterised      banding: 8 bits, half floats, few levels
+    gamma                   encoded colour where the other picture is linear
+    opacity                 other slab thickness, straight colour, other background
+    light, tone_curve       brightness, exchanged channels, cut values, any curve
+    geometry                shifted (by `registration`), turned or mirrored
+    order                   front and back exchanged
+    isolated, noise, edges, end_slabs, unexplained     recognised by their traits
 """
 
 from __future__ import annotations

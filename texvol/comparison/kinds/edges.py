@@ -1,4 +1,4 @@
-"""Edges: differences on outlines of what is shown, and nowhere else; and blur, which is theirs too."""
+"""Differences at edges of the picture's content: unlike outlines, and blur."""
 
 from __future__ import annotations
 
@@ -9,30 +9,30 @@ from texvol.comparison.kinds.finding import Finding
 from texvol.comparison.kinds.kind import Kind, number
 from texvol.comparison.kinds.pair import GREY, Pair, Pixels
 
-# Nine tenths of the difference, on the steepest half of where anything is shown, and a quarter of the picture.
+# Nine tenths of the difference, on the steepest half of the pixels with content, and a quarter of the picture.
 _FRACTION, _OF_SHOWN, _AREA = 0.9, 1 / 2, 0.25
-_SHOWN = 0.005  # of the steepest: less is a background
+_SHOWN = 0.005  # of the largest contrast; less contrast is background
 _SPREAD = 0.01  # of the pixels on edges
 _BINS = 256
-_LEAST_IN_WINDOW = 0.5  # of the difference in the part that differs most
+_LEAST_IN_WINDOW = 0.5  # fraction that must be explained in the part that differs most
 
 
 def edges(pair: Pair) -> Finding | None:
-    """Differences on edges of what is shown, and nowhere else."""
+    """Find a difference that lies at edges of the content only."""
     if min(pair.size) < 8:
         return None
-    # Of the smaller contrast: what is wrong in one picture makes an edge there, and not in the other.
+    # The smaller contrast of the two: an error in one picture makes an edge in that picture only.
     contrast = np.minimum(_contrast(pair.candidate), _contrast(pair.reference))
     if not contrast.max() > 0:
         return None
     steps = np.minimum(contrast * np.float32(_BINS / max(float(contrast.max()), 1e-30)), _BINS - 1).astype(np.int32)
     counts = np.bincount(steps.ravel(), minlength=_BINS)[::-1]
     energies = np.bincount(steps.ravel(), pair.energy.ravel(), _BINS)[::-1]
-    # From the steepest on, until nine tenths of the difference are reached.
+    # Pixels by falling contrast, until they hold nine tenths of the difference.
     reached = int(np.searchsorted(np.cumsum(energies), _FRACTION * energies.sum()))
     area = float(counts[: reached + 1].sum() / contrast.size)
     fraction = float(energies[: reached + 1].sum() / energies.sum())
-    # A spot that lies on an edge is no difference of edges: the number of pixels that the squares are as if spread on.
+    # A spot on an edge is no difference of edges: so the effective number of differing pixels must be large.
     spread = float(energies.sum()) ** 2 / max(float(np.square(pair.energy, dtype=np.float64).sum()), 1e-300)
     if spread < _SPREAD * counts[: reached + 1].sum():
         return None
@@ -40,7 +40,7 @@ def edges(pair: Pair) -> Finding | None:
     if area > min(_AREA, _OF_SHOWN * shown):
         return None
     words = (
-        f"the difference sits where the pictures change most, on edges and outlines: {number(100 * fraction, 3)} % of "
+        f"the difference lies on edges and outlines: {number(100 * fraction, 3)} % of "
         f"it on {number(100 * area, 2)} % of the pixels"
     )
     parameters = {"share": fraction, "area": area}
@@ -48,7 +48,7 @@ def edges(pair: Pair) -> Finding | None:
 
 
 def _shown(grey: Pixels, contrast: Pixels) -> float:
-    """Share of the pixels that show something: neither even nor of the background's grey."""
+    """Return the fraction of pixels with content: pixels of a gradient, or of another grey than the background."""
     low, high = float(grey.min()), float(grey.max())
     steps = ((grey - low) * np.float32((_BINS - 1) / max(high - low, 1e-30))).astype(np.int32)
     counts = np.bincount(steps.ravel(), minlength=_BINS)
@@ -58,7 +58,7 @@ def _shown(grey: Pixels, contrast: Pixels) -> float:
 
 
 def blur(pair: Pair) -> Finding | None:
-    """The candidate as the reference with its detail softened or sharpened: r + s ∇² r."""
+    """Find a blurred or sharpened candidate: r + s ∇²r of the reference r."""
     if pair.window is not pair:
         seen = blur(pair.window)
         if seen is None or seen.kind.explained < _LEAST_IN_WINDOW:
@@ -83,7 +83,7 @@ def blur(pair: Pair) -> Finding | None:
 
 
 def _contrast(picture: Pixels) -> NDArray:
-    """Largest less smallest grey of each pixel and its neighbours."""
+    """Largest minus smallest grey of each pixel and its eight neighbours."""
     low = high = picture @ GREY
     for axis in (0, 1):
         low, high = _spread(low, axis, np.minimum), _spread(high, axis, np.maximum)

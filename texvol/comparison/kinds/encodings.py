@@ -1,4 +1,4 @@
-"""Encodings of light, for pictures whose values may lie outside [0, 1], and colour with and without opacity in it."""
+"""Encodings of light for values of any size, and conversions between straight and premultiplied colour."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 
 Curve = Callable[[NDArray], NDArray]
 
-# Straight colour of less opacity than this is mostly rounding: half a step of 8 bits.
+# Half a step of 8 bits: straight colour of less opacity is mostly rounding.
 _LEAST_OPACITY = 1 / 510
 _LARGEST_STRAIGHT = 16.0
 
 
 def srgb_encoded(linear: NDArray) -> NDArray:
-    """sRGB encoding (IEC 61966-2-1), odd, and continued above 1."""
+    """sRGB encoding (IEC 61966-2-1), continued as an odd function and above 1."""
     size = np.abs(linear)
     curved = 1.055 * size ** np.asarray(1 / 2.4, size.dtype) - 0.055
     straight_part = 12.92 * np.minimum(size, 0.0031308)
@@ -23,7 +23,7 @@ def srgb_encoded(linear: NDArray) -> NDArray:
 
 
 def srgb_decoded(encoded: NDArray) -> NDArray:
-    """Linear light of sRGB values, odd, and continued above 1."""
+    """Linear light of sRGB values, continued as an odd function and above 1."""
     size = np.abs(encoded)
     with np.errstate(over="ignore", invalid="ignore"):
         curved = ((size + 0.055) / 1.055) ** np.asarray(2.4, size.dtype)
@@ -31,7 +31,7 @@ def srgb_decoded(encoded: NDArray) -> NDArray:
 
 
 def to_the_power(exponent: float) -> Curve:
-    """The odd power law of that exponent."""
+    """Return the odd power law x → sign(x) |x|^exponent."""
 
     def curve(values: NDArray) -> NDArray:
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
@@ -41,7 +41,7 @@ def to_the_power(exponent: float) -> Curve:
 
 
 def on_premultiplied(curve: Curve) -> Curve:
-    """The curve on the colour of premultiplied pixels (…, 4) as it stands."""
+    """Apply a curve to the colour of premultiplied pixels (…, 4) without dividing by opacity."""
 
     def apply(pixels: NDArray) -> NDArray:
         changed = pixels.copy()
@@ -52,9 +52,10 @@ def on_premultiplied(curve: Curve) -> Curve:
 
 
 def on_straight(curve: Curve) -> Curve:
-    """The curve on the straight colour of premultiplied pixels (…, 4); where that is no colour they stay.
+    """Apply a curve to the straight colour of premultiplied pixels (…, 4).
 
-    Light far beyond the opacity it comes with is emission, a background or an error: a curve of c / A would hide it.
+    Pixels whose colour is far larger than their opacity stay: such light is emission, a background or an error, which a
+    curve of c / A would hide.
     """
 
     def apply(pixels: NDArray) -> NDArray:
@@ -68,17 +69,17 @@ def on_straight(curve: Curve) -> Curve:
 
 
 def on_all(curve: Curve) -> Curve:
-    """The curve on all four channels."""
+    """Apply a curve to all four channels."""
     return lambda pixels: curve(pixels)
 
 
 def straight(pixels: NDArray) -> NDArray:
-    """Straight colour (…, 3); 0 where there is no opacity, or none that can be divided by."""
+    """Straight colour (…, 3); 0 where opacity is 0 or too small to divide by."""
     opacity = pixels[..., 3:]
     with np.errstate(over="ignore"):
         return np.divide(pixels[..., :3], opacity, out=np.zeros_like(pixels[..., :3]), where=np.abs(opacity) > 1e-30)
 
 
 def is_partial(opacity: NDArray) -> bool:
-    """Whether straight and premultiplied colour differ: somewhere opacity is neither 0 nor 1."""
+    """True if straight and premultiplied colour differ: some opacity lies strictly between 0 and 1."""
     return bool(((opacity > _LEAST_OPACITY) & (opacity < 1 - _LEAST_OPACITY)).any())

@@ -1,8 +1,8 @@
-"""End slabs: slabs that are not clipped where the volume ends make matter thicker there, in stripes: wood grain.
+"""End slabs that are not clipped at the box's faces: stripes like wood grain, in which the medium is thicker.
 
-A ray's first and last slab count whole, and not for the part that lies in the volume. So the optical depth -log(1 - A)
-is larger by up to a slab's at either end, never smaller, and jumps where the next slab begins, while the matter shown
-is as smooth as it was.
+If a ray's first and last slab count whole instead of for the part inside the box, the optical depth -log(1 - A) grows
+by at most one slab's at either end. The excess is never negative, and jumps where the next slab begins, while the
+medium's own optical depth is smooth.
 """
 
 from __future__ import annotations
@@ -15,17 +15,17 @@ from texvol.comparison.kinds.finding import Finding
 from texvol.comparison.kinds.kind import Kind, number, other
 from texvol.comparison.kinds.pair import Pair
 
-_MOST_OPACITY = 0.98  # of more, an optical depth has lost its digits
+_MOST_OPACITY = 0.98  # the optical depth of a larger opacity has few digits
 _OTHER_SIGN = 0.03  # of the sum of absolute differences
 # A sawtooth of p pixels has jumps J² / p a pixel, and variance J² / 12: 12 / p. So stripes are up to 100 pixels wide.
 _JAGGED = 0.12
 _THAN_SHOWN = 4.0  # times as jagged as what is shown
-# A change of opacity bends where the opacity does; stripes bend anywhere. Measured: 0.4 and more, 0.02 and less.
+# A change of opacity has the second differences of the opacity (correlation 0.4 and more); stripes 0.02 and less.
 _ALIKE = 0.2
 
 
 def unclipped(pair: Pair) -> Finding | None:
-    """Whether the end slabs of one picture are not clipped."""
+    """Find a picture whose end slabs are not clipped."""
     if not pair.has_opacity or min(pair.size) < 8 or not is_partial(pair.reference[..., 3]):
         return None
     thicker, depth, known = _thicker(pair)
@@ -44,15 +44,15 @@ def unclipped(pair: Pair) -> Finding | None:
         return None
     most = float(np.quantile(np.abs(thicker[known & (thicker != 0)]), 0.99))
     words = (
-        f"matter is thicker in the {side}, by an optical depth of up to {number(most, 2)}, in stripes, and nowhere "
-        f"thinner: as slabs are that are not clipped at the edges of the volume (in the {other(side)} they are)"
+        f"the medium is thicker in the {side}, by an optical depth of up to {number(most, 2)}, in stripes, and nowhere "
+        f"thinner, as if its end slabs were not clipped at the volume's faces (those of the {other(side)} are)"
     )
     parameters = {"end_slabs": side, "optical_depth": most, "jaggedness": jagged}
     return Finding(Kind("edges only", 1.0, words, parameters), pair.with_side("candidate", pair.reference))
 
 
 def _thicker(pair: Pair) -> tuple[NDArray, NDArray, NDArray]:
-    """By how much optical depth the candidate is thicker, the reference's depth, and where both are known."""
+    """Return the candidate's excess of optical depth, the reference's depth, and a mask of usable pixels."""
     candidate, reference = pair.candidate[..., 3].astype(np.float64), pair.reference[..., 3].astype(np.float64)
     known = np.maximum(candidate, reference) < _MOST_OPACITY
     depth = -np.log1p(-np.where(known, reference, 0))
@@ -60,7 +60,7 @@ def _thicker(pair: Pair) -> tuple[NDArray, NDArray, NDArray]:
 
 
 def _jaggedness(values: NDArray, known: NDArray) -> float:
-    """Mean square of steps between neighbours, along the axis where it is more, over the variance."""
+    """Mean square of the steps between neighbours over the variance, along the axis where the steps are larger."""
     used = values[known]
     variance = float(used.var()) if used.size else 0.0
     if not variance > 0:
@@ -71,7 +71,7 @@ def _jaggedness(values: NDArray, known: NDArray) -> float:
 
 
 def _bends_alike(values: NDArray, shown: NDArray, known: NDArray) -> float:
-    """Correlation of second differences along both axes, of where they are known."""
+    """Correlation of the second differences of `values` and `shown` along both axes, over known pixels."""
     products = np.zeros(3)
     for axis in (0, 1):
         v, w, k = (each.swapaxes(0, axis) for each in (values, shown, known))

@@ -1,4 +1,4 @@
-"""A Finding is a kind of difference that was found in a pair, and the pair without it."""
+"""A Finding: a kind of difference that was found in a pair, and the pair with that difference undone."""
 
 from __future__ import annotations
 
@@ -11,26 +11,26 @@ import numpy as np
 from texvol.comparison.kinds.kind import Kind, other
 from texvol.comparison.kinds.pair import Pair, Pixels
 
-# A difference is 1 of the part that a hypothesis has in it, within what rounding and noise add; ten times the scatter
-# of that is no chance.
+# Regression of the difference on the undone part: the slope is 1 but for rounding and noise, and a slope of ten times
+# its standard deviation is significant.
 _ONE_TO_ONE, _SIGNIFICANT = 0.5, 10.0
-_TIE = 1e-3  # of what is left at all
+_TIE = 1e-3  # weight of the rest, rounding included
 
 
 @dataclass(frozen=True)
 class Change:
-    """What may have happened to each pixel of one picture by itself, with its numbers fitted already.
+    """Hypothesis about a change of each pixel by itself, with fitted parameters.
 
     Attributes
     ----------
     applied_to : "candidate" or "reference"
-        Which picture has to undergo it to become the other.
+        The picture that becomes the other picture by the change.
     apply : function
-        Premultiplied pixels (height, width, 4) → the same pixels changed.
+        Premultiplied pixels (height, width, 4) → the changed pixels.
     fitted : int
-        How many numbers were fitted: the fewer, the likelier.
+        Number of fitted parameters: fewer are likelier.
     is_idempotent : bool
-        Whether it changes nothing the second time.
+        True if applying the change twice is the same as applying it once, as for a rounding.
     """
 
     name: str
@@ -42,11 +42,10 @@ class Change:
     is_idempotent: bool = False
 
     def explained(self, pair: Pair) -> float:
-        """Share of the squared difference that goes away when the change is undone.
+        """Return the fraction of the squared difference that disappears when the change is undone.
 
-        A change that makes all numbers smaller makes any difference smaller, which is no explanation. So it has also
-        to beat, by the same measure, two pictures that were the same before both were changed; except for one that
-        changes nothing the second time, such as a rounding.
+        A change that makes all numbers smaller makes any difference smaller, which explains nothing. So the fraction is
+        at most the gain over two pictures that were equal before both were changed. Idempotent changes are exempt.
         """
         undone = self.undone(pair)
         if self.is_idempotent:
@@ -57,13 +56,13 @@ class Change:
         if pair.roundings is None:
             both = self._on(undone, other(self.applied_to)).total
             return min(fraction, 1 - undone.total / both) if both > 0 else 0.0
-        # Of several that leave no more than rounding the one is best that leaves least.
+        # Among changes that leave no more than rounding the one that leaves least is best.
         fraction -= _TIE * undone.total / pair.total
         both = self._on(undone, other(self.applied_to)).beyond_floor
         return min(fraction, 1 - undone.beyond_floor / both) if both > 0 else 0.0
 
     def undone(self, pair: Pair) -> Pair:
-        """The pair whose other picture has the change as well."""
+        """Return the pair with the change applied to the other picture, too."""
         return self._on(pair, self.applied_to)
 
     def _on(self, pair: Pair, side: str) -> Pair:
@@ -72,14 +71,14 @@ class Change:
             return pair.with_side(side, changed)
         if self.is_idempotent:
             return pair.with_side(side, changed)
-        # Half a step becomes what the change makes of it.
+        # Half a step of the format, changed like the pixels.
         moved = self.apply(pair.of(side) + rounding) - changed
         return pair.with_side(side, changed, np.abs(np.where(np.isfinite(moved), moved, 0)).astype(np.float32))
 
 
 @dataclass(frozen=True)
 class Finding:
-    """A kind, the pair that is left when it is undone, and how many numbers were fitted."""
+    """A kind, the pair that is left when the kind is undone, and the number of fitted parameters."""
 
     kind: Kind
     left: Pair
@@ -87,9 +86,9 @@ class Finding:
 
 
 def goes_with(pair: Pair, left: Pair) -> bool:
-    """Whether the difference goes with what is undone, one to one, and not by chance."""
+    """True if the difference follows the undone part one to one, beyond chance."""
     before = pair
-    if left.size != pair.size:  # what a shift left out at the borders
+    if left.size != pair.size:  # a shift leaves out borders
         across, down = left.corner[0] - pair.corner[0], left.corner[1] - pair.corner[1]
         before = pair.part(slice(down, down + left.size[1]), slice(across, across + left.size[0]))
     difference = before.difference.astype(np.float64)

@@ -1,4 +1,4 @@
-"""Least squares of one number, and of factors, over the pixels of a sample."""
+"""Least squares of one parameter, and of factors, over the pixels of a sample."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ _BRACKET = 0.01
 
 
 def least(cost: Callable[[float], float], low: float, high: float, tries: int = 17) -> float:
-    """Where `cost` of a positive number is least between `low` and `high`.
+    """Return the positive number between `low` and `high` at which `cost` is least.
 
-    Looked for on `tries` numbers of even ratios, then by golden sections about the best, and by a parabola at last:
-    near its minimum a sum of squares is one, so that a bracket of 1 % finds the number to some 1e-5.
+    The search samples `tries` numbers of equal ratios, then takes golden sections about the best, and last a parabola:
+    near its minimum a sum of squares is parabolic, so that a bracket of 1 % gives the number to about 1e-5.
     """
     logarithms = np.linspace(np.log(low), np.log(high), tries)
     costs = [_number(cost(float(np.exp(each)))) for each in logarithms]
@@ -39,7 +39,7 @@ def least(cost: Callable[[float], float], low: float, high: float, tries: int = 
 
 
 def ratio(of: NDArray, to: NDArray, weights: NDArray) -> float:
-    """The factor k for which k · `to` is nearest to `of`; 1 where `to` is 0 everywhere."""
+    """Return the factor k that minimises the weighted |of - k·to|²; 1 where `to` is 0 everywhere."""
     of, to = of.astype(np.float64), to.astype(np.float64)
     below = float((weights * to * to).sum())
     return float((weights * of * to).sum()) / below if below > 0 else 1.0

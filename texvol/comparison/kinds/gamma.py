@@ -1,9 +1,9 @@
-"""Gamma: a picture that is encoded where the other is linear, or raised to a power, once or twice.
+"""Gamma: one picture is encoded, or raised to a power, and the other is linear.
 
     candidate = encode(reference)          premultiplied, c → f(c)
     candidate = A · encode(reference / A)  straight, c → A f(c / A)
 
-and the same with the two exchanged. f is the sRGB encoding or a power c^p.
+and both with candidate and reference exchanged. f is the sRGB encoding, once or twice, or a power c^p.
 """
 
 from __future__ import annotations
@@ -30,13 +30,13 @@ from texvol.comparison.kinds.kind import number, other
 from texvol.comparison.kinds.pair import Pair
 
 _LEAST_POWER = 1 / 7  # encoded twice with gamma 2.6, the largest in use
-_AROUND = 1.5  # of the first guess of a power
-_ROUND_GAMMA = 2.2  # what sRGB is taken for
-_ONE_POWER = 0.01  # powers nearer to 1 than this are no gamma
+_AROUND = 1.5  # factor around the first guess of a power
+_ROUND_GAMMA = 2.2  # power law that is mistaken for sRGB
+_ONE_POWER = 0.01  # smallest distance of a power from 1
 
 
 def changes(sample: Pair) -> Iterator[Change]:
-    """What gamma could have done to the pixels of a sample."""
+    """Yield the changes of encoding that may explain a sample's difference."""
     applied = {"premultiplied": on_premultiplied}
     if sample.has_opacity:
         if is_partial(sample.reference[..., 3]) or is_partial(sample.candidate[..., 3]):
@@ -51,7 +51,7 @@ def changes(sample: Pair) -> Iterator[Change]:
 
 
 def _srgb(sample: Pair, encoded: str, how: str, applier: Any) -> Iterator[Change]:
-    """The picture `encoded` is encoded as sRGB, and the other is linear."""
+    """Picture `encoded` is encoded as sRGB, and the other picture is linear."""
     linear = other(encoded)
     top = float(sample.of(encoded)[..., :3].max(initial=0))
     cuts = (False, True) if top <= 1 < sample.of(linear)[..., :3].max(initial=0) else (False,)
@@ -65,7 +65,7 @@ def _srgb(sample: Pair, encoded: str, how: str, applier: Any) -> Iterator[Change
 
 
 def _srgb_for_power(sample: Pair, how: str, applier: Any) -> Iterator[Change]:
-    """One picture was encoded with gamma 2.2, and is decoded as sRGB."""
+    """One picture was encoded with gamma 2.2 and decoded as sRGB."""
     for side in ("candidate", "reference"):
 
         def curve(values: Any) -> Any:
@@ -77,7 +77,7 @@ def _srgb_for_power(sample: Pair, how: str, applier: Any) -> Iterator[Change]:
 
 
 def _power(sample: Pair, how: str, applier: Any) -> Iterator[Change]:
-    """The candidate is a power of the reference: the one that is encoded is compared with the other one encoded."""
+    """The candidate is a power of the reference; the encoded picture is compared with the other one encoded."""
     start = _first_power(sample, how)
     if start is None:
         return
@@ -98,7 +98,7 @@ def _power(sample: Pair, how: str, applier: Any) -> Iterator[Change]:
 
 
 def _first_power(sample: Pair, how: str) -> float | None:
-    """The median of log(candidate) / log(reference) where neither is near 0 or 1."""
+    """Median of log(candidate) / log(reference) over values that are not near 0 or 1."""
     one, two = (straight(each) if how == "straight" else each[..., :3] for each in (sample.candidate, sample.reference))
     used = (np.minimum(one, two) > 0.01) & (np.maximum(one, two) < 0.95)
     if not used.any():
@@ -107,7 +107,7 @@ def _first_power(sample: Pair, how: str) -> float | None:
 
 
 _ON = {
-    "premultiplied": "on colour as it stands",
+    "premultiplied": "on premultiplied colour",
     "straight": "on straight colour",
     "all channels": "opacity included",
 }

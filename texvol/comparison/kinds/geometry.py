@@ -1,4 +1,4 @@
-"""Geometry: a picture that lies elsewhere, shifted by parts of a pixel, or turned and mirrored."""
+"""Geometry: a picture that is shifted, also by parts of a pixel, or turned or mirrored."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from texvol.comparison.kinds.kind import Kind
 from texvol.comparison.kinds.noise import noise
 from texvol.comparison.kinds.pair import GREY, Pair, Pixels
 
-_LEAST_SHIFT = 0.002  # pixels; less can't be told from other small differences
-# Outlines that are not smoothed jump by whole pixels, which no interpolation undoes; in means over 8×8 pixels the jumps
-# along an outline become the shift. So it must undo most of the difference of the means, and some of the difference.
+_LEAST_SHIFT = 0.002  # pixels; smaller shifts look like other small differences
+# Hard outlines jump by whole pixels, which no interpolation undoes; means over 8×8 pixels average the jumps to the
+# shift. So undoing the shift must remove most of the difference of the means, and some of the difference.
 _MEANS_OVER = 8
 _LEAST_OF_MEANS, _LEAST_OF_ALL = 0.8, 0.1
 _MOST = 0.8
-# A shift by a good part of the picture hides what differs most: what is left to compare has to be the same.
+# A large shift may hide the differing pixels: the overlap that is left has to be equal.
 _FAR, _MOST_FAR = 0.1, 0.95
-_IN_HUNDREDTHS = 0.02  # pixels; of less thousandths are said
-_LEAST_SEEN = 0.5  # of the difference that an overlap would have if it were even
+_IN_HUNDREDTHS = 0.02  # pixels; smaller shifts are given in thousandths
+_LEAST_SEEN = 0.5  # of the difference that the overlap would have if the difference were even
 _ALONE, _SURELY, _LEAST_OF_WINDOW = 0.5, 0.9999, 0.02
 
 _FLIPS: dict[str, tuple[str, Callable[[NDArray], NDArray]]] = {
@@ -38,7 +38,7 @@ _FLIPS: dict[str, tuple[str, Callable[[NDArray], NDArray]]] = {
 
 
 def flips(pair: Pair) -> Iterator[Finding]:
-    """The candidate as the reference turned or mirrored; those that undo most of the difference."""
+    """Yield a finding for each turned or mirrored reference that explains most of the difference."""
     width, height = pair.size
     for name, (words, turn) in _FLIPS.items():
         if width != height and name.startswith(("transposed", "turned 90", "turned 270")):
@@ -54,7 +54,7 @@ def flips(pair: Pair) -> Iterator[Finding]:
 
 
 def shift(pair: Pair) -> Finding | None:
-    """The candidate as the reference shifted, if undoing that removes most of the difference."""
+    """Find a shift of the candidate against the reference that explains most of the difference."""
     if min(pair.size) < 4:
         return None
     grey = pair.candidate @ GREY, pair.reference @ GREY
@@ -68,7 +68,7 @@ def shift(pair: Pair) -> Finding | None:
         return None
     before, left = seen
     is_far = max(abs(dx) / pair.size[0], abs(dy) / pair.size[1]) > _FAR
-    # A shift that only leaves out what differs explains nothing; what black at a border leaves out is little.
+    # A shift that only leaves out the differing pixels explains nothing.
     if is_far and _seen_of_difference(pair, before, dx, dy) < _LEAST_SEEN * before.energy.size / pair.energy.size:
         return None
     explained, of_means = before.explained_by(left), _of_means(before, left)
@@ -80,16 +80,16 @@ def shift(pair: Pair) -> Finding | None:
 
 
 def _leaves_noise(before: Pair, left: Pair) -> bool:
-    """Whether a difference that says something of its neighbours' goes with the shift, and what is left does not."""
+    """True if a spatially correlated difference follows the shift, and the rest is not correlated."""
     return goes_with(before, left) and noise(before) is None and noise(left) is not None
 
 
 def _seen_of_difference(pair: Pair, before: Pair, dx: float, dy: float) -> float:
-    """The least share of the squared difference in the pixels of either picture that were compared."""
+    """Return the smallest fraction of the squared difference that lies in the compared pixels of either picture."""
     left, top = before.corner[0] - pair.corner[0], before.corner[1] - pair.corner[1]
     width, height = before.size
     fractions = []
-    for sign in (0, 1, -1):  # in place, and where the moved picture's pixels came from: inside, one way or the other
+    for sign in (0, 1, -1):  # in place, and at the sources of the moved picture's pixels, for either sign
         x, y = left + sign * round(dx), top + sign * round(dy)
         if x >= 0 and x + width <= pair.size[0] and y >= 0 and y + height <= pair.size[1]:
             energy = pair.energy[y : y + height, x : x + width].sum(dtype=np.float64)
@@ -107,10 +107,10 @@ def _words(dx: float, dy: float) -> str:
 
 
 def _without_shift(pair: Pair, dx: float, dy: float) -> tuple[Pair, Pair] | None:
-    """What both pictures show, as it is and without the shift, by the interpolation that undoes most.
+    """Return the overlap of both pictures as it is, and with the shift undone by the interpolation that undoes most.
 
-    Interpolation softens; so the one that was softened already stays, and the other is moved. And it smears a wrong
-    pixel: where one is found alone, the picture that it is in was not moved. Which one it is shows in a part already.
+    Interpolation softens, so the picture that was softened already stays, and the other picture is moved. Interpolation
+    also smears a wrong pixel: if one picture has an isolated pixel, that picture was not moved.
     """
     directions = [
         (taps, side) for taps in {registration.taps_for(pair.size): 0, 2: 0} for side in ("reference", "candidate")
@@ -132,7 +132,7 @@ def _without_shift(pair: Pair, dx: float, dy: float) -> tuple[Pair, Pair] | None
 
 
 def _moved(pair: Pair, dx: float, dy: float, taps: int, side: str) -> tuple[Pair, Pair] | None:
-    """Where both are known: the pair as it is, and with one side moved onto the other."""
+    """Return the overlap as it is, and with one side moved onto the other."""
     sign = 1 if side == "reference" else -1
     moved, (rows, columns) = registration.shifted(pair.of(side), sign * dx, sign * dy, taps)
     if min(moved.shape[:2]) < 2:
@@ -142,7 +142,7 @@ def _moved(pair: Pair, dx: float, dy: float, taps: int, side: str) -> tuple[Pair
 
 
 def _of_means(before: Pair, left: Pair) -> float:
-    """Share of the squared difference of means over tiles that is gone."""
+    """Return the fraction of the squared difference of tile means that is gone."""
     return 1 - _tiled(left.difference) / max(_tiled(before.difference), 1e-300)
 
 
@@ -155,7 +155,7 @@ def _tiled(difference: Pixels) -> float:
 
 
 def _may_match(pair: Pair, turned: NDArray) -> bool:
-    """Whether pixels of a grid fit better than without turning: cheap, and mostly they don't."""
+    """True if a coarse grid of pixels fits better with the turn than without: a cheap first test."""
     step = max(1, min(pair.size) // 64)
     candidate, before, after = (each[::step, ::step] for each in (pair.candidate, pair.reference, turned))
     return bool(np.square(candidate - after).sum() < 0.7 * np.square(candidate - before).sum())

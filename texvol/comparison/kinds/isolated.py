@@ -1,4 +1,4 @@
-"""Isolated pixels: a few that differ far more than any of their neighbours."""
+"""Isolated pixels: a few pixels that differ far more than their neighbours."""
 
 from __future__ import annotations
 
@@ -11,33 +11,33 @@ from texvol.comparison.kinds.finding import Finding
 from texvol.comparison.kinds.kind import CHANNELS, Kind
 from texvol.comparison.kinds.pair import Pair
 
-_MOST = 16  # more than a few are noise of a few pixels
-_STANDS_OUT = 5.0  # times its neighbours' difference
-_NAMED = 5  # pixels that are named one by one
-_SURELY = 3.0  # times what rounding explains; of thousands of pixels a few are just over it
-_FEWEST_PIXELS = 6  # of a picture, for one of them to be alone
+_MOST = 16  # more pixels are noise
+_STANDS_OUT = 5.0  # times the neighbours' difference
+_NAMED = 5  # pixels that the sentence lists
+_SURELY = 3.0  # times the allowance of rounding; of thousands of pixels a few are just above it
+_FEWEST_PIXELS = 6  # a smaller picture has no isolated pixel
 
 
 @dataclass(frozen=True)
 class Isolated:
-    """Pixels (rows, columns) whose difference stands out among their neighbours'."""
+    """Pixels (rows, columns) whose difference is far larger than their neighbours'."""
 
     rows: NDArray
     columns: NDArray
 
     def left_out(self, pair: Pair) -> Pair:
-        """The pair in which these pixels are the same."""
+        """Return the pair with these pixels made equal."""
         candidate = pair.candidate.copy()
         candidate[self.rows, self.columns] = pair.reference[self.rows, self.columns]
         return pair.with_side("candidate", candidate)
 
 
 def isolated_pixels(pair: Pair) -> Isolated | None:
-    """The few pixels, if there are any, that differ far more than any of their neighbours."""
+    """Return the few pixels that differ far more than their neighbours; None if there are none."""
     if pair.energy.size < _FEWEST_PIXELS:
         return None
     energy = pair.energy
-    # Only what differs by more than most can stand out; few pixels are looked at closer.
+    # Only pixels that differ by more than most are candidates: few.
     # (Half of the largest: among six pixels one can't be 25 times their mean.)
     usual = min(_STANDS_OUT**2 * float(energy.mean(dtype=np.float64)), 0.5 * float(energy.max()))
     rows, columns = np.nonzero(energy > max(usual, 1e-8))
@@ -51,7 +51,7 @@ def isolated_pixels(pair: Pair) -> Isolated | None:
 
 
 def isolated(pair: Pair, pixels: Isolated) -> Finding:
-    """Those pixels as a kind."""
+    """Return the finding of these pixels."""
     left = pixels.left_out(pair)
     differences = pair.difference[pixels.rows, pixels.columns]
     order = np.argsort(-np.abs(differences).max(axis=1), kind="stable")
@@ -69,7 +69,10 @@ def isolated(pair: Pair, pixels: Isolated) -> Finding:
 
 
 def _explained(pair: Pair, pixels: Isolated) -> float:
-    """Share of what is beyond rounding; of all that rounding does not explain, if they are hardly beyond it."""
+    """Return the fraction of the difference beyond rounding in these pixels.
+
+    If the pixels are hardly beyond their own rounding, the fraction is of all that rounding does not explain.
+    """
     beyond = pair.beyond.all_explained_by(pixels.left_out(pair.beyond))
     if pair.allowance is None:
         return beyond
@@ -81,7 +84,7 @@ def _explained(pair: Pair, pixels: Isolated) -> float:
 
 
 def _largest_around(energy: NDArray, rows: NDArray, columns: NDArray) -> NDArray:
-    """The largest energy among the eight neighbours of each of the pixels."""
+    """Return the largest energy among the eight neighbours of each pixel."""
     height, width = energy.shape
     largest = np.zeros(len(rows), energy.dtype)
     for down in (-1, 0, 1):

@@ -1,4 +1,4 @@
-"""A kind of difference between two pictures: its name, how much it explains, and its numbers."""
+"""A kind of difference between two pictures: its name, the fraction that it explains, and its parameters."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ CHANNELS = ("red", "green", "blue", "opacity")
 
 @dataclass(frozen=True)
 class Kind:
-    """What kind of difference there is between a candidate and a reference.
+    """Kind of difference between a candidate and a reference.
 
     Attributes
     ----------
     name : str
-        One of `NAMES`.
+        A member of `NAMES`.
     explained : float
-        Share of the squared difference that goes away when it is undone, 0 … 1. For what can't be undone, noise and
-        edges, the share that is of that kind; for what is not finite 1, and for what is unexplained 0.
+        Fraction of the squared difference that disappears when the kind is undone, 0 to 1. For noise and edges, which
+        cannot be undone, the fraction that is of that kind; 1 for pixels that are not finite, 0 for "unexplained".
     words : str
         A sentence for people.
     parameters : mapping
-        Its numbers, as JSON has them.
+        Parameters of the kind, of JSON's types.
     """
 
     name: str
@@ -38,10 +38,10 @@ class Kind:
 
 
 def other(side: str) -> str:
-    """The other one of "candidate" and "reference"."""
+    """Return "reference" for "candidate", and the reverse."""
     return "reference" if side == "candidate" else "candidate"
 
 
 def number(value: float, digits: int = 3) -> str:
-    """A number with a few digits."""
+    """Format a number with a few digits."""
     return f"{value:.{digits}g}"

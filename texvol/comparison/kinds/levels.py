@@ -1,7 +1,7 @@
-"""Levels: a picture that holds few values, because it went through 8 bits, half floats, or was posterised.
+"""Levels: a picture with few values, because it was stored in 8 bits or half floats.
 
-A picture is *quantised* where all its values are (k + o) / n, o = 0 or 1/2, in linear light or encoded as sRGB,
-premultiplied or straight. Rounding the other picture in the same way explains the difference.
+A picture is *quantised* if all its values are (k + o) / n, o = 0 or 1/2, in linear light or encoded as sRGB,
+premultiplied or straight. Rounding the other picture in the same way then explains the difference.
 """
 
 from __future__ import annotations
@@ -17,26 +17,26 @@ from texvol.comparison.kinds.finding import Change, Finding
 from texvol.comparison.kinds.kind import Kind, number, other
 from texvol.comparison.kinds.pair import Pair
 
-# Steps that number formats have: 2^bits - 1, and 2^bits of fixed point.
+# Steps of number formats: 2^bits - 1, and 2^bits of fixed point.
 _STEPS = sorted({2**bits - 1 for bits in range(1, 17)} | {2**bits for bits in range(2, 11)})
-# How far from a level a value may be, in steps. Encoding and multiplying in float32 moves it by some 2^-22 of itself.
+# Largest distance of a value from a level, in steps. Encoding and multiplying in float32 moves values by about 2^-22.
 _TOLERANCE, _ROUNDING = 1e-3, 2.0**-21
-# Chance is held below this: m different values all lie within t of a level with probability (2 t)^m.
+# Largest probability of chance: m different values all lie within t of a level with probability (2 t)^m.
 _CHANCE = 1e-5
 _VALUES = 4096
-_LEAST_OPACITY = 0.1  # straight colour of less has lost digits
-_MOST_DISTINCT = 300  # values of a picture of 8 bits, and not of one of more
-# Some dozen slabs, each rounded to half a step, are off by a few.
+_LEAST_OPACITY = 0.1  # straight colour of smaller opacity has few digits
+_MOST_DISTINCT = 300  # a picture of 8 bits has fewer values, one of more bits has more
+# A dozen slabs, each rounded to half a step, are a few steps off.
 _MOST_OFF, _FEWEST_STEPS = 3.0, 31
-_AS_COARSE = 0.1  # of the other picture's rounding: less made no difference
-_MOST_OF_HALF = 1023  # steps; more of them near 1 are those of half floats
+_AS_COARSE = 0.1  # of the other picture's rounding; a finer lattice makes no difference
+_MOST_OF_HALF = 1023  # steps; a finer lattice near 1 is that of half floats
 
 
 @dataclass(frozen=True)
 class Lattice:
-    """Which values a picture holds: (k + offset) / steps of its colour, and k / opacity_steps of its opacity.
+    """Values of a quantised picture: (k + offset) / steps of its colour, and k / opacity_steps of its opacity.
 
-    0 steps: that part is not quantised. Half floats are no lattice, and have 11 bits of their own size.
+    Steps of 0: that part is not quantised. Half floats are no lattice; they have 11 significant bits.
     """
 
     steps: int
@@ -48,7 +48,7 @@ class Lattice:
 
     @property
     def words(self) -> str:
-        """What lies on which levels."""
+        """Parts of the picture that are quantised, and their levels."""
         if self.is_half:
             return "half floats (11 bits)"
         bits = np.log2(self.steps + 1) if self.steps else 0
@@ -59,12 +59,12 @@ class Lattice:
         return " and ".join(filter(None, (colour, opacity)))
 
     def in_steps(self, pixels: NDArray) -> NDArray:
-        """Colour (…, 3) of premultiplied pixels as the numbers that were rounded."""
+        """Return the colour (…, 3) of premultiplied pixels, in the numbers that were rounded."""
         color = straight(pixels) if self.is_straight else pixels[..., :3]
         return (srgb_encoded(color) if self.is_srgb else color) * self.steps
 
     def rounded(self, pixels: NDArray, mode: str = "rint") -> NDArray:
-        """Premultiplied pixels (…, 4) whose numbers are this lattice's."""
+        """Round premultiplied pixels (…, 4) to this lattice."""
         if self.is_half:
             return _to_half(pixels)
         done = np.array(pixels, copy=True)
@@ -73,16 +73,16 @@ class Lattice:
         if self.steps:
             step: np.ufunc = getattr(np, mode)
             color = (step(self.in_steps(pixels) - self.offset) + self.offset) / self.steps
-            color = np.clip(color, 0, 1) if self.is_straight else color  # files of straight colour can't hold more
+            color = np.clip(color, 0, 1) if self.is_straight else color  # largest value of a file of straight colour
             color = srgb_decoded(color) if self.is_srgb else color
             done[..., :3] = color * done[..., 3:] if self.is_straight else color
         return done
 
     def distance(self, pair: Pair) -> NDArray:
-        """How many steps apart the pixels are, (height, width)."""
+        """Return the distance of the two pictures in steps, (height, width)."""
         if self.is_half:
             largest = np.maximum(np.abs(pair.candidate), np.abs(pair.reference))
-            # Below 2^-14 the steps of half floats are even.
+            # Half floats below 2^-14 have even steps.
             spacing = np.exp2(np.floor(np.log2(np.maximum(largest, 2.0**-14)))) * 2.0**-10
             return (np.abs(pair.difference) / spacing).max(axis=2)
         parts = []
@@ -97,7 +97,7 @@ class Lattice:
 
 
 def lattice_of(pixels: NDArray, has_opacity: bool) -> Lattice | None:
-    """The lattice that all pixels lie on, the coarsest one; None where there is none."""
+    """Return the coarsest lattice that holds all pixels; None if there is none."""
     found = _even_lattice(pixels, has_opacity)
     if (found is None or max(found.steps, found.opacity_steps) > _MOST_OF_HALF) and _is_half(pixels):
         return Lattice(0, is_half=True)
@@ -110,7 +110,7 @@ def _even_lattice(pixels: NDArray, has_opacity: bool) -> Lattice | None:
     opacity = _steps_of(rows[:, 3])[0] if has_opacity else 0
     seen = rows[rows[:, 3] > _LEAST_OPACITY]
     has_straight = has_opacity and is_partial(rows[:, 3])
-    # Ratios of few levels are few as well: straight colour is looked at where colour as it stands is on no levels.
+    # Ratios of few levels are few, too: so straight colour is tried only if premultiplied colour has no lattice.
     for is_straight in (False, True) if has_straight else (False,):
         color = straight(seen) if is_straight else rows[:, :3]
         found = []
@@ -124,7 +124,7 @@ def _even_lattice(pixels: NDArray, has_opacity: bool) -> Lattice | None:
 
 
 def changes(pair: Pair) -> Iterator[Change]:
-    """Roundings that could have happened to one of the two pictures."""
+    """Yield the roundings of either picture that may explain the difference."""
     for side in ("candidate", "reference"):
         lattice = lattice_of(pair.of(side), pair.has_opacity)
         if lattice is not None and lattice != lattice_of(pair.of(other(side)), pair.has_opacity):
@@ -133,13 +133,13 @@ def changes(pair: Pair) -> Iterator[Change]:
 
 
 def _is_half(pixels: NDArray) -> bool:
-    """Whether all values are half floats, and not all of them those of few bits."""
+    """True if all values are half floats, and some of them use most bits."""
     part = pixels.reshape(-1)[:: max(pixels.size // _VALUES, 1)]
     return bool((_to_half(part) == part).all()) and len(np.unique(part)) > 2
 
 
 def parameters(lattice: Lattice, side: str) -> dict[str, object]:
-    """The lattice's numbers."""
+    """Return the lattice's parameters for a Kind."""
     if lattice.is_half:
         return {"quantised": side, "format": "half"}
     encoding = ("sRGB" if lattice.is_srgb else "linear") if lattice.steps else None
@@ -162,12 +162,12 @@ def _to_half(pixels: NDArray) -> NDArray:
 
 
 def _steps_of(values: NDArray) -> tuple[int, float]:
-    """The fewest steps, and the offset, on which all the values lie; (0, 0) where there are none."""
+    """Return the fewest steps, and the offset, of a lattice that holds all values; (0, 0) if there is none."""
     distinct = np.unique(values)
     distinct = distinct[(distinct > 1e-6) & (np.abs(distinct - 1) > 1e-6)].astype(np.float64)
     if len(distinct) < 2:
         return 0, 0.0
-    # A few values rule most lattices out.
+    # A few values exclude most lattices.
     few = distinct[np.linspace(0, len(distinct) - 1, min(len(distinct), 48)).astype(int)]
     steps = np.array(sorted({*_STEPS, *_from_gaps(distinct)}), np.float64)
     tolerance = _TOLERANCE + _ROUNDING * steps * max(1.0, float(distinct[-1]))
@@ -181,17 +181,17 @@ def _steps_of(values: NDArray) -> tuple[int, float]:
 
 
 def _on_levels(values: NDArray, steps: NDArray, tolerance: NDArray, offsets: NDArray) -> NDArray:
-    """Whether the values lie on the levels, for each number of steps and each offset; one in fifty is let off."""
+    """True for each number of steps and each offset if all but 2 % of the values lie on its levels."""
     numbers = values * steps[:, np.newaxis, np.newaxis] - offsets[:, np.newaxis]
     off = np.abs(numbers - np.rint(numbers))
     return (off < tolerance[:, np.newaxis, np.newaxis]).mean(axis=2) >= 0.98
 
 
 def _from_gaps(distinct: NDArray) -> list[int]:
-    """Steps that the distance of neighbouring values suggests, for pictures of few values."""
+    """Numbers of steps that the gaps between neighbouring values suggest, for pictures of few values."""
     if len(distinct) > _MOST_DISTINCT:
         return []
-    # Values that differ by rounding are one.
+    # Values that differ by rounding count once.
     gaps = np.diff(distinct)
     gaps = gaps[gaps > 1e-4]
     steps = round(1 / float(gaps.min())) if len(gaps) else 0
@@ -199,7 +199,7 @@ def _from_gaps(distinct: NDArray) -> list[int]:
 
 
 def off_by_steps(pair: Pair, at_most: float) -> Finding | None:
-    """A quantised picture that is a few steps off, as a sum is whose parts were rounded one by one."""
+    """Find a quantised picture that is a few steps off, as a sum of rounded terms is."""
     for side in ("candidate", "reference"):
         lattice = lattice_of(pair.of(side), pair.has_opacity)
         if lattice is None or not (lattice.is_half or max(lattice.steps, lattice.opacity_steps) >= _FEWEST_STEPS):
@@ -215,16 +215,16 @@ def off_by_steps(pair: Pair, at_most: float) -> Finding | None:
 
 
 def within_formats(pair: Pair) -> Kind:
-    """A difference that the number formats explain, named after the coarser of them."""
+    """Return the kind of a difference within the number formats' rounding, named after the coarser format."""
     found: list[tuple[int, str, Lattice]] = []
     for side in ("candidate", "reference"):
         lattice = lattice_of(pair.of(side), pair.has_opacity)
         if lattice is not None:
             found.append((2**11 if lattice.is_half else lattice.steps or lattice.opacity_steps, side, lattice))
     if not found:
-        words = f"rounding: within what the number formats explain, {number(pair.largest)} at most"
+        words = f"rounding: the number formats explain the difference, at most {number(pair.largest)}"
         return Kind("rounding", 1.0, words, {"largest": pair.largest})
-    if pair.roundings is not None:  # what was rounded, and not what held few values before
+    if pair.roundings is not None:  # only a picture that was rounded, not one that has few values anyway
         means = {side: float(np.mean(pair.roundings[side == "reference"])) for side in ("candidate", "reference")}
         found = [each for each in found if means[each[1]] >= _AS_COARSE * max(means.values())] or found
     steps, side, lattice = min(found, key=lambda each: each[:2])

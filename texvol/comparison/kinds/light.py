@@ -1,4 +1,4 @@
-"""Light: a common factor or summand, channels that changed places, values that were cut off."""
+"""Light: a common factor or summand, exchanged channels, cut values."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from texvol.comparison.kinds.fitting import ratio
 from texvol.comparison.kinds.kind import number, other
 from texvol.comparison.kinds.pair import ROUNDING, Pair
 
-_LEAST_FACTOR, _SCATTER = 0.002, 6.0  # from 1, and times the scatter of a factor that noise leaves
+_LEAST_FACTOR, _SCATTER = 0.002, 6.0  # least distance of a factor from 1: absolute, and in standard deviations of noise
 _LETTERS = "RGBA"
 
 
 def changes(pair: Pair) -> Iterator[Change]:
-    """What could have happened to the light of a pair's pixels."""
+    """Yield the changes of light that may explain a pair's difference."""
     yield from _factors(pair.sample)
     yield from _summands(pair.sample)
     yield from _permutations(pair.sample)
@@ -49,10 +49,10 @@ def _factors(sample: Pair) -> Iterator[Change]:
 
 
 def dimmed(pair: Pair) -> Change | None:
-    """A factor of colour under noise, in whichever of the two; None where noise may have made it.
+    """Return the factor of colour between two noisy pictures; None if noise alone may have caused it.
 
-    Noise in the reference makes <c, r> / <r, r> smaller, noise in the candidate <c, c> / <c, r> larger: the factor that
-    both agree on is the nearer to 1 of them.
+    Noise in the reference makes <c, r> / <r, r> smaller; noise in the candidate makes <c, c> / <c, r> larger. The
+    factor is the one of the two that is nearer to 1.
     """
     candidate, reference = (pair.of(side)[..., :3].ravel() for side in _SIDES)
     scale = np.float32(1 / max(pair.scale, 1e-30))
@@ -72,11 +72,11 @@ def dimmed(pair: Pair) -> Change | None:
 
 
 def _opacity_with_color(sample: Pair) -> Iterator[Change]:
-    """Opacity times a factor, cut at 1, under the same straight colour."""
+    """Opacity times a factor, cut at 1, with the same straight colour."""
     opacity = sample.candidate[..., 3:], sample.reference[..., 3:]
     thin = sample.pixel_weights[..., np.newaxis] * (np.maximum(*opacity) < 1 - ROUNDING)
     factor = ratio(*opacity, thin)
-    # Undone, the smaller opacity becomes the larger one, which may have been cut.
+    # Undoing scales the smaller opacity up; the larger opacity may have been cut.
     side, by = ("reference", factor) if factor >= 1 else ("candidate", 1 / max(factor, 1e-6))
 
     def apply(pixels: NDArray) -> NDArray:
@@ -100,9 +100,9 @@ def _summands(sample: Pair) -> Iterator[Change]:
 
 
 def _permutations(sample: Pair) -> Iterator[Change]:
-    """The permutation of channels that fits best.
+    """Permutation of channels that fits best.
 
-    Σ (c_i - r_π(i))² is sums of products of channels, so that pixels are gone through once.
+    Σ (c_i - r_π(i))² is a sum of products of channels, so one pass over the pixels is enough for all permutations.
     """
     count = sample.channels
     candidate, reference = (sample.of(side)[..., :count].reshape(-1, count).astype(np.float64) for side in _SIDES)
@@ -119,7 +119,7 @@ def _permutations(sample: Pair) -> Iterator[Change]:
 
 
 def _cuts(pair: Pair) -> Iterator[Change]:
-    """One picture ends at a value, and the other goes on."""
+    """One picture is cut at a value, and the other goes on."""
     for cut in _SIDES:
         low, high = _ends(pair, cut)
         uncut = pair.of(other(cut))
@@ -128,19 +128,19 @@ def _cuts(pair: Pair) -> Iterator[Change]:
         if not (above or below):
             continue
         ends = [f"over {number(high)}"] * above + [f"under {number(low)}"] * below
-        words = f"what is {' and '.join(ends)} is cut off in the {cut}"
+        words = f"values {' and '.join(ends)} are cut off in the {cut}"
         parameters = {"cut": cut, "low": low if below else None, "high": high if above else None}
         yield Change("clipped", other(cut), _clip(low, high), words, parameters, is_idempotent=True)
 
 
 def _ends(pair: Pair, side: str) -> tuple[float, float]:
-    """Values at which a picture may have been cut: 0 and 1, or its largest if it is that of many pixels."""
+    """Values at which a picture may have been cut: 0 and 1, or its extreme values if many pixels have them."""
     pixels = pair.of(side)
     largest = float(pixels[..., :3].max())
     low = 0.0 if pixels.min() >= 0 else -np.inf
     if abs(largest - 1) <= ROUNDING:
         return low, 1.0
-    # A cut leaves many pixels at one value, and brighter ones in the other picture.
+    # A cut leaves many pixels at one value; the other picture has brighter pixels there.
     at_top = (pixels[..., :3] == largest) & (pair.of(other(side))[..., :3] > largest)
     many = at_top.any(axis=2).sum() >= max(4, at_top.shape[0] * at_top.shape[1] // 10_000)
     flat = largest == float(pixels[..., :3].min())

@@ -1,4 +1,4 @@
-"""kinds_of: from two arrays to the kinds of their difference; what needs no hypothesis is settled here."""
+"""Kinds of difference of two arrays: checks, rounding and pixels that are not finite; hypotheses are in `selection`."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from texvol.comparison.kinds.kind import Kind, number
 from texvol.comparison.kinds.pair import Pair
 from texvol.util.errors import InputError
 
-# Sums of squared roundings scatter; and of two pictures that differ by a twentieth of a step only a twentieth of the
-# pixels does.
+# Sums of squared roundings scatter. Of two rounded pictures that differ by a twentieth of a step, a twentieth of the
+# pixels differs.
 _OF_FLOOR, _OF_STEP = 1.05, 0.05
 
 
@@ -25,23 +25,23 @@ def kinds_of(
     allowance: NDArray | float = 0.0,
     roundings: tuple[NDArray, NDArray] | None = None,
 ) -> tuple[Kind, ...]:
-    """What kinds of difference there are, best explanation first, three at most; empty where the pictures are the same.
+    """Return the kinds of difference, best explanation first, at most three; empty for equal pictures.
 
-    Each kind after the first explains what those before it leave; one whose words begin with "or" explains as much as
-    the one before it. A difference that sums in float32 leave, a millionth of the largest value, is of kind "rounding".
+    Each kind after the first explains the difference that the kinds before it leave; a kind whose words begin with "or"
+    explains as much as the kind before it. Differences of a millionth of the largest value, as sums in float32 leave
+    them, are of kind "rounding".
 
     Parameters
     ----------
     candidate, reference : arrays of shape (height, width, 4)
         Premultiplied, linear.
     has_opacity : bool
-        Whether both have an opacity; without, the fourth channel is not looked at.
-    allowance : array that goes with the pictures, or a number
-        Difference that the number formats explain. One that is nowhere more is banding, or rounding, unless it goes
-        with what is shown, as a shift's does.
-    roundings : pair of arrays that go with the pictures, optional
-        Half a step of the candidate's and the reference's number format: the two parts of `allowance`, which need not
-        be given then.
+        True if both have an opacity; otherwise the fourth channel is ignored.
+    allowance : float or array that broadcasts to the pictures
+        Difference that the number formats explain. A difference that is nowhere larger is banding or rounding, unless
+        the difference follows the content, as that of a shift does.
+    roundings : pair of arrays that broadcast to the pictures, optional
+        Half a step of the candidate's and of the reference's number format; replaces `allowance`.
 
     Raises
     ------
@@ -51,14 +51,14 @@ def kinds_of(
     candidate, reference = np.asarray(candidate), np.asarray(reference)
     if candidate.shape != reference.shape or candidate.ndim != 3 or candidate.shape[2] != 4 or candidate.size == 0:
         raise InputError(
-            f"two pictures of one shape (height, width, 4) are wanted: {candidate.shape} and {reference.shape}"
+            f"candidate and reference must have one shape (height, width, 4), got {candidate.shape}, {reference.shape}"
         )
     pair, broken = _finite_pair(candidate, reference, has_opacity)
     found = [broken] if broken is not None else []
     if pair.largest == 0:
         return tuple(found)
     if pair.is_rounding:
-        words = f"rounding: differences of {number(pair.largest)} at most, as sums in float32 leave"
+        words = f"rounding: differences of at most {number(pair.largest)}, as in sums of float32"
         return (*found, Kind("rounding", 1.0, words, {"largest": pair.largest}))
     pair = _rounded(pair, allowance, roundings)
     if pair.is_within_allowance:
@@ -67,7 +67,7 @@ def kinds_of(
 
 
 def _rounded(pair: Pair, allowance: NDArray | float, roundings: tuple[NDArray, NDArray] | None) -> Pair:
-    """The pair that knows by how much its numbers were rounded."""
+    """Return the pair with the roundings of its number formats."""
     one, two = roundings if roundings is not None else (np.asarray(allowance), np.zeros(()))
     if not (np.any(one) or np.any(two)):
         return pair
@@ -77,7 +77,7 @@ def _rounded(pair: Pair, allowance: NDArray | float, roundings: tuple[NDArray, N
 
 
 def _systematic(pair: Pair) -> list[Kind]:
-    """What explains a difference that rounding alone could make, but hardly did."""
+    """Return the kinds that explain a difference which rounding alone could, but probably did not, make."""
     if pair.total <= _OF_FLOOR * pair.floor or _mean_difference(pair) < _OF_STEP:
         return []
     few = posterised.posterised(pair)
@@ -88,9 +88,9 @@ def _systematic(pair: Pair) -> list[Kind]:
 
 
 def _mean_difference(pair: Pair) -> float:
-    """The difference δ before rounding, in steps of 2q; of a picture that was rounded and one that was not infinite.
+    """Return the difference δ before rounding, in steps of 2q; infinite if only one picture was rounded.
 
-    Of two that were rounded a share δ / 2q differs by a step: mean d² = 2qδ.
+    If both were rounded, a fraction δ / 2q of the pixels differs by a step: mean d² = 2qδ.
     """
     assert pair.roundings is not None
     if not all(each.any() for each in pair.roundings):
@@ -102,7 +102,7 @@ def _mean_difference(pair: Pair) -> float:
 
 
 def _finite_pair(candidate: NDArray, reference: NDArray, has_opacity: bool) -> tuple[Pair, Kind | None]:
-    """The pair in float32, the same wherever one of the pictures is not finite; and what is not finite."""
+    """Return the pair in float32, equal where a picture is not finite, and the kind of pixels that are not finite."""
     with np.errstate(over="ignore"):
         candidate, reference = (np.asarray(each, np.float32) for each in (candidate, reference))
     if not has_opacity:

@@ -1,4 +1,4 @@
-"""Noise: differences that say nothing of their neighbours'."""
+"""Noise: differences that are not correlated between neighbours."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from texvol.comparison.kinds.finding import Finding
 from texvol.comparison.kinds.kind import Kind, number
 from texvol.comparison.kinds.pair import Pair, Pixels
 
-MOST_GAUSSIAN = 4.5  # fourth moment, of a Gaussian 3
+MOST_GAUSSIAN = 4.5  # fourth moment; that of a Gaussian is 3
 _FEW = 0.02  # of the pixels
-_FEWEST = 48  # differing pixels; of fewer no correlation can be told
-# A correlation of n pixels scatters by 1/√n; and a cut at 0 or an opacity that scales it makes a little of it.
+_FEWEST = 48  # differing pixels; fewer allow no estimate of a correlation
+# A correlation over n pixels scatters by 1/√n; a cut at 0, or a factor of opacity, adds a little.
 _CORRELATION, _MEAN, _SCATTER, _SURELY = 0.06, 0.1, 4.0, 0.2
 _NEIGHBOURS = ((1, 0), (0, 1), (1, 1), (1, -1), (2, 0), (0, 2))  # (down, right)
 
 
 def noise(pair: Pair) -> Finding | None:
-    """Differences that say nothing of their neighbours', and of mean zero."""
+    """Find a difference of mean zero that is not correlated between neighbours."""
     if pair.window is not pair and _is_correlated(pair.window):
         return None
     difference = pair.difference[..., : pair.channels] / np.float32(pair.largest)
@@ -32,7 +32,7 @@ def noise(pair: Pair) -> Finding | None:
     mean = np.abs(values.mean(axis=0, dtype=np.float64)).max()
     rms = float(np.sqrt(np.square(values, dtype=np.float64).mean()))
     fraction = count / pair.energy.size
-    # A few single pixels may all be white, or black; many that are brighter are no noise.
+    # A few single pixels may all be white, or black; many brighter pixels are no noise.
     has_mean = mean > (_MEAN + _SCATTER / np.sqrt(count)) * rms
     if max(map(abs, alike)) > limit or (has_mean and fraction > _FEW):
         return None
@@ -47,7 +47,7 @@ def noise(pair: Pair) -> Finding | None:
 
 
 def _noise_form(tails: float, fraction: float) -> str:
-    # The fourth moment is 3 for a Gaussian, 1.8 for even odds between two ends.
+    # The fourth moment is 3 for a Gaussian, 1.8 for a uniform distribution.
     if fraction < 0.2:
         return f"in {number(100 * fraction, 2)} % of the pixels"
     even = (
@@ -62,14 +62,14 @@ def _noise_form(tails: float, fraction: float) -> str:
 
 
 def _is_correlated(window: Pair) -> bool:
-    """Whether neighbours are alike far beyond chance."""
+    """True if neighbouring differences are correlated far beyond chance."""
     difference = window.difference / np.float32(window.largest)
     square = float(np.square(difference, dtype=np.float64).sum())
     return max(abs(_correlation(difference, *step)) for step in ((1, 0), (0, 1))) > _SURELY * square
 
 
 def _correlation(difference: Pixels, down: int, right: int) -> float:
-    """Sum of products of pixels and those so far down and to the right, or to the left."""
+    """Sum of products of pixels and the pixels `down` rows and `right` columns away."""
     if right < 0:
         difference, right = difference[:, ::-1], -right
     height, width = difference.shape[:2]

@@ -1,6 +1,6 @@
-"""Opacity: of another slab thickness, in the colour or not, or in front of another background.
+"""Opacity: of another slab thickness, multiplied into colour or not, or in front of another background.
 
-scaled opacity      A' = 1 - (1 - A)^k, the straight colour stays: path lengths k times as long
+scaled opacity      A' = 1 - (1 - A)^k with the same straight colour: path lengths k times as long
 straight colour     C' = C / A, or C · A
 background          C' = C + (1 - A) b; over an opaque background A' = 1
 """
@@ -19,13 +19,13 @@ from texvol.comparison.kinds.kind import number, other
 from texvol.comparison.kinds.pair import ROUNDING, Pair
 
 _LEAST_RATIO, _LARGEST_RATIO = 1 / 64, 64.0
-_ONE_RATIO = 1e-4  # thicknesses nearer to each other than this are the same
+_ONE_RATIO = 1e-4  # least distance of a ratio of thicknesses from 1
 _TINY, _CLEAR = 1e-30, 1e-3  # opacities
 _FRACTION_OF_OPACITY, _PROVEN = 0.02, 0.98  # of the squared difference
 
 
 def changes(sample: Pair) -> Iterator[Change]:
-    """What could have happened to the opacity of a sample's pixels, or by it to their colour."""
+    """Yield the changes of opacity, or of colour by opacity, that may explain a sample's difference."""
     if not sample.has_opacity:
         return
     opacities = {side: sample.of(side)[..., 3] for side in ("candidate", "reference")}
@@ -39,18 +39,18 @@ def changes(sample: Pair) -> Iterator[Change]:
 
 
 def rescaled(ratio: float, light: NDArray | None = None) -> Curve:
-    """Premultiplied pixels of matter that is `ratio` times as thick, and of the same straight colour.
+    """Return the curve of a medium that is `ratio` times as thick, with the same straight colour.
 
-    `light` is that of a background, which enters as 1 - opacity times itself and is no part of the matter.
+    `light` is the light of a background, which enters as (1 - opacity) · light and is no part of the medium.
     """
 
     def apply(pixels: NDArray) -> NDArray:
         behind = np.zeros(3, pixels.dtype) if light is None else light.astype(pixels.dtype)
         opacity = np.clip(pixels[..., 3:], 0, 1)
         with np.errstate(divide="ignore", over="ignore"):
-            # log1p and expm1: the digits of a thin opacity are kept.
+            # log1p and expm1 keep the digits of a small opacity.
             scaled = -np.expm1(np.asarray(ratio, pixels.dtype) * np.log1p(-opacity))
-            # Below the smallest normal number a ratio of two opacities is none.
+            # Subnormal opacities have no usable ratio.
             fraction = np.divide(scaled, opacity, out=np.full_like(scaled, ratio), where=opacity > _TINY)
         color = (pixels[..., :3] - (1 - opacity) * behind) * fraction + (1 - scaled) * behind
         return np.concatenate([color, scaled], axis=-1)
@@ -59,7 +59,7 @@ def rescaled(ratio: float, light: NDArray | None = None) -> Curve:
 
 
 def proves(sample: Pair, change: Change) -> bool:
-    """Whether a scaled opacity is seen in the opacity alone: colour goes its own way where matter has several."""
+    """True if opacity alone proves a scaled opacity; colour follows it only in a medium of one colour."""
     weights = sample.pixel_weights
     changed = change.apply(sample.reference)[..., 3], change.apply(sample.candidate)[..., 3]
     pairs = (sample.reference[..., 3], sample.candidate[..., 3]), (changed[0], sample.candidate[..., 3]), changed
@@ -78,7 +78,7 @@ def _scaled(sample: Pair) -> Iterator[Change]:
     ratio = least(cost, _LEAST_RATIO, _LARGEST_RATIO)
     if abs(np.log(ratio)) < _ONE_RATIO:
         return
-    words = f"the candidate's opacity is that of matter (or slabs) {number(ratio, 4)} times as thick"
+    words = f"the candidate's opacity is that of a medium, or of slabs, {number(ratio, 4)} times as thick"
     clear = sample.reference[sample.reference[..., 3] < _CLEAR]
     light = clear[:, :3].astype(np.float64).mean(axis=0) if len(clear) else np.zeros(3)
     for behind in (None, light) if light.max() > ROUNDING * sample.scale else (None,):
@@ -95,14 +95,14 @@ def _straight() -> Iterator[Change]:
     for side in ("candidate", "reference"):
         again = f"or the {other(side)}'s colour was multiplied by opacity once too often"
         words = f"the {side}'s colour is straight, and the {other(side)}'s premultiplied ({again})"
-        # Times opacity: what is too thin to have a colour stays out. By opacity: and where there is a background, as
+        # Multiplication leaves out pixels too thin to have a colour; division also leaves out a background, as
         # straight colour is 0 where there is no opacity.
         yield Change("straight colour", side, times_opacity, words, {"straight": side})
         yield Change("straight colour", other(side), by_opacity, words, {"straight": side})
 
 
 def _background(sample: Pair) -> Iterator[Change]:
-    """Other light from behind: it enters as 1 - opacity times itself."""
+    """Other light of the background, which enters as (1 - opacity) · light."""
     clear = 1 - sample.reference[..., 3].astype(np.float64)
     weights = clear * sample.pixel_weights
     if not (weights * clear).sum() > 0:
@@ -114,14 +114,14 @@ def _background(sample: Pair) -> Iterator[Change]:
         changed[..., :3] += (1 - pixels[..., 3:]) * light.astype(pixels.dtype)
         return changed
 
-    words = f"behind the candidate's matter there is more light, by {_triple(light)}"
+    words = f"the candidate's background is brighter, by {_triple(light)}"
     if (light <= 0).all():
-        words = f"behind the candidate's matter there is less light, by {_triple(-light)}"
+        words = f"the candidate's background is darker, by {_triple(-light)}"
     yield Change("background", "reference", apply, words, {"light": light.tolist()}, fitted=3)
 
 
 def _flattened(sample: Pair, opaque: str) -> Iterator[Change]:
-    """One picture lies over an opaque background already."""
+    """One picture is already composited over an opaque background."""
     clear = 1 - sample.of(other(opaque))[..., 3].astype(np.float64)
     weights = clear * sample.pixel_weights
     missing = sample.of(opaque)[..., :3].astype(np.float64) - sample.of(other(opaque))[..., :3]

@@ -1,11 +1,11 @@
-"""Swapped order: opacity is the same, and colour is as if front and back had changed places.
+"""Exchanged order: opacity is the same, and colour is as if front and back had been exchanged.
 
-Of two layers with opacities a, b and straight colours s, t the orders differ by
+For two layers with opacities a, b and straight colours s, t the orders differ by
 
     (a s + (1 - a) b t) - (b t + (1 - b) a s) = a b (s - t)
 
-while opacity a + b - a b is symmetric. For all ways of parting a pixel of opacity A in two, a b is at most
-(1 - √(1 - A))², about A² / 4 where it is thin; a change of colour would go with A. So thin pixels tell the two apart.
+while opacity a + b - a b is symmetric. However a pixel of opacity A is divided in two layers, a b is at most
+(1 - √(1 - A))², about A² / 4 for small A; a change of colour is proportional to A. So thin pixels distinguish them.
 """
 
 from __future__ import annotations
@@ -18,17 +18,17 @@ from texvol.comparison.kinds.finding import Finding
 from texvol.comparison.kinds.kind import Kind, number
 from texvol.comparison.kinds.pair import Pair
 
-_OPACITY_FRACTION = 0.02  # of the squared difference that may be opacity's: that of rounding and thin slabs
+_OPACITY_FRACTION = 0.02  # largest fraction of the squared difference in opacity, from rounding and thin slabs
 _BINS = 12
 _LEAST_PIXELS = 20  # of a bin
-# Halfway between a change that goes with opacity and one that goes with its square.
+# Halfway between a change proportional to opacity and one proportional to its square.
 _LEAST_POWER = 1.5
 _STEPS = 8.0  # half steps of opacity
-_OF_ROUNDING = 2.0  # times what rounding makes, of a bin's squares, for the rest to be known
+_OF_ROUNDING = 2.0  # times the squares that rounding makes: least sum of squares of a usable bin
 
 
 def swapped(pair: Pair) -> Finding | None:
-    """Whether front and back may have been swapped."""
+    """Find an exchange of front and back."""
     opacity = pair.reference[..., 3]
     if not pair.has_opacity or not is_partial(opacity):
         return None
@@ -39,7 +39,7 @@ def swapped(pair: Pair) -> Finding | None:
     power = _power(pair)
     if power is None or power < _LEAST_POWER:
         return None
-    # No orders differ by more than a b times the largest difference of straight colours.
+    # Two orders differ by at most a b times the largest difference of straight colours.
     most = np.square(1 - np.sqrt(1 - np.clip(opacity, 0, 1)))
     brightest = max(1.0, pair.scale)
     rounded = 0 if pair.allowance is None else pair.allowance[..., :3].max(axis=2)
@@ -48,7 +48,7 @@ def swapped(pair: Pair) -> Finding | None:
         1 - float(pair.energy[beyond].sum(dtype=np.float64)) * pair.largest**2 / pair.total - of_opacity / pair.total
     )
     words = (
-        "opacity is the same, and colour differs only where matter is thick, as if front and back had changed places "
+        "opacity is the same, and colour differs only where the medium is thick, as if front and back were exchanged "
         f"(the difference grows with opacity to the power {number(power, 2)})"
     )
     left = pair.with_side("reference", pair.candidate)
@@ -56,9 +56,9 @@ def swapped(pair: Pair) -> Finding | None:
 
 
 def _power(pair: Pair) -> float | None:
-    """p of rms difference ∝ A^p over the thin pixels; None where there are too few to tell."""
+    """Return the exponent p of rms difference ∝ A^p over the thin pixels; None if they are too few."""
     depth = pair.reference[..., 3].ravel()
-    # What rounding made of 0 has no colour any more, and of a few steps not much.
+    # An opacity rounded to 0 has no colour, and one of a few steps an inexact colour.
     least = 0.0 if pair.roundings is None else _STEPS * max(float(each[..., 3].max()) for each in pair.roundings)
     thin = (depth > max(least, 1e-3)) & (depth < 0.5)
     if thin.sum() < 2 * _LEAST_PIXELS:
@@ -80,7 +80,7 @@ def _power(pair: Pair) -> float | None:
 
 
 def _rounding(pair: Pair) -> NDArray:
-    """The squared difference of colour that rounding makes of each pixel, on average."""
+    """Mean squared difference of colour that rounding makes in each pixel."""
     if pair.roundings is None:
         return np.zeros(pair.energy.shape)
     return np.asarray(sum(np.square(each[..., :3], dtype=np.float64).sum(axis=2) for each in pair.roundings) / 3)

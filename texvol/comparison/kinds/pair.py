@@ -1,7 +1,7 @@
-"""A Pair is two pictures of one size whose difference is to be explained.
+"""A Pair: two pictures of one size whose difference is to be explained.
 
-A hypothesis is undone by changing one of the two, which makes another pair; what goes away of the squared difference is
-what the hypothesis explains.
+A hypothesis is undone by changing one of the two pictures, which makes another pair. The fraction of the squared
+difference that disappears is what the hypothesis explains.
 """
 
 from __future__ import annotations
@@ -14,34 +14,34 @@ from numpy.typing import NDArray
 
 Pixels = NDArray[np.float32]
 
-# Grey, in which no two channels cancel each other.
+# Weights of grey with which no two channels cancel.
 GREY = np.array([0.9, 1.0, 1.1, 0.8], np.float32)
-# Pixels of a sample from each stratum: errors of what is fitted to some thousand pixels are a hundredth of their
-# scatter, and powers of them take a tenth of a millisecond.
+# Pixels of a sample from each stratum: parameters fitted to some thousand pixels are known to a hundredth of the
+# pixels' scatter, and powers of the pixels take a tenth of a millisecond.
 _STRATUM = 700
 _WINDOW = 256
-# Both pictures went through sums in float32: a rounding is 2^-24 of the value, and a dozen of them 1e-6; of hundreds of
-# slabs some pixels get ten times as much.
+# Both pictures are sums in float32: a rounding is 2^-24 of the value, and a dozen roundings are 1e-6; with hundreds of
+# slabs some pixels have ten times as much.
 ROUNDING, _WORST_ROUNDING = 1e-6, 1e-5
-# Sums of squared roundings scatter by a few hundredths where steps are not small against what is shown; interpolation
-# by eight pixels sums weights of up to 1.9 at the worst.
+# Sums of squared roundings scatter by a few hundredths if steps are not small against the content; the weights of
+# interpolation by eight pixels sum to at most 1.9.
 _OF_FLOOR, _OF_ALLOWANCE = 1.25, 2.0
-_SURELY_BEYOND = 1.1  # of the allowance: products of roundings are a little more
-_LEAST_BEYOND = 0.02  # of the squared difference: less can't be told from rounding
+_SURELY_BEYOND = 1.1  # times the allowance, which leaves out products of roundings
+_LEAST_BEYOND = 0.02  # of the squared difference; less is like rounding
 
 
 @dataclass(frozen=True, eq=False)
 class Pair:
-    """A candidate and a reference, (height, width, 4) float32, finite, premultiplied, linear.
+    """Candidate and reference, (height, width, 4) float32, finite, premultiplied, linear.
 
     Attributes
     ----------
     has_opacity : bool
-        Whether the fourth channel says anything; without, it is 1 in both.
+        False if the fourth channel is 1 in both and means nothing.
     corner : (column, row)
-        Where the first pixel lies in the pictures that came.
+        Position of the first pixel in the original pictures.
     weights : array of shape (height, width), optional
-        How many pixels of the pictures each one stands for.
+        Number of pixels of the original pictures that each pixel represents.
     roundings : pair of arrays of shape (height, width, 4), optional
         Half a step of either picture's number format at each number.
     """
@@ -61,13 +61,13 @@ class Pair:
 
     @cached_property
     def largest(self) -> float:
-        """The largest absolute difference, or infinity where what was undone left no number."""
+        """Largest absolute difference; infinite if undoing a hypothesis made it NaN."""
         low, high = float(self.difference.min()), float(self.difference.max())
         return max(-low, high) if np.isfinite(low + high) else np.inf
 
     @cached_property
     def energy(self) -> Pixels:
-        """Squared difference of each pixel, in units of the square of the largest, so that none overflows."""
+        """Squared difference of each pixel in units of the largest difference squared, so that no square overflows."""
         scaled = self.difference * np.float32(1 / max(self.largest, 1e-30))
         return np.einsum("hwc,hwc->hw", scaled, scaled)
 
@@ -81,17 +81,17 @@ class Pair:
 
     @cached_property
     def scale(self) -> float:
-        """The largest absolute value of either picture."""
+        """Largest absolute value of either picture."""
         return float(max(abs(each) for picture in (self.candidate, self.reference) for each in _extremes(picture)))
 
     @cached_property
     def allowance(self) -> Pixels | None:
-        """What rounding both pictures makes of no difference at most; None where neither was rounded."""
+        """Largest difference that rounding makes of two equal numbers; None if neither picture was rounded."""
         return None if self.roundings is None else self.roundings[0] + self.roundings[1]
 
     @cached_property
     def floor(self) -> float:
-        """The squared difference that rounding makes: q² / 3 of each step of 2q, where it makes any."""
+        """Squared difference that rounding makes on average: q² / 3 for each step of 2q."""
         if self.roundings is None:
             return 0.0
         squares = sum(np.square(each, dtype=np.float64) for each in self.roundings)
@@ -99,21 +99,21 @@ class Pair:
 
     @property
     def beyond_floor(self) -> float:
-        """The squared difference that rounding does not explain, by its sum."""
+        """Squared difference beyond the mean of rounding."""
         return max(self.total - self.floor, 0.0)
 
     @property
     def is_within_allowance(self) -> bool:
-        """Whether no number differs by more than rounding can."""
+        """True if no number differs by more than rounding can explain."""
         if self.allowance is None:
             return False
         return bool((np.abs(self.difference) <= self.allowance * (1 + ROUNDING) + ROUNDING * self.scale).all())
 
     @property
     def is_format(self) -> bool:
-        """Whether what is left is as much as rounding leaves, and nowhere much more.
+        """True if the rest is of rounding's size, and nowhere much larger.
 
-        What was interpolated or scaled has roundings of its neighbours in it, with weights of either sign.
+        Interpolated or scaled pictures hold roundings of their neighbours, with weights of either sign.
         """
         if self.allowance is None or self.total > _OF_FLOOR * self.floor:
             return False
@@ -121,7 +121,7 @@ class Pair:
 
     @cached_property
     def beyond(self) -> Pair:
-        """The pair whose difference is what is beyond the rounding of each number."""
+        """Return the pair whose difference is the part beyond the rounding of each number."""
         if self.allowance is None:
             return self
         difference = self.difference
@@ -130,32 +130,32 @@ class Pair:
 
     @property
     def is_rounding(self) -> bool:
-        """Whether sums in float32 explain the difference."""
+        """True if sums in float32 explain the difference."""
         if not self.largest <= _WORST_ROUNDING * self.scale:
             return False
         return self.largest <= ROUNDING * self.scale or self.total <= self.energy.size * (ROUNDING * self.scale) ** 2
 
     @property
     def pixel_weights(self) -> NDArray:
-        """How many pixels of the pictures each one stands for, (height, width)."""
+        """Number of original pixels that each pixel represents, (height, width)."""
         return np.ones(self.candidate.shape[:2]) if self.weights is None else self.weights
 
     @property
     def channels(self) -> int:
-        """How many channels say something."""
+        """Number of channels that mean something."""
         return 4 if self.has_opacity else 3
 
     @property
     def size(self) -> tuple[int, int]:
-        """(width, height)."""
+        """Size of the pictures, (width, height)."""
         return self.candidate.shape[1], self.candidate.shape[0]
 
     def of(self, side: str) -> Pixels:
-        """The "candidate" or the "reference"."""
+        """Return the "candidate" or the "reference"."""
         return self.candidate if side == "candidate" else self.reference
 
     def with_side(self, side: str, pixels: Pixels, rounding: Pixels | None = None) -> Pair:
-        """A pair in which one of the two is another; `rounding` is that one's, if it is another too."""
+        """Return the pair with another picture on one side; `rounding` replaces that side's rounding."""
         roundings = self.roundings
         if roundings is not None and rounding is not None:
             roundings = (rounding, roundings[1]) if side == "candidate" else (roundings[0], rounding)
@@ -164,20 +164,20 @@ class Pair:
         return replace(self, reference=pixels, roundings=roundings)
 
     def rounding_of(self, side: str) -> Pixels | None:
-        """Half a step at each number of one of the two."""
+        """Half a step of one side's number format at each number."""
         return None if self.roundings is None else self.roundings[side == "reference"]
 
     def part(self, rows: slice, columns: slice) -> Pair:
-        """A rectangle of it."""
+        """Return a rectangle of the pair."""
         corner = (self.corner[0] + columns.start, self.corner[1] + rows.start)
         roundings = self.roundings and (self.roundings[0][rows, columns], self.roundings[1][rows, columns])
         pixels = self.candidate[rows, columns], self.reference[rows, columns]
         return Pair(*pixels, self.has_opacity, corner, roundings=roundings)
 
     def explained_by(self, undone: Pair) -> float:
-        """Share of the squared difference that is gone in `undone`; negative where there is more.
+        """Fraction of the squared difference that is gone in `undone`; negative if there is more.
 
-        Of what is beyond that of rounding, which nothing undoes, as long as there is something beyond it.
+        If the difference exceeds that of rounding, which no hypothesis undoes, only the excess counts.
         """
         before, after = self.beyond_floor, undone.beyond_floor
         if self.roundings is None or before < _LEAST_BEYOND * self.total:
@@ -187,10 +187,10 @@ class Pair:
 
     @cached_property
     def signal(self) -> float:
-        """The squared difference that there was before rounding, as far as its sum tells; at most `total`.
+        """Squared difference before rounding, estimated from the sum; at most `total`.
 
-        Where one picture was rounded its errors are added. Where both were, and differed by δ, δ / 2q of the pixels
-        differ by a step of 2q: mean d² = δ² + 2qδ.
+        If one picture was rounded, its errors are added. If both were rounded and differed by δ, a fraction δ / 2q of
+        the pixels differs by a step of 2q: mean d² = δ² + 2qδ.
         """
         if self.roundings is None:
             return self.total
@@ -206,7 +206,7 @@ class Pair:
         return near + float(squares[far].sum())
 
     def _along(self, undone: Pair) -> float:
-        """The squared difference that lies along what was undone: what is small undoes little, whatever it leaves."""
+        """Squared difference along the undone part: a small undone part explains little."""
         if undone.difference.shape != self.difference.shape:
             return np.inf
         difference = self.difference.astype(np.float64)
@@ -216,16 +216,16 @@ class Pair:
         return float((weights * difference * change).sum()) ** 2 / squares if squares > 0 else 0.0
 
     def all_explained_by(self, undone: Pair) -> float:
-        """The same, of all of the squared difference."""
+        """Fraction of the whole squared difference, rounding included, that is gone in `undone`."""
         fraction = 1 - undone.total / self.total if self.total > 0 else 0.0
         return fraction if np.isfinite(fraction) else -np.inf
 
     @cached_property
     def sample(self) -> Pair:
-        """Some thousand pixels in one row, weighted by how many each stands for.
+        """Some thousand pixels in one row, weighted by the number of pixels that each represents.
 
-        Taken evenly from the pixels that are the same, from those that differ, and from those that differ by more than
-        the root of the mean square, so that a small part that differs much is not missed.
+        Equal pixels, different pixels, and pixels that differ by more than the rms are sampled evenly each, so that a
+        small part with large differences is not missed.
         """
         if self.weights is not None:
             return self
@@ -246,7 +246,7 @@ class Pair:
 
     @cached_property
     def window(self) -> Pair:
-        """The part of the pair, of few pixels, that differs most: what does not hold there does not hold."""
+        """Small part of the pair that differs most; a hypothesis that fails there fails."""
         width, height = self.size
         columns, rows = min(width, _WINDOW), min(height, _WINDOW)
         if (columns, rows) == (width, height):
@@ -258,7 +258,7 @@ class Pair:
 
 
 def _most(along: NDArray, length: int) -> int:
-    """Where a run of that length begins that holds most."""
+    """Return the start of the run of `length` with the largest sum."""
     sums = np.cumsum(np.append(0, along))
     return int((sums[length:] - sums[:-length]).argmax())
 

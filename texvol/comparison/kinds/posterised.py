@@ -1,7 +1,7 @@
-"""Posterised: fewer levels than the 8 or 16 bits have that a picture was stored in afterwards.
+"""Posterised pictures: fewer levels than the 8 or 16 bits that store them.
 
-Levels are j / n of the encoding or of linear light, taken to the nearest number that the format holds; or the first
-bits of such a number, the others 0 or the same bits again. The fewest levels on which all numbers lie are the ones.
+Levels are j / n in the encoding or in linear light, rounded to the nearest number of the format; or the first bits of
+such a number, followed by zeros or by the same bits again. Of all possible levels the fewest are chosen.
 """
 
 from __future__ import annotations
@@ -20,26 +20,26 @@ from texvol.comparison.kinds.pair import Pair
 
 _STORED = {255: 8, 65535: 16}  # steps: bits
 _STEPS = sorted({*range(1, 17), *(2**bits - 1 for bits in range(1, 8)), *(2**bits for bits in range(1, 8))})
-# m different numbers lie by chance on levels of which there are n of N with probability (n / N)^m: held below this for
-# all the levels that are tried.
+# Largest probability of chance over all levels that are tried: m different numbers lie on n levels of N with
+# probability (n / N)^m.
 _CHANCE = 1e-5
-_LEAST_OPACITY = 0.1  # straight colour of less has lost digits
-_OFF = 0.02  # numbers that are let off, as a wrong pixel is
-_FAMILIES = 3  # of levels, that all numbers lie on; the fewest
-_LEAST = 0.95  # of the squared difference
+_LEAST_OPACITY = 0.1  # straight colour of smaller opacity has few digits
+_OFF = 0.02  # fraction of numbers that may be off the levels, such as a wrong pixel
+_FAMILIES = 3  # most sets of levels that are returned
+_LEAST = 0.95  # fraction of the squared difference that must be explained
 _SLACK = 1e-3  # of a step: decoding and encoding in float32
 
 
 @dataclass(frozen=True)
 class Levels:
-    """Numbers of a format that a picture keeps to.
+    """Numbers of a format that a posterised picture uses.
 
     Attributes
     ----------
     stored : Lattice
-        The format's own steps.
+        Steps of the format.
     steps : int
-        From 0 to 1: levels less one.
+        Number of levels minus one.
     how : "even", "linear", "first bits" or "repeated bits"
     """
 
@@ -49,7 +49,7 @@ class Levels:
 
     @property
     def numbers(self) -> NDArray:
-        """The format's number for each level, 0 … steps."""
+        """Number of the format for each level, 0 to `steps`."""
         j, most = np.arange(self.steps + 1), self.stored.steps
         bits, of = int(np.log2(self.steps + 1)), _STORED[most]
         if self.how == "first bits":
@@ -61,7 +61,7 @@ class Levels:
         return np.rint(most * (srgb_encoded(fraction) if self.how == "linear" else fraction))
 
     def index(self, numbers: NDArray, mode: str) -> NDArray:
-        """The level that each of the format's numbers goes to."""
+        """Return the level of each number of the format."""
         most = self.stored.steps
         if self.how in ("first bits", "repeated bits"):
             at = numbers / ((most + 1) / (self.steps + 1))
@@ -73,7 +73,7 @@ class Levels:
 
     @property
     def words(self) -> str:
-        """How many levels, of what, and where they are stored."""
+        """Number of levels, their spacing, and the format that stores them."""
         bits = np.log2(self.steps + 1)
         known = f" ({bits:.0f} bits)" if bits == int(bits) else ""
         of = " of the sRGB encoding" if self.stored.is_srgb and self.how != "linear" else ", linear"
@@ -83,7 +83,7 @@ class Levels:
 
 
 def posterised(pair: Pair) -> Finding | None:
-    """One of the pictures as the other one on fewer levels."""
+    """Find a picture that is the other picture on fewer levels."""
     found = {side: levels_of(pair.of(side), pair.has_opacity) for side in ("candidate", "reference")}
     best: Finding | None = None
     for side, families in found.items():
@@ -98,15 +98,15 @@ def posterised(pair: Pair) -> Finding | None:
 
 
 def _explained(pair: Pair, side: str, levels: Levels, mode: str) -> float:
-    """Share of the squared difference in pixels whose level is that of the other picture's number.
+    """Fraction of the squared difference in pixels whose level is that of the other picture's number.
 
-    That number is known to half a step of the format: before it was stored, or after.
+    That number is known to half a step of the format.
     """
     color = pair.of(other(side))
     ours, theirs = (np.clip(levels.stored.in_steps(each), 0, levels.stored.steps) for each in (pair.of(side), color))
-    level = np.searchsorted(levels.numbers, np.rint(ours) - 0.5)  # the first that is not less
+    level = np.searchsorted(levels.numbers, np.rint(ours) - 0.5)  # first level that is not smaller
     low, high = (levels.index(theirs + by, mode) for by in (-0.5 - _SLACK, 0.5 + _SLACK))
-    # Straight colour of thin matter has lost digits.
+    # Straight colour of small opacity has few digits.
     fits: NDArray = ((low <= level) & (level <= high)).all(axis=2)
     if levels.stored.is_straight:
         fits |= color[..., 3] < _LEAST_OPACITY
@@ -114,7 +114,7 @@ def _explained(pair: Pair, side: str, levels: Levels, mode: str) -> float:
 
 
 def levels_of(pixels: NDArray, has_opacity: bool) -> list[Levels]:
-    """Levels, few of those that the format has, on which all the colours lie; the fewest first."""
+    """Return the sets of levels that hold all colours, fewest first."""
     stored = lattice_of(pixels, has_opacity)
     if stored is None or not stored.steps or stored.offset:
         return []

@@ -1,11 +1,11 @@
-"""Registration: by how much one picture is shifted against another, to a hundredth of a pixel.
+"""Registration: the shift between two pictures, to a hundredth of a pixel.
 
     candidate(x) = reference(x - d)
 
-d is found coarsely on small copies, as the shift whose overlap differs least, all shifts at once by Fourier transforms;
-then refined from level to level by Gauss-Newton steps on the squared difference (Lucas, Kanade 1981): with g the
-picture's gradient, (Σ g gᵀ) δ = -Σ g (candidate - shifted). Only where both pictures are known counts, so that what a
-shift brings in at a border does not spoil it.
+Small copies give a coarse d, the shift whose overlap differs least; Fourier transforms test all shifts at once. Then d
+is refined from level to level by Gauss-Newton steps on the squared difference (Lucas, Kanade 1981): with the picture's
+gradient g, (Σ g gᵀ) δ = -Σ g (candidate - shifted). Only pixels known in both pictures count, so that content that a
+shift brings in at a border does no harm.
 """
 
 from __future__ import annotations
@@ -14,30 +14,30 @@ import numpy as np
 from numpy.typing import NDArray
 
 _COARSE = 96  # pixels along the longer side of the coarsest copies
-_FARTHEST = 0.45  # of a side: what is farther leaves too little of a picture to compare
-_LEAST_SHARED = 0.2  # of what either picture shows
+_FARTHEST = 0.45  # of a side; larger shifts leave too small an overlap
+_LEAST_SHARED = 0.2  # of either picture's content, in the overlap
 _TAPS = 8
-_STEPS = 12  # Gauss-Newton halves the error of a good start at least
+_STEPS = 12  # each Gauss-Newton step at least halves the error of a good start
 _DONE = 1e-4  # pixels
-# Mean squares that are as good: within half of the least, which is what noise makes of it in overlaps of different
-# sizes, or where both are a hundredth of what no shift leaves.
+# Mean squares that count as equal: within half of the least, as noise makes them in overlaps of different sizes; or
+# both below a hundredth of the mean square without a shift.
 _AS_GOOD, _NEGLIGIBLE = 1.5, 0.01
-_LOOKED_AT, _STARTS = 40, 4  # whole shifts, and those that are refined
-# Pixels along a side up to which it is refined. A copy of half the size finds smooth content to a thousandth as well.
+_LOOKED_AT, _STARTS = 40, 4  # whole shifts that are tried, and that are refined
+# Pixels along the longest side of a refined copy: half the size locates smooth content to a thousandth, too.
 _LARGEST_FINE = 1024
-_LEAST_SOFTENED = 32  # pixels along a side; a softened picture is two smaller
+_LEAST_SOFTENED = 32  # pixels along a side; softening removes two
 
 
 def estimate(candidate: NDArray, reference: NDArray) -> tuple[float, float]:
-    """(dx, dy) by which the candidate lies to the right of and below the reference, in pixels; grey pictures (h, w)."""
-    # Softened, so that jumps of hard outlines from pixel to pixel are nearer to what interpolation and gradient follow.
+    """Return the shift (dx, dy) of the candidate to the right and down, in pixels, from grey pictures (h, w)."""
+    # Softened outlines suit interpolation and gradients better than outlines that jump from pixel to pixel.
     if min(candidate.shape) >= _LEAST_SOFTENED:
         candidate, reference = _softened(candidate), _softened(reference)
     levels = _pyramid(candidate, reference)
-    # Where what is shown repeats itself several shifts look alike until they are refined.
+    # For periodic content several shifts look alike until they are refined.
     coarsest = levels[-1]
     starts = [_refined(*coarsest, *start) for start in {(0.0, 0.0): 0, **dict.fromkeys(_coarse(*coarsest))}]
-    # Of a pattern that repeats itself the periods fit as well: the smallest shift it is.
+    # Shifts by periods of the content fit, too: the smallest shift is chosen.
     unmoved = float(np.square(coarsest[0] - coarsest[1]).mean())
     fits = _AS_GOOD * min(starts)[0] + _NEGLIGIBLE * unmoved
     _, dx, dy = min((each for each in starts if each[0] <= fits), key=lambda each: max(abs(each[1]), abs(each[2])))
@@ -49,9 +49,9 @@ def estimate(candidate: NDArray, reference: NDArray) -> tuple[float, float]:
 
 
 def shifted(picture: NDArray, dx: float, dy: float, taps: int = _TAPS) -> tuple[NDArray, tuple[slice, slice]]:
-    """The picture moved by (dx, dy), where all that it depends on is known, and the (rows, columns) that it is for.
+    """Move a picture by (dx, dy); return the pixels with known sources, and their (rows, columns).
 
-    Interpolated by polynomials through `taps` pixels along each axis (Lagrange); 2 taps are linear interpolation.
+    Pixels are interpolated by polynomials through `taps` pixels along each axis (Lagrange); 2 taps are linear.
     """
     moved, rows = _shifted_along(picture, dy, taps, 0)
     moved, columns = _shifted_along(moved, dx, taps, 1)
@@ -59,7 +59,7 @@ def shifted(picture: NDArray, dx: float, dy: float, taps: int = _TAPS) -> tuple[
 
 
 def taps_for(size: tuple[int, int]) -> int:
-    """How many pixels a picture of that size lets an interpolation use: it loses as many at its borders."""
+    """Number of pixels for the interpolation of a picture of that size, which loses as many at its borders."""
     return min(_TAPS, max(2, min(size) // 4 * 2))
 
 
@@ -85,7 +85,7 @@ def _shifted_along(picture: NDArray, distance: float, taps: int, axis: int) -> t
 
 
 def _lagrange(at: float, taps: int) -> NDArray:
-    """Weights of pixels at 1 - taps/2 … taps/2 for the value at `at` in [0, 1)."""
+    """Weights of the pixels at 1 - taps/2 … taps/2 for the value at `at` in [0, 1)."""
     nodes = np.arange(taps) - (taps // 2 - 1)
     weights = np.ones(taps)
     for i, node in enumerate(nodes):
@@ -125,7 +125,7 @@ def _coarse(candidate: NDArray, reference: NDArray) -> list[tuple[float, float]]
         cost = (of_c + of_r - 2 * products) / area
     shifts = [np.fft.fftfreq(side, 1 / side) for side in size]
     near = (np.abs(shifts[0]) <= _FARTHEST * height)[:, np.newaxis] & (np.abs(shifts[1]) <= _FARTHEST * width)
-    # A shift that leaves only empty borders to compare proves nothing.
+    # A shift whose overlap is only empty borders proves nothing.
     near &= (of_c >= _LEAST_SHARED * (c * c).sum()) & (of_r >= _LEAST_SHARED * (r * r).sum())
     near[0, 0] = True
     cost = np.where(near, cost, np.inf)
@@ -139,7 +139,7 @@ def _coarse(candidate: NDArray, reference: NDArray) -> list[tuple[float, float]]
 
 
 def _correlations(c: NDArray, r: NDArray, size: tuple[int, int]) -> tuple[NDArray, NDArray, NDArray, NDArray]:
-    """For each shift: pixels of the overlap, Σ c r, Σ c² and Σ r² over it."""
+    """Number of pixels, Σ c r, Σ c² and Σ r² of the overlap for each shift."""
     known = np.fft.rfft2(np.ones_like(c), size)
     seen_c, seen_r = np.fft.rfft2(c, size), np.fft.rfft2(r, size)
     square_c, square_r = np.fft.rfft2(c * c, size), np.fft.rfft2(r * r, size)
@@ -149,7 +149,7 @@ def _correlations(c: NDArray, r: NDArray, size: tuple[int, int]) -> tuple[NDArra
 
 
 def _refined(candidate: NDArray, reference: NDArray, dx: float, dy: float) -> tuple[float, float, float]:
-    """(mean square, dx, dy) after Gauss-Newton steps from (dx, dy), as long as they lessen the difference."""
+    """Return (mean square, dx, dy) after Gauss-Newton steps from (dx, dy) that reduce the difference."""
     taps = min(6, taps_for(candidate.shape))
     best, best_cost = (dx, dy), float("inf")
     for _ in range(_STEPS):
@@ -164,7 +164,7 @@ def _refined(candidate: NDArray, reference: NDArray, dx: float, dy: float) -> tu
         step = _step(moved, off)
         if step is None:
             break
-        step *= min(1.0, 1.0 / max(float(np.abs(step).max()), 1e-12))  # the gradient says nothing of farther away
+        step *= min(1.0, 1.0 / max(float(np.abs(step).max()), 1e-12))  # the gradient holds for about a pixel
         dx, dy = dx + float(step[0]), dy + float(step[1])
         if np.abs(step).max() < _DONE:
             best = (dx, dy)
@@ -173,7 +173,7 @@ def _refined(candidate: NDArray, reference: NDArray, dx: float, dy: float) -> tu
 
 
 def _step(moved: NDArray, off: NDArray) -> NDArray | None:
-    """Where to shift further: moved(x - δ) ≈ moved - g·δ, so Σ g gᵀ δ = -Σ g off."""
+    """Return the step δ of the shift: moved(x - δ) ≈ moved - g·δ, so Σ g gᵀ δ = -Σ g off."""
     gx = 0.5 * (moved[1:-1, 2:] - moved[1:-1, :-2])
     gy = 0.5 * (moved[2:, 1:-1] - moved[:-2, 1:-1])
     inner = np.ascontiguousarray(off[1:-1, 1:-1])
@@ -181,6 +181,6 @@ def _step(moved: NDArray, off: NDArray) -> NDArray | None:
     largest = float(np.trace(matrix))
     if not largest > 0:
         return None
-    # Along an edge nothing shows a shift; a trace of the matrix keeps that direction where it is.
+    # A shift along an edge is invisible; a fraction of the matrix's trace keeps that component unchanged.
     matrix = matrix + 1e-9 * largest * np.eye(2)
     return np.linalg.solve(matrix.astype(np.float64), -np.array([np.vdot(gx, inner), np.vdot(gy, inner)]))

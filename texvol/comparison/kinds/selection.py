@@ -1,7 +1,7 @@
-"""Which hypotheses explain a difference: those that undo most of it, the simplest first, one after another.
+"""Selection of the hypotheses that explain a difference: those that undo most of it, the simplest first.
 
-One after another: what a kind leaves is a difference of its own, and is explained in turn, as long as there is more
-than rounding left. A kind has to undo most of what it is there for, or be followed by one that explains the rest.
+The difference that a kind leaves is explained in turn, as long as it exceeds rounding. A kind has to undo most of the
+difference, or to be followed by a kind that explains the rest.
 """
 
 from __future__ import annotations
@@ -29,48 +29,48 @@ from texvol.comparison.kinds.noise import MOST_GAUSSIAN, noise
 from texvol.comparison.kinds.pair import Pair
 
 MOST_KINDS = 3
-# Of the squared difference: what alone is an explanation; what is one if another explains the rest; and what leaves
-# nothing worth looking for a better one.
+# Fractions of the squared difference: of an explanation, of an explanation if another explains the rest, and of an
+# explanation for which no better one is looked for.
 _EXPLAINS, _HELPS, _COMPLETE = 0.8, 0.2, 0.98
-# A fitted number is worth a tenth of what is left; and what fits within a fiftieth fits as well.
+# A fitted parameter costs a tenth of the rest; scores within a fiftieth are equal.
 _PER_NUMBER, _AS_WELL = 0.1, 1.02
-_NOTHING = 1e-9  # of the squared difference: encodings in float32 leave 1e-12
-# A second change that isn't needed undoes a little as well: it has to undo most of what the first leaves.
+_NOTHING = 1e-9  # of the squared difference; encodings in float32 leave 1e-12
+# A superfluous second change undoes a little, too: a second change must undo most of the rest.
 _SECOND = 0.2
-_CURVE = 0.95  # a curve of any form follows a little of everything
-_STARTS = 3  # changes that a second one is tried after
+_CURVE = 0.95  # a curve of any form fits a little of everything
+_STARTS = 3  # first changes of a chain of two that are tried
 _ALONE = 0.5
-_SPARSE = 0.2  # of the pixels; fewer that differ may be those of outlines
-_FEW_STEPS = 2.0  # more could be anything
+_SPARSE = 0.2  # of the pixels; fewer differing pixels may be outlines
+_FEW_STEPS = 2.0  # a larger distance may have any cause
 _NEVER_UNDONE = ("noise", "edges only", "swapped order", "banding", "unexplained")
 
 
 @dataclass(frozen=True)
 class Found:
-    """Findings of which each explains what the one before leaves, and others that explain as much as the first."""
+    """Chain of findings, each of the rest that the one before leaves, and alternatives to the first."""
 
     chain: tuple[Finding, ...]
     alternatives: tuple[Finding, ...] = ()
-    is_proven: bool = False  # whatever its share
+    is_proven: bool = False  # whatever fraction it explains
 
     @property
     def explained(self) -> float:
-        """By all of the chain."""
+        """Fraction that the whole chain explains."""
         return sum(each.kind.explained for each in self.chain)
 
     @property
     def is_rounded(self) -> bool:
-        """Whether it is banding, first of all."""
+        """True if the first finding is banding."""
         return self.chain[0].kind.name == "banding"
 
     @property
     def left(self) -> Pair:
-        """What the last leaves."""
+        """Pair that the last finding leaves."""
         return self.chain[-1].left
 
 
 def explain(pair: Pair) -> list[Kind]:
-    """Kinds that together explain the pair's difference, at most three, with those that do as well."""
+    """Return at most three kinds that together explain the pair's difference, and equally good alternatives."""
     kinds: list[Kind] = []
     fraction, left = 1.0, pair
     while len(kinds) < MOST_KINDS and not left.is_rounding and left.total > _NOTHING * pair.total:
@@ -89,7 +89,7 @@ def explain(pair: Pair) -> list[Kind]:
 
 
 def explain_systematic(pair: Pair) -> list[Kind]:
-    """Kinds that explain a difference of the size of rounding: those that go with it as rounding does not."""
+    """Return the kinds of a difference of the size of rounding that follow the content, as rounding does not."""
     ranked = [each for each in (*_pixelwise(pair), *_elsewhere(pair)) if not each.is_rounded]
     ranked = [each for each in ranked if each.explained >= _EXPLAINS and goes_with(pair, each.left)]
     if not ranked:
@@ -100,7 +100,7 @@ def explain_systematic(pair: Pair) -> list[Kind]:
 
 
 def _next(pair: Pair, before: set[str]) -> Found | None:
-    """What explains most of the difference that the kinds `before` left."""
+    """Return the best explanation of the difference that the kinds `before` left."""
     alone = isolated.isolated_pixels(pair.beyond) if "isolated pixels" not in before else None
     if alone is not None:
         finding = isolated.isolated(pair, alone)
@@ -113,7 +113,7 @@ def _next(pair: Pair, before: set[str]) -> Found | None:
     if ranked and ranked[0].explained >= _COMPLETE:
         return ranked[0]
     if "scaled opacity" in before:
-        # What is left is light on its way through matter of several colours, which no change of single pixels is like.
+        # The rest is absorption in a medium of several colours, which no change of single pixels describes.
         return next((each for each in ranked if each.is_rounded and each.explained >= _EXPLAINS), None)
     proven = next((each for each in ranked if each.is_proven), None)
     if proven is not None:
@@ -134,7 +134,7 @@ def _next(pair: Pair, before: set[str]) -> Found | None:
 
 
 def _pixelwise(pair: Pair) -> list[Found]:
-    """Changes of each pixel by itself, one or two after another, the best first; few, and measured on all pixels."""
+    """Return changes of each pixel by itself, one or two in a chain, best first, measured on all pixels."""
     sample = pair.sample
     tried = _tried(sample, levels.changes(sample))
     if not tried or tried[0][0] > 1 - _COMPLETE:
@@ -165,7 +165,7 @@ def _pixelwise(pair: Pair) -> list[Found]:
 
 
 def _two(sample: Pair, tried: list[tuple[float, Change]]) -> tuple[float, tuple[Change, Change]] | None:
-    """(score, changes) of the best two, one after another."""
+    """Return the best chain of two changes and its score."""
     chains = []
     for score, first in tried[:_STARTS]:
         if score > 1 - _HELPS / 2:
@@ -179,9 +179,9 @@ def _two(sample: Pair, tried: list[tuple[float, Change]]) -> tuple[float, tuple[
 
 
 def _tried(sample: Pair, changes: Iterable[Change]) -> list[tuple[float, Change]]:
-    """(score, change), the best first, of changes that undo some of a sample's difference.
+    """Return (score, change), best first, of the changes that undo a part of a sample's difference.
 
-    The score is the share that is left, and a little more for each number that was fitted.
+    The score is the fraction that is left, plus a little for each fitted parameter.
     """
     scored = []
     for change in changes:
@@ -202,7 +202,7 @@ def _changes(sample: Pair) -> Iterator[Change]:
 
 
 def _measured(pair: Pair, chain: tuple[Change, ...]) -> Found:
-    """The changes undone in all pixels, one after another."""
+    """Undo the changes in all pixels, one after another."""
     findings, left, before = [], pair, 0.0
     for change in chain:
         left = change.undone(left)
@@ -226,7 +226,7 @@ def _elsewhere(pair: Pair) -> list[Found]:
 
 
 def _described(pair: Pair, before: set[str]) -> Found | None:
-    """Kinds that are seen by their traits, and can't be undone."""
+    """Return kinds that are recognised by their traits and cannot be undone."""
     rounded = levels.off_by_steps(pair, _FEW_STEPS)
     if rounded is not None:
         return Found((rounded,))
@@ -242,12 +242,12 @@ def _described(pair: Pair, before: set[str]) -> Found | None:
     if random is not None:
         alone = isolated.isolated_pixels(pair) if "isolated pixels" not in before else None
         rest = noise(alone.left_out(pair)) if alone is not None else None
-        # Among noise that is even everywhere, a pixel that stands out is no noise.
+        # In noise that is even everywhere, a pixel that stands out is an isolated pixel.
         if alone is not None and rest is not None and rest.kind.parameters["kurtosis"] < MOST_GAUSSIAN:
             return Found((rest, replace(isolated.isolated(pair, alone), left=random.left)))
         return Found((random,))
     if "shifted" in before:
-        return None  # what resampling left
+        return None  # the rest of resampling
     for describe in (order.swapped, end_slabs.unclipped, edges.blur, edges.edges):
         finding = describe(pair)
         if finding is not None and finding.kind.explained >= _EXPLAINS:
@@ -256,7 +256,7 @@ def _described(pair: Pair, before: set[str]) -> Found | None:
 
 
 def _dimmed_before_noise(pair: Pair, random: Finding | None) -> Found | None:
-    """Noise that hides most of a brightness, both of them: the factor goes with what is shown, noise does not."""
+    """Return a brightness and the noise that hides most of it: the factor follows the content, noise does not."""
     change = light.dimmed(pair)
     if change is None:
         return None
@@ -273,7 +273,7 @@ def _dimmed_before_noise(pair: Pair, random: Finding | None) -> Found | None:
 
 
 def _rest(found: Found) -> Found | None:
-    """The chain, followed by what explains what it leaves; None where nothing does."""
+    """Return the chain followed by a finding that explains the rest; None if none does."""
     left = found.left
     if left.is_rounding:
         return found
@@ -288,10 +288,10 @@ def _rest(found: Found) -> Found | None:
 
 
 def _in_all(kind: Kind, fraction: float) -> Kind:
-    """The kind with its share of the whole difference; said where it leaves some."""
+    """Return the kind with its fraction of the whole difference, and with words on the part that it leaves."""
     words = kind.words
     if kind.name not in _NEVER_UNDONE and kind.explained < _CURVE:
-        words += f"; undone, that takes {100 * _fraction(kind.explained):.0f} % of the squared difference away"
+        words += f"; this explains {100 * _fraction(kind.explained):.0f} % of the squared difference"
     return replace(kind, explained=_fraction(fraction * kind.explained), words=words)
 
 

@@ -1,4 +1,4 @@
-"""Tone curve: colour that is a function of the other picture's colour, of whatever form."""
+"""Tone curve: colour that is any function of the other picture's colour."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from texvol.comparison.kinds.encodings import Curve, is_partial, on_premultiplie
 from texvol.comparison.kinds.finding import Change
 from texvol.comparison.kinds.pair import Pair
 
-# A curve through as many points follows an encoding to 1 %; with fewer values than this for each it follows noise.
+# Points of a curve, which follows an encoding to 1 %; and the fewest values for each point, or the curve follows noise.
 _POINTS, _LEAST_EACH = 40, 25
-_LEAST_OPACITY = 0.02  # of less, straight colour is mostly rounding
+_LEAST_OPACITY = 0.02  # straight colour of smaller opacity is mostly rounding
 
 
 def changes(sample: Pair) -> Iterator[Change]:
-    """Colour that is a function of the other picture's colour, whatever function."""
+    """Yield a curve from the reference's colour to the candidate's, without a formula."""
     hows: dict[str, tuple[str, bool]] = {"premultiplied": ("colour", False)}
     if sample.has_opacity and is_partial(sample.reference[..., 3]):
         hows["straight"] = ("straight colour", True)
@@ -38,7 +38,7 @@ def changes(sample: Pair) -> Iterator[Change]:
 
 
 def _curve_through(at: NDArray, value: NDArray, weights: NDArray) -> tuple[NDArray, NDArray] | None:
-    """Means of `value` over bins of equal counts of `at`; None where there are too few."""
+    """Means of `value` over bins of equal counts of `at`; None if there are too few pixels."""
     used = (weights > 0) & (at != 0)
     at, value, weights = at[used], value[used], weights[used]
     if len(at) < _LEAST_EACH * _POINTS:

@@ -1,4 +1,4 @@
-"""What is of no known kind: where it is, in which channel, and of which sign."""
+"""Differences of no known kind: their position, channel and sign."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _BOX_FRACTION = 0.9
 
 
 def unexplained(pair: Pair) -> Finding:
-    """Where the difference is, in which channel, and of which sign."""
+    """Return the finding of a difference of no known kind."""
     left, top, right, bottom = _box(pair.energy)
     of_channels = np.square(pair.difference / max(pair.largest, 1e-30), dtype=np.float64).sum(axis=(0, 1))
     channel = int(of_channels.argmax())
@@ -32,12 +32,12 @@ def unexplained(pair: Pair) -> Finding:
 
 
 def _box(energy: NDArray) -> tuple[int, int, int, int]:
-    """(left, top, right, bottom), inclusive, of the middle 90 % along each axis."""
+    """Return (left, top, right, bottom), inclusive, of the middle 90 % along each axis."""
     ends = []
     for axis in (0, 1):
         along = energy.sum(axis=axis, dtype=np.float64)
         fraction = np.cumsum(along) / max(along.sum(), 1e-300)
-        # The tails are cut on four sides, so that together they hold what is left out.
+        # Four tails, which together hold the rest.
         tail = (1 - _BOX_FRACTION) / 4
         ends.append((int(np.searchsorted(fraction, tail)), int(np.searchsorted(fraction, 1 - tail))))
     (left, right), (top, bottom) = ends

@@ -1,9 +1,9 @@
-"""Many views into files, numbered pictures or a film, encoded by other processes while the next view is drawn.
+"""Numbered pictures and films, encoded by other processes while the next view is drawn.
 
-Processes, not threads: moderngl keeps Python's lock while a picture is drawn, so that a thread beside it would get
-its turn a few times a picture, and one PNG takes a dozen turns. Pictures go over in shared memory, two for each
-process, so that what is held does not grow with their number; messages go through a socket, and its end tells the
-process that nobody waits any more: it then ends too and leaves no half-written file.
+Processes, not threads: moderngl holds Python's lock while it draws, so that a thread would run only a few times per
+picture, and encoding one PNG takes a dozen such turns. Pictures are passed in shared memory, two for each process, so
+that memory does not grow with their number. Messages go through a socket; when it closes, the process ends and leaves
+no half-written file.
 """
 
 from __future__ import annotations
@@ -32,21 +32,21 @@ if TYPE_CHECKING:
 
 DEFAULT_FPS = 30.0
 _SLOTS = 2  # pictures held for each process: one that it encodes, one that waits
-_MOST_PROCESSES = 4  # encode as fast as a graphics card draws; llvmpipe wants the cores itself
-_PATIENCE = 20.0  # seconds for a process to finish the picture that it is at
-# What would cost a process of its own a third of its time: threads for linear algebra, of which there is none, and
-# memory that the C library hands back after every picture.
+_MOST_PROCESSES = 4  # encode as fast as a graphics card draws; llvmpipe needs the cores itself
+_PATIENCE = 20.0  # seconds for a process to finish its current picture
+# Settings that save a third of a process' time: no threads for linear algebra, and no memory returned to the system
+# after every picture.
 _ENVIRONMENT = {
     "OPENBLAS_NUM_THREADS": "1",
-    "MALLOC_MMAP_THRESHOLD_": str(1 << 25),  # the most that glibc takes
+    "MALLOC_MMAP_THRESHOLD_": str(1 << 25),  # the maximum of glibc
     "MALLOC_TRIM_THRESHOLD_": str(1 << 26),
 }
-_SPEAKER = re.compile(r"^(\[[^]]* @ 0x[0-9a-f]+\] )+")  # the part of ffmpeg that a line is of, and its address
+_SPEAKER = re.compile(r"^(\[[^]]* @ 0x[0-9a-f]+\] )+")  # name and address of ffmpeg's component in a message
 _CONVERSION = re.compile(r"%%|%0?\d{0,2}d|%")
 
 
 def numbered(path: str | os.PathLike[str], number: int) -> Path:
-    """The name with its %d, or %04d, replaced by the number, and %% by %; only the file's own, not its folder's."""
+    """Return the path with %d or %04d in the file's name replaced by the number, and %% by %."""
     path = Path(path)
 
     def text(match: re.Match[str]) -> str:
@@ -56,7 +56,7 @@ def numbered(path: str | os.PathLike[str], number: int) -> Path:
 
 
 def check_output(path: str | os.PathLike[str], views: int | None, size: tuple[int, int]) -> None:
-    """Raise InputError unless a picture (`views` None), or pictures or a film of so many views, can be written there.
+    """Raise InputError if a picture (`views` None), or so many pictures, or a film can't be written to `path`.
 
     Raises
     ------
@@ -67,21 +67,21 @@ def check_output(path: str | os.PathLike[str], views: int | None, size: tuple[in
     numbers = [match for match in found if match != "%"]
     if views is None:
         if is_film(path):
-            raise InputError(f"{path}: a film has many pictures: give --orbit N or --time all, or a picture's name")
+            raise InputError(f"{path}: a film needs several pictures: give --orbit N or --time all, or name a picture")
         if numbers:
             several = "--orbit N or --time all"
-            raise InputError(f"{path}: {numbers[0]} numbers the pictures of {several}, and there is only one")
+            raise InputError(f"{path}: {numbers[0]} needs several pictures: give {several}, or a name without it")
         image.check_writable(path)
     elif is_film(path):
         if numbers:
-            raise InputError(f"{path}: a film is one file, and its name has no {numbers[0]}")
+            raise InputError(f"{path}: the name of a film must not have {numbers[0]}")
         film_formats.check_size(path, size)
         film_formats.ffmpeg()
         writing.check_writable(path)
     elif len(numbers) != 1 or len(found) != 1:
         raise InputError(
-            f"{path}: several pictures are numbered by one %d in the name, as in frame_%04d.png; "
-            "or it is a film, as in film.mp4 and film.gif"
+            f"{path}: the name for several pictures must have one %d, such as frame_%04d.png, "
+            "or be a film, such as film.mp4 or film.gif"
         )
     else:
         for number in (0, views - 1):
@@ -89,25 +89,25 @@ def check_output(path: str | os.PathLike[str], views: int | None, size: tuple[in
 
 
 class Writer:
-    """Writes views to numbered pictures or to a film; a context manager, left without `finish` it drops a film.
+    """Writer of views to numbered pictures or a film; leaving its context without `finish` removes the film.
 
     Parameters
     ----------
     path : path
-        As `check_output` wants it.
+        As for `check_output`.
     size : (width, height)
         Pixels of every picture.
     views : int
-        How many there will be.
+        Number of pictures.
     transparent : bool
-        Whether PNGs keep the opacity.
+        True if PNGs keep the opacity.
     fps : float
         Frames per second of a film.
 
     Raises
     ------
     InputError
-        From `add` and `finish`: if a file can't be written, a full disk included.
+        From `add` and `finish`: if a file can't be written, for example because the disk is full.
     """
 
     def __init__(
@@ -120,7 +120,7 @@ class Writer:
         fps: float = DEFAULT_FPS,
     ) -> None:
         job: dict[str, Any] = {"path": os.fspath(path), "size": size, "transparent": transparent}
-        self._folder: Path | None = None  # of a film that is not whole yet
+        self._folder: Path | None = None  # of a film in progress
         count = min(max(len(os.sched_getaffinity(0)) // 2, 1), _MOST_PROCESSES, views)
         if is_film(path):
             count = 1
@@ -137,17 +137,17 @@ class Writer:
             raise
 
     def add(self, picture: NDArray[np.float32], attributes: Mapping[str, str] | None = None) -> None:
-        """The next view, (height, width, 4); waits while two are on their way to the same process."""
+        """Write the next view, (height, width, 4); wait while its process has two pictures."""
         self._processes[self._added % len(self._processes)].send(self._added, picture, dict(attributes or {}))
         self._added += 1
 
     def finish(self) -> None:
-        """Wait until every file is whole and in its place."""
+        """Wait until every file is complete and renamed."""
         for process in self._processes:
             process.finish()
 
     def close(self) -> None:
-        """End the processes; pictures that they have begun are finished, a film that is not is dropped."""
+        """End the processes; pictures in progress are finished, an unfinished film is removed."""
         for process in self._processes:
             process.hang_up()
         for process in self._processes:
@@ -165,7 +165,7 @@ class Writer:
 
 
 class _Process:
-    """One process that encodes and writes, seen from here."""
+    """Encoding process, as its parent uses it."""
 
     def __init__(self, job: dict[str, Any]) -> None:
         import multiprocessing.connection
@@ -183,17 +183,17 @@ class _Process:
                     stdout=subprocess.DEVNULL,
                     env=environment_of_child(**_ENVIRONMENT),
                     pass_fds=(theirs.fileno(), memory),
-                    process_group=0,  # ctrl-C is for us; the process learns of it when we hang up
+                    process_group=0,  # ctrl-C goes to the parent; the process ends when the connection closes
                 )
         except OSError as error:
-            raise InputError(f"no process can be started to write pictures: {error.strerror or error}") from None
+            raise InputError(f"can't start a process to write pictures: {error.strerror or error}") from None
         finally:
             os.close(memory)
         self._sent = self._acknowledged = 0
         self._tell(job)
 
     def send(self, number: int, picture: NDArray[np.float32], attributes: dict[str, str]) -> None:
-        """Have the picture written as the one of that number."""
+        """Send a picture to be written under that number."""
         while self._sent - self._acknowledged == _SLOTS or self._connection.poll():
             self._hear()
         slot = self._sent % _SLOTS
@@ -202,13 +202,13 @@ class _Process:
         self._sent += 1
 
     def finish(self) -> None:
-        """Wait for everything that was sent."""
+        """Wait until all pictures are written."""
         self._tell(None)
         while self._acknowledged <= self._sent:  # one more than pictures: for the end
             self._hear()
 
     def hang_up(self) -> None:
-        """Nothing more will come."""
+        """Close the connection: no more pictures."""
         self._connection.close()
 
     def wait(self) -> None:
@@ -225,7 +225,7 @@ class _Process:
         try:
             self._connection.send(message)
         except ConnectionError:
-            while True:  # until it has said why it went
+            while True:  # until the process has reported its error
                 self._hear()
 
     def _hear(self) -> None:
@@ -243,20 +243,20 @@ class _Process:
 
 
 class _Sink(Protocol):
-    """Where a process puts pictures."""
+    """Output of a process."""
 
     def add(self, number: int, picture: NDArray[np.float32], attributes: dict[str, str]) -> None:
-        """One picture."""
+        """Write a picture."""
 
     def finish(self) -> None:
-        """No more pictures: make whole what there is."""
+        """Flush frames and close the file."""
 
     def drop(self) -> None:
-        """Leave nothing half written."""
+        """Remove what is half written."""
 
 
 class _Pictures:
-    """One file for each picture."""
+    """Numbered picture files."""
 
     def __init__(self, job: Mapping[str, Any]) -> None:
         self._job = job
@@ -274,7 +274,7 @@ class _Pictures:
 
 
 class _Film:
-    """A film, encoded beside its place."""
+    """Film, encoded in a folder beside its path."""
 
     def __init__(self, job: Mapping[str, Any]) -> None:
         import subprocess
@@ -292,7 +292,7 @@ class _Film:
             stdin=subprocess.PIPE,
             stdout=subprocess.DEVNULL,
             stderr=self._errors,
-            restore_signals=False,  # SIGXFSZ stays ignored: ffmpeg says that the file is too large, and is not killed
+            restore_signals=False,  # SIGXFSZ stays ignored, so that ffmpeg reports that the file is too large
         )
 
     def add(self, number: int, picture: NDArray[np.float32], attributes: dict[str, str]) -> None:
@@ -311,7 +311,7 @@ class _Film:
         if self._process.wait():
             raise self._failed()
         try:
-            os.replace(self._folder / "film", os.path.realpath(self._path))  # what a link points to
+            os.replace(self._folder / "film", os.path.realpath(self._path))  # the target of a link, not the link
         except OSError as error:
             raise InputError(f"{self._path}: cannot be written: {writing.reason_of(error)}") from None
         writing.remove(self._folder)
@@ -331,7 +331,7 @@ class _Film:
 
 
 def serve(connection_descriptor: int, memory_descriptor: int) -> None:
-    """What the other process does: write the pictures that it is told of, answer None to each, or what went wrong."""
+    """Body of the process: write the pictures received, answering None, or an error, to each."""
     from multiprocessing.connection import Connection
 
     connection: Connection[Any, Any] = Connection(connection_descriptor)
@@ -341,7 +341,7 @@ def serve(connection_descriptor: int, memory_descriptor: int) -> None:
         sink: _Sink | None = None
         try:
             sink = _Film(job) if is_film(job["path"]) else _Pictures(job)
-            with np.errstate(all="ignore"):  # numbers out of range show in the picture
+            with np.errstate(all="ignore"):  # numbers out of range are visible in the picture
                 while (message := connection.recv()) is not None:
                     slot, number, attributes = message
                     sink.add(number, pictures[slot], attributes)
@@ -353,14 +353,14 @@ def serve(connection_descriptor: int, memory_descriptor: int) -> None:
             if sink is not None:
                 sink.drop()
     except (EOFError, ConnectionError):
-        pass  # nobody waits any more
+        pass  # the parent has closed the connection
     except Exception as error:
         with contextlib.suppress(OSError):
             connection.send((type(error).__name__, str(error) or type(error).__name__))
 
 
 def _shared_memory(path: str, size: tuple[int, int]) -> int:
-    """Descriptor of memory for the pictures of one process, which that process can be given."""
+    """Return the descriptor of shared memory for the pictures of one process."""
     try:
         return writing.memory_file(_SLOTS * size[0] * size[1] * 16)
     except OSError as error:
@@ -368,7 +368,7 @@ def _shared_memory(path: str, size: tuple[int, int]) -> int:
 
 
 def _pictures(memory: int, size: tuple[int, int]) -> NDArray[np.float32]:
-    """The pictures in shared memory, (slots, height, width, 4)."""
+    """Return the pictures in shared memory, (slots, height, width, 4)."""
     import mmap
 
     return np.frombuffer(mmap.mmap(memory, 0), np.float32).reshape(_SLOTS, size[1], size[0], 4)

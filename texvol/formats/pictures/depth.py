@@ -1,4 +1,4 @@
-"""Depths in a file: EXR of one float32 channel named Z, in world units, infinite where nothing is hit."""
+"""Depth files: EXR with one float32 channel Z, in world units, infinite where a ray hits nothing."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from numpy.typing import ArrayLike
 from texvol.formats.pictures.image import scratch_file
 from texvol.util import writing
 from texvol.util.errors import InputError
-from texvol.util.terminal import one_line
+from texvol.util.terminal import library_reason
 
-_HEADER_BYTES = 1 << 16  # room for what the file holds beside its pixels
+_HEADER_BYTES = 1 << 16  # room for the header
 
 
 def check_writable(path: str | os.PathLike[str]) -> None:
-    """Raise InputError if depths can't be written to `path`: asked before the work of finding them."""
+    """Raise InputError if depths can't be written to `path`; called before they are computed."""
     if Path(path).suffix.lower() != ".exr":
-        raise InputError(f"{path}: depths are written as EXR, and the name is to end with .exr")
+        raise InputError(f"{path}: depths are written as EXR: the name must end with .exr")
     writing.check_writable(path)
 
 
 def write(path: str | os.PathLike[str], depth: ArrayLike) -> None:
-    """Write depths of shape (height, width), row 0 on top, whole or not at all.
+    """Write depths of shape (height, width), top row first, whole or not at all.
 
     Raises
     ------
@@ -36,7 +36,7 @@ def write(path: str | os.PathLike[str], depth: ArrayLike) -> None:
 
 
 def encoded(path: str | os.PathLike[str], depth: ArrayLike) -> bytes:
-    """The bytes of a file `path` that holds depths of shape (height, width)."""
+    """Return the bytes of a file `path` with depths of shape (height, width)."""
     import OpenImageIO as oiio
 
     with np.errstate(over="ignore"):
@@ -50,9 +50,9 @@ def encoded(path: str | os.PathLike[str], depth: ArrayLike) -> bytes:
         with scratch_file(pixels.nbytes + _HEADER_BYTES) as scratch:
             output = oiio.ImageOutput.create("exr")
             if output is None:
-                raise InputError(f"{path}: this OpenImageIO writes no EXR: {one_line(oiio.geterror())}")
+                raise InputError(f"{path}: this OpenImageIO can't write EXR: {library_reason(oiio.geterror())}")
             if not (output.open(scratch, spec) and output.write_image(pixels) and output.close()):
-                raise InputError(f"{path}: cannot be encoded: {one_line(output.geterror())}")
+                raise InputError(f"{path}: cannot be encoded: {library_reason(output.geterror())}")
             return Path(scratch).read_bytes()
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {writing.reason_of(error)}") from None

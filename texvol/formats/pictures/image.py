@@ -1,8 +1,8 @@
-"""Pictures in and out, through OpenImageIO.
+"""Picture files, read and written by OpenImageIO.
 
-In the program a picture is (height, width, 4) float, premultiplied, linear, top row first. EXR files hold just that,
-as float32, with facts about the scene as attributes. PNG and JPEG hold it over its background, as sRGB in 8 bits;
-a PNG without a background keeps its opacity and holds straight colour.
+In the program a picture is (height, width, 4) float, premultiplied, linear, top row first. EXR files hold it as it is,
+as float32, with metadata about the scene as attributes. PNG and JPEG hold it over its background, as 8-bit sRGB; a PNG
+without a background keeps its opacity and holds straight colour.
 """
 
 from __future__ import annotations
@@ -20,17 +20,17 @@ from texvol.formats.pictures import quick_png
 from texvol.util import writing
 from texvol.util.color import linear_from_srgb
 from texvol.util.errors import InputError
-from texvol.util.terminal import one_line
+from texvol.util.terminal import library_reason
 
 FORMATS = (".exr", ".png", ".jpg", ".jpeg")
-_OWN = "texvol:"  # begins the names of attributes that mean nothing to OpenImageIO
-_PIXELS_AT_ONCE = 1 << 14  # what is worked out on the way stays in the processor's cache
+_OWN = "texvol:"  # prefix of attributes without a meaning for OpenImageIO
+_PIXELS_AT_ONCE = 1 << 14  # so that intermediates stay in the processor's cache
 
 
 def check_writable(path: str | os.PathLike[str]) -> None:
-    """Raise InputError if a picture can't be written to `path`: asked before the work of making one."""
+    """Raise InputError if a picture can't be written to `path`; called before it is drawn."""
     if Path(path).suffix.lower() not in FORMATS:
-        raise InputError(f"{path}: a picture's name ends with one of {', '.join(FORMATS)}")
+        raise InputError(f"{path}: the name of a picture must end with one of {', '.join(FORMATS)}")
     writing.check_writable(path)
 
 
@@ -41,12 +41,12 @@ def write(
     *,
     transparent: bool = False,
 ) -> None:
-    """Write a picture beside `path`, then give it its name, so that no reader sees half of it; see `encoded`.
+    """Write a picture, whole or not at all; see `encoded`.
 
     Raises
     ------
     InputError
-        If the file can't be written, a full disk included.
+        If the file can't be written, for example because the disk is full.
     """
     check_writable(path)
     writing.write_files({path: encoded(path, picture, attributes, transparent=transparent)})
@@ -60,18 +60,18 @@ def encoded(
     transparent: bool = False,
     quick: bool = False,
 ) -> bytes:
-    """The bytes of a picture file whose format is that of the name `path`.
+    """Return the bytes of a picture file in the format of the name `path`.
 
     Parameters
     ----------
     picture : array of shape (height, width, 4)
         Premultiplied, linear, top row first, background included.
     attributes : mapping
-        Text to keep in the file's header.
+        Text for the file's header.
     transparent : bool
-        Whether a PNG keeps the opacity; EXR always does, JPEG never.
+        True if a PNG keeps the opacity; EXR always does, JPEG never.
     quick : bool
-        Whether time matters more than bytes.
+        True if encoding time matters more than file size.
     """
     kind = Path(path).suffix.lower()
     if kind == ".exr":
@@ -87,22 +87,22 @@ def encoded(
 
 
 def read(path: str | os.PathLike[str]) -> NDArray[np.float32]:
-    """Pixels as they stand in the file, (height, width, channels) float32; 8 bits become [0, 1], sRGB stays sRGB."""
+    """Return the pixels of a file, (height, width, channels) float32; 8 bits become [0, 1], sRGB stays sRGB."""
     import OpenImageIO as oiio
 
     source = oiio.ImageInput.open(os.fspath(path))
     if source is None:
-        raise InputError(f"{path}: cannot be read: {one_line(oiio.geterror())}")
+        raise InputError(f"{path}: cannot be read: {library_reason(oiio.geterror())}")
     pixels = source.read_image(oiio.FLOAT)
     reason = source.geterror()
     source.close()
     if pixels is None:
-        raise InputError(f"{path}: cannot be read: {one_line(reason)}")
+        raise InputError(f"{path}: cannot be read: {library_reason(reason)}")
     return np.asarray(pixels)
 
 
 def eight_bits(picture: NDArray, transparent: bool = False) -> NDArray[np.uint8]:
-    """sRGB of a linear premultiplied picture, (height, width, 3), or 4 channels with straight colour if transparent."""
+    """Return sRGB of a linear premultiplied picture, (height, width, 3), or 4 channels of straight colour."""
     if not transparent:
         return _srgb_levels(picture[..., :3])
     opacity = np.clip(picture[..., 3], 0, 1)
@@ -113,11 +113,11 @@ def eight_bits(picture: NDArray, transparent: bool = False) -> NDArray[np.uint8]
 
 
 def _srgb_levels(linear: NDArray) -> NDArray[np.uint8]:
-    """The nearest of 255 levels to the sRGB encoding of (height, width, channels); what is no number is black.
+    """Return the nearest of 255 levels to the sRGB encoding of (height, width, channels); NaN is black.
 
-    Looked up, because powers take as long as the rest of a PNG: by the first half of a number's bits, to which the
-    levels are too close together for two in one entry. What is found there has the level in its upper half, and in its
-    lower half so much that adding the second half of the number's bits carries where the next level begins.
+    The levels are looked up, since computing powers takes as long as the rest of a PNG. The index is the upper half of
+    a float's bits; no entry contains more than one step between levels. An entry has the level in its upper half, and
+    a number in its lower half such that adding the lower half of the float's bits carries where the next level begins.
     """
     table, (height, width, channels) = _level_table(), linear.shape
     levels = np.empty(linear.shape, np.uint8)
@@ -126,11 +126,11 @@ def _srgb_levels(linear: NDArray) -> NDArray[np.uint8]:
     entries, found = np.empty(numbers.shape, np.intp), np.empty(numbers.shape, np.uint32)
     for row in range(0, height, at_once):
         part = linear[row : row + at_once]
-        for channel in range(channels):  # NumPy copies all of them at once in five times the time
+        for channel in range(channels):  # five times faster than one copy of all channels
             numbers[: len(part), :, channel] = part[..., channel]
         bits = numbers.view(np.uint32)
         np.right_shift(bits, 16, out=entries, casting="unsafe")
-        table.take(entries, out=found, mode="clip")  # none is outside; this mode needs no copy
+        table.take(entries, out=found, mode="clip")  # no index is outside; this mode needs no copy
         found += np.bitwise_and(bits, 0xFFFF, out=bits)
         levels[row : row + at_once] = np.right_shift(found, 16, out=found)[: len(part)]
     return levels
@@ -145,13 +145,13 @@ def _level_table() -> NDArray[np.uint32]:
     level = np.where(first > 0, np.searchsorted(levels_from, first, side="right"), 0)
     table: NDArray[np.uint32] = np.left_shift(level, 16).astype(np.uint32)
     begins = levels_from.view(np.uint32)
-    within = (begins & 0xFFFF) > 0  # others begin with the entry
+    within = (begins & 0xFFFF) > 0  # other levels begin with the entry
     table[begins[within] >> 16] += (1 << 16) - (begins[within] & 0xFFFF)
     return table
 
 
 def _quick_png(pixels: NDArray[np.uint8], attributes: Mapping[str, str]) -> bytes:
-    """The bytes of a PNG: OpenImageIO's, once for many pictures, with texts and pixels of our own."""
+    """Return a PNG: OpenImageIO's file, made once for many pictures, with other texts and pixels."""
     own = {name: text for name, text in attributes.items() if name.startswith(_OWN)}
     others = tuple((name, text) for name, text in attributes.items() if name not in own)
     return quick_png.filled(_png_of_a_pixel(pixels.shape[2], others), own, pixels)
@@ -163,7 +163,7 @@ def _png_of_a_pixel(channels: int, attributes: tuple[tuple[str, str], ...]) -> b
 
 
 def _encoded(pixels: NDArray, kind: str, attributes: Mapping[str, str]) -> bytes:
-    """The bytes of a picture file of `kind`, such as ".png"."""
+    """Return the bytes of a picture file of `kind`, such as ".png"."""
     import OpenImageIO as oiio
 
     height, width, channels = pixels.shape
@@ -174,25 +174,25 @@ def _encoded(pixels: NDArray, kind: str, attributes: Mapping[str, str]) -> bytes
         spec.attribute("oiio:ColorSpace", "srgb_rec709_scene")
         spec.attribute("oiio:UnassociatedAlpha", 1)  # the pixels are straight already
         spec.attribute("Compression", "jpeg:95" if kind in (".jpg", ".jpeg") else "zip")
-        spec.attribute("png:compressionLevel", 4)  # a third of the time of the usual 6 for a tenth more bytes
+        spec.attribute("png:compressionLevel", 4)  # a third of the time of the usual 6, and a tenth more bytes
     else:
         spec.attribute("oiio:ColorSpace", "lin_rec709_scene")
         spec.attribute("Compression", "zip")
     with scratch_file(pixels.nbytes + (1 << 16)) as scratch:
         output = oiio.ImageOutput.create(kind[1:])
         if output is None:
-            raise InputError(f"this OpenImageIO writes no {kind}: {one_line(oiio.geterror())}")
+            raise InputError(f"this OpenImageIO can't write {kind}: {library_reason(oiio.geterror())}")
         if not (output.open(scratch, spec) and output.write_image(pixels) and output.close()):
-            raise InputError(f"the picture cannot be encoded as {kind}: {one_line(output.geterror())}")
+            raise InputError(f"the picture cannot be encoded as {kind}: {library_reason(output.geterror())}")
         return Path(scratch).read_bytes()
 
 
 @contextmanager
 def scratch_file(most_bytes: int) -> Iterator[str]:
-    """Name of a file in memory to encode into.
+    """Yield the name of a file in memory to encode into.
 
-    Out of room libjpeg ends the process and libpng says nothing: so it is not the picture's own file, and room for
-    `most_bytes` is made sure of first.
+    On a full disk libjpeg ends the process and libpng reports nothing; so the encoder writes to memory, for which
+    `most_bytes` are reserved first.
     """
     handle = writing.memory_file(most_bytes)
     try:

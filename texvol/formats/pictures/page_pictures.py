@@ -1,4 +1,4 @@
-"""Pictures inside pages: PNG and JPEG bytes, data: URLs, and the colours of false-colour maps."""
+"""Pictures in HTML pages: PNG files, data URLs, and false colours."""
 
 from __future__ import annotations
 
@@ -11,30 +11,30 @@ from numpy.typing import NDArray
 from texvol.formats.pictures import image
 from texvol.util import color
 
-# Perceptually even, dark to bright, and told apart by all kinds of eyes.
+# Perceptually uniform, from dark to bright, and safe for colour-blind readers.
 _COLORMAP = "inferno"
 
 
 def png(picture: NDArray) -> bytes:
-    """PNG file of a picture, linear and premultiplied, over black."""
+    """Return the PNG file of a linear premultiplied picture over black."""
     return image.encoded("picture.png", picture)
 
 
 def data_url(content: bytes, kind: str = "image/png") -> str:
-    """The content as a URL that needs no network."""
+    """Return the content as a data URL."""
     return f"data:{kind};base64,{base64.b64encode(content).decode()}"
 
 
 @cache
 def color_table() -> NDArray[np.uint8]:
-    """The 256 colours of a false-colour map, least to largest: sRGB of 8 bits, (256, 3)."""
+    """Return the 256 colours of the false-colour map, 8-bit sRGB, (256, 3)."""
     from cmap import Colormap
 
     return np.rint(255 * np.asarray(Colormap(_COLORMAP)(np.arange(256) / 255), np.float64)[:, :3]).astype(np.uint8)
 
 
 def colored(fractions: NDArray) -> NDArray[np.float64]:
-    """A linear picture in the false colours of shares in [0, 1]."""
+    """Return a linear picture in false colours of fractions in [0, 1]."""
     from cmap import Colormap
 
     colors = np.asarray(Colormap(_COLORMAP)(fractions), np.float64)

@@ -1,7 +1,7 @@
-"""Files to Volumes: one module for each family of formats, one way in, one place where what goes wrong becomes a line.
+"""Readers of volume files: one module for each family of formats, with one entry point, `load`.
 
-A reader learns from the header where the samples lie, holds that against the file and the memory there is, and only
-then reads. World coordinates are the file's own: nothing is turned or mirrored on the way.
+A reader learns from the header where the samples are, checks this against the size of the file and the available
+memory, and reads only then. World coordinates are those of the file, without rotation or mirroring.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ def load(
     color: bool | None = None,
     missing: float | Sequence[float] | None = None,
 ) -> Volume:
-    """The volume that a file, or a folder of slices, holds.
+    """Return the volume of a file or a folder of slices.
 
     Parameters
     ----------

@@ -1,11 +1,11 @@
-"""Cells of a curvilinear grid, and which of them, and where in it, a point lies.
+"""Cells of a curvilinear grid, and the location of points in them.
 
 A cell's points are p(u) = Σ w_c(u) p_c over its 8 corners, u from 0 to 1 along each grid axis and w_c the trilinear
 weights. As a polynomial, with one bit of m for each axis,
 
     p(u) = Σ_m b_m (u - 1/2)^m,      with the product of those components whose bit m has,
 
-and u(p) is found by Newton's steps from the cell's middle; where the cell is a parallelepiped the first one ends it.
+and u(p) is found by Newton's method from the cell's middle; for a parallelepiped the first step is exact.
 """
 
 from __future__ import annotations
@@ -17,20 +17,20 @@ from numpy.typing import NDArray
 
 from texvol.formats.readers.samples import FileFault
 
-_CHUNK = 2**16  # cells, or trials of a point in a cell, at a time: their intermediates stay in the cache
-_FLAT = 1e-6  # volume of a cell, relative to the product of its edges: less, and it is flat as `Volume` has it
-_FOLDED = 1e-3  # of its largest Jacobian: a corner turned the other way by more is no rounding
+_CHUNK = 2**16  # cells, or trials of a point in a cell, per step: intermediates stay in the cache
+_FLAT = 1e-6  # volume of a cell, relative to the product of its edges, below which `Volume` calls it flat
+_FOLDED = 1e-3  # of the cell's largest Jacobian: a negative corner beyond this is not rounding
 _MOST_STEPS = 30
-# Newton's steps square the error: from a millionth of a cell the next ends at rounding. What is asked for is some
-# thousand times what float64 rounds off.
+# Newton's method squares the error: after a millionth of a cell the next step reaches rounding. The limit is some
+# thousand times the rounding of float64.
 _CONVERGED = 1e-12
-_EDGE = 1e-9  # of a cell: by so much a point may lie outside for rounding and be on its face
-_REACH = 0.5  # of a cell: steps end this far outside at most, where no root is wanted and Newton's steps may run off
-_MOST_TRIALS = 30  # for each cell and point; the box of a cell that lies askew holds points of a few others
+_EDGE = 1e-9  # of a cell: points this far outside count as on the face
+_REACH = 0.5  # of a cell: steps are clipped this far outside, where Newton's method may diverge
+_MOST_TRIALS = 30  # per cell and point; the bounding box of an oblique cell has points of a few other cells
 
 
 class Cells:
-    """The cells of a grid of points, numbered along x, then y, then z.
+    """Cells of a grid of points, numbered along x, then y, then z.
 
     Parameters
     ----------
@@ -46,12 +46,12 @@ class Cells:
         self._strides = (1, nx, nx * ny)
 
     def index(self, cells: NDArray[np.intp]) -> NDArray[np.intp]:
-        """Indices x, y, z of the cells' first corners, shape (m, 3)."""
+        """Return indices x, y, z of the cells' first corners, shape (m, 3)."""
         x, y, _ = self.shape
         return np.stack([cells % x, cells // x % y, cells // (x * y)], axis=-1)
 
     def corners(self, cells: NDArray[np.intp], origin: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Corners of the cells from `origin`, shape (8, m, 3); corner c has bit a set on axis a's far side."""
+        """Return the cells' corners from `origin`, shape (8, m, 3); bit a of a corner is its side on axis a."""
         first = self.index(cells) @ np.array(self._strides)
         flat = self._points.reshape(-1, 3)
         found = np.empty((8, len(cells), 3))
@@ -61,14 +61,14 @@ class Cells:
         return found - origin
 
     def blocks(self) -> Iterator[NDArray[np.intp]]:
-        """All cells, some at a time."""
+        """Yield the numbers of all cells, in chunks."""
         for begin in range(0, self.count, _CHUNK):
             yield np.arange(begin, min(begin + _CHUNK, self.count))
 
     def check(self, origin: NDArray[np.float64], extent: NDArray[np.float64]) -> int:
-        """How many cells are flat; FileFault if all are, if one is folded, or if some are turned the other way.
+        """Return the number of flat cells; raise FileFault if all are flat, or cells are folded or of mixed handedness.
 
-        Lengths are shares of the grid's `extent`, since its axes may have different units.
+        Lengths are fractions of the grid's `extent`, since its axes may have different units.
         """
         flat_cells, turned = 0, {True: -1, False: -1}
         for block in self.blocks():
@@ -85,7 +85,9 @@ class Cells:
             folded = ~is_flat & (jacobians.min(axis=0) < -most) & (jacobians.max(axis=0) > most)
             if folded.any():
                 where = self._name(block[np.argmax(folded)])
-                raise FileFault(f"its cell {where} is folded: its corners turn both ways, and it holds points twice")
+                raise FileFault(
+                    f"cell {where} is folded: its corners have both orientations, so it covers points twice"
+                )
             is_left = jacobians.sum(axis=0) < 0
             for side in (True, False):
                 found = np.flatnonzero(~is_flat & (is_left == side))
@@ -95,7 +97,7 @@ class Cells:
             raise FileFault(f"is flat: none of its {self.count} cells has a volume")
         if min(turned.values()) >= 0:
             names = " and ".join(self._name(cell) for cell in sorted(turned.values()))
-            raise FileFault(f"its grid is folded: its cells {names} are turned opposite ways")
+            raise FileFault(f"its grid is folded: cells {names} have opposite orientations")
         return flat_cells
 
     def _name(self, cell: int) -> str:
@@ -104,14 +106,14 @@ class Cells:
     def locate(
         self, origin: NDArray[np.float64], spacing: NDArray[np.float64], counts: list[int]
     ) -> Iterator[tuple[NDArray[np.intp], NDArray[np.float64]]]:
-        """Points of a regular grid along the world's axes that lie in cells.
+        """Yield the points of a regular grid along the world's axes that are inside cells.
 
         Yields
         ------
         array of shape (m,)
-            The points, numbered along x, then y, then z. One on a face may come with each of the cells there.
+            The points, numbered along x, then y, then z. A point on a face may be in several cells.
         array of shape (m, 3)
-            Where they lie in the grid of points: index x, y, z.
+            Their positions in the grid of points: index x, y, z.
         """
         trials = 0
         for block in self.blocks():
@@ -125,8 +127,8 @@ class Cells:
             most = _MOST_TRIALS * (self.count + int(np.prod(counts)))
             if trials > most:
                 raise FileFault(
-                    f"its cells lie so far askew, or over one another, that finding {' x '.join(map(str, counts))} "
-                    f"points in them takes more than {most} trials; choose fewer with --resolution NX,NY,NZ"
+                    f"its cells are so oblique, or overlap so much, that finding {' x '.join(map(str, counts))} "
+                    f"points in them takes more than {most} trials; choose fewer points with --resolution NX,NY,NZ"
                 )
             for begin in range(0, int(ends[-1]), _CHUNK):
                 number = np.arange(begin, min(begin + _CHUNK, int(ends[-1])))
@@ -140,7 +142,7 @@ class Cells:
 
 
 def _jacobian(corners: NDArray[np.float64], corner: int) -> NDArray[np.float64]:
-    """Volume that the edges at a corner of cells span, positive where they are right-handed, shape (m,)."""
+    """Return the volume spanned by the edges at a corner of cells, positive if right-handed, shape (m,)."""
     edges = [(corners[corner | 1 << axis] - corners[corner & ~(1 << axis)]).T for axis in range(3)]
     return _determinant(*edges)
 
@@ -150,10 +152,10 @@ def _determinant(a: NDArray[np.float64], b: NDArray[np.float64], c: NDArray[np.f
 
 
 class _Maps:
-    """The cells' maps as polynomials from their middles, arrays of shape (…, 3, m)."""
+    """Maps of the cells as polynomials around their middles, arrays of shape (…, 3, m)."""
 
     def __init__(self, corners: NDArray[np.float64]) -> None:
-        # b_m by half sums and differences along one axis after another.
+        # b_m from half sums and differences along each axis.
         terms = np.ascontiguousarray(corners.transpose(0, 2, 1))
         for axis in range(3):
             for m in range(8):
@@ -163,7 +165,7 @@ class _Maps:
         self.terms = terms
         self.size = np.abs(terms[1:]).max(axis=(0, 1))
         columns = tuple(terms[1 << axis] for axis in range(3))
-        # By how much the terms beyond the linear ones move an estimate from the middle: |u| is 1/2 at most in the cell.
+        # Bound of the terms beyond the linear ones: |u| is at most 1/2 in the cell.
         fractions = {3: 0.25, 5: 0.25, 6: 0.25, 7: 0.125}
         self.beyond = np.sum(
             [fraction * np.abs(_solved(columns, terms[m])) for m, fraction in fractions.items()], axis=0
@@ -172,12 +174,12 @@ class _Maps:
     def locate(
         self, cell: NDArray[np.intp], point: NDArray[np.float64]
     ) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
-        """Which of the points, shape (m, 3), lie in the cells that they are tried with, and where there from 0 to 1."""
+        """Return which of the points, shape (m, 3), are inside the given cells, and their positions there, 0 to 1."""
         point = point.T
         terms = self.terms[:, :, cell]
         columns = (terms[1], terms[2], terms[4])
         found = _solved(columns, point - terms[0])
-        # What the estimate leaves outside by more than it can be wrong is not tried further; nor what is not finite.
+        # Points that the estimate puts outside by more than its error are dropped, and so are non-finite ones.
         near = (np.abs(found) <= 0.5 + self.beyond[:, cell] + _EDGE).all(axis=0)
         trial = np.flatnonzero(near)
         cell, point, terms, found = cell[trial], point[:, trial], terms[:, :, trial], found[:, trial]
@@ -186,7 +188,7 @@ class _Maps:
         for _ in range(_MOST_STEPS):
             u, v, w = found
             along_u = terms[1] + v * (terms[3] + w * terms[7]) + w * terms[5]
-            # First from the middle: far from the grid's origin the place would round off digits of the way.
+            # Relative to the middle: far from the grid's origin the position alone would lose digits.
             missed = (point - terms[0]) - (u * along_u + v * (terms[2] + w * terms[6]) + w * terms[4])
             ends = np.abs(missed).max(axis=0) <= _CONVERGED * self.size[cell]
             chosen.append(trial[ends])
@@ -194,7 +196,7 @@ class _Maps:
             along_v = terms[2] + u * (terms[3] + w * terms[7]) + w * terms[6]
             along_w = terms[4] + u * (terms[5] + v * terms[7]) + v * terms[6]
             moved = np.clip(found + _solved((along_u, along_v, along_w), missed), -0.5 - _REACH, 0.5 + _REACH)
-            # What stays at a border of the reach lies outside; what meets no direction at all lies nowhere.
+            # A point that stays at the clipped border is outside; a point without a finite step is nowhere.
             going = ~ends & np.isfinite(moved).all(axis=0) & (moved != found).any(axis=0)
             if not going.any():
                 break
@@ -207,7 +209,7 @@ class _Maps:
 
 
 def _solved(columns: Sequence[NDArray[np.float64]], right: NDArray[np.float64]) -> NDArray[np.float64]:
-    """x of Σ_a columns_a x_a = right, by Cramer's rule; not finite where the columns are flat. All of shape (3, m)."""
+    """Return x of Σ_a columns_a x_a = right, by Cramer's rule, shape (3, m); not finite where the columns are flat."""
     a, b, c = columns
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         parts = (_determinant(right, b, c), _determinant(a, right, c), _determinant(a, b, right))

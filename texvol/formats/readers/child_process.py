@@ -1,6 +1,6 @@
-"""Libraries called in a process of their own: one that may die, hang, or keep what it has opened.
+"""Library calls in a child process, which may crash, hang or leak open files.
 
-The process is a fork: it has all that is loaded, costs a few milliseconds, and says what it found through a pipe.
+The process is a fork: it shares all that is loaded, costs a few milliseconds, and sends its results through a pipe.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from contextlib import contextmanager, suppress
 from typing import IO, NoReturn
 
 from texvol.formats.readers.samples import FileFault
-from texvol.util.terminal import one_line
+from texvol.util.terminal import library_reason
 
 _PATIENCE = 5.0  # seconds
 _MOST_READ = 2**20  # bytes at a time
@@ -23,27 +23,27 @@ _DONE = b"done"
 
 
 class Died(Exception):
-    """The process ended before it had said all, by this signal or status."""
+    """The process ended before it sent everything; the message is its signal or status."""
 
 
 class Late(Exception):
-    """The process takes longer than it may."""
+    """The process exceeded its time."""
 
 
 class Child:
-    """A process that writes into a pipe."""
+    """Child process that writes into a pipe."""
 
     def __init__(self, pid: int, pipe: IO[bytes]) -> None:
         self._pid, self._pipe = pid, pipe
         self._ended = ""
 
     def take(self, size: int, seconds: float) -> bytearray:
-        """The next `size` bytes out of the pipe.
+        """Return the next `size` bytes of the pipe.
 
         Raises
         ------
         Died, Late
-            If they do not come.
+            If the process ends or takes too long.
         """
         content = bytearray(size)
         view, at, until = memoryview(content), 0, time.monotonic() + seconds
@@ -57,7 +57,7 @@ class Child:
         return content
 
     def end(self) -> str:
-        """End the process, and say by what it has ended."""
+        """End the process and return its signal or status in words."""
         if not self._ended:
             self._ended = "status unknown"
             with suppress(ProcessLookupError, ChildProcessError):
@@ -70,7 +70,7 @@ class Child:
 
 @contextmanager
 def forked(work: Callable[[IO[bytes]], object]) -> Iterator[Child]:
-    """A process that does `work` with the pipe to be written into; it is over when the context is left."""
+    """Run `work` in a child process with the pipe to write into; the process ends with the context."""
     output, input_ = os.pipe()
     pid = os.fork()
     if pid == 0:
@@ -86,21 +86,21 @@ def forked(work: Callable[[IO[bytes]], object]) -> Iterator[Child]:
 
 
 def _work(work: Callable[[IO[bytes]], object], pipe: int) -> NoReturn:
-    """The child: end without a trace, whatever happens."""
+    """Body of the child: run `work` and exit without cleaning up, whatever happens."""
     import faulthandler
     import fcntl
     import gc
     import resource
 
     try:
-        gc.disable()  # what is garbage here is the parent's, such as objects of OpenGL
-        faulthandler.disable()  # the parent says what happened
+        gc.disable()  # garbage here belongs to the parent, such as OpenGL objects
+        faulthandler.disable()  # the parent reports crashes
         signal.set_wakeup_fd(-1)
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGPIPE):
             signal.signal(number, signal.SIG_DFL)
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-        pipe = fcntl.fcntl(pipe, fcntl.F_DUPFD, 3)  # it is 2 where there was no stderr
-        # Another one's pipe would stay open with this process, and its end unseen.
+        pipe = fcntl.fcntl(pipe, fcntl.F_DUPFD, 3)  # its number is 2 if there was no stderr
+        # Inherited pipes would stay open, and their readers would not see the end.
         os.closerange(3, pipe)
         os.closerange(pipe + 1, resource.getrlimit(resource.RLIMIT_NOFILE)[0])
         os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
@@ -111,12 +111,12 @@ def _work(work: Callable[[IO[bytes]], object], pipe: int) -> NoReturn:
 
 
 def check_survived(attempt: Callable[[], object]) -> None:
-    """Return if `attempt` returns in a process of its own.
+    """Return if `attempt` returns in a child process.
 
     Raises
     ------
     FileFault
-        If it raises something, ends its process, or does not come back.
+        If `attempt` raises, ends its process, or takes too long.
     """
 
     def work(output: IO[bytes]) -> None:
@@ -124,15 +124,15 @@ def check_survived(attempt: Callable[[], object]) -> None:
             attempt()
             message = _DONE
         except Exception as error:
-            message = f"cannot be read: {one_line(error)}".encode()
+            message = f"cannot be read: {library_reason(error)}".encode()
         output.write(message[:_LONGEST].ljust(_LONGEST))
 
     with forked(work) as child:
         try:
             message = bytes(child.take(_LONGEST, _PATIENCE)).rstrip()
         except Late:
-            raise FileFault(f"is corrupt, or too much: it is not opened within {_PATIENCE:g} seconds") from None
+            raise FileFault(f"is corrupt or too complex: it is not opened within {_PATIENCE:g} seconds") from None
         except Died as died:
-            raise FileFault(f"is corrupt: reading it ends the process ({died})") from None
+            raise FileFault(f"is corrupt: reading it crashes the library ({died})") from None
     if message != _DONE:
         raise FileFault(message.decode("utf-8", "replace"))

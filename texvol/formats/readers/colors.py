@@ -1,7 +1,7 @@
-"""Samples of three or four components that a file calls colour: straight linear colour, and how much of it there is.
+"""Colour samples: three or four components as straight linear colour and an amount.
 
-Whole numbers are sRGB-encoded, floats are linear. The fourth component is opacity; without it there is as much of a
-sample as its brightest component says, encoded, so that black is nothing. Opacity has not been multiplied into colours.
+Integers are sRGB-encoded, floats are linear. The amount is the fourth component, opacity; without it, the brightest
+component, encoded, so that black is empty. Colours in files have no opacity multiplied in, unless the file says so.
 """
 
 from __future__ import annotations
@@ -16,26 +16,26 @@ from numpy.typing import NDArray
 from texvol.formats.readers.samples import Choice, FileFault, check_size
 
 _COMPONENTS = (3, 4)
-_BYTES = 4 * 4  # of a sample: three of colour and how much of it, single precision
-# Whole numbers of so many bits are looked up in a table.
+_BYTES = 4 * 4  # of a sample: three of colour and the amount, single precision
+# Integers of at most so many bits are converted by a table.
 _MOST_BITS = 16
-_INSTEAD = "--channel N reads one of them as numbers"
+_INSTEAD = "--channel N reads one component as numbers"
 
 
 def with_color(axes: str, sizes: Sequence[int], at: int | None, choice: Choice, said: str) -> str:
-    """The axes of `pick`, with "K" for what lies along axis `at` if it is read as colour.
+    """Return the axes for `pick`, with "K" for axis `at` if its components are read as colour.
 
     Parameters
     ----------
     at : int, optional
-        Where the components lie; None if there are none.
+        Axis of the components; None if there is none.
     said : str
-        By what the file calls them colour; empty if it does not.
+        Name of the file's field that marks them as colour; empty if none does.
 
     Raises
     ------
     FileFault
-        If they are to be read as colour and can't be.
+        If --color is given and the components can't be colour.
     """
     wanted = choice.color is True
     if not wanted and (not said or choice.color is False or choice.labels or choice.channel is not None):
@@ -43,13 +43,13 @@ def with_color(axes: str, sizes: Sequence[int], at: int | None, choice: Choice, 
     if at is None or int(sizes[at]) not in _COMPONENTS:
         if not wanted:
             return axes
-        found = "a sample is one number" if at is None else f"its samples have {sizes[at]}"
-        raise FileFault(f"--color: a colour has 3 or 4 components, and {found}")
+        found = "its samples are single numbers" if at is None else f"its samples have {sizes[at]}"
+        raise FileFault(f"--color needs 3 or 4 components, and {found}")
     return axes[:at] + "K" + axes[at + 1 :]
 
 
 def is_colored(axes: str) -> bool:
-    """Whether the components along one of the axes are colour."""
+    """True if the components along one of the axes are colour."""
     return "K" in axes
 
 
@@ -62,18 +62,18 @@ def colored(
     bits: int | None = None,
     associated: bool = False,
 ) -> dict[str, Any]:
-    """Values, colours and notes of `Samples`.
+    """Return values, colours and notes of `Samples`.
 
     Parameters
     ----------
     picked : array of 4 axes
-        What `index` has left of the samples along `axes`.
+        Samples along `axes` at `index`.
     said : str
-        By what the file calls them colour; empty if the user does.
+        Name of the file's field that marks them as colour; empty if --color does.
     bits : int, optional
-        How many of a whole number's bits are used, unless all are.
+        Used bits of an integer, if not all.
     associated : bool
-        Whether the file says that opacity has been multiplied into its colours.
+        True if the file's colours have opacity multiplied in.
     """
     kept = "".join(axis for axis, part in zip(axes, index, strict=True) if isinstance(part, slice))
     components = np.moveaxis(picked, kept.index("K"), -1)
@@ -82,7 +82,7 @@ def colored(
     colors = np.empty((*components.shape[:3], 3), np.float32)
     amounts = np.empty(components.shape[:3], np.float32)
     convert = _from_floats if components.dtype.kind == "f" else _from_whole
-    # Slice by slice, so that the wide intermediates never have the size of the volume.
+    # Slice by slice, so that wide intermediates never have the size of the volume.
     for source, color, amount in zip(components, colors, amounts, strict=True):
         color[...], amount[...] = convert(source, bits or components.dtype.itemsize * 8, associated)
     return {"values": amounts, "colors": colors, "notes": _notes(components, said, bits, associated)}
@@ -92,7 +92,7 @@ def _check_type(dtype: np.dtype, said: str) -> None:
     if dtype.kind == "f" or (dtype.kind == "u" and dtype.itemsize * 8 <= _MOST_BITS):
         return
     who = said or "--color"
-    raise FileFault(f"its samples are {dtype}, and colour ({who}) is uint8, uint16 or floats; {_INSTEAD}")
+    raise FileFault(f"colour ({who}) must be uint8, uint16 or floats, got {dtype}; {_INSTEAD}")
 
 
 def _from_whole(source: NDArray, bits: int, associated: bool) -> tuple[NDArray, NDArray]:
@@ -100,7 +100,7 @@ def _from_whole(source: NDArray, bits: int, associated: bool) -> tuple[NDArray, 
 
     most = 2**bits - 1
     if int(source.max()) > most:
-        raise FileFault(f"its colours have {bits} bits, and {source.max()} is among them; {_INSTEAD}")
+        raise FileFault(f"its colours must fit in {bits} bits, got {source.max()}; {_INSTEAD}")
     if associated and source.shape[-1] == 4:
         fractions = source.astype(np.float64) / most
         return linear_from_srgb(_unassociated(fractions)), fractions[..., 3]
@@ -111,7 +111,7 @@ def _from_whole(source: NDArray, bits: int, associated: bool) -> tuple[NDArray, 
 
 @cache
 def _tables(bits: int) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Linear light of each whole number, and its share of the largest."""
+    """Return linear light of each integer, and its fraction of the largest."""
     from texvol.util.color import linear_from_srgb
 
     fractions = np.arange(2**bits) / (2**bits - 1)
@@ -125,7 +125,7 @@ def _from_floats(source: NDArray, bits: int, associated: bool) -> tuple[NDArray,
     numbers = np.where(missing[..., np.newaxis], 0, source.astype(np.float64))
     low, high = float(numbers.min()), float(numbers.max())
     if low < 0 or high > 1:
-        raise FileFault(f"colours in floats lie in [0, 1], and its go from {low:g} to {high:g}; {_INSTEAD}")
+        raise FileFault(f"colours in floats must be in [0, 1], got {low:g} to {high:g}; {_INSTEAD}")
     with_opacity = numbers.shape[-1] == 4
     colors = _unassociated(numbers) if associated and with_opacity else numbers[..., :3]
     amounts = numbers[..., 3] if with_opacity else srgb_from_linear(numbers.max(axis=-1))
@@ -133,7 +133,7 @@ def _from_floats(source: NDArray, bits: int, associated: bool) -> tuple[NDArray,
 
 
 def _unassociated(fractions: NDArray) -> NDArray:
-    """Straight colour of shares that opacity has been multiplied into; black where there is none."""
+    """Return straight colour from colour with opacity multiplied in; black where the opacity is 0."""
     opacity = fractions[..., 3:]
     straight = np.divide(fractions[..., :3], opacity, out=np.zeros_like(fractions[..., :3]), where=opacity > 0)
     return np.minimum(straight, 1)
@@ -143,14 +143,14 @@ def _notes(components: NDArray, said: str, bits: int | None, associated: bool) -
     names = "red, green and blue" if components.shape[-1] == 3 else "red, green, blue and opacity"
     kind = "linear" if components.dtype.kind == "f" else f"sRGB of {bits or components.dtype.itemsize * 8} bits"
     if components.shape[-1] == 3:
-        amount = "values are the brightest of the three, encoded as sRGB, so that black is nothing"
+        amount = "values are the brightest of the three, encoded as sRGB, so that black is empty"
     else:
         amount = "values are the opacity" + (", which is divided out of the colours" if associated else "")
     return (f"colours ({said or '--color'}): {names}, {kind}; {amount}",)
 
 
 def component_axis(axes: str, sizes: Sequence[int], letters: str = "C?") -> int | None:
-    """The axis that --color means where the file says of none: the fastest of 3 or 4 components, or the fastest."""
+    """Return the axis that --color takes for components: the fastest of 3 or 4 samples, or the fastest."""
     others = [at for at, axis in enumerate(axes) if axis in letters]
     fitting = [at for at in others if int(sizes[at]) in _COMPONENTS]
     return max(fitting, default=max(others, default=None))

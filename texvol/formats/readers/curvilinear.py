@@ -1,6 +1,6 @@
-"""Curvilinear grids: a point in the world for each sample. One that is straight and even is a regular grid as it is.
+"""Curvilinear grids, with a world position for each sample; a straight and even grid stays as it is.
 
-Others are resampled on a regular grid along the world's axes, over the box of the points. What lies in no cell is NaN.
+Other grids are resampled on a regular grid along the world's axes, over the bounding box. Points in no cell are NaN.
 """
 
 from __future__ import annotations
@@ -16,23 +16,23 @@ from texvol.formats.readers.rectilinear import check_resolution, chosen_by, roun
 from texvol.formats.readers.resampling import Difference, labels_at, resolution_for, sampled_at, type_between
 from texvol.formats.readers.samples import Choice, FileFault, Samples, by, check_size, grid_from_columns, once
 
-_CHUNK = 2**18  # samples at a time whose places are looked up in the new grid
+_CHUNK = 2**18  # samples per step
 
-# The line through the ends of an even grid is drawn from four corners with weights whose absolute values add up to 5,
-# each off by half a step of the type; the point itself by another half.
+# An even grid is a combination of four corners with weights whose absolute values add up to 5, each wrong by half a
+# step of the type; the point itself is wrong by another half.
 _ROUNDINGS = 3
 
 
 def on_points(values: NDArray, points: NDArray, choice: Choice) -> Samples:
-    """Samples on a regular grid of a field on a curvilinear one.
+    """Return samples on a regular grid of a field on a curvilinear grid.
 
     Parameters
     ----------
     values : array of shape (nz, ny, nx)
     points : array of shape (nz, ny, nx, 3)
-        Where the samples lie in the world.
+        World positions of the samples.
     choice : Choice
-        `resolution` (mx, my, mz) along the world's axes; unless it is given, an even grid stays as it is.
+        `resolution` (mx, my, mz) along the world's axes; without it an even grid stays as it is.
     """
     regular = once(choice, "regular", lambda: _checked(points, choice.resolution))
     if regular is not None:
@@ -48,7 +48,7 @@ def on_points(values: NDArray, points: NDArray, choice: Choice) -> Samples:
 
 
 def _lost(values: NDArray, points: NDArray, made: NDArray, position: _Position, labels: bool) -> dict[str, Any]:
-    """How far the regular grid's values are from the source's, or how many labels are others."""
+    """Return the error of the regular grid at the source's samples, or the number of changed labels."""
     difference, changed = Difference(), 0
     flat_values, flat_points = values.reshape(-1), points.reshape(-1, 3)
     for begin in range(0, flat_values.size, _CHUNK):
@@ -62,23 +62,23 @@ def _lost(values: NDArray, points: NDArray, made: NDArray, position: _Position, 
 
 
 def _checked(points: NDArray, resolution: Sequence[int] | None) -> dict[str, Any] | None:
-    """Spacing, origin and direction, if the points are those of a regular grid and are to stay so."""
+    """Return spacing, origin and direction of a regular grid, or None if the points must be resampled."""
     if not np.isfinite(points).all():
         at = np.argwhere(~np.isfinite(points).all(axis=-1))[0][::-1]
         raise FileFault(f"its point ({by(at).replace(' x ', ', ')}) is not finite: {points[tuple(at[::-1])].tolist()}")
     if float(np.abs(points).max()) > 1e90:
-        raise FileFault("its points are too far apart to be reckoned with")
+        raise FileFault("its points must have coordinates of at most 1e90")
     regular = _regular(points)
     if regular is not None and resolution is None:
         return regular
     if min(points.shape[:3]) == 1:
         sizes = by(points.shape[2::-1])
-        raise FileFault(f"has {sizes} points: one layer of them is a surface, and a volume has two or more")
+        raise FileFault(f"must have two or more layers of points, got {sizes}")
     return None
 
 
 def _regular(points: NDArray) -> dict[str, Any] | None:
-    """Spacing, origin and direction of a grid whose points lie evenly along straight lines, to rounding."""
+    """Return spacing, origin and direction if the points are even along straight lines, to rounding; else None."""
     sizes = points.shape[2::-1]
     first = points[0, 0, 0].astype(np.float64)
     ends = [points[0, 0, -1], points[0, -1, 0], points[-1, 0, 0]]
@@ -100,7 +100,7 @@ def _regular(points: NDArray) -> dict[str, Any] | None:
 
 
 def _completed(columns: list[NDArray[np.float64]], length: float) -> list[NDArray[np.float64]]:
-    """The columns, those of axes of a single sample upright on the others and as long as the shortest."""
+    """Return the columns; an axis with a single sample gets one perpendicular to the others, `length` long."""
     missing = [axis for axis in range(3) if not columns[axis].any()]
     if len(missing) == 1:
         (axis,) = missing
@@ -108,7 +108,7 @@ def _completed(columns: list[NDArray[np.float64]], length: float) -> list[NDArra
         norm = np.linalg.norm(upright)
         columns[axis] = upright / (norm or 1.0) * length
     elif missing:
-        # From the singular vectors: one direction is there at most, the others are any that are upright on it.
+        # Singular vectors give directions perpendicular to the only one there is.
         kept = [axis for axis in range(3) if axis not in missing]
         basis = np.linalg.svd(columns[kept[0]][np.newaxis])[2] if kept else np.eye(3)
         for axis, column in zip(missing, basis[len(kept) :], strict=False):
@@ -117,14 +117,14 @@ def _completed(columns: list[NDArray[np.float64]], length: float) -> list[NDArra
 
 
 class _Position:
-    """The regular grid, and which of its points lies where in the curvilinear one."""
+    """Regular grid, with the location of its points in the curvilinear grid."""
 
     def __init__(self, points: NDArray, resolution: Sequence[int] | None) -> None:
         self.origin = points.min(axis=(0, 1, 2)).astype(np.float64)
         extent = points.max(axis=(0, 1, 2)).astype(np.float64) - self.origin
         flat_axes = [name for name, length in zip("xyz", extent, strict=True) if not length > 0]
         if flat_axes:
-            raise FileFault(f"is flat: all of its points have one {' and one '.join(flat_axes)}")
+            raise FileFault(f"is flat: all of its points have the same {' and the same '.join(flat_axes)}")
         self._cells = Cells(points)
         self.flat_cells = self._cells.check(self.origin, extent)
         if resolution is None:
@@ -135,10 +135,10 @@ class _Position:
         self.outside = 0
 
     def resampled(self, values: NDArray, choice: Choice) -> NDArray:
-        """The field's samples on the regular grid."""
+        """Return the field's samples on the regular grid."""
         dtype = values.dtype if choice.labels else type_between(values.dtype)
         check_size(self.counts, dtype.itemsize)
-        # What lies in no cell has no label, or no value.
+        # Points in no cell have label 0, or no value.
         made = np.full(int(np.prod(self.counts)), 0 if choice.labels else np.nan, dtype)
         sample = labels_at if choice.labels else sampled_at
         found: Iterable[tuple[NDArray[np.intp], NDArray[np.float64]]]
@@ -155,9 +155,9 @@ class _Position:
 
 
 def _counts(points: NDArray, cells: Cells, origin: NDArray[np.float64], extent: NDArray[np.float64]) -> list[int]:
-    """Samples along each world axis: as many as the smallest cell's extent along it needs, within bounds.
+    """Return samples along each world axis: as many as the smallest cell needs, within bounds.
 
-    The samples that the bound counts are those of the grid axis that goes farthest along the world's.
+    The bound is relative to the samples of the grid axis that extends farthest along the world axis.
     """
     smallest = np.full(3, np.inf)
     for block in cells.blocks():

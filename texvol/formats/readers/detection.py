@@ -1,4 +1,4 @@
-"""Which format a file is of: its name says, its first bytes confirm, and where they disagree the user is told."""
+"""Format of a file by its name, confirmed by its first bytes; a contradiction is an error."""
 
 from __future__ import annotations
 
@@ -54,12 +54,12 @@ _UNREAD_XML = {
 }
 _HDF5 = "HDF5 (netCDF-4 is of this kind too, and named .nc)"
 
-# Formats whose reader knows several variables, and those whose grid may be one that has to be resampled.
+# Formats with several variables, and those whose grid may need resampling.
 _WITH_VARIABLES = ("netCDF", "VTI", "VTR", "VTS")
 _RESAMPLED = ("netCDF", "VTR", "VTS")
 _WITH_COLORS = ("NRRD", "NIfTI", "MetaImage", "DICOM", "TIFF", "VTI", "NPY")
 
-# Where in a file which bytes stand, and what that makes it.
+# Offset, bytes and format of each magic number.
 _MAGIC = (
     (0, b"\x93NUMPY", "NPY"),
     (0, b"NRRD", "NRRD"),
@@ -90,12 +90,12 @@ _MAGIC = (
 
 
 def format_of(path: str, choice: Choice) -> str:
-    """The key of FORMATS that a file or folder is to be read as.
+    """Return the key of FORMATS for a file or folder.
 
     Raises
     ------
     FileFault
-        If it is not there, empty, not read by texvol, or of another format than its name says.
+        If it does not exist, is empty, is not read by texvol, or contradicts its name.
     """
     try:
         status = os.stat(path)
@@ -110,14 +110,14 @@ def format_of(path: str, choice: Choice) -> str:
     else:
         found = _format_of_file(path, choice)
     if found != "raw" and (choice.shape is not None or choice.dtype is not None):
-        raise FileFault(f"is {found}, which states its own shape and type: --shape and --dtype are for raw files")
+        raise FileFault(f"is {found}, which has its own shape and type: --shape and --dtype are for raw files")
     if found != "DICOM" and choice.series is not None:
-        raise FileFault(f"is {found}: --series chooses among the DICOM series of a folder")
+        raise FileFault(f"is {found}: --series is for the DICOM series of a folder")
     if found not in _WITH_VARIABLES and choice.variable is not None:
-        raise FileFault(f"is {found}: --variable chooses among the variables of {', '.join(_WITH_VARIABLES)}")
+        raise FileFault(f"is {found}: --variable is for the variables of {', '.join(_WITH_VARIABLES)}")
     if found not in _RESAMPLED and choice.resolution is not None:
         names = ", ".join(_RESAMPLED)
-        raise FileFault(f"is {found}, whose samples lie on a regular grid: --resolution is for the grids of {names}")
+        raise FileFault(f"is {found}, whose samples are on a regular grid: --resolution is for the grids of {names}")
     if found not in _WITH_COLORS and choice.color:
         raise FileFault(f"is {found}: --color is for the components of {', '.join(_WITH_COLORS)}")
     return found
@@ -138,13 +138,13 @@ def _format_of_file(path: str, choice: Choice) -> str:
     if named is None and content in FORMATS:
         return content
     if named is None:
-        raise FileFault(f"is of no format that texvol reads (its content is {content}); it reads {READ}")
+        raise FileFault(f"has an unknown format (its content is {content}); texvol reads {READ}")
     _check_name(lower, named, content, head)
     return named
 
 
 def _check_refused(lower: str, content: str) -> None:
-    """Raise FileFault if the file is of a known format that is not read."""
+    """Raise FileFault if the file has a known format that texvol does not read."""
     for ending, kind in unstructured.KINDS.items():
         if lower.endswith(ending):
             raise FileFault(f"is {kind}, which is not read; {unstructured.HINT}")
@@ -157,13 +157,13 @@ def _check_refused(lower: str, content: str) -> None:
 
 
 def _check_name(lower: str, named: str, content: str, head: bytes) -> None:
-    """Raise FileFault if a file named as `named` has other content."""
+    """Raise FileFault if the content contradicts the format of the name."""
     packing = {".gz": "gzip", ".bz2": "bzip2"}.get(os.path.splitext(lower)[1], "")
     if packing:
         if content != packing:
             raise FileFault(f"named {packing}-compressed {named}, but its content is {content}")
         content = content_of(_unpacked_head(head)) if packing == "gzip" else named
-    # An .img is the samples of a NIfTI pair and has no mark; old DICOM has no preamble, and old MRC no "MAP".
+    # An .img has the samples of a NIfTI pair and no magic number; old DICOM has no preamble, and old MRC no "MAP".
     is_netcdf = named == "netCDF" and content == _HDF5
     unmarked = is_netcdf or lower.endswith((".img", ".img.gz")) or (named in ("DICOM", "MRC") and content == _UNKNOWN)
     if content != named and not unmarked:
@@ -175,7 +175,7 @@ _UNKNOWN = "of no known kind"
 
 
 def content_of(head: bytes) -> str:
-    """What the first bytes of a file say it is: a key of FORMATS, or a description."""
+    """Return the format of a file's first bytes: a key of FORMATS, or a description."""
     for offset, magic, kind in _MAGIC:
         if head[offset : offset + len(magic)] == magic:
             return kind
@@ -207,13 +207,13 @@ def _unpacked_head(head: bytes) -> bytes:
 
 
 def _format_of_folder(path: str) -> str:
-    """DICOM or TIFF, by the files that a folder holds."""
+    """Return DICOM or TIFF, by the files of a folder."""
     names = sorted(os.listdir(path))
     if path.rstrip("/").lower().endswith(".zarr") or {".zgroup", ".zarray", "zarr.json", ".zattrs"} & set(names):
         raise FileFault(f"is OME-Zarr, which is not read yet; texvol reads {READ}")
     files = [name for name in names if not name.startswith(".") and os.path.isfile(os.path.join(path, name))]
     if not files:
-        raise FileFault("is a folder without files; a folder of DICOM or TIFF slices is read")
+        raise FileFault("is a folder without files; it must hold DICOM or TIFF slices")
     slices = {"DICOM": 0, "TIFF": 0}
     for name in files:
         if name.lower().endswith(FORMATS["TIFF"]):
@@ -221,7 +221,7 @@ def _format_of_folder(path: str) -> str:
         elif name.lower().endswith(FORMATS["DICOM"]) or _has_preamble(os.path.join(path, name)):
             slices["DICOM"] += 1
     if slices["DICOM"] and slices["TIFF"]:
-        raise FileFault(f"holds {slices['DICOM']} DICOM and {slices['TIFF']} TIFF files: one kind per folder is read")
+        raise FileFault(f"must hold DICOM or TIFF files, got {slices['DICOM']} DICOM and {slices['TIFF']} TIFF files")
     if not any(slices.values()):
         raise FileFault(f"is a folder without a DICOM or TIFF slice among its {len(files)} files")
     return max(slices, key=lambda kind: slices[kind])

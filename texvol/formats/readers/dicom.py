@@ -1,7 +1,7 @@
-"""DICOM: a series of slices in a folder, or the frames of one file, put in order by where they lie in the patient.
+"""DICOM: a series of slices in a folder, or the frames of one file, ordered by their positions in the patient.
 
 World coordinates are the patient's, in mm: x to the left, y to the back, z to the head. The third axis runs from the
-first slice's position to the last one's, so that a tilted gantry's shear is kept.
+first slice's position to the last slice's, which keeps the shear of a tilted gantry.
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ from texvol.formats.readers.samples import (
 
 # Positions are often rounded to 0.01 mm, which moves a gap of 0.4 mm by up to 5 %; a missing slice doubles it.
 _GAP_TOLERANCE = 0.05
-_SAME_POSITION = 0.01  # of the usual gap: slices nearer than that lie at one place
-_SAME_ANGLE = 1e-3  # largest difference of direction cosines within a series, as those are rounded
+_SAME_POSITION = 0.01  # of the usual gap: slices closer than this are at one position
+_SAME_ANGLE = 1e-3  # largest difference of direction cosines within a series, due to their rounding
 
 
 class _Series(NamedTuple):
@@ -50,7 +50,7 @@ class _Series(NamedTuple):
 
 
 def read(path: str, choice: Choice) -> Samples:
-    """Samples of one series, slope and intercept applied."""
+    """Return the samples of one series, with slope and intercept applied."""
     slices = once(choice, "slices", lambda: _slices(path, choice))
     if not slices:
         raise FileFault("holds no slices with pixels")
@@ -62,7 +62,7 @@ def read(path: str, choice: Choice) -> Samples:
         sizes = [len(ordered), first.rows, first.columns, first.samples_per_pixel]
         said = f"photometric interpretation {first.photometric}" if first.is_color else ""
         axes = with_color("ZYXC", sizes, 3, choice, said)
-        # The step is one of several slices at a place, and no axis.
+        # With --time, the step selects among slices at one position; it is not an axis.
         index = pick(axes, sizes, choice._replace(time=None))
         if is_colored(axes):
             return Samples(**colored(_stored(ordered), axes, index, said, bits=first.bits), **position)
@@ -79,7 +79,7 @@ def _slices(path: str, choice: Choice) -> list[Slice]:
 
 
 def _series_of(path: str) -> list[_Series]:
-    """The series of a folder, or the one of a file."""
+    """Return the series of a folder or file."""
     if os.path.isfile(path):
         files = [path]
     else:
@@ -98,7 +98,7 @@ def _series_of(path: str) -> list[_Series]:
 
 
 def _header(file: str) -> Any | None:
-    """Everything in a DICOM file but its pixels; None if it is no DICOM file, or one without an image."""
+    """Return a DICOM file's header without pixels; None if it is not DICOM or has no image."""
     import pydicom
     from pydicom.uid import UID, DeflatedExplicitVRLittleEndian
 
@@ -112,7 +112,7 @@ def _header(file: str) -> Any | None:
     try:
         meta: Any = pydicom.filereader.read_file_meta_info(file) if has_preamble else {}
         if meta.get("TransferSyntaxUID") == DeflatedExplicitVRLittleEndian:
-            raise FileFault(f"{name} is deflated as a whole, which is not read")
+            raise FileFault(f"{name} is deflated as a whole, which texvol does not read")
         header = pydicom.dcmread(file, stop_before_pixels=True, force=not has_preamble)
     except FileFault:
         raise
@@ -122,14 +122,14 @@ def _header(file: str) -> Any | None:
     if "Rows" in header:
         return header
     if not kind:
-        raise FileFault(f"{name} is corrupt: it does not say what kind of DICOM object it is")
+        raise FileFault(f"{name} is corrupt: it does not name its kind of DICOM object")
     if kind.endswith("Image Storage"):
         raise FileFault(f"{name} is corrupt: it is a {kind.removesuffix(' Storage')} without Rows, as if truncated")
     return None  # a directory, a report, a plan: no image
 
 
 def _chosen(found: Sequence[_Series], wanted: str | None) -> _Series:
-    """The series of that UID, number or description; the only one if none is named."""
+    """Return the series of that UID, number or description, or the only series."""
     listed = "; ".join(str(series) for series in found)
     if wanted is None:
         if len(found) > 1:
@@ -146,12 +146,12 @@ def _chosen(found: Sequence[_Series], wanted: str | None) -> _Series:
             return matching[0]
         if matching:
             uids = ", ".join(series.uid for series in matching)
-            raise FileFault(f"--series {wanted} fits {len(matching)} series; choose by UID: {uids}")
-    raise FileFault(f"holds no series {wanted}; it holds {listed}")
+            raise FileFault(f"--series {wanted} matches {len(matching)} series; choose by UID: {uids}")
+    raise FileFault(f"has no series {wanted}; it has {listed}")
 
 
 def _check_alike(slices: Sequence[Slice]) -> None:
-    """Raise FileFault unless all slices have one size, spacing, direction and kind of sample."""
+    """Raise FileFault unless all slices have the same size, spacing, direction and type."""
     first = slices[0]
     for one in slices:
         pair = f"{first.name} and {one.name}"
@@ -167,7 +167,7 @@ def _check_alike(slices: Sequence[Slice]) -> None:
 
 
 def _in_order(slices: Sequence[Slice], choice: Choice) -> list[Slice]:
-    """Slices along their normal, one at each place, the places evenly apart."""
+    """Return one slice for each position along their normal; raise FileFault unless the positions are even."""
     normal = np.cross(*slices[0].axes)
     along = {one: float(np.dot(one.position, normal)) for one in slices}
     ordered = sorted(slices, key=lambda one: (along[one], one.order))
@@ -193,7 +193,7 @@ def _in_order(slices: Sequence[Slice], choice: Choice) -> list[Slice]:
 
 
 def _one_at_each(positions: Sequence[list[Slice]], choice: Choice) -> list[Slice]:
-    """The slice of each place, or the one of the chosen time step where all have several."""
+    """Return the slice of each position, or that of the chosen time step if each position has several."""
     counts = {len(position) for position in positions}
     if len(counts) > 1:
         twice = next(position for position in positions if len(position) > 1)
@@ -213,14 +213,14 @@ def _one_at_each(positions: Sequence[list[Slice]], choice: Choice) -> list[Slice
 
 
 def _check_on_a_line(ordered: Sequence[Slice]) -> None:
-    """Raise FileFault if a slice lies half a pixel or more beside the line from the first to the last."""
+    """Raise FileFault if a slice is half a pixel or more beside the line from the first to the last."""
     first, last = np.array(ordered[0].position), np.array(ordered[-1].position)
     steps = max(len(ordered) - 1, 1)
     for number, one in enumerate(ordered):
         expected = first + (last - first) * number / steps
         beside = np.linalg.norm(np.array(one.axes) @ (np.array(one.position) - expected))
         if beside > 0.5 * min(one.spacing):
-            raise FileFault(f"its slices do not lie on a line: {one.name} is {beside:g} mm beside it")
+            raise FileFault(f"its slices are not on a line: {one.name} is {beside:g} mm beside it")
 
 
 def _grid(ordered: Sequence[Slice]) -> dict[str, Any]:
@@ -235,13 +235,13 @@ def _grid(ordered: Sequence[Slice]) -> dict[str, Any]:
 
 
 def _values(ordered: Sequence[Slice], component: Any, choice: Choice) -> tuple[NDArray, tuple[str, ...]]:
-    """Rescaled samples of all slices, read one file at a time, without padding; and what to note about that."""
+    """Return rescaled samples of all slices without padding, and notes; files are read one at a time."""
     first = ordered[0]
     target = rescaled_type(first.dtype, first.slope, first.intercept, first.bits)
     if (first.slope, first.intercept) == (1.0, 0.0):
         target = first.dtype
     if any((one.slope, one.intercept, one.bits) != (first.slope, first.intercept, first.bits) for one in ordered):
-        target = rescaled_type(first.dtype, 0.5, 0.0, max(one.bits for one in ordered))  # not exact: a float
+        target = rescaled_type(first.dtype, 0.5, 0.0, max(one.bits for one in ordered))  # mixed scales: a float
     check_size([len(ordered), first.rows, first.columns], target.itemsize)
     values = np.empty((len(ordered), first.rows, first.columns), target)
     padded: dict[int, NDArray[np.uint8]] = {}
@@ -264,7 +264,7 @@ def _is_padded(bits: NDArray[np.uint8] | None, part: NDArray) -> NDArray:
 
 
 def _stored(ordered: Sequence[Slice]) -> NDArray:
-    """Samples of all slices as they are stored, which colours are not rescaled from."""
+    """Return stored samples of all slices, not rescaled, for colours."""
     first = ordered[0]
     sizes = (len(ordered), first.rows, first.columns, first.samples_per_pixel)
     check_size(sizes, first.dtype.itemsize)

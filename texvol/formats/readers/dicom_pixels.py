@@ -1,7 +1,7 @@
-"""The pixels of DICOM slices, a frame at a time; compressed ones are unpacked in a process that may die.
+"""Pixels of DICOM slices, one frame at a time; compressed frames are decoded in a child process.
 
-On damaged streams the decoders raise exceptions of C++ that nobody catches, which end their process, or print what is
-wrong and go on with grey. Both become an error here.
+On damaged streams the decoders throw C++ exceptions that end their process, or print a message and continue with grey.
+Both become an error here.
 """
 
 from __future__ import annotations
@@ -20,24 +20,24 @@ from texvol.formats.readers.child_process import Child, Died, Late, forked
 from texvol.formats.readers.dicom_slices import Slice
 from texvol.formats.readers.samples import FileFault, in_bytes
 from texvol.util.errors import missing_extra
-from texvol.util.terminal import one_line
+from texvol.util.terminal import library_reason
 
-# A message is its kind, the number of its bytes, and these: a frame in the slice's type, or what is wrong.
+# A message has a kind, its number of bytes, and those bytes: a frame in the slice's type, or an error text.
 _HEAD = struct.Struct("<cQ")
 _FRAME, _FAULT = b"F", b"E"
-_PATIENCE = 8.0  # seconds without a frame, beside those for a frame of this many bytes a second
+_PATIENCE = 8.0  # seconds without a frame, in addition to the time for a frame at this many bytes a second
 _BYTES_A_SECOND = 2**23
-_ROOM = 2**30  # bytes that the process may take beside what it begins with
+_ROOM = 2**30  # bytes that the process may allocate beyond its initial size
 _MOST_READ = 2**20
 
 
 def pixels_of(ordered: Sequence[Slice]) -> Iterator[tuple[int, NDArray]]:
-    """Number among `ordered`, and stored pixels, of each slice: file by file, and in each of these as frames follow.
+    """Yield the number among `ordered` and the stored pixels of each slice, file by file.
 
     Raises
     ------
     FileFault
-        If the pixels of one can't be read; it names the file.
+        If pixels can't be read; it names the file.
     MissingExtraError
         If there is no decoder.
     """
@@ -57,7 +57,7 @@ def pixels_of(ordered: Sequence[Slice]) -> Iterator[tuple[int, NDArray]]:
 
 
 def _frames(one: Slice) -> Iterator[NDArray]:
-    """Frames of a slice's file, decoded in this process; FileFault if there are fewer than it says."""
+    """Yield frames of a slice's file, decoded in this process; raise FileFault if there are too few."""
     import pydicom
     from pydicom.pixels import get_decoder
 
@@ -71,11 +71,11 @@ def _frames(one: Slice) -> Iterator[NDArray]:
     except Exception as error:
         raise _unreadable(one, error) from error
     if count < one.frames:
-        raise _unreadable(one, f"it says that there are {one.frames} frames, and has {count}")
+        raise _unreadable(one, f"the header has {one.frames} frames, and the file {count}")
 
 
 def _unreadable(one: Slice, reason: object) -> FileFault:
-    return FileFault(f"{os.path.basename(one.path)}: its pixels can't be read: {one_line(reason)}")
+    return FileFault(f"{os.path.basename(one.path)}: its pixels can't be read: {library_reason(reason)}")
 
 
 def _check_decoder(one: Slice) -> None:
@@ -86,13 +86,13 @@ def _check_decoder(one: Slice) -> None:
     try:
         decoder = get_decoder(UID(one.syntax))
     except NotImplementedError:
-        raise _unreadable(one, f"{kind} is not read") from None
+        raise _unreadable(one, f"texvol does not read {kind}") from None
     if not decoder.is_available:
         raise missing_extra("python-gdcm", "formats", f"{one.path}: unpacking {kind}")
 
 
 def _unpacked(packed: Sequence[Slice]) -> Generator[Iterator[NDArray], None, None]:
-    """For each file in turn an iterator of its frames, which a process of their own unpacks."""
+    """Yield an iterator of frames for each file; a child process decodes them."""
     if packed:
         with forked(lambda output: _unpack(packed, output)) as child:
             for one in packed:
@@ -106,9 +106,9 @@ def _received(one: Slice, child: Child) -> Iterator[NDArray]:
             kind, size = _HEAD.unpack(child.take(_HEAD.size, seconds))
             content = child.take(size, seconds)
         except Late:
-            raise _unreadable(one, "its compressed data are damaged: unpacking them does not end") from None
+            raise _unreadable(one, "its compressed data are damaged: decoding does not end") from None
         except Died as died:
-            raise _unreadable(one, f"its compressed data are damaged, and the decoder broke off ({died})") from None
+            raise _unreadable(one, f"its compressed data are damaged: the decoder crashed ({died})") from None
         if kind == _FAULT:
             raise FileFault(content.decode("utf-8", "replace"))
         yield np.frombuffer(content, one.dtype).reshape(one.frame_shape)
@@ -126,23 +126,23 @@ def _unpack(packed: Sequence[Slice], output: IO[bytes]) -> None:
 
 
 def _send_file(one: Slice, output: IO[bytes], printed: IO[bytes]) -> None:
-    """Write the frames of a file, each once it is known to be sound."""
+    """Write the frames of a file, each after it is checked."""
     try:
         for pixels in _frames(one):
             _check_printed(one, printed)
             if pixels.shape != one.frame_shape:
-                raise _unreadable(one, f"its frame is of shape {pixels.shape}, and not {one.frame_shape}")
+                raise _unreadable(one, f"its frame must have shape {one.frame_shape}, got {pixels.shape}")
             _send(output, _FRAME, np.ascontiguousarray(pixels, one.dtype).data.cast("B"))
         return
     except FileFault as fault:
         message = str(fault)
     except MemoryError:
-        message = str(_unreadable(one, f"a frame of {in_bytes(one.frame_bytes)} takes more memory than that to unpack"))
+        message = str(_unreadable(one, f"decoding a frame of {in_bytes(one.frame_bytes)} needs too much memory"))
     _send(output, _FAULT, memoryview(message.encode()))
 
 
 def _check_printed(one: Slice, printed: IO[bytes]) -> None:
-    """FileFault if a decoder has printed that a picture is damaged, and made grey of the rest."""
+    """Raise FileFault if a decoder has printed that a picture is damaged; it fills the rest with grey."""
     printed.seek(0)
     for line in printed.read().decode("utf-8", "replace").splitlines():
         if "orrupt" in line or "remature" in line:
@@ -157,7 +157,7 @@ def _send(output: IO[bytes], kind: bytes, content: memoryview) -> None:
 
 
 def _limit_memory(one: Slice) -> None:
-    """Let the process take no more memory than its file and a few of its frames need: a stream may ask for any."""
+    """Limit the process to the memory that its file and a few frames need, since a stream may ask for any amount."""
     import resource
 
     with open("/proc/self/statm", encoding="ascii") as numbers:

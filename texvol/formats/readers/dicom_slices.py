@@ -1,4 +1,4 @@
-"""What a DICOM file says about each of its slices, and the slices' pixels."""
+"""Slices of a DICOM file: header fields of each frame."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from texvol.formats.readers.samples import FileFault, check_size, check_unpacked
 
 Triple = tuple[float, float, float]
 
-# Where enhanced multi-frame files keep what ordinary ones have at the top (DICOM PS3.3, C.7.6.16).
+# Sequences in which enhanced multi-frame files keep fields that other files have at the top (DICOM PS3.3, C.7.6.16).
 _GROUPS = {
     "ImagePositionPatient": "PlanePositionSequence",
     "ImageOrientationPatient": "PlaneOrientationSequence",
@@ -27,22 +27,22 @@ _GROUPS = {
     "TemporalPositionIndex": "FrameContentSequence",
 }
 
-# Photometric interpretations that are red, green and blue, or become so when pydicom or a decoder unpacks them.
+# Photometric interpretations that are red, green and blue, at least after decoding.
 _COLORS = ("RGB", "YBR_FULL", "YBR_FULL_422", "YBR_ICT", "YBR_RCT")
 
 _MOST_FRAMES = 2**16  # of a file
 
-# What tells slices at one place apart, first things first.
+# Fields that order slices at one position, most significant first.
 _ORDER = ("TemporalPositionIndex", "TemporalPositionIdentifier", "EchoTime", "AcquisitionNumber", "InstanceNumber")
 
 
 class Slice(NamedTuple):
-    """One slice: where its pixels are, where it lies, what its numbers mean."""
+    """One slice: its pixels' location, its position, and the meaning of its numbers."""
 
     path: str
     frame: int
     frames: int  # of the file
-    syntax: str  # transfer syntax of compressed frames; empty where they lie in the file as they are
+    syntax: str  # transfer syntax of compressed frames; empty if uncompressed
     rows: int
     columns: int
     samples_per_pixel: int
@@ -56,23 +56,23 @@ class Slice(NamedTuple):
     thickness: float
     slope: float
     intercept: float
-    value_unit: str  # empty where the file does not say
-    order: tuple[float, ...]  # among slices at one place
-    padding: tuple[int, int] | None  # stored values from one to the other pad what was not recorded
+    value_unit: str  # empty if the file names none
+    order: tuple[float, ...]  # among slices at one position
+    padding: tuple[int, int] | None  # range of stored values that mark pixels not recorded
 
     @property
     def name(self) -> str:
-        """What a message calls the slice."""
+        """Name of the slice in messages."""
         return f"{os.path.basename(self.path)} frame {self.frame}" if self.frame else os.path.basename(self.path)
 
     @property
     def is_color(self) -> bool:
-        """Whether its pixels are red, green and blue, which those of luminance and chrominance become when read."""
+        """True if its pixels are red, green and blue, at least after decoding."""
         return self.photometric in _COLORS
 
     @property
     def frame_shape(self) -> tuple[int, ...]:
-        """Shape of a frame's pixels as they are stored: rows, columns, and samples where there are several."""
+        """Shape of a frame's stored pixels: rows, columns, and samples if several."""
         return (self.rows, self.columns) + ((self.samples_per_pixel,) if self.samples_per_pixel > 1 else ())
 
     @property
@@ -81,30 +81,30 @@ class Slice(NamedTuple):
         return prod(self.frame_shape) * self.dtype.itemsize
 
     def stored(self, pixels: NDArray) -> NDArray:
-        """Pixels of the frame as they were decoded, in its shape and with unused bits cleared."""
+        """Return decoded pixels in the frame's shape, with unused bits cleared."""
         pixels = pixels.reshape(self.frame_shape)
         allocated = pixels.dtype.itemsize * 8
         if pixels.dtype.kind in "iu" and self.bits < allocated:
-            # Up to the top, so that overlays kept in the unused bits go, and down again, which extends the sign.
+            # Shifting up drops overlays kept in unused bits, and shifting down extends the sign.
             pixels = (pixels << (allocated - 1 - self.high_bit)) >> (allocated - self.bits)
         return pixels
 
 
 def slices_of(path: str, header: Any) -> list[Slice]:
-    """Every slice of a file; FileFault that names the file if something about them is missing or makes no sense."""
+    """Return all slices of a file; raise FileFault, which names the file, if header fields are missing or wrong."""
     try:
         count = int(header.get("NumberOfFrames") or 1)
         if not 1 <= count <= os.path.getsize(path):
             raise FileFault(f"its NumberOfFrames is {count}, in a file of {os.path.getsize(path)} bytes")
         if count > _MOST_FRAMES:
-            raise FileFault(f"its NumberOfFrames is {count}, and up to {_MOST_FRAMES} are read")
+            raise FileFault(f"its NumberOfFrames must be at most {_MOST_FRAMES}, got {count}")
         first = _slice(path, header, 0, count)
         _check_held(path, first)
         if count == 1:
             return [first]
         if header.get("PerFrameFunctionalGroupsSequence"):
             return [first, *(_slice(path, header, frame, count) for frame in range(1, count))]
-        # Frames without groups of their own differ by where they lie.
+        # Frames without functional groups differ only by position.
         positions = np.array(first.position) + np.outer(_along(header, count), np.cross(*first.axes))
         return [
             first._replace(frame=frame, position=tuple(position)) for frame, position in enumerate(positions.tolist())
@@ -114,20 +114,20 @@ def slices_of(path: str, header: Any) -> list[Slice]:
 
 
 def _check_held(path: str, first: Slice) -> None:
-    """FileFault if the file is too small for its frames."""
+    """Raise FileFault if the file is too small for its frames."""
     needed, held = first.frames * first.frame_bytes, os.path.getsize(path)
     if first.syntax:
         check_unpacked(needed, held)
-    # Of chrominance at half the columns two thirds are stored.
+    # Chrominance at half the columns takes two thirds of the bytes.
     elif needed * 2 // 3 > held:
         raise FileFault(f"its pixels can't be read: its header needs {needed} bytes of them, and the file has {held}")
 
 
 def _slice(path: str, header: Any, frame: int, count: int) -> Slice:
     if "ModalityLUTSequence" in header:
-        raise FileFault("its values go through a modality lookup table, which is not read")
+        raise FileFault("has a modality lookup table for its values, which texvol does not read")
     if "PALETTE" in str(header.get("PhotometricInterpretation", "")):
-        raise FileFault("holds colours of a palette, and a volume holds numbers")
+        raise FileFault("has palette colours, and a volume must have numbers")
     rows, columns = int(header.Rows), int(header.get("Columns") or 0)
     samples = int(header.get("SamplesPerPixel") or 1)
     dtype, bits, high_bit = _stored_type(header)
@@ -139,7 +139,7 @@ def _slice(path: str, header: Any, frame: int, count: int) -> Slice:
     scaling = header.get("DoseGridScaling")
     slope = _number(header, frame, "RescaleSlope", 1.0 if scaling is None else float(scaling))
     if slope == 0:
-        raise FileFault("its RescaleSlope is 0, which leaves nothing of its values")
+        raise FileFault("its RescaleSlope must not be 0")
     row_spacing, column_spacing = _pixel_spacing(header, frame)
     return Slice(
         path=path,
@@ -166,10 +166,10 @@ def _slice(path: str, header: Any, frame: int, count: int) -> Slice:
 
 
 def _value_unit(header: Any, frame: int) -> str:
-    """Unit of the rescaled values; Hounsfield units are those of CT that names no type (DICOM PS3.3, C.8.2.1.1.2).
+    """Return the unit of the rescaled values; CT that names no type is in Hounsfield units (DICOM PS3.3, C.8.2.1.1.2).
 
-    That holds where water may be 0, which air is below: stored values have a sign, or the intercept is negative. "US"
-    is the standard's word for values whose unit is not specified.
+    This requires that values may be negative, as air is: stored values have a sign, or the intercept is negative. "US"
+    is the standard's word for an unspecified unit.
     """
     kind = str(_found(header, frame, "RescaleType") or header.get("Units") or "").strip()
     if kind or header.get("Modality") != "CT":
@@ -179,7 +179,7 @@ def _value_unit(header: Any, frame: int) -> str:
 
 
 def _padding(header: Any, dtype: np.dtype) -> tuple[int, int] | None:
-    """Smallest and largest stored value of padding; None where a file has none (DICOM PS3.3, C.7.5.1.1.2)."""
+    """Return smallest and largest stored value of padding, or None (DICOM PS3.3, C.7.5.1.1.2)."""
     value, limit = (header.get(key) for key in ("PixelPaddingValue", "PixelPaddingRangeLimit"))
     if value is None or value == "":
         return None
@@ -188,7 +188,7 @@ def _padding(header: Any, dtype: np.dtype) -> tuple[int, int] | None:
 
 
 def _as_stored(number: int, dtype: np.dtype) -> int:
-    """A number in the pixels' type: some files write those below 0 as if there were no sign, or the reverse."""
+    """Return a number in the pixels' type; some files write negative numbers as unsigned, or the reverse."""
     wrapped = number % 2 ** (8 * dtype.itemsize)
     return wrapped - 2 ** (8 * dtype.itemsize) if wrapped > np.iinfo(dtype).max else wrapped
 
@@ -199,20 +199,20 @@ def _packed_syntax(header: Any) -> str:
 
 
 def _stored_type(header: Any) -> tuple[np.dtype, int, int]:
-    """Type of the stored pixels, how many of its bits are used, and the highest of these."""
+    """Return the type of the stored pixels, the number of used bits, and the highest used bit."""
     allocated = int(header.get("BitsAllocated") or 0)
     if allocated not in (8, 16, 32):
-        raise FileFault(f"has {allocated} bits allocated for a pixel; 8, 16 and 32 are read")
+        raise FileFault(f"BitsAllocated must be 8, 16 or 32, got {allocated}")
     bits = int(header.get("BitsStored") or allocated)
     high_bit = int(header.get("HighBit", bits - 1))
     if not 1 <= bits <= high_bit + 1 <= allocated:
-        raise FileFault(f"has {bits} bits stored up to bit {high_bit} of {allocated}, which can't be")
+        raise FileFault(f"has {bits} bits stored up to bit {high_bit} of {allocated}, which is impossible")
     kind = "i" if int(header.get("PixelRepresentation") or 0) else "u"
     return np.dtype(f"{kind}{allocated // 8}"), bits, high_bit
 
 
 def _found(header: Any, frame: int, key: str) -> Any:
-    """A field of a frame: from its own group, the shared one, or the top of the file."""
+    """Return a field of a frame: from its own group, the shared group, or the top of the file."""
     per_frame = header.get("PerFrameFunctionalGroupsSequence") or []
     shared = header.get("SharedFunctionalGroupsSequence") or []
     for group in (*per_frame[frame : frame + 1], *shared[:1]):
@@ -228,17 +228,17 @@ def _number(header: Any, frame: int, key: str, default: float) -> float:
     value = _found(header, frame, key)
     number = default if value in (None, "") else float(value)
     if not np.isfinite(number):
-        raise FileFault(f"its {key} is {number}")
+        raise FileFault(f"its {key} must be finite, got {number}")
     return number
 
 
 def _numbers(header: Any, frame: int, key: str, count: int) -> list[float]:
     value = _found(header, frame, key)
     if value is None:
-        raise FileFault(f"has no {key}, without which it can't be placed")
+        raise FileFault(f"has no {key}, without which its position is unknown")
     numbers = [float(number) for number in value]
     if len(numbers) != count or not np.isfinite(numbers).all():
-        raise FileFault(f"its {key} must be {count} finite numbers, and is {numbers}")
+        raise FileFault(f"its {key} must be {count} finite numbers, got {numbers}")
     return numbers
 
 
@@ -252,12 +252,12 @@ def _unit_vector(numbers: Sequence[float]) -> Triple:
 
 
 def _pixel_spacing(header: Any, frame: int) -> tuple[float, float]:
-    """Distance of rows and of columns, in mm."""
+    """Return the distances of rows and of columns, in mm."""
     for key in ("PixelSpacing", "ImagerPixelSpacing"):
         if _found(header, frame, key) is not None:
             rows, columns = _numbers(header, frame, key, 2)
             if not (rows > 0 and columns > 0):
-                raise FileFault(f"spacing must be positive, and its {key} is {rows:g}, {columns:g}")
+                raise FileFault(f"spacing must be positive, got {key} {rows:g}, {columns:g}")
             return rows, columns
     raise FileFault("has no PixelSpacing")
 
@@ -269,18 +269,18 @@ def _thickness(header: Any, frame: int) -> float:
 
 
 def _position(header: Any, frame: int) -> Triple:
-    """Where the first pixel's centre lies; of frames that do not say, that of the file's first."""
+    """Return the position of the first pixel's centre; frames without one have that of the file's first frame."""
     x, y, z = _numbers(header, frame, "ImagePositionPatient", 3)
     return x, y, z
 
 
 def _along(header: Any, count: int) -> NDArray[np.float64]:
-    """Offsets of frames along the normal from the file's position, where the frames do not say."""
+    """Return offsets of frames along the normal from the file's position, for frames without positions."""
     offsets = header.get("GridFrameOffsetVector")
     if offsets is not None:
         along = np.atleast_1d(np.array(offsets, dtype=np.float64))[:count]
         if len(along) < count:
-            raise FileFault(f"has {count} frames, and a GridFrameOffsetVector of {len(along)}")
+            raise FileFault(f"has {count} frames, but a GridFrameOffsetVector of {len(along)}")
         return along - along[0]
     spacing = _number(header, 0, "SpacingBetweenSlices", 0.0) or _number(header, 0, "SliceThickness", 0.0)
     if not spacing:

@@ -1,4 +1,4 @@
-"""A file to a Volume: the reader of its format, and one place where what goes wrong becomes a line."""
+"""Loading of a file into a Volume by the reader of its format."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ from texvol.formats.readers.missing import without_chosen
 from texvol.formats.readers.samples import Choice, FileFault, Samples
 from texvol.scene.volume import Volume
 
-# Of `texvol.formats.readers.load`, which a volume's source keeps.
+# Arguments of `texvol.formats.readers.load` that a volume's source keeps.
 ARGUMENTS = (
     *("shape", "dtype", "series", "channel", "time", "variable", "resolution", "spacing", "labels", "color"),
     "missing",
 )
 
-_WITHOUT_LIBRARY = ("NPY", "raw")  # that could print anything
-_RESAMPLED = ("netCDF", "VTR", "VTS")  # which leave out what is missing themselves, before it is mixed with the rest
+_WITHOUT_LIBRARY = ("NPY", "raw")  # need no library that could print
+_RESAMPLED = ("netCDF", "VTR", "VTS")  # mark missing samples themselves, before they interpolate
 
 
 def read(name: str, choice: Choice) -> Samples:
-    """Samples of the file `name`.
+    """Return the samples of the file `name`.
 
     Raises
     ------
     InputError, MissingExtraError
-        As `texvol.formats.readers.load` says.
+        As `texvol.formats.readers.load`.
     TimeSteps
-        If the steps are to be counted, and the format may have several.
+        If `choice.counting`, and the format may have several steps.
     """
     with named_faults(name, "a volume", "formats"):
         _check(choice)
@@ -42,17 +42,17 @@ def read(name: str, choice: Choice) -> Samples:
 
 
 def _check(choice: Choice) -> None:
-    """Raise FileFault if what the user says of the samples can't be true together."""
+    """Raise FileFault if options contradict each other."""
     if choice.color and choice.labels:
-        raise FileFault("its samples are labels or colours, and not both: --labels or --color")
+        raise FileFault("samples can't be both labels and colours: give --labels or --color")
     if choice.color and choice.channel is not None:
-        raise FileFault("one channel has no colour: --channel or --color")
+        raise FileFault("a single channel has no colour: give --channel or --color")
     if choice.missing and choice.labels:
-        raise FileFault("labels are names, and none is missing: --label-look LABEL=0 hides one, and --missing does not")
+        raise FileFault("--missing is not for labels: --label-look LABEL=0 hides a label")
 
 
 def volume_of(name: str, samples: Samples, choice: Choice, spacing: Sequence[float] | None) -> Volume:
-    """The volume that samples of the file `name` make; `spacing` stands for the file's."""
+    """Return the volume of the samples of the file `name`; `spacing` overrides the file's."""
     return Volume(
         samples.values,
         samples.spacing if spacing is None else spacing,
@@ -71,7 +71,7 @@ def volume_of(name: str, samples: Samples, choice: Choice, spacing: Sequence[flo
 
 
 def _source(path: str, choice: Choice, spacing: Sequence[float] | None) -> dict[str, Any]:
-    """How the volume is read again."""
+    """Return the arguments with which the volume is read again."""
     told = {key: getattr(choice, key) for key in ARGUMENTS if key != "spacing"}
     told["labels"] = choice.labels or None
     told["missing"] = list(choice.missing) or None
@@ -81,14 +81,14 @@ def _source(path: str, choice: Choice, spacing: Sequence[float] | None) -> dict[
 
 
 def _read(kind: str, path: str, choice: Choice) -> Samples:
-    """Samples of a file of that kind; a reader, and the library that it stands on, is imported when it is needed."""
+    """Return the samples of a file of that kind; the reader and its library are imported here."""
     with nullcontext() if kind in _WITHOUT_LIBRARY else silent_libraries():
         module = import_module(f"texvol.formats.readers.{kind.lower()}")
         samples: Samples = module.read(path, choice)
         if not choice.missing:
             return samples
         if samples.colors is not None:
-            raise FileFault("no colour stands for a missing sample: --missing is for numbers, which --channel N reads")
+            raise FileFault("--missing is for numbers, got colours: --channel N reads one component as numbers")
         if kind in _RESAMPLED:
             return samples
         values, notes = without_chosen(samples.values, choice)
@@ -97,7 +97,7 @@ def _read(kind: str, path: str, choice: Choice) -> Samples:
 
 @contextmanager
 def silent_libraries() -> Iterator[None]:
-    """Keep the libraries' warnings and log lines off stderr: what matters of them is in the error or not an error."""
+    """Keep warnings and log lines of libraries off stderr; what matters becomes an error."""
     import logging
     import warnings
 

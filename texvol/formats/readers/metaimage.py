@@ -1,6 +1,6 @@
-"""MetaImage: lines of `Key = value`, and samples after them or in files that they name.
+"""MetaImage: lines of `Key = value`, and samples after them or in separate files.
 
-Read here and not by ITK, which prints on stderr, and opens whatever path a header names; the tests hold it against ITK.
+Read without ITK, which prints on stderr and opens any path that a header names; tests compare with ITK.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from texvol.formats.readers.stored import data_file, numbered_names, read_picked
 
 _LONGEST_HEADER = 2**20
 
-# The format has no word for colour; ITK writes it so, and vectors as numbers of other types.
+# The format has no field for colour; ITK writes colours as bytes, and vectors as other types.
 _COLOR_OF_BYTES = "channels of bytes"
 
 _TYPES = {
@@ -37,12 +37,12 @@ _TYPES = {
 
 
 def read(path: str, choice: Choice) -> Samples:
-    """Samples of an `.mha`, or of an `.mhd` and its data."""
+    """Return the samples of an `.mha`, or of an `.mhd` and its data."""
     fields, offset, listed = _header(path)
     sizes = _numbers(fields, "DimSize", int)
     count = int(fields.get("NDims", len(sizes)))
     if len(sizes) != count:
-        raise FileFault(f"its header has {len(sizes)} sizes ({by(sizes)}) and says NDims {count}")
+        raise FileFault(f"its header has {len(sizes)} sizes ({by(sizes)}) but NDims {count}")
     channels = int(fields.get("ElementNumberOfChannels", 1))
     axes = ("?" * (count - 3) + "ZYX")[-count:]
     if channels != 1:
@@ -56,7 +56,7 @@ def read(path: str, choice: Choice) -> Samples:
 
 
 def _header(path: str) -> tuple[Mapping[str, str], int, list[str]]:
-    """Fields of the header, where it ends, and the data files that it lists."""
+    """Return the header's fields, the offset of its end, and the data files that it lists."""
     fields: dict[str, str] = {}
     with open(path, "rb") as file:
         while "ElementDataFile" not in fields:
@@ -84,14 +84,14 @@ def _samples(
     offset: int,
     listed: Sequence[str],
 ) -> NDArray:
-    """The samples that `index` picks, slowest axis first."""
+    """Return the samples at `index`, slowest axis first."""
     dtype = _dtype(fields)
     if not _flag(fields, "BinaryData", default=True):
-        raise FileFault("its samples are text (BinaryData = False); binary ones are read")
+        raise FileFault("its samples are text (BinaryData = False), which texvol does not read")
     encoding = "deflate" if _flag(fields, "CompressedData") else "raw"
     skip = int(fields.get("HeaderSize", 0))
     if skip < -1:
-        raise FileFault(f"HeaderSize must be -1 or more, and is {skip}")
+        raise FileFault(f"HeaderSize must be at least -1, got {skip}")
     where = fields["ElementDataFile"]
     if where.upper() == "LOCAL":
         return read_picked(path, dtype, sizes, index, choice, encoding=encoding, offset=offset, what="it")
@@ -101,7 +101,7 @@ def _samples(
         how: dict[str, Any] = {"encoding": encoding, "skip": skip, "what": f"its data file {name}"}
         return read_picked(file, dtype, sizes, index, choice, **how)
     if len(paths) != sizes[0]:
-        raise FileFault(f"it names {len(paths)} data files, and DimSize ({by(sizes[::-1])}) has {sizes[0]} slices")
+        raise FileFault(f"names {len(paths)} data files, but DimSize ({by(sizes[::-1])}) has {sizes[0]} slices")
 
     def of_all_files() -> NDArray:
         check_size(sizes, dtype.itemsize)
@@ -115,7 +115,7 @@ def _samples(
 
 
 def _data_names(where: str, listed: Sequence[str]) -> list[str]:
-    """Names of the data files: one, those listed after `LIST`, or those that `pattern first last step` counts."""
+    """Return the names of the data files: one, those after `LIST`, or those of `pattern first last step`."""
     words = where.split()
     if words and words[0] == "LIST":
         return list(listed)
@@ -128,13 +128,13 @@ def _dtype(fields: Mapping[str, str]) -> np.dtype:
     name = fields.get("ElementType", "")
     code = _TYPES.get(name.removesuffix("_ARRAY"))
     if code is None:
-        raise FileFault(f"ElementType {name or '(missing)'} is not a real number that texvol reads")
+        raise FileFault(f"ElementType {name or '(missing)'} is not a type of real numbers that texvol reads")
     is_big = _flag(fields, "BinaryDataByteOrderMSB") or _flag(fields, "ElementByteOrderMSB")
     return np.dtype(code).newbyteorder(">" if is_big else "<")
 
 
 def _grid(fields: Mapping[str, str], count: int) -> dict[str, Any]:
-    """Spacing, origin and direction as ITK has them: axis a of the grid is row a of the matrix as it is written."""
+    """Return spacing, origin and direction as ITK reads them: axis a of the grid is row a of the written matrix."""
     grid: dict[str, Any] = {"unit": _unit(fields), "space": "left-posterior-superior"}
     key = "ElementSpacing" if "ElementSpacing" in fields else "ElementSize"
     if key in fields:
@@ -152,7 +152,7 @@ def _grid(fields: Mapping[str, str], count: int) -> dict[str, Any]:
 
 
 def _unit(fields: Mapping[str, str]) -> str:
-    name = fields.get("DistanceUnits", "mm")  # MetaIO's own default is to leave it unsaid; its data are medical
+    name = fields.get("DistanceUnits", "mm")  # MetaIO leaves the default unit open; its data are medical
     return {"um": "µm", "?": "", "": ""}.get(name, name)
 
 
@@ -162,9 +162,9 @@ def _numbers(fields: Mapping[str, str], key: str, kind: type, count: int | None 
     try:
         numbers = [kind(word) for word in fields[key].split()]
     except ValueError:
-        raise FileFault(f"{key} = {fields[key][:80]}: numbers are wanted") from None
+        raise FileFault(f"{key} must be numbers, got {fields[key][:80]!r}") from None
     if count is not None and len(numbers) != count:
-        raise FileFault(f"{key} has {len(numbers)} numbers, and {count} are wanted")
+        raise FileFault(f"{key} must be {count} numbers, got {len(numbers)}")
     return numbers
 
 

@@ -1,4 +1,4 @@
-"""Samples that are not there: NaN in place of the values that a file, or the user, marks them by."""
+"""Missing samples: NaN in place of the values with which a file or the user marks them."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from texvol.formats.readers.samples import Choice, FileFault
 
 Mark = int | float
 
-_EXACT = 2**24  # up to which single precision holds every integer
+_EXACT = 2**24  # largest integer up to which float32 holds all integers
 
 
 def marks_of(told: Any) -> tuple[Mark, ...]:
-    """The argument `missing` of `texvol.load`: a number, or several, as a tuple of Python's own numbers.
+    """Return the argument `missing` of `texvol.load` as a tuple of Python numbers.
 
     Raises
     ------
     FileFault
-        If it is no number, or NaN, which is missing anyway.
+        If it is not a number, or is NaN, which is missing anyway.
     """
     if told is None:
         return ()
@@ -29,7 +29,7 @@ def marks_of(told: Any) -> tuple[Mark, ...]:
     marks = []
     for each in several:
         if isinstance(each, bool | np.bool_) or not isinstance(each, int | float | np.integer | np.floating):
-            raise FileFault(f"missing must be a number or several, got {each!r}")
+            raise FileFault(f"missing must be a number or several numbers, got {each!r}")
         if each != each:
             raise FileFault("missing must be a number, got NaN; samples that are NaN are missing without it")
         marks.append(int(each) if isinstance(each, int | np.integer) else float(each))
@@ -37,7 +37,7 @@ def marks_of(told: Any) -> tuple[Mark, ...]:
 
 
 def without_chosen(values: NDArray, choice: Choice) -> tuple[NDArray, tuple[str, ...]]:
-    """Values without those that the user says are missing, and what to note about that."""
+    """Return values without those of --missing, and notes."""
     if not choice.missing:
         return values, ()
     marked, count = without(values, choice.missing)
@@ -46,9 +46,9 @@ def without_chosen(values: NDArray, choice: Choice) -> tuple[NDArray, tuple[str,
 
 
 def without(values: NDArray, marks: Sequence[Mark]) -> tuple[NDArray, int]:
-    """Values with NaN for each that equals one of `marks`, and how many these are.
+    """Return values with NaN for each that equals one of `marks`, and the number of such values.
 
-    Floats are compared in their own type, so that -3.4028235e+38 finds what float32 has of it.
+    Floats are compared in their own type, so that -3.4028235e+38 finds its float32 neighbour.
     """
     wanted = [mark for mark in (_in_type(mark, values.dtype) for mark in marks) if mark is not None]
     if not wanted:
@@ -57,9 +57,9 @@ def without(values: NDArray, marks: Sequence[Mark]) -> tuple[NDArray, int]:
 
 
 def without_where(values: NDArray, is_missing: Callable[[int, NDArray], NDArray]) -> tuple[NDArray, int]:
-    """Values with NaN where `is_missing` says so of a slice, given its number and values, and how many these are.
+    """Return values with NaN where `is_missing`, called with a slice's number and values, is True, and their number.
 
-    Integers become float32 if that holds all that are left, float64 otherwise; without a missing one they stay.
+    Integers become float32 if it holds all remaining values, else float64; without a missing value they stay.
     """
     count, largest = 0, 0
     for number, part in enumerate(values):
@@ -74,7 +74,7 @@ def without_where(values: NDArray, is_missing: Callable[[int, NDArray], NDArray]
         made = values if values.flags.writeable else values.copy()
     else:
         made = np.empty(values.shape, np.float32 if largest <= _EXACT else np.float64)
-    # Slice by slice, so that what is in between never has the size of the volume.
+    # Slice by slice, so that intermediates never have the size of the volume.
     for number, part in enumerate(values):
         hits = is_missing(number, part)
         if made is not values:
@@ -86,7 +86,7 @@ def without_where(values: NDArray, is_missing: Callable[[int, NDArray], NDArray]
 def without_marked(
     values: NDArray, marks: Sequence[Mark], what: str, choice: Choice
 ) -> tuple[NDArray, tuple[str, ...]]:
-    """Values without those that the file marks by these, and what to note; of labels none is missing."""
+    """Return values without those that the file marks, and notes; labels are never missing."""
     if choice.labels or not marks:
         return values, ()
     marked, count = without(values, marks)
@@ -94,12 +94,12 @@ def without_marked(
 
 
 def noted(count: int, what: str, *, always: bool = False) -> tuple[str, ...]:
-    """A note on samples that are missing."""
+    """Return a note on missing samples."""
     return (f"missing: {count} sample{'' if count == 1 else 's'}, by {what}",) if count or always else ()
 
 
 def parsed(texts: Iterable[str]) -> tuple[Mark, ...]:
-    """Marks that a file writes as text; what is no number, or NaN, marks nothing."""
+    """Return marks that a file writes as text; words that are not numbers, and NaN, are ignored."""
     found: list[Mark] = []
     for text in texts:
         for word in text.split():
@@ -114,7 +114,7 @@ def parsed(texts: Iterable[str]) -> tuple[Mark, ...]:
 
 
 def _in_type(mark: Mark, dtype: np.dtype) -> Any | None:
-    """The number in a type of samples, None if that has none like it."""
+    """Return the number in a sample type, or None if the type can't hold it."""
     if dtype.kind == "f":
         try:
             with np.errstate(over="ignore"):

@@ -1,7 +1,7 @@
 """MRC and CCP4 maps: a header of 1024 bytes, read by mrcfile, and samples after it. Lengths are in ångström.
 
-MAPC, MAPR and MAPS say which crystal axis the columns, rows and sections of the file run along. The volume's axes are
-the crystal's, so samples of a permuted file are put in their order.
+MAPC, MAPR and MAPS name the crystal axes of the file's columns, rows and sections. The volume's axes are the crystal's,
+so samples of a permuted file are transposed.
 """
 
 from __future__ import annotations
@@ -15,30 +15,30 @@ from texvol.formats.readers.samples import Choice, FileFault, Samples, by, grid_
 from texvol.formats.readers.stored import read_picked, unpacked
 
 _HEADER_BYTES = 1024
-_IMOD_STAMP = 1146047817  # of files in which mode 0 may be unsigned (IMOD's extension of the format)
+_IMOD_STAMP = 1146047817  # mark of files in which mode 0 may be unsigned (IMOD's extension of the format)
 
 
 def read(path: str, choice: Choice) -> Samples:
-    """Samples of a map, plain or packed by gzip or bzip2."""
+    """Return the samples of a map, plain or compressed by gzip or bzip2."""
     from mrcfile.utils import data_dtype_from_header
 
     encoding = _encoding(path)
     header = _header(path, encoding)
     if int(header.mode) == 101:
-        raise FileFault("holds samples of four bits (mode 101), which are not read")
+        raise FileFault("has samples of four bits (mode 101), which texvol does not read")
     dtype = real_type(_imod_type(header, data_dtype_from_header(header)))
     sizes = [int(header.nz), int(header.ny), int(header.nx)]
     if min(sizes) < 1:
-        raise FileFault(f"every dimension must be positive, and the header says {by(sizes[::-1])}")
+        raise FileFault(f"every dimension must be positive, got {by(sizes[::-1])}")
     extended = int(header.nsymbt)
     if extended < 0:
-        raise FileFault(f"its extended header has {extended} bytes")
+        raise FileFault(f"its extended header must have at least 0 bytes, got {extended}")
     crystal_axes = _crystal_axes(header)
     sizes, axes = _volumes(header, sizes)
     index = pick(axes, sizes, choice)
     begin = {"offset" if encoding == "raw" else "skip": _HEADER_BYTES + extended}
     values = read_picked(path, dtype, sizes, index, choice, encoding=encoding, what="it", **begin)
-    # The file's axes, slowest first, are sections, rows, columns; wanted are z, y, x.
+    # From sections, rows, columns to z, y, x.
     values = values.transpose([crystal_axes[::-1].index(axis) for axis in (2, 1, 0)])
     return Samples(values, **_grid(header, crystal_axes))
 
@@ -49,7 +49,7 @@ def _encoding(path: str) -> str:
 
 
 def _header(path: str, encoding: str) -> Any:
-    """The first 1024 bytes as mrcfile names them; mrcfile itself would read the extended header too, however long."""
+    """Return the first 1024 bytes with mrcfile's names; mrcfile itself would read an extended header of any length."""
     from mrcfile.dtypes import HEADER_DTYPE
     from mrcfile.utils import byte_order_from_machine_stamp
 
@@ -63,7 +63,7 @@ def _header(path: str, encoding: str) -> Any:
     try:
         order = byte_order_from_machine_stamp(header.machst)
     except ValueError:
-        # Some programs leave the stamp empty; a mode is a small number in one order only.
+        # Some programs leave the stamp empty; the mode is a small number in one byte order only.
         order = "<" if int(header.mode.view("<i4")) < 2**16 else ">"
     return header.view(np.dtype((np.record, HEADER_DTYPE.newbyteorder(order)))).view(np.recarray)
 
@@ -76,27 +76,27 @@ def _imod_type(header: Any, dtype: np.dtype) -> np.dtype:
 
 
 def _crystal_axes(header: Any) -> list[int]:
-    """Which of the axes x, y, z (0, 1, 2) the columns, rows and sections run along."""
+    """Return the axes x, y, z (0, 1, 2) of columns, rows and sections."""
     numbers = [int(header[key]) for key in ("mapc", "mapr", "maps")]
-    if numbers == [0, 0, 0]:  # unset by old programs, which knew one order only
+    if numbers == [0, 0, 0]:  # unset by old programs, which have one order only
         return [0, 1, 2]
     if sorted(numbers) != [1, 2, 3]:
-        raise FileFault(f"MAPC, MAPR, MAPS must be 1, 2, 3 in some order, and are {', '.join(map(str, numbers))}")
+        raise FileFault(f"MAPC, MAPR, MAPS must be 1, 2, 3 in some order, got {', '.join(map(str, numbers))}")
     return [number - 1 for number in numbers]
 
 
 def _volumes(header: Any, sizes: Sequence[int]) -> tuple[list[int], str]:
-    """Shape and axes for `pick`: space groups from 401 mark a stack of volumes of MZ sections each."""
+    """Return shape and axes for `pick`: space groups from 401 mark a stack of volumes of MZ sections each."""
     per_volume = int(header.mz)
     if int(header.ispg) <= 400 or per_volume in (0, sizes[0]):
         return list(sizes), "ZYX"
     if per_volume < 0 or sizes[0] % per_volume:
-        raise FileFault(f"is a stack of volumes of {per_volume} sections, and has {sizes[0]}")
+        raise FileFault(f"is a stack of volumes of {per_volume} sections, but has {sizes[0]} sections")
     return [sizes[0] // per_volume, per_volume, *sizes[1:]], "?ZYX"
 
 
 def _grid(header: Any, crystal_axes: Sequence[int]) -> dict[str, Any]:
-    """Steps along the crystal axes a, b, c: a along x, b in the plane of x and y (the convention of the format)."""
+    """Return the grid along the crystal axes a, b, c: a along x, b in the plane of x and y (by convention)."""
     lengths = np.array([float(header.cella[key]) for key in "xyz"])
     intervals = np.array([int(header[key]) for key in ("mx", "my", "mz")])
     if not lengths.any() or not intervals.all():  # no cell: the file says nothing about lengths
@@ -107,17 +107,15 @@ def _grid(header: Any, crystal_axes: Sequence[int]) -> dict[str, Any]:
     cell[:, 1] = _cosine(gamma), np.sin(gamma), 0
     x, y = _cosine(beta), (_cosine(alpha) - _cosine(beta) * _cosine(gamma)) / np.sin(gamma)
     if 1 - x * x - y * y <= 0:
-        raise FileFault("the angles of its cell make no volume")
+        raise FileFault("the angles of its cell are impossible")
     cell[:, 2] = x, y, np.sqrt(1 - x * x - y * y)
     steps = lengths / intervals
     if not (steps > 0).all():
-        raise FileFault(
-            "spacing must be positive along every axis, and its cell makes it {:g}, {:g}, {:g}".format(*steps)
-        )
+        raise FileFault("spacing must be positive along every axis, got {:g}, {:g}, {:g} from its cell".format(*steps))
     columns = cell * steps
     spacing, direction = grid_from_columns(columns)
     origin = np.array([float(header.origin[key]) for key in "xyz"])
-    if not origin.any():  # then crystallography's way of saying it holds: the first sample's index, in the file's axes
+    if not origin.any():  # crystallographic files give the index of the first sample instead, in the file's axes
         starts = np.zeros(3)
         starts[list(crystal_axes)] = [int(header[key]) for key in ("nxstart", "nystart", "nzstart")]
         origin = columns @ starts
@@ -125,5 +123,5 @@ def _grid(header: Any, crystal_axes: Sequence[int]) -> dict[str, Any]:
 
 
 def _cosine(angle: float) -> float:
-    """cos(angle), and 0 for the right angle, so that an orthogonal cell stays so."""
+    """Return cos(angle), exactly 0 for the right angle, so that an orthogonal cell stays orthogonal."""
     return 0.0 if abs(angle - np.pi / 2) < 1e-12 else float(np.cos(angle))

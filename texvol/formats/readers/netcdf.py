@@ -1,7 +1,7 @@
-"""netCDF, classic and netCDF-4, read by the netCDF library: a variable on axes of coordinates, or on points.
+"""netCDF, classic and netCDF-4, read by the netCDF library: a variable on coordinate axes, or on points.
 
-What the file says of its values holds: they are scaled and shifted, and those that it marks as missing are NaN.
-World axes are x, y, z of the variable as the CF conventions tell them, in the units of the coordinates.
+The file's scale, offset and missing values apply: missing values become NaN. World axes are the x, y, z of the variable
+by the CF conventions, in the units of its coordinates.
 """
 
 from __future__ import annotations
@@ -34,12 +34,12 @@ from texvol.formats.readers.resampling import type_between
 from texvol.formats.readers.samples import Choice, FileFault, Samples, check_size, check_unpacked, once, pick
 from texvol.formats.readers.unstructured import HINT
 
-_MOST_NAMED = 8  # variables that a message names
+_MOST_NAMED = 8  # variables listed in a message
 _MARKS = ("_FillValue", "missing_value", "valid_range", "valid_min", "valid_max")
 
 
 def read(path: str, choice: Choice) -> Samples:
-    """Samples of one variable at one time."""
+    """Return the samples of one variable at one time."""
     dataset = once(choice, "dataset", lambda: _opened(path))
     try:
         return _read(dataset, choice)
@@ -57,7 +57,7 @@ def _opened(path: str) -> Any:
         check_classic(path)
     else:
         check_heaps(path)
-    # A file that can't be opened stays open in the library, for as long as there is the process.
+    # The library never closes a file that it failed to open.
     check_survived(lambda: netCDF4.Dataset(os.path.abspath(path)).close())
     return netCDF4.Dataset(os.path.abspath(path))
 
@@ -71,7 +71,7 @@ def _read(dataset: Any, choice: Choice) -> Samples:
     order = order_of(spatial)
     axes = [spatial[number] for number in order]  # z, y, x
     check_size([axis.size for axis in axes], max(variable.dtype.itemsize, 8))
-    # The library makes up what was never written.
+    # The library fills in values that were never written.
     check_unpacked(prod(axis.size for axis in axes) * variable.dtype.itemsize, os.path.getsize(dataset.filepath()))
     _check_chunks(variable)
     values, about = without_chosen(_values(variable, index, choice).transpose(order), choice)
@@ -79,7 +79,7 @@ def _read(dataset: Any, choice: Choice) -> Samples:
     if auxiliary:
         parts = zip(dimensions, index, strict=True)
         chosen = {dimension.name: part for dimension, part in parts if not isinstance(part, slice)}
-        # Places that move with time are those of one step.
+        # Positions that change with time are those of one step.
         moves = any(set(each.dimensions) & set(chosen) for each in auxiliary.values())
         samples = on_points(values, _points(auxiliary, axes, chosen), choice._replace(kept=None) if moves else choice)
         coordinates = [auxiliary.get(role, axis.coordinate) for role, axis in zip("ZYX", axes, strict=True)]
@@ -93,14 +93,14 @@ def _read(dataset: Any, choice: Choice) -> Samples:
 
 
 def _chosen(dataset: Any, wanted: str | None) -> tuple[Any, str]:
-    """The variable that is wanted, or the first one that is a volume, and what to say about it."""
+    """Return the chosen variable, or the first that is a volume, and a note about it."""
     kind = unstructured_kind(dataset)
     if kind:
-        raise FileFault(f"is {kind}, which is not read; {HINT}")
+        raise FileFault(f"is {kind}, which texvol does not read; {HINT}")
     named = dict(_variables(dataset))
     if wanted is not None:
         if wanted not in named:
-            raise FileFault(f"--variable {wanted}: it has no such variable; it has {_listed(list(named))}")
+            raise FileFault(f"has no variable {wanted} (--variable); it has {_listed(list(named))}")
         variable = named[wanted]
         _check_variable(wanted, variable, dataset)
         return variable, f"variable {_described(wanted, variable)}"
@@ -108,7 +108,7 @@ def _chosen(dataset: Any, wanted: str | None) -> tuple[Any, str]:
     found = {name: each for name, each in named.items() if name not in ancillary and _is_volume(each)}
     for each in named.values():
         if not found and (kind := unstructured_kind(dataset, each)):
-            raise FileFault(f"is {kind}, which is not read; {HINT}")
+            raise FileFault(f"is {kind}, which texvol does not read; {HINT}")
     if not found:
         shapes = [f"{name} ({', '.join(each.dimensions)})" for name, each in named.items() if name not in ancillary]
         raise FileFault(f"has no variable with three axes of space; it has {_listed(shapes)}")
@@ -134,7 +134,7 @@ def _is_volume(variable: Any) -> bool:
 
 
 def _ancillary(named: dict[str, Any]) -> set[str]:
-    """Names of variables that say where others' samples lie."""
+    """Return names of variables that are coordinates or bounds of others."""
     found = set()
     for name, variable in named.items():
         if variable.dimensions == (name.rpartition("/")[2],):
@@ -147,26 +147,26 @@ def _ancillary(named: dict[str, Any]) -> set[str]:
 def _check_variable(name: str, variable: Any, dataset: Any) -> None:
     kind = unstructured_kind(dataset, variable)
     if kind:
-        raise FileFault(f"its variable {name} is on {kind}, which is not read; {HINT}")
+        raise FileFault(f"its variable {name} is on {kind}, which texvol does not read; {HINT}")
     if not (isinstance(variable.dtype, np.dtype) and variable.dtype.kind in "iuf"):
-        raise FileFault(f"its variable {name} holds {variable.dtype}, and a volume holds real numbers")
+        raise FileFault(f"its variable {name} must be real numbers, got {variable.dtype}")
     if not _is_volume(variable):
         sizes = zip(variable.dimensions, variable.shape, strict=True)
         listed = ", ".join(f"{dimension} {size}" for dimension, size in sizes) or "none"
-        raise FileFault(f"its variable {name} has dimensions {listed}, and a volume has three axes of space")
+        raise FileFault(f"its variable {name} must have three axes of space, got dimensions {listed}")
 
 
 def _check_chunks(variable: Any) -> None:
-    """Chunks are unpacked whole, so that one of them has to fit, too."""
+    """Raise FileFault if a chunk does not fit into memory; chunks are unpacked whole."""
     chunks = variable.chunking()
     if isinstance(chunks, list):
         check_size(chunks, variable.dtype.itemsize)
 
 
 def _values(variable: Any, index: Sequence[int | slice], choice: Choice) -> NDArray:
-    """The samples that `index` picks, of a type that holds NaN if the file says how it marks or scales them.
+    """Return the samples at `index`, in a type that holds NaN if the file marks or scales values.
 
-    Of labels those that are missing are 0: there is none.
+    Missing labels become 0.
     """
     variable.set_auto_maskandscale(True)
     variable.set_always_mask(False)
@@ -185,7 +185,7 @@ def _values(variable: Any, index: Sequence[int | slice], choice: Choice) -> NDAr
 
 
 def _without_masked(values: NDArray, dtype: np.dtype) -> NDArray:
-    """Values in that type, NaN where they are masked; in the same memory where the type is theirs."""
+    """Return values in that type, NaN where masked; in the same memory if the type does not change."""
     plain = np.ma.getdata(values).astype(dtype, copy=False)
     if np.ma.is_masked(values):
         plain[np.ma.getmaskarray(values)] = np.nan
@@ -193,14 +193,14 @@ def _without_masked(values: NDArray, dtype: np.dtype) -> NDArray:
 
 
 def _axis(dimension: Dimension) -> Axis:
-    """Coordinates of a dimension: those that the file has, or the samples' numbers."""
+    """Return the coordinates of a dimension: those of the file, or sample numbers."""
     if dimension.coordinate is None:
         return Axis(np.arange(dimension.size, dtype=np.float64), dimension.name)
     return axis_of(_coordinates(dimension.coordinate, (slice(None),)), dimension.name)
 
 
 def _coordinates(variable: Any, index: tuple[Any, ...]) -> NDArray:
-    """Coordinates, NaN where the file marks them as missing."""
+    """Return coordinates, NaN where the file marks them as missing."""
     check_size([max(size, 1) for size in variable.shape], 8)
     variable.set_auto_maskandscale(True)
     variable.set_always_mask(False)
@@ -213,7 +213,7 @@ def _coordinates(variable: Any, index: tuple[Any, ...]) -> NDArray:
 def _auxiliary(
     dataset: Any, variable: Any, dimensions: Sequence[Dimension], spatial: Sequence[Dimension]
 ) -> dict[str, Any]:
-    """Coordinates of more than one dimension, by role, for the axes that have none of their own."""
+    """Return multidimensional coordinates, by role, for the axes without coordinates of their own."""
     own = {dimension.name: dimension for dimension in dimensions}
     missing = {dimension.name for dimension in spatial if dimension.coordinate is None}
     found: dict[str, Any] = {}
@@ -229,7 +229,7 @@ def _auxiliary(
 
 
 def _points(auxiliary: dict[str, Any], axes: Sequence[Dimension], chosen: dict[str, int]) -> NDArray:
-    """Where each sample lies in the world, shape (nz, ny, nx, 3)."""
+    """Return the world positions of the samples, shape (nz, ny, nx, 3)."""
     sizes = [axis.size for axis in axes]
     check_size([*sizes, 3], 8)
     points = np.empty((*sizes, 3))
@@ -240,7 +240,7 @@ def _points(auxiliary: dict[str, Any], axes: Sequence[Dimension], chosen: dict[s
             names = [name for name in variable.dimensions if name not in chosen]
         else:
             part, names = _axis(axis).coordinates, [axis.name]
-        # The coordinate's axes in the order of the samples', and 1 where it does not vary.
+        # The coordinate's axes in the samples' order, and size 1 where it does not vary.
         present = [each.name for each in axes if each.name in names]
         part = part.transpose([names.index(name) for name in present])
         shape = [each.size if each.name in names else 1 for each in axes]
@@ -249,13 +249,13 @@ def _points(auxiliary: dict[str, Any], axes: Sequence[Dimension], chosen: dict[s
 
 
 def _named(names: Sequence[str], units: Sequence[str]) -> dict[str, Any]:
-    """Unit and space of the world, whose axes x, y, z are these."""
+    """Return unit and space of the world, with the names of its axes x, y, z."""
     described = [f"{name} ({unit})" if unit else name for name, unit in zip(names, units, strict=True)]
     return {"unit": units[0] if len(set(units)) == 1 else "", "space": ", ".join(described)}
 
 
 def _said(variable: Any, notes: Sequence[str], units: Sequence[str]) -> dict[str, Any]:
-    """Unit of the values, and notes."""
+    """Return the unit of the values, and notes."""
     return {"value_unit": attribute(variable, "units"), "notes": (*notes, *_notes(units))}
 
 
@@ -267,7 +267,7 @@ def _notes(units: Sequence[str]) -> tuple[str, ...]:
 
 
 def _times(dimensions: Sequence[Dimension]) -> dict[str, Any]:
-    """When the steps are, in the file's own words: "hours since 2001-01-01"."""
+    """Return the times of the steps and their unit as in the file, such as "hours since 2001-01-01"."""
     time = next((dimension for dimension in dimensions if dimension.role == "T"), None)
     if time is None or time.coordinate is None or time.size > 10**6:
         return {}

@@ -1,7 +1,7 @@
-"""What a netCDF variable's dimensions mean: which is time, which run through space, and where along them samples lie.
+"""Meaning of a netCDF variable's dimensions: time, axes of space, and coordinates.
 
-By the CF conventions an axis says what it is by its attribute `axis`, its standard name, its units or its direction
-(`positive`); where it does not, its name has to do, and then the order: the last three dimensions are z, y, x.
+By the CF conventions an axis is identified by its attribute `axis`, its standard name, its units or its direction
+(`positive`); without these its name decides, and then the order: the last three dimensions are z, y, x.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ _UNSTRUCTURED = ("ncells", "ncell", "ncells_2", "nmesh2_face", "nmesh2d_face", "
 
 
 class Dimension(NamedTuple):
-    """A dimension of a variable: its name, samples, what it is ("X", "Y", "Z", "T" or "") and its coordinates."""
+    """Dimension of a variable: name, size, role ("X", "Y", "Z", "T" or "") and coordinates."""
 
     name: str
     size: int
@@ -45,7 +45,7 @@ class Dimension(NamedTuple):
 
 
 def dimensions_of(variable: Any) -> list[Dimension]:
-    """The dimensions of a netCDF4 variable, slowest first."""
+    """Return the dimensions of a netCDF4 variable, slowest first."""
     found = []
     for dimension in variable.get_dims():
         candidate = dimension.group().variables.get(dimension.name)
@@ -57,7 +57,7 @@ def dimensions_of(variable: Any) -> list[Dimension]:
 
 
 def role_of(coordinate: Any | None, name: str) -> str:
-    """What an axis is: "X", "Y", "Z", "T", or "" where nothing says."""
+    """Return the role of an axis: "X", "Y", "Z", "T", or "" if unknown."""
     axis = attribute(coordinate, "axis").upper()
     if axis in ("X", "Y", "Z", "T"):
         return axis
@@ -79,7 +79,7 @@ def role_of(coordinate: Any | None, name: str) -> str:
 
 
 def letters_of(dimensions: list[Dimension]) -> str:
-    """Letters for `pick`: T for time, ZYX for the three dimensions of space in the file's order, C for others."""
+    """Return letters for `pick`: T for time, ZYX for the dimensions of space in the file's order, C for others."""
     space = space_of(dimensions)
     letters, names = [], iter("ZYX")
     for number, dimension in enumerate(dimensions):
@@ -91,24 +91,24 @@ def letters_of(dimensions: list[Dimension]) -> str:
 
 
 def space_of(dimensions: list[Dimension]) -> list[int]:
-    """Numbers of the dimensions that run through space: those that say so, or the last three that are not time."""
+    """Return the numbers of the dimensions of space: those with such roles, or the last three that are not time."""
     told = [number for number, dimension in enumerate(dimensions) if dimension.role in ("X", "Y", "Z")]
     if sorted(dimensions[number].role for number in told) == ["X", "Y", "Z"]:
         return told
     others = [number for number, dimension in enumerate(dimensions) if dimension.role != "T"]
-    # A dimension of one sample is a choice that has been made, unless there are no others.
+    # A dimension of one sample is skipped if enough others are left.
     wide = [number for number in others if dimensions[number].size > 1]
     return wide[-3:] if len(wide) >= 3 else others[-3:]
 
 
 def order_of(dimensions: list[Dimension]) -> list[int]:
-    """Where among three dimensions of space, in the file's order, z, y and x are."""
+    """Return the positions of z, y and x among three dimensions of space in the file's order."""
     roles = [dimension.role for dimension in dimensions]
     return [roles.index(role) for role in "ZYX"] if sorted(roles) == ["X", "Y", "Z"] else [0, 1, 2]
 
 
 def unstructured_kind(dataset: Any, variable: Any | None = None) -> str:
-    """What kind of unstructured grid a file or variable is of, or "" if it is of none."""
+    """Return the kind of unstructured grid of a file or variable, or "" if it has none."""
     names = {name.lower() for name in dataset.dimensions}
     if {"num_nodes", "num_elem"} <= names or "num_nod_per_el1" in names:
         return "an Exodus mesh"
@@ -126,7 +126,7 @@ def unstructured_kind(dataset: Any, variable: Any | None = None) -> str:
 
 
 def attribute(variable: Any | None, name: str) -> str:
-    """An attribute as text, empty where there is none."""
+    """Return an attribute as text, empty if there is none."""
     if variable is None or name not in variable.ncattrs():
         return ""
     value = variable.getncattr(name)
@@ -134,7 +134,7 @@ def attribute(variable: Any | None, name: str) -> str:
 
 
 def unit_of(variable: Any | None) -> str:
-    """The unit of an axis, as people write it."""
+    """Return the unit of an axis in its usual notation."""
     units = attribute(variable, "units")
     return {"meter": "m", "meters": "m", "metre": "m", "metres": "m", "kilometer": "km", "1": ""}.get(units, units)
 

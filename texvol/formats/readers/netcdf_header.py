@@ -1,8 +1,8 @@
-"""What the netCDF library must not be trusted with: it never comes back from some damaged files.
+"""Checks of netCDF files before the netCDF library opens them: some damaged files make it loop forever.
 
-The header of a classic file is a list of dimensions, of attributes and of variables, each with its count; the library
-believes counts that a damaged header makes large, and takes what a truncated file does not hold for zeros. Both are
-held against the file first. Of netCDF-4, which is HDF5, it is the heaps.
+The header of a classic file is a list of dimensions, of attributes and of variables, each with its count. The library
+trusts counts that a damaged header makes large, and reads zeros beyond the end of a truncated file. Both are compared
+with the file first. For netCDF-4, which is HDF5, the heaps are checked.
 """
 
 from __future__ import annotations
@@ -15,15 +15,15 @@ from typing import IO
 
 from texvol.formats.readers.samples import FileFault
 
-_ITEM_BYTES = {1: 1, 2: 1, 3: 2, 4: 4, 5: 4, 6: 8, 7: 1, 8: 2, 9: 4, 10: 8, 11: 8}  # by the format's number of a type
+_ITEM_BYTES = {1: 1, 2: 1, 3: 2, 4: 4, 5: 4, 6: 8, 7: 1, 8: 2, 9: 4, 10: 8, 11: 8}  # by the format's type number
 _DIMENSIONS, _VARIABLES, _ATTRIBUTES = 10, 11, 12  # marks of the lists
-_HEAP = b"GCOL\x01\0\0\0"  # how a global heap of HDF5 begins, version 1
+_HEAP = b"GCOL\x01\0\0\0"  # begins a global heap of HDF5, version 1
 _MOST_SEARCHED = 2**30  # bytes
 _MOST_DIMENSIONS = 1024  # of a variable: NC_MAX_VAR_DIMS
 
 
 def check_classic(path: str) -> None:
-    """Raise FileFault unless the header is whole and the samples that it tells of lie in the file."""
+    """Raise FileFault unless the header is complete and its samples are within the file."""
     with open(path, "rb") as file:
         _Header(file).check()
 
@@ -52,10 +52,10 @@ class _Header:
                 raise FileFault(f"is corrupt: its header has a variable of {count} dimensions")
             numbers = [self._count() for _ in range(count)]
             if any(number >= len(lengths) for number in numbers):
-                raise FileFault("is corrupt: its header has a variable along a dimension that there is not")
+                raise FileFault("is corrupt: its header has a variable along an unknown dimension")
             self._attributes()
             item = self._item_bytes()
-            self._count()  # its size, which is too small a number for some, and follows from the rest
+            self._count()  # the size, which overflows for large variables and follows from the rest
             begin = self._number(self._offset_form)
             is_record = bool(numbers) and lengths[numbers[0]] == 0
             size = item * prod(lengths[number] for number in numbers[1 if is_record else 0 :])
@@ -64,7 +64,7 @@ class _Header:
                 sizes.append(size)
             else:
                 ends.append(begin + size)
-        # A record has room for each variable in multiples of 4 bytes, unless there is one only.
+        # A record aligns each variable to 4 bytes, unless there is only one.
         record_bytes = sizes[0] if len(sizes) == 1 else sum(size + -size % 4 for size in sizes)
         if records and records != unknown:
             ends += [begin + (records - 1) * record_bytes + size for begin, size in zip(begins, sizes, strict=True)]
@@ -88,18 +88,18 @@ class _Header:
         self._take(length + -length % 4)
 
     def _list(self, mark: int) -> int:
-        """How many elements a list has; each takes 4 bytes or more, so that a count is bounded by the file."""
+        """Return the number of elements of a list; each takes at least 4 bytes, which bounds the number."""
         found, count = self._number(">I"), self._count()
         if found != (mark if count else 0) and not (found == mark and count == 0):
             raise FileFault(f"is corrupt: its header has mark {found} where a list of mark {mark} begins")
         if count * 4 > self._held:
-            raise FileFault(f"is corrupt: its header has a list of {count} elements, and the file {self._held} bytes")
+            raise FileFault(f"is corrupt: its header has a list of {count} elements in a file of {self._held} bytes")
         return count
 
     def _item_bytes(self) -> int:
         number = self._number(">I")
         if number not in _ITEM_BYTES:
-            raise FileFault(f"is corrupt: its header has type {number}, which is none of the format's")
+            raise FileFault(f"is corrupt: its header has the unknown type {number}")
         return _ITEM_BYTES[number]
 
     def _attributes(self) -> None:
@@ -110,9 +110,9 @@ class _Header:
 
 
 def check_heaps(path: str) -> None:
-    """Raise FileFault if a heap of an HDF5 file has an object without a size, which the HDF5 library never gets past.
+    """Raise FileFault if a heap of an HDF5 file has an object without a size, on which the HDF5 library loops forever.
 
-    Only in files of which a look at all bytes takes no time that is felt.
+    Files too large to be searched quickly are not checked.
     """
     with open(path, "rb") as file:
         held = os.fstat(file.fileno()).st_size
@@ -126,11 +126,11 @@ def check_heaps(path: str) -> None:
 
 
 def _check_heap(content: mmap.mmap, begin: int, held: int) -> None:
-    """A collection of objects, each with an index, where 0 is the free rest, and its size; III.E of the format."""
+    """Check a collection of objects, each with an index (0 for free space) and a size; III.E of the format."""
     head = content[begin : begin + 16]
     size = int.from_bytes(head[8:16], "little")
     if len(head) < 16 or not 16 < size <= held - begin:
-        return  # no heap, or one that the library refuses
+        return  # not a heap, or one that the library rejects
     at = begin + 16
     while at + 16 <= begin + size:
         number, length = int.from_bytes(content[at : at + 2], "little"), content[at + 8 : at + 16]

@@ -1,6 +1,6 @@
 """NIfTI-1 and -2: a binary header, read by nibabel, and samples after it or in the pair's `.img`.
 
-World coordinates are RAS+: x to the right, y to the front, z up. Where the header gives no affine, they are the grid's.
+World coordinates are RAS+: x to the right, y to the front, z up; without an affine in the header, those of the grid.
 """
 
 from __future__ import annotations
@@ -15,16 +15,16 @@ from texvol.formats.readers.colors import colored, component_axis, is_colored, w
 from texvol.formats.readers.samples import Choice, FileFault, Samples, grid_from_columns, pick, real_type, rescaled
 from texvol.formats.readers.stored import read_picked, unpacked
 
-_UNITS = {0: "mm", 1: "m", 2: "mm", 3: "µm"}  # 0 is "unknown", which every program that reads NIfTI takes for mm
+_UNITS = {0: "mm", 1: "m", 2: "mm", 3: "µm"}  # 0 is "unknown", which readers of NIfTI take for mm
 _TIME_UNITS = {8: "s", 16: "ms", 24: "µs"}
-# Data types of the header that are bytes of colour, and intents that say so of a vector: names, components.
+# Data types of the header that are bytes of colour, and intents that mark a vector as colour: names, components.
 _RGB = {128: ("RGB24", 3), 2304: ("RGBA32", 4)}
 _INTENTS = {2003: "RGB vector", 2004: "RGBA vector"}
 _LABEL_INTENT = 1002
 
 
 def read(path: str, choice: Choice) -> Samples:
-    """Samples of a `.nii`, or of an `.hdr` and its `.img`; scaled by slope and intercept."""
+    """Return the samples of a `.nii`, or of an `.hdr` and its `.img`, scaled by slope and intercept."""
     header_path, data_path = _pair(path)
     header, is_single = _header(header_path)
     sizes = [int(size) for size in header["dim"][1 : 1 + int(header["dim"][0])]]
@@ -54,7 +54,7 @@ def read(path: str, choice: Choice) -> Samples:
 
 
 def _pair(path: str) -> tuple[str, str]:
-    """Where the header lies and where the samples: in one file, or in two of one name."""
+    """Return the paths of header and samples: one file, or two of the same name."""
     for header_ending, data_ending in ((".hdr", ".img"), (".hdr.gz", ".img.gz")):
         for ending in (header_ending, data_ending):
             if path.lower().endswith(ending):
@@ -68,11 +68,11 @@ def _existing(stem: str, ending: str) -> str:
     for candidate in (stem + ending, stem + ending.upper()):
         if os.path.isfile(candidate):
             return candidate
-    raise FileFault(f"is half of a NIfTI pair, and {os.path.basename(stem)}{ending} is not beside it")
+    raise FileFault(f"is half of a NIfTI pair: {os.path.basename(stem)}{ending} must be beside it")
 
 
 def _header(path: str) -> tuple[Any, bool]:
-    """The header, checked by nibabel, and whether the samples are in the same file."""
+    """Return the header, checked by nibabel, and True if the samples are in the same file."""
     import nibabel
 
     with open(path, "rb") as file:
@@ -85,15 +85,15 @@ def _header(path: str) -> tuple[Any, bool]:
             if len(block) < length:
                 raise FileFault(f"is truncated: its header of {length} bytes has {len(block)}")
             if block[at : at + 2] not in (b"n+", b"ni"):
-                raise FileFault("is an Analyze header, which does not say how the volume lies; NIfTI does")
-            kind(block[:length])  # raises if the header is wrong beyond repair …
-            header = kind(block[:length], check=False)  # … and would repair spacings of 0 and less
+                raise FileFault("is an Analyze header, which has no orientation; save the volume as NIfTI")
+            kind(block[:length])  # raises if the header is beyond repair …
+            header = kind(block[:length], check=False)  # … and would change spacings of 0 and less
             return header, block[at + 1 : at + 2] == b"+"
     raise FileFault("has no NIfTI header")
 
 
 def _axes(count: int) -> str:
-    """Letters for `pick`, slowest first: the format's axes are x, y, z, time, component, and two without a name."""
+    """Return letters for `pick`, slowest first: the format's axes are x, y, z, time, component, and two unnamed."""
     return "XYZTC??"[:count][::-1]
 
 
@@ -105,7 +105,7 @@ def _scaled(header: Any, values: NDArray) -> NDArray:
 
 
 def _times(header: Any, steps: int) -> dict[str, Any]:
-    """When the steps were taken, if the header says how far apart they are."""
+    """Return the times of the steps, if the header has their distance."""
     between, unit = float(header["pixdim"][4]), _TIME_UNITS.get(int(header["xyzt_units"]) & 56)
     if steps < 2 or unit is None or not np.isfinite(between) or between <= 0:
         return {}

@@ -1,4 +1,4 @@
-"""NPY: an array as numpy saves it, the last three axes z, y, x. Needs nothing but numpy, and starts at once."""
+"""NPY: an array saved by numpy, with the last three axes z, y, x; needs no library but numpy."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from texvol.formats.readers.samples import Choice, FileFault, Samples, check_siz
 
 
 def read(path: str, choice: Choice) -> Samples:
-    """Samples of an `.npy`; one that would need unpickling is refused."""
+    """Return the samples of an `.npy`; files that need unpickling are refused."""
     with open(path, "rb") as file:
         version = np.lib.format.read_magic(file)
         if version == (1, 0):
@@ -19,9 +19,9 @@ def read(path: str, choice: Choice) -> Samples:
         elif version == (2, 0):
             sizes, is_fortran, dtype = np.lib.format.read_array_header_2_0(file)
         else:
-            raise FileFault(f"is NPY of version {version[0]}.{version[1]}, and versions 1.0 and 2.0 are read")
+            raise FileFault(f"must be NPY of version 1.0 or 2.0, got {version[0]}.{version[1]}")
         if dtype.hasobject:
-            raise FileFault("holds Python objects, which are never unpickled; a volume holds real numbers")
+            raise FileFault("must hold real numbers, got Python objects, which are never unpickled")
         real_type(dtype)
         axes = unnamed_axes(len(sizes))
         if choice.color:
@@ -31,11 +31,11 @@ def read(path: str, choice: Choice) -> Samples:
         needed = check_size(sizes, dtype.itemsize) if len(sizes) == 3 else _any_size(sizes, dtype.itemsize)
         held = os.fstat(file.fileno()).st_size - file.tell()
         if held != needed:
-            raise FileFault(f"holds {held} bytes of samples, and its header ({sizes}, {dtype}) needs {needed}")
+            raise FileFault(f"must hold {needed} bytes of samples by its header ({sizes}, {dtype}), got {held}")
         if len(sizes) == 3:
             values = native(np.fromfile(file, dtype, needed // dtype.itemsize))
             return Samples(values.reshape(sizes[::-1]).T if is_fortran else values.reshape(sizes))
-        # Mapped, so that of many time steps only the chosen one takes memory.
+        # Mapped, so that only the chosen time step takes memory.
         whole = np.memmap(file, dtype, "r", file.tell(), sizes, "F" if is_fortran else "C")
         picked = np.array(whole[index], order="C")
         return Samples(**colored(picked, axes, index, "")) if is_colored(axes) else Samples(picked)
@@ -47,14 +47,14 @@ def _picked(axes: str, sizes: tuple[int, ...], choice: Choice) -> tuple[int | sl
     except FileFault as fault:
         may_be_color = len(sizes) == 4 and sizes[3] in (3, 4) and choice.channel is None and choice.time is None
         if may_be_color and choice.color is None:
-            raise FileFault(f"{fault}; if its last axis is colour, say --color") from None
+            raise FileFault(f"{fault}; if its last axis is colour, give --color") from None
         raise
 
 
 def _any_size(sizes: tuple[int, ...], item_bytes: int) -> int:
     check_size(sizes[-3:], item_bytes)
     if any(size < 1 for size in sizes):
-        raise FileFault(f"every dimension must be positive, and the header says {sizes}")
+        raise FileFault(f"every dimension must be positive, got {sizes}")
     needed = item_bytes
     for size in sizes:
         needed *= size

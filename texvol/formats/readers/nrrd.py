@@ -1,6 +1,6 @@
-"""NRRD: a text header, read by pynrrd, and samples after it or in files that it names.
+"""NRRD: a text header, read by pynrrd, and samples after it or in separate files.
 
-The samples are read here and not by pynrrd, which unpacks all that a stream holds and opens any path it is given.
+The samples are read without pynrrd, which unpacks a stream to any size and opens any path that a header names.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from texvol.formats.readers.stored import data_file, numbered_names, read_picked
 
 _LONGEST_HEADER = 2**20
 
-# What a number takes in memory while it is still a word: a Python string and its place in a list.
+# Memory of a number that is still a word: a Python string and its slot in a list.
 _WORD_BYTES = 64
 
 _TYPES = {
@@ -48,7 +48,7 @@ _TYPES = {
 _ENCODINGS = {"raw": "raw", "gzip": "deflate", "gz": "deflate", "bzip2": "bzip2", "bz2": "bzip2"}
 _TEXT_ENCODINGS = ("ascii", "text", "txt", "hex")
 
-# The format has no mark of its own but NaN; as key/value pairs these mean what they mean in netCDF.
+# The format marks missing samples by NaN only; as key/value pairs these have their meaning in netCDF.
 _MARKS = ("_FillValue", "missing_value")
 
 _SPACES = {
@@ -58,7 +58,7 @@ _SPACES = {
     "scanner-xyz": "scanner-xyz",
 }
 
-# Kinds that the format's definition gives to axes of space and time; every other kind runs over components.
+# Kinds of axes of space in the format's definition; all kinds but these and time are components.
 _SPATIAL_KINDS = ("domain", "space")
 
 # Kinds of components that are red, green, blue and opacity; the format has others for HSV and XYZ.
@@ -66,11 +66,11 @@ _COLOR_KINDS = ("rgb-color", "rgba-color", "3-color", "4-color")
 
 
 def read(path: str, choice: Choice) -> Samples:
-    """Samples of an `.nrrd`, or of an `.nhdr` and its data."""
+    """Return the samples of an `.nrrd`, or of an `.nhdr` and its data."""
     header, offset, listed = _header(path)
     sizes = [int(size) for size in header["sizes"]]
     if len(sizes) != int(header["dimension"]):
-        raise FileFault(f"its header has {len(sizes)} sizes ({by(sizes)}) and says dimension {header['dimension']}")
+        raise FileFault(f"its header has {len(sizes)} sizes ({by(sizes)}) but dimension {header['dimension']}")
     check_size(sizes, 1)
     axes = _axes(header, sizes)
     at, said = _color_axis(header, axes, sizes[::-1])
@@ -87,7 +87,7 @@ def read(path: str, choice: Choice) -> Samples:
 
 
 def _header(path: str) -> tuple[Mapping[str, Any], int, list[str]]:
-    """Fields of the header, where it ends, and the names of data files that it lists one a line."""
+    """Return the header's fields, the offset of its end, and the data files that it lists one per line."""
     import nrrd
 
     lines: list[str] = []
@@ -117,7 +117,7 @@ def _header(path: str) -> tuple[Mapping[str, Any], int, list[str]]:
 
 
 def _axes(header: Mapping[str, Any], sizes: Sequence[int]) -> str:
-    """Letters for `pick`, slowest axis first."""
+    """Return letters for `pick`, slowest axis first."""
     count = len(sizes)
     kinds = [kind.lower() for kind in header.get("kinds", [])]
     directions = header.get("space directions")
@@ -138,11 +138,11 @@ def _axes(header: Mapping[str, Any], sizes: Sequence[int]) -> str:
 
 
 def _color_axis(header: Mapping[str, Any], axes: str, sizes: Sequence[int]) -> tuple[int | None, str]:
-    """Where the components of colour lie, and by what the header calls them so; `axes` are the letters for `pick`."""
+    """Return the axis of colour components and the name of its mark; `axes` are the letters for `pick`."""
     kinds = [str(kind) for kind in header.get("kinds", [])]
     is_bytes = str(header["type"]).lower() in _TYPES["u1"].split(", ")
     for at, kind in enumerate(kinds[::-1] if len(kinds) == len(axes) else []):
-        # Vectors of displacements and the like have other types.
+        # Vectors of displacements have other types.
         is_color = kind.lower() in _COLOR_KINDS or (kind.lower() == "vector" and is_bytes)
         if axes[at] == "?" and is_color:
             return at, f"kind {kind}" + (" of bytes" if kind.lower() == "vector" else "")
@@ -158,7 +158,7 @@ def _samples(
     offset: int,
     listed: Sequence[str],
 ) -> NDArray:
-    """The samples that `index` picks, slowest axis first, from after the header or from the data files."""
+    """Return the samples at `index`, slowest axis first, from after the header or from the data files."""
     encoding, lines, skip = _encoding(header)
     named = header.get("data file", header.get("datafile"))
     dtype = _dtype(header, encoding)
@@ -185,21 +185,21 @@ def _samples(
 
 
 def _encoding(header: Mapping[str, Any]) -> tuple[str, int, int]:
-    """How the samples are encoded, and the lines and bytes before them."""
+    """Return the encoding of the samples, and the numbers of lines and bytes before them."""
     encoding = str(header["encoding"]).lower()
     lines = int(header.get("line skip", header.get("lineskip", 0)))
     skip = int(header.get("byte skip", header.get("byteskip", 0)))
     if lines < 0:
-        raise FileFault(f"line skip must not be negative, and is {lines}")
+        raise FileFault(f"line skip must be at least 0, got {lines}")
     if skip < -1:
-        raise FileFault(f"byte skip must be -1 or more, and is {skip}")
+        raise FileFault(f"byte skip must be at least -1, got {skip}")
     if encoding not in _ENCODINGS and encoding not in _TEXT_ENCODINGS:
-        raise FileFault(f"encoding {header['encoding']} is not known; raw, gzip, bzip2, ascii and hex are")
+        raise FileFault(f"encoding must be raw, gzip, bzip2, ascii or hex, got {header['encoding']}")
     return encoding, lines, skip
 
 
 def _data_names(named: str, listed: Sequence[str]) -> list[str]:
-    """Names of the data files: one, those listed after `LIST`, or those that `pattern min max step` counts."""
+    """Return the names of the data files: one, those after `LIST`, or those of `pattern min max step`."""
     words = named.split()
     if words and words[0].upper() == "LIST":
         return list(listed)
@@ -221,7 +221,7 @@ def _picked(
     lines: int,
     what: str,
 ) -> NDArray:
-    """Those of the samples in one file that `index` picks."""
+    """Return the samples of one file at `index`."""
     if encoding in _TEXT_ENCODINGS:
         whole = once(choice, path, lambda: _from_text(path, dtype, sizes, encoding, offset, lines, what))
         return whole[tuple(index)]
@@ -232,7 +232,7 @@ def _picked(
 def _from_text(
     path: str, dtype: np.dtype, sizes: Sequence[int], encoding: str, offset: int, lines: int, what: str
 ) -> NDArray:
-    """Samples written as decimal numbers, or as two hexadecimal digits for each byte."""
+    """Return samples written as decimal numbers, or as two hexadecimal digits per byte."""
     count = check_size(sizes, dtype.itemsize) // dtype.itemsize
     with open(path, "rb") as file:
         file.seek(offset)
@@ -245,12 +245,12 @@ def _from_text(
         values = np.frombuffer(bytes.fromhex(text), np.uint8)
         needed = count * dtype.itemsize
         if values.size != needed:
-            raise FileFault(f"{what} holds {values.size} bytes of samples, and its header needs {needed}")
+            raise FileFault(f"{what} must hold {needed} bytes of samples by its header, got {values.size}")
         return values.view(dtype).reshape(sizes)
     words = text.split()
     if len(words) != count:
-        raise FileFault(f"{what} holds {len(words)} numbers, and its header needs {count}")
-    # Through Python's integers, so that 300 is refused as a uint8 instead of becoming 44.
+        raise FileFault(f"{what} must hold {count} numbers by its header, got {len(words)}")
+    # By Python's integers, so that 300 as a uint8 is an error instead of 44.
     numbers = words if dtype.kind == "f" else [int(word) for word in words]
     return np.array(numbers, dtype).reshape(sizes)
 
@@ -259,18 +259,18 @@ def _dtype(header: Mapping[str, Any], encoding: str) -> np.dtype:
     name = " ".join(str(header["type"]).lower().split())
     code = next((code for code, names in _TYPES.items() if name in names.split(", ")), None)
     if code is None:
-        raise FileFault(f"type {header['type']} is not a real number that texvol reads")
+        raise FileFault(f"type {header['type']} is not a type of real numbers that texvol reads")
     dtype = np.dtype(code)
     endian = str(header.get("endian", "")).lower()
     if dtype.itemsize > 1 and encoding not in ("ascii", "text", "txt"):
         if endian not in ("little", "big"):
-            raise FileFault("its samples have several bytes, and its header does not say 'endian: little' or 'big'")
+            raise FileFault("its header must have 'endian: little' or 'endian: big' for samples of several bytes")
         dtype = dtype.newbyteorder("<" if endian == "little" else ">")
     return real_type(dtype)
 
 
 def _grid(header: Mapping[str, Any], spatial: Sequence[int]) -> dict[str, Any]:
-    """Spacing, origin, direction, units and space of three spatial axes."""
+    """Return spacing, origin, direction, units and space of three spatial axes."""
     directions = header.get("space directions")
     space = str(header.get("space", "")).lower()
     units = header.get("space units") or header.get("units") or []
@@ -279,19 +279,19 @@ def _grid(header: Mapping[str, Any], spatial: Sequence[int]) -> dict[str, Any]:
     if directions is not None:
         columns = np.array([directions[axis] for axis in spatial], dtype=np.float64).T
         if columns.shape != (3, 3):
-            raise FileFault(f"space directions must have three components, and have {columns.shape[0]}")
+            raise FileFault(f"space directions must have three components, got {columns.shape[0]}")
         grid["spacing"], grid["direction"] = grid_from_columns(columns)
         origin = header.get("space origin")
         grid["origin"] = np.zeros(3) if origin is None or np.isnan(origin).all() else origin
         return grid
     spacings = np.array([_spacing(header, axis) for axis in spatial])
-    grid["spacing"] = spacings  # one that is not positive is refused with the volume, unless the user gives another
+    grid["spacing"] = spacings  # checked with the volume, since --spacing may override it
     grid["origin"] = [_axis_start(header, axis, step) for axis, step in zip(spatial, spacings, strict=True)]
     return grid
 
 
 def _times(header: Mapping[str, Any], axes: str, sizes: Sequence[int]) -> dict[str, Any]:
-    """When the steps were taken, if the header gives the axis of time a spacing."""
+    """Return the times of the steps, if the header has a spacing for the axis of time."""
     axis = axes.find("T")
     spacings, units = header.get("spacings", []), header.get("units") or []
     if axis < 0 or axis >= len(spacings) or not np.isfinite(spacings[axis]) or spacings[axis] <= 0:
@@ -307,7 +307,7 @@ def _spacing(header: Mapping[str, Any], axis: int) -> float:
 
 
 def _axis_start(header: Mapping[str, Any], axis: int, spacing: float) -> float:
-    """World coordinate of the first sample: that of `axis mins`, half a sample inwards where samples are cells."""
+    """Return the world coordinate of the first sample: `axis mins`, half a sample inwards if samples are cells."""
     starts = header.get("axis mins", header.get("axismins", []))
     start = float(starts[axis]) if axis < len(starts) else np.nan
     if np.isnan(start):

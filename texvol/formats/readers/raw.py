@@ -1,4 +1,4 @@
-"""Raw samples, without a header: the user says how many there are and of what type."""
+"""Raw samples without a header; the user gives dimensions and type."""
 
 from __future__ import annotations
 
@@ -9,18 +9,20 @@ from texvol.formats.readers.stored import read_stored
 
 
 def read(path: str, choice: Choice) -> Samples:
-    """Samples of a raw file, plain or packed by gzip or bzip2, x running fastest."""
+    """Return the samples of a raw file, plain or compressed by gzip or bzip2, with x fastest."""
     if choice.shape is None or choice.dtype is None:
-        raise FileFault("is raw and has no header: say --shape NX,NY,NZ and --dtype TYPE")
+        raise FileFault("is raw and has no header: give --shape NX,NY,NZ and --dtype TYPE")
     if len(choice.shape) != 3 or any(int(size) != size or size < 1 for size in choice.shape):
-        raise FileFault(f"--shape is three positive whole numbers NX,NY,NZ, and is {','.join(map(str, choice.shape))}")
+        raise FileFault(
+            f"--shape must be three positive whole numbers NX,NY,NZ, got {','.join(map(str, choice.shape))}"
+        )
     if choice.channel or choice.time:
-        raise FileFault("is raw, with three axes: there is no --channel or --time to choose")
+        raise FileFault("is raw, with three axes: leave --channel and --time out")
     try:
         dtype = np.dtype(choice.dtype)
     except (TypeError, ValueError, SyntaxError):
         raise FileFault(
-            f"--dtype {choice.dtype} is not a type that numpy knows: say uint8, <i2, >i2 (big-endian), float32 …"
+            f"--dtype must be a type of numpy, such as uint8, <i2, >i2 (big-endian) or float32, got {choice.dtype}"
         ) from None
     return Samples(read_stored(path, dtype, choice.shape[::-1], encoding=_encoding(path), what="it"))
 

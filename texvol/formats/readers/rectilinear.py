@@ -1,7 +1,7 @@
-"""Rectilinear grids: three axes of coordinates, each increasing or decreasing. Even axes make a regular grid as it is.
+"""Rectilinear grids: three axes of coordinates, each increasing or decreasing; even axes make a regular grid.
 
-Uneven ones are resampled between their first and last coordinate. The field in a cell is trilinear, and so is it in
-the index space of the source, where the index along an axis is piecewise linear in the coordinate.
+Uneven axes are resampled between their first and last coordinate. The field in a cell is trilinear, also in the index
+space of the source, where the index along an axis is piecewise linear in the coordinate.
 """
 
 from __future__ import annotations
@@ -15,15 +15,15 @@ from numpy.typing import NDArray
 from texvol.formats.readers.resampling import Difference, nearest, resolution_for, slices_at, type_between
 from texvol.formats.readers.samples import FileFault, Samples, by, check_size
 
-# Shares of a spacing by which coordinates may miss an even grid and still be one: rounding of the type that they are
-# stored in, but no more than the second (a hundredth moves nothing that is seen); numbers of six digits, as text has.
+# Tolerances of even coordinates, in fractions of a spacing: for numbers of six digits, as in text, and the limit of the
+# tolerance for the rounding of the stored type (a hundredth is invisible).
 _SAME_POSITION, _MOST_ROUNDING = 1e-6, 1e-2
 
 
 class Axis(NamedTuple):
-    """Coordinates of the samples along an axis, and what a message calls them.
+    """Coordinates of the samples along an axis, and the axis' name in messages.
 
-    `rounding` is by how much the file's type may have moved each; `width` is the sample's own where there is one only.
+    `rounding` is the rounding error of the file's type; `width` is the width of a single sample.
     """
 
     coordinates: NDArray[np.float64]
@@ -33,27 +33,27 @@ class Axis(NamedTuple):
 
     @property
     def step(self) -> float:
-        """Mean distance of the samples, signed; 0 of a single one."""
+        """Mean distance of the samples, signed; 0 for a single sample."""
         count = len(self.coordinates)
         return float(self.coordinates[-1] - self.coordinates[0]) / (count - 1) if count > 1 else 0.0
 
     @property
     def is_even(self) -> bool:
-        """Whether the coordinates are those of an even grid, to rounding."""
+        """True if the coordinates are even, to rounding."""
         count, step = len(self.coordinates), self.step
         even = self.coordinates[0] + step * np.arange(count)
         return bool(np.abs(self.coordinates - even).max() <= tolerance(self.rounding, abs(step)))
 
 
 def tolerance(rounding: float, step: float) -> float:
-    """How far a coordinate may lie from an even grid's and still be the same."""
+    """Return the distance from an even coordinate up to which a coordinate counts as even."""
     return max(min(rounding, _MOST_ROUNDING * step), _SAME_POSITION * step)
 
 
 def rounding_of(stored: NDArray) -> float:
-    """By how much the type of stored coordinates may have moved one: a step of the type at the largest of them.
+    """Return the largest rounding error of stored coordinates: a step of the type at the largest coordinate.
 
-    Half a step each, and as much for the line that is drawn through the first and the last.
+    Half a step is the coordinate's own, and half that of the line through the first and the last coordinate.
     """
     if stored.dtype.kind != "f" or not stored.size:
         return 0.0
@@ -62,39 +62,39 @@ def rounding_of(stored: NDArray) -> float:
 
 
 def axis_of(stored: NDArray, name: str, width: float | None = None) -> Axis:
-    """The axis that a file's coordinates make; FileFault unless they are finite and run one way."""
+    """Return the axis of a file's coordinates; raise FileFault unless they are finite and monotonic."""
     coordinates = stored.astype(np.float64)
     wrong = np.flatnonzero(~np.isfinite(coordinates))
     if wrong.size:
-        raise FileFault(f"coordinate {wrong[0]} of its axis {name} is {coordinates[wrong[0]]}, and must be finite")
+        raise FileFault(f"coordinate {wrong[0]} of its axis {name} must be finite, got {coordinates[wrong[0]]}")
     steps = np.diff(coordinates)
     if not np.isfinite(steps).all() or np.abs(coordinates).max() > 1e150:
-        raise FileFault(f"the coordinates of its axis {name} are too far apart to be reckoned with")
+        raise FileFault(f"coordinates of its axis {name} must be at most 1e150")
     same = np.flatnonzero(steps == 0)
     if same.size:
         at = same[0]
-        raise FileFault(f"its axis {name} repeats a coordinate: samples {at} and {at + 1} lie at {coordinates[at]:g}")
+        raise FileFault(f"its axis {name} repeats a coordinate: samples {at} and {at + 1} are at {coordinates[at]:g}")
     turned = np.flatnonzero((steps > 0) != (steps[0] > 0)) if steps.size else same
     if turned.size:
         at = turned[0]
         numbers = ", ".join(f"{number:g}" for number in coordinates[at - 1 : at + 2])
-        raise FileFault(f"its axis {name} does not run one way: samples {at - 1}..{at + 1} lie at {numbers}")
+        raise FileFault(f"its axis {name} is not monotonic: samples {at - 1}..{at + 1} are at {numbers}")
     return Axis(coordinates, name, rounding_of(stored), width)
 
 
 def on_axes(
     values: NDArray, axes: Sequence[Axis], resolution: Sequence[int] | None, *, labels: bool = False
 ) -> Samples:
-    """Samples on a regular grid of a field on a rectilinear one.
+    """Return samples on a regular grid of a field on a rectilinear grid.
 
     Parameters
     ----------
     values : array of shape (nz, ny, nx)
     axes : three Axis, x, y, z
     resolution : (mx, my, mz), optional
-        Samples along each axis of the regular grid; unless it is given, an even grid stays as it is.
+        Samples along each axis of the regular grid; without it an even grid stays as it is.
     labels : bool
-        Whether values are names, which are not mixed: the nearest sample's is taken.
+        True if values are labels, which get the nearest sample's value.
     """
     sizes = [len(axis.coordinates) for axis in axes]
     if resolution is None and all(axis.is_even for axis in axes):
@@ -111,7 +111,7 @@ def on_axes(
 def _between(
     values: NDArray, to_source: Sequence[NDArray[np.float64]], to_made: Sequence[NDArray[np.float64]]
 ) -> tuple[NDArray, dict[str, Any]]:
-    """Values on the regular grid, and how far they are from the source's."""
+    """Return values on the regular grid, and their error at the source's samples."""
     sizes, dtype = [len(each) for each in to_source], type_between(values.dtype)
     check_size(sizes, dtype.itemsize)
     made = np.empty(sizes[::-1], dtype)
@@ -126,7 +126,7 @@ def _between(
 def _named(
     values: NDArray, to_source: Sequence[NDArray[np.float64]], to_made: Sequence[NDArray[np.float64]]
 ) -> tuple[NDArray, dict[str, Any]]:
-    """Labels on the regular grid, and how many of the source's samples have another one there."""
+    """Return labels on the regular grid, and the number of the source's samples whose label differs there."""
     check_size([len(each) for each in to_source], values.dtype.itemsize)
     there, back = ([nearest(each) for each in index[::-1]] for index in (to_source, to_made))
     made = values[np.ix_(*there)]
@@ -135,20 +135,20 @@ def _named(
 
 
 def chosen_by(resolution: Sequence[int] | None) -> str:
-    """Who chose the samples of a regular grid."""
-    return "by its finest spacing; --resolution NX,NY,NZ chooses" if resolution is None else "as --resolution says"
+    """Return a phrase for who chose the samples of a regular grid."""
+    return "by its finest spacing; --resolution NX,NY,NZ overrides" if resolution is None else "by --resolution"
 
 
 def check_resolution(resolution: Sequence[int], sizes: Sequence[int]) -> list[int]:
-    """`resolution`, if it has as many numbers as it needs, and those are large enough."""
+    """Return `resolution` as a list; raise FileFault unless it has three numbers that are large enough."""
     wanted = [int(count) for count in resolution]
     if len(wanted) != 3 or any(count != given for count, given in zip(wanted, resolution, strict=True)):
-        raise FileFault(f"--resolution is three whole numbers NX,NY,NZ, and is {by(resolution)}")
+        raise FileFault(f"--resolution must be three whole numbers NX,NY,NZ, got {by(resolution)}")
     for name, count, size in zip("xyz", wanted, sizes, strict=True):
         if size == 1 and count != 1:
-            raise FileFault(f"--resolution {by(wanted)}: its axis {name} has one sample, and so has the new one")
+            raise FileFault(f"--resolution must be 1 along axis {name}, which has one sample, got {by(wanted)}")
         if size > 1 and count < 2:
-            raise FileFault(f"--resolution {by(wanted)}: along axis {name} 2 samples or more are needed")
+            raise FileFault(f"--resolution must be at least 2 along axis {name}, got {by(wanted)}")
     return wanted
 
 
@@ -166,11 +166,11 @@ def _resolution(axes: Sequence[Axis], resolution: Sequence[int] | None) -> list[
 
 
 def _count(positions: NDArray[np.float64]) -> int:
-    """Samples along an uneven axis: as many as its finest spacing needs, or up to twice that where these fit better.
+    """Return samples along an uneven axis: as many as its finest spacing needs, or up to twice as many if these fit.
 
-    Between two samples of the source the field is straight, and kinked by some k at each. A kink that lies a share t of
-    the new spacing h beyond a new sample is missed by k t (1 - t) h: chosen is the least of the counts for which the
-    mean of t (1 - t) h is, but for a twentieth, as small as it gets.
+    Between two samples of the source the field is linear, with a kink k at each sample. A kink at a fraction t of the
+    new spacing h beyond a new sample causes an error of k t (1 - t) h. The least count is chosen for which the mean of
+    t (1 - t) h is within a twentieth of its minimum.
     """
     extent, finest = float(positions[-1]), float(np.diff(positions).min())
     most = resolution_for(2 * extent, finest, len(positions))
@@ -183,17 +183,17 @@ def _count(positions: NDArray[np.float64]) -> int:
 
 
 def _index_in_source(axis: Axis, count: int) -> NDArray[np.float64]:
-    """Where `count` evenly spaced points from the first to the last coordinate lie among them."""
+    """Return the index in the source of `count` even points from the first to the last coordinate."""
     old = len(axis.coordinates)
     if axis.is_even:
         return np.linspace(0.0, old - 1.0, count)
     first, last = axis.coordinates[0], axis.coordinates[-1]
-    # From 0 to 1 upwards, whichever way the axis runs; np.interp wants it so.
+    # Increasing from 0 to 1 for np.interp, also for a decreasing axis.
     return np.interp(np.linspace(0.0, 1.0, count), (axis.coordinates - first) / (last - first), np.arange(old))
 
 
 def _index_in_made(axis: Axis, count: int) -> NDArray[np.float64]:
-    """Where the axis' own samples lie among `count` evenly spaced ones from the first to the last of them."""
+    """Return the index of the axis' own samples among `count` even points from the first to the last sample."""
     old = len(axis.coordinates)
     if axis.is_even:
         return np.linspace(0.0, count - 1.0, old)
@@ -202,12 +202,12 @@ def _index_in_made(axis: Axis, count: int) -> NDArray[np.float64]:
 
 
 def _grid(axes: Sequence[Axis], counts: Sequence[int]) -> dict[str, Any]:
-    """Spacing, origin and direction of evenly spaced samples from the first to the last coordinate of each axis."""
+    """Return spacing, origin and direction of even samples from the first to the last coordinate of each axis."""
     steps = [
         axis.step * (len(axis.coordinates) - 1) / (count - 1) if count > 1 else 0.0
         for axis, count in zip(axes, counts, strict=True)
     ]
-    # A single sample has no distance to another one: its cell's width where that is known, or as deep as it is wide.
+    # A single sample has its cell's width if known, else the smallest spacing of the other axes.
     smallest = min((abs(step) for step in steps if step), default=1.0)
     spacing = [abs(step) or axis.width or smallest for axis, step in zip(axes, steps, strict=True)]
     direction = np.diag([-1.0 if step < 0 else 1.0 for step in steps])

@@ -1,14 +1,14 @@
-"""Fields on grids that are not regular, as samples on one that is, and how far these are from the field's own samples.
+"""Resampling of fields from irregular to regular grids, and its error at the field's own samples.
 
-Both ways between grids go through index space. With u the index of a point in a grid of n samples along each axis,
+Both grids are related by index space. With u the index of a point in a grid of n samples along each axis,
 
     f(u) = Σ w_c(u) f_c,        w_c the trilinear weights of the 8 samples around u,
 
-clamped to the outermost samples as `Volume` does it. A sample that is not finite is missing: the others' weights are
-scaled to 1, and where they hold less than half of it the point is missing too, so that a field with holes keeps its
+clamped to the outermost samples as in `Volume`. A sample that is not finite is missing: the weights of the others are
+scaled to 1, and if they add up to less than half, the point is missing too, so that a field with holes keeps its
 extent on average.
 
-The error of a resampling is measured: f - f' at all samples of the source, f' being what texvol draws, the field
+The error of a resampling is f - f' at all samples of the source, where f' is the field that texvol draws, interpolated
 between the new samples.
 """
 
@@ -21,22 +21,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 MOST_SAMPLES = 512  # along an axis, unless the source has more
-MOST_REFINED = 4  # times the source's samples along an axis: what is finer shows only the interpolation
+MOST_REFINED = 4  # times the source's samples along an axis; finer grids show only the interpolation
 
-_LEAST_WEIGHT = 0.5 - 1e-9  # of what is there; a point halfway between two samples is the one's that is there
-_CHUNK = 2**16  # points at a time: their intermediates stay in the cache
-_SNAP = 1e-9  # of a sample: an index this near to a whole one is that one, what remains is rounding
+_LEAST_WEIGHT = 0.5 - 1e-9  # of finite samples; halfway between a finite and a missing sample the field is finite
+_CHUNK = 2**16  # points per step: intermediates stay in the cache
+_SNAP = 1e-9  # of a sample: an index this close to a whole number is that number, due to rounding
 
 
 class Weights:
-    """Where along an axis of a grid points lie: between which samples, and how far.
+    """Interpolation weights of points along an axis of a grid.
 
     Parameters
     ----------
     index : array of shape (m,)
-        Where, in samples from 0; clamped to the outermost ones.
+        Positions in samples from 0; clamped to the outermost samples.
     count : int
-        Samples that the grid has along the axis.
+        Samples of the grid along the axis.
     """
 
     def __init__(self, index: NDArray[np.float64], count: int) -> None:
@@ -50,7 +50,7 @@ class Weights:
 
 
 def slices_at(values: NDArray, index: Sequence[NDArray[np.float64]]) -> Iterator[NDArray[np.float64]]:
-    """The field on a grid of points whose axes run along its own, slice by slice.
+    """Yield the field, slice by slice, on a grid of points along its own axes.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ def slices_at(values: NDArray, index: Sequence[NDArray[np.float64]]) -> Iterator
     held: dict[int, tuple[NDArray[np.float64], NDArray[np.float64] | None]] = {}
 
     def plane(k: int) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
-        """Weighted sum of what is there, and the weights' sum unless all of it is there."""
+        """Return the weighted sum of finite samples, and the sum of their weights or None if all are finite."""
         if k not in held:
             source = values[k].astype(np.float64)
             there = np.isfinite(source)
@@ -100,19 +100,19 @@ def _normalised(total: NDArray[np.float64], present: NDArray[np.float64]) -> NDA
 
 
 def nearest(index: NDArray[np.float64]) -> NDArray[np.intp]:
-    """The samples whose labels points have: those that they lie nearest to, half-way the upper ones."""
+    """Return the samples nearest to points, the upper one halfway between two."""
     return np.floor(index + 0.5).astype(np.intp)
 
 
 def labels_at(values: NDArray, index: NDArray[np.float64]) -> NDArray:
-    """The labels of points anywhere; `index` of shape (m, 3) is clamped to the outermost samples."""
+    """Return the labels at any points; `index`, shape (m, 3), is clamped to the outermost samples."""
     x, y, z = (np.clip(nearest(index[:, axis]), 0, values.shape[2 - axis] - 1) for axis in range(3))
     found: NDArray = values[z, y, x]
     return found
 
 
 def sampled_at(values: NDArray, index: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The field at points anywhere.
+    """Return the field at any points.
 
     Parameters
     ----------
@@ -145,7 +145,7 @@ def sampled_at(values: NDArray, index: NDArray[np.float64]) -> NDArray[np.float6
 
 
 class Difference:
-    """What a resampling lost, from the source's samples and the new field at their places, taken part by part."""
+    """Error of a resampling at the source's samples, accumulated part by part."""
 
     def __init__(self) -> None:
         self._largest = self._mean_square = 0.0
@@ -153,7 +153,7 @@ class Difference:
         self._low, self._high = np.inf, -np.inf
 
     def add(self, source: NDArray, field: NDArray[np.float64]) -> None:
-        """Take some of the samples in."""
+        """Add some of the source's samples, and the new field at their positions."""
         there, drawn = np.isfinite(source), np.isfinite(field)
         both = there & drawn
         self._lost += int((there & ~drawn).sum())
@@ -171,7 +171,7 @@ class Difference:
             self._mean_square += (mean - self._mean_square) * (errors.size / self._compared)
 
     def metadata(self) -> dict[str, Any]:
-        """The error, in data units and as a share of the source's range of values, and of how many samples."""
+        """Return the error in data units and as a fraction of the source's range, and the numbers of samples."""
         extent = self._high - self._low
         is_known = self._compared > 0
         largest, rms = self._largest, float(np.sqrt(self._mean_square))
@@ -187,37 +187,37 @@ class Difference:
 
 
 def type_between(dtype: np.dtype) -> np.dtype:
-    """Type of values between samples of `dtype`: float32 where these have 16 bits or are float32, else float64."""
+    """Return the type of interpolated values: float32 for samples of up to 16 bits or float32, else float64."""
     return np.dtype(np.float32 if dtype.itemsize <= (4 if dtype.kind == "f" else 2) else np.float64)
 
 
 def resolution_for(extent: float, finest: float, samples: int) -> int:
-    """How many samples an axis gets unless the user says: as many as its finest spacing needs, within the bounds."""
+    """Return the default number of samples of an axis: as many as its finest spacing needs, within bounds."""
     needed = extent / finest if finest > 0 else np.inf
-    # A whole number of finest spacings, but for rounding, needs no further sample.
+    # Rounding must not add a sample.
     wanted = int(np.ceil(min(needed, 2.0**31) - 1e-6)) + 1
     return max(2, min(wanted, MOST_REFINED * samples, max(MOST_SAMPLES, samples)))
 
 
 def text(metadata: dict[str, Any]) -> list[str]:
-    """Lines for people about what a volume's `resampling` says."""
+    """Return lines of text about a volume's `resampling`."""
     source, made = (" x ".join(map(str, metadata[key])) for key in ("samples", "dimensions"))
     lines = [f"from a {metadata['grid']} grid of {source} samples to a regular one of {made} ({metadata['chosen_by']})"]
     if "changed" in metadata:
         changed, compared = metadata["changed"], metadata["compared"]
-        lines.append(f"{changed} of {compared} samples of the source lie where another label is nearest")
+        lines.append(f"{changed} of {compared} samples of the source have another label on the new grid")
     elif metadata["max_error"] is None:
-        lines.append("error not known: no sample of the source lies where the new field has a value")
+        lines.append("error unknown: no sample of the source is where the new field has a value")
     else:
         lines.append(
             f"error at the source's samples: max {_amount(metadata, 'max_error')}, rms {_amount(metadata, 'rms_error')}"
         )
     nothing = "0" if "changed" in metadata else "NaN"
     for key, what in (
-        ("lost", "samples of the source lie where the new field is missing"),
-        ("filled", "missing samples of the source lie where the new field has a value"),
-        ("outside", f"of the new samples lie outside of the source's grid and are {nothing}"),
-        ("flat_cells", "cells of the source have no volume and hold nothing"),
+        ("lost", "samples of the source are where the new field is missing"),
+        ("filled", "missing samples of the source are where the new field has a value"),
+        ("outside", f"of the new samples are outside of the source's grid and are {nothing}"),
+        ("flat_cells", "cells of the source have no volume and are left out"),
     ):
         if metadata.get(key):
             lines.append(f"{metadata[key]} {what}")

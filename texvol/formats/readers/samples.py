@@ -1,4 +1,4 @@
-"""What readers share: samples and their grid, bounds on what a header may ask for, axes beyond three, rescaling."""
+"""Tools that readers share: samples and their grid, limits on sizes in headers, further axes, rescaling."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from numpy.typing import ArrayLike, NDArray
 
 T = TypeVar("T")
 
-# Compressed samples are unpacked where that makes them no more than so many times as large: deflate reaches 1032, LZW
-# 1365, JPEG 2000 and LZMA some thousands where almost all samples are 0. So many bytes do no harm in any case.
+# Compressed samples may be at most so many times as large: deflate reaches 1032, LZW 1365, JPEG 2000 and LZMA some
+# thousands if almost all samples are 0. Sizes below the second constant are never refused.
 _BEST_PACKING = 10000
 _UNPACKED_ANYWAY = 2**26
 
 
 class FileFault(Exception):
-    """What is wrong with the file being read, without its name; `load` adds that."""
+    """Fault of the file being read, without the file's name, which `load` adds."""
 
 
 class TimeSteps(Exception):
-    """How many time steps a file has, from a reader that was asked to count them and not to read: `Choice.counting`."""
+    """Number of time steps of a file, raised by a reader if `Choice.counting`."""
 
     def __init__(self, count: int) -> None:
         super().__init__(count)
@@ -31,9 +31,9 @@ class TimeSteps(Exception):
 
 
 class Choice(NamedTuple):
-    """What the user says about a file that the file does not: see `texvol.formats.readers.load`.
+    """Arguments of `texvol.formats.readers.load` for a reader.
 
-    With `counting` a reader ends with TimeSteps as soon as it knows them; in `kept` it may leave, under keys of its
+    With `counting` a reader raises TimeSteps as soon as it knows them. In `kept` a reader may store, under keys of its
     own, what the next step of the same file needs again.
     """
 
@@ -52,10 +52,10 @@ class Choice(NamedTuple):
 
 
 class Samples(NamedTuple):
-    """What a reader returns: values of shape (nz, ny, nx), not checked, and the grid as `Volume` describes it.
+    """Result of a reader: unchecked values of shape (nz, ny, nx), and the grid as in `Volume`.
 
-    `resampling`, `notes` and `colors` are those of `Volume`; `times` are those of all steps, in `time_unit`, where the
-    file says.
+    `resampling`, `notes` and `colors` are as in `Volume`; `times` are those of all steps, in `time_unit`, if the file
+    has them.
     """
 
     values: NDArray
@@ -73,7 +73,7 @@ class Samples(NamedTuple):
 
 
 def once(choice: Choice, key: Any, make: Callable[[], T]) -> T:
-    """What `make` returns; for the steps of a series it is made with the first one, and kept under `key`."""
+    """Return `make()`; in a series, the result for the first step is kept under `key` and returned again."""
     if choice.kept is None:
         return make()
     if key not in choice.kept:
@@ -82,10 +82,10 @@ def once(choice: Choice, key: Any, make: Callable[[], T]) -> T:
 
 
 def check_size(sizes: Sequence[int], item_bytes: int) -> int:
-    """Bytes of an array of these sizes, if there are any and the machine can hold them; FileFault otherwise."""
+    """Return the bytes of an array of these sizes; raise FileFault if a size is not positive or memory is too small."""
     sizes = [int(size) for size in sizes]
     if any(size < 1 for size in sizes):
-        raise FileFault(f"every dimension must be positive, and the header says {by(sizes)}")
+        raise FileFault(f"every dimension must be positive, got {by(sizes)}")
     needed = prod(sizes) * item_bytes
     available = available_memory()
     if needed > available:
@@ -95,16 +95,16 @@ def check_size(sizes: Sequence[int], item_bytes: int) -> int:
 
 
 def check_unpacked(needed: int, packed: int) -> None:
-    """FileFault if `needed` bytes are more than `packed` compressed ones hold, beside what is held in no time."""
+    """Raise FileFault if `packed` compressed bytes can't plausibly hold `needed` bytes."""
     if needed > _UNPACKED_ANYWAY + _BEST_PACKING * packed:
         raise FileFault(
-            f"holds {in_bytes(packed)}, and its header's dimensions need {in_bytes(needed)}: more than {_BEST_PACKING} "
-            "times that is not unpacked"
+            f"holds {in_bytes(packed)}, but its header's dimensions need {in_bytes(needed)}: more than {_BEST_PACKING} "
+            "times the compressed size is not unpacked"
         )
 
 
 def available_memory() -> int:
-    """Bytes of memory that the machine can still give, the limit of its control group included where there is one."""
+    """Return the bytes of available memory, within the limit of the control group if there is one."""
     available = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
     try:
         with open("/proc/meminfo", encoding="ascii") as lines:
@@ -117,38 +117,38 @@ def available_memory() -> int:
 
 
 def native(values: NDArray) -> NDArray:
-    """`values`, which nobody else holds, in the machine's byte order; turned where they lie, without a second array."""
+    """Return `values` in the machine's byte order, swapped in place; nobody else may hold them."""
     if not values.dtype.isnative:
         values.byteswap(inplace=True)
     return values.view(values.dtype.newbyteorder("="))
 
 
 def real_type(dtype: np.dtype) -> np.dtype:
-    """`dtype`, if it is a real number of at most 64 bits; FileFault otherwise."""
+    """Return `dtype` if it is a real number of at most 64 bits, else raise FileFault."""
     if dtype.kind == "c":
-        raise FileFault(f"holds complex numbers ({dtype}), and a volume holds real ones")
+        raise FileFault(f"must hold real numbers, got complex numbers ({dtype})")
     if dtype.kind not in "iufb" or dtype.itemsize > 8:
-        raise FileFault(f"holds samples of type {dtype}, and a volume holds real numbers of at most 64 bits")
+        raise FileFault(f"must hold real numbers of at most 64 bits, got type {dtype}")
     return dtype
 
 
 def pick(axes: str, sizes: Sequence[int], choice: Choice) -> tuple[int | slice, ...]:
-    """Index that leaves the three axes of space, and that of colour where there is one.
+    """Return the index that leaves the three axes of space, and the axis of colour if any.
 
     Parameters
     ----------
     axes : str
-        A letter for each axis: "Z", "Y", "X", "C" for channel, "T" for time, "K" for colour, "?" for one that the file
-        does not name, along which either option picks.
+        A letter for each axis: "Z", "Y", "X", "C" for channel, "T" for time, "K" for colour, "?" for an unnamed axis,
+        which either option indexes.
     sizes : sequence of int
-        Samples along each.
+        Samples along each axis.
 
     Raises
     ------
     FileFault
-        If an axis of space is missing, an option is missing, out of range, or has no axis to pick along.
+        If an axis of space is missing, or an option is missing, out of range, or without an axis.
     TimeSteps
-        If the steps are to be counted.
+        If `choice.counting`.
     """
     sizes = [int(size) for size in sizes]
     if choice.counting:
@@ -175,12 +175,12 @@ def pick(axes: str, sizes: Sequence[int], choice: Choice) -> tuple[int | slice, 
             raise FileFault(f"{_OPTIONS[name]} {chosen}: the file has no {_NAMES[name]} axis ({_listed(axes, sizes)})")
     if [axis for axis in axes if axis in "ZYX"] != list("ZYX"):
         spatial = [size for axis, size in zip(axes, sizes, strict=True) if axis in "ZYX"]
-        raise FileFault(f"is {len(spatial)}-D ({by(spatial[::-1])}), and a volume has 3 axes")
+        raise FileFault(f"must have 3 axes, got {len(spatial)} ({by(spatial[::-1])})")
     return tuple(index)
 
 
 def _steps(axes: str, sizes: Sequence[int], choice: Choice) -> int:
-    """Samples along the axis of time, or along one without a name that no channel is chosen along."""
+    """Return the samples along the axis of time, or along an unnamed axis if no channel is chosen."""
     steps = [size for axis, size in zip(axes, sizes, strict=True) if axis == "T"]
     unnamed = [size for axis, size in zip(axes, sizes, strict=True) if axis == "?" and size > 1]
     if not steps and choice.channel is None:
@@ -191,9 +191,9 @@ def _steps(axes: str, sizes: Sequence[int], choice: Choice) -> int:
 
 
 def out_of_range(axis: str, chosen: int | None, size: int) -> FileFault:
-    """What is wrong with a choice along "C" or "T" that there is not."""
+    """Return the fault of a choice along "C" or "T" that does not exist."""
     plural = "" if size == 1 else "s"
-    return FileFault(f"{_OPTIONS[axis]} {chosen} is not in 0..{size - 1}: it has {size} {_COUNTED[axis]}{plural}")
+    return FileFault(f"{_OPTIONS[axis]} must be in 0..{size - 1}, got {chosen}: it has {size} {_COUNTED[axis]}{plural}")
 
 
 _OPTIONS = {"C": "--channel", "T": "--time"}
@@ -206,15 +206,15 @@ def _listed(axes: str, sizes: Sequence[int]) -> str:
 
 
 def unnamed_axes(count: int) -> str:
-    """Letters for `pick` of an array whose axes have no names, slowest first: the last three are space."""
+    """Return letters for `pick` of an array with unnamed axes, slowest first: the last three are space."""
     return ("?" * (count - 3) + "ZYX")[-count:] if count else ""
 
 
 def rescaled(values: NDArray, slope: float, intercept: float, bits: int | None = None) -> NDArray:
-    """slope · values + intercept, in the smallest type that holds it exactly, or to the digits that it has.
+    """Return slope · values + intercept, in the smallest type that holds it exactly or with all its digits.
 
-    With whole slope and intercept that is an integer type for what the stored type can hold, `bits` of it used. Else
-    it is float32 for up to 16 bits (24 bits of mantissa hold the steps), float64 beyond; floats keep their own type.
+    With integer slope and intercept that is an integer type for the range of the stored type, or `bits` of it. Else it
+    is float32 for up to 16 bits (24 bits of mantissa hold the steps), and float64 beyond; floats keep their type.
     """
     if not (np.isfinite(slope) and np.isfinite(intercept)) or slope == 0:
         raise FileFault(f"rescale slope {slope:g} and intercept {intercept:g}: both must be finite, the slope not 0")
@@ -236,7 +236,7 @@ def rescale_into(slot: NDArray, source: NDArray, slope: float, intercept: float)
 
 
 def rescaled_type(dtype: np.dtype, slope: float, intercept: float, bits: int | None = None) -> np.dtype:
-    """Type of what `rescaled` returns."""
+    """Return the type of the result of `rescaled`."""
     if dtype.kind == "f":
         return np.dtype(np.float32 if dtype.itemsize <= 4 else np.float64)
     bits = dtype.itemsize * 8 if bits is None else bits
@@ -245,34 +245,34 @@ def rescaled_type(dtype: np.dtype, slope: float, intercept: float, bits: int | N
         ends = sorted((low * int(slope) + int(intercept), high * int(slope) + int(intercept)))
         for kind in ("u1", "i1", "u2", "i2", "u4", "i4", "i8"):
             candidate = np.iinfo(kind)
-            # 64 bits: the products above are Python's, those of `rescale_into` would overflow in between.
+            # 64 bits: the products above are Python's; those of `rescale_into` would overflow.
             if candidate.min <= ends[0] and ends[1] <= candidate.max and bits <= 32:
                 return np.dtype(kind)
     return np.dtype(np.float32 if bits <= 16 else np.float64)
 
 
 def grid_from_columns(columns: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Spacing and direction from a (3, 3) matrix whose column a is the world step between neighbours along axis a."""
+    """Return spacing and direction from a (3, 3) matrix; column a is the world step between neighbours along axis a."""
     steps = np.array(columns, dtype=np.float64)
     if not np.isfinite(steps).all():
-        raise FileFault(f"the directions of its axes must be finite, and are {steps.T.tolist()}")
+        raise FileFault(f"the directions of its axes must be finite, got {steps.T.tolist()}")
     # Scaled first, so that the squares of a step of 1e-200 do not vanish.
     largest = np.abs(steps).max(axis=0)
     for axis, length in zip("xyz", largest, strict=True):
         if length == 0:
-            wanted = "spacing must be positive and direction not singular"
-            raise FileFault(f"{wanted}; the step along axis {axis} is 0, 0, 0")
+            rule = "spacing must be positive and direction not singular"
+            raise FileFault(f"{rule}; the step along axis {axis} is 0, 0, 0")
     spacing = largest * np.linalg.norm(steps / largest, axis=0)
     return spacing, steps / spacing + 0.0  # + 0.0: no -0 in what is printed
 
 
 def by(sizes: Sequence[int]) -> str:
-    """Sizes as people write them: "4 x 5 x 6"."""
+    """Return sizes in words: "4 x 5 x 6"."""
     return " x ".join(str(size) for size in sizes)
 
 
 def in_bytes(count: float) -> str:
-    """A number of bytes as people write it: "54000 bytes", "3.2 GiB"."""
+    """Return a number of bytes in words: "54000 bytes", "3.2 GiB"."""
     if count < 2**20:
         return f"{int(count)} bytes"
     for unit in ("MiB", "GiB", "TiB", "PiB"):

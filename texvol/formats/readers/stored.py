@@ -1,7 +1,7 @@
-"""Samples that lie in a file as they are, or compressed as a whole: read no more of them than the header says.
+"""Samples stored raw or compressed in a file; no more is read than the header's dimensions need.
 
-The bound is the point. A header is believed only as far as the file and the machine's memory bear it out, and a
-compressed stream is followed to one byte beyond what is wanted, whatever it would unpack to.
+A header is trusted only as far as the file's size and the machine's memory allow, and a compressed stream is unpacked
+to at most one byte more than needed.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from numpy.typing import NDArray
 
 from texvol.formats.readers.samples import Choice, FileFault, by, check_size, in_bytes, native, once, real_type
 
-_BLOCK = 2**20  # bytes unpacked at a time
-_PIECE = 2**15  # bytes read at a time: what follows a stream, of which there may be one every few bytes, is copied
+_BLOCK = 2**20  # bytes unpacked per step
+_PIECE = 2**15  # bytes read per step: the rest after each stream is copied, and streams may be short
 _LEADING = 2**26  # bytes that may precede the samples in a stream whose samples come last
 
-_MOST_FILES = 10**5  # that a pattern counts
+_MOST_FILES = 10**5  # of a pattern
 _PATTERN = re.compile(r"(?:[^%]|%%)*%0?\d{0,2}[diu](?:[^%]|%%)*")
 
 # Deflate packs at best 258 bytes into two bits: 1032 to 1 (RFC 1951). Bzip2 has no such bound worth using.
@@ -33,10 +33,10 @@ _BEST_DEFLATE = 1032
 def read_picked(
     path: str, dtype: np.dtype, sizes: Sequence[int], index: Sequence[int | slice], choice: Choice, **where: Any
 ) -> NDArray:
-    """Those of the samples that `index` picks; `where` and the rest are those of `read_stored`.
+    """Return the samples at `index`; `where` and the other arguments are those of `read_stored`.
 
-    Of samples that lie in the file as they are only the picked ones are read. Others are unpacked as a whole, which the
-    steps of a series do once.
+    Of raw samples only the picked part is read. Compressed samples are unpacked as a whole, once for all steps of a
+    series.
     """
     leading: list[int] = []
     for each in index:
@@ -46,7 +46,7 @@ def read_picked(
     if prod(sizes[: len(leading)]) != 1 and where.get("encoding", "raw") == "raw":
         real_type(dtype)
         if min(sizes) < 1:
-            raise FileFault(f"every dimension must be positive, and the header says {by(sizes)}")
+            raise FileFault(f"every dimension must be positive, got {by(sizes)}")
         part = list(sizes[len(leading) :])
         parts = prod(sizes[: len(leading)])
         number = 0
@@ -55,7 +55,7 @@ def read_picked(
         return read_stored(path, dtype, part, **where, part=number, parts=parts)[tuple(index[len(leading) :])]
     whole = once(choice, (path, *where.items()), lambda: read_stored(path, dtype, sizes, **where))
     picked = whole[tuple(index)]
-    # A part of its own does not keep the whole in memory; the steps of a series share the whole.
+    # A copy does not keep the whole array in memory; the steps of a series share it.
     return picked if choice.kept is not None or picked.size == whole.size else picked.copy()
 
 
@@ -72,24 +72,23 @@ def read_stored(
     part: int = 0,
     parts: int = 1,
 ) -> NDArray:
-    """Samples from a file.
+    """Return samples of a file.
 
     Parameters
     ----------
     path : str
-        The file that holds them.
     dtype : dtype
         Real, at most 64 bits, in the file's byte order.
     sizes : sequence of int
-        Shape of the result, slowest axis first; with the type it says how many bytes there must be.
+        Shape of the result, slowest axis first; with the type it gives the number of bytes.
     encoding : "raw", "deflate" (zlib or gzip) or "bzip2"
     offset, lines, skip : int
-        Where they begin: after `offset` bytes and `lines` lines of the file, and `skip` bytes of what is unpacked from
-        there on; skip -1 stands for as many as it takes for the samples to be the last ones.
+        Begin of the samples: after `offset` bytes and `lines` lines of the file, and `skip` bytes of the unpacked rest;
+        skip -1 means that the samples are at the end.
     what : str
-        What a message calls the file.
+        Name of the file in messages.
     part, parts : int
-        Which of so many arrays that follow one another is read; only where they are raw.
+        Number of the array to read among `parts` consecutive arrays; only for raw samples.
 
     Returns
     -------
@@ -98,7 +97,7 @@ def read_stored(
     Raises
     ------
     FileFault
-        If there are fewer or more bytes than the samples need, they can't be unpacked, or don't fit into memory.
+        If there are fewer or more bytes than the samples need, or they can't be unpacked or do not fit into memory.
     """
     real_type(dtype)
     needed = check_size(sizes, dtype.itemsize)
@@ -110,9 +109,11 @@ def read_stored(
             return _read_plain(file, begin, dtype, sizes, needed, skip, what, part, parts)
         packed = os.fstat(file.fileno()).st_size - begin
         if encoding == "deflate" and needed > packed * _BEST_DEFLATE:
-            raise FileFault(f"{what} holds {packed} compressed bytes; the header's dimensions need {in_bytes(needed)}")
+            raise FileFault(
+                f"{what} holds {packed} compressed bytes, but the header's dimensions need {in_bytes(needed)}"
+            )
         if skip > _LEADING:
-            raise FileFault(f"the header skips {skip} bytes of what {what} unpacks to, and may skip {_LEADING}")
+            raise FileFault(f"the header may skip at most {_LEADING} bytes of the unpacked {what}, got {skip}")
         if skip < 0:
             total = sum(len(block) for block in _bounded(unpacked(file, encoding), needed + _LEADING, what))
             if total < needed:
@@ -136,7 +137,7 @@ def _read_plain(
     needed = of_part * parts
     held = os.fstat(file.fileno()).st_size - begin
     skip = held - needed if skip < 0 else skip
-    if held - skip - needed in (1, 2):  # a line break after the last sample, as text editors and printf leave it
+    if held - skip - needed in (1, 2):  # a line break after the last sample, as of text editors and printf
         file.seek(begin + skip + needed)
         rest = file.read(2)
         held -= len(rest) if rest in (b"\n", b"\r\n") else 0
@@ -169,13 +170,13 @@ def _read_packed(
 
 def _wrong_size(what: str, held: int | None, needed: int) -> FileFault:
     held_text = f"more than {needed}" if held is None else f"{held}"
-    return FileFault(f"{what} holds {held_text} bytes of samples, and the header's dimensions and type need {needed}")
+    return FileFault(f"{what} holds {held_text} bytes of samples, but the header's dimensions and type need {needed}")
 
 
 def unpacked(file: IO[bytes], encoding: str) -> Iterator[bytes]:
-    """What a compressed stream unpacks to, in blocks of bounded size; checksums are held at its end.
+    """Yield the content of a compressed stream in blocks of bounded size; checksums are verified at its end.
 
-    Streams that follow one another count as one; what follows them and is none (padding) is left alone.
+    Consecutive streams count as one; padding after them is ignored.
     """
     make = bz2.BZ2Decompressor if encoding == "bzip2" else lambda: zlib.decompressobj(zlib.MAX_WBITS | 32)
     magic = b"BZh" if encoding == "bzip2" else b"\x1f\x8b"
@@ -200,33 +201,33 @@ def unpacked(file: IO[bytes], encoding: str) -> Iterator[bytes]:
 
 
 def skip_lines(file: IO[bytes], count: int, what: str) -> None:
-    """Read on to after so many lines; FileFault if there are fewer."""
+    """Skip so many lines; raise FileFault if there are fewer."""
     held = os.fstat(file.fileno()).st_size
     for number in range(count):
         if file.tell() >= held:
-            raise FileFault(f"the header skips {count} lines of what {what} holds, and there are {number}")
+            raise FileFault(f"the header skips {count} lines, but {what} holds {number}")
         while (piece := file.readline(_BLOCK)) and not piece.endswith(b"\n"):
             pass
 
 
 def numbered_names(words: Sequence[str]) -> list[str]:
-    """Names of data files by a pattern such as "slice%03d.raw" and the first number, the last one and the step.
+    """Return names of data files by a pattern such as "slice%03d.raw", the first number, the last number and the step.
 
     Raises
     ------
     FileFault
-        If they make no list, or one of more files than anybody has.
+        If the pattern is malformed, or gives no file or too many files.
     """
     said = " ".join(words)
     if not _PATTERN.fullmatch(words[0]):
-        raise FileFault(f"the names of its data files have one number of up to 99 digits, such as %03d: {said[:80]!r}")
+        raise FileFault(f"the names of its data files must have one number, such as %03d, got {said[:80]!r}")
     try:
         first, last, step = (int(word) for word in words[1:])
     except ValueError:
-        raise FileFault(f"the numbers of its data files are first, last and step: {said[:80]!r}") from None
+        raise FileFault(f"the numbers of its data files must be first, last and step, got {said[:80]!r}") from None
     count = (last - first) // step + 1 if step else 0
     if not 1 <= count <= _MOST_FILES:
-        raise FileFault(f"its data files number {count}, and 1 to {_MOST_FILES} are read: {said[:80]!r}")
+        raise FileFault(f"the number of its data files must be 1 to {_MOST_FILES}, got {count}: {said[:80]!r}")
     return [words[0] % (first + number * step) for number in range(count)]
 
 
@@ -235,15 +236,15 @@ def _bounded(blocks: Iterator[bytes], limit: int, what: str) -> Iterator[bytes]:
     for block in blocks:
         seen += len(block)
         if seen > limit:
-            raise FileFault(f"{what} unpacks to more than {in_bytes(limit)}, and the header's dimensions need less")
+            raise FileFault(f"{what} unpacks to more than {in_bytes(limit)}, but the header's dimensions need less")
         yield block
 
 
 def data_file(header_path: str, name: str) -> str:
-    """Path of the data file that a detached header names, which must lie in the header's folder or below."""
+    """Return the path of a data file named in a header; it must be in the header's folder or below."""
     folder = os.path.realpath(os.path.dirname(header_path) or ".")
     if os.path.isabs(name):
-        raise FileFault(f"its data file {name} has an absolute path, and must lie in the header's folder")
+        raise FileFault(f"its data file {name} must be in the header's folder, got an absolute path")
     path = os.path.realpath(os.path.join(folder, name))
     if os.path.commonpath([folder, path]) != folder:
         raise FileFault(f"its data file {name} lies outside the header's folder")

@@ -1,6 +1,6 @@
-"""TIFF: a stack of pages, or a folder of slices, read by tifffile; spacing, unit and channels of ImageJ and OME.
+"""TIFF: a stack of pages or a folder of slices, read by tifffile, with spacing, unit and channels of ImageJ and OME.
 
-A plain TIFF says nothing about the distance of its pages, and its resolution is that of a printer: spacing 1.
+A plain TIFF has no distance between pages, and its resolution is meant for printers, so its spacing is 1.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ _LETTERS = {"S": "C", "I": "Z", "Q": "?", "R": "?", "M": "?", "A": "?", "P": "?"
 
 
 def read(path: str, choice: Choice) -> Samples:
-    """Samples of a multi-page file, or of a folder's slices in the order of the numbers in their names."""
+    """Return the samples of a multi-page file, or of a folder's slices ordered by the numbers in their names."""
     return _folder(path, choice) if os.path.isdir(path) else _file(path, choice)
 
 
@@ -59,12 +59,12 @@ def _file(path: str, choice: Choice) -> Samples:
         _refuse_several_files(tif)
         check_planes(tif.ome_metadata or "", len(tif.pages))
         if not tif.series:
-            raise FileFault("holds no image")
+            raise FileFault("has no image")
         series = tif.series[0]
         for program, is_so, kind in (("OME", tif.is_ome, "ome"), ("ImageJ", tif.is_imagej, "imagej")):
-            # tifffile would fall back to the bare pages, channels and slices in one row.
+            # tifffile would fall back to the pages alone, with channels and slices in one sequence.
             if is_so and series.kind != kind:
-                raise FileFault(f"its {program} description does not fit its pages")
+                raise FileFault(f"its {program} description does not match its pages")
         sizes, axes = [int(size) for size in series.shape], _axes(series.axes)
         dtype = real_type(np.dtype(series.dtype))
         said = _color_name(series.keyframe)
@@ -84,13 +84,13 @@ def _file(path: str, choice: Choice) -> Samples:
 
 
 def _marks(page: Any) -> tuple[int | float, ...]:
-    """Values that stand for a missing one, by GDAL's tag."""
+    """Return the values that mark missing samples, by GDAL's tag."""
     tag = page.tags.get(_GDAL_NODATA)
     return () if tag is None else parsed([str(tag.value).strip("\0")])
 
 
 def _axes(axes: str) -> str:
-    """Letters for `pick`. Pages that are named nothing, or time steps of what else were flat, are a stack."""
+    """Return letters for `pick`; unnamed pages, or time steps of flat images, become a stack."""
     letters = "".join(_LETTERS.get(letter, letter if letter in "XYZCT" else "?") for letter in axes)
     if "Z" not in letters:
         for page_axis in ("?", "T"):
@@ -100,25 +100,25 @@ def _axes(axes: str) -> str:
 
 
 def _color_name(page: Any) -> str:
-    """By what a page calls its samples red, green and blue, or nothing."""
-    # JPEG's luminance and chrominance become colours when they are unpacked.
+    """Return the name of the field that marks a page's samples as colour, or ""."""
+    # JPEG's luminance and chrominance are decoded to colours.
     is_color = int(page.photometric) == _RGB or (int(page.photometric), int(page.compression)) == (_YCBCR, _JPEG)
     return "photometric interpretation RGB" if is_color else ""
 
 
 def _is_associated(page: Any) -> bool:
-    """Whether a page says that its opacity has been multiplied into its colours."""
+    """True if the page's colours have opacity multiplied in."""
     return _ASSOCIATED in [int(kind) for kind in page.extrasamples]
 
 
 def _refuse_several_files(tif: Any) -> None:
     names = set(re.findall(r'FileName="([^"]*)"', tif.ome_metadata or ""))
     if len(names) > 1:
-        raise FileFault(f"is one of {len(names)} files of an OME set; sets of several files are not read")
+        raise FileFault(f"is one of {len(names)} files of an OME set, which texvol does not read")
 
 
 def _check_pages(tif: Any, series: Any, path: str) -> None:
-    """Raise FileFault if a page's data lie beyond the end of the file: tifffile would fill the gap with zeros."""
+    """Raise FileFault if a page's data are beyond the end of the file, where tifffile would read zeros."""
     held = os.path.getsize(path)
     if int(series.keyframe.compression) != 1:
         check_unpacked(int(series.nbytes), held)
@@ -127,18 +127,18 @@ def _check_pages(tif: Any, series: Any, path: str) -> None:
             raise FileFault(f"page {number} is missing")
         offsets, counts = page.dataoffsets, page.databytecounts
         if not offsets or len(offsets) != len(counts):
-            raise FileFault(f"page {number} does not say where its data lie")
+            raise FileFault(f"page {number} has no position of its data")
         end = max(offset + count for offset, count in zip(offsets, counts, strict=True))
         if end > held:
             raise FileFault(f"is truncated: page {number} ends at byte {end} of {held}")
         if int(page.compression) == 1 and sum(counts) < page.nbytes:
-            raise FileFault(f"page {number} holds {sum(counts)} bytes, and its dimensions need {page.nbytes}")
+            raise FileFault(f"page {number} holds {sum(counts)} bytes, but its dimensions need {page.nbytes}")
     if len(series.pages) == 1 and series.dataoffset is not None and series.dataoffset + series.nbytes > held:
         raise FileFault(f"is truncated: its samples end at byte {series.dataoffset + series.nbytes} of {held}")
 
 
 def _values(tif: Any, series: Any, axes: str, sizes: Sequence[int], index: tuple[int | slice, ...]) -> NDArray:
-    """The chosen samples; of several channels or time steps only the chosen one's pages are read."""
+    """Return the chosen samples; of several channels or time steps only the chosen pages are read."""
     leading = sizes[: len(sizes) - len(series.keyframe.shape)]
     if all(isinstance(part, slice) or size == 1 for part, size in zip(index, sizes, strict=True)):
         return np.asarray(series.asarray(maxworkers=1)).reshape(sizes)[index]
@@ -152,7 +152,7 @@ def _values(tif: Any, series: Any, axes: str, sizes: Sequence[int], index: tuple
 
 
 def _calibration(tif: Any) -> dict[str, Any]:
-    """Spacing and unit, where ImageJ or OME say them."""
+    """Return spacing and unit of ImageJ or OME."""
     if tif.ome_metadata:
         return _ome_calibration(tif.ome_metadata)
     if not tif.imagej_metadata:
@@ -164,7 +164,7 @@ def _calibration(tif: Any) -> dict[str, Any]:
 
 
 def _times(tif: Any, steps: int) -> dict[str, Any]:
-    """When the steps were taken, if ImageJ or OME say how far apart they are."""
+    """Return the times of the steps, if ImageJ or OME give their distance."""
     between, unit = 0.0, "s"
     if tif.ome_metadata:
         attributes = _ome_attributes(tif.ome_metadata)
@@ -178,7 +178,7 @@ def _times(tif: Any, steps: int) -> dict[str, Any]:
 
 
 def _resolution(tags: Any, name: str) -> float:
-    """Distance of pixels, which ImageJ writes as pixels per unit."""
+    """Return the distance of pixels, which ImageJ writes as pixels per unit."""
     if name not in tags:
         return 1.0
     pixels, units = tags[name].value
@@ -186,7 +186,7 @@ def _resolution(tags: Any, name: str) -> float:
 
 
 def _ome_attributes(xml: str) -> dict[str, str]:
-    """What OME says of the pixels."""
+    """Return OME's attributes of the pixels."""
     pixels = re.search(r"<(?:\w+:)?Pixels\b([^>]*)>", xml)
     return dict(re.findall(r'(\w+)\s*=\s*"([^"]*)"', pixels.group(1))) if pixels else {}
 
@@ -196,16 +196,16 @@ def _ome_calibration(xml: str) -> dict[str, Any]:
     sizes = [attributes.get(f"PhysicalSize{axis}") for axis in "XYZ"]
     if not any(sizes):
         return {}
-    # OME's default unit is the micrometre, for each axis by itself.
+    # OME's default unit is the micrometre, per axis.
     units = [attributes.get(f"PhysicalSize{axis}Unit", "µm") for axis, size in zip("XYZ", sizes, strict=True) if size]
     names = {_UNITS.get(unit.lower(), unit) for unit in units}
     if len(names) > 1:
-        raise FileFault(f"states its spacing in different units ({', '.join(units)}); give --spacing")
+        raise FileFault(f"must have one unit for its spacing, got {', '.join(units)}; give --spacing")
     return {"spacing": [float(size) if size else 1.0 for size in sizes], "unit": names.pop()}
 
 
 def _folder(path: str, choice: Choice) -> Samples:
-    """One slice a file; all of one size and type."""
+    """Return the samples of a folder with one slice per file, all of one size and type."""
     names = sorted((name for name in os.listdir(path) if name.lower().endswith((".tif", ".tiff"))), key=_natural)
     names = [name for name in names if not name.startswith(".")]
     if len(names) == 1:
@@ -237,7 +237,7 @@ def _folder(path: str, choice: Choice) -> Samples:
 
 
 class _Slice(NamedTuple):
-    """A folder's slice: pixels, axes of a stack, by what it calls them colour, if opacity is multiplied in, no data."""
+    """Slice of a folder: pixels, axes of a stack, mark of colour, opacity multiplied in, marks of missing samples."""
 
     pixels: NDArray
     axes: str
@@ -255,16 +255,16 @@ def _slice_of(file: str, choice: Choice) -> _Slice:
         said, axes, sizes = _color_name(page), "Z" + page.axes.replace("S", "C"), [1, *page.shape]
         axes = with_color(axes, sizes, component_axis(axes, sizes), choice, said)
         if len(tif.pages) > 1 or (len(page.shape) != 2 and not is_colored(axes)):
-            raise FileFault(f"has shape {by(tif.series[0].shape)}; a slice is one page, of one channel or of colour")
+            raise FileFault(f"must be one page, of one channel or of colour, got shape {by(tif.series[0].shape)}")
         check_size(page.shape, real_type(np.dtype(page.dtype)).itemsize)
         _check_pages(tif, tif.series[0], file)
         return _Slice(np.asarray(page.asarray(maxworkers=1)), axes, said, _is_associated(page), _marks(page))
 
 
 def _check_alike(name: str, first: _Slice, one: _Slice) -> None:
-    """Raise FileFault unless a slice is as the first, `name`, is."""
+    """Raise FileFault unless a slice is like the first slice, `name`."""
     if one.marks != first.marks:
-        raise FileFault(f"its slices have several values that stand for none: {name} and it have others (GDAL_NODATA)")
+        raise FileFault(f"its slices must mark missing samples alike (GDAL_NODATA): {name} differs")
     if one[1:] != first[1:]:
         raise FileFault(f"its slices are of mixed kinds: {name} and it are not both of one channel, or of colours")
     if one.pixels.shape != first.pixels.shape:
@@ -276,5 +276,5 @@ def _check_alike(name: str, first: _Slice, one: _Slice) -> None:
 
 
 def _natural(name: str) -> list[tuple[int, int, str]]:
-    """Sort key that puts slice 2 before slice 10."""
+    """Return a sort key that puts slice 2 before slice 10."""
     return [(1, int(part), "") if part.isdigit() else (0, 0, part) for part in re.split(r"([0-9]+)", name)]

@@ -1,7 +1,7 @@
-"""The chain of a TIFF's pages, and what OME says that they are, held against the file before tifffile reads it.
+"""Checks of a TIFF's chain of pages, and of OME's description of them, before tifffile reads the file.
 
-Each page says where the next one is, the last one 0; on a broken chain tifffile takes the pages before the break for
-all. Of OME's planes it makes a list, as long as the description says.
+Each page has the offset of the next one, and the last page 0; on a broken chain tifffile returns the pages before the
+break without an error. It makes a list of OME's planes as long as the description says.
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ from math import prod
 
 from texvol.formats.readers.samples import FileFault
 
-# Bytes of a page that takes longer to find than to read, and how many of these are read all the same.
+# Bytes of a page that is too small to be plausible, and how many such pages are accepted.
 _TINY, _MOST_TINY_PAGES = 2**11, 2**15
-# Planes that OME may tell of for each page that there is, when a recording was broken off; and in any case.
+# Planes in OME's description per page of the file, since recordings may be incomplete; and the number always accepted.
 _PLANES_A_PAGE, _PLANES_ANYWAY = 100, 2**12
 
 
@@ -27,7 +27,7 @@ def check_planes(ome: str, pages: int) -> None:
     for entry in re.findall(r"<(?:\w+:)?TiffData\b([^>]*)>", ome):
         told += _whole(entry, "PlaneCount")
     if told > max(_PLANES_A_PAGE * pages, _PLANES_ANYWAY):
-        raise FileFault(f"its OME description tells of {told} planes, and it has {pages} pages")
+        raise FileFault(f"its OME description has {told} planes, but the file has {pages} pages")
 
 
 def _whole(attributes: str, name: str) -> int:
@@ -42,7 +42,7 @@ def check_pages(path: str) -> None:
         head = file.read(16)
         order = "<" if head[:2] == b"II" else ">"
         is_big = len(head) >= 4 and struct.unpack(order + "H", head[2:4])[0] == 43
-        # BigTIFF counts a page's fields in 8 bytes, each of 20; the classic one in 2 bytes, each of 12.
+        # BigTIFF counts a page's fields in 8 bytes, with 20 per field; classic TIFF in 2 bytes, with 12.
         count_form, count_bytes, field_bytes, next_form, next_bytes = (
             (order + "Q", 8, 20, order + "Q", 8) if is_big else (order + "H", 2, 12, order + "I", 4)
         )
@@ -53,7 +53,7 @@ def check_pages(path: str) -> None:
         seen: set[int] = set()
         while at:
             if at in seen:
-                raise FileFault(f"is corrupt: page {len(seen)} is followed by one before it")
+                raise FileFault(f"is corrupt: page {len(seen)} is followed by an earlier page")
             if at + count_bytes > held:
                 raise FileFault(f"is truncated: page {len(seen)} begins at byte {at} of {held}")
             seen.add(at)
@@ -67,4 +67,4 @@ def check_pages(path: str) -> None:
             file.seek(end)
             at = struct.unpack(next_form, file.read(next_bytes))[0]
         if not seen:
-            raise FileFault("holds no page")
+            raise FileFault("has no page")

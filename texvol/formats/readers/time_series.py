@@ -1,4 +1,4 @@
-"""Files of several time steps: opened once, a Volume for each step, all on one grid."""
+"""Time series: files of several time steps, opened once, with a Volume for each step on the same grid."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ from texvol.util.errors import InputError
 
 
 def time_steps(path: str | os.PathLike[str], **options: Any) -> int:
-    """How many time steps a file has; 1 of one without time.
+    """Return the number of time steps of a file; 1 without an axis of time.
 
     Parameters
     ----------
     path : str or path
     options
-        Those of `texvol.formats.readers.load`; an axis that the file does not name is time unless `channel` is chosen.
+        Those of `texvol.formats.readers.load`; an unnamed axis is time unless `channel` is given.
 
     Raises
     ------
     InputError, MissingExtraError
-        As `load` does.
+        As `load`.
     """
     name, choice = os.fspath(path), _choice(options)
     try:
@@ -41,26 +41,26 @@ def time_steps(path: str | os.PathLike[str], **options: Any) -> int:
 
 
 class TimeSeries(Sequence[Volume]):
-    """The steps of a file, each read when it is asked for.
+    """Time steps of a file, each read on access.
 
-    What a step needs again is kept: the file's samples where they are compressed as a whole, an open netCDF file, the
-    places of a curvilinear grid's points. Of samples that lie in the file as they are only the step's own are read.
+    Results that later steps need again are kept: unpacked samples of compressed files, an open netCDF file, and the
+    location of a curvilinear grid's points. Of uncompressed samples only those of the step are read.
 
     Parameters
     ----------
     path : str or path
     options
-        Those of `texvol.formats.readers.load`, but for `time`.
+        Those of `texvol.formats.readers.load`, except `time`.
 
     Raises
     ------
     InputError, MissingExtraError
-        As `load` does; and for a step that is not there, with the number of those that are.
+        As `load`; also for a step that does not exist.
     """
 
     def __init__(self, path: str | os.PathLike[str], **options: Any) -> None:
         if options.get("time") is not None:
-            raise InputError(f"{os.fspath(path)}: a series has all time steps, and --time {options['time']} is one")
+            raise InputError(f"{os.fspath(path)}: time must be None for a series, got {options['time']}")
         self.name = os.fspath(path)
         self._spacing: Sequence[float] | None = options.get("spacing")
         self._steps = time_steps(path, **options)
@@ -69,7 +69,7 @@ class TimeSeries(Sequence[Volume]):
         self._when: tuple[NDArray[np.float64] | None, str] | None = None
 
     def __getstate__(self) -> dict[str, Any]:
-        """All but what is kept of the file, which is opened again in a copy or another process."""
+        """Return the state without kept results; a copy or another process opens the file again."""
         kept: dict[Any, Any] = {}
         return {**vars(self), "_kept": kept, "_choice": self._choice._replace(kept=kept)}
 
@@ -77,13 +77,13 @@ class TimeSeries(Sequence[Volume]):
         return self._steps
 
     def __getitem__(self, step: Any) -> Any:
-        """The volume of a step, from 0; negative ones count from the end. A slice gives a list."""
+        """Return the volume of a step, from 0; negative steps count from the end, and a slice gives a list."""
         if isinstance(step, slice):
             return [self[number] for number in range(*step.indices(self._steps))]
         number = step + self._steps if step < 0 else step
         if not 0 <= number < self._steps:
             plural = "" if self._steps == 1 else "s"
-            raise InputError(f"{self.name}: time step {step} is not there: it has {self._steps} step{plural}, from 0")
+            raise InputError(f"{self.name}: time step {step} does not exist: it has {self._steps} step{plural}, from 0")
         choice = self._choice._replace(time=int(number))
         samples = read(self.name, choice)
         if self._when is None:
@@ -96,17 +96,17 @@ class TimeSeries(Sequence[Volume]):
 
     @property
     def times(self) -> NDArray[np.float64] | None:
-        """When the steps were, in `time_unit`, or None where the file does not say."""
+        """Times of the steps in `time_unit`, or None if the file has none."""
         return self._known_when()[0]
 
     @property
     def time_unit(self) -> str:
-        """Unit of `times`: "s", or what the file says, such as "hours since 2001-01-01"."""
+        """Unit of `times`: "s", or the file's own words, such as "hours since 2001-01-01"."""
         return self._known_when()[1]
 
     @cached_property
     def finite_range(self) -> tuple[float, float] | None:
-        """Smallest and largest finite value of all steps, one in memory at a time; None where none is finite."""
+        """Smallest and largest finite value of all steps, read one at a time; None if no value is finite."""
         ranges = [volume.finite_range for volume in self]
         known = [each for each in ranges if each is not None]
         if not known:
@@ -114,7 +114,7 @@ class TimeSeries(Sequence[Volume]):
         return min(low for low, _ in known), max(high for _, high in known)
 
     def close(self) -> None:
-        """Let go of what is kept; a step that is asked for afterwards opens the file again."""
+        """Release what is kept; a later access opens the file again."""
         for each in self._kept.values():
             if hasattr(each, "close"):
                 each.close()
@@ -135,7 +135,7 @@ class TimeSeries(Sequence[Volume]):
 
 
 def _choice(options: dict[str, Any]) -> Choice:
-    """The options of `load` as readers have them."""
+    """Return the options of `load` as readers take them."""
     told = {key: value for key, value in options.items() if key != "spacing" and value is not None}
     for key in ("shape", "resolution"):
         if key in told:

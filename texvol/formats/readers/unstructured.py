@@ -1,4 +1,4 @@
-"""Unstructured grids: which formats hold them, and what to do instead."""
+"""Unstructured grids, which texvol does not read: their formats, and a hint for the user."""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ from texvol.formats.readers.vtk_xml import read_whole
 
 
 def read(path: str, choice: Choice) -> Samples:
-    """Samples at the points of an image, or at its cells if only these have values."""
+    """Return the samples at the points of an image, or at its cells if only these have values."""
     whole = read_whole(path, "ImageData", choice)
     grid = _grid(whole.grid, whole.extent, whole.at_points)
     return Samples(whole.values, **grid, notes=whole.notes, colors=whole.colors)
@@ -31,5 +31,5 @@ def _grid(image: ElementTree.Element, extent: list[int], at_points: bool) -> dic
 def _floats(text: str, count: int) -> NDArray[np.float64]:
     numbers = np.array([float(word) for word in text.split()])
     if numbers.size != count:
-        raise FileFault(f"{count} numbers are wanted, and it has {text!r}")
+        raise FileFault(f"must have {count} numbers, got {text!r}")
     return numbers

@@ -1,7 +1,7 @@
-"""The arrays of VTK's XML files.
+"""Arrays of VTK's XML files.
 
-An array of bytes begins with its length; a packed one with the number of its blocks, the size of each, the size of the
-last if it is smaller, and the packed size of each. In base64 the lengths and the bytes may be one run or two.
+An array of bytes begins with its length; a compressed one with the number of its blocks, the size of each, the size of
+the last if it is smaller, and the compressed size of each. In base64 the lengths and the bytes may be one run or two.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _WORD_BYTES = 64
 
 
 class Appended(NamedTuple):
-    """Data after the XML: which file, from which byte, whether as bytes or in base64."""
+    """Data after the XML: the file, their first byte, and True for bytes or False for base64."""
 
     path: str
     begin: int
@@ -34,10 +34,10 @@ class Appended(NamedTuple):
 
 class _Run(Protocol):
     def take(self, count: int) -> bytes:
-        """The next `count` bytes, and no fewer."""
+        """Return exactly the next `count` bytes."""
 
     def rejoin(self) -> bool:
-        """Go back before the last taking if what follows belongs to the same run; say whether it does."""
+        """Go back before the last `take` if what follows is in the same run of base64; return True if so."""
 
 
 class _Raw:
@@ -78,7 +78,7 @@ class _Base64:
 def read_array(
     array: ElementTree.Element, root: ElementTree.Element, appended: Appended | None, dtype: np.dtype, sizes: list[int]
 ) -> NDArray:
-    """Samples of a `DataArray`, of shape `sizes`; FileFault if it holds fewer or more."""
+    """Return the samples of a `DataArray`, shape `sizes`; raise FileFault if it holds fewer or more."""
     needed = prod(sizes) * dtype.itemsize
     form = array.get("format", "ascii")
     if form == "ascii":
@@ -116,14 +116,14 @@ def _from_text(text: str, dtype: np.dtype, sizes: list[int]) -> NDArray:
     check_size(sizes, _WORD_BYTES)
     words = text.split()
     if len(words) != prod(sizes):
-        raise FileFault(f"its array holds {len(words)} numbers, and its extent needs {prod(sizes)}")
+        raise FileFault(f"its array holds {len(words)} numbers, but its extent needs {prod(sizes)}")
     # Through Python's integers, so that 300 is refused as a UInt8 instead of becoming 44.
     numbers = words if dtype.kind == "f" else [int(word) for word in words]
     return np.array(numbers, dtype).reshape(sizes)
 
 
 def _from_blocks(run: _Run, packer: str, word: np.dtype, needed: int) -> NDArray[np.uint8]:
-    """Bytes of a packed array; its lengths are held against `needed` before anything is unpacked."""
+    """Return the bytes of a compressed array, after comparing its lengths with `needed`."""
     blocks, size, last = (int(number) for number in np.frombuffer(run.take(3 * word.itemsize), word))
     total = (blocks - 1) * size + last if last else blocks * size
     if total != needed or blocks > needed:
@@ -147,7 +147,7 @@ def _from_blocks(run: _Run, packer: str, word: np.dtype, needed: int) -> NDArray
 
 
 def _unpacked(block: bytes, packer: str, wanted: int) -> bytes:
-    """What a block unpacks to, at most one byte more than wanted."""
+    """Return the content of a block, at most one byte more than expected."""
     if packer == "vtkZLibDataCompressor":
         return zlib.decompressobj().decompress(block, wanted + 1)
     if packer == "vtkLZMADataCompressor":
@@ -160,7 +160,7 @@ def _unpacked(block: bytes, packer: str, wanted: int) -> bytes:
         except ImportError as error:
             raise missing_extra("imagecodecs", "formats", "reading a VTI file packed by LZ4") from error
         return bytes(imagecodecs.lz4_decode(block, out=wanted))
-    raise FileFault(f"is packed by {packer}, which is not read; zlib, LZMA and LZ4 are")
+    raise FileFault(f"is compressed by {packer}, which texvol does not read; it reads zlib, LZMA and LZ4")
 
 
 def _wrong_size(held: int, needed: int) -> FileFault:

@@ -28,7 +28,7 @@ _LONGEST_HEADER = 2**20  # bytes in which appended data begin, unless other arra
 
 
 class Whole(NamedTuple):
-    """A structured grid of VTK's: what `read_whole` finds."""
+    """Structured grid of a VTK file: the result of `read_whole`."""
 
     root: ElementTree.Element
     grid: ElementTree.Element
@@ -43,28 +43,28 @@ class Whole(NamedTuple):
     def array(
         self, piece: ElementTree.Element, array: ElementTree.Element | None, sizes: list[int], what: str
     ) -> NDArray:
-        """Another array of a piece, such as its coordinates; its last size counts components."""
+        """Return another array of a piece, such as its coordinates; the last size is the number of components."""
         if array is None:
             raise FileFault(f"its piece of extent {piece.get('Extent')} has no {what}")
         dtype, components = _type(array, self.root)
         check_size(sizes, dtype.itemsize)
         if components != sizes[-1]:
-            raise FileFault(f"its {what} have {components} components, and {sizes[-1]} are wanted")
+            raise FileFault(f"its {what} must have {sizes[-1]} components, got {components}")
         return read_array(array, self.root, self.appended, dtype, sizes)
 
 
 def read_whole(path: str, kind: str, choice: Choice) -> Whole:
-    """The samples of a file of VTK's type `kind`: those at its points, or at its cells if only these have values."""
+    """Return the samples of a file of VTK's type `kind`: at its points, or at its cells if only these have values."""
     root, appended = _document(path)
     grid = root.find(kind)
     if root.tag != "VTKFile" or root.get("type") != kind or grid is None:
-        raise FileFault(f"is VTK XML of type {root.get('type')}, and {kind} is read")
+        raise FileFault(f"must be VTK XML of type {kind}, got {root.get('type')}")
     extent = extent_of(grid.get("WholeExtent"))
     pieces = grid.findall("Piece")
     at_points = any(piece.find("PointData/DataArray") is not None for piece in pieces)
     data = [piece.find("PointData" if at_points else "CellData") for piece in pieces]
     if not pieces:
-        raise FileFault("has no Piece, and so no samples")
+        raise FileFault("has no Piece, and therefore no samples")
     arrays = [_array(each, choice.variable) for each in data]
     dtype, components = _type(arrays[0], root)
     sizes = [*sizes_of(extent, at_points), components]
@@ -81,7 +81,7 @@ def read_whole(path: str, kind: str, choice: Choice) -> Whole:
         found = colored(whole.values, axes, index, said)
         return whole._replace(**found | {"notes": (*notes, *found["notes"])})
     marked, about = _without_blank(whole, data, sizes, choice)
-    if kind != "ImageData":  # left out before the grid becomes a regular one
+    if kind != "ImageData":  # before the grid is resampled to a regular one
         marked, more = without_chosen(marked, choice)
         about += more
     return whole._replace(values=marked, notes=(*notes, *about))
@@ -90,7 +90,7 @@ def read_whole(path: str, kind: str, choice: Choice) -> Whole:
 def _without_blank(
     whole: Whole, data: list[ElementTree.Element | None], sizes: list[int], choice: Choice
 ) -> tuple[NDArray, tuple[str, ...]]:
-    """Values without those of points or cells that VTK's array of ghosts hides, and what to note about that."""
+    """Return values without the points or cells that VTK's array of ghosts hides, and notes."""
     ghosts = [None if each is None else each.find(f"DataArray[@Name='{_GHOSTS}']") for each in data]
     if choice.labels or any(array is None for array in ghosts):
         return whole.values, ()
@@ -103,7 +103,7 @@ def _without_blank(
 
 
 def _document(path: str) -> tuple[ElementTree.Element, Appended | None]:
-    """The XML up to the appended data, and where these are."""
+    """Return the XML up to the appended data, and the location of the appended data."""
     with open(path, "rb") as file:
         check_size([os.fstat(file.fileno()).st_size], 1)
         text = file.read(_LONGEST_HEADER)
@@ -124,21 +124,21 @@ def _document(path: str) -> tuple[ElementTree.Element, Appended | None]:
 def extent_of(text: str | None) -> list[int]:
     numbers = [int(word) for word in (text or "").split()]
     if len(numbers) != 6 or max(abs(number) for number in numbers) > 2**40:
-        raise FileFault(f"an extent is six whole numbers, and is {text!r}")
+        raise FileFault(f"an extent must be six whole numbers, got {text!r}")
     return numbers
 
 
 def sizes_of(extent: list[int], at_points: bool) -> list[int]:
-    """Numbers of samples of an extent, slowest axis first."""
+    """Return the numbers of samples of an extent, slowest axis first."""
     return [extent[2 * axis + 1] - extent[2 * axis] + (1 if at_points else 0) for axis in (2, 1, 0)]
 
 
 def _array(data: ElementTree.Element | None, wanted: str | None) -> ElementTree.Element:
-    """The array that is wanted, else the one marked as scalars, else the only one there is."""
+    """Return the array named `wanted`, or the one marked as scalars, or the only one."""
     arrays = [] if data is None else [each for each in data.findall("DataArray") if each.get("Name") != _GHOSTS]
     named = {array.get("Name", ""): array for array in arrays}
     if wanted is not None and wanted not in named:
-        raise FileFault(f"--variable {wanted}: it has no such array; it has {', '.join(named) or 'none'}")
+        raise FileFault(f"has no array {wanted} (--variable); it has {', '.join(named) or 'none'}")
     if wanted is not None:
         return named[wanted]
     if data is not None and data.get("Scalars") in named:
@@ -149,7 +149,7 @@ def _array(data: ElementTree.Element | None, wanted: str | None) -> ElementTree.
 
 
 def _color_name(array: ElementTree.Element, data: ElementTree.Element | None) -> str:
-    """By what the file calls an array colour, or nothing: VTK shows arrays of bytes as colours, others as numbers."""
+    """Return the mark of an array as colour, or "": VTK shows arrays of bytes as colours, and others as numbers."""
     name = array.get("Name", "")
     if data is not None and name and name in (data.get("Vectors"), data.get("Normals")):
         return ""
@@ -161,7 +161,7 @@ def _color_name(array: ElementTree.Element, data: ElementTree.Element | None) ->
 def _type(array: ElementTree.Element, root: ElementTree.Element) -> tuple[np.dtype, int]:
     code = _TYPES.get(array.get("type", ""))
     if code is None:
-        raise FileFault(f"its array {array.get('Name')!r} is of type {array.get('type')}, and a volume holds numbers")
+        raise FileFault(f"its array {array.get('Name')!r} must hold numbers, got type {array.get('type')}")
     order = ">" if root.get("byte_order") == "BigEndian" else "<"
     return np.dtype(order + code), int(array.get("NumberOfComponents", 1))
 
@@ -176,7 +176,7 @@ def _assembled(
     sizes: list[int],
     at_points: bool,
 ) -> NDArray:
-    """The whole, of one piece or of several that cover it."""
+    """Return the whole array from one piece or from several that cover it."""
     values = None
     covered = None
     for piece, array in zip(pieces, arrays, strict=True):

@@ -11,14 +11,14 @@ from texvol.formats.readers.vtk_xml import Whole, extent_of, read_whole
 
 
 def read(path: str, choice: Choice) -> Samples:
-    """Samples at the points of a grid, or at the middles of its cells if only these have values."""
+    """Return the samples at the points of a grid, or at the middles of its cells if only these have values."""
     whole = read_whole(path, "RectilinearGrid", choice)
     axes = [_axis(_coordinates(whole, axis), "xyz"[axis], whole.at_points) for axis in range(3)]
     return on_axes(whole.values, axes, choice.resolution, labels=choice.labels)._replace(notes=whole.notes)
 
 
 def _coordinates(whole: Whole, axis: int) -> NDArray:
-    """Coordinates of the points along an axis, put together from all pieces."""
+    """Return the coordinates of the points along an axis, assembled from all pieces."""
     name = "xyz"[axis]
     begin, end = whole.extent[2 * axis : 2 * axis + 2]
     found = None
@@ -32,7 +32,7 @@ def _coordinates(whole: Whole, axis: int) -> NDArray:
             found, seen = np.zeros(end - begin + 1, part.dtype), np.zeros(end - begin + 1, np.bool_)
         where = slice(first - begin, last - begin + 1)
         if not np.array_equal(found[where][seen[where]], part[seen[where]]):
-            raise FileFault(f"the coordinates {name} of its pieces contradict one another")
+            raise FileFault(f"the coordinates {name} of its pieces contradict each other")
         found[where], seen[where] = part, True
     if found is None or not seen.all():
         raise FileFault(f"the coordinates {name} of its pieces do not cover its extent")

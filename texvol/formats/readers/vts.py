@@ -1,4 +1,4 @@
-"""VTS: VTK's structured grid, a point in the world for each sample, in XML."""
+"""VTS: VTK's structured grid, with a world position for each sample, in XML."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from texvol.formats.readers.vtk_xml import Whole, extent_of, read_whole, sizes_o
 
 
 def read(path: str, choice: Choice) -> Samples:
-    """Samples at the points of a grid, or at the middles of its cells if only these have values."""
+    """Return the samples at the points of a grid, or at the middles of its cells if only these have values."""
     whole = read_whole(path, "StructuredGrid", choice)
     points = _points(whole)
     if not whole.at_points:
@@ -20,7 +20,7 @@ def read(path: str, choice: Choice) -> Samples:
 
 
 def _points(whole: Whole) -> NDArray:
-    """The points, shape (nz, ny, nx, 3), put together from all pieces."""
+    """Return the points, shape (nz, ny, nx, 3), assembled from all pieces."""
     sizes = [*sizes_of(whole.extent, at_points=True), 3]
     values = covered = None
     for piece in whole.pieces:
@@ -41,7 +41,7 @@ def _points(whole: Whole) -> NDArray:
 
 
 def _middles(points: NDArray) -> NDArray:
-    """Middles of the cells: the mean of their corners."""
+    """Return the middles of the cells, the means of their corners."""
     for axis in range(3):
         ends = np.split(points, [1], axis=axis)[1], np.delete(points, -1, axis=axis)
         points = (ends[0] + ends[1]) / 2

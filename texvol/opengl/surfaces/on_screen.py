@@ -189,8 +189,8 @@ def _as_triangles(rectangles: Numbers, view: _View) -> Numbers:
 def _cut_rectangles(points: Numbers, edges: Numbers, half: Numbers) -> Numbers:
     """Rectangles around triangles that cross the plane of the eye, from their part in the frustum of `half` the size.
 
-    These parts have their corners among the triangles' own, the places where their edges meet the frustum's sides, and
-    those where the frustum's edges meet the triangles. NaN where there are none.
+    These parts have their corners among the triangles' own, the positions where their edges meet the frustum's sides,
+    and those where the frustum's edges meet the triangles. NaN where there are none.
     """
     signs = np.array([(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)])
     rays = np.column_stack([signs * half, np.ones(4)])

@@ -1,8 +1,8 @@
-"""Surfaces and lines between the matter: a ray goes through matter up to one, through that, through matter again.
+"""Surfaces and lines inside the medium; each ray alternates between intervals of the medium and surfaces.
 
-    opaque shapes                ─► the place where each ray ends
-    translucent ones, repeatedly ─► the next place on each ray, and what it sees there (depth peeling, Everitt 2001)
-    between two places           ─► a stretch, in which the volume is drawn as ever, its end slabs cut at the places
+    opaque shapes                ─► the position where each ray ends
+    translucent ones, repeatedly ─► the next position on each ray, and what it sees there (depth peeling, Everitt 2001)
+    between two positions        ─► an interval, in which the volume is drawn as usual, with its end slabs cut
 
 and all of it is composited front to back. Imported, compiled and allocated when a scene has geometry.
 """

@@ -141,7 +141,7 @@ class _Field:
 
 
 def _sum(terms: list[tuple[float, NDArray]], out: NDArray) -> None:
-    """Write the sum of shares times numbers to `out`, always in the same order: sums are the same to the last bit."""
+    """Write the weighted sum of numbers to `out`, always in the same order, so that sums are equal to the last bit."""
     if not terms:
         out[...] = 0
         return

@@ -3,22 +3,22 @@
     {"points": [{"value": 0,   "color": [0, 0, 0],       "extinction": 0},
                 {"value": 300, "color": [0.9, 0.8, 0.7], "extinction": 0.5}]}
 
-"points": matter by value, linear in between. `value`; `color`, linear RGB in [0, 1]; `extinction` per unit of length,
+"points": a medium by value, linear in between. `value`; `color`, linear RGB in [0, 1]; `extinction` per unit of length,
     or in its place `opacity`, that of one unit of length (the source's A_l), converted by -log1p(-A).
 
 "materials": [{"name": "fat",  "from": [-150, -120], "to": [-40, 0], "color": [0.9, 0.7, 0.1], "extinction": 0.02},
               {"name": "bone", "from": [100, 250], "color": [1, 1, 0.9], "extinction": 0.4}]
-    The share of a material rises from 0 to 1 between the values of `from` and falls between those of `to`. One number
-    makes a step (the value itself belongs to what begins there), without one it has no end. A value shows
-    Σ share × extinction, and of colour Σ share × extinction × color. `extinction` or `opacity` as above; where a
-    material of opacity 1 has any share, all is opaque. With `"gradient": [g0, g1]` a material is nothing where the
+    The fraction of a material rises from 0 to 1 between the values of `from` and falls between those of `to`. One
+    number makes a step (the value itself belongs to what begins there), without one it has no end. A value shows Σ
+    fraction × extinction, and of colour Σ fraction × extinction × color. `extinction` or `opacity` as above; where a
+    material of opacity 1 has any fraction, all is opaque. With `"gradient": [g0, g1]` a material is nothing where the
     gradient's magnitude is at most g0, and all there from g1 on.
 
 "show": names of the materials that show; all, unless told. The others are for contours and boundaries to refer to.
 
 "contours": [{"value": 120, "thickness": 2, "color": [0.8, 0.5, 0.4], "opacity": 0.9}]
-    The surface of a value: matter times 1 - |v - value| / (thickness |∇v|). `thickness` in voxels (smallest spacings),
-    or `world_thickness`. In place of colour and weight, `"material": NAME` gives that material's.
+    The surface of a value: a medium times 1 - |v - value| / (thickness |∇v|). `thickness` in voxels (smallest
+    spacings), or `world_thickness`. In place of colour and weight, `"material": NAME` gives that material's.
 
 "boundaries": [{"materials": ["fat", "muscle", "bone"], "gradient": 200}]
     From the typical value of each material, the middle of those that it has for itself, to that of the next, emission
@@ -41,7 +41,7 @@ What the numbers stand for:
               smallest spacing
     "emission": "associated" (default), or "emissive": in place of `color` each point has `emission`, three numbers per
               unit of length that do not depend on the extinction,
-              or "premultiplied": likewise, but of matter that reflects light; a point of opacity 1 has its `color`
+              or "premultiplied": likewise, but of a medium that reflects light; a point of opacity 1 has its `color`
 
 "material_names" and "material_colors" are the names and colours of materials that have become points, as
 `TransferFunction.as_json` writes them.

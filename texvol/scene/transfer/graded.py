@@ -1,9 +1,9 @@
 """Matter that depends on the gradient: its emission and extinction, by value and gradient magnitude |∇f|.
 
     Graded    points by value, times clamp((|∇f| - start) / (full - start), 0, 1)
-    Contour   Levoy's isovalue contour (1988): matter times max(0, 1 - |f - value| / (thickness |∇f|))
+    Contour   Levoy's isovalue contour (1988): a medium times max(0, 1 - |f - value| / (thickness |∇f|))
 
-Both are premultiplied: what they add to the emission q and the extinction τ of a place. A value that is NaN has
+Both are premultiplied: what they add to the emission q and the extinction τ of a position. A value that is NaN has
 neither, and a gradient that is NaN counts as none.
 """
 

@@ -26,10 +26,10 @@ _SMOOTHING = 2.0  # bins: standard deviation of the weights, narrower than any p
 _LEAST_PROMINENCE = 0.15  # of the logarithm: a peak stands 16% above the higher valley beside it
 _SURE = 3.0  # standard deviations that a peak rises above the noise of its counts
 _TAIL_STARTS = 0.05  # of the last peak's height
-_LEAST_TAIL = 0.2, 2e-3  # shares of the range and of the samples, from which on a tail is a material
-_QUANTILES = 0.5, 0.85  # of matter of one peak: half is the first material, the densest sixth the last
+_LEAST_TAIL = 0.2, 2e-3  # fractions of the range and of the samples, from which on a tail is a material
+_QUANTILES = 0.5, 0.85  # of a medium of one peak: half is the first material, the densest sixth the last
 _LEAST_MASS = 0.01  # of the samples: less is no material of its own
-_WIDE = 0.5  # of the range of the matter, from which on a material is parted as long as there are fewer than …
+_WIDE = 0.5  # of the range of the medium, from which on a material is parted as long as there are fewer than …
 _ENOUGH = 3
 _SOFT = 0.3  # of the narrower range beside a boundary, over which one material goes over into the other
 _EXTINCTIONS = 3.0, 80.0  # of the first and the last material, per mean edge of the box
@@ -64,7 +64,7 @@ class Regions:
         Half the width over which each begins.
     top : float
         The largest typical value.
-    shares : sequence of float
+    fractions : sequence of float
         How many of all samples each material has.
     """
 
@@ -275,7 +275,7 @@ def _peaks(height: NDArray[np.float64], smooth: NDArray[np.float64]) -> list[int
 
 
 def _prominence(height: NDArray[np.float64], top: int) -> float:
-    """Prominence of a peak: the least descent on the way to a higher one; infinite for the highest peak."""
+    """Prominence of a peak: the least descent between them to a higher one; infinite for the highest peak."""
     sides = []
     for side in (height[:top][::-1], height[top + 1 :]):
         higher = np.flatnonzero(side > height[top])

@@ -1,6 +1,6 @@
 """Presets of named materials, as a transfer-function file has them; extinctions are per mean edge of the box.
 
-A CT preset stands twice: in Hounsfield units, and in shares of the matter's range for rescaled or 8-bit CT.
+A CT preset stands twice: in Hounsfield units, and in fractions of the medium's range for rescaled or 8-bit CT.
 """
 
 from __future__ import annotations

@@ -1,12 +1,13 @@
-"""Materials (Drebin, Carpenter, Hanrahan 1988): a value is a mixture, and each material has a share of it.
+"""Materials (Drebin, Carpenter, Hanrahan 1988): a value is a mixture, and each material has a fraction of it.
 
-A material's share rises from 0 at a to 1 at b and falls from 1 at c to 0 at d. With the colour c_i and the extinction
-τ_i of material i, a value v has
+A material's fraction rises from 0 at a to 1 at b and falls from 1 at c to 0 at d. With the colour c_i and the
+extinction τ_i of material i, a value v has
 
     extinction  Σ share_i(v) τ_i          emission  Σ share_i(v) τ_i c_i
 
-Both are piecewise linear in v, so that premultiplied points at all a, b, c, d hold them exactly. Where the share of an
-opaque material is above 0, all is opaque and shows the mean colour of the opaque ones, weighted by their shares.
+Both are piecewise linear in v, so that premultiplied points at all a, b, c, d hold them exactly. Where the fraction
+of an opaque material is above 0, all is opaque and shows the mean colour of the opaque ones, weighted by their
+fractions.
 """
 
 from __future__ import annotations
@@ -28,7 +29,8 @@ Pair = tuple[float, float]
 # Straight points of another colour and extinction at either end have an emission that is a parabola. As 32 lines it is
 # off by at most (change of colour) (change of extinction) / 4 / 32²: 2.4e-4 of the most that it could be.
 _LINES_PER_PARABOLA = 32
-# How far after its place an opaque ramp begins, in shares of its width and of the values: float32 tells the two apart.
+# How far after its position an opaque ramp begins, in fractions of its width and of the values: float32 tells the two
+# apart.
 _AFTER = 2.0**-18
 
 
@@ -40,7 +42,7 @@ class Material:
     ----------
     name : str
     rises, falls : (float, float), optional
-        Values between which its share rises from 0 to 1, and falls again; equal ones make a step, whose right side
+        Values between which its fraction rises from 0 to 1, and falls again; equal ones make a step, whose right side
         holds at the value itself. None: it has no end there.
     color : (r, g, b)
         Linear and straight, in [0, 1].
@@ -58,7 +60,7 @@ class Material:
     gradient: Pair | None = None
 
     def fractions(self, values: ArrayLike) -> NDArray[np.float64]:
-        """Its share of each value, from 0 to 1."""
+        """Its fraction of each value, from 0 to 1."""
         knots, fractions = self._corners
         return pieces.sides(knots, fractions[:, np.newaxis], np.asarray(values, np.float64))[..., 0]
 
@@ -89,7 +91,7 @@ class Material:
         return np.array(self.color) * self.extinction
 
     def graded(self) -> Graded:
-        """The material as matter that depends on the gradient."""
+        """The material as a medium that depends on the gradient."""
         assert self.gradient is not None
         knots, fractions = self._corners
         # An open end holds as far as values go.
@@ -168,7 +170,7 @@ def mixture(
         if not np.array_equal(here, left):
             found.append((position, here))
         if not np.array_equal(right, here):
-            # The ramp of an opaque material has its share of 0 still at its place, and is opaque from there on.
+            # The ramp of an opaque material has its fraction of 0 still at its position, and is opaque from there on.
             width = positions[number + 1] - position
             found.append((position + min(_AFTER * max(width, abs(position)), width / 2), right))
     values, numbers = np.array([position for position, _ in found]), np.array([numbers for _, numbers in found])
@@ -190,7 +192,7 @@ def _looks(row: NDArray[np.float64], other_end: NDArray[np.float64]) -> NDArray[
     """Emission and extinction at one end of a line, or colour and infinity where the line is opaque."""
     if not (row[4] > 0 or other_end[4] > 0):
         return row[:4]
-    # From a share of 0 on, the shares of all that is opaque keep their ratios.
+    # From a fraction of 0 on, the fractions of all that is opaque keep their ratios.
     opaque = row if row[4] > 0 else other_end
     return np.append(opaque[5:] / opaque[4], np.inf)
 

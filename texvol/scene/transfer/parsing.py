@@ -1,4 +1,4 @@
-"""The parts of a transfer-function file, from JSON to matter in data and world units; `files` says what they mean."""
+"""The parts of a transfer-function file, from JSON to a medium in data and world units; `files` says what they mean."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ def slopes(values: NDArray[np.float64], numbers: NDArray[np.float64]) -> NDArray
 
 
 def inside(values: NDArray[np.float64], numbers: NDArray[np.float64], positions: ArrayLike) -> NDArray[np.float64]:
-    """`numbers` at `places`, shape (…, k); 0 before the first value, after the last, and where a place is NaN."""
+    """`numbers` at `positions`, shape (…, k); 0 before the first value, after the last, and where a position is NaN."""
     positions = np.asarray(positions, np.float64)
     held = (positions >= values[0]) & (positions <= values[-1])
     found = sides(values, numbers, np.where(held, positions, values[0]))
@@ -28,9 +28,9 @@ def inside(values: NDArray[np.float64], numbers: NDArray[np.float64], positions:
 def sides(
     values: NDArray[np.float64], numbers: NDArray[np.float64], positions: NDArray[np.float64], right: bool = True
 ) -> NDArray[np.float64]:
-    """`numbers` just right (or left) of `places`, shape (…, k); beyond the outer points those of the outer points."""
+    """`numbers` just right (or left) of `positions`, shape (…, k); clamped beyond the outer points."""
     segment = np.searchsorted(values, positions, side="right" if right else "left")
-    # A place on a point takes that point's numbers themselves: on its left side those of the end, with no rounding.
+    # A position on a point takes that point's numbers themselves: on its left side those of the end, with no rounding.
     at_start = np.clip(segment - 1, 0, values.size - 1)
     at_end = np.clip(segment, 0, values.size - 1)
     gained = np.vstack([slopes(values, numbers), np.zeros((1, numbers.shape[1]))])

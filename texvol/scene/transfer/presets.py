@@ -2,7 +2,7 @@
 
 A preset's extinction is per mean edge of the volume's box, so that it looks the same on a tooth and on a thorax. The
 CT presets are in Hounsfield units where the volume's range is that of such data; elsewhere, and in all other presets,
-values are shares of the range that holds the matter: from where the background ends to the 99.9th percentile.
+values are fractions of the range that holds the medium: from where the background ends to the 99.9th percentile.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from texvol.util.errors import InputError
 
 Point = tuple[float, tuple[float, float, float], float]  # value, linear colour, extinction per mean edge of the box
 
-# Each CT preset twice: in Hounsfield units, and in shares of the matter's range for rescaled or 8-bit CT.
+# Each CT preset twice: in Hounsfield units, and in fractions of the medium's range for rescaled or 8-bit CT.
 _CT: dict[str, tuple[list[Point], list[Point]]] = {
     "ct-bone": (
         [
@@ -226,7 +226,7 @@ def _from_points(points: list[Point], volume: Volume, values: str, name: str) ->
 
 
 def _ramp(name: str) -> list[Point]:
-    """A perceptual colour map, 17 points, with an extinction that grows with the square of the share."""
+    """A perceptual colour map, 17 points, with an extinction that grows with the square of the fraction."""
     from cmap import Colormap
 
     from texvol.util.color import linear_from_srgb

@@ -94,7 +94,7 @@ def typical_samples(volume: Volume) -> NDArray[np.float64]:
 
 
 def medium_range(volume: Volume) -> tuple[float, float]:
-    """Values between which the volume's matter lies: from where its background ends to its 99.9th percentile.
+    """Values between which the volume's medium lies: from where its background ends to its 99.9th percentile.
 
     The background is the value that most samples have, if it is near the low end and stands for at least a twentieth
     of them; without one the range starts at the 5th percentile.

@@ -1,4 +1,4 @@
-"""What is seen in the window: the picture, what is said of it, and the panels beside it."""
+"""Contents of the window: the picture, texts and handles over it, and the side panel."""
 
 from __future__ import annotations
 
@@ -9,16 +9,31 @@ from imgui_bundle import imgui
 from texvol.window.commands import TABS
 from texvol.window.desk import PANEL_WIDTH, Desk
 from texvol.window.document import Document
-from texvol.window.panels import browser, camera, contents, cut, edge, files, grips, light, offer, overlay, slices
+from texvol.window.panels import (
+    browser,
+    camera,
+    contents,
+    cut,
+    edge,
+    files,
+    grips,
+    light,
+    offer,
+    overlay,
+    parts,
+    slices,
+)
 from texvol.window.panels import medium as medium
 
-WIDTH = round(PANEL_WIDTH)  # unless another is chosen
-_CONTROL = 0.56  # of a panel's width: the rest is for what a control is called
-_TAB_PADDING = 0.5  # of a button's: so all names and the dot of what is not saved have room beside each other
-BEHIND = (0.05, 0.05, 0.055)  # where there is no picture
+WIDTH = round(PANEL_WIDTH)  # default width
+_CONTROL = 0.56  # width of a control as a fraction of the panel's: the rest is for its label
+_TAB_PADDING = (
+    0.5  # of a button's padding: so that all tab names fit beside each other, with the dot of unsaved changes
+)
+BEHIND = (0.05, 0.05, 0.055)  # background without a picture
 
 _TABS: dict[str, Callable[[Desk, Document], None]] = {
-    "Matter": medium.show,
+    "Medium": medium.show,
     "Scene": contents.show,
     "View": camera.show,
     "Light": light.show,
@@ -29,7 +44,7 @@ assert (*_TABS, "File") == TABS
 
 
 def show(desk: Desk) -> None:
-    """What there is to choose."""
+    """Show the side panel and the dialogs."""
     if desk.preferences.panels:
         _sidebar(desk)
     if desk.preferences.help:
@@ -43,7 +58,7 @@ def show(desk: Desk) -> None:
 
 
 def over_picture(desk: Desk) -> None:
-    """What is drawn over the picture that is about to be shown, and said of it."""
+    """Draw the handles and the texts over the picture."""
     grips.draw(desk)
     slices.mark(desk)
     overlay.messages(desk)
@@ -51,28 +66,23 @@ def over_picture(desk: Desk) -> None:
 
 
 def picture(texture: int, desk: Desk) -> None:
-    """The picture, behind everything."""
-    room = desk.room
-    imgui.get_background_draw_list().add_image(
-        imgui.ImTextureRef(texture),
-        imgui.ImVec2(room.x, room.y),
-        imgui.ImVec2(room.x + room.width, room.y + room.height),
-    )
+    """Draw the picture behind everything else."""
+    imgui.get_background_draw_list().add_image(imgui.ImTextureRef(texture), *parts.corners(desk.viewport))
 
 
 def _tab(name: str, desk: Desk) -> None:
-    """What is in the tab of that name."""
+    """Show the tab of that name."""
     if name == "File":
         files.show(desk)
     elif desk.document is None:
-        imgui.text_disabled("Nothing is open.")
+        imgui.text_disabled("No scene is open.")
     else:
         _TABS[name](desk, desk.document)
 
 
 def _sidebar(desk: Desk) -> None:
     display = imgui.get_io().display_size
-    left = desk.room.x + desk.room.width
+    left = desk.viewport.x + desk.viewport.width
     imgui.set_next_window_pos(imgui.ImVec2(left, 0))
     imgui.set_next_window_size(imgui.ImVec2(display.x - left, display.y))
     flags = (
@@ -91,7 +101,7 @@ def _sidebar(desk: Desk) -> None:
     if begun:
         unsaved = desk.document is not None and desk.document.unsaved
         for name in TABS:
-            # Numbers of flags, since an enumeration has none for no flag at all.
+            # Integers, because imgui's enumeration has no member for "no flags".
             how = int(imgui.TabItemFlags_.set_selected) if desk.preferences.tab == name else 0
             how |= int(imgui.TabItemFlags_.unsaved_document) if name == "File" and unsaved else 0
             imgui.push_style_var(imgui.StyleVar_.frame_padding, padding)

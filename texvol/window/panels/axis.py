@@ -1,4 +1,4 @@
-"""What lies under the plot of a transfer function and goes with its axis: the colours, and the range's two handles."""
+"""Controls under the plot of a transfer function, aligned with its axis: colour bar and range slider."""
 
 from __future__ import annotations
 
@@ -15,35 +15,35 @@ from texvol.window.editing import Curve
 from texvol.window.panels import parts
 from texvol.window.ranges import Ends, Hold
 
-_BAR = 12.0  # window coordinates at scale 1, as all here
-_TRACK = 16.0
-_HANDLE = 5.0  # half its width
+_BAR = 12.0  # height, in window coordinates at scale 1, as are the following
+_TRACK = 16.0  # height
+_HANDLE = 5.0  # half the width
 _REACH = 8.0
-_LEAST = 1e-3  # of the histogram's range: a curve of no width has no shape to come back from
+_LEAST = 1e-3  # of the histogram's range: a curve of width 0 could not be widened again
 _GROOVE, _RANGE, _KNOB, _HELD = 0xFF_36_30_2E, 0xFF_90_68_40, 0xFF_CC_90_5C, 0xFF_FF_B8_73  # ABGR
 
 
 @dataclass(frozen=True)
 class Axis:
-    """What a plot shows of the values, and where in the window: left end and width."""
+    """Horizontal axis of a plot: the shown range of values, and its left end and width in the window."""
 
     shown: Ends
     left: float
     width: float
 
     def position(self, value: float) -> float:
-        """Where a value is."""
+        """Return the x coordinate of a value in the window."""
         return self.left + (value - self.shown[0]) * self.width / (self.shown[1] - self.shown[0])
 
     def value(self, position: float) -> float:
-        """What value is there."""
+        """Return the value at an x coordinate of the window."""
         return self.shown[0] + (position - self.left) * (self.shown[1] - self.shown[0]) / self.width
 
 
 def bar(axis: Axis, medium: TransferFunction) -> None:
-    """Colours by value."""
+    """Draw the colours by value."""
     colors = srgb_from_linear(straight_colors(medium, np.linspace(*axis.shown, 65)))
-    top, height = imgui.get_cursor_screen_pos().y, _BAR * _scale()
+    top, height = imgui.get_cursor_screen_pos().y, _BAR * parts.scale()
     draw = imgui.get_window_draw_list()
     for position in range(64):
         left, right = (imgui.color_convert_float4_to_u32(parts.shade(colors[position + end])) for end in (0, 1))
@@ -54,15 +54,15 @@ def bar(axis: Axis, medium: TransferFunction) -> None:
 
 
 def track(axis: Axis, state: dict[str, Any], curve: Curve, bounds: Ends) -> Curve:
-    """The values from the first point to the last on a track: its handles, or all of it between them, are dragged."""
+    """Show a slider for the curve's range, whose ends or whole range can be dragged; return the changed curve."""
     ends = curve.points[0].value, curve.points[-1].value
     if not (ends[1] > ends[0] and axis.width > 0):
         return curve
-    start, height = imgui.get_cursor_screen_pos(), _TRACK * _scale()
-    aside = _REACH * _scale()  # a handle at the end of the axis is seen, and taken, as a whole
+    start, height = imgui.get_cursor_screen_pos(), _TRACK * parts.scale()
+    aside = _REACH * parts.scale()  # so that a handle at the end of the axis is fully visible and can be dragged
     imgui.set_cursor_screen_pos(imgui.ImVec2(axis.left - aside, start.y))
     imgui.invisible_button("range track", imgui.ImVec2(axis.width + 2 * aside, height))
-    imgui.set_item_tooltip("drag an end of the range, or all of it")
+    imgui.set_item_tooltip("drag an end of the range, or the whole range")
     at = axis.value(imgui.get_io().mouse_pos.x)
     if imgui.is_item_activated():
         state["range hold"] = Hold.taken(ends, at, aside * (axis.shown[1] - axis.shown[0]) / axis.width)
@@ -74,7 +74,7 @@ def track(axis: Axis, state: dict[str, Any], curve: Curve, bounds: Ends) -> Curv
 
 def _draw(axis: Axis, ends: Ends, top: float, height: float, hold: Hold | None) -> None:
     draw, middle = imgui.get_window_draw_list(), top + height / 2
-    half, thin = _HANDLE * _scale(), height / 6
+    half, thin = _HANDLE * parts.scale(), height / 6
     right = axis.left + axis.width
     low, high = (min(max(axis.position(end), axis.left), right) for end in ends)
 
@@ -85,10 +85,6 @@ def _draw(axis: Axis, ends: Ends, top: float, height: float, hold: Hold | None) 
     box(axis.left, right, thin, _GROOVE)
     box(low, high, 2 * thin, _HELD if hold and hold.low and hold.high else _RANGE)
     for end, held in zip(ends, (hold and hold.low, hold and hold.high), strict=True):
-        if axis.shown[0] <= end <= axis.shown[1]:  # else it is beside what the plot shows
+        if axis.shown[0] <= end <= axis.shown[1]:  # the end is inside the plot
             position = axis.position(end)
             box(position - half, position + half, 3 * thin, _HELD if held else _KNOB)
-
-
-def _scale() -> float:
-    return max(float(imgui.get_style().font_scale_dpi), 1.0)

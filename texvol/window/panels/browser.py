@@ -1,6 +1,6 @@
-"""A list of folders and files, to open one or to say where one is written.
+"""File browser, which chooses a file to open or to write.
 
-The system's own dialog would need a program of its desktop, which many machines with a display do not have.
+It replaces the dialogs of desktops, which need programs that many machines with a display do not have.
 """
 
 from __future__ import annotations
@@ -9,25 +9,26 @@ from imgui_bundle import imgui
 
 from texvol.window.browsing import Browser
 from texvol.window.desk import Desk
+from texvol.window.panels import parts
 
 _SIZE = imgui.ImVec2(560, 440)
-_WORDS = "how it is read: --channel 1   --shape 64,64,64 --dtype uint8   --labels …"
+_WORDS = "reading options: --channel 1   --shape 64,64,64 --dtype uint8   --labels …"
 
 
 def show(desk: Desk) -> None:
-    """The window, while somebody looks for a file."""
+    """Show the file browser if it is open."""
     browser = desk.browser
     if browser is None:
         return
-    room, scale = desk.room, max(imgui.get_style().font_scale_dpi, 1.0)
-    size = imgui.ImVec2(min(_SIZE.x * scale, max(room.width, 200)), min(_SIZE.y * scale, max(room.height, 160)))
-    middle = imgui.ImVec2(room.x + room.width / 2, room.y + room.height / 2)
+    viewport, scale = desk.viewport, parts.scale()
+    size = imgui.ImVec2(min(_SIZE.x * scale, max(viewport.width, 200)), min(_SIZE.y * scale, max(viewport.height, 160)))
+    middle = imgui.ImVec2(viewport.x + viewport.width / 2, viewport.y + viewport.height / 2)
     imgui.set_next_window_pos(middle, imgui.Cond_.appearing.value, imgui.ImVec2(0.5, 0.5))
     imgui.set_next_window_size(size, imgui.Cond_.appearing.value)
     _, stays = imgui.begin(f"{browser.title}###browser", True, imgui.WindowFlags_.no_collapse.value)
     if imgui.is_window_appearing():
         imgui.set_window_focus()
-    _where(browser)
+    _path(browser)
     rows = 2 if browser.saves or browser.takes_words else 1
     foot = rows * imgui.get_frame_height_with_spacing()
     imgui.begin_child("entries", imgui.ImVec2(0, -foot), imgui.ChildFlags_.frame_style.value)
@@ -41,7 +42,7 @@ def show(desk: Desk) -> None:
         desk.browser = None
 
 
-def _where(browser: Browser) -> None:
+def _path(browser: Browser) -> None:
     if imgui.button("up"):
         browser.go(browser.folder.parent)
     imgui.same_line()
@@ -66,7 +67,7 @@ def _entries(browser: Browser) -> None:
         imgui.pop_id()
         if clicked and imgui.is_mouse_double_clicked(0):
             browser.pick(entry)
-            return  # another folder, with other entries
+            return  # the entries are those of another folder now
         if clicked and not (browser.saves and entry.is_folder):
             browser.name = entry.name
 
@@ -81,7 +82,7 @@ def _foot(desk: Desk, browser: Browser) -> None:
     if browser.takes_words:
         imgui.set_next_item_width(-1)
         _, browser.words = imgui.input_text_with_hint("##words", _WORDS, browser.words)
-        imgui.set_item_tooltip("options of the command line, where the file does not say it all")
+        imgui.set_item_tooltip("options of the command line that say how to read the file")
     imgui.begin_disabled(not browser.name)
     if imgui.button(("replace" if browser.replaces else "save") if browser.saves else "open"):
         browser.accept()
@@ -93,4 +94,4 @@ def _foot(desk: Desk, browser: Browser) -> None:
         imgui.same_line()
         if imgui.button("open this folder"):
             browser.choose(browser.folder)
-        imgui.set_item_tooltip("as a series of pictures (DICOM)")
+        imgui.set_item_tooltip("as an image series (DICOM)")

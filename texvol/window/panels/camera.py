@@ -1,4 +1,4 @@
-"""Where one looks from; background and what is written into the picture."""
+"""View tab: camera, background, annotation and quality."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from imgui_bundle import imgui
 from texvol.annotation.request import PARTS, Annotation
 from texvol.scene.scene import Scene
 from texvol.scene.spaces import letters_of_space
-from texvol.window import navigation
+from texvol.window import commands, navigation
 from texvol.window.desk import Desk
 from texvol.window.document import Document
 from texvol.window.panels import parts
 
 
 def show(desk: Desk, document: Document) -> None:
-    """The tab."""
+    """Show the View tab."""
     imgui.separator_text("Camera")
     view, box = document.view, document.scene.box
     kind = parts.choice("projection", view.camera.projection, ("orthographic", "perspective"))
     if kind != view.camera.projection:
-        desk.run("projection")
+        commands.run(desk, "projection")
     elif kind == "perspective":
         changed, fov = parts.slider("field of view", view.camera.fov, 5, 120, "%.0f°")
         if changed:
@@ -35,17 +35,17 @@ def show(desk: Desk, document: Document) -> None:
     desk.steering.free = turning == "freely"
     pressed = parts.buttons(list(navigation.AXES), 6)
     if pressed:
-        desk.run(f"axis {pressed}")
+        commands.run(desk, f"axis {pressed}")
     pressed = parts.buttons(["reset", "frame"], 2)
     if pressed:
-        desk.run(pressed)
+        commands.run(desk, pressed)
     eye = ", ".join(f"{each:.4g}" for each in view.camera.eye)
     imgui.text_disabled(f"eye {eye} {box.unit}")
     _picture(desk)
 
 
 def _annotate(desk: Desk, annotation: Annotation) -> None:
-    """Show it, if it can be drawn."""
+    """Change the annotation, if it can be drawn."""
     document = desk.document
     assert document is not None
 
@@ -53,13 +53,13 @@ def _annotate(desk: Desk, annotation: Annotation) -> None:
 
 
 def _part(part: str, was_on: bool, scene: Scene) -> tuple[bool, bool]:
-    """A switch for a part of the annotation; grey where the volume has nothing for it."""
+    """Show the switch of a part of the annotation; it is disabled if the volume lacks the information for it."""
     lacks = part == "orientation" and not was_on and letters_of_space(scene.volume.space) is None
     imgui.begin_disabled(lacks)
     changed, on = parts.switch(part.replace("-", " "), was_on)
     imgui.end_disabled()
     if lacks and imgui.is_item_hovered(imgui.HoveredFlags_.allow_when_disabled.value):
-        imgui.set_tooltip("The volume does not say which way of the body its axes point.")
+        imgui.set_tooltip("The volume does not say in which directions of the body its axes point.")
     return changed, on
 
 
@@ -95,7 +95,7 @@ def _picture(desk: Desk) -> None:
     if changed:
         desk.director.pace.wanted = 1 / rate
     steps = desk.director.max_error * 255
-    changed, steps = parts.slider("error at rest, /255", steps, 0.1, 10, "%.2g")
+    changed, steps = parts.slider("error at rest (/255)", steps, 0.1, 10, "%.2g")
     if changed and steps > 0:
         desk.director.max_error = steps / 255
         desk.director.again()

@@ -1,4 +1,4 @@
-"""What is in the scene: volumes, each with its mask, and meshes; added, taken away, coloured."""
+"""Scene tab: volumes with their masks, and meshes; they can be added, changed and removed."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from imgui_bundle import imgui
 from texvol.scene.mask import Mask
 from texvol.scene.scene import Scene
 from texvol.scene.volume import Volume
-from texvol.window import additions, contents
+from texvol.window import commands, contents, opening
 from texvol.window.desk import Desk
 from texvol.window.document import Document
 from texvol.window.naming import shortened, volume_called
 from texvol.window.panels import parts
 
-_LETTERS = 30  # of a file's name in a line of its own
-_LEAST_OPACITY = 0.01  # by hand: with none at all a mesh is taken away
+_LETTERS = 30  # of a file name on a line
+_LEAST_OPACITY = 0.01  # on the slider: a mesh of opacity 0 would be invisible, and is removed by a button instead
 _SLIDER = 90.0  # window coordinates at scale 1
 
 
 def show(desk: Desk, document: Document) -> None:
-    """The tab."""
+    """Show the Scene tab."""
     scene = document.scene
     imgui.separator_text("Volumes")
     for number, volume in enumerate(scene.volumes):
@@ -38,11 +38,11 @@ def show(desk: Desk, document: Document) -> None:
         imgui.text_disabled("none")
     imgui.separator()
     if imgui.button("add a volume or a mesh …", imgui.ImVec2(-1, 0)):
-        desk.run("add")
-    imgui.set_item_tooltip("or drop it into the window")
+        commands.run(desk, "add")
+    imgui.set_item_tooltip("or drop a file on the window")
     if scene.mode != "composite":
         imgui.push_text_wrap_pos(0.0)
-        imgui.text_disabled(f"Several volumes add up in mode composite, and the mode is {scene.mode}.")
+        imgui.text_disabled(f"Only mode composite draws several volumes; the mode is {scene.mode}.")
         imgui.pop_text_wrap_pos()
 
 
@@ -55,7 +55,7 @@ def _volume(desk: Desk, scene: Scene, volume: Volume, number: int) -> None:
     _mask(desk, scene, volume, number)
     if several and imgui.button("transfer function"):
         desk.panel_state["volume"] = number
-        desk.run("tab Matter")
+        commands.run(desk, "tab Medium")
     if number:
         imgui.same_line()
         if imgui.button("remove"):
@@ -67,8 +67,8 @@ def _mask(desk: Desk, scene: Scene, volume: Volume, number: int) -> None:
     mask = contents.mask_of(scene, number)
     if mask is None:
         if imgui.button("mask …"):
-            additions.browse_for_mask(desk, volume)
-        imgui.set_item_tooltip("hide what is outside of a segmentation, or fade by weights, on the volume's samples")
+            opening.browse_for_mask(desk, volume)
+        imgui.set_item_tooltip("show only a segmented part, or multiply the opacity by weights, on the volume's grid")
         if len(scene.volumes) > 1:
             imgui.same_line()
         return
@@ -82,15 +82,15 @@ def _mask(desk: Desk, scene: Scene, volume: Volume, number: int) -> None:
 
 
 def _fade(desk: Desk, volume: Volume, mask: Mask) -> None:
-    """Between which values of the mask's file weights rise; the file is read again for others."""
+    """Show the values of the mask's file at which weights are 0 and 1; a change reads the file again."""
     path, given = mask.source.get("absolute"), mask.source.get("fade")
     if path is None:
         return
     changed, fades = parts.switch("fades in", given is not None)
-    imgui.set_item_tooltip("from 0 at the first value of its file to 1 at the second")
+    imgui.set_item_tooltip("weights rise from 0 at the first value to 1 at the second")
     low, high = given or (0.0, 1.0)
     if changed:
-        additions.mask(desk, volume, path, (low, high) if fades else None)
+        opening.mask(desk, volume, path, (low, high) if fades else None)
     if given is None:
         return
     imgui.same_line()
@@ -98,11 +98,11 @@ def _fade(desk: Desk, volume: Volume, mask: Mask) -> None:
     flags = imgui.InputTextFlags_.enter_returns_true
     changed, ends = imgui.input_float2("##fade", [float(low), float(high)], "%.5g", flags)
     if changed and np.isfinite(ends).all() and ends[0] != ends[1]:
-        additions.mask(desk, volume, path, (float(ends[0]), float(ends[1])))
+        opening.mask(desk, volume, path, (float(ends[0]), float(ends[1])))
 
 
 def _mesh(desk: Desk, scene: Scene, number: int) -> None:
-    """A row: colour, name, opacity, and a way out."""
+    """Show the row of a mesh: colour, name, opacity, and a button to remove it."""
     shape = scene.geometry[number]
     changed, color = parts.color("##color", shape.color, small=True)
     if changed:
@@ -110,7 +110,7 @@ def _mesh(desk: Desk, scene: Scene, number: int) -> None:
     imgui.same_line()
     imgui.text_unformatted(shortened(os.path.basename(shape.name), _LETTERS))
     imgui.set_item_tooltip(f"{shape.name}\n{_size(shape)}")
-    scale = max(imgui.get_style().font_scale_dpi, 1.0)
+    scale = parts.scale()
     imgui.set_next_item_width(_SLIDER * scale)
     changed, opacity = parts.slider("opacity", shape.opacity, _LEAST_OPACITY, 1.0, "%.2f")
     if changed:

@@ -1,4 +1,4 @@
-"""Crop box, clip planes and caps."""
+"""Cut tab: crop box, clip planes and caps."""
 
 from __future__ import annotations
 
@@ -15,19 +15,20 @@ from texvol.window.panels import parts
 
 
 def show(desk: Desk, document: Document) -> None:
-    """The tab."""
+    """Show the Cut tab."""
     scene = document.scene
     _crop(desk, scene)
     _planes(desk, scene)
     if scene.mode == "composite" and (scene.crop or scene.clip):
         imgui.separator()
-        changed, on = parts.switch("caps: opaque where it is cut open", scene.caps)
+        changed, on = parts.switch("caps: opaque cut surfaces", scene.caps)
         if changed:
             desk.change(caps=on)
     if scene.crop or scene.clip:
         imgui.push_text_wrap_pos(0.0)
-        turns = " The tip of a plane's arrow turns it." if scene.clip else ""
-        imgui.text_disabled("Drag the grips in the picture; where one points at you, up is away from you." + turns)
+        turns = " Drag the tip of a plane's arrow to turn the plane." if scene.clip else ""
+        hint = "Drag the handles in the picture. A handle that points at you moves away when you drag upwards."
+        imgui.text_disabled(hint + turns)
         imgui.pop_text_wrap_pos()
 
 
@@ -70,7 +71,7 @@ def _planes(desk: Desk, scene: Scene) -> None:
         if taken or edited is not plane or turned:
             desk.change(None if taken or turned else f"plane {position}", clip=tuple(planes))
             return
-    imgui.text_unformatted("add a plane across")
+    imgui.text_unformatted("add a plane perpendicular to")
     pressed = parts.buttons(("view", "x", "y", "z"), 4)
     if pressed:
         document = desk.document
@@ -85,7 +86,7 @@ def _plane(plane: ClipPlane, box: Volume) -> ClipPlane:
     numbers = np.array(list(normal), np.float64)
     length = float(np.linalg.norm(numbers))
     if changed and length > 1e-3:
-        # It turns about where it crosses the line from the middle of the box.
+        # The plane turns about its point nearest to the centre of the box.
         old = np.array(plane.normal) / np.linalg.norm(plane.normal)
         at = box.centre + (plane.offset / np.linalg.norm(plane.normal) - old @ box.centre) * old
         x, y, z = (float(each) for each in numbers / length)
@@ -93,5 +94,5 @@ def _plane(plane: ClipPlane, box: Volume) -> ClipPlane:
     size = float(np.linalg.norm(plane.normal))
     unit = np.array(plane.normal) / size
     middle = float(unit @ box.centre)
-    changed, position = parts.slider("place", plane.offset / size - middle, -box.radius, box.radius)
+    changed, position = parts.slider("position", plane.offset / size - middle, -box.radius, box.radius)
     return ClipPlane(plane.normal, (position + middle) * size) if changed else plane

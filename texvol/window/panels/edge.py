@@ -1,18 +1,19 @@
-"""The edge between the picture and the panels, dragged to make them wider or narrower; twice clicked it goes back."""
+"""Edge between the picture and the side panel: a drag changes the panel's width, a double click resets it."""
 
 from __future__ import annotations
 
 from imgui_bundle import imgui
 
 from texvol.window.desk import NARROWEST_PANEL, PANEL_WIDTH, WIDEST_PANEL, Desk
+from texvol.window.panels import parts
 
-_REACH = 8.0  # window coordinates at scale 1: as wide as can be hit, and no wider than the panels' empty margin
+_REACH = 8.0  # window coordinates at scale 1: not wider than the panel's empty margin
 _LINE, _HELD = 0xFF_70_56_40, 0xFF_FF_B8_73  # ABGR
 
 
 def show(desk: Desk) -> None:
-    """At the left of the panels' window, in which one is."""
-    scale = max(float(imgui.get_style().font_scale_dpi), 1.0)
+    """Show the edge at the left of the current window, which is the side panel."""
+    scale = parts.scale()
     start, corner = imgui.get_window_pos(), imgui.get_cursor_pos()
     height = imgui.get_window_size().y
     imgui.set_cursor_screen_pos(start)

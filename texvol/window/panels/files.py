@@ -1,4 +1,4 @@
-"""Open and save: volumes, scenes, pictures, films."""
+"""File tab: opening of files; saving of scenes, pictures and films."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from imgui_bundle import imgui
 
-from texvol.window import recent, saving
+from texvol.window import commands, opening, recent, saving
 from texvol.window.desk import Desk
 from texvol.window.document import Document
 from texvol.window.naming import volume_called
@@ -15,7 +15,7 @@ from texvol.window.panels import parts, steps
 
 
 def show(desk: Desk) -> None:
-    """The tab."""
+    """Show the File tab."""
     _open(desk)
     document = desk.document
     if document is None:
@@ -26,11 +26,11 @@ def show(desk: Desk) -> None:
     size = " x ".join(map(str, volume.dimensions)) + f" {volume.values.dtype}"
     further = len(document.scene.added)
     imgui.text_disabled(size + (f", and {further} more" if further else ""))
-    imgui.text_disabled("not saved since the last change" if document.unsaved else " ")
+    imgui.text_disabled("unsaved changes" if document.unsaved else " ")
     _saving(desk, document)
     imgui.separator_text("Picture")
     _picture(desk, document)
-    imgui.separator_text("Film: once around")
+    imgui.separator_text("Film: one turn")
     _film(desk, document)
 
 
@@ -38,41 +38,41 @@ def _open(desk: Desk) -> None:
     imgui.separator_text("Open")
     state = desk.panel_state
     if imgui.button("open a file …", imgui.ImVec2(-1, 0)):
-        desk.run("open")
-    imgui.set_next_item_width(-70 * max(imgui.get_style().font_scale_dpi, 1))
+        commands.run(desk, "open")
+    imgui.set_next_item_width(-70 * parts.scale())
     entered, state["path"] = imgui.input_text_with_hint(
         "##path", "volume, scene.toml or tf.json", state.get("path", ""), imgui.InputTextFlags_.enter_returns_true
     )
     imgui.same_line()
     if (imgui.button("open") or entered) and state["path"]:
-        desk.open(os.path.expanduser(state["path"]))
+        opening.open_file(desk, os.path.expanduser(state["path"]))
     if "recent" not in state:
         state["recent"] = recent.files()
     for number, each in enumerate(state["recent"][:6]):
         imgui.push_id(number)
         if imgui.selectable(each.text, False)[0]:
-            desk.open(each.path, each.options)
+            opening.open_file(desk, each.path, each.options)
         imgui.set_item_tooltip(f"{each.path}\n{each.text}" if each.how else each.path)
         imgui.pop_id()
 
 
 def _name(desk: Desk, key: str, proposed: Callable[[], str]) -> str:
-    """The name of a file to be written, proposed until somebody types one."""
+    """Show the field of a file name to write, and return the name; a name is proposed until the user types one."""
     state = desk.panel_state
     if not state.get(key):
         state[key] = proposed()
-    imgui.set_next_item_width(-110 * max(imgui.get_style().font_scale_dpi, 1))
+    imgui.set_next_item_width(-110 * parts.scale())
     _, state[key] = imgui.input_text(f"##{key}", state[key])
     imgui.same_line()
     if imgui.button(f"…##{key}"):
-        desk.browse("Where to write", lambda path: state.update({key: path}), saves=True, name=str(state[key]))
-    imgui.set_item_tooltip("look for a folder")
+        desk.browse("Save as", lambda path: state.update({key: path}), saves=True, name=str(state[key]))
+    imgui.set_item_tooltip("choose a folder")
     imgui.same_line()
     return str(state[key])
 
 
 def _saves(what: str, name: str, own: str = "") -> bool:
-    """A button that says whether it takes the place of another file than the scene's own."""
+    """Show a button "save", or "replace" if a file other than the scene's own exists; return True if it is pressed."""
     replaces = name != own and os.path.isfile(name)
     return bool(imgui.button(f"{'replace' if replaces else 'save'}##{what}"))
 
@@ -80,17 +80,17 @@ def _saves(what: str, name: str, own: str = "") -> bool:
 def _saving(desk: Desk, document: Document) -> None:
     name = _name(desk, "scene name", lambda: saving.scene_name(document))
     if _saves("scene", name, own=document.origin.scene_file or ""):
-        desk.run(f"save {name}")
+        commands.run(desk, f"save {name}")
         desk.panel_state["scene name"] = ""
     steps.show(desk, document)
     imgui.same_line()
     if imgui.button("copy command line"):
-        desk.run("copy")
+        commands.run(desk, "copy")
 
 
 def _picture(desk: Desk, document: Document) -> None:
     state = desk.panel_state
-    size = state.get("picture size", desk.pixels)  # the window's, until somebody chooses another
+    size = state.get("picture size", desk.pixels)  # by default the size in the window
     changed, wanted = imgui.input_int2("pixels", [int(each) for each in size])
     if changed:
         state["picture size"] = [min(max(int(each), 1), 16384) for each in wanted]

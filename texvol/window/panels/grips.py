@@ -1,4 +1,4 @@
-"""Crop box and clip planes in the picture, with grips to drag them by, while the tab about cutting is open."""
+"""Crop box and clip planes in the picture, with handles to drag them; shown while the Cut tab is open."""
 
 from __future__ import annotations
 
@@ -11,28 +11,29 @@ from texvol.window import handles
 from texvol.window.desk import Desk
 from texvol.window.handles import Handle
 from texvol.window.navigation import Position
+from texvol.window.panels import parts
 
 _LINE, _GRIP, _HELD = 0xA0_50_B8_FF, 0xFF_50_B8_FF, 0xFF_FF_FF_FF  # ABGR: amber, and white
 _TURNS = 0xFF_FF_C8_78  # light blue
 _RADIUS, _REACH = 6.0, 12.0  # window coordinates
-_APART = 30.0  # at least, of an arrow's tip and its foot: else one could not take the one that is wanted
+_APART = 30.0  # least distance of an arrow's tip from its foot, so that each can be picked
 
 
 def drag(desk: Desk) -> None:
-    """Take hold of a grip, move it, let it go."""
+    """Process the drag of a handle."""
     desk.gripping = False
     if _shows(desk):
         desk.panel_state["over"] = _drag(desk, _grips(desk))
 
 
 def draw(desk: Desk) -> None:
-    """Lines and grips, over the picture."""
+    """Draw outlines and handles over the picture."""
     document = desk.document
     if document is None or not _shows(desk):
         return
-    camera, room = document.view.camera, desk.room
+    camera = document.view.camera
     drawn = imgui.get_background_draw_list()
-    drawn.push_clip_rect(imgui.ImVec2(room.x, room.y), imgui.ImVec2(room.x + room.width, room.y + room.height))
+    drawn.push_clip_rect(*parts.corners(desk.viewport))
     for start, end in handles.outline(document.scene):
         one, other = handles.position_of(camera, start), handles.position_of(camera, end)
         if one is not None and other is not None:
@@ -52,7 +53,7 @@ def _shows(desk: Desk) -> bool:
 
 
 def _grips(desk: Desk) -> list[tuple[Handle, Position]]:
-    """Handles in front of the eye, and where they are in the picture."""
+    """Return the handles in front of the eye, with their positions in the picture."""
     assert desk.document is not None
     camera = desk.document.view.camera
     found: list[tuple[Handle, Position]] = []
@@ -62,23 +63,23 @@ def _grips(desk: Desk) -> list[tuple[Handle, Position]]:
             continue
         foot = found[-1] if found else None
         if each.turns and foot is not None and foot[0].plane == each.plane:
-            position = _apart(foot[1], position, 2 * _APART / max(desk.room.height, 1))
+            position = _apart(foot[1], position, 2 * _APART / max(desk.viewport.height, 1))
         found.append((each, position))
     return found
 
 
 def _apart(foot: Position, tip: Position, least: float) -> Position:
-    """The tip in its direction from the foot, at least so far from it."""
-    ray = np.subtract(tip, foot)
-    length = float(np.linalg.norm(ray))
+    """Return the tip, moved away from the foot to at least a distance `least`."""
+    arrow = np.subtract(tip, foot)
+    length = float(np.linalg.norm(arrow))
     if length >= least:
         return tip
-    ray = ray / length if length > 1e-3 * least else np.array((0.6, 0.8))
-    return float(foot[0] + least * ray[0]), float(foot[1] + least * ray[1])
+    arrow = arrow / length if length > 1e-3 * least else np.array((0.6, 0.8))
+    return float(foot[0] + least * arrow[0]), float(foot[1] + least * arrow[1])
 
 
 def _drag(desk: Desk, grips: list[tuple[Handle, Position]]) -> int | None:
-    """Take hold, move, let go; the number of the grip that is held or pointed at."""
+    """Start, continue or end a drag; return the number of the handle that is dragged or under the mouse."""
     io, state, document = imgui.get_io(), desk.panel_state, desk.document
     assert document is not None
     mouse = io.mouse_pos
@@ -87,27 +88,27 @@ def _drag(desk: Desk, grips: list[tuple[Handle, Position]]) -> int | None:
         held = state["grip"] = None
     if held is not None:
         handle, _ = grips[held]
-        now, before = desk.room.position(mouse.x, mouse.y), state["gripped at"]
+        now, before = desk.viewport.position(mouse.x, mouse.y), state["gripped at"]
         by = now[0] - before[0], now[1] - before[1]
         _pull(desk, handle, by)
         state["gripped at"] = now
         desk.gripping = True
         return int(held)
-    if io.want_capture_mouse or desk.steering.dragging or not desk.room.holds(mouse.x, mouse.y):
+    if io.want_capture_mouse or desk.steering.dragging or not desk.viewport.holds(mouse.x, mouse.y):
         return None
     for number, (handle, position) in enumerate(grips):
         at = _point(desk, position)
         if np.hypot(at.x - mouse.x, at.y - mouse.y) < _REACH:
             desk.gripping = True
             if imgui.is_mouse_clicked(0):
-                state["grip"], state["gripped at"] = number, desk.room.position(mouse.x, mouse.y)
+                state["grip"], state["gripped at"] = number, desk.viewport.position(mouse.x, mouse.y)
                 state["grip away"] = handles.points_away(handle, document.view.camera)
             return number
     return None
 
 
 def _pull(desk: Desk, handle: Handle, by: Position) -> None:
-    """Move a handle, or turn what it turns."""
+    """Move a handle, or turn its plane."""
     document = desk.document
     assert document is not None
     scene, camera = document.scene, document.view.camera
@@ -116,12 +117,10 @@ def _pull(desk: Desk, handle: Handle, by: Position) -> None:
             away = bool(desk.panel_state.get("grip away"))
             desk.change("grip", **handles.turned(scene, handle, camera, by, away=away))
         return
-    ray = handles.ray_of(handle, camera, by, scene.box.radius)
-    if ray:
-        desk.change("grip", **handles.moved(scene, handle, ray))
+    distance = handles.drag_distance(handle, camera, by, scene.box.radius)
+    if distance:
+        desk.change("grip", **handles.moved(scene, handle, distance))
 
 
 def _point(desk: Desk, position: Position) -> imgui.ImVec2:
-    room = desk.room
-    half = room.height / 2
-    return imgui.ImVec2(room.x + room.width / 2 + position[0] * half, room.y + half - position[1] * half)
+    return imgui.ImVec2(*desk.viewport.point(position))

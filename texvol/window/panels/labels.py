@@ -1,4 +1,4 @@
-"""Labels of a segmentation: each has a colour and an opacity, and can be hidden."""
+"""Labels of a segmentation in the Medium tab: colour, opacity and visibility of each."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from texvol.window import editing
 from texvol.window.desk import Desk
 from texvol.window.panels import parts
 
-_MOST = 400  # rows: nobody goes through more of them by hand
+_MOST = 400  # rows
 
 
 def look_of(medium: TransferFunction, volume: Volume) -> LabelLook:
-    """How each label looks; opacities are those of one smallest spacing."""
+    """Return the colour of each label, and its opacity over one smallest spacing."""
     labels = label_counts(volume).labels
     optics = medium.classify(labels.astype(np.float64))
     opacities = np.clip(editing.opacity_of(optics.extinction, volume.smallest_spacing), 0, 1)
@@ -34,7 +34,7 @@ def look_of(medium: TransferFunction, volume: Volume) -> LabelLook:
 
 
 def show(desk: Desk, scene: Scene, medium: TransferFunction, number: int) -> None:
-    """A row for each."""
+    """Show a row for each label."""
     volume, state = scene.volumes[number], desk.panel_state
     if state.get("look_of") is not medium:
         state["look_of"], state["look"] = medium, look_of(medium, volume)
@@ -47,8 +47,9 @@ def show(desk: Desk, scene: Scene, medium: TransferFunction, number: int) -> Non
         imgui.text_disabled(f"and {len(names) - _MOST} more")
     if wanted is not look:
         found = label_function(volume, wanted.opacities, wanted.colors)
-        # Every slide of one hand is one step back.
-        desk.change("labels", **editing.with_medium(scene, number, replace(found, name=medium.name)))
+        # All changes of one drag are one step of the history.
+        found = replace(found, name=medium.name)
+        desk.change("labels", **editing.with_transfer_function(scene, number, found))
 
 
 def _all(look: LabelLook) -> LabelLook:

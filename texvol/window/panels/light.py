@@ -1,4 +1,4 @@
-"""Light, and how matter answers it."""
+"""Light tab: lights and the reflection of the medium."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from texvol.window.panels import parts
 
 
 def show(desk: Desk, document: Document) -> None:
-    """The tab."""
+    """Show the Light tab."""
     scene = document.scene
     changed, on = parts.switch("light", scene.lighting is not None)
     if changed:
@@ -24,15 +24,15 @@ def show(desk: Desk, document: Document) -> None:
         return
     if scene.lighting is None:
         surface = scene.mode == "isosurface"
-        said = "A light at the eye, until another is chosen." if surface else "Matter shows its own colour."
-        imgui.text_disabled(said)
+        surface_text = "One light at the eye is used until you switch lights on."
+        imgui.text_disabled(surface_text if surface else "Without light, the medium shows its own colours.")
         return
-    _medium(desk, scene.lighting, scene)
+    _reflection(desk, scene.lighting, scene)
     imgui.separator_text("Lights")
     _lights(desk, scene.lighting, scene)
 
 
-def _medium(desk: Desk, lighting: Lighting, scene: Scene) -> None:
+def _reflection(desk: Desk, lighting: Lighting, scene: Scene) -> None:
     for name, most in (("ambient", 1.0), ("diffuse", 1.5), ("specular", 1.5), ("shininess", 128.0)):
         changed, value = parts.slider(name, getattr(lighting, name), 0.0, most, "%.2f")
         if changed:

@@ -1,4 +1,4 @@
-"""The transfer function over the histogram, below classification and mode."""
+"""Medium tab: mode, classification, and the editor of the transfer function over the histogram."""
 
 from __future__ import annotations
 
@@ -23,33 +23,33 @@ from texvol.window.histogram import Histogram
 from texvol.window.naming import volume_called
 from texvol.window.panels import axis, labels, mode, parts, steps
 
-# Of the panel: in one of 600 pixels all that is edited of a point, and of the whole curve, is seen without scrolling.
+# Fraction of the panel: with a height of 600 pixels, all controls of the curve are visible without scrolling.
 _PLOT_FRACTION = 0.26
 _LOWEST_PLOT, _HIGHEST_PLOT = 90.0, 260.0  # window coordinates at scale 1
-_LENGTH = 1 / 20  # of the mean edge of the box: over it a proposed transfer function fills the height
-_MOST_OPACITY = 0.9999  # by hand: beyond, it is opaque by the switch
-_ENOUGH = 40  # points: more would be one line of points
+_LENGTH = 1 / 20  # of the box's mean edge: over that length, proposed transfer functions use the plot's height
+_MOST_OPACITY = 0.9999  # by dragging: a switch makes a point opaque
+_ENOUGH = 40  # points: more points would overlap
 _POINT = 6.0
-_EXTINCTION = 0.45  # of what the switch beside it leaves: the rest is for its unit
-_REMEMBERED = 100  # names of transfer functions, as many as there are steps back
-_LETTERS = 22  # of a file's name, that a channel's number has room beside it
-_NO_BUTTON = 4  # that a mouse has
+_EXTINCTION = 0.45  # fraction of the width beside the switch: the rest is for the unit
+_REMEMBERED = 100  # names of transfer functions
+_LETTERS = 22  # of a file name: leaves room for a channel's number
+_NO_BUTTON = 4  # no mouse button has this number
 
 
 def show(desk: Desk, document: Document) -> None:
-    """The tab."""
+    """Show the Medium tab."""
     scene = document.scene
     mode.show(desk, scene)
     imgui.separator_text("Transfer function")
-    number = _which(desk, scene)
-    medium = editing.medium_of(scene, number)
+    number = _volume_number(desk, scene)
+    medium = editing.transfer_function_of(scene, number)
     if medium is None or scene.volumes[number].labels:
         steps.show(desk, document)
     if medium is None:
-        imgui.text_disabled("There is none: the mode shows numbers." if number == 0 else "There is none.")
+        imgui.text_disabled("No transfer function: the mode shows numbers." if number == 0 else "No transfer function.")
         return
     if scene.mode in NUMBER_MODES and number_colors(scene, document.showing.window) is None:
-        imgui.text_disabled("The mode shows numbers, and none of this.")
+        imgui.text_disabled("The mode shows numbers and does not use the transfer function.")
     if scene.volumes[number].labels:
         labels.show(desk, scene, medium, number)
         return
@@ -57,14 +57,14 @@ def show(desk: Desk, document: Document) -> None:
     _curve(desk, document, medium, number)
 
 
-def _which(desk: Desk, scene: Scene) -> int:
-    """Number of the volume whose transfer function is edited; chosen where there are several."""
+def _volume_number(desk: Desk, scene: Scene) -> int:
+    """Return the number of the edited volume; show a choice if there are several volumes."""
     state = desk.panel_state
     if not scene.added:
         _edits(state, scene.volume)
         return 0
     names = [f"{position + 1}: {volume_called(each, _LETTERS)}" for position, each in enumerate(scene.volumes)]
-    imgui.set_next_item_width(-1)  # for names that tell volumes of one file apart
+    imgui.set_next_item_width(-1)  # wide, because names of volumes from one file differ at their ends
     number = names.index(parts.choice("##volume", names[min(state.get("volume", 0), len(names) - 1)], names))
     imgui.set_item_tooltip(f"volume {number + 1}: {volume_called(scene.volumes[number])}")
     state["volume"] = number
@@ -73,7 +73,7 @@ def _which(desk: Desk, scene: Scene) -> int:
 
 
 def _edits(state: dict[str, Any], volume: Volume) -> None:
-    """Forget what is known of another volume's transfer function."""
+    """Forget the state of the editor if another volume is edited."""
     if state.get("edited") is not volume:
         state["edited"] = volume
         for key in ("named", "curve_of", "length", "density", "look_of"):
@@ -82,7 +82,7 @@ def _edits(state: dict[str, Any], volume: Volume) -> None:
 
 @dataclass(frozen=True)
 class _Named:
-    """What a transfer function is called, and which of a preset's materials are in it."""
+    """Transfer function with its displayed name and, for a preset, its materials and which of them are shown."""
 
     medium: TransferFunction
     name: str
@@ -97,7 +97,7 @@ def _presets(desk: Desk, document: Document, medium: TransferFunction, number: i
         opened = (os.path.basename(given) if given else "proposed") if number == 0 else "as opened"
         found = medium.materials if opened in transfer.PRESETS else ()
         state["named"] = [_Named(medium, opened, found, frozenset(found))]
-    # By what is there and not by what was done last: that may have been undone.
+    # Looked up by the transfer function, because undo may have brought back an earlier one.
     named = next((each for each in state["named"] if each.medium is medium), _Named(medium, "own"))
     names = transfer.PRESETS if named.name in transfer.PRESETS else (named.name, *transfer.PRESETS)
     imgui.set_next_item_width(imgui.get_content_region_avail().x - steps.width())
@@ -117,12 +117,12 @@ def _presets(desk: Desk, document: Document, medium: TransferFunction, number: i
 
 
 def _apply(desk: Desk, scene: Scene, number: int, named: _Named) -> None:
-    if desk.change(**editing.with_medium(scene, number, named.medium)):
+    if desk.change(**editing.with_transfer_function(scene, number, named.medium)):
         desk.panel_state["named"] = [*desk.panel_state["named"][-_REMEMBERED:], named]
 
 
 def _materials(desk: Desk, scene: Scene, number: int, named: _Named) -> None:
-    """Which of a preset's materials show."""
+    """Show switches for the materials of a preset."""
     for position, name in enumerate(named.materials):
         if position % 2:
             imgui.same_line(imgui.get_content_region_avail().x / 2)
@@ -142,7 +142,7 @@ def _curve(desk: Desk, document: Document, medium: TransferFunction, number: int
     state = desk.panel_state
     if state.get("curve_of") is not medium:
         state["curve_of"], state["curve"] = medium, Curve.of(medium)
-        state["density"] = 0.0  # of whatever is there now
+        state["density"] = 0.0  # log10 of the factor since this curve was set
         state["bounds"] = _bounds(document.histogram(number), state["curve"])
         state["selected"] = min(state.get("selected", 0), len(state["curve"].points) - 1)
     curve: Curve = state["curve"]
@@ -150,47 +150,47 @@ def _curve(desk: Desk, document: Document, medium: TransferFunction, number: int
     histogram = document.histogram(number)
     length = float(state.setdefault("length", _LENGTH * float(np.linalg.norm(box.box_edges, axis=0).mean())))
     edited = _plot(desk, histogram, medium, curve, _Height(length, box.unit))
-    imgui.text_disabled("double click: new point · right click: take away")
+    imgui.text_disabled("double click: add a point · right click: remove")
     edited = _selected(desk, edited, medium, length, box.unit)
     edited = _whole(desk, edited)
     if edited is not curve:
         changed = edited.applied(medium)
-        if desk.change("curve", **editing.with_medium(document.scene, number, changed)):
+        if desk.change("curve", **editing.with_transfer_function(document.scene, number, changed)):
             state["curve_of"], state["curve"] = changed, edited
     _unit(desk, length, box.unit)
 
 
 @dataclass(frozen=True)
 class _Height:
-    """What the height of the plot stands for: the opacity of so much length."""
+    """Meaning of the plot's height: the opacity over a length."""
 
     length: float
     unit: str
 
     @property
     def text(self) -> str:
-        """In words."""
+        """Label of the plot."""
         return f"opacity of {self.length:.3g} {self.unit or 'units'}"
 
 
 def _bounds(histogram: Histogram, curve: Curve) -> tuple[float, float]:
-    """The histogram's ends, or those of a curve that goes beyond: else points could not be reached."""
+    """Return the range of the histogram, extended to the curve's ends so that all points can be reached."""
     low, high = float(histogram.edges[0]), float(histogram.edges[-1])
     return min(low, curve.points[0].value), max(high, curve.points[-1].value)
 
 
 def _tall() -> float:
-    scale = max(float(imgui.get_style().font_scale_dpi), 1.0)
+    scale = parts.scale()
     return float(min(max(_PLOT_FRACTION * imgui.get_window_height(), _LOWEST_PLOT * scale), _HIGHEST_PLOT * scale))
 
 
 def _plot(desk: Desk, histogram: Histogram, medium: TransferFunction, curve: Curve, height: _Height) -> Curve:
-    """The curve over the histogram; points are dragged, added by a double click, taken away by a right click."""
+    """Show the curve over the histogram, with points to drag, to add by double click and to remove by right click."""
     state, length = desk.panel_state, height.length
     low, high = state["bounds"]
     flags = implot.Flags_.no_legend | implot.Flags_.no_mouse_text | implot.Flags_.no_menus | implot.Flags_.no_title
     flags |= implot.Flags_.no_box_select
-    # Of another name with other ends: the library keeps what it shows of a plot, whatever is in it.
+    # The name contains the range, because ImPlot remembers the shown range of a plot by its name.
     if not implot.begin_plot(f"##{low!r} {high!r}", imgui.ImVec2(-1, _tall()), flags):
         return curve
     plain = implot.AxisFlags_.no_highlight | implot.AxisFlags_.no_menus
@@ -199,7 +199,7 @@ def _plot(desk: Desk, histogram: Histogram, medium: TransferFunction, curve: Cur
     implot.setup_axis_limits(implot.ImAxis_.x1, low - 0.02 * (high - low), high + 0.02 * (high - low))
     implot.setup_axis_limits(implot.ImAxis_.y1, -0.04, 1.06, implot.Cond_.always)
     implot.setup_axis_limits_constraints(implot.ImAxis_.x1, low - (high - low), high + (high - low))
-    implot.get_input_map().fit = _NO_BUTTON  # a double click is a new point
+    implot.get_input_map().fit = _NO_BUTTON  # a double click adds a point
     implot.setup_finish()
     _columns(histogram.edges, histogram.heights(bool(state.get("log", True))))
     _line(medium, curve, length, low, high)
@@ -275,7 +275,7 @@ def _points(state: dict[str, Any], curve: Curve, length: float) -> Curve:
         if clicked:
             state["selected"] = index
         if changed:
-            # A point that is opaque stays so until it is pulled down.
+            # An opaque point stays opaque until it is dragged down.
             opaque = np.isinf(point.extinction) and y > 0.98
             extinction = point.extinction if opaque else extinction_of(float(np.clip(y, 0, _MOST_OPACITY)), length)
             edited, state["selected"] = edited.moved(index, float(x), extinction), index
@@ -285,7 +285,7 @@ def _points(state: dict[str, Any], curve: Curve, length: float) -> Curve:
 
 
 def _selected(desk: Desk, curve: Curve, medium: TransferFunction, length: float, unit: str) -> Curve:
-    """The point that was clicked last, in numbers."""
+    """Show the values of the selected point as numbers."""
     index = desk.panel_state.get("selected", 0)
     if not 0 <= index < len(curve.points) or len(curve.points) > _ENOUGH:
         return curve
@@ -318,7 +318,7 @@ def _selected(desk: Desk, curve: Curve, medium: TransferFunction, length: float,
 
 
 def _whole(desk: Desk, curve: Curve) -> Curve:
-    """The curve as a whole: its range, and how dense it is."""
+    """Show controls of the whole curve: its range, and a factor of its extinction."""
     low, high = desk.panel_state["bounds"]
     first, last = curve.points[0].value, curve.points[-1].value
     if last > first:

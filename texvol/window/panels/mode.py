@@ -1,4 +1,4 @@
-"""Classification and mode; what an X-ray integrates, and how numbers are shown."""
+"""Mode and classification; the integrand of an X-ray, and the colouring of numbers."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _NO_AIR, _VALUE = "plain integral", "above a value"
 
 
 def show(desk: Desk, scene: Scene) -> None:
-    """The controls."""
+    """Show the controls."""
     mode = parts.choice("mode", scene.mode, MODES)
     if mode != scene.mode:
         desk.change(**editing.with_mode(scene, mode))
@@ -37,7 +37,7 @@ def show(desk: Desk, scene: Scene) -> None:
 
 
 def _air(desk: Desk, scene: Scene) -> None:
-    """Integrand."""
+    """Show the integrand of an X-ray."""
     now = scene.air if scene.air == HOUNSFIELD else _NO_AIR if scene.air is None else _VALUE
     chosen = parts.choice("integrates", str(now), (HOUNSFIELD, _VALUE, _NO_AIR))
     low, high = scene.volume.finite_range or (0.0, 1.0)
@@ -52,7 +52,7 @@ def _air(desk: Desk, scene: Scene) -> None:
 
 
 def _numbers(desk: Desk, scene: Scene) -> None:
-    """Grey or colours; numbers from black to white."""
+    """Show the colouring of numbers, and the window of grey values."""
     assert desk.document is not None
     showing, names = desk.document.showing, list(_COLORING_NAMES.values())
     now = "grey" if showing.window is not None else scene.coloring
@@ -67,7 +67,7 @@ def _numbers(desk: Desk, scene: Scene) -> None:
 def _window(desk: Desk, scene: Scene) -> None:
     assert desk.document is not None
     showing, shown = desk.document.showing, desk.director.shown
-    found = imgui.checkbox("find black and white", showing.window is None)
+    found = imgui.checkbox("automatic black and white", showing.window is None)
     low, high = possible_range(scene)
     if found[0]:
         seen = shown.metadata.get("window") if shown is not None else None

@@ -1,37 +1,38 @@
-"""What is asked of volumes that were dropped while a scene is open: whether they take its place, or come into it."""
+"""Question about volumes that were dropped while a scene is open: open them, or add them to the scene."""
 
 from __future__ import annotations
 
 from imgui_bundle import imgui
 
-from texvol.window import additions, contents
+from texvol.window import contents, opening
 from texvol.window.desk import Desk
+from texvol.window.panels import parts
 
 _WIDTH = 300.0  # window coordinates at scale 1
 
 
 def show(desk: Desk) -> None:
-    """The question, until it is answered."""
+    """Show the question until it is answered."""
     paths, document = desk.offered, desk.document
     if not paths or document is None:
         return
-    room, scale = desk.room, max(imgui.get_style().font_scale_dpi, 1.0)
-    middle = imgui.ImVec2(room.x + room.width / 2, room.y + room.height / 2)
+    viewport, scale = desk.viewport, parts.scale()
+    middle = imgui.ImVec2(viewport.x + viewport.width / 2, viewport.y + viewport.height / 2)
     imgui.set_next_window_pos(middle, imgui.Cond_.appearing.value, imgui.ImVec2(0.5, 0.5))
     flags = imgui.WindowFlags_.always_auto_resize | imgui.WindowFlags_.no_collapse
     _, stays = imgui.begin(f"{contents.named(paths)}###offer", True, flags)
     if imgui.is_window_appearing():
         imgui.set_window_focus()
-    width = imgui.ImVec2(min(_WIDTH * scale, max(room.width - 40, 120)), 0)
+    width = imgui.ImVec2(min(_WIDTH * scale, max(viewport.width - 40, 120)), 0)
     answers = {
-        "open": "open in place of the scene" if len(paths) == 1 else "open in place of the scene, as one",
+        "open": "open and close this scene" if len(paths) == 1 else "open as one scene and close this one",
         "add": "add to the scene",
-        **({"mask": "use as its mask"} if len(paths) == 1 and document.scene.mask is None else {}),
+        **({"mask": "use as a mask of the volume"} if len(paths) == 1 and document.scene.mask is None else {}),
         "cancel": "cancel",
     }
     pressed = [name for name, text in answers.items() if imgui.button(text, width)]
     if document.unsaved:
-        imgui.text_disabled("The scene has changes that are not saved.")
+        imgui.text_disabled("This scene has unsaved changes.")
     typing = imgui.is_any_item_active()
     if not typing and (imgui.is_key_pressed(imgui.Key.enter) or imgui.is_key_pressed(imgui.Key.keypad_enter)):
         pressed.append("open")
@@ -46,9 +47,9 @@ def show(desk: Desk) -> None:
 def _answer(desk: Desk, paths: tuple[str, ...], answer: str) -> None:
     assert desk.document is not None
     if answer == "open":
-        additions.open_all(desk, paths)
+        opening.open_all(desk, paths)
     elif answer == "add":
         for path in paths:
-            desk.add(path)
+            opening.add(desk, path)
     elif answer == "mask":
-        additions.mask(desk, desk.document.scene.volume, paths[0])
+        opening.mask(desk, desk.document.scene.volume, paths[0])

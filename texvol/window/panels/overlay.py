@@ -1,4 +1,4 @@
-"""What is said over the picture: how fast and how right it is, messages, the keys."""
+"""Texts over the picture and at the foot of the side panel: frame rate and error, messages, table of keys."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ import numpy as np
 from imgui_bundle import imgui
 
 from texvol.scene.display import NUMBER_MODES
+from texvol.window import commands
 from texvol.window.desk import Desk
-from texvol.window.quality import error_text, share_text
+from texvol.window.quality import error_fraction, error_text
 from texvol.window.steering import BINDINGS, MOUSE
 
 _PLAIN = (
@@ -23,26 +24,26 @@ _PLAIN = (
 _FAULT = imgui.ImVec4(1.0, 0.62, 0.52, 1.0)
 _ALPHA = 0.72
 _MARGIN = 10.0
-_MESSAGES = 3  # at once: more would cover the picture
-_MOTION = 3  # pictures: fewer are single changes, and no motion
-_WORTH_SAYING = 2.0  # seconds
-_BETWEEN = 1 / 60  # seconds: a change is seen in the frame after the one that shows the last picture
+_MESSAGES = 3  # shown at once
+_MOTION = 3  # pictures: fewer are single changes
+_WORTH_SHOWING = 2.0  # seconds
+_BETWEEN = 1 / 60  # seconds: a change is noticed in the frame after the one that shows the last picture
 
 
 def status_height(desk: Desk) -> float:
-    """Room that the status takes at the foot of the panels."""
+    """Return the height of the status lines at the foot of the panel."""
     width = imgui.get_content_region_avail().x
     lines = status_lines(desk)
     spacing = imgui.get_style().item_spacing.y
     needed = sum(imgui.calc_text_size(line, False, width).y + spacing for line in lines) + 2 * spacing if lines else 0.0
-    # Never less than before: else whatever is above would move under the mouse.
+    # The height never decreases, because the controls above would move under the mouse.
     height = max(needed, float(desk.panel_state.get("status height", 0.0)))
     desk.panel_state["status height"] = height
     return height
 
 
 def status(desk: Desk) -> None:
-    """Frames per second, slabs, error and what is modelled."""
+    """Show frames per second, slabs, error, and what is modelled."""
     lines = status_lines(desk)
     if not lines:
         return
@@ -54,7 +55,7 @@ def status(desk: Desk) -> None:
 
 
 def status_lines(desk: Desk) -> list[str]:
-    """The lines of the status."""
+    """Return the status lines."""
     shown, document = desk.director.shown, desk.document
     if shown is None or document is None:
         return []
@@ -67,7 +68,7 @@ def status_lines(desk: Desk) -> list[str]:
         first = f"{slabs} · {width} × {height}" + (f" ({fraction:.0%})" if fraction < 1 else "")
     elif shown.state == "refining":
         known = f"{error_text(metadata, numbers=numbers)}, checking" if "reached" in metadata else "refining"
-        known += _taken(desk)
+        known += _refining_time(desk)
         first = f"{known} · {slabs} · {width} × {height}"
     else:
         seconds = metadata.get("seconds", 0.0)
@@ -82,15 +83,15 @@ def status_lines(desk: Desk) -> list[str]:
 
 
 def _missed(metadata: Mapping[str, Any], *, numbers: bool) -> str:
-    """What is to be said where the error that was wanted is not reached."""
+    """Return a text about a wanted error that was not reached, else an empty text."""
     wanted = metadata.get("wanted_error")
     if metadata.get("reached", True) or wanted is None:
         return ""
-    return f", over {wanted:.3g}" if numbers else f", over {share_text(wanted)}"
+    return f", over {wanted:.3g}" if numbers else f", over {error_fraction(wanted)}"
 
 
-def _taken(desk: Desk) -> str:
-    """How long it has been refined, once that is worth saying."""
+def _refining_time(desk: Desk) -> str:
+    """Return a text about the time of refining, if it is longer than a moment."""
     shown = desk.director.shown
     assert shown is not None
     version, since = desk.panel_state.get("refined since", (0, 0.0))
@@ -98,13 +99,13 @@ def _taken(desk: Desk) -> str:
         since = desk.now
         desk.panel_state["refined since"] = shown.version, since
     seconds = desk.now - since
-    return f" for {seconds:.0f} s" if seconds >= _WORTH_SAYING else ""
+    return f" for {seconds:.0f} s" if seconds >= _WORTH_SHOWING else ""
 
 
 def frames_per_second(desk: Desk) -> float:
-    """New pictures per second when there was something to draw lately; 0 where there never was.
+    """Return new pictures per second during the last motion; 0 before the first motion.
 
-    A pause counts for nothing: a picture shows a change, and what goes before that is no time of its own.
+    Pauses do not count: the time of a picture begins with the change that it shows.
     """
     frames = desk.panel_state.get("frames", [])
     moving = [frame for frame in frames if frame.picture_seconds and frame.state == "moving" and frame.picture > 1]
@@ -115,7 +116,7 @@ def frames_per_second(desk: Desk) -> float:
 
 
 def messages(desk: Desk) -> None:
-    """What was said lately, and what goes on, in the upper left corner."""
+    """Show recent messages and the progress of reading and writing in the upper left corner."""
     lines = [(each.text, each.is_fault) for each in desk.messages[-_MESSAGES:]]
     if desk.loading is not None:
         lines.append((f"opening {desk.loading.name} …", False))
@@ -125,14 +126,14 @@ def messages(desk: Desk) -> None:
         lines.append((f"writing … {desk.writing:.0%}", False))
     if not lines:
         return
-    room = desk.room
-    imgui.set_next_window_pos(imgui.ImVec2(room.x + _MARGIN, room.y + _MARGIN))
+    viewport = desk.viewport
+    imgui.set_next_window_pos(imgui.ImVec2(viewport.x + _MARGIN, viewport.y + _MARGIN))
     imgui.set_next_window_bg_alpha(0.9)
-    _texts("messages", lines, max(min(room.width - 5 * _MARGIN, 560), 80))
+    _texts("messages", lines, max(min(viewport.width - 5 * _MARGIN, 560), 80))
 
 
 def probed(desk: Desk) -> None:
-    """What is under the cursor, beside it."""
+    """Show the probed value beside the cursor."""
     found, document = desk.probed, desk.document
     if found is None or document is None:
         return
@@ -142,9 +143,9 @@ def probed(desk: Desk) -> None:
     if np.isfinite(found.extinction):
         lines.append((f"extinction {found.extinction:.4g} per {unit or 'unit'}", False))
     x, y = desk.steering.cursor
-    room = desk.room
-    # To that side of the cursor where there is more room.
-    beside = imgui.ImVec2(float(x > room.x + room.width / 2), float(y > room.y + room.height / 2))
+    viewport = desk.viewport
+    # On the side of the cursor with more room.
+    beside = imgui.ImVec2(float(x > viewport.x + viewport.width / 2), float(y > viewport.y + viewport.height / 2))
     away = 16.0
     imgui.set_next_window_pos(imgui.ImVec2(x + away - 2 * away * beside.x, y + away - 2 * away * beside.y), 0, beside)
     imgui.set_next_window_bg_alpha(_ALPHA)
@@ -152,10 +153,10 @@ def probed(desk: Desk) -> None:
 
 
 def _texts(name: str, lines: list[tuple[str, bool]], width: float) -> None:
-    """A small window of lines, none wider than so much, in which faults stand out."""
+    """Show lines of text in a small window, wrapped at a width; faults have another colour."""
     sizes = [imgui.calc_text_size(text, False, width) for text, _ in lines]
     style = imgui.get_style()
-    # Told, because a window that fits itself does so a frame later.
+    # The size is set, because a window that fits itself has its new size one frame late.
     inner = sum(size.y for size in sizes) + style.item_spacing.y * (len(sizes) - 1)
     widest = max(size.x for size in sizes)
     imgui.set_next_window_size(
@@ -180,7 +181,7 @@ _KEY_NAMES = {
 
 
 def key_text(chord: str) -> str:
-    """A chord as it is written on a keyboard."""
+    """Return a chord as it is printed on keys."""
     *modifiers, key = chord.split("+")
     if modifiers == ["shift"] and key == "slash":
         return "?"
@@ -190,7 +191,7 @@ def key_text(chord: str) -> str:
 
 
 def key_rows() -> list[tuple[str, str]]:
-    """What mouse and keys are called, and what they do."""
+    """Return the names of mouse actions and keys, with their descriptions."""
     rows = list(MOUSE)
     for each in BINDINGS:
         chords = each.chords[:1] if "left" in each.chords else each.chords
@@ -199,15 +200,15 @@ def key_rows() -> list[tuple[str, str]]:
 
 
 def _wide(rows: list[tuple[str, str]]) -> float:
-    """What a table of them takes."""
+    """Return the width of a table of rows."""
     padding = 2 * imgui.get_style().cell_padding.x
     return sum(max(imgui.calc_text_size(row[side]).x for row in rows) + padding for side in (0, 1))
 
 
 def keys(desk: Desk) -> None:
-    """The page of keys; in two columns where one is too high, and there is room for two; else it scrolls."""
+    """Show the table of keys, in two columns if one column is too high and two columns fit; else it scrolls."""
     rows, style = key_rows(), imgui.get_style()
-    whole = imgui.get_io().display_size  # the panels may be covered: nobody reads both
+    whole = imgui.get_io().display_size  # the table may cover the side panel
     line = imgui.get_text_line_height() + 2 * style.cell_padding.y
     margin = 2 * style.window_padding.x
     title = imgui.get_frame_height() + 2 * style.window_padding.y
@@ -218,8 +219,8 @@ def keys(desk: Desk) -> None:
     needed = title + line * each + style.item_spacing.y
     wide = both if columns == 2 else _wide(rows) + margin + (style.scrollbar_size if needed > whole.y else 0)
     size = imgui.ImVec2(min(wide, max(whole.x, 1)), min(needed, max(whole.y, 1)))
-    room = desk.room
-    beside = room.width if size.x <= room.width else whole.x
+    viewport = desk.viewport
+    beside = viewport.width if size.x <= viewport.width else whole.x
     imgui.set_next_window_pos(imgui.ImVec2(max((beside - size.x) / 2, 0), max((whole.y - size.y) / 2, 0)))
     imgui.set_next_window_size(size)
     flags = imgui.WindowFlags_.no_collapse | imgui.WindowFlags_.no_move | imgui.WindowFlags_.no_resize
@@ -235,4 +236,4 @@ def keys(desk: Desk) -> None:
         imgui.end_table()
     imgui.end()
     if not stays:
-        desk.run("help")
+        commands.run(desk, "help")

@@ -1,7 +1,7 @@
-"""Axial, coronal and sagittal slices with a crosshair, window and level; one of them fills the panel if it is wanted.
+"""Slices tab: axial, coronal and sagittal slices with a crosshair, window and level.
 
-They lie beside or under each other, as they are largest; where all of them would be small in a low window, each is as
-wide as the panel, and the panel scrolls.
+The slices are arranged so that they are as large as possible. In a low window each is as wide as the panel, and the
+panel scrolls. A double click makes one slice fill the panel.
 """
 
 from __future__ import annotations
@@ -21,16 +21,16 @@ from texvol.window.slices import NAMES, Slice, grey, letters_of, painted, slices
 
 _LINE = 0xB0_50_D0_FF  # a thin amber, ABGR
 _LEAST = 60.0  # window coordinates
-_LEAST_SLICE = 80.0  # window coordinates: its title has to find room
+_LEAST_SLICE = 80.0  # window coordinates: leaves room for a slice's title
 _GAP = 6.0
-_ARM = 14.0  # of the cross in the picture
-_WINDOWING = 300.0  # window coordinates: a drag of so many goes through all values
+_ARM = 14.0  # length of the crosshair's arms in the picture
+_WINDOWING = 300.0  # window coordinates: a drag of this length changes the window by all values
 _SIDES = ((0.0, 0.5), (1.0, 0.5), (0.5, 0.0), (0.5, 1.0))  # left, right, top, bottom
-_SMALL = 0.55  # of the width that they could have: smaller, and scrolling is the lesser evil
+_SMALL = 0.55  # fraction of the panel's width: the panel scrolls if slices would be narrower
 
 
 def show(desk: Desk, document: Document) -> None:
-    """The tab."""
+    """Show the Slices tab."""
     volume, medium, state = document.scene.volume, document.scene.transfer_function, desk.panel_state
     if not volume.labels:
         medium = None
@@ -40,7 +40,7 @@ def show(desk: Desk, document: Document) -> None:
         state["crosshair"] = (np.array(volume.dimensions) - 1) / 2
     if medium is None:
         _window(state, volume)
-    # A line, a button, and the spaces around what ends the slices.
+    # Height of the line of text, the button, and the spacing around them.
     spaces = 3 * imgui.get_style().item_spacing.y
     foot = imgui.get_text_line_height_with_spacing() + imgui.get_frame_height_with_spacing() + spaces
     available = imgui.get_content_region_avail()
@@ -53,13 +53,13 @@ def show(desk: Desk, document: Document) -> None:
     if imgui.button("turn about the crosshair"):
         document.look(navigation.with_pivot(document.view, here))
     imgui.set_item_tooltip(
-        "In the slices: a double click lets one fill the panel, or brings back all; a drag with the right button\n"
-        "changes window and level; the wheel goes through them."
+        "In a slice: double click to enlarge it or to show all; drag with the right button to change\n"
+        "window and level; turn the wheel to go through the slices."
     )
 
 
 def mark(desk: Desk) -> None:
-    """Where the crosshair is in the picture, while the tab is open; in front of whatever is there."""
+    """Draw the crosshair in the picture while the Slices tab is open, in front of everything."""
     document, state = desk.document, desk.panel_state
     if document is None or state.get("tab") != "Slices" or not desk.preferences.panels:
         return
@@ -70,13 +70,12 @@ def mark(desk: Desk) -> None:
     position = handles.position_of(document.view.camera, here)
     if position is None:
         return
-    room, arm = desk.room, _ARM * max(float(imgui.get_style().font_scale_dpi), 1.0)
-    x = room.x + room.width / 2 + position[0] * room.height / 2
-    y = room.y + room.height / 2 - position[1] * room.height / 2
+    arm = _ARM * parts.scale()
+    x, y = desk.viewport.point(position)
     drawn = imgui.get_background_draw_list()
-    drawn.push_clip_rect(imgui.ImVec2(room.x, room.y), imgui.ImVec2(room.x + room.width, room.y + room.height))
+    drawn.push_clip_rect(*parts.corners(desk.viewport))
     for right, down in ((arm, 0.0), (0.0, arm)):
-        for side in (-1, 1):  # open in the middle, where one looks
+        for side in (-1, 1):  # the centre is left free
             start = imgui.ImVec2(x + side * right / 3, y + side * down / 3)
             drawn.add_line(start, imgui.ImVec2(x + side * right, y + side * down), _LINE, 1.5)
     drawn.pop_clip_rect()
@@ -92,39 +91,40 @@ def _window(state: dict[str, Any], volume: Volume) -> None:
 
 
 def _slices(desk: Desk, volume: Volume, medium: TransferFunction | None, width: float, height: float) -> None:
-    """All of them, or the one that was chosen."""
+    """Show all slices, or only the enlarged one."""
     state = desk.panel_state
     alone = state.get("slice alone")
     names = [alone] if alone else list(NAMES)
     extents = [state["slices"][name].extent(volume) for name in names]
-    positions = tiled(extents, width, height, _GAP)
-    least = _LEAST_SLICE * max(float(imgui.get_style().font_scale_dpi), 1.0)
-    narrow = positions[0].width < _SMALL * width and positions[0].columns == 1
-    if not alone and (narrow or min(position.width for position in positions) < least):
-        positions = tiled(extents, width, np.inf, _GAP)
+    tiles = tiled(extents, width, height, _GAP)
+    least = _LEAST_SLICE * parts.scale()
+    narrow = tiles[0].width < _SMALL * width and tiles[0].columns == 1
+    if not alone and (narrow or min(tile.width for tile in tiles) < least):
+        tiles = tiled(extents, width, np.inf, _GAP)
     start = imgui.get_cursor_pos()
     bottom = 0.0
-    for name, position in zip(names, positions, strict=True):
-        imgui.set_cursor_pos(imgui.ImVec2(start.x + position.x, start.y + position.y))
-        _slice(desk, name, volume, medium, imgui.ImVec2(position.width, position.height))
-        bottom = max(bottom, position.y + position.height)
+    for name, tile in zip(names, tiles, strict=True):
+        imgui.set_cursor_pos(imgui.ImVec2(start.x + tile.x, start.y + tile.y))
+        _slice(desk, name, volume, medium, imgui.ImVec2(tile.width, tile.height))
+        bottom = max(bottom, tile.y + tile.height)
     imgui.set_cursor_pos(imgui.ImVec2(start.x, start.y + bottom))
-    imgui.dummy(imgui.ImVec2(1, 1))  # what is below begins below all of them
+    imgui.dummy(imgui.ImVec2(1, 1))  # the next control begins below all slices
 
 
 def _texture(desk: Desk, name: str, volume: Volume, medium: TransferFunction | None, number: int) -> int:
-    """The slice's picture: grey, or by the transfer function of labels."""
+    """Return the texture of a slice: grey, or labels in colour."""
     window, slice_ = desk.panel_state["window"], desk.panel_state["slices"][name]
 
     def make() -> Any:
         values = slice_.values(volume, number)
         return grey(values, window) if medium is None else painted(values, medium)
 
-    return desk.texture(name, (id(volume), number, window if medium is None else medium), make)
+    assert desk.textures is not None
+    return desk.textures.get(name, (id(volume), number, window if medium is None else medium), make)
 
 
 def _text(x: float, y: float, text: str) -> None:
-    """White, with a dark border for what is bright behind it."""
+    """Draw white text with a dark border, legible on any background."""
     draw = imgui.get_window_draw_list()
     for right, down in ((-1, 0), (1, 0), (0, -1), (0, 1)):
         draw.add_text(imgui.ImVec2(x + right, y + down), 0xC0_00_00_00, text)
@@ -132,7 +132,7 @@ def _text(x: float, y: float, text: str) -> None:
 
 
 def _windowing(state: dict[str, Any], volume: Volume) -> None:
-    """A drag with the right button in the last item: across the window's width, upwards its level."""
+    """Process a drag with the right button in the last item: sideways changes the window, upwards the level."""
     io = imgui.get_io()
     if imgui.is_item_hovered() and imgui.is_mouse_clicked(1):
         state["windowing"] = imgui.get_item_id()
@@ -147,7 +147,7 @@ def _windowing(state: dict[str, Any], volume: Volume) -> None:
 
 
 def _slice(desk: Desk, name: str, volume: Volume, medium: TransferFunction | None, size: Any) -> None:
-    """One slice; a drag in it moves the crosshair, the wheel goes through, a double click shows it alone."""
+    """Show a slice: a drag moves the crosshair, the wheel changes the slice, a double click enlarges it."""
     state = desk.panel_state
     slice_: Slice = state["slices"][name]
     index = state["crosshair"]
@@ -163,18 +163,18 @@ def _slice(desk: Desk, name: str, volume: Volume, medium: TransferFunction | Non
     _text(start.x + 5, start.y + 3, f"{name} {number}")
     for letter, (across, below) in zip(letters_of(volume, slice_) or (), _SIDES, strict=False):
         extent = imgui.calc_text_size(letter)
-        at = [low + 4 + fraction * (room - taken - 8) for low, fraction, room, taken in (
+        at = [low + 4 + fraction * (length - taken - 8) for low, fraction, length, taken in (
             (start.x, across, size.x, extent.x), (start.y, below, size.y, extent.y),
         )]  # fmt: skip
         _text(at[0], at[1], letter)
     imgui.invisible_button(name, size)
     _windowing(state, volume)
-    imgui.set_item_key_owner(imgui.Key.mouse_wheel_y)  # it goes through the slices, and does not scroll the panel
+    imgui.set_item_key_owner(imgui.Key.mouse_wheel_y)  # the wheel changes the slice and does not scroll the panel
     if not imgui.is_mouse_down(0):
         state["slice clicked"] = False
     if imgui.is_item_hovered() and imgui.is_mouse_double_clicked(0):
         state["slice alone"] = None if state.get("slice alone") else name
-        state["slice clicked"] = True  # the crosshair stays until that button is up
+        state["slice clicked"] = True  # the crosshair stays until the button is released
     elif imgui.is_item_active() and not state.get("slice clicked"):
         mouse = imgui.get_io().mouse_pos
         state["crosshair"] = slice_.moved(volume, index, (mouse.x - start.x) / size.x, (mouse.y - start.y) / size.y)

@@ -1,0 +1,94 @@
+"""Camera that leaves room for annotation: it keeps its direction, and moves back and sideways.
+
+The box is to lie between x = l and r and between y = b and t of the picture. Here x and y are distances across the view
+divided by half the picture's height (orthographic), or by that times the depth (perspective). A corner at (x, y) and
+depth z, seen from an eye that is d farther back and e farther to the right, lies at
+
+    (x - e) / (h (z + d))
+
+All corners lie right of l and left of r for some e if and only if
+
+    h d (r - l) ≥ max(x - r h z) - min(x - l h z)
+
+which is linear in d; e is then the middle of the allowed interval. In orthographic projection the height replaces h d,
+and z drops out. The same holds for y; the larger of the two distances is taken.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from texvol.annotation.drawing import check_drawable
+from texvol.annotation.legend import legends_width
+from texvol.annotation.legends import contents_of
+from texvol.annotation.request import Annotation
+from texvol.annotation.sheet import Sheet
+from texvol.scene.camera import FRAMING_MARGIN, Camera
+from texvol.scene.scene import Scene
+
+# Margins of the parts in ems: left, right, top, bottom.
+_TITLE = (0.0, 0.0, 2.2, 0.0)
+_LETTERS = (2.0, 2.0, 2.0, 2.0)
+_SCALE_BAR = (0.0, 0.0, 0.0, 2.6)
+_AXES = (4.5, 2.5, 1.0, 3.5)
+_LEGEND_AIR = 1.2
+_LEAST_LEFT = 0.4  # least fraction of each side that is left to the box: beyond, annotation has to be left out
+
+
+def framed_with_margins(camera: Camera, scene: Scene, size: tuple[int, int], annotation: Annotation) -> Camera:
+    """Return the moved camera; see `annotation.with_room`."""
+    (left, right), (bottom, top) = _free(scene, size, annotation)
+    corners = np.concatenate([
+        camera.in_eye_space(volume.corners_from_centre, volume.centre) for volume in scene.volumes
+    ])  # fmt: skip
+    x, y, z = corners.T
+    # Depths are counted from the target, because the eye's distance is what is chosen.
+    z = z - float(np.linalg.norm(np.subtract(camera.target, camera.eye)))
+    if camera.projection == "orthographic":
+        half = max(np.ptp(x) / (right - left), np.ptp(y) / (top - bottom))
+        shift = [(positions.min() + positions.max()) / 2 - (low + high) / 2 * half
+                 for positions, low, high in ((x, left, right), (y, bottom, top))]  # fmt: skip
+        return _moved(replace(camera, height=2 * float(half)), shift, 0.0)
+    slope = camera.half_height
+    distance = max(
+        (np.max(positions - high * slope * z) - np.min(positions - low * slope * z)) / (slope * (high - low))
+        for positions, low, high in ((x, left, right), (y, bottom, top))
+    )
+    depths = slope * (z + distance)
+    shift = [(np.max(positions - high * depths) + np.min(positions - low * depths)) / 2
+             for positions, low, high in ((x, left, right), (y, bottom, top))]  # fmt: skip
+    back = float(distance) - float(np.linalg.norm(np.subtract(camera.target, camera.eye)))
+    return _moved(camera, shift, back)
+
+
+def _moved(camera: Camera, shift: list[float], back: float) -> Camera:
+    across = shift[0] * camera.right + shift[1] * camera.upward
+    eye = np.array(camera.eye) + across - back * camera.forward
+    return replace(camera, eye=tuple(eye), target=tuple(np.array(camera.target) + across))
+
+
+def _free(scene: Scene, size: tuple[int, int], annotation: Annotation) -> tuple[tuple[float, float], ...]:
+    """Return the ranges of the picture that annotation leaves free, across and upwards, in half heights."""
+    sheet = Sheet(size, check_drawable(annotation, scene), scene.background, annotation.color, annotation.font_size)
+    parts = (
+        (annotation.title, _TITLE), (annotation.orientation, _LETTERS), (annotation.axes, _AXES),
+        (annotation.scale_bar, _SCALE_BAR),
+    )  # fmt: skip
+    asked = np.array([part for wanted, part in parts if wanted]).reshape(-1, 4)
+    left, right, top, bottom = (sheet.em * asked.sum(axis=0)).tolist()
+    if annotation.legend and scene.mode not in ("xray", "average"):
+        contents = contents_of(scene, annotation.value_name, None, sheet.letters)
+        right += legends_width(sheet, contents) + _LEGEND_AIR * sheet.em * bool(contents)
+    elif annotation.legend:
+        right += 2 * _LETTERS[0] * sheet.em + _LEGEND_AIR * sheet.em  # an estimate: its numbers are not known yet
+    width, height = size
+    border = (1 - 1 / FRAMING_MARGIN) / 2 * height
+    sides = []
+    for before, after, count in ((left, right, width), (bottom, top, height)):
+        before, after = max(before, border), max(after, border)
+        most = (1 - _LEAST_LEFT) * count
+        shrunk = min(1.0, most / (before + after))
+        sides.append((2 * before * shrunk / height - count / height, count / height - 2 * after * shrunk / height))
+    return tuple(sides)

@@ -1,0 +1,47 @@
+"""`texvol raycast`: the picture of `texvol render`, computed by the oracle."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from texvol.cli.common import add_depth, check_depth, check_outputs_apart
+from texvol.formats.pictures import depth as depth_picture
+from texvol.formats.pictures import image
+from texvol.options import reading as reading_options
+from texvol.options import scene_options as options
+from texvol.output.export import PictureExport, is_exact
+from texvol.util import writing
+
+
+def add_raycast(commands: Any) -> None:
+    """Add the command's parser."""
+    parser = commands.add_parser("raycast", help="the same picture by the oracle: exact, slow, float64")
+    reading_options.add_volume_options(parser, in_scene_file=True)
+    options.add_scene_options(parser)
+    parser.add_argument("-o", "--output", metavar="IMAGE", required=True, help=f"picture: {', '.join(image.FORMATS)}")
+    add_depth(parser)
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Ray cast the scene and write the picture."""
+    scene_options = options.SceneOptions(arguments)
+    image.check_writable(arguments.output)
+    check_depth(arguments, scene_options)
+    check_outputs_apart(arguments, scene_options)
+    scene = scene_options.scene(scene_options.load(), in_8_bits=not is_exact(arguments.output))
+
+    from texvol.ray_casting import raycast
+    from texvol.ray_casting.projection import isosurface_depth
+
+    size, output = scene_options.size, arguments.output
+    export = PictureExport(scene_options, scene_options.annotation)
+    scene = export.prepared(scene, size, chose_view=scene_options.chose_view)
+    picture = export.of(raycast(scene, size), scene, output)
+    metadata = {"texvol:renderer": "ray casting, float64"}
+    metadata |= export.metadata(scene_options.volume, scene, output)
+    files = {output: image.encoded(output, picture, metadata, transparent=scene_options.transparent)}
+    if arguments.depth:
+        files[arguments.depth] = depth_picture.encoded(arguments.depth, isosurface_depth(scene, size))
+    writing.write_files(files)

@@ -1,0 +1,196 @@
+"""`texvol render`: a picture, an orbit or a time series of a volume, drawn by slicing."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import time
+from typing import TYPE_CHECKING, Any
+
+from texvol.cli.common import add_backend, add_depth, check_depth, check_outputs_apart
+from texvol.formats.films import containers as film_formats
+from texvol.formats.films import film
+from texvol.formats.pictures import depth as depth_picture
+from texvol.formats.pictures import image
+from texvol.options import reading as reading_options
+from texvol.options import scene_options as options
+from texvol.options import texts
+from texvol.output import sequences
+from texvol.output.export import PictureExport, is_exact
+from texvol.scene.scene import Scene
+from texvol.util import writing
+from texvol.util.errors import InputError
+from texvol.util.terminal import say
+
+if TYPE_CHECKING:
+    from texvol.formats.readers import TimeSeries
+    from texvol.rendering.renderer import Renderer
+    from texvol.scene.volume import Volume
+
+_FORMATS = ("auto", "rgba8", "rgba16f", "rgba32f")
+_ACCURACY = (
+    *("slab_thickness", "sampling_rate", "max_error"),
+    *("texture_format", "target_format", "early_termination", "skip_empty"),
+)
+
+
+def add_render(commands: Any) -> None:
+    """Add the command's parser."""
+    parser = commands.add_parser("render", help="a picture of a volume")
+    reading_options.add_volume_options(parser, in_scene_file=True)
+    options.add_scene_options(parser)
+    films = " or ".join(f"film{each}" for each in film_formats.FORMATS)
+    names = f"picture: {', '.join(image.FORMATS)}; with --orbit such as frame_%%04d.png, or {films}"
+    parser.add_argument("-o", "--output", metavar="IMAGE", required=True, help=names)
+    add_depth(parser)
+    _add_accuracy(parser)
+    _add_orbit(parser)
+    parser.set_defaults(run=run)
+
+
+def _add_accuracy(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("accuracy and device")
+    thickness = group.add_mutually_exclusive_group()
+    thickness.add_argument("--slab-thickness", type=texts.number, metavar="L", help="world units")
+    thickness.add_argument("--sampling-rate", type=texts.number, metavar="R", help="slabs per smallest spacing (1)")
+    thickness.add_argument(
+        "--max-error", type=texts.number, metavar="E", help="maximum absolute error of the linear picture"
+    )
+    group.add_argument("--strict", action="store_true", help="exit with status 1 if --max-error is not reached")
+    group.add_argument(
+        "--check", type=texts.pixels, metavar="N|all",
+        help="compare N random pixels, or all, with the oracle and print the error; also in --stats and the header",
+    )  # fmt: skip
+    group.add_argument("--texture-format", choices=_FORMATS, default="auto", help="format of the 3D texture")
+    group.add_argument("--target-format", choices=_FORMATS, default="auto", help="format of the framebuffer")
+    group.add_argument(
+        "--early-termination", type=texts.transmittance, metavar="T",
+        help="end a ray where its transmittance is below T (2^-22, or less than --max-error); 0: never",
+    )  # fmt: skip
+    group.add_argument(
+        "--skip-empty", action=argparse.BooleanOptionalAction, default=True,
+        help="skip cells in which nothing shows (default); the picture is the same",
+    )  # fmt: skip
+    group.add_argument(
+        "--texture-memory", type=texts.megabytes, metavar="MB",
+        help="megabytes (10^6 bytes) for textures (half of the free memory); larger volumes are drawn in bricks",
+    )  # fmt: skip
+    add_backend(group)
+    group.add_argument(
+        "--stats", type=texts.file_name, metavar="FILE.json", help="write settings, seconds and estimated error"
+    )
+    group.add_argument("--repeat", type=int, metavar="N", default=1, help="draw N times; --stats has the median")
+
+
+def _add_orbit(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group(
+        "orbit",
+        "The camera turns once around the target, about --up. Without --eye and --height all views have the same "
+        "framing, and the whole box is visible in each. --max-error applies to the first view.",
+    )
+    group.add_argument("--orbit", type=texts.views, metavar="N", help="N views, 360/N degrees apart")
+    group.add_argument("--fps", type=texts.frames_per_second, metavar="F", help="frames per second of a film (30)")
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Draw the scene, write the picture or the frames, and what was asked for beside them."""
+    scene_options = options.SceneOptions(arguments)
+    _check(arguments, scene_options)
+    start = time.perf_counter()
+    series = scene_options.series() if scene_options.all_times else None
+    volume = scene_options.load() if series is None else scene_options.placed(series[0])
+    loaded = time.perf_counter()
+    export = PictureExport(scene_options, scene_options.annotation)
+    scene = _scene(arguments, scene_options, volume, series, export)
+
+    from texvol.rendering.renderer import Renderer
+
+    with Renderer(arguments.backend, texture_memory=arguments.texture_memory) as renderer:
+        picture, depth, sequence_stats = None, None, {}
+        if series is None and arguments.orbit is None:
+            once = {"repeat": arguments.repeat, "check": arguments.check}
+            picture = renderer.render(scene, scene_options.size, **once, **_accuracy(arguments))
+            depth = renderer.depth() if arguments.depth else None
+        else:
+            sequence_stats = _draw_frames(renderer, scene, series, export, scene_options, arguments)
+        stats = renderer.stats if arguments.stats else {}
+        check, settings = renderer.check, renderer.settings
+        metadata = {"texvol:renderer": renderer.renderer_name} | (check.attributes if check else {})
+    # Encoding begins after the textures are released: both need much memory.
+    files = {}
+    if picture is not None:
+        shown, transparent = export.of(picture, scene, arguments.output), scene_options.transparent
+        metadata |= export.metadata(scene_options.volume, scene, arguments.output, settings)
+        files[arguments.output] = image.encoded(arguments.output, shown, metadata, transparent=transparent)
+    if depth is not None:
+        files[arguments.depth] = depth_picture.encoded(arguments.depth, depth)
+    if arguments.stats:
+        seconds = {"load": loaded - start, "upload": 0.0} | stats["seconds"]
+        files[arguments.stats] = _json(stats | {"seconds": seconds} | sequence_stats)
+    writing.write_files(files)
+    if check is not None and arguments.check:
+        say(check.sentence)
+
+
+def _scene(
+    arguments: argparse.Namespace,
+    scene_options: options.SceneOptions,
+    volume: Volume,
+    series: TimeSeries | None,
+    export: PictureExport,
+) -> Scene:
+    """Return the scene of a picture, or the first scene of an orbit or a time series."""
+    size, orbit = scene_options.size, arguments.orbit is not None
+    adapting_to = None
+    if series is not None:
+        film.check_output(arguments.output, len(series), size)
+        adapting_to = scene_options.placed(sequences.representative_volume(series))
+    in_8_bits = not is_exact(arguments.output)
+    scene = scene_options.scene(volume, orbit=orbit, adapting_to=adapting_to, in_8_bits=in_8_bits)
+    return export.prepared(scene, size, chose_view=scene_options.chose_view or orbit)
+
+
+def _accuracy(arguments: argparse.Namespace) -> dict[str, Any]:
+    """Return the arguments of `Renderer.render` that set its accuracy."""
+    return {name: vars(arguments)[name] for name in _ACCURACY}
+
+
+def _draw_frames(
+    renderer: Renderer,
+    scene: Scene,
+    series: TimeSeries | None,
+    export: PictureExport,
+    scene_options: options.SceneOptions,
+    arguments: argparse.Namespace,
+) -> dict[str, Any]:
+    """Draw and write a time series or an orbit, and return its part of `--stats`."""
+    if series is not None:
+        kind, frames = "time", sequences.steps(scene, series, scene_options.placed)
+    else:
+        kind, frames = "orbit", sequences.views(scene, arguments.orbit, scene_options.volume)
+    target = (scene_options.size, _accuracy(arguments), export, arguments.output)
+    how = {"transparent": scene_options.transparent, "fps": arguments.fps}
+    return {kind: sequences.draw_frames(frames, renderer, *target, **how)}
+
+
+def _json(content: dict[str, Any]) -> bytes:
+    return (json.dumps(content, indent=2, allow_nan=False) + "\n").encode()
+
+
+def _check(arguments: argparse.Namespace, scene_options: options.SceneOptions) -> None:
+    """Raise InputError, before the volume is loaded, if options conflict or an output can't be written."""
+    if not scene_options.all_times:
+        film.check_output(arguments.output, arguments.orbit, scene_options.size)
+    elif arguments.orbit is not None or arguments.depth or arguments.repeat > 1:
+        raise InputError("--time all draws every step once: leave --orbit, --depth and --repeat out")
+    if arguments.stats:
+        writing.check_writable(arguments.stats)
+    check_depth(arguments, scene_options)
+    check_outputs_apart(arguments, scene_options)
+    if arguments.repeat < 1:
+        raise InputError(f"--repeat must be at least 1, got {arguments.repeat}")
+    if arguments.check and (arguments.orbit is not None or scene_options.all_times):
+        raise InputError("--check needs a single picture: leave --orbit and --time all out")
+    if arguments.orbit is not None and arguments.repeat > 1:
+        raise InputError("--repeat draws one view several times and --orbit draws several views: give one of them")
+    film_formats.check_rate(arguments.output, arguments.fps)

@@ -1,0 +1,84 @@
+"""Compilation by numba; the only module that imports it."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from texvol.util.errors import missing_extra
+
+try:
+    from numba import config, njit, types
+    from numba.extending import intrinsic
+except ImportError as error:
+    raise missing_extra("numba", "oracle", "texvol raycast") from error
+
+
+def compiled(function: Callable[..., Any]) -> Any:
+    """Compile `function` on its first call from compiled code; 1 / 0 is infinite, as in numpy."""
+    return njit(nogil=True, error_model="numpy")(function)
+
+
+def inlined(function: Callable[..., Any]) -> Any:
+    """Compile `function` into its callers in LLVM: a call with a whole scene as argument would copy the scene."""
+    return njit(nogil=True, error_model="numpy", forceinline=True)(function)
+
+
+def woven_in(function: Callable[..., Any]) -> Any:
+    """Compile `function` into its callers before LLVM, which would otherwise optimise it once for each caller."""
+    return njit(nogil=True, error_model="numpy", inline="always")(function)
+
+
+def compiled_and_cached(function: Callable[..., Any]) -> Any:
+    """Compile `function` for calls from Python; the result is cached on disk where a cache folder is writable.
+
+    numba keeps one cache entry for each set of values that `function` closes over, and by itself watches only the file
+    of `function`. So `function` must close over `sources()`, which names the text of all files.
+    """
+    try:
+        return njit(nogil=True, error_model="numpy", cache=True)(function)
+    except RuntimeError:  # neither this package's folder nor the user's cache folder is writable
+        return compiled(function)
+
+
+def sources() -> str:
+    """Return a hash of all files of `ray_casting`; compiled code cached under another hash is out of date."""
+    folder = Path(__file__).parents[1]
+    texts = (path.read_bytes() for path in sorted(folder.rglob("*.py")))
+    return hashlib.sha256(b"".join(texts)).hexdigest()
+
+
+@intrinsic
+def uncounted(typing_context, data):
+    """Return an argument of the compiled function, an array or a tuple, without reference counts.
+
+    The caller of the function holds on to the arrays; an array that the function allocates itself could be freed too
+    early. Counting is atomic: with a hundred small functions that pass arrays on, two threads would mostly wait for
+    each other.
+    """
+
+    def code(context, builder, signature, arguments):
+        return _without_counts(context, builder, signature.args[0], arguments[0])
+
+    return data(data), code
+
+
+def _without_counts(context, builder, kind, value):
+    if isinstance(kind, types.Array):
+        array = context.make_array(kind)(context, builder, value=value)
+        array.meminfo = array.meminfo.type(None)  # numba takes this for memory that it does not own
+        return array._getvalue()
+    if isinstance(kind, types.BaseTuple):
+        for position, part in enumerate(kind):
+            inner = _without_counts(context, builder, part, builder.extract_value(value, position))
+            value = builder.insert_value(value, inner, position)
+    return value
+
+
+if config.DISABLE_JIT:  # plain Python, as for debugging, has its own counts
+
+    def uncounted(data):
+        """Return the argument itself."""
+        return data

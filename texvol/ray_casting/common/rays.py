@@ -1,0 +1,86 @@
+"""Rays of a scene in index space, found so that neither a far eye nor a far origin costs digits."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.ray_casting.common.bernstein import EPSILON
+from texvol.scene.scene import Scene
+from texvol.scene.volume import Volume
+
+Numbers = NDArray[np.float64]
+Choose = Callable[[Numbers], Numbers]  # from an array of all pixels, the rows of the requested pixels
+ROWS_AT_ONCE = 8  # rows of a picture that one thread traces at a time; Ctrl-C waits for no more than these
+
+
+class Rays(NamedTuple):
+    """Rays `start` + s `step` in the index space of the scene's first volume; shapes (rows, columns, …).
+
+    s is in world units, and 0 where the ray is nearest to the centre of that volume's box.
+    """
+
+    start: Numbers  # index, (…, 3)
+    step: Numbers  # index per world unit, (…, 3)
+    eye: Numbers  # s of the eye, (…)
+    ends: Numbers  # first and last s that are seen, (…, 2)
+    direction: Numbers  # unit vectors, world, (…, 3)
+
+
+Trace = Callable[[Rays, Numbers], None]  # adds light and, in the last channel, optical depth to a picture of zeros
+
+
+def rays_of(scene: Scene, eyes: Numbers, directions: Numbers) -> Rays:
+    """Return the rays from `eyes` in unit `directions`, both of shape (rows, columns, 3) in world units."""
+    volume = scene.volume
+    from_centre = eyes - volume.centre
+    eye = (from_centre * directions).sum(axis=-1)
+    nearest = from_centre - eye[..., np.newaxis] * directions
+    to_index = volume.index_from_world.T
+    first, last = scene.cutting.interval(volume, nearest, directions)
+    ends = np.stack([np.maximum(first, eye), last], axis=-1)
+    return Rays(nearest @ to_index + middle_of(volume), directions @ to_index, eye, ends, directions)
+
+
+def position_rounding(volume: Volume, eye: tuple[float, float, float] | Numbers) -> Numbers:
+    """Return how far rounding may move a ray along each axis, in index space: a few ulps of the largest coordinate.
+
+    The bound counts only where the picture jumps: a ray as near as this to a face counts as a ray in the face.
+    """
+    reach = np.abs(eye) + np.abs(volume.centre) + np.abs(volume.box_edges).sum(axis=1)
+    ulps = EPSILON * (np.abs(volume.index_from_world) @ reach + np.array(volume.dimensions))
+    return np.minimum(16 * ulps, 1e-6)
+
+
+def middle_of(volume: Volume) -> Numbers:
+    """Return the index (x, y, z) of the volume's centre."""
+    return (np.array(volume.dimensions) - 1) / 2
+
+
+def centre_from(first: Volume, volume: Volume) -> Numbers:
+    """Return the centre of a volume relative to the centre of `first`, in world units.
+
+    It is not the difference of the two world positions, which has few digits far from the world's origin.
+    """
+    own, other = (each.world_from_index @ middle_of(each) for each in (volume, first))
+    return (volume.origin - first.origin) + (own - other)
+
+
+def rays_in(volume: Volume, first: Volume, nearest: Numbers, directions: Numbers) -> tuple[Numbers, Numbers]:
+    """Return starts and steps, in a volume's index space, of rays centre of `first` + `nearest` + s `directions`."""
+    to_index = volume.index_from_world.T
+    return (nearest - centre_from(first, volume)) @ to_index + middle_of(volume), directions @ to_index
+
+
+def over_rows(trace_rows: Callable[[slice], None], height: int) -> None:
+    """Call `trace_rows` for all rows of a picture, a few rows at a time, in threads."""
+    threads = ThreadPoolExecutor()
+    try:
+        for _ in threads.map(trace_rows, (slice(row, row + ROWS_AT_ONCE) for row in range(0, height, ROWS_AT_ONCE))):
+            pass
+    finally:
+        threads.shutdown(cancel_futures=True)

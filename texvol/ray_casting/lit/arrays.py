@@ -1,0 +1,205 @@
+"""A scene of one volume with light, as arrays for compiled code.
+
+Gradients are in *kernel units*: data units per smallest spacing, times a power of two that takes the range of the
+values to about 1, so that squares of gradients neither overflow nor vanish. Thresholds are converted here, once.
+Positions are in world units, relative to the centre of the scene's first volume.
+"""
+
+from __future__ import annotations
+
+from math import frexp
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.ray_casting.common.medium import Medium, medium_of
+from texvol.ray_casting.common.rays import centre_from, middle_of
+from texvol.scene.camera import Camera
+from texvol.scene.gradient import gradients
+from texvol.scene.lighting import DepthCue, Lighting, shadow_distance, unit
+from texvol.scene.scene import CompleteScene, Scene
+from texvol.scene.transfer import TransferFunction
+from texvol.scene.volume import Volume
+
+HEAD, DIRECTIONAL, POINT = 0.0, 1.0, 2.0  # kinds of light, in a row of `Lights`
+_KINDS = {"head": HEAD, "directional": DIRECTIONAL, "point": POINT}
+_NO_GRADIENTS = np.zeros((1, 1, 1, 3), np.float32)
+_LEAST_FADE = 1e-300  # kernel units; so that no fade is a division by 0
+
+Numbers = NDArray[np.float64]
+Triple = tuple[float, float, float]
+
+
+class Lights(NamedTuple):
+    """Lights, and the coefficients by which the medium reflects them."""
+
+    rows: Numbers  # kind, direction or position, colour, index in `transmittance` or -1: shape (n, 8)
+    ambient: float
+    diffuse: float
+    specular: float
+    shininess: float
+    two_sided: bool
+    fade: float  # kernel units
+    transmittance: Numbers  # of the lights that cast shadows, at the nodes of the box: shape (lights, z, y, x)
+    box_from_world: Numbers  # world to fractions of the box edges, (3, 4)
+    shadow_distance: float
+
+
+class Cue(NamedTuple):
+    """A depth cue; depths are along the view, in world units."""
+
+    strength: float
+    near: float
+    far: float
+    color: Triple
+
+
+class Eye(NamedTuple):
+    """Position of the eye, and the direction from the target back to it."""
+
+    perspective: bool
+    position: Triple
+    backward: Triple
+
+
+class Graded(NamedTuple):
+    """All graded media of a transfer function; number k has the points `first[k]` to `first[k + 1]`."""
+
+    first: NDArray[np.int64]
+    values: Numbers
+    emissions: Numbers
+    extinctions: Numbers
+    start: Numbers  # kernel units
+    full: Numbers
+
+
+class LitScene(NamedTuple):
+    """A scene of one volume, without samples and rays."""
+
+    medium: Medium
+    modulation: Numbers  # gradient magnitude (kernel units) and factor, shape (m, 2)
+    graded: Graded
+    contours: Numbers  # value, thickness × (data units per kernel unit of gradient), q, τ: shape (n, 6)
+    lit: bool
+    lights: Lights
+    cued: bool
+    cue: Cue
+    eye: Eye
+    uses_gradient: bool
+    gradient_factor: float  # kernel units from data units per smallest spacing
+    thresholds: Numbers  # squared gradient magnitudes at which the integrand has a kink, kernel units squared
+    world_from_index: Numbers
+    middle: Numbers  # index of the centre of the volume
+    centre: Numbers  # position of that centre
+    masked: bool  # True if a mask multiplies emission and extinction
+
+
+def gradients_of(scene: Scene) -> NDArray[np.floating]:
+    """Return the gradients of all samples, data units per smallest spacing; one zero if the scene needs none."""
+    return gradients(scene.volume, scene.gradient) if scene.needs_gradient else _NO_GRADIENTS
+
+
+def lit_scene(scene: CompleteScene, first: Volume, transmittance: Numbers) -> LitScene:
+    """Return a scene of one volume as arrays.
+
+    Parameters
+    ----------
+    first : Volume
+        Volume whose centre positions are relative to: the first one of the whole scene.
+    transmittance : array of shape (lights, z, y, x)
+        Transmittance of the lights that cast shadows at the nodes of the volume's box.
+    """
+    volume, camera, transfer = scene.volume, scene.camera, scene.medium
+    factor = _gradient_factor(volume)
+    from_world = volume.smallest_spacing * factor  # kernel units from data units per world unit
+    lights = _lights(scene.lighting, volume, first, from_world, transmittance)
+    modulation = np.array(np.zeros((0, 2)) if transfer.modulation is None else transfer.modulation, np.float64)
+    modulation[:, 0] *= from_world
+    graded = _graded(transfer, from_world)
+    thresholds = np.concatenate([modulation[:, 0], graded.start, graded.full])
+    if scene.lighting is not None:
+        thresholds = np.append(thresholds, lights.fade)
+    contours = [
+        (each.value, each.thickness / from_world, *each.emission, each.extinction) for each in transfer.contours
+    ]
+    return LitScene(
+        medium=medium_of(transfer),
+        modulation=modulation,
+        graded=graded,
+        contours=np.array(contours, np.float64).reshape(-1, 6),
+        lit=scene.lighting is not None,
+        lights=lights,
+        cued=scene.depth_cue is not None,
+        cue=_cue(scene.depth_cue, volume, camera),
+        eye=Eye(
+            camera.projection == "perspective",
+            _triple(np.subtract(camera.eye, first.centre)),
+            _triple(-camera.forward),
+        ),
+        uses_gradient=scene.needs_gradient,
+        gradient_factor=factor,
+        thresholds=np.unique(thresholds) ** 2,
+        world_from_index=np.ascontiguousarray(volume.world_from_index),
+        middle=middle_of(volume),
+        centre=centre_from(first, volume),
+        masked=False,
+    )
+
+
+def _gradient_factor(volume: Volume) -> float:
+    low, high = volume.finite_range or (0.0, 0.0)
+    half_range = high / 2 - low / 2
+    return 2.0 ** -frexp(half_range)[1] if half_range > 0 else 1.0
+
+
+def _lights(
+    lighting: Lighting | None, volume: Volume, first: Volume, from_world: float, transmittance: Numbers
+) -> Lights:
+    axes = volume.index_from_world / np.array(volume.dimensions)[:, np.newaxis]
+    to_box = np.column_stack([axes, 0.5 - axes @ centre_from(first, volume)])
+    if lighting is None:
+        return Lights(np.zeros((0, 8)), 0.0, 0.0, 0.0, 0.0, False, 1.0, transmittance, to_box, 0.0)
+    rows = np.zeros((len(lighting.lights), 8))
+    for row, light in zip(rows, lighting.lights, strict=True):
+        row[0], row[4:7] = _KINDS[light.kind], light.color
+        row[7] = lighting.casting.index(light) if lighting.shadows and light.kind != "head" else -1
+        if light.vector is not None:
+            row[1:4] = unit(light.vector) if light.kind == "directional" else light.vector - first.centre
+    return Lights(
+        rows,
+        float(lighting.ambient),
+        float(lighting.diffuse),
+        float(lighting.specular),
+        float(lighting.shininess),
+        bool(lighting.two_sided),
+        max(lighting.fade_for(volume) * from_world, _LEAST_FADE),
+        transmittance,
+        to_box,
+        shadow_distance(volume),
+    )
+
+
+def _cue(cue: DepthCue | None, volume: Volume, camera: Camera) -> Cue:
+    if cue is None:
+        return Cue(0.0, 0.0, 1.0, (0.0, 0.0, 0.0))
+    near, far = cue.range_for(volume, camera)
+    return Cue(float(cue.strength), float(near), float(far), _triple(cue.color))
+
+
+def _graded(transfer: TransferFunction, from_world: float) -> Graded:
+    materials = transfer.graded
+    first = np.cumsum([0, *(len(each.values) for each in materials)]).astype(np.int64)
+    return Graded(
+        first,
+        np.concatenate([np.zeros(0), *(each.values for each in materials)]),
+        np.concatenate([np.zeros((0, 3)), *(each.emissions for each in materials)]),
+        np.concatenate([np.zeros(0), *(each.extinctions for each in materials)]),
+        np.array([each.start * from_world for each in materials], np.float64),
+        np.array([each.full * from_world for each in materials], np.float64),
+    )
+
+
+def _triple(numbers: NDArray[np.float64] | Triple) -> Triple:
+    x, y, z = map(float, numbers)
+    return x, y, z

@@ -1,0 +1,144 @@
+"""Integral over an interval of a ray in which emission and extinction are smooth, but no polynomials.
+
+Both are evaluated at Gauss-Legendre nodes. The polynomial through the extinctions gives the optical depth at each node
+and of the interval (collocation); Σ w q exp(-depth) is the light. The interval is halved until it agrees with its two
+halves.
+"""
+
+from __future__ import annotations
+
+from math import exp, sqrt
+
+import numpy as np
+
+from texvol.ray_casting.common.bernstein import value_at
+from texvol.ray_casting.common.compiling import compiled, inlined, woven_in
+from texvol.ray_casting.common.medium import OPAQUE_DEPTH
+from texvol.ray_casting.lit.shading import FACING, cue_at, cued, dot, lit, medium_at
+from texvol.ray_casting.lit.workspace import MOST_LEVELS, NODE_COUNT, position_at
+
+_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(NODE_COUNT)
+NODES, WEIGHTS = (1 + _POINTS) / 2, _WEIGHTS / 2  # over 0 … 1
+# Row i: weights of the values at the nodes in the integral from 0 to node i of the polynomial through them.
+_POWERS = np.arange(NODE_COUNT)
+TO_NODES = (NODES[:, None] ** (_POWERS + 1) / (_POWERS + 1)) @ np.linalg.inv(NODES[:, None] ** _POWERS)
+AGREEMENT = 1e-10  # of the picture; the halves are more exact than the whole, at a kink by a factor of 4
+MOST_HALVINGS = 20  # until the halves agree: a kink or jump that no cut marks is found to a millionth
+MOST_TURNS = 10  # halvings until no highlight is missed
+DEEP = 4.0  # optical depth of an interval whose front may lie between the nodes
+# A highlight falls to e^(-p θ²/2) at the angle θ from its middle: 2 p (1 - cos θ) is the square of the distance of two
+# nodes in widths 1/√p of the highlight. At two widths, no highlight is missed.
+WIDEST_TURN = 4.0
+
+
+@woven_in
+def add_interval(collocate, scene, ray, workspace, start, end, here, length, depth, light):
+    """Add the part from `start` to `end` of a cell whose fields are in `workspace`; return the optical depth behind it.
+
+    `here` is the s at which the ray enters the cell, and `length` the distance to where it leaves. `collocate` is the
+    function of that name, or another with its parameters.
+    """
+    stack, halves = workspace.intervals.stack, workspace.intervals.halves
+    first, second = halves[0], halves[1]
+    top, whole = 0, end - start
+    stack[0, 0], stack[0, 1] = start, -1  # the whole is not yet integrated
+    while top >= 0 and depth < OPAQUE_DEPTH:
+        start, level = stack[top, 0], int(stack[top, 1])
+        half = whole * 0.5 ** (level + 1)
+        turn = 0.0
+        # A loop, so that there is one call of `collocate`, which is compiled in here with all that it calls.
+        for k in range(2 if level >= 0 else 1):
+            turn = max(turn, collocate(scene, ray, workspace, start + k * half, half, here, length, halves[k]))
+        if level < 0:
+            stack[0, 1], stack[0, 2:] = 0, first
+            continue
+        seen, through = exp(-depth), exp(-first[0])
+        reached = first[0] + second[0]
+        off, brightest = abs(reached - stack[top, 2]), 1.0
+        for channel in range(1, 4):
+            sum_of_halves = first[channel] + through * second[channel]
+            off = max(off, abs(sum_of_halves - stack[top, 2 + channel]))
+            brightest = max(brightest, sum_of_halves)
+        narrower = level < MOST_HALVINGS and seen * off > AGREEMENT * brightest
+        narrower = narrower or (level < MOST_LEVELS and reached > DEEP) or (level < MOST_TURNS and turn > WIDEST_TURN)
+        if narrower:
+            stack[top, 0], stack[top, 1], stack[top, 2:] = start + half, level + 1, second
+            top += 1
+            stack[top, 0], stack[top, 1], stack[top, 2:] = start, level + 1, first
+        else:
+            for channel in range(3):
+                light[channel] += seen * (first[1 + channel] + through * second[1 + channel])
+            depth += max(reached, 0.0)
+            top -= 1
+    return depth
+
+
+@inlined
+def collocate(scene, ray, workspace, start, width, here, length, result):
+    """Write optical depth and light (3) of an interval to `result`; return the normal's turn, see WIDEST_TURN."""
+    workspace.intervals.glows[:] = 0.0
+    turn = add_glows(scene, ray, workspace, start, width, here, length)
+    integrate(workspace.intervals.glows, width * length, result)
+    return turn
+
+
+@woven_in
+def add_glows(scene, ray, workspace, start, width, here, length):
+    """Add lit emission and extinction to `workspace.intervals`; return the normal's turn, see WIDEST_TURN."""
+    glows = workspace.intervals.glows
+    turn, before = 0.0, (0.0, 0.0, 0.0)
+    for node in range(NODE_COUNT):
+        t = start + width * NODES[node]
+        s = here + t * length
+        glow, gradient, m = glow_at(scene, ray, workspace, t, s)
+        weight = value_at(workspace.weight, t) if scene.masked else 1.0
+        for channel in range(4):
+            glows[node, channel] += weight * glow[channel]
+        if scene.lit and m > 0.0:
+            normal = gradient[0] / m, gradient[1] / m, gradient[2] / m
+            if before != (0.0, 0.0, 0.0):
+                turn = max(turn, 1 - dot(normal, before))
+            before = normal
+    return 2 * scene.lights.shininess * turn if scene.lights.specular > 0.0 else 0.0
+
+
+@compiled
+def integrate(glows, length, result):
+    """Write optical depth and light (3) of an interval to `result`, from emission and extinction at its nodes."""
+    result[:] = 0.0
+    for node in range(NODE_COUNT):
+        result[0] += length * WEIGHTS[node] * glows[node, 3]
+        depth = 0.0
+        for other in range(NODE_COUNT):
+            depth += TO_NODES[node, other] * glows[other, 3]
+        seen = length * WEIGHTS[node] * exp(-length * depth)
+        for channel in range(3):
+            result[1 + channel] += seen * glows[node, channel]
+
+
+@woven_in
+def glow_at(scene, ray, workspace, t, s):
+    """Return lit emission (3) and extinction at parameter t of a cell, the gradient there and its magnitude."""
+    value, gradient, m = fields_at(workspace, t)
+    red, green, blue, extinction = medium_at(scene, workspace.chosen, value, m)
+    color = shown(scene, ray, (red, green, blue), extinction, gradient, m, workspace.chosen[FACING], s)
+    return (color[0], color[1], color[2], extinction), gradient, m
+
+
+@woven_in
+def fields_at(workspace, t):
+    """Return value, gradient and the gradient's magnitude at parameter t of a cell."""
+    field = workspace.field
+    gradient = value_at(field[1], t), value_at(field[2], t), value_at(field[3], t)
+    return value_at(field[0], t), gradient, sqrt(dot(gradient, gradient))
+
+
+@woven_in
+def shown(scene, ray, color, extinction, gradient, m, side, s):
+    """Return the emission at s of the ray, lit and cued; the straight colour if the extinction is 1."""
+    if scene.lit:
+        position = position_at(ray, s)
+        color = lit(scene.lights, color, extinction, gradient, m, side, ray.toward_eye, position)
+    if scene.cued:
+        color = cued(scene.cue, color, extinction, cue_at(scene.cue, (s - ray.eye) * ray.along))
+    return color

@@ -1,0 +1,139 @@
+"""Pictures of the projection modes: functions of the value along each ray, without a step length, in float64.
+
+    xray        ∫ v ds, or its part above  average     ∫ v ds / ∫ ds
+                air, see `texvol.scene.air`
+    mip, minip  highest, lowest v          isosurface  first position where v meets the isovalue, lit
+
+The value v is trilinear, so a cubic in s between two faces of cells: its integral has a closed form, its extremes lie
+at the ends or where it turns, and between two turns it meets a value at most once. Parts of a ray on which v is NaN do
+not count. A cell in which an infinite sample has weight is infinite throughout, as for the post-classified medium.
+Samples that a mask hides are NaN.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.ray_casting.common.rays import Choose, Numbers, Rays, over_rows, position_rounding, rays_of
+from texvol.ray_casting.common.surface_lighting import gradients_at, reflected
+from texvol.ray_casting.projection.tracer import ABOVE, HIGHEST, INTEGRAL, SURFACE, project_rays
+from texvol.scene.air import attenuation_of
+from texvol.scene.camera import Camera
+from texvol.scene.display import isosurface_color
+from texvol.scene.lighting import Lighting
+from texvol.scene.scene import Scene, checked_size
+from texvol.util.errors import InputError
+from texvol.util.kept_arrays import read_only
+
+_KINDS = {
+    "xray": (INTEGRAL, 1.0),
+    "average": (INTEGRAL, 1.0),
+    "mip": (HIGHEST, 1.0),
+    "minip": (HIGHEST, -1.0),  # the lowest value is the highest of the values times -1
+    "isosurface": (SURFACE, 1.0),
+}
+
+
+def project(scene: Scene, size: tuple[int, int] = (512, 512), choose: Choose = lambda array: array) -> Numbers:
+    """Return the picture of a projection mode, shape (height, width, 4), row 0 on top; or rows of chosen pixels.
+
+    In xray, mip, minip and average, R, G and B are the value itself, in data units (times world units for xray), and A
+    is 1; all are 0 where a ray meets no value. Parts of infinite and of minus infinite value add up to NaN. For
+    isosurface, the picture is linear and premultiplied: the lit surface, opaque, in front of the background.
+
+    Raises
+    ------
+    InputError
+        If the mode is composite, or the size is not at least one pixel in each direction.
+    """
+    scene = scene.completed(checked_size(size))
+    camera = scene.camera
+    rays, numbers = _traced(scene, camera, size, choose)
+    number, length = numbers[..., 0], numbers[..., 1]
+    if scene.mode == "isosurface":
+        picture = _surface_picture(scene, camera, rays, number, length >= 0)
+        if scene.geometry:
+            from texvol.ray_casting.surfaces.layers import Layer, put_before, surface_layers
+
+            until = np.where(length >= 0, number, np.inf)
+            layers = surface_layers(scene, camera, size)
+            put_before([Layer(choose(layer.s), choose(layer.color)) for layer in layers], until, picture)
+        return picture
+    if (attenuation := attenuation_of(scene.air)) is not None:
+        number = attenuation.per_value * number
+    if scene.mode == "average":
+        number = np.divide(number, length, out=np.zeros_like(number), where=length > 0)
+    picture = np.zeros((*length.shape, 4))
+    picture[length > 0, :3] = (_KINDS[scene.mode][1] * number[length > 0])[:, np.newaxis]
+    picture[length > 0, 3] = 1.0
+    return picture
+
+
+def isosurface_depth(scene: Scene, size: tuple[int, int] = (512, 512)) -> Numbers:
+    """Return the depth of the isosurface along the view from the plane of the eye, shape (height, width), world units.
+
+    The depth is infinite where a ray meets no surface.
+
+    Raises
+    ------
+    InputError
+        If the mode is not isosurface, or the size is not at least one pixel in each direction.
+    """
+    if scene.mode != "isosurface":
+        raise InputError(f"mode must be isosurface for a depth, got {scene.mode}")
+    scene = scene.completed(checked_size(size))
+    camera = scene.camera
+    rays, numbers = _traced(scene, camera, size, lambda array: array)
+    return np.where(numbers[..., 1] >= 0, _depth(scene, camera, rays, numbers[..., 0]), np.inf)
+
+
+def _traced(scene: Scene, camera: Camera, size: tuple[int, int], choose: Choose) -> tuple[Rays, Numbers]:
+    """Return the rays of a picture, and the numbers of `project_rays` for each, shape (height, width, 2)."""
+    if scene.mode not in _KINDS:
+        raise InputError(f"mode must be one of {', '.join(_KINDS)} for a projection, got {scene.mode}")
+    kind, sign = _KINDS[scene.mode]
+    volume = scene.volume
+    values = read_only(volume.values.astype(np.float32)) if volume.values.dtype == np.float16 else volume.values
+    rays = rays_of(scene, *map(choose, camera.rays(size)))
+    rounding = position_rounding(volume, camera.eye)
+    level = 0.0 if scene.isovalue is None else float(scene.isovalue)
+    if (attenuation := attenuation_of(scene.air)) is not None:
+        kind, level = ABOVE, attenuation.air
+    numbers = np.empty((*rays.eye.shape, 2))
+
+    def trace_rows(rows: slice) -> None:
+        start, step, ends = rays.start[rows], rays.step[rows], rays.ends[rows]
+        project_rays(values, kind, sign, level, start, step, ends, rounding, np.empty(8), numbers[rows])
+
+    over_rows(trace_rows, len(numbers))
+    return rays, numbers
+
+
+def _depth(scene: Scene, camera: Camera, rays: Rays, s: Numbers) -> Numbers:
+    along_view = scene.volume.world_from_index.T @ camera.forward
+    return (s - rays.eye) * (rays.step @ along_view)
+
+
+def _surface_picture(scene: Scene, camera: Camera, rays: Rays, s: Numbers, hit: NDArray[np.bool_]) -> Numbers:
+    """Return the lit surface, opaque, in front of the background."""
+    picture = np.zeros((*hit.shape, 4))
+    picture[..., :3] = scene.background
+    picture[hit] = 1.0
+    if not hit.any():
+        return picture
+    volume = scene.volume
+    index = rays.start[hit] + s[hit][:, np.newaxis] * rays.step[hit]
+    from_centre = (index - (np.array(volume.dimensions) - 1) / 2) @ volume.world_from_index.T
+    to_eye = -rays.step[hit] @ volume.world_from_index.T
+    gradients = gradients_at(volume, scene.gradient, index)
+    diffuse, specular = reflected(scene.lighting or Lighting(), volume, gradients, from_centre, to_eye)
+    color = isosurface_color(scene) * diffuse + specular
+    cue = scene.depth_cue
+    if cue is not None:
+        near, far = cue.range_for(volume, camera)
+        depth = _depth(scene, camera, rays, s)[hit][:, np.newaxis]
+        t = cue.strength * np.clip((depth - near) / (far - near), 0, 1)
+        color = color * (1 - t) + t * np.array(cue.color)
+    picture[hit, :3] = color
+    return picture

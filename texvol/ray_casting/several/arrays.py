@@ -1,0 +1,203 @@
+"""Scenes with several volumes, masks, labels or colours, as arrays for compiled code.
+
+The parts of the volumes are stacked, so that the same compiled code serves any number of volumes: a number of each
+volume becomes an array, and arrays of different lengths lie one behind the other (`Ragged`). `scene_of` returns the
+`LitScene` of one volume. Positions are in world units, relative to the centre of the first volume.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.ray_casting.common.bernstein import EPSILON
+from texvol.ray_casting.common.compiling import inlined, woven_in
+from texvol.ray_casting.common.medium import Medium
+from texvol.ray_casting.common.rays import Numbers
+from texvol.ray_casting.lit.arrays import Graded, Lights, LitScene, gradients_of, lit_scene
+from texvol.scene.scene import CompleteScene, Scene
+
+# Order of classification and interpolation: samples are classified first, values are interpolated first, or the
+# nearest sample counts.
+PRECLASSIFIED, POSTCLASSIFIED, LABELS = 0, 1, 2
+
+Indices = NDArray[np.int64]
+
+
+class Ragged(NamedTuple):
+    """Arrays of different lengths, one behind the other: array v is `numbers[first[v] : first[v + 1]]`."""
+
+    numbers: NDArray
+    first: Indices
+
+
+class Samples(NamedTuple):
+    """Samples of all volumes, z, y, x flattened."""
+
+    values: Ragged
+    weights: Ragged  # of masks; empty for a volume without mask
+    colors: Ragged  # (n, 3); empty for a volume without colours
+    gradients: Ragged  # (n, 3); empty for a volume that needs none
+
+
+class Several(NamedTuple):
+    """All volumes of a scene."""
+
+    kinds: Indices  # PRECLASSIFIED, POSTCLASSIFIED or LABELS
+    shapes: Indices  # (volumes, 3): z, y, x
+    samples: Samples
+    scenes: Any  # a LitScene; fields that depend on the volume are Ragged, or have a first axis of volumes
+    nodes: Indices  # shapes of `scenes.lights.transmittance`, (volumes, 4): lights, z, y, x
+    rounding: Numbers  # possible error of rays in index space, (volumes, 3)
+    same: float  # two faces on a ray that are nearer to each other than this are one face
+
+
+def several(
+    scenes: Sequence[CompleteScene], rounding: Numbers, transmittances: Sequence[Numbers]
+) -> tuple[Several, list[LitScene]]:
+    """Return scenes of one volume each as arrays, and the `LitScene` of each; see `several.tracer.tracer`."""
+    parts = zip(scenes, transmittances, strict=True)
+    lit = [lit_scene(scene, scenes[0].volume, transmittance) for scene, transmittance in parts]
+    volumes = [scene.volume for scene in scenes]
+    radius = max(float(np.linalg.norm(each.centre)) + v.radius for each, v in zip(lit, volumes, strict=True))
+    together = Several(
+        kinds=np.array([_kind(scene) for scene in scenes]),
+        shapes=np.array([volume.values.shape for volume in volumes]),
+        samples=_samples(scenes),
+        scenes=_stacked_scenes(lit)._replace(masked=np.array([scene.mask is not None for scene in scenes])),
+        nodes=np.array([each.lights.transmittance.shape for each in lit]),
+        rounding=rounding,
+        same=16 * EPSILON * radius,
+    )
+    return together, lit
+
+
+def _kind(scene: Scene) -> int:
+    if scene.volume.labels:
+        return LABELS
+    before = scene.classification in ("slab", "extinction") or scene.volume.colors is not None
+    return PRECLASSIFIED if before else POSTCLASSIFIED
+
+
+def _samples(scenes: Sequence[Scene]) -> Samples:
+    none, volumes = np.zeros((0, 3)), [scene.volume for scene in scenes]
+    return Samples(
+        values=_ragged([volume.values.reshape(-1).astype(np.float64) for volume in volumes]),
+        weights=_ragged(
+            [none[:, 0] if s.mask is None else s.mask.array.reshape(-1).astype(np.float64) for s in scenes]
+        ),
+        colors=_ragged(
+            [none if volume.colors is None else volume.colors.reshape(-1, 3).astype(np.float64) for volume in volumes]
+        ),
+        gradients=_ragged(
+            [gradients_of(s).reshape(-1, 3).astype(np.float64) if s.needs_gradient else none for s in scenes]
+        ),
+    )
+
+
+def _stacked_scenes(lit: Sequence[LitScene]) -> Any:
+    """Return the scene of all volumes: fields that are the same for all volumes are those of the first."""
+    first: Any = lit[0]  # numba infers the types of the fields
+    lights = [each.lights for each in lit]
+    return first._replace(
+        medium=_stacked([each.medium for each in lit]),
+        modulation=_ragged([each.modulation for each in lit]),
+        graded=_stacked([each.graded for each in lit]),
+        contours=_ragged([each.contours for each in lit]),
+        lights=first.lights._replace(
+            fade=np.array([each.fade for each in lights]),
+            transmittance=_ragged([each.transmittance.reshape(-1) for each in lights]),
+            box_from_world=np.stack([each.box_from_world for each in lights]),
+            shadow_distance=np.array([each.shadow_distance for each in lights]),
+        ),
+        uses_gradient=np.array([each.uses_gradient for each in lit]),
+        gradient_factor=np.array([each.gradient_factor for each in lit]),
+        thresholds=_ragged([each.thresholds for each in lit]),
+        world_from_index=np.stack([each.world_from_index for each in lit]),
+        middle=np.stack([each.middle for each in lit]),
+        centre=np.stack([each.centre for each in lit]),
+    )
+
+
+def _stacked(parts: Sequence[Any]) -> Any:
+    """Return a named tuple of the same type: Ragged for fields that are arrays, arrays for fields that are numbers."""
+    fields = zip(*parts, strict=True)
+    return type(parts[0])(*(_ragged(each) if isinstance(each[0], np.ndarray) else np.array(each) for each in fields))
+
+
+def _ragged(arrays: Sequence[NDArray]) -> Any:
+    return Ragged(np.concatenate(arrays), np.cumsum([0, *map(len, arrays)]).astype(np.int64))
+
+
+@woven_in
+def part_of(ragged, v):
+    """Return the array of volume v."""
+    return ragged.numbers[ragged.first[v] : ragged.first[v + 1]]
+
+
+@inlined
+def scene_of(several, v):
+    """Return the `LitScene` of volume v."""
+    scenes = several.scenes
+    return LitScene(
+        _medium_of(scenes.medium, v),
+        part_of(scenes.modulation, v),
+        _graded_of(scenes.graded, v),
+        part_of(scenes.contours, v),
+        scenes.lit,
+        _lights_of(several, v),
+        scenes.cued,
+        scenes.cue,
+        scenes.eye,
+        scenes.uses_gradient[v],
+        scenes.gradient_factor[v],
+        part_of(scenes.thresholds, v),
+        scenes.world_from_index[v],
+        scenes.middle[v],
+        scenes.centre[v],
+        scenes.masked[v],
+    )
+
+
+@woven_in
+def _medium_of(media, v):
+    return Medium(
+        part_of(media.points, v),
+        part_of(media.colors, v),
+        part_of(media.extinctions, v),
+        media.emissive[v],
+        media.glows[v],
+        part_of(media.visible_before, v),
+    )
+
+
+@woven_in
+def _graded_of(graded, v):
+    return Graded(
+        part_of(graded.first, v),
+        part_of(graded.values, v),
+        part_of(graded.emissions, v),
+        part_of(graded.extinctions, v),
+        part_of(graded.start, v),
+        part_of(graded.full, v),
+    )
+
+
+@woven_in
+def _lights_of(several, v):
+    lights, nodes = several.scenes.lights, several.nodes[v]
+    return Lights(
+        lights.rows,
+        lights.ambient,
+        lights.diffuse,
+        lights.specular,
+        lights.shininess,
+        lights.two_sided,
+        lights.fade[v],
+        part_of(lights.transmittance, v).reshape((nodes[0], nodes[1], nodes[2], nodes[3])),
+        lights.box_from_world[v],
+        lights.shadow_distance[v],
+    )

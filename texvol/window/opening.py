@@ -1,0 +1,133 @@
+"""Opening, adding and dropping of files: each file that is added is one step of the scene's history."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from texvol.geometry import load_mesh
+from texvol.scene.added_volume import AddedVolume
+from texvol.scene.mask import Mask
+from texvol.scene.shapes import Mesh
+from texvol.scene.volume import Volume
+from texvol.window import contents
+from texvol.window.desk import Desk
+from texvol.window.document import Document, opened_file
+
+
+def open_file(desk: Desk, path: str, options: Mapping[str, Any] | None = None) -> None:
+    """Open a volume or a scene, or add a mesh or a transfer function to the scene that is open.
+
+    Parameters
+    ----------
+    options : mapping, optional
+        Command-line options of the volume, as `contents.of_opened` returns them.
+    """
+    kind = contents.kind_of(path)
+    if kind == "transfer function" and desk.document is not None:
+        from texvol.scene import transfer
+
+        volume = desk.document.scene.volume
+        desk.attempt(lambda: desk.change(transfer_function=transfer.load(path, volume)))
+    elif kind == "mesh":
+        add(desk, path)
+    else:
+        size = desk.pixels
+        desk.load(path, lambda: opened_file(path, size, options))
+
+
+def browse_to_open(desk: Desk) -> None:
+    """Show the file browser, and open the chosen file."""
+
+    def opens(path: str, words: str) -> None:
+        desk.attempt(lambda: open_file(desk, path, contents.of_opened(words)))
+
+    desk.browse_for_data("Open a volume, a scene, a mesh or a transfer function", opens)
+
+
+def browse_to_add(desk: Desk) -> None:
+    """Show the file browser, and add the chosen volume or mesh."""
+
+    def adds(path: str, words: str) -> None:
+        desk.attempt(lambda: add(desk, path, contents.of_added(words)))
+
+    desk.browse_for_data("Add a volume or a mesh", adds)
+
+
+def browse_for_mask(desk: Desk, volume: Volume) -> None:
+    """Show the file browser, and apply the chosen mask to a volume."""
+    desk.browse("Mask of the volume", lambda path: mask(desk, volume, path))
+
+
+def drop(desk: Desk, paths: Sequence[str], *, adds: bool = False) -> None:
+    """Open or add files that were dropped on the window together.
+
+    The user is asked about volumes, which can be opened or added, unless `adds` is True or nothing is open yet.
+    """
+    volumes = tuple(path for path in paths if contents.kind_of(path) == "volume")
+    for path in paths:
+        if contents.kind_of(path) == "scene":
+            open_file(desk, path)
+    if desk.document is None and volumes:
+        open_all(desk, volumes)
+    elif volumes and adds:
+        for path in volumes:
+            add(desk, path)
+    elif volumes:
+        desk.offered = volumes
+    for path in paths:
+        if contents.kind_of(path) in ("mesh", "transfer function"):
+            open_file(desk, path)
+
+
+def open_all(desk: Desk, volumes: tuple[str, ...]) -> None:
+    """Open the first volume, and add the other volumes to its scene."""
+    size = desk.pixels
+    first, *others = volumes
+    options = {"add": [contents.AddedChoice(path) for path in others]} if others else {}
+    desk.load(first, lambda: opened_file(first, size, options))
+
+
+def add(desk: Desk, path: str, chosen: Mapping[str, Any] | None = None) -> None:
+    """Add a volume or a mesh to the scene.
+
+    Parameters
+    ----------
+    chosen : mapping, optional
+        Options of a volume, as `contents.of_added` returns them.
+    """
+    document = desk.document
+    if document is None:
+        desk.say(f"{path}: no scene is open; open a volume before you add a file", fault=True)
+        return
+    if contents.kind_of(path) == "mesh":
+        desk.fetch(path, lambda: load_mesh(path), lambda found: _add_mesh(document, found))
+        return
+
+    def make() -> AddedVolume:
+        found = contents.read_volume(path, document.scene, chosen or {})
+        document.know(found.volume)
+        return found
+
+    desk.fetch(path, make, lambda found: _add_volume(desk, document, found))
+
+
+def mask(desk: Desk, volume: Volume, path: str, fade: tuple[float, float] | None = None) -> None:
+    """Apply a mask from a file to a volume of the scene."""
+    document = desk.document
+    assert document is not None
+
+    def take(found: Mask) -> None:
+        if volume in document.scene.volumes:
+            document.change(**contents.with_mask(document.scene, volume, found))
+
+    desk.fetch(path, lambda: contents.read_mask(path, volume, fade), take)
+
+
+def _add_mesh(document: Document, mesh: Mesh) -> None:
+    document.change(geometry=(*document.scene.geometry, mesh))
+
+
+def _add_volume(desk: Desk, document: Document, added: AddedVolume) -> None:
+    document.change(added=(*document.scene.added, added))
+    desk.panel_state["volume"] = len(document.scene.added)  # select the new volume in the panel

@@ -1,0 +1,197 @@
+"""Transport of scenes to another process: large objects are sent once, and arrays through shared memory.
+
+The renderer caches its work by the identity of volumes, transfer functions, masks and meshes. So each such object gets
+a number and is sent when a scene first needs it; the receiver keeps the object for as long as successive scenes need
+it. An array of more than a few pages is a memory file that both processes map; its descriptor is sent through the
+socket.
+"""
+
+from __future__ import annotations
+
+import io
+import mmap
+import os
+import pickle
+import socket
+from multiprocessing.connection import Connection
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.scene.added_volume import AddedVolume
+from texvol.scene.mask import Mask
+from texvol.scene.shapes import Lines, Mesh
+from texvol.scene.transfer import TransferFunction
+from texvol.scene.volume import Volume
+
+_KNOWN_BY_IDENTITY = (Volume, TransferFunction, Mask, AddedVolume, Mesh, Lines)
+_LARGE = 1 << 16  # bytes: capacity of a pipe
+
+
+class SharedArrays:
+    """Memory files of arrays, one for each array, used by all processes."""
+
+    def __init__(self) -> None:
+        self._files: dict[int, tuple[NDArray, int]] = {}
+
+    def descriptor(self, array: NDArray) -> int:
+        """Return the descriptor of the memory file with an array's bytes."""
+        if id(array) not in self._files:
+            file = os.memfd_create("texvol-array")
+            try:
+                with open(file, "wb", closefd=False) as stream:
+                    stream.write(np.ascontiguousarray(array).data.cast("B"))
+            except BaseException:
+                os.close(file)
+                raise
+            self._files[id(array)] = array, file
+        return self._files[id(array)][1]
+
+    def keep_only(self, arrays: set[int]) -> None:
+        """Close the memory files of all other arrays; existing mappings stay valid."""
+        for key in [each for each in self._files if each not in arrays]:
+            os.close(self._files.pop(key)[1])
+
+    def close(self) -> None:
+        """Close all memory files."""
+        self.keep_only(set())
+
+
+class Sender:
+    """Sending end: pickles messages for one process."""
+
+    def __init__(self, connection: Connection, shared: SharedArrays) -> None:
+        self._connection, self._shared = connection, shared
+        self._sent: dict[int, Any] = {}  # by identity; kept alive, so that no other object gets the same identity
+        self._needed: set[int] = set()
+
+    def send(self, message: Any) -> None:
+        """Send a message, after the objects that it needs and the receiver does not have."""
+        self._needed = set()
+        packed = self._packed(message)
+        forgotten = [key for key in self._sent if key not in self._needed]
+        for key in forgotten:
+            del self._sent[key]
+        self._connection.send_bytes(pickle.dumps(("message", forgotten, packed)))
+
+    @property
+    def arrays(self) -> set[int]:
+        """Identities of the arrays that the last message needs."""
+        return {key for key in self._needed if isinstance(self._sent.get(key), np.ndarray)}
+
+    def _packed(self, thing: Any) -> bytes:
+        stream = io.BytesIO()
+        _Pickler(stream, self).dump(thing)
+        return stream.getvalue()
+
+    def token_of(self, thing: Any) -> int | None:
+        """Return the number of an object, and send the object if needed; None for objects that are sent by value."""
+        is_array = type(thing) is np.ndarray and thing.nbytes > _LARGE
+        if not is_array and not isinstance(thing, _KNOWN_BY_IDENTITY):
+            return None
+        key = id(thing)
+        self._needed.add(key)
+        if key not in self._sent:
+            if is_array:
+                file = self._shared.descriptor(thing)  # first, because shared memory may be full
+                self._connection.send_bytes(pickle.dumps(("array", key, thing.dtype.str, thing.shape)))
+                with socket.socket(fileno=os.dup(self._connection.fileno())) as through:
+                    socket.send_fds(through, [b"a"], [file])
+            else:
+                content = self._packed(_Whole(thing))
+                self._connection.send_bytes(pickle.dumps(("object", key, content)))
+            self._sent[key] = thing
+        elif not is_array:
+            self._keep_parts(thing)
+        return key
+
+    def _keep_parts(self, thing: Any) -> None:
+        """Mark the parts of an object as needed."""
+        for part in vars(thing).values():
+            if id(part) in self._sent and id(part) not in self._needed:
+                self.token_of(part)
+
+
+class _Whole:
+    """Class and attributes of an object, for pickling the object itself instead of its number."""
+
+    def __init__(self, thing: Any) -> None:
+        self.kind, self.content = type(thing), dict(vars(thing))
+
+
+class _Pickler(pickle.Pickler):
+    def __init__(self, stream: io.BytesIO, sender: Sender) -> None:
+        super().__init__(stream, protocol=pickle.HIGHEST_PROTOCOL)
+        self._sender = sender
+
+    def persistent_id(self, thing: Any) -> int | None:
+        return self._sender.token_of(thing)
+
+    def reducer_override(self, thing: Any) -> Any:
+        if type(thing) is MappingProxyType:
+            return _read_only, (dict(thing),)
+        return NotImplemented
+
+
+def _read_only(content: dict[Any, Any]) -> MappingProxyType[Any, Any]:
+    return MappingProxyType(content)  # a function, because pickle does not find MappingProxyType by its name
+
+
+class Receiver:
+    """Receiving end: unpickles messages."""
+
+    def __init__(self, connection: Connection) -> None:
+        self._connection = connection
+        self._known: dict[int, Any] = {}
+
+    def receive(self) -> Any:
+        """Return the next message; raise EOFError if the connection is closed."""
+        while True:
+            kind, *rest = pickle.loads(self._connection.recv_bytes())
+            if kind == "array":
+                key, dtype, shape = rest
+                self._known[key] = self._mapped(np.dtype(dtype), shape)
+            elif kind == "object":
+                key, content = rest
+                whole = self._unpacked(content)
+                self._known[key] = _made(whole)
+            else:
+                forgotten, packed = rest
+                message = self._unpacked(packed)
+                for key in forgotten:
+                    self._known.pop(key, None)
+                return message
+
+    def _mapped(self, dtype: np.dtype, shape: tuple[int, ...]) -> NDArray:
+        file = _descriptor(self._connection)
+        try:
+            memory = mmap.mmap(file, 0, mmap.MAP_SHARED, mmap.PROT_READ)
+        finally:
+            os.close(file)
+        return np.frombuffer(memory, dtype).reshape(shape)
+
+    def _unpacked(self, content: bytes) -> Any:
+        return _Unpickler(io.BytesIO(content), self._known).load()
+
+
+class _Unpickler(pickle.Unpickler):
+    def __init__(self, stream: io.BytesIO, known: dict[int, Any]) -> None:
+        super().__init__(stream)
+        self._known = known
+
+    def persistent_load(self, key: int) -> Any:
+        return self._known[key]
+
+
+def _made(whole: _Whole) -> Any:
+    thing = object.__new__(whole.kind)
+    thing.__dict__.update(whole.content)  # also works for frozen dataclasses
+    return thing
+
+
+def _descriptor(connection: Connection) -> int:
+    with socket.socket(fileno=os.dup(connection.fileno())) as through:
+        _, (file,), *_ = socket.recv_fds(through, 1, 1)
+    return file
