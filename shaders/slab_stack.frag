@@ -55,7 +55,7 @@ void draw_runs(BoxWalk walk, float base, inout Progress progress) {
     SlabRuns runs = slab_runs(walk, base, sampled_depths(walk, progress));
     while (progress.slab < progress.end) {
         find_run(runs, progress);
-        if (runs.run.x == NOWHERE) break;
+        if (CLASSIFICATION == 3 && runs.run.x == NOWHERE) break;
         vec4 color = run_color(walk, runs, progress, sufficient_opacity(progress.color.a));
         progress.color = over(progress.color, color);
         if (is_finished(progress.color.a)) break;
