@@ -77,8 +77,10 @@ def _without_counts(context, builder, kind, value):
     return value
 
 
-if config.DISABLE_JIT:  # plain Python, as for debugging, has its own counts
+def _same(data):
+    """Return the argument itself."""
+    return data
 
-    def uncounted(data):
-        """Return the argument itself."""
-        return data
+
+if config.DISABLE_JIT:  # type: ignore[attr-defined]  # plain Python, as for debugging, has its own counts
+    uncounted = _same  # type: ignore[assignment]
