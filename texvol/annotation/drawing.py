@@ -47,7 +47,7 @@ def annotated(
     size = picture.shape[1], picture.shape[0]
     # A transparent picture is drawn for a white page.
     sheet = Sheet(size, letters, WHITE if transparent else scene.background, annotation.color, annotation.font_size)
-    view = View(scene.camera_for(size), annotated_box(scene), size)
+    view = View(scene.completed(size).camera, annotated_box(scene), size)
     place_all(sheet, view, scene, annotation, window)
     return sheet.over(picture, scene.background)
 

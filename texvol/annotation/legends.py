@@ -10,8 +10,7 @@ from texvol.annotation.legend_content import Content, content_of
 from texvol.annotation.lettering import Lettering
 from texvol.scene.display import Window, straight_colors
 from texvol.scene.label_counts import label_counts
-from texvol.scene.scene import Scene
-from texvol.scene.transfer import proposed_for
+from texvol.scene.scene import CompleteScene, Scene
 from texvol.scene.volume import Volume
 from texvol.util.errors import InputError
 
@@ -38,9 +37,9 @@ def contents_of(scene: Scene, value_name: str, window: Window | None, letters: L
     return contents
 
 
-def _labels(scene: Scene, name: str) -> Content:
+def _labels(scene: CompleteScene, name: str) -> Content:
     """Return the visible labels with their colours, by the transfer function's names or by number."""
-    medium = scene.transfer_function or proposed_for(scene.volume)
+    medium = scene.medium
     names, colors = medium.materials, [np.array(color) for color in medium.material_colors]
     if not colors:
         labels = label_counts(scene.volume).labels.astype(np.float64)

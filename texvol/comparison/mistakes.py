@@ -26,7 +26,7 @@ from texvol.comparison.three_way import ROUNDING
 from texvol.comparison.wrong_functions import WrongFunction
 from texvol.provenance.stored_scene import StoredScene
 from texvol.scene.scene import Scene
-from texvol.scene.transfer import TransferFunction, proposed_for
+from texvol.scene.transfer import TransferFunction
 from texvol.util.color import srgb_from_linear
 
 Pixels = NDArray[np.float32]
@@ -66,7 +66,7 @@ class MistakeTrial:
     def __init__(self, renderer: PlantedRenderer, stored: StoredScene, size: tuple[int, int]) -> None:
         self.renderer = renderer
         self.stored = stored
-        self.scene = stored.scene
+        self.scene = stored.scene.completed(size)
         self.size = size
         self.right = renderer.render(stored.scene, size, **stored.settings)
         self.settings = renderer.settings
@@ -96,7 +96,7 @@ class MistakeTrial:
     @property
     def medium(self) -> TransferFunction:
         """Transfer function of the scene."""
-        return self.scene.transfer_function or proposed_for(self.scene.volume)
+        return self.scene.medium
 
     @property
     def draws_pieces(self) -> bool:
@@ -201,7 +201,7 @@ def _unclipped_end_slabs(trial: MistakeTrial) -> Pixels:
 
 
 def _missing_cosine(trial: MistakeTrial) -> Pixels:
-    parallel = trial.scene.camera_for(trial.size).projection == "orthographic"
+    parallel = trial.scene.camera.projection == "orthographic"
     trial.needs(not parallel, "rays are parallel")
     return trial.draw(Planted((MISSING_COSINE,)))
 
@@ -216,10 +216,7 @@ def _linear_opacity(trial: MistakeTrial) -> Pixels:
 
 def _double_thickness(trial: MistakeTrial) -> Pixels:
     trial.needs_medium()
-    added = tuple(
-        replace(each, transfer_function=times(each.transfer_function or proposed_for(each.volume), 2.0))
-        for each in trial.scene.added
-    )
+    added = tuple(replace(each, transfer_function=times(each.medium, 2.0)) for each in trial.scene.added)
     return trial.draw(scene=replace(trial.scene, transfer_function=times(trial.medium, 2.0), added=added))
 
 

@@ -26,7 +26,7 @@ _FEW = 32  # spacing of pixels that are checked first for emptiness
 
 def out_of_view(scene: Scene, size: tuple[int, int]) -> list[Volume]:
     """Return the volumes whose box no pixel's ray meets in front of the eye."""
-    camera = scene.camera_for(size)
+    camera = scene.completed(size).camera
     return [volume for volume in scene.volumes if not slabs_crossed(volume, camera, volume.radius, size)]
 
 
@@ -85,7 +85,7 @@ class PictureExport:
         check(self._annotation, scene)
         if chose_view or not self._annotation:
             return scene
-        camera: Camera = with_room(scene.camera_for(size), scene, size, self._annotation)
+        camera: Camera = with_room(scene.completed(size).camera, scene, size, self._annotation)
         return replace(scene, camera=camera)
 
     def of(self, picture: NDArray, scene: Scene, path: str) -> NDArray:

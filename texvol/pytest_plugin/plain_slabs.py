@@ -24,8 +24,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.scene.camera import Camera
-from texvol.scene.scene import Scene
-from texvol.scene.transfer import TransferFunction, proposed_for
+from texvol.scene.scene import CompleteScene, Scene
+from texvol.scene.transfer import TransferFunction
 from texvol.scene.volume import Volume
 from texvol.util.threads import in_threads
 
@@ -58,19 +58,15 @@ def can_draw(scene: Scene) -> bool:
     return all(map(_is_plain, scene.completed((1, 1)).each_alone()))
 
 
-def _is_plain(scene: Scene) -> bool:
+def _is_plain(scene: CompleteScene) -> bool:
     """True if a volume's medium is finite, smooth between samples, and depends on the value alone."""
     if scene.volume.labels:
         return False
-    medium = _medium(scene)
+    medium = scene.medium
     return (
         bool(np.isfinite(medium.extinctions).all() and np.isfinite(scene.volume.values).all())
         and not medium.needs_gradient
     )
-
-
-def _medium(scene: Scene) -> TransferFunction:
-    return scene.transfer_function or proposed_for(scene.volume)
 
 
 def knows_color(scene: Scene) -> bool:
@@ -180,8 +176,8 @@ class _Field:
         return found
 
 
-def _field_of(scene: Scene, slab_thickness: float, texel_format: str) -> _Field:
-    volume, medium = scene.volume, _medium(scene)
+def _field_of(scene: CompleteScene, slab_thickness: float, texel_format: str) -> _Field:
+    volume, medium = scene.volume, scene.medium
     mask = np.ones(volume.values.shape) if scene.mask is None else scene.mask.array.astype(np.float64)
     if scene.classification in ("post", "integrated") and volume.colors is None:
         grid = np.stack([volume.values.astype(np.float64), mask], axis=3)

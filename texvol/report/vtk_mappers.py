@@ -132,7 +132,7 @@ def _request(scene: Scene, soft: Scene, size: Size, mapper: str, rates: list[flo
     volume, unit = scene.volume, scene.volume.smallest_spacing
     assert scene.transfer_function is not None and soft.transfer_function is not None
     _check_drawable(scene, scene.transfer_function)
-    camera = scene.camera_for(size)
+    camera = scene.completed(size).camera
     axes, corner = _right_handed(volume)
 
     def seen(point: Any) -> list[float]:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from texvol.scene.mask import Mask
-from texvol.scene.transfer import TransferFunction, preset
+from texvol.scene.transfer import TransferFunction, preset, proposed_for
 from texvol.scene.volume import Volume
 from texvol.util.errors import check_type
 
@@ -43,6 +43,11 @@ class AddedVolume:
         if self.mask is not None:
             check_type("added volume: mask", self.mask, Mask)
             self.mask.check_fits(self.volume)
+
+    @property
+    def medium(self) -> TransferFunction:
+        """Transfer function of the volume, or the one that is proposed for it."""
+        return self.transfer_function or proposed_for(self.volume)
 
 
 def common_box(volumes: Sequence[Volume]) -> Volume:

@@ -180,16 +180,13 @@ class Scene:
 
     def _complete(self, size: tuple[int, int]) -> CompleteScene:
         parts: dict[str, Any] = {each.name: getattr(self, each.name) for each in fields(Scene)}
-        parts["camera"] = self.camera_for(size)
+        parts["camera"] = self.camera or Camera.framing(self.box, aspect=size[0] / size[1])
         if self.mask is not None and self.mode != "composite":
             parts |= {"volume": without_hidden(self.volume, self.mask), "mask": None}
         # An isosurface without a transfer function has a colour of its own; other pictures of numbers are grey.
         if self.mode == "composite" or (self.mode in NUMBER_MODES and self.coloring == "tf"):
             parts["transfer_function"] = self.transfer_function or proposed_for(self.volume)
-        parts["added"] = tuple(
-            each if each.transfer_function else replace(each, transfer_function=proposed_for(each.volume))
-            for each in self.added
-        )
+        parts["added"] = tuple(replace(each, transfer_function=each.medium) for each in self.added)
         return CompleteScene(**parts)
 
     @property
@@ -262,10 +259,6 @@ class Scene:
                 "scene: classification integrated needs a medium that depends on the value alone, got one that depends "
                 "on the gradient: use post, extinction or slab"
             )
-
-    def camera_for(self, size: tuple[int, int]) -> Camera:
-        """Return the scene's camera, or the one that frames the box in a picture of (width, height) pixels."""
-        return self.camera or Camera.framing(self.box, aspect=size[0] / size[1])
 
 
 class CompleteScene(Scene):
