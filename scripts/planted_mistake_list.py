@@ -19,7 +19,7 @@ _UPPER = (
         "test_diff_command.py -k 'one_pixel_off'",
     ),
     Mistake(
-        *("cli", "command_line:_render"),
+        *("cli", "render:run"),
         *("if arguments.stats:\n", "if False:\n"),
         "stats are never written",
         "test_command_line.py -k 'stats_hold'",

@@ -260,8 +260,8 @@ IN_SHADERS = (
     ),
     _wrong(
         "vec4 part_of_integral(float value, float fraction)",
-        "return part_of_integral_right(value, fraction) * vec4(0.99, vec3(1.0));",
-        "X-rays lack a hundredth",
+        "return part_of_integral_right(value + 2.0 * bias, fraction);",
+        "the bias of an X-ray is added in place of subtracted",
         _SUMS,
     ),
     _wrong(
