@@ -35,8 +35,8 @@ def test_the_installed_command_draws_the_demo_from_any_folder(installed: Path, t
     assert [path.name for path in tmp_path.iterdir()] == ["picture.png"]
 
 
-def test_the_installed_command_shows_pages(environment: Path, tmp_path: Path) -> None:
-    assert run(environment / "bin" / "texvol", "help", "cookbook", cwd=tmp_path).startswith("Cookbook\n========\n")
+def test_the_installed_command_shows_pages(installed: Path, tmp_path: Path) -> None:  # noqa: F811
+    assert run(installed / "bin" / "texvol", "help", "cookbook", cwd=tmp_path).startswith("Cookbook\n========\n")
 
 
 def test_the_checkout_finds_the_shaders_beside_it() -> None:
