@@ -9,7 +9,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.opengl.projection import Projection
+from texvol.opengl.projection import ValueProjection
 from texvol.opengl.texture_store import BakedTexture, TextureStore
 from texvol.scene.camera import Camera
 from texvol.scene.cutting import NOT_CUT, Cutting
@@ -79,7 +79,7 @@ class Drawing:
         Factor of the colours in the target.
     least_transmittance : float
         A ray that lets this fraction or less of the light through ends.
-    projection : Projection, optional
+    projection : ValueProjection, optional
         Drawn in place of the medium.
     interval : pair of textures, optional
         Part of each ray that is drawn; the whole ray without it.
@@ -93,7 +93,7 @@ class Drawing:
     least_transmittance: float = 0.0
     cutting: Cutting = NOT_CUT
     depth_cue: DepthCue | None = None
-    projection: Projection | None = None
+    projection: ValueProjection | None = None
     interval: Interval | None = None
     count: bool = False
 

@@ -65,7 +65,7 @@ class Isovalue:
 
 
 @dataclass(frozen=True)
-class Projection:
+class ValueProjection:
     """Projection of the values, for the shader projection.frag; with `depth`, the depth of an isosurface."""
 
     mode: str
@@ -183,13 +183,13 @@ class Projection:
         return float(np.float32((base - baked.offset) / baked.scale))
 
 
-def projection_of(scene: Scene, *, depth: bool = False) -> Projection | None:
+def projection_of(scene: Scene, *, depth: bool = False) -> ValueProjection | None:
     """Return the projection of a scene; None in mode composite."""
     if scene.mode == "composite":
         return None
     lighting = (scene.lighting or Lighting()) if scene.mode == "isosurface" and not depth else None
     red, green, blue = map(float, isosurface_color(scene))
-    return Projection(scene.mode, scene.isovalue, (red, green, blue), lighting, depth, attenuation_of(scene.air))
+    return ValueProjection(scene.mode, scene.isovalue, (red, green, blue), lighting, depth, attenuation_of(scene.air))
 
 
 def depth_of(drawn: NDArray[np.float32], volume: Volume, camera: Camera, slab_thickness: float) -> NDArray[np.float64]:

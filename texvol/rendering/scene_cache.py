@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from texvol.opengl.contexts import Context
 from texvol.opengl.drawing import Drawing, DrawnVolume, View
-from texvol.opengl.projection import Projection, projection_of
+from texvol.opengl.projection import ValueProjection, projection_of
 from texvol.opengl.shadows import Shadows
 from texvol.opengl.stopwatch import Stopwatch
 from texvol.opengl.surfaces.cache import SurfacesCache
@@ -76,7 +76,7 @@ class SceneCache:
         cache: VolumeCache,
         size: tuple[int, int],
         settings: Settings,
-        projection: Projection | None,
+        projection: ValueProjection | None,
         light_transmittance: LightTransmittance | None,
         number: int,
     ) -> DrawnVolume:
