@@ -174,7 +174,7 @@ def test_stats_name_the_mode(volume):
         (["--mode", "isosurface", "--isovalue", "nan"], "finite"),
         (["--window", "4,5"], "--window needs --mode xray"),
         ([*ISO, "--window", "4,5"], "--window needs --mode xray"),
-        (["--mode", "mip", "--window", "4,-5"], "width is positive"),
+        (["--mode", "mip", "--window", "4,-5"], "width must be positive"),
         (["--mode", "mip", "--window", "4"], "CENTRE,WIDTH"),
         (["--depth", "d.exr"], "--depth needs --mode isosurface, got --mode composite"),
         (["--mode", "mip", "--depth", "d.exr"], "--depth needs --mode isosurface, got --mode mip"),

@@ -124,8 +124,8 @@ def tiff(path: Path, pixels: NDArray, opacity: str | None) -> Picture:
 
 def straight(pixels: NDArray) -> NDArray:
     opacity = np.clip(pixels[..., 3:], 0, 1)
-    color = np.divide(pixels[..., :3], opacity, out=np.zeros_like(pixels[..., :3]), where=opacity > 0)
-    return np.dstack([color.srgb_from_linear(color), opacity])
+    straight = np.divide(pixels[..., :3], opacity, out=np.zeros_like(pixels[..., :3]), where=opacity > 0)
+    return np.dstack([color.srgb_from_linear(straight), opacity])
 
 
 def over_black(pixels: NDArray) -> NDArray:

@@ -151,9 +151,9 @@ def test_the_self_test_writes_a_page_and_its_status_is_1_where_a_mistake_is_miss
         ("none.npy", None, "none.npy"),
         ("plain.png", None, "plain.png: has no scene in its header"),
         ("empty.toml", "", "VOLUME is required"),
-        ("wrong.toml", "volume = 3\n", "wrong.toml: volume is the path"),
+        ("wrong.toml", "volume = 3\n", "wrong.toml: volume must be the path"),
         ("lost.toml", 'volume = "lost.npy"\n', "lost.npy"),
-        ("shape.toml", "shape = [1, 2, 3]\n", "shape.toml: shape is for a volume"),
+        ("shape.toml", "shape = [1, 2, 3]\n", "shape.toml: shape needs a volume"),
     ],
 )
 def test_what_stands_for_no_scene_is_one_line(

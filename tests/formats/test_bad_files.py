@@ -198,7 +198,7 @@ def test_formats_that_are_not_read_are_refused_by_name(
 
 def test_an_unknown_format_is_refused_with_the_list(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "v.xyz").write_bytes(bytes(range(256)))
-    assert "it reads NRRD, NIfTI" in refused(tmp_path / "v.xyz", capfd)
+    assert "texvol reads NRRD, NIfTI" in refused(tmp_path / "v.xyz", capfd)
 
 
 @pytest.mark.parametrize("shape", [(5, 4, 2), (5, 4, 4), (0, 4, 3), (-5, 4, -3), (5, 4), (2**40, 2**40, 2**40)])
@@ -245,9 +245,9 @@ def test_objects_are_never_unpickled(tmp_path: Path, capfd: pytest.CaptureFixtur
         (np.zeros((3, 4, 5), "c8"), "complex"),
         (np.zeros((3, 4, 5), "U3"), "type <U3"),
         (np.zeros((3, 4, 5), [("a", "f4"), ("b", "f4")]), "real numbers"),
-        (np.zeros((4, 5)), r"is 2-D (5 x 4)"),
-        (np.zeros(4), "is 1-D (4)"),
-        (np.zeros(()), "is 0-D"),
+        (np.zeros((4, 5)), r"must have 3 axes, got 2 (5 x 4)"),
+        (np.zeros(4), "must have 3 axes, got 1 (4)"),
+        (np.zeros(()), "must have 3 axes, got 0"),
         (np.zeros((2, 3, 4, 5)), "--channel 0..1"),
         (np.zeros((0, 4, 5)), "positive"),
     ],

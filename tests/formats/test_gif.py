@@ -83,7 +83,7 @@ def test_a_still_object_keeps_all_its_frames_in_time(folder: Path) -> None:
         (["-o", "a.gif"], "a film needs several pictures: give --orbit N or --time all"),
         (["--orbit", "3", "-o", "a_%d.gif"], "the name of a film must not have"),
         (["--orbit", "3", "-o", "a.gif", "--fps", "60"], "a.gif: --fps must be at most 50 for a GIF, got 60"),
-        (["--orbit", "3", "-o", "a_%d.png", "--fps", "25"], "its name ends with .mp4 or .gif"),
+        (["--orbit", "3", "-o", "a_%d.png", "--fps", "25"], "whose name ends with .mp4 or .gif"),
     ],
 )
 def test_what_no_gif_can_be_is_refused_on_one_line(

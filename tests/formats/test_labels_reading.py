@@ -37,7 +37,7 @@ def test_labels_are_labels_when_the_user_says_so(tmp_path: Path, dtype: str) -> 
 
 def test_what_is_not_whole_is_no_label(tmp_path: Path) -> None:
     np.save(tmp_path / "v.npy", marked.marked("f4") + 0.5)
-    with pytest.raises(InputError, match=r"v\.npy: labels are whole numbers"):
+    with pytest.raises(InputError, match=r"v\.npy: labels must be whole numbers"):
         load(tmp_path / "v.npy", labels=True)
 
 

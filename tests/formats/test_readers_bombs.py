@@ -74,9 +74,9 @@ def tiny_pages(count: int) -> bytes:
 
 
 BOMBS = {
-    "lines.nrrd": (NRRD % b"raw" + b"line skip: 1000000000000\n\n" + DATA, "there are 1"),
-    "text.nrrd": (NRRD % b"ascii" + b"line skip: 1000000000000\n\n" + b"1 " * 60, "there are 1"),
-    "packed.nrrd": (NRRD % b"gzip" + b"line skip: 1000000000000\n\n" + DATA, "there are 1"),
+    "lines.nrrd": (NRRD % b"raw" + b"line skip: 1000000000000\n\n" + DATA, "but it holds 1"),
+    "text.nrrd": (NRRD % b"ascii" + b"line skip: 1000000000000\n\n" + b"1 " * 60, "but it holds 1"),
+    "packed.nrrd": (NRRD % b"gzip" + b"line skip: 1000000000000\n\n" + DATA, "but it holds 1"),
     "bytes.nrrd": (NRRD % b"gzip" + b"byte skip: 9999999999\n\n" + gzip.compress(DATA), "may skip"),
     "bytes2.nrrd": (NRRD % b"bzip2" + b"byte skip: 9999999999\n\n" + bz2.compress(DATA), "may skip"),
     "digits.nhdr": (NRRD % b"raw" + b"data file: f%099999d.raw 1 3 1\n", "such as %03d"),

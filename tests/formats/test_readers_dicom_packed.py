@@ -101,7 +101,7 @@ def test_a_decoder_that_breaks_off_is_an_error_with_its_signal(
 ) -> None:
     monkeypatch.setattr(dicom_pixels, "_frames", lambda one: os.abort())
     path = written(tmp_path / "v.dcm", "JPEG", [STREAMS["JPEG"][1](BYTES)])
-    assert "broke off (signal SIGABRT)" in refused(path, capfd)
+    assert "crashed (signal SIGABRT)" in refused(path, capfd)
 
 
 def test_a_decoder_that_does_not_end_is_ended(
@@ -125,7 +125,7 @@ def test_of_many_frames_no_more_is_made_than_is_read(tmp_path: Path, capfd: pyte
     dataset.NumberOfFrames, dataset.PixelData = 200_000, bytes(200_000)
     dataset.save_as(tmp_path / "v.dcm", enforce_file_format=True)
     start = time.perf_counter()
-    assert "up to 65536 are read" in refused(tmp_path / "v.dcm", capfd)
+    assert "must be at most 65536, got 200000" in refused(tmp_path / "v.dcm", capfd)
     assert time.perf_counter() - start < 1
     dataset.NumberOfFrames, dataset.PixelData = 20_000, bytes(20_000)
     dataset.save_as(tmp_path / "w.dcm", enforce_file_format=True)

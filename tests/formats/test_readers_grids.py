@@ -202,7 +202,7 @@ def test_an_array_is_chosen_by_name(tmp_path: Path, name: str) -> None:
     path = written(tmp_path / "v.vtr", grid)
     assert load(path, variable=name).values.max() == (0 if name == "another" else marked.MARK_VALUE)
     assert load(path).notes == ("array values; others: another",)
-    with pytest.raises(InputError, match="has no array third (--variable); it has values, another"):
+    with pytest.raises(InputError, match=r"has no array third \(--variable\); it has values, another"):
         load(path, variable="third")
 
 

@@ -93,7 +93,7 @@ def test_channels_and_time(tmp_path: Path) -> None:
         (("ElementSpacing = 1 -2 1",), bytes(120), "spacing must be positive"),
         (("ElementSpacing = 1 0 1",), bytes(120), "spacing must be positive"),
         (("ElementSpacing = 1 nan 1",), bytes(120), "spacing must be finite"),
-        (("ElementSpacing = 1 1",), bytes(120), "ElementSpacing has 2 numbers"),
+        (("ElementSpacing = 1 1",), bytes(120), "ElementSpacing must be 3 numbers, got 2"),
         (("ElementSpacing = 1 x 1",), bytes(120), "must be numbers"),
         (("TransformMatrix = 1 0 0 1 0 0 0 0 1",), bytes(120), "singular"),
         (("TransformMatrix = 0 0 0 0 1 0 0 0 1",), bytes(120), "singular"),

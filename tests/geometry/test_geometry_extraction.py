@@ -130,8 +130,8 @@ def test_infinite_samples_push_the_surface_to_the_finite_ones(infinite: float) -
     [
         (2.0, "no value is 2: they go from 0 to 1"),
         (-0.1, "no value is -0.1: they go from 0 to 1"),
-        (np.nan, "finite value, and it is nan"),
-        (np.inf, "finite value, and it is inf"),
+        (np.nan, "must be finite, got nan"),
+        (np.inf, "must be finite, got inf"),
     ],
 )
 def test_a_value_that_is_not_met_is_refused(value: float, words: str) -> None:

@@ -64,8 +64,8 @@ def test_faces_of_obj_are_all_read(tmp_path: Path, form: bytes, ends: bytes) -> 
 @pytest.mark.parametrize(
     ("faces", "reason"),
     [
-        (b"f 0 1 2\n", "index of 0.* in line 5: 'f 0"),
-        (b"f 1 2 3\nf 1 0 3\n", "index of 0.* in line 6"),
+        (b"f 0 1 2\n", "index 0.* in line 5: 'f 0"),
+        (b"f 1 2 3\nf 1 0 3\n", "index 0.* in line 6"),
         (b"vn 0 0 1\nf 1//1 2//0 3//1\n", "index 0"),
         (b"vt 0 0\nf 1/1 2/1 3/00\n", "index 0"),
         (b"f 1 2 3\nf 1 2\n", "fewer than three corners, in line 6"),

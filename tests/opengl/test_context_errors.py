@@ -12,7 +12,7 @@ from texvol.util.errors import ContextError, InputError
 
 
 def test_an_unknown_back_end_is_named_with_the_known_ones() -> None:
-    with pytest.raises(InputError, match="'glx'; wanted one of auto, egl, osmesa"):
+    with pytest.raises(InputError, match="backend must be one of auto, egl, osmesa, got 'glx'"):
         open_context("glx")
 
 

@@ -204,7 +204,7 @@ def test_a_context_that_nobody_holds_is_freed(backend: str, freed: list[object])
 
 def test_a_context_in_use_does_no_harm_at_exit(backend: str) -> None:
     done = run_python(
-        "import threading, small_pictures as t\n"
+        "import threading; from support import small_pictures as t\n"
         "entered, kept = threading.Event(), []\n"
         "def hold():\n"
         f"    kept.append(t.open_context({backend!r})); t.draw(kept[0]); kept[0].__enter__()\n"
@@ -228,7 +228,7 @@ def test_processes_at_once() -> None:
 @pytest.mark.usefixtures("both_backends")
 def test_a_forked_process_draws_or_says_why_not() -> None:
     done = run_python(
-        "import os, small_pictures as t\n"
+        "import os; from support import small_pictures as t\n"
         "egl, osmesa = t.open_context('egl'), t.open_context('osmesa'); expected = t.draw(egl); t.draw(osmesa)\n"
         "child = os.fork()\n"
         "if child: raise SystemExit(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))\n"

@@ -238,11 +238,11 @@ WRONG = [
     (["--orbit", "3", "-o", "no/a.mp4"], "folder no does not exist"),
     (["--orbit", "3", "-o", "a_%d.png", "--fps", "25"], "--fps needs a film"),
     (["--orbit", "3", "-o", "a.mp4", "--fps", "0"], "frames per second from 0.1 to 1000"),
-    (["--orbit", "0", "-o", "a_%d.png"], "a number of views from 1 upwards"),
-    (["--orbit", "-2", "-o", "a_%d.png"], "a number of views from 1 upwards"),
-    (["--orbit", "2.5", "-o", "a_%d.png"], "a number of views from 1 upwards"),
+    (["--orbit", "0", "-o", "a_%d.png"], "must be a number of views, at least 1"),
+    (["--orbit", "-2", "-o", "a_%d.png"], "must be a number of views, at least 1"),
+    (["--orbit", "2.5", "-o", "a_%d.png"], "must be a number of views, at least 1"),
     (["--orbit", "3", "-o", "a_%d.png", "--repeat", "3"], "--repeat draws one view"),
-    (["--orbit", "3", "-o", "a_%d.png", "--size", "99999x4"], "a picture has 1 to"),
+    (["--orbit", "3", "-o", "a_%d.png", "--size", "99999x4"], "this driver draws 1 to"),
 ]
 
 
@@ -294,7 +294,7 @@ def test_a_full_disk_ends_with_one_line_and_nothing_half_written(
 
 def test_a_folder_that_goes_away_midway_leaves_the_frames_before(folder: Path) -> None:
     Path("a_2.png").mkdir()  # stands where the third view is to go
-    with film.Writer("a_%d.png", (8, 8), 5) as writer, pytest.raises(InputError, match="a_2.png: is a folder"):
+    with film.Writer("a_%d.png", (8, 8), 5) as writer, pytest.raises(InputError, match="a_2.png: must be a file, got a folder"):
         for _ in range(5):
             writer.add(np.zeros((8, 8, 4), np.float32))
         writer.finish()

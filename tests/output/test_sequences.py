@@ -84,7 +84,7 @@ def test_a_single_step_is_a_series_of_one(folder: Path) -> None:
         (["-o", "a.png", "--annotate", "orientation", "--time", "0", "--font", "gone.ttf"], "gone.ttf"),
         (["-o", "a.png", "--time", "0", "--clip", "1,0,0"], "NX,NY,NZ,D"),
         (["-o", "a.png", "--time", "0", "--clip", "0,0,0,1"], "0, 0, 0"),
-        (["-o", "a.png", "--time", "0", "--crop", "0,1,3,2,0,1"], "y goes from less to more"),
+        (["-o", "a.png", "--time", "0", "--crop", "0,1,3,2,0,1"], "y must go from less to more"),
         (["-o", "a.png", "--time", "0", "--crop", "0,1,2,3,0"], "six numbers"),
         (["-o", "a.png", "--time", "0", "--caps", "--mode", "mip"], "--caps"),
     ],

@@ -258,7 +258,7 @@ def test_places_in_a_curvilinear_grid_are_found_once(tmp_path: Path, monkeypatch
 
 def test_a_series_has_all_steps(tmp_path: Path) -> None:
     np.save(tmp_path / "v.npy", VALUES)
-    with pytest.raises(InputError, match="a series has all time steps, and --time 2 is one"):
+    with pytest.raises(InputError, match="time must be None for a series, got 2"):
         TimeSeries(tmp_path / "v.npy", time=2)
     with pytest.raises(TypeError, match="colour"):
         TimeSeries(tmp_path / "v.npy", colour=2)

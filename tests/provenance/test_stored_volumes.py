@@ -139,7 +139,7 @@ def test_what_has_no_file_has_to_be_given() -> None:
     given["mask"] = IN_MEMORY.mask
     with pytest.raises(InputError, match="p: added volume 1 of .* without a file, 'noise 4': give the volume"):
         scene_from_metadata(text, name="p", **given)
-    with pytest.raises(InputError, match="p: the mask of added volume 1 of .* without a file, 'other': give"):
+    with pytest.raises(InputError, match="p: the mask of added volume 1 of .* has no file, 'other': give"):
         scene_from_metadata(text, name="p", **given, added=[SECOND])
     found = scene_from_metadata(text, name="p", **given, added=IN_MEMORY.added).scene
     assert found.mask is IN_MEMORY.mask and found.added[0].mask is IN_MEMORY.added[0].mask
@@ -187,7 +187,7 @@ def _wrong() -> Iterator[tuple[str, list[Any], Any, str]]:
     yield "a mask without a name", ["mask", "name"], None, "the mask of the scene in its header lacks name"
     yield "a mask with more", ["mask", "shape"], 3, "unknown key 'shape'"
     yield "a fade as text", ["mask", "source", "fade"], "wide", "must be 2 numbers, got 'wide'"
-    yield "a fade of nothing", ["mask", "source", "fade"], [1, 1], "fades between two finite numbers"
+    yield "a fade of nothing", ["mask", "source", "fade"], [1, 1], "fade must be two different finite numbers"
     yield "a source as text", ["mask", "source"], "m.npy", "must be an object"
     yield "volumes as text", ["added"], "second.npy", "added must be a list"
     yield "a volume as text", ["added", 0], "second.npy", "added volume 1 that must be an object"

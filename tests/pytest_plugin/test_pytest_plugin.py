@@ -220,7 +220,7 @@ def test_whatever_is_a_picture_is_stored_and_found_the_same(project: Project, so
 
 def test_what_is_no_picture_is_said(project: Project) -> None:
     for picture, words in (
-        ("object()", "object came"),
+        ("object()", "picture must be a"),
         ("np.zeros((2, 2, 7))", "(2, 2, 7)"),
         ("np.zeros((4, 4), int)", "int64"),
         ("waves(), 'x', 3", "positional argument"),

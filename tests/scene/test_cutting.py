@@ -201,7 +201,7 @@ def test_nothing_cut_compiles_nothing() -> None:
         (lambda: ClipPlane((1, np.nan, 0), 1), "finite"),
         (lambda: ClipPlane((1, 0), 1), "three"),  # type: ignore[arg-type]
         (lambda: ClipPlane((1, 0, 0), np.inf), "offset"),
-        (lambda: Scene(random_volume(1), crop=((0, 1), (2, 1), (0, 1))), "y goes from less to more"),
+        (lambda: Scene(random_volume(1), crop=((0, 1), (2, 1), (0, 1))), "y must go from less to more"),
         (lambda: Scene(random_volume(1), crop=((0, 1), (0, 1))), "crop box"),  # type: ignore[arg-type]
         (lambda: Scene(random_volume(1), crop=((0, np.nan), (0, 1), (0, 1))), "crop box"),
         (lambda: Scene(random_volume(1), clip=((1, 0, 0, 0),)), "ClipPlane"),  # type: ignore[arg-type]

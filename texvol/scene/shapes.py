@@ -69,7 +69,7 @@ class Mesh(KeepsArrays):
         if self.normals is not None:
             normals = _points(self.normals, "normals", self.name)
             if normals.shape != points.shape:
-                raise InputError(f"{self.name}: there are {len(points)} vertices, and {len(normals)} normals")
+                raise InputError(f"{self.name}: normals must be as many as vertices, {len(points)}, got {len(normals)}")
             _put(self, "normals", normals)
         _check_look(self)
 
@@ -150,15 +150,15 @@ def _points(numbers: ArrayLike, what: str, name: str) -> NDArray[np.float64]:
         raise InputError(f"{name}: {what} must be numbers x, y, z, got {type(numbers).__name__}") from None
     if points.ndim != 2 or points.shape[1] != 3:
         if points.size == 0:
-            raise InputError(f"{name}: is empty: it has no {what}")
+            raise InputError(f"{name}: must have {what}, got none")
         raise InputError(f"{name}: {what} must have shape (n, 3), got {points.shape}")
     if not len(points):
-        raise InputError(f"{name}: is empty: it has no {what}")
+        raise InputError(f"{name}: must have {what}, got none")
     bad = ~(np.abs(points) < _FARTHEST).all(axis=1)
     if bad.any():
         first = int(np.argmax(bad))
         position = ", ".join(f"{number:g}" for number in points[first])
-        raise InputError(f"{name}: {what} must be finite and at most {_FARTHEST:g}, and number {first} is {position}")
+        raise InputError(f"{name}: {what} must be finite and at most {_FARTHEST:g}, got {position} at number {first}")
     return points
 
 
@@ -167,11 +167,11 @@ def _indices(numbers: ArrayLike, corners: int, count: int, words: tuple[str, str
     try:
         indices = np.array(numbers)
     except (TypeError, ValueError):
-        raise InputError(f"{name}: {many} have shape (m, {corners})") from None
+        raise InputError(f"{name}: {many} must have shape (m, {corners})") from None
     if indices.size == 0:
-        raise InputError(f"{name}: is empty: it has no {many}")
+        raise InputError(f"{name}: must have {many}, got none")
     if indices.ndim != 2 or indices.shape[1] != corners:
-        raise InputError(f"{name}: {many} have shape (m, {corners}), and it is {indices.shape}")
+        raise InputError(f"{name}: {many} must have shape (m, {corners}), got {indices.shape}")
     if indices.dtype.kind not in "iu":
         raise InputError(f"{name}: {many} must be whole numbers, got {indices.dtype}")
     bad = ((indices < 0) | (indices >= count)).any(axis=1)
