@@ -150,7 +150,7 @@ def test_a_time_axis_is_picked_by_time(tmp_path: Path) -> None:
     [
         (("byte skip: -2",), "raw", b"", "byte skip"),
         (("line skip: -1",), "raw", b"", "line skip"),
-        ((), "quilt", b"", "encoding quilt is not known"),
+        ((), "quilt", b"", "encoding must be raw, gzip, bzip2, ascii or hex, got quilt"),
         ((), "raw", bytes(119), "holds 119 bytes of samples, .* need 120"),
         ((), "raw", bytes(130), "holds 130 bytes"),
         ((), "gzip", gzip.compress(bytes(119), mtime=0), "holds 119 bytes"),

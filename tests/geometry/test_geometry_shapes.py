@@ -36,7 +36,7 @@ def test_a_mesh_holds_its_own_arrays() -> None:
         (np.empty((0, 3)), TRIANGLES, {}, "must have vertices, got none"),
         (CORNERS, [], {}, "must have triangles, got none"),
         (CORNERS, np.empty((0, 3), int), {}, "must have triangles, got none"),
-        (CORNERS[:, :2], TRIANGLES, {}, r"vertices must have shape \(n, 3\), and it is \(4, 2\)"),
+        (CORNERS[:, :2], TRIANGLES, {}, r"vertices must have shape \(n, 3\), got \(4, 2\)"),
         (CORNERS[0], TRIANGLES, {}, r"vertices must have shape \(n, 3\), got \(3,\)"),
         (CORNERS, TRIANGLES[:, :2], {}, r"triangles must have shape \(m, 3\), got \(2, 2\)"),
         (CORNERS, [(0, 1, 2), (0, 1)], {}, r"triangles .*have shape \(m, 3\)"),
