@@ -142,7 +142,7 @@ def test_members_of_an_ensemble_are_channels(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("axis", "reason"),
     [
-        ([1, 2, 2, 3, 4], "axis x repeats a coordinate: samples 1 and 2 lie at 2"),
+        ([1, 2, 2, 3, 4], "axis x repeats a coordinate: samples 1 and 2 are at 2"),
         ([1, 2, 4, 3, 5], r"axis x is not monotonic: samples 1\.\.3 are at 2, 4, 3"),
         ([1, 2, np.nan, 3, 5], "coordinate 2 of its axis x must be finite, got nan"),
         ([1, 2, np.inf, 3, 5], "coordinate 2 of its axis x must be finite, got inf"),

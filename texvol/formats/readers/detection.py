@@ -147,13 +147,13 @@ def _check_refused(lower: str, content: str) -> None:
     """Raise FileFault if the file has a known format that texvol does not read."""
     for ending, kind in unstructured.KINDS.items():
         if lower.endswith(ending):
-            raise FileFault(f"is {kind}, which is not read; {unstructured.HINT}")
+            raise FileFault(f"is {kind}, which texvol does not read; {unstructured.HINT}")
     for ending, kind in _REFUSED.items():
         if lower.endswith(ending):
             hint = _HINTS.get(ending, f"texvol reads {READ}")
-            raise FileFault(f"is {kind}, which is not read; {hint}")
+            raise FileFault(f"is {kind}, which texvol does not read; {hint}")
     if content in _UNREAD_XML.values():
-        raise FileFault(f"is {content}, which is not read; {unstructured.HINT}")
+        raise FileFault(f"is {content}, which texvol does not read; {unstructured.HINT}")
 
 
 def _check_name(lower: str, named: str, content: str, head: bytes) -> None:
@@ -210,7 +210,7 @@ def _format_of_folder(path: str) -> str:
     """Return DICOM or TIFF, by the files of a folder."""
     names = sorted(os.listdir(path))
     if path.rstrip("/").lower().endswith(".zarr") or {".zgroup", ".zarray", "zarr.json", ".zattrs"} & set(names):
-        raise FileFault(f"is OME-Zarr, which is not read yet; texvol reads {READ}")
+        raise FileFault(f"is OME-Zarr, which texvol does not read yet; texvol reads {READ}")
     files = [name for name in names if not name.startswith(".") and os.path.isfile(os.path.join(path, name))]
     if not files:
         raise FileFault("is a folder without files; it must hold DICOM or TIFF slices")
