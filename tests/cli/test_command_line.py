@@ -177,7 +177,10 @@ WRONG = [
     (["render", "v.npy", "-o", "a.png", "--spacing", "1e200,1,1"], "from 1e-90 to 1e90"),
     (["render", "v.npy", "-o", "a.png", "--eye", "1e160,0,0"], "eye must be at most 1e100"),
     (["render", "v.npy", "-o", "a.png", "--slab-thickness", "1e-320"], "at most 1048576 can be drawn"),
-    (["render", "v.npy", "-o", "a.png", "--size", "16384x16384", "--target-format", "rgba32f"], "no memory for a picture of that size"),
+    (
+        ["render", "v.npy", "-o", "a.png", "--size", "16384x16384", "--target-format", "rgba32f"],
+        "no memory for a picture",
+    ),
     (["render", "v.npy", "-o", "a.png", "--scene", "typed.toml"], "tf must be text, a number or an array"),
     (["render", "v.npy", "-o", "a.png", "--texture-format", "r8"], "invalid choice"),
     (["render", "v.npy", "-o", "a.png", "--backend", "metal"], "invalid choice"),

@@ -213,7 +213,10 @@ def test_unstructured_grids_are_refused_by_name(
 ) -> None:
     message = refused(unstructured(tmp_path / "v.nc", kind), capfd, variable=variable)
     assert named in message
-    assert "which texvol does not read; resample it onto a regular grid, in ParaView by the filter Resample To Image" in message
+    assert (
+        "which texvol does not read; resample it onto a regular grid, in ParaView by the filter Resample To Image"
+        in message
+    )
 
 
 @pytest.mark.parametrize(

@@ -96,7 +96,7 @@ def test_surfaces_are_written_in_every_format(folder: Path, name: str, capsys: p
         (["render", "wavy.npy", "-o", "a.png", "--mesh", "half.ply", "--mode", "mip"], "mip"),
         (["surface", "wavy.npy", "--value", "7", "-o", "a.ply"], "from 0"),
         (["surface", "wavy.npy", "--value", "nan", "-o", "a.ply"], "finite"),
-        (["surface", "wavy.npy", "--value", "0.5", "-o", "a.png"], "PLY, STL, OBJ, VTP"),
+        (["surface", "wavy.npy", "--value", "0.5", "-o", "a.png"], ".ply, .stl, .obj or .vtp"),
         (["surface", "wavy.npy", "-o", "a.ply"], "--value"),
         (["surface", "gone.npy", "--value", "0.5", "-o", "a.ply"], "gone.npy"),
     ],

@@ -138,9 +138,9 @@ def test_labels_of_any_step_have_a_colour() -> None:
         (np.zeros((3, 3)), "last row"),
         (np.zeros(7), "last row"),
         (np.diag([1.0, 1, 0, 1]), "singular"),
-        (np.diag([1e300, 1, 1, 1]), "finite|1e-90 and 1e90|singular"),
-        (np.diag([1e100, 1e100, 1e100, 1]), "1e-90 and 1e90"),
-        (np.diag([1e-100, 1e-100, 1e-100, 1]), "1e-90 and 1e90"),
+        (np.diag([1e300, 1, 1, 1]), "finite|from 1e-90 to 1e90|singular"),
+        (np.diag([1e100, 1e100, 1e100, 1]), "from 1e-90 to 1e90"),
+        (np.diag([1e-100, 1e-100, 1e-100, 1]), "from 1e-90 to 1e90"),
     ],
 )
 def test_a_place_that_is_none_is_refused_in_one_line(matrix: np.ndarray, reason: str) -> None:

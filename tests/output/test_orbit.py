@@ -294,7 +294,10 @@ def test_a_full_disk_ends_with_one_line_and_nothing_half_written(
 
 def test_a_folder_that_goes_away_midway_leaves_the_frames_before(folder: Path) -> None:
     Path("a_2.png").mkdir()  # stands where the third view is to go
-    with film.Writer("a_%d.png", (8, 8), 5) as writer, pytest.raises(InputError, match="a_2.png: must be a file, got a folder"):
+    with (
+        film.Writer("a_%d.png", (8, 8), 5) as writer,
+        pytest.raises(InputError, match="a_2.png: must be a file"),
+    ):
         for _ in range(5):
             writer.add(np.zeros((8, 8, 4), np.float32))
         writer.finish()

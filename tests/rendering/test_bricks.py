@@ -366,7 +366,7 @@ def test_a_texture_memory_too_small_for_any_brick_is_an_error(
     renderers: Renderers, classification: Classification
 ) -> None:
     volume = smooth_volume(24)
-    with pytest.raises(InputError, match=r"^a brick of this volume takes .* MB, and may take .* MB$"):
+    with pytest.raises(InputError, match=r"^a brick of this volume needs .* MB of texture memory, got .* MB$"):
         renderers(0.0001).render(Scene(volume, BONE, classification=classification), SIZE)
     # And drawing goes on with what has room.
     point = Scene(Volume(np.ones((1, 1, 1))), BONE, classification=classification)
@@ -375,7 +375,7 @@ def test_a_texture_memory_too_small_for_any_brick_is_an_error(
 
 @pytest.mark.parametrize("megabytes", [0.0, -1.0, np.nan, np.inf])
 def test_a_texture_memory_that_is_none_is_refused(megabytes: float) -> None:
-    with pytest.raises(InputError, match="texture memory must be positive and finite"):
+    with pytest.raises(InputError, match="texture_memory must be positive and finite"):
         Renderer(texture_memory=megabytes)
 
 

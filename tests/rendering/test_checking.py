@@ -175,7 +175,7 @@ def test_a_wanted_error_is_taken_back_where_pixels_disagree() -> None:
 def test_a_wanted_error_is_taken_back_where_nobody_has_loaded_the_oracle(tmp_path: Path) -> None:
     code = f"""
 import sys, warnings
-sys.path[:0] = {[str(Path(__file__).parent), str(Path(__file__).parents[2] / "scripts")]!r}
+sys.path[:0] = {[str(Path(__file__).parents[1])]!r}
 import numpy as np
 from texvol.util.errors import AccuracyWarning
 from texvol import Scene, Volume, TransferFunction, Renderer

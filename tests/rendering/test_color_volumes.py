@@ -282,12 +282,12 @@ def test_a_sample_that_is_not_there_has_no_colour() -> None:
 @pytest.mark.parametrize(
     ("samples", "options", "message"),
     [
-        (np.full((2, 3, 4, 3), 1.5, "f4"), {}, r"lie in \[0, 1\], and its go from 1.5 to 1.5; --channel N"),
-        (np.full((2, 3, 4, 4), -0.5, "f4"), {}, r"lie in \[0, 1\]"),
-        (np.full((2, 3, 4, 3), np.inf), {}, r"lie in \[0, 1\]"),
-        (np.zeros((2, 3, 4, 3), "i2"), {}, r"its samples are int16, and colour \(--color\) is uint8, uint16 or floats"),
-        (np.zeros((2, 3, 4, 3), "u4"), {}, "its samples are uint32"),
-        (np.zeros((2, 3, 4, 2), "u1"), {}, "a colour has 3 or 4 components, and its samples have 2"),
+        (np.full((2, 3, 4, 3), 1.5, "f4"), {}, r"must be in \[0, 1\], got 1.5 to 1.5; --channel N"),
+        (np.full((2, 3, 4, 4), -0.5, "f4"), {}, r"must be in \[0, 1\]"),
+        (np.full((2, 3, 4, 3), np.inf), {}, r"must be in \[0, 1\]"),
+        (np.zeros((2, 3, 4, 3), "i2"), {}, r"colour \(--color\) must be uint8, uint16 or floats, got int16"),
+        (np.zeros((2, 3, 4, 3), "u4"), {}, "floats, got uint32"),
+        (np.zeros((2, 3, 4, 2), "u1"), {}, "--color needs 3 or 4 components, and its samples have 2"),
         (np.zeros((3, 4, 3), "u1"), {}, "--color needs 3 or 4 components, and its samples are single numbers"),
         (np.zeros((2, 3, 4, 3), "u1"), {"channel": 0}, "--channel or --color"),
         (np.zeros((2, 3, 4, 3), "u1"), {"labels": True}, "--labels or --color"),

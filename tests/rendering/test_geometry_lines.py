@@ -127,5 +127,5 @@ def test_more_translucent_lines_than_a_place_remembers_are_refused(renderer: Ren
 
     both(renderer, scene(24, 0.5))
     both(renderer, scene(40, 1.0))
-    with pytest.raises(InputError, match="at most 24 Lines are translucent, and 25 are"):
+    with pytest.raises(InputError, match="at most 24 Lines can be translucent, got 25"):
         renderer.render(scene(25, 0.5), SIZE)

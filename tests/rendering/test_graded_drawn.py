@@ -34,7 +34,7 @@ from texvol.rendering.renderer import Renderer
 from texvol.scene.camera import Camera
 from texvol.scene.lighting import DepthCue
 from texvol.scene.scene import Classification, Scene
-from texvol.scene.transfer import TransferFunction, files
+from texvol.scene.transfer import TransferFunction
 from texvol.scene.transfer.graded import Contour, Graded
 from texvol.scene.volume import Volume
 from texvol.textures import graded_uniforms, value_texture
@@ -125,7 +125,7 @@ def test_graded_matter_has_its_share(
     camera = framed(volume)
     if ends is None:
         material = {"name": "all", "color": COLOR, "extinction": 0.15, "gradient": [start, full]}
-        medium = files.loads(json.dumps({"materials": [material]}))
+        medium = loads(json.dumps({"materials": [material]}))
     else:
         medium = TransferFunction(**NOTHING, graded=(alike(ends, 0.15, start, full),))
     picture = drawn(renderer, Scene(volume, medium, camera, classification=kind))
@@ -298,7 +298,7 @@ def test_materials_of_a_file_are_what_the_oracle_makes_of_them(
     renderer: Renderer, kind: Classification, show: list[str] | None
 ) -> None:
     volume = smooth()
-    medium = files.loads(json.dumps(MATERIALS), volume=volume, materials=show)
+    medium = loads(json.dumps(MATERIALS), volume=volume, materials=show)
     scene = Scene(volume, medium, framed(volume), classification=kind, lighting=LIGHTS["head"])
     coarse, fine = errors(renderer, scene, (1, 8))
     assert fine < 1.5e-3 and coarse / fine > 5

@@ -121,9 +121,9 @@ def test_skipping_what_is_empty_changes_nothing(renderer, view):
 
 def test_a_depth_is_that_of_an_isosurface(renderer):
     renderer.render(scene_of(noise(), "mip"), SIZE)
-    with pytest.raises(InputError, match="last picture has none"):
+    with pytest.raises(InputError, match="depth needs a picture of mode isosurface"):
         renderer.depth()
-    with Renderer() as fresh, pytest.raises(InputError, match="last picture has none"):
+    with Renderer() as fresh, pytest.raises(InputError, match="depth needs a picture of mode isosurface"):
         fresh.depth()
 
 

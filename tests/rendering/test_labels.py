@@ -138,7 +138,7 @@ def test_other_lists_go_by_their_names() -> None:
     from texvol.util.color import srgb_from_linear
 
     np.testing.assert_allclose(srgb_from_linear(function.at(1)[:3]) * 255, [0x1F, 0x77, 0xB4], atol=1e-6)
-    with pytest.raises(InputError, match="viridis is a ramp"):
+    with pytest.raises(InputError, match="viridis must be a list of colours, got a ramp"):
         label_function(labelled(0, 1), colors="viridis")
     with pytest.raises(InputError, match="no list of colours 'nosuch'"):
         label_function(labelled(0, 1), colors="nosuch")
@@ -147,13 +147,13 @@ def test_other_lists_go_by_their_names() -> None:
 @pytest.mark.parametrize(
     ("how", "message"),
     [
-        ({"opacities": {57: 1}}, "unknown label 57: organs.nii has 0 … 29"),
-        ({"colors": {-1: (1, 0, 0)}}, "unknown label -1: organs.nii has 0 … 29"),
-        ({"opacities": {1: 1.5}}, r"the opacity of label 1 lies in \[0, 1\], and is 1.5"),
-        ({"opacities": {1: np.nan}}, r"the opacity of label 1 lies in \[0, 1\], and is nan"),
-        ({"others": -1}, r"the opacity of all other labels lies in \[0, 1\]"),
-        ({"colors": {1: (1, 0, 2)}}, r"the colour of label 1 is three numbers in \[0, 1\]"),
-        ({"colors": {1: (1, 0)}}, r"the colour of label 1 is three numbers in \[0, 1\]"),
+        ({"opacities": {57: 1}}, "label 57 not found: organs.nii has 0 … 29"),
+        ({"colors": {-1: (1, 0, 0)}}, "label -1 not found: organs.nii has 0 … 29"),
+        ({"opacities": {1: 1.5}}, r"the opacity of label 1 must be from 0 to 1, got 1.5"),
+        ({"opacities": {1: np.nan}}, r"the opacity of label 1 must be from 0 to 1, got nan"),
+        ({"others": -1}, r"the opacity of all other labels must be from 0 to 1"),
+        ({"colors": {1: (1, 0, 2)}}, r"the colour of label 1 must be three numbers from 0 to 1"),
+        ({"colors": {1: (1, 0)}}, r"the colour of label 1 must be three numbers from 0 to 1"),
     ],
 )
 def test_what_is_wrong_with_a_look_is_said(how: dict, message: str) -> None:
@@ -162,7 +162,7 @@ def test_what_is_wrong_with_a_look_is_said(how: dict, message: str) -> None:
 
 
 def test_measured_values_have_no_labels() -> None:
-    with pytest.raises(InputError, match="read with --labels"):
+    with pytest.raises(InputError, match="read labels with --labels"):
         label_function(Volume(np.zeros((2, 2, 2))))
 
 
@@ -180,11 +180,11 @@ def test_a_text_says_how_labels_look() -> None:
     [
         *((text, "LABEL=OPACITY") for text in ("", "1", "1=", "=1", "a=1", "1.5=1", "1=1;2=1", "1=#12345", "1=nan")),
         *((text, "LABEL=OPACITY") for text in ("*=#ff0000", "1=0.5:#ff0000", "1=#ff0000:", "1=1,", "99999999999=1")),
-        ("1=1.5", r"label 1 lies in \[0, 1\], and is 1.5"),
-        ("1=-1", r"label 1 lies in \[0, 1\]"),
-        ("*=2", r"label \* lies in \[0, 1\]"),
-        ("1=1,2=1,+1=0", "label 1 stands twice"),
-        ("*=1,*=0", r"label \* stands twice"),
+        ("1=1.5", r"label 1 must be from 0 to 1, got 1.5"),
+        ("1=-1", r"label 1 must be from 0 to 1"),
+        ("*=2", r"label \* must be from 0 to 1"),
+        ("1=1,2=1,+1=0", "label 1 must be given once"),
+        ("*=1,*=0", r"label \* must be given once"),
     ],
 )
 def test_a_text_that_says_nothing_of_the_kind_is_refused_in_a_line(text: str, message: str) -> None:
@@ -202,7 +202,7 @@ def test_labels_are_proposed_their_colours() -> None:
 
 @pytest.mark.parametrize("name", PRESETS)
 def test_presets_are_for_measured_values(name: str) -> None:
-    with pytest.raises(InputError, match=f"labels, and the preset {name} is for measured ones"):
+    with pytest.raises(InputError, match=f"the preset {name} needs measured values, got labels"):
         preset(name, labelled(0, 1, 300))
 
 
@@ -212,7 +212,7 @@ def test_files_in_data_units_serve_labels_and_others_are_refused() -> None:
     volume = labelled(0, 1)
     assert loads(text + "}", "tf.json", volume).classify(1).extinction == 2
     for units in ("percentile", "range", "matter"):
-        with pytest.raises(InputError, match=f'values in "{units}" .* organs.nii has labels'):
+        with pytest.raises(InputError, match=f'values in "{units}" need measured values'):
             loads(text + f', "values": "{units}"}}', "tf.json", volume)
 
 

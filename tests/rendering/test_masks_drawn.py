@@ -159,10 +159,10 @@ def test_where_values_are_seen_hidden_samples_are_missing(renderer: Renderer, mo
             np.ones((3, 3, 4)),
             r"^mask: a mask must have as many samples as its volume, got 4 x 3 x 3 samples where volume has 3 x 3",
         ),
-        (np.full((3, 3, 3), 2.0), r"^mask: weights lie in \[0, 1\], and they go from 2 to 2; a mask of other numbers"),
-        (np.full((3, 3, 3), np.nan), r"^mask: weights lie in \[0, 1\]"),
-        (np.ones((3, 3)), r"^mask: a mask has numbers along 3 axes \(z, y, x\), and is float64 of shape \(3, 3\)"),
-        (np.full((3, 3, 3), "a"), r"^mask: a mask has numbers along 3 axes"),
+        (np.full((3, 3, 3), 2.0), r"^mask: weights must be from 0 to 1, but they go from 2 to 2; fade"),
+        (np.full((3, 3, 3), np.nan), r"^mask: weights must be from 0 to 1"),
+        (np.ones((3, 3)), r"^mask: a mask must have numbers along 3 axes \(z, y, x\), got float64 of shape \(3, 3\)"),
+        (np.full((3, 3, 3), "a"), r"^mask: a mask must have numbers along 3 axes"),
     ],
 )
 def test_a_mask_that_is_none_is_refused(weights: NDArray, message: str) -> None:
@@ -178,7 +178,7 @@ def test_masks_come_out_of_volumes() -> None:
     np.testing.assert_allclose(Mask.of(labels, (1, 1.5)).array, labels.values == 2)
     fractions = Volume(np.array([[[0.25, np.nan, 1.0]]]))
     np.testing.assert_allclose(Mask.of(fractions).array, [[[0.25, 0.0, 1.0]]])
-    with pytest.raises(InputError, match="fades between two finite numbers, and they are 1 and 1"):
+    with pytest.raises(InputError, match="fade must be two different finite numbers, got 1 and 1"):
         Mask.of(labels, (1, 1))
 
 

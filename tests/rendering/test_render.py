@@ -294,8 +294,8 @@ def test_stats_say_what_was_done(renderer: Renderer) -> None:
 @pytest.mark.parametrize(
     "arguments, message",
     [
-        ({"size": (0, 10)}, "size 0x10"),
-        ({"size": (10, 10**6)}, "a picture has 1 to"),
+        ({"size": (0, 10)}, "size must be at least one pixel along each side, got 0x10"),
+        ({"size": (10, 10**6)}, "this driver draws 1 to"),
         ({"sampling_rate": 0.0}, "sampling rate must be positive"),
         ({"sampling_rate": np.nan}, "sampling rate must be positive"),
         ({"slab_thickness": -1.0}, "slab thickness must be positive"),

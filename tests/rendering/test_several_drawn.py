@@ -249,7 +249,7 @@ def test_what_does_not_fit_is_refused_by_name() -> None:
     scene = replace(seen(volume, FOG, classification="extinction"), added=(AddedVolume(volume, FOG),))
     with (
         Renderer(texture_memory=0.2) as small,
-        pytest.raises(InputError, match=r"^2 volumes are drawn at once and take"),
+        pytest.raises(InputError, match=r"^2 volumes are drawn at once and need"),
     ):
         small.render(scene, SIZE, texture_format="rgba32f")
     many = replace(scene, added=tuple(AddedVolume(Volume(np.ones((2, 2, 2))), FOG) for _ in range(64)))

@@ -122,13 +122,16 @@ def test_patients_are_seen_from_the_front() -> None:
         (lambda: Camera.perspective((1, 2, 3), (1, 2, 3), (0, 0, 1)), "eye and target must differ, got 1,2,3"),
         (lambda: Camera.perspective((0, 0, 5), (0, 0, 0), (0, 0, -2)), "up must not be parallel to the view"),
         (lambda: Camera.perspective((0, 0, 5), (0, 0, 0), (0, 0, 0)), "up must not be zero"),
-        (lambda: Camera.perspective((0, 0, np.nan), (0, 0, 0), (0, 1, 0)), "eye is three finite numbers"),
-        (lambda: Camera.perspective((0, 0), (0, 0, 0), (0, 1, 0)), "eye is three finite numbers"),
-        (lambda: Camera.perspective((0, 0, 5), (0, 0, 0), (0, 1, 0), fov=180), "fov is an angle between 0 and 180"),
+        (lambda: Camera.perspective((0, 0, np.nan), (0, 0, 0), (0, 1, 0)), "eye must be three finite numbers"),
+        (lambda: Camera.perspective((0, 0), (0, 0, 0), (0, 1, 0)), "eye must be three finite numbers"),
+        (
+            lambda: Camera.perspective((0, 0, 5), (0, 0, 0), (0, 1, 0), fov=180),
+            "fov must be an angle between 0",
+        ),
         (lambda: Camera.orthographic((0, 0, 5), (0, 0, 0), (0, 1, 0), height=0), "height must be positive"),
         (lambda: Camera.orthographic((0, 0, 5), (0, 0, 0), (0, 1, 0), height=np.inf), "height must be positive"),
         (lambda: Camera.framing(Volume(np.zeros((1, 1, 1))), height=0), "height must be positive"),
-        (lambda: Camera("fisheye", (0, 0, 5), (0, 0, 0), (0, 1, 0)), "projection is orthographic or perspective"),  # type: ignore[arg-type]
+        (lambda: Camera("fisheye", (0, 0, 5), (0, 0, 0), (0, 1, 0)), "projection must be orthographic or perspective"),  # type: ignore[arg-type]
     ],
 )
 def test_impossible_cameras_are_refused(make: Callable[[], Camera], message: str) -> None:

@@ -382,10 +382,10 @@ def test_without_threads_the_gradients_are_the_same(monkeypatch: pytest.MonkeyPa
 @pytest.mark.parametrize(
     "kind, scale, message",
     [
-        ("sobel", 1, "the estimator is one of central, zucker-hummel, gaussian, and not 'sobel'"),
-        ("gaussian", 0, "the scale is from 0.1 to 100 samples, and is 0"),
-        ("gaussian", float("nan"), "the scale is from 0.1 to 100 samples, and is nan"),
-        ("gaussian", "2", "the scale is from 0.1 to 100 samples, and is '2'"),
+        ("sobel", 1, "kind must be one of central, zucker-hummel, gaussian, got 'sobel'"),
+        ("gaussian", 0, "scale must be from 0.1 to 100 samples, got 0"),
+        ("gaussian", float("nan"), "scale must be from 0.1 to 100 samples, got nan"),
+        ("gaussian", "2", "scale must be from 0.1 to 100 samples, got '2'"),
     ],
 )
 def test_an_estimator_that_does_not_exist_is_refused(kind: str, scale: float, message: str) -> None:

@@ -101,7 +101,7 @@ def test_a_change_in_place_is_an_error_when_it_is_drawn(renderer: Renderer, what
     scene = Scene(Volume(array, name="mine"), FOG)
     renderer.render(scene, SIZE)
     CHANGES[what](array)
-    with pytest.raises(InputError, match="mine: its samples were changed in place"):
+    with pytest.raises(InputError, match="mine: samples were changed in place"):
         renderer.render(scene, SIZE)
     with pytest.raises(InputError, match="make a new Volume of the array"):
         texvol.raycast(scene, SIZE)

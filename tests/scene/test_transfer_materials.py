@@ -311,7 +311,7 @@ def _graded(**changes: Any) -> dict[str, Any]:
         ({"materials": [3]}, "material 0 is an object with name, from, to, color and extinction, and not 3"),
         (_material(name=None), "material 0 must have a name without a comma, got None"),
         (_material(name="a,b"), "must have a name without a comma, got 'a,b'"),
-        (_material(colour=1), "material 0 has no key 'colour'; it has color, extinction, from, gradient, name, op"),
+        (_material(colour=1), "material 0 key 'colour' not known; it has color, extinction, from, gradient, name, op"),
         (_material(color=None), "material 'fat' lacks color"),
         (_material(color=[0, 0, 2]), r"material 'fat': color lies in \[0, 1\], and is \[0.0, 0.0, 2.0\]"),
         (_material(color=[0, 0, -1]), "color lies in"),
@@ -363,7 +363,7 @@ def _graded(**changes: Any) -> dict[str, Any]:
           "boundaries": [{"materials": ["fat", "wall"], "gradient": 1}]}, "'wall' is opaque"),
         ({"graded": []}, "has a list of graded"),
         (_graded(gradient=[0]), "graded 0: gradient is two gradient magnitudes"),
-        (_graded(points=[]), "has a list of points"),
+        (_graded(points=[]), "must have a list of points"),
         (_graded(point={"extinction": -1}), "graded 0, point 0: extinction must not be negative"),
         (_graded(point={"emission": [-1, 0, 0]}), "graded 0: .*emission must be finite and not negative"),
         ({"materials": [FAT], "gradient": []}, "gradient is a list of pairs"),
@@ -375,7 +375,7 @@ def _graded(**changes: Any) -> dict[str, Any]:
         ({"points": [{"value": 0, "emission": [0, 0, 0], "opacity": 1}], "emission": "premultiplied"},
          "point 0: it is opaque, and has color"),
         ({"material_names": "fat", "points": POINTS}, "material_names is a list of names"),
-        ({"show": []}, "must have a list of at least one point, or materials"),
+        ({"show": []}, "must have a list of points, materials"),
     ],
 )  # fmt: skip
 def test_what_is_wrong_in_a_file_is_said_in_one_line(content: dict[str, Any], message: str) -> None:

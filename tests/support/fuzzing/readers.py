@@ -27,8 +27,8 @@ from texvol.provenance.scene_metadata import ATTRIBUTE
 from texvol.provenance.stored_scene import scene_from_metadata, stored_scene_of
 from texvol.pytest_plugin.references import fingerprint_of
 from texvol.pytest_plugin.repeats import repeats_of
+from texvol.scene import transfer
 from texvol.scene.mask import Mask
-from texvol.scene.transfer import files as transfer_files
 from texvol.scene.volume import Volume
 from texvol.util.errors import InputError, TexvolError
 from texvol.window import recent, script
@@ -108,9 +108,9 @@ def _mesh(path: str) -> int:
 
 
 def _transfer(path: str) -> int:
-    function = transfer_files.load(path, _VOLUME)
+    function = transfer.load(path, _VOLUME)
     text = json.dumps(function.as_json())
-    transfer_files.loads(text, path, _VOLUME)
+    transfer.loads(text, path, _VOLUME)
     return len(text)
 
 
