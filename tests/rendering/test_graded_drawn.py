@@ -34,7 +34,7 @@ from texvol.rendering.renderer import Renderer
 from texvol.scene.camera import Camera
 from texvol.scene.lighting import DepthCue
 from texvol.scene.scene import Classification, Scene
-from texvol.scene.transfer import TransferFunction
+from texvol.scene.transfer import TransferFunction, loads
 from texvol.scene.transfer.graded import Contour, Graded
 from texvol.scene.volume import Volume
 from texvol.textures import graded_uniforms, value_texture

@@ -140,7 +140,9 @@ def test_other_lists_go_by_their_names() -> None:
     np.testing.assert_allclose(srgb_from_linear(function.at(1)[:3]) * 255, [0x1F, 0x77, 0xB4], atol=1e-6)
     with pytest.raises(InputError, match="viridis must be a list of colours, got a ramp"):
         label_function(labelled(0, 1), colors="viridis")
-    with pytest.raises(InputError, match="no list of colours 'nosuch'"):
+    with pytest.raises(
+        InputError, match="list of colours 'nosuch' not found; known are glasbey, tab20 and Set1 among others"
+    ):
         label_function(labelled(0, 1), colors="nosuch")
 
 

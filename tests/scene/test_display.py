@@ -137,8 +137,8 @@ def test_a_window_is_read():
         ("nan,1", "two finite numbers"),
         ("0,inf", "two finite numbers"),
         (5, "two finite numbers"),
-        ("40,0", "width is positive, and is 0"),
-        ((40, -3), "width is positive, and is -3"),
+        ("40,0", "window: width must be positive, got 0"),
+        ((40, -3), "window: width must be positive, got -3"),
     ],
     ids=str,
 )

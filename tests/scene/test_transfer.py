@@ -190,5 +190,7 @@ def test_presets_and_proposal_take_any_values(values: float) -> None:
 
 def test_there_are_eight_presets_and_another_is_refused_with_the_list() -> None:
     assert len(transfer.PRESETS) >= 8
-    with pytest.raises(InputError, match="no preset 'bones'; there are ct-bone"):
+    with pytest.raises(
+        InputError, match="preset 'bones' not found; known are ct-bone, ct-soft-tissue, ct-lung, mr, grey, fog,"
+    ):
         transfer.preset("bones", Volume(np.zeros((1, 1, 1))))

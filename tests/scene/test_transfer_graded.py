@@ -147,7 +147,9 @@ def test_magnitudes_are_wanted_only_where_they_matter() -> None:
     for changes in ({"graded": ()}, {"contours": (), "modulation": None}, {"graded": (), "contours": ()}):
         function = everything(**changes)
         assert function.needs_gradient
-        with pytest.raises(InputError, match="depends on the gradient: give classify"):
+        with pytest.raises(
+            InputError, match="transfer function: magnitudes must be given, since the medium depends on the gradient"
+        ):
             function.classify(0.0)
 
 
@@ -234,18 +236,18 @@ def graded_of(**changes: Any) -> Graded:
 @pytest.mark.parametrize(
     "changes, message",
     [
-        ({"values": []}, "at least one"),
+        ({"values": []}, r"graded medium must have n values, emissions of shape \(n, 3\) and n extinctions, with n at"),
         ({"values": [0.0]}, "n values"),
         ({"emissions": np.zeros(2)}, "n values"),
-        ({"values": [1.0, 0]}, "values must ascend, and 0 follows 1"),
+        ({"values": [1.0, 0]}, "graded medium: values must ascend, got 0 after 1"),
         ({"values": [0.0, np.nan]}, "values must be finite"),
-        ({"values": [0.0, 1e308]}, "lie within 8e"),
+        ({"values": [0.0, 1e308]}, r"graded medium: values must be finite and at most 8e\+307 in size"),
         ({"emissions": np.full((2, 3), -1.0)}, "emission must be finite and not negative"),
         ({"extinctions": [0.0, np.inf]}, "extinction must be finite"),
         ({"extinctions": [0.0, np.nan]}, "extinction must be finite"),
-        ({"start": 2}, "goes from 2 to 1"),
-        ({"start": -1}, "goes from -1 to 1"),
-        ({"full": np.inf}, "goes from 0 to inf"),
+        ({"start": 2}, "graded medium: the gradient range must rise from at least 0, got 2 to 1"),
+        ({"start": -1}, "graded medium: the gradient range must rise from at least 0, got -1 to 1"),
+        ({"full": np.inf}, "graded medium: the gradient range must rise from at least 0, got 0 to inf"),
     ],
 )
 def test_graded_matter_that_is_wrong_is_refused(changes: dict[str, Any], message: str) -> None:
@@ -258,9 +260,9 @@ def test_graded_matter_that_is_wrong_is_refused(changes: dict[str, Any], message
     [
         ({"value": np.nan}, "value must be finite"),
         ({"thickness": 0}, "thickness must be a finite number above 0, got 0"),
-        ({"thickness": np.inf}, "thickness is a finite number above 0"),
-        ({"emission": (0, 0)}, "emission is three"),
-        ({"emission": (0, 0, -1)}, "emission is three"),
+        ({"thickness": np.inf}, "contour: thickness must be a finite number above 0"),
+        ({"emission": (0, 0)}, r"contour: emission must be three finite numbers of at least 0"),
+        ({"emission": (0, 0, -1)}, r"contour: emission must be three finite numbers of at least 0"),
         ({"extinction": np.inf}, "extinction must be finite"),
         ({"extinction": -1}, "extinction must be finite and not negative, got -1"),
     ],
@@ -273,13 +275,19 @@ def test_a_contour_that_is_wrong_is_refused(changes: dict[str, Any], message: st
 @pytest.mark.parametrize(
     "changes, message",
     [
-        ({"modulation": []}, "is a list of pairs"),
-        ({"modulation": [1, 2]}, "is a list of pairs"),
+        (
+            {"modulation": []},
+            r"transfer function: gradient must be a list of pairs \[magnitude, factor\]",
+        ),
+        (
+            {"modulation": [1, 2]},
+            r"transfer function: gradient must be a list of pairs \[magnitude, factor\]",
+        ),
         ({"modulation": [[0, -1]]}, "must be finite and not negative"),
         ({"modulation": [[0, np.inf]]}, "must be finite and not negative"),
-        ({"modulation": [[1, 0], [1, 1]]}, "magnitudes must ascend, and 1 follows 1"),
+        ({"modulation": [[1, 0], [1, 1]]}, "transfer function: gradient magnitudes must ascend, got 1 after 1"),
         ({"emissive": True}, "either emissive or premultiplied"),
-        ({"premultiplied": False}, "colours lie in"),
+        ({"premultiplied": False}, "transfer function: colours must be from 0 to 1, got 3"),
     ],
 )
 def test_a_function_that_is_wrong_is_refused(changes: dict[str, Any], message: str) -> None:
