@@ -370,7 +370,7 @@ def _graded(**changes: Any) -> dict[str, Any]:
         ({"materials": [FAT], "gradient": [[0]]}, r"gradient: entry 0 must be a pair \[magnitude, factor\], got \[0\]"),
         ({"materials": [FAT], "gradient": [[1, 0], [0, 1]]}, "gradient magnitudes must ascend, got 0 after 1"),
         ({"materials": [FAT], "gradient": [[0, -1]]}, "must be finite and not negative"),
-        ({"materials": [FAT], "gradients": "steep"}, '"gradients" is one of data, relative'),
+        ({"materials": [FAT], "gradients": "steep"}, '"gradients" must be one of data, relative'),
         ({"values": "percentile", "materials": [BONE | {"from": 101}]}, "percentiles must be from 0 to 100"),
         ({"points": [{"value": 0, "emission": [0, 0, 0], "opacity": 1}], "emission": "premultiplied"},
          "point 0: an opaque point must have color in place of emission"),
@@ -388,7 +388,7 @@ def test_what_is_wrong_in_a_file_is_said_in_one_line(content: dict[str, Any], me
 def test_materials_that_are_not_there_are_refused_with_the_list() -> None:
     with pytest.raises(InputError, match="material 'bones' not found; known are air, fat, bone"):
         loads({"materials": [AIR, FAT, BONE]}, materials=["bones"])
-    with pytest.raises(InputError, match="it has no materials, and 'bone' can't be chosen"):
+    with pytest.raises(InputError, match="materials 'bone' not found: the file has none"):
         loads({"points": POINTS}, materials=["bone"])
     with pytest.raises(InputError, match="no material 'bones'; there are air, fat, soft tissue, bone"):
         transfer.preset("table-5-1", VOLUME, ["bones"])
