@@ -253,7 +253,7 @@ def test_what_does_not_fit_is_refused_by_name() -> None:
     ):
         small.render(scene, SIZE, texture_format="rgba32f")
     many = replace(scene, added=tuple(AddedVolume(Volume(np.ones((2, 2, 2))), FOG) for _ in range(64)))
-    with Renderer() as renderer, pytest.raises(InputError, match=r"volumes take \d+ textures at once"):
+    with Renderer() as renderer, pytest.raises(InputError, match=r"volumes need \d+ textures at once"):
         renderer.render(many, SIZE)
 
 
