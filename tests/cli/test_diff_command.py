@@ -250,7 +250,7 @@ def test_a_pipe_is_refused_and_not_waited_for(here: Path, capsys: pytest.Capture
 def test_a_hostile_header_is_no_crash(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
     a = store("a.exr", smooth(seed=1), texvol__scene="[" * 100_000)
     status, metadata = as_json(capsys, a, store("b.exr", smooth(seed=2)))
-    assert status == 1 and any("not JSON" in note for note in metadata["notes"])
+    assert status == 1 and any("nested deeper" in note for note in metadata["notes"])
 
 
 def test_numbers_of_pictures_without_opacity_are_those_of_their_colours(

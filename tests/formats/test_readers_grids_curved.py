@@ -175,7 +175,7 @@ def spoilt(change: object, cell: tuple = (2, 3, 4)) -> np.ndarray:
         (spoilt(np.nan), r"its point \(4, 3, 2\) is not finite: \[nan, nan, nan\]"),
         (spoilt([np.inf, 0, 0]), r"is not finite: \[inf"),
         (spoilt(lambda points: points[5, 0, 0]), "is folded"),
-        (spoilt([1e200, 0, 0]), "must be at most 1e150"),
+        (spoilt([1e200, 0, 0]), "must have coordinates of at most"),
         (warped((6, 7, 8)) * [1, 0, 1], "is flat: all of its points have the same y"),
         (warped((6, 7, 8)) @ np.array([[1.0, 1, 0], [1, 1, 0], [0, 0, 1]]), "none of its 210 cells has a volume"),
         (np.zeros((3, 3, 3, 3)), "is flat: all of its points have the same x and the same y and the same z"),
@@ -223,7 +223,7 @@ def test_a_regular_format_takes_no_resolution(tmp_path: Path) -> None:
     np.save(tmp_path / "v.npy", marked.marked())
     with pytest.raises(InputError, match="is NPY, whose samples are on a regular grid"):
         load(tmp_path / "v.npy", resolution=(5, 5, 5))
-    with pytest.raises(InputError, match="is NPY: --variable chooses"):
+    with pytest.raises(InputError, match="is NPY: --variable is for"):
         load(tmp_path / "v.npy", variable="t")
 
 

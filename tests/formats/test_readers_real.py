@@ -132,7 +132,7 @@ def test_one_volume_in_several_encodings(file: str) -> None:
     [
         ("nrrd-encodings/BallBinary30x30x30_byteskip_minus_five.nhdr", "byte skip must be at least -1, got -5"),
         ("nrrd-encodings/BallBinary30x30x30_nifti.nhdr", "more than 54000 bytes"),
-        ("nrrd-encodings/test1d_ascii.nrrd", "is 1-D"),
+        ("nrrd-encodings/test1d_ascii.nrrd", "must have 3 axes, got 1"),
         ("nrrd-encodings/test2d_ascii.nrrd", r"must have 3 axes, got 2 \(3 x 9\)"),
         ("nrrd-encodings/BallBinary30x30x30.raw", "--shape NX,NY,NZ"),
         ("nucleus/dna_conf_wf.ome.tif", r"choose one with --channel 0\.\.1"),

@@ -221,7 +221,7 @@ def test_a_wanted_error_chooses_on_the_first_view_for_all(
 # What is wrong.
 
 WRONG = [
-    (["--orbit", "3", "-o", "a.png"], "a.png: several pictures are numbered by one %d in the name"),
+    (["--orbit", "3", "-o", "a.png"], "a.png: the name for several pictures must have one %d"),
     (["--orbit", "3", "-o", "a_%d_%d.png"], "must have one %d"),
     (["--orbit", "3", "-o", "a_%s.png"], "must have one %d"),
     (["--orbit", "3", "-o", "a_%d%s.png"], "must have one %d"),
@@ -234,7 +234,10 @@ WRONG = [
     (["-o", "a_%04d.png"], "%04d needs several pictures: give --orbit N or --time all"),
     (["-o", "a.mp4"], "a film needs several pictures: give --orbit N or --time all"),
     (["--orbit", "3", "-o", "a_%d.mp4"], "the name of a film must not have"),
-    (["--orbit", "3", "-o", "a.mp4", "--size", "33x32"], "size 33x32: a film (H.264, 4:2:0) is even"),
+    (
+        ["--orbit", "3", "-o", "a.mp4", "--size", "33x32"],
+        "size must be even along both sides for a film (H.264, 4:2:0), got 33x32",
+    ),
     (["--orbit", "3", "-o", "no/a.mp4"], "folder no does not exist"),
     (["--orbit", "3", "-o", "a_%d.png", "--fps", "25"], "--fps needs a film"),
     (["--orbit", "3", "-o", "a.mp4", "--fps", "0"], "frames per second from 0.1 to 1000"),
