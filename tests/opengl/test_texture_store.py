@@ -145,7 +145,7 @@ def test_a_budget_with_no_room_for_a_brick_is_an_error_and_leaves_what_was(store
     small, large = smooth_volume(16), Volume(np.zeros((64, 64, 64), np.float32))
     store.prepare(baked_of(small), small, (small,), MARGIN)
     store.resources(store.bricks[0])
-    with pytest.raises(InputError, match=r"^a brick of this volume takes .* MB, and may take 0.025 MB$"):
+    with pytest.raises(InputError, match=r"^a brick of this volume needs .* MB of texture memory, got 0.025 MB$"):
         store.prepare(baked_of(large), large, (large,), (6, 6, 6))
     store.prepare(baked_of(small), small, (small,), MARGIN)
     store.resources(store.bricks[0])

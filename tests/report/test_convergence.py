@@ -167,7 +167,10 @@ def test_vtk_that_draws_something_else_is_not_compared(monkeypatch: pytest.Monke
         return asked(transfer_function, volume, 2 * unit)  # type: ignore[arg-type]
 
     monkeypatch.setattr(vtk_mappers, "_vtk_points", twice_as_dense)
-    with Renderer() as renderer, pytest.raises(vtk_mappers.VtkError, match="another picture"):
+    with (
+        Renderer() as renderer,
+        pytest.raises(vtk_mappers.VtkError, match="this scene differently"),
+    ):
         list(vtk_mappers.sweep(renderer, scene, SIZE, "VTK GPU", [1.0], Truths(None, None), Limits()))
 
 

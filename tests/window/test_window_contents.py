@@ -118,7 +118,7 @@ def test_what_can_not_be_added_is_said_and_changes_nothing(folder: Path) -> None
         ("add broken.nrrd", "broken.nrrd"),
         ("add broken.ply", "named PLY, but its content is not PLY"),
         ("add none.npy", "none.npy"),
-        ("mask wide.npy", "a mask is of its volume's size"),
+        ("mask wide.npy", "a mask must have as many samples as its volume"),
     ):
         desk.messages.clear()
         done(desk, command)
