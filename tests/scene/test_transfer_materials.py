@@ -390,7 +390,7 @@ def test_materials_that_are_not_there_are_refused_with_the_list() -> None:
         loads({"materials": [AIR, FAT, BONE]}, materials=["bones"])
     with pytest.raises(InputError, match="materials 'bone' not found: the file has none"):
         loads({"points": POINTS}, materials=["bone"])
-    with pytest.raises(InputError, match="no material 'bones'; there are air, fat, soft tissue, bone"):
+    with pytest.raises(InputError, match="material 'bones' not found; known are air, fat, soft tissue, bone"):
         transfer.preset("table-5-1", VOLUME, ["bones"])
     with pytest.raises(InputError, match="the preset ct-bone has no materials, and 'bone' can't"):
         transfer.preset("ct-bone", VOLUME, ["bone"])

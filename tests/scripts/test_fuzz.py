@@ -20,7 +20,7 @@ from texvol.comparison import pictures
 from texvol.formats.readers.detection import FORMATS
 from texvol.geometry import reading
 
-COUNT = 4000  # of damaged files: about half a minute
+COUNT = 8000  # of damaged files: about a minute
 SEED = 18
 
 

@@ -55,7 +55,7 @@ def test_the_pages_show_what_is_drawn(entry: Entry, renderer: Renderer, tmp_path
 
 
 def test_no_stored_picture_is_of_nothing() -> None:
-    for folder in (gallery.REFERENCES, gallery.REPOSITORY / "tests" / "references"):
+    for folder in (gallery.REFERENCES, gallery.REPOSITORY / "tests" / "scripts" / "references"):
         assert {path.stem for path in folder.glob("*.*")} == {entry.name for entry in BUILT_IN}
 
 
