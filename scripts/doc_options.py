@@ -65,7 +65,7 @@ def page() -> str:
 
 
 def identity(group: Group) -> tuple[str, ...]:
-    """What makes a group the same in several commands."""
+    """Key of a group of options; groups of one key are described once."""
     return (str(group.title), *(each for action in group._group_actions for each in action.option_strings))
 
 
@@ -75,7 +75,7 @@ def listed(names: list[str]) -> str:
 
 
 def about(parser: argparse.ArgumentParser) -> str:
-    """What a command does, and how it is called."""
+    """Description and usage of a command."""
     text = escaped(parser.description or "")
     has_options = any(each.option_strings and each.dest != "help" for each in parser._actions)
     line = " ".join([parser.prog, *positional(parser), *["[options]"] * has_options])

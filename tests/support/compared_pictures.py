@@ -34,7 +34,7 @@ def filled(width: int, height: int, *color: float) -> NDArray[np.float32]:
 def outcome_of(
     candidate: NDArray, reference: NDArray, name: str = "picture", *, explain: bool = True, **metadata: str
 ) -> Outcome:
-    """What comes of a pair of arrays; `facts` are attributes of both."""
+    """Outcome of comparing two arrays; `metadata` are attributes of both."""
     from texvol.comparison.outcome import examine
     from texvol.comparison.pictures import Picture
 

@@ -119,7 +119,7 @@ def depth_picture(renderer: Renderer, supersampling: int = SUPERSAMPLING) -> NDA
 
 
 def command(entry: Entry, size: Size) -> str:
-    """What makes the picture, at the size that it is drawn at."""
+    """Command line of the picture, at the size that it is drawn at."""
     volume = f"{entry.volume}.npy" if entry.is_built_in else f"DATA/{entry.volume}"
     parts = [f"texvol render {volume}", entry.options]
     if entry.transfer_function is not None:
@@ -144,7 +144,7 @@ def drawn(renderer: Renderer, entry: Entry, data: Path, size: Size) -> Drawn | N
 
 
 def shown_range(scene: Scene, entry: Entry) -> float:
-    """What errors of the picture are measured by: 1, or for numbers the range that colours are made of."""
+    """Unit of the picture's errors: 1, or for numbers the range that is shown in colours."""
     if scene.mode not in display.NUMBER_MODES:
         return 1.0
     window = parsed(entry, "", (1, 1))[1].window

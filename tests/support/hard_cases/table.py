@@ -32,7 +32,7 @@ COLUMNS = ("case", "seconds", "max_error", "rms_error", "bound", "bound / max", 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a case came to."""
+    """Result of a case."""
 
     case: HardCase
     seconds: float  # of a warm draw and its reading back
