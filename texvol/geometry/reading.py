@@ -24,7 +24,6 @@ from texvol.util.errors import InputError
 from texvol.util.text_files import check_regular
 
 FORMATS = {".ply": "PLY", ".stl": "STL", ".obj": "OBJ", ".vtp": "VTP"}
-READ = "PLY, STL, OBJ, VTP"
 # Memory per byte of text while it becomes numbers: a Python string and its slot in a list for each few characters.
 _BYTES_PER_BYTE = 16
 _STL_HEADER, _STL_TRIANGLE = 84, 50  # bytes
