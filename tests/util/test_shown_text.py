@@ -18,7 +18,7 @@ import pytest
 
 from texvol import Camera, Scene, Volume
 from texvol.cli import command_line, information
-from texvol.comparison import ci
+from texvol.comparison import ci, templates
 from texvol.formats.pictures import image
 from texvol.pytest_plugin.records import PictureError
 from texvol.report import page, table
@@ -26,7 +26,7 @@ from texvol.report.convergence import Truths
 from texvol.report.measuring import Findings
 from texvol.util import errors, terminal
 from texvol.util.errors import InputError
-from texvol.util.shown_text import escaped, markdown, one_line, shown, shown_line
+from texvol.util.shown_text import markdown, one_line, shown, shown_line
 
 EVIL = "\x1b]0;owned\x07\x9b31m\u202etxt\x08"
 SHOWN = r"\x1b]0;owned\x07\x9b31m\u202etxt\x08"
@@ -55,6 +55,11 @@ def test_characters_of_control_and_of_direction_are_numbers() -> None:
             assert shown(letter) == (letter if letter in "\n\t" else shown_line(letter))
         else:
             assert shown(letter) == shown_line(letter) == letter
+
+
+def escaped(text: str) -> str:
+    """The text as the templates of pages write it."""
+    return templates._environment("texvol.comparison").from_string("{{ text }}").render(text=text)
 
 
 def test_text_for_html_and_markdown() -> None:

@@ -7,7 +7,6 @@ UTF-8.
 
 from __future__ import annotations
 
-import html
 import re
 
 _CONTROLS = r"\x00-\x1f\x7f-\x9f"
@@ -35,11 +34,6 @@ def one_line(text: object, longest: int | None = None) -> str:
     """
     line = shown_line(" ".join(str(text).split()))
     return line if longest is None or len(line) <= longest else line[:longest] + " …"
-
-
-def escaped(text: object) -> str:
-    """Return the text as HTML."""
-    return html.escape(shown(text))
 
 
 def markdown(text: object) -> str:
