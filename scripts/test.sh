@@ -3,8 +3,12 @@
 set -eu
 CDPATH='' cd -- "$(dirname -- "$0")/.."
 sh scripts/setup.sh test osmesa
+# All tests together use every kernel of the oracle: compiled beside the checks, none is compiled once in each process.
+compiling=
+if [ $# = 0 ]; then .venv/bin/python scripts/compile_oracle.py & compiling=$!; fi
 .venv/bin/python -m ruff check --quiet
 .venv/bin/python -m mypy --no-error-summary
-# Two processes: the driver draws with several threads of its own. Each goes through files in order, so that programs and
-# the oracle's kernels are compiled once, and at the end takes over what the other has left.
+[ -z "$compiling" ] || wait "$compiling"
+# Two processes: the driver draws with several threads of its own. Each goes through files in order, so that programs
+# are compiled once, and at the end takes over what the other has left.
 exec .venv/bin/python -m pytest -n 2 --dist worksteal "$@"
