@@ -3,10 +3,10 @@
 set -eu
 CDPATH='' cd -- "$(dirname -- "$0")/.."
 sh scripts/setup.sh test osmesa
-# All tests together use every kernel of the oracle: compiled beside the checks, none is compiled once in each process.
+.venv/bin/python -m ruff check --quiet
+# All tests together use every kernel of the oracle: compiled beside the check of types, none is compiled in each process.
 compiling=
 if [ $# = 0 ]; then .venv/bin/python scripts/compile_oracle.py & compiling=$!; fi
-.venv/bin/python -m ruff check --quiet
 .venv/bin/python -m mypy --no-error-summary
 [ -z "$compiling" ] || wait "$compiling"
 # Two processes: the driver draws with several threads of its own. Each goes through files in order, so that programs
