@@ -11,7 +11,7 @@ from support.scenes import BONE, FOG
 
 from texvol.annotation import Annotation, with_room
 from texvol.annotation.drawing import annotated_box, place_all
-from texvol.annotation.legends import contents_of
+from texvol.annotation.legend_content import contents_of
 from texvol.annotation.lettering import Lettering
 from texvol.annotation.sheet import Sheet
 from texvol.annotation.view import View

@@ -22,7 +22,7 @@ import numpy as np
 
 from texvol.annotation.drawing import check_drawable
 from texvol.annotation.legend import legends_width
-from texvol.annotation.legends import contents_of
+from texvol.annotation.legend_content import contents_of
 from texvol.annotation.request import Annotation
 from texvol.annotation.sheet import Sheet
 from texvol.scene.camera import FRAMING_MARGIN, Camera

@@ -93,7 +93,7 @@ def lay_over(pixels: NDArray, mark: Mark) -> None:
     position = mark.rows, mark.columns
     coverage = mark.coverage[:, np.newaxis]
     pixel = _shown(pixels[position])
-    pixels[position] = pixel + coverage * (np.concatenate(_with_one(mark.color, pixel), axis=1) - pixel)
+    pixels[position] = pixel + coverage * (_opaque(mark) - pixel)
 
 
 def lay_behind(pixels: NDArray, mark: Mark, background: ArrayLike) -> None:
@@ -102,7 +102,7 @@ def lay_behind(pixels: NDArray, mark: Mark, background: ArrayLike) -> None:
     pixel = _shown(pixels[position])
     let_through = (1 - pixel[:, 3:]) * mark.coverage[:, np.newaxis]
     behind = np.append(_shown(np.asarray(background, np.float64)), 0.0)
-    pixels[position] = pixel + let_through * (np.concatenate(_with_one(mark.color, pixel), axis=1) - behind)
+    pixels[position] = pixel + let_through * (_opaque(mark) - behind)
 
 
 def _shown(numbers: NDArray) -> NDArray[np.float64]:
@@ -110,8 +110,9 @@ def _shown(numbers: NDArray) -> NDArray[np.float64]:
     return np.clip(np.nan_to_num(numbers.astype(np.float64)), 0, 1)
 
 
-def _with_one(color: NDArray[np.float64], pixel: NDArray) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    return np.broadcast_to(color, (len(pixel), 3)), np.ones((len(pixel), 1))
+def _opaque(mark: Mark) -> NDArray[np.float64]:
+    """Return the mark's colour at each of its pixels with opacity 1, shape (n, 4)."""
+    return np.column_stack([np.broadcast_to(mark.color, (len(mark.rows), 3)), np.ones(len(mark.rows))])
 
 
 def _beyond(distance: NDArray[np.float64], direction: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -49,7 +49,6 @@ What the numbers stand for:
 
 from __future__ import annotations
 
-import os
 from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import Any, TypeVar
@@ -61,34 +60,18 @@ from texvol.scene.transfer.graded import Contour, Graded
 from texvol.scene.transfer.materials import Material, Points, mixture
 from texvol.scene.transfer.units import CHOICES, Units
 from texvol.scene.volume import Volume
-from texvol.util import text_files
 from texvol.util.errors import InputError
 
 Function = TypeVar("Function", bound=Points)
-_MOST_BYTES = 64 << 20  # some million points; more is no transfer function
 _CHOICES = CHOICES | {"emission": ("associated", "emissive", "premultiplied")}
 _PARTS = ("points", "materials", "contours", "boundaries", "graded")
 _KEYS = {*_PARTS, *_CHOICES, "show", "gradient", "material_names", "material_colors"}
 
 
-def load(
-    path: str | os.PathLike[str], volume: Volume | None, materials: Sequence[str] | None, make: Callable[..., Function]
-) -> Function:
-    """Read a JSON file; `make` is the class of transfer functions. See `TransferFunction.load`."""
-    return loads(text_files.read_text(path, "JSON", _MOST_BYTES), os.fspath(path), volume, materials, make)
-
-
-def loads(
-    text: str, name: str, volume: Volume | None, materials: Sequence[str] | None, make: Callable[..., Function]
-) -> Function:
-    """Read a JSON text."""
-    return from_content(text_files.parsed_json(text, name), name, volume, materials, make)
-
-
 def from_content(
     content: Any, name: str, volume: Volume | None, materials: Sequence[str] | None, make: Callable[..., Function]
 ) -> Function:
-    """Make the transfer function that a parsed JSON text describes."""
+    """Make the transfer function that a parsed JSON text describes; `make` is the class of transfer functions."""
     try:
         return _from_content(content, name, volume, materials, make)
     except InputError as error:

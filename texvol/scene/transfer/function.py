@@ -29,10 +29,13 @@ from texvol.scene.transfer import pieces
 from texvol.scene.transfer.graded import Contour, Graded
 from texvol.scene.transfer.pieces import LARGEST_VALUE, ROUNDING
 from texvol.scene.volume import Volume
+from texvol.util import text_files
 from texvol.util.errors import InputError
 from texvol.util.kept_arrays import KeepsArrays, read_only
 
 __all__ = ["LARGEST_VALUE", "Classified", "TransferFunction"]
+
+_MOST_BYTES = 64 << 20  # of a file: some million points; more is no transfer function
 
 
 class Classified(NamedTuple):
@@ -148,9 +151,7 @@ class TransferFunction(KeepsArrays):
             If the file cannot be read, is not such a JSON object, has unknown keys or numbers out of range, or does
             not have those materials; see `texvol.scene.transfer.files` for the format.
         """
-        from texvol.scene.transfer import files
-
-        return files.load(path, volume, materials, cls)
+        return cls.loads(text_files.read_text(path, "JSON", _MOST_BYTES), os.fspath(path), volume, materials)
 
     @classmethod
     def loads(
@@ -161,9 +162,7 @@ class TransferFunction(KeepsArrays):
         materials: Sequence[str] | None = None,
     ) -> TransferFunction:
         """Read a JSON text; see `load`."""
-        from texvol.scene.transfer import files
-
-        return files.loads(text, name, volume, materials, cls)
+        return cls.from_content(text_files.parsed_json(text, name), name, volume, materials)
 
     @classmethod
     def from_content(
