@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.scene.label_counts import label_counts, listed
+from texvol.scene.optics import depth_from_opacity
 from texvol.scene.transfer.function import TransferFunction
 from texvol.scene.volume import Volume
 from texvol.util.errors import InputError
@@ -83,8 +84,7 @@ def label_function(
         shown[labels == label] = _color(color, label)
     for label, opacity in opacities.items():
         fractions[labels == label] = _opacity(opacity, f"of label {label}")
-    with np.errstate(divide="ignore"):
-        extinctions = -np.log1p(-fractions) / volume.smallest_spacing
+    extinctions = depth_from_opacity(fractions) / volume.smallest_spacing
     return _stepped(labels, shown, extinctions, f"labels of {volume.name}")
 
 
