@@ -45,7 +45,7 @@ def framed_with_margins(camera: Camera, scene: Scene, size: tuple[int, int], ann
     ])  # fmt: skip
     x, y, z = corners.T
     # Depths are counted from the target, because the eye's distance is what is chosen.
-    z = z - float(np.linalg.norm(np.subtract(camera.target, camera.eye)))
+    z = z - camera.target_distance
     if camera.projection == "orthographic":
         half = max(np.ptp(x) / (right - left), np.ptp(y) / (top - bottom))
         shift = [(positions.min() + positions.max()) / 2 - (low + high) / 2 * half
@@ -59,7 +59,7 @@ def framed_with_margins(camera: Camera, scene: Scene, size: tuple[int, int], ann
     depths = slope * (z + distance)
     shift = [(np.max(positions - high * depths) + np.min(positions - low * depths)) / 2
              for positions, low, high in ((x, left, right), (y, bottom, top))]  # fmt: skip
-    back = float(distance) - float(np.linalg.norm(np.subtract(camera.target, camera.eye)))
+    back = float(distance) - camera.target_distance
     return _moved(camera, shift, back)
 
 

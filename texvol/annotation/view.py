@@ -47,11 +47,6 @@ class View:
         """World units per pixel, at a depth; the depth has no effect in orthographic projection."""
         return 2 * self.camera.half_height / self.size[1] * (depth if self._perspective else 1.0)
 
-    @property
-    def target_depth(self) -> float:
-        """Depth of the camera's target in world units."""
-        return float(np.linalg.norm(np.subtract(self.camera.target, self.camera.eye)))
-
     def positions(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the positions in the picture of points relative to the box's centre, shape (n, 2), or NaN."""
         return self._projected(self.camera.in_eye_space(points, self.volume.centre))

@@ -117,12 +117,16 @@ class Camera:
         is_parallel = projection == "orthographic"
         return camera.at_distance(2 * volume.radius if is_parallel else camera.fitting_distance(volume, aspect))
 
+    @property
+    def target_distance(self) -> float:
+        """Distance from the eye to the target, in world units."""
+        return float(np.linalg.norm(np.subtract(self.target, self.eye)))
+
     def fitting_distance(self, volume: Volume, aspect: float) -> float:
         """Return the distance from the target at which every corner of the box is in the picture, in perspective."""
         across, above, depth = self.in_eye_space(volume.corners_from_centre, volume.centre).T
-        beyond_target = depth - np.linalg.norm(np.subtract(self.target, self.eye))
         slope = self.half_height / FRAMING_MARGIN
-        needed = np.maximum(np.abs(above) / slope, np.abs(across) / (slope * aspect)) - beyond_target
+        needed = np.maximum(np.abs(above) / slope, np.abs(across) / (slope * aspect)) - (depth - self.target_distance)
         return float(needed.max())
 
     def at_distance(self, distance: float) -> Camera:

@@ -7,13 +7,13 @@ be so, each in any number of samples.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from texvol.scene.volume import Volume
+from texvol.util.statistics import chunks, finite
 
 TIMES = 10.0  # the others' range, that a gap has to exceed
 TIMES_OF_MARKS = 1.0  # the same for values that programs mark missing samples by
@@ -25,7 +25,6 @@ _RAYS = ((0, 1), (1, 0), (0, 2), (1, 1), (2, 0))
 # Nodata values of GDAL's and ArcGIS' files, fill values of netCDF, GRIB and others; beside the ends of wider types.
 _MARKS = (-999, -9999, -99999, -999999, -32767, -2147483647, 1e15, 1e20, 1e30, 1e35, 1e36, 9.96921e36, 9.999e20)
 
-_CHUNK = 2**20  # samples looked at at a time
 _SPREAD = 2**16  # samples, evenly spread, that tell in most volumes that there is none
 
 
@@ -67,7 +66,7 @@ def lone_extremes(volume: Volume) -> tuple[LoneExtreme, ...]:
     below, above = found
     others = float(lowest[below]), float(highest[len(highest) - 1 - above])
     alone = np.concatenate([lowest[:below], highest[len(highest) - above :]])
-    if not any(((chunk > others[0]) & (chunk < others[1])).any() for chunk in _chunks(values)):
+    if not any(((chunk > others[0]) & (chunk < others[1])).any() for chunk in chunks(values)):
         return ()  # of two labels neither is far from the other
     return tuple(_described(values, value, others) for value in alone)
 
@@ -76,7 +75,7 @@ def _described(values: NDArray, value: np.generic, others: tuple[float, float]) 
     low, high = others
     number = float(value)
     distance = _between(number, low) if number < low else _between(high, number)
-    samples = sum(int(np.count_nonzero(chunk == value)) for chunk in _chunks(values))
+    samples = sum(int(np.count_nonzero(chunk == value)) for chunk in chunks(values))
     return LoneExtreme(value.item(), samples, others, distance / _between(low, high), str(value))
 
 
@@ -91,7 +90,7 @@ def _spread_over_range(volume: Volume) -> bool:
         return True
     low, high = volume.finite_range
     step = max(volume.values.size // _SPREAD, 1) | 1  # odd, so that it is no multiple of most rows
-    known = np.unique(_finite(volume.values.reshape(-1)[::step]))
+    known = np.unique(finite(volume.values.reshape(-1)[::step]))
     if len(known) <= 2 * MOST:
         return False
     # All values but `MOST` at each end are among the others, whose range is then this or more.
@@ -140,8 +139,8 @@ def _is_mark(value: Any) -> bool:
 def _ends(values: NDArray, *, lowest: bool) -> NDArray:
     """The `MOST` + 1 smallest distinct finite values ascending, or as many largest ones descending."""
     found = values.reshape(-1)[:0]
-    for chunk in _chunks(values):
-        known = _finite(chunk)
+    for chunk in chunks(values):
+        known = finite(chunk)
         # One value at a time: a fill value may be most of the samples, and sorting these takes long.
         for _ in range(MOST + 1):
             if len(found) == MOST + 1:
@@ -152,13 +151,3 @@ def _ends(values: NDArray, *, lowest: bool) -> NDArray:
             found = np.unique(np.append(found, extreme))[:: 1 if lowest else -1][: MOST + 1]
             known = known[known != extreme]
     return found
-
-
-def _chunks(values: NDArray) -> Iterator[NDArray]:
-    flat = values.reshape(-1)
-    for begin in range(0, flat.size, _CHUNK):
-        yield flat[begin : begin + _CHUNK]
-
-
-def _finite(chunk: NDArray) -> NDArray:
-    return chunk if chunk.dtype.kind != "f" else chunk[np.isfinite(chunk)]

@@ -1,5 +1,7 @@
 """Errors and warnings that texvol raises, each with one line that tells the user what to do."""
 
+from numbers import Real
+
 from texvol.util.shown_text import shown
 
 
@@ -36,6 +38,11 @@ class AccuracyWarning(UserWarning):
 def missing_extra(library: str, extra: str, purpose: str) -> MissingExtraError:
     """Return the error that says which extra to install, for `raise missing_extra(…) from error`."""
     return MissingExtraError(f"{purpose} needs {library}, which is not installed: pip install 'texvol[{extra}]'")
+
+
+def is_number(thing: object) -> bool:
+    """True of a real number, Python's or numpy's, but not of a truth value."""
+    return isinstance(thing, Real) and not isinstance(thing, bool)
 
 
 def check_type(name: str, thing: object, kind: type, advice: str = "") -> None:

@@ -11,7 +11,6 @@ import os
 import re
 import stat
 import sys
-from collections.abc import Iterable
 from itertools import chain
 from typing import Any
 
@@ -19,6 +18,7 @@ from texvol.util.errors import InputError
 
 MOST_TOML_BYTES = 1 << 20  # tomllib parses them in half a second
 DEEPEST = 32  # nested lists and objects; a scene has four
+_TOO_DEEP = f"lists and tables nested deeper than {DEEPEST}"
 _LONGEST_KEY = 100
 # tomllib's time grows with the square of the number of parts of a key a.b.c, bare or quoted.
 _LONG_KEY = re.compile(
@@ -103,7 +103,7 @@ def read_toml(path: str | os.PathLike[str]) -> dict[str, Any]:
     try:
         content = tomllib.loads(text)
     except RecursionError:
-        raise InputError(f"{path}: is TOML with {_too_deep()}") from None
+        raise InputError(f"{path}: is TOML with {_TOO_DEEP}") from None
     except ValueError as error:  # TOMLDecodeError, and what int() says of too many digits
         raise InputError(f"{path}: is not TOML: {_reason(error)}") from None
     _check_content(content, f"{path}: is TOML with")
@@ -121,7 +121,7 @@ def parsed_json(text: str, name: str) -> Any:
     try:
         content = json.loads(text, object_pairs_hook=_without_duplicates)
     except RecursionError:
-        raise InputError(f"{name}: is JSON with {_too_deep()}") from None
+        raise InputError(f"{name}: is JSON with {_TOO_DEEP}") from None
     except ValueError as error:
         raise InputError(f"{name}: is not JSON: {_reason(error)}") from None
     _check_content(content, f"{name}: is JSON with")
@@ -134,28 +134,21 @@ def _reason(error: ValueError) -> str:
     return f"a number has more than {sys.get_int_max_str_digits()} digits" if "int_max_str" in reason else reason
 
 
-def _too_deep() -> str:
-    return f"lists and tables nested deeper than {DEEPEST}"
-
-
 def _check_content(content: Any, fault: str) -> None:
     """Raise InputError if the content is nested too deeply, or has a number or text that nothing else can hold."""
     level, depth = [content], 0
     while level:
         depth += 1
         if depth > DEEPEST + 1:  # the innermost level holds numbers and texts
-            raise InputError(f"{fault} {_too_deep()}")
+            raise InputError(f"{fault} {_TOO_DEEP}")
         for each in level:
             if isinstance(each, int) and abs(each) > _LARGEST:
                 raise InputError(f"{fault} a number that is too large")
             for text in each if isinstance(each, dict) else (each,):
                 if isinstance(text, str) and _NO_CHARACTER.search(text):
                     raise InputError(f"{fault} a text with a NUL or half of a surrogate pair: {text[:60]!r}")
-        level = list(chain.from_iterable(_inner(each) for each in level if isinstance(each, dict | list)))
-
-
-def _inner(thing: dict[str, Any] | list[Any]) -> Iterable[Any]:
-    return thing.values() if isinstance(thing, dict) else thing
+        inner = (each.values() if isinstance(each, dict) else each for each in level if isinstance(each, dict | list))
+        level = list(chain.from_iterable(inner))
 
 
 def _without_duplicates(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
