@@ -86,7 +86,7 @@ def contours_for(volume: Volume) -> dict[str, Any]:
     count = len(regions.boundaries)
     chosen = sorted({0, count // 2, count - 1})
     # The background is noise about one value, and the first contour keeps clear of it.
-    values = [start + (soft if position == 0 else 0) for position, start, soft in _numbered(regions)]
+    values = [regions.boundaries[0] + regions.softness[0], *regions.boundaries[1:]]
     depths = _CONTOUR_DEPTHS[-len(chosen) :]
     unit = _CONTOUR_THICKNESS * volume.smallest_spacing  # what a ray goes through of a contour that it meets head-on
     return {
@@ -123,11 +123,6 @@ def boundaries_for(volume: Volume) -> dict[str, Any]:
     return {"length": "box", "materials": [background, *materials], "show": [], "boundaries": boundaries}
 
 
-def _numbered(regions: Regions) -> list[tuple[int, float, float]]:
-    """Number, start and softness of each material."""
-    return [(n, *each) for n, each in enumerate(zip(regions.boundaries, regions.softness, strict=True))]
-
-
 def regions_of(volume: Volume) -> Regions:
     """Ranges of values, one to five, that the histogram of a volume separates."""
     samples = typical_samples(volume)
@@ -160,8 +155,8 @@ def _materials(regions: Regions) -> list[dict[str, Any]]:
     extinctions = np.geomspace(*_EXTINCTIONS, count) if count > 1 else np.array([_ALONE])
     # What there is much of would hide what is denser.
     extinctions[:-1] = np.minimum(extinctions[:-1], _MOST_DEPTH / np.maximum(regions.fractions[:-1], 1e-9))
-    # The first begins after the background, not within it.
-    ramps = [[start if number == 0 else start - soft, start + soft] for number, start, soft in _numbered(regions)]
+    ramps = [[start - soft, start + soft] for start, soft in zip(regions.boundaries, regions.softness, strict=True)]
+    ramps[0][0] = regions.boundaries[0]  # the first begins after the background, not within it
     ends = [{"to": ramp} for ramp in ramps[1:]] + [{}]
     return [
         {"name": f"material-{number + 1}", "from": ramp, **end, "color": list(color), "extinction": float(extinction)}

@@ -34,6 +34,11 @@ _LINES_PER_PARABOLA = 32
 _AFTER = 2.0**-18
 
 
+# Part of a mixture: values, shape (n,), and rows of emission (3), extinction, opaque fraction and opaque fraction times
+# colour (3), shape (n, 8).
+_Part = tuple[NDArray[np.float64], NDArray[np.float64]]
+
+
 @dataclass(frozen=True)
 class Material:
     """A named range of values with a colour and an extinction, data and world units.
@@ -104,7 +109,7 @@ class Material:
         knots, fractions = self._corners
         opaque = bool(np.isinf(self.extinction))
         row = [0, 0, 0, 0, 1, *self.color] if opaque else [*self.emission, self.extinction, 0, 0, 0, 0]
-        return _Part(knots, fractions[:, np.newaxis] * np.array(row))
+        return knots, fractions[:, np.newaxis] * np.array(row)
 
 
 def boundary(materials: Sequence[Material], magnitude: float) -> Graded:
@@ -158,8 +163,10 @@ def mixture(
     parts = [each.part() for each in materials] + ([_part_of(points)] if points else [])
     if not parts:
         return np.zeros(1), np.zeros((1, 3)), np.zeros(1)
-    positions = np.unique(np.concatenate([part.knots for part in parts]))
-    before, after = (np.sum([part.at(positions, right) for part in parts], axis=0) for right in (False, True))
+    positions = np.unique(np.concatenate([knots for knots, _ in parts]))
+    before, after = (
+        np.sum([pieces.sides(*part, positions, right) for part in parts], axis=0) for right in (False, True)
+    )
     opaque_here = np.array([_opaque_at(position, materials, points) for position in positions])
     found: list[tuple[float, NDArray[np.float64]]] = []
     for number, position in enumerate(positions):
@@ -175,17 +182,6 @@ def mixture(
             found.append((position + min(_AFTER * max(width, abs(position)), width / 2), right))
     values, numbers = np.array([position for position, _ in found]), np.array([numbers for _, numbers in found])
     return values, numbers[:, :3], numbers[:, 3]
-
-
-@dataclass(frozen=True)
-class _Part:
-    """Part of a mixture: rows of emission (3), extinction, opaque fraction and opaque fraction times colour (3)."""
-
-    knots: NDArray[np.float64]
-    rows: NDArray[np.float64]  # shape (n, 8)
-
-    def at(self, positions: NDArray[np.float64], right: bool) -> NDArray[np.float64]:
-        return pieces.sides(self.knots, self.rows, positions, right)
 
 
 def _looks(row: NDArray[np.float64], other_end: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -213,7 +209,7 @@ def _part_of(points: Points) -> _Part:
         for fraction in np.linspace(0, 1, _lines_of(points, left, right, opaque) + 1):
             knots.append(float(points.values[left] * (1 - fraction) + points.values[right] * fraction))
             rows.append(_row_between(points, left, right, float(fraction), opaque))
-    return _Part(np.array([*knots, points.values[-1]]), np.array([*rows, _row(points, len(points.values) - 1)]))
+    return np.array([*knots, points.values[-1]]), np.array([*rows, _row(points, len(points.values) - 1)])
 
 
 def _lines_of(points: Points, left: int, right: int, opaque: bool) -> int:
