@@ -29,27 +29,13 @@ _SPREAD = 2**16  # samples, evenly spread, that tell in most volumes that there 
 
 
 class LoneExtreme(NamedTuple):
-    """A value at an end of the range that is far from the others.
-
-    Attributes
-    ----------
-    value : int or float
-        The value itself.
-    samples : int
-        Number of samples that have it.
-    others : (low, high)
-        Finite range of the values that are not lone.
-    times : float
-        Distance to the nearest of the others, as a multiple of their range.
-    text : str
-        The value in as many digits as `--missing` needs to find it.
-    """
+    """A value at an end of the range that is far from the others."""
 
     value: int | float
-    samples: int
-    others: tuple[float, float]
-    times: float
-    text: str
+    samples: int  # number of samples that have it
+    others: tuple[float, float]  # finite range of the values that are not lone
+    times: float  # distance to the nearest of the others, as a multiple of their range
+    text: str  # the value in as many digits as `--missing` needs to find it
 
 
 def lone_extremes(volume: Volume) -> tuple[LoneExtreme, ...]:

@@ -31,25 +31,13 @@ _BOX_EDGES = np.array([(c, c | 1 << a) for a in range(3) for c in range(8) if no
 
 @dataclass(frozen=True)
 class SlabStacks:
-    """Polygons of a view, front to back.
+    """Polygons of a view, front to back."""
 
-    Attributes
-    ----------
-    polygons : array of shape (stacks, sides, 2)
-        Convex, in normalised device coordinates.
-    first, last : arrays of shape (stacks,)
-        Stack s holds the slabs first[s] … last[s] - 1.
-    eye_depth : float
-        Depth of the eye in slab thicknesses, in the same count.
-    slab_thickness : float
-        World units, plane to plane.
-    """
-
-    polygons: NDArray[np.float64]
-    first: NDArray[np.int64]
+    polygons: NDArray[np.float64]  # convex, in normalised device coordinates; shape (stacks, sides, 2)
+    first: NDArray[np.int64]  # stack s holds the slabs first[s] … last[s] - 1; shape (stacks,)
     last: NDArray[np.int64]
-    eye_depth: float
-    slab_thickness: float
+    eye_depth: float  # in slab thicknesses, in the same count
+    slab_thickness: float  # world units, plane to plane
 
     @property
     def slab_count(self) -> int:

@@ -52,27 +52,13 @@ _COLORS = {
 
 @dataclass(frozen=True)
 class Regions:
-    """Ranges of values that the histogram tells apart, data units.
+    """Ranges of values that the histogram tells apart, data units."""
 
-    Attributes
-    ----------
-    background : float, optional
-        A value of the background, below all boundaries; None where there is no background.
-    boundaries : sequence of float
-        Where each material begins, ascending; the last has no end.
-    softness : sequence of float
-        Half the width over which each begins.
-    top : float
-        The largest typical value.
-    fractions : sequence of float
-        How many of all samples each material has.
-    """
-
-    background: float | None
-    boundaries: tuple[float, ...]
-    softness: tuple[float, ...]
-    top: float
-    fractions: tuple[float, ...]
+    background: float | None  # a value of the background, below all boundaries; None where there is no background
+    boundaries: tuple[float, ...]  # where each material begins, ascending; the last has no end
+    softness: tuple[float, ...]  # half the width over which each begins
+    top: float  # the largest typical value
+    fractions: tuple[float, ...]  # of all samples, those of each material
 
 
 def content_for(volume: Volume) -> dict[str, Any]:

@@ -43,26 +43,15 @@ _Part = tuple[NDArray[np.float64], NDArray[np.float64]]
 class Material:
     """A named range of values with a colour and an extinction, data and world units.
 
-    Attributes
-    ----------
-    name : str
-    rises, falls : (float, float), optional
-        Values between which its fraction rises from 0 to 1, and falls again; equal ones make a step, whose right side
-        holds at the value itself. None: it has no end there.
-    color : (r, g, b)
-        Linear and straight, in [0, 1].
-    extinction : float
-        Per world unit, from 0 to infinity.
-    gradient : (start, full), optional
-        Gradient magnitudes between which it appears, see `Graded`; then its extinction is finite.
+    Equal values of a ramp make a step, whose right side holds at the value itself.
     """
 
     name: str
-    rises: Pair | None
-    falls: Pair | None
-    color: Triple
-    extinction: float
-    gradient: Pair | None = None
+    rises: Pair | None  # values between which its fraction rises from 0 to 1; None where it has no lower end
+    falls: Pair | None  # values between which its fraction falls again; None where it has no upper end
+    color: Triple  # linear and straight, in [0, 1]
+    extinction: float  # per world unit, from 0 to infinity; finite with a gradient
+    gradient: Pair | None = None  # gradient magnitudes between which it appears, see `Graded`
 
     def fractions(self, values: ArrayLike) -> NDArray[np.float64]:
         """Its fraction of each value, from 0 to 1."""
