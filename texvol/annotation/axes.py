@@ -87,7 +87,7 @@ def laid_axes(sheet: Sheet, view: View) -> list[Axis]:
         if laid:
             best = max(laid, key=_worth)
             for label in [*best.numbers, *([best.name] if best.name else [])]:
-                sheet.take(label.rect.grown(_GAP * sheet.em))  # keeps numbers of the next axis at a distance
+                sheet.taken.append(label.rect.grown(_GAP * sheet.em))  # keeps numbers of the next axis at a distance
             found.append(best)
     return found
 

@@ -104,5 +104,5 @@ def _draw_title(sheet: Sheet, title: str) -> None:
     middle = sheet.size[0] / 2, off + sheet.text_size(text, scale)[1] / 2
     rect = sheet.text_rect(text, middle, scale)
     if sheet.fits(rect):
-        sheet.take(rect)
+        sheet.taken.append(rect)
         sheet.text(text, middle, scale)

@@ -55,7 +55,7 @@ def draw_legends(sheet: Sheet, contents: Sequence[Content], *, beside_letters: b
             legends = _laid(sheet, chosen, with_opacity, with_names)
             rect = _position(sheet, legends, int(right))
             if rect is not None:
-                sheet.take(rect)
+                sheet.taken.append(rect)
                 top = int(rect.top)
                 for legend in legends:
                     _draw(sheet, legend, int(rect.left), top)

@@ -46,19 +46,18 @@ def framed_with_margins(camera: Camera, scene: Scene, size: tuple[int, int], ann
     x, y, z = corners.T
     # Depths are counted from the target, because the eye's distance is what is chosen.
     z = z - camera.target_distance
+    axes = (x, left, right), (y, bottom, top)
     if camera.projection == "orthographic":
         half = max(np.ptp(x) / (right - left), np.ptp(y) / (top - bottom))
-        shift = [(positions.min() + positions.max()) / 2 - (low + high) / 2 * half
-                 for positions, low, high in ((x, left, right), (y, bottom, top))]  # fmt: skip
+        shift = [(each.min() + each.max()) / 2 - (low + high) / 2 * half for each, low, high in axes]
         return _moved(replace(camera, height=2 * float(half)), shift, 0.0)
     slope = camera.half_height
     distance = max(
-        (np.max(positions - high * slope * z) - np.min(positions - low * slope * z)) / (slope * (high - low))
-        for positions, low, high in ((x, left, right), (y, bottom, top))
+        (np.max(each - high * slope * z) - np.min(each - low * slope * z)) / (slope * (high - low))
+        for each, low, high in axes
     )
     depths = slope * (z + distance)
-    shift = [(np.max(positions - high * depths) + np.min(positions - low * depths)) / 2
-             for positions, low, high in ((x, left, right), (y, bottom, top))]  # fmt: skip
+    shift = [(np.max(each - high * depths) + np.min(each - low * depths)) / 2 for each, low, high in axes]
     back = float(distance) - camera.target_distance
     return _moved(camera, shift, back)
 

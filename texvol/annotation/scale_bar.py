@@ -40,6 +40,6 @@ def draw_scale_bar(sheet: Sheet, view: View) -> None:
     written = sheet.text_rect(text, middle)
     both = Rect(min(bar.left, written.left), written.top, max(bar.right, written.right), bar.bottom)
     if sheet.fits(both):
-        sheet.take(both)
+        sheet.taken.append(both)
         sheet.rectangle(bar, outlined=True)
         sheet.text(text, middle)

@@ -44,13 +44,7 @@ def attenuation_of(air: Air) -> Attenuation | None:
 
 
 def checked_air(air: Any) -> Air:
-    """`air` as a Scene holds it.
-
-    Raises
-    ------
-    InputError
-        If it is neither a finite number nor "hounsfield" nor None.
-    """
+    """Return `air` as a Scene holds it; InputError unless it is a finite number, "hounsfield" or None."""
     if air is None or (isinstance(air, str) and air == HOUNSFIELD):
         return cast(Air, air)
     if not is_number(air) or not np.isfinite(air):

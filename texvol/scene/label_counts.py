@@ -27,13 +27,7 @@ _KNOWN: WeakKeyDictionary[Volume, LabelCounts] = WeakKeyDictionary()
 
 
 def label_counts(volume: Volume) -> LabelCounts:
-    """The labels that a volume has.
-
-    Raises
-    ------
-    InputError
-        If its values are not labels.
-    """
+    """Return the labels that a volume has; InputError if its values are not labels."""
     if not volume.labels:
         raise InputError(f"{volume.name}: values must be labels, got measured values; read labels with --labels")
     if volume not in _KNOWN:

@@ -114,13 +114,9 @@ class Scene:
         if background.shape != (3,) or background.dtype.kind not in "iuf" or not (background >= 0).all():
             raise InputError(f"scene: background must be three numbers of at least 0, got {self.background!r}")
         object.__setattr__(self, "background", tuple(background.astype(np.float64).tolist()))
-        if self.classification not in CLASSIFICATIONS:
-            known = ", ".join(CLASSIFICATIONS)
-            raise InputError(f"scene: classification must be one of {known}, got {self.classification!r}")
-        if self.mode not in MODES:
-            raise InputError(f"scene: mode must be one of {', '.join(MODES)}, got {self.mode!r}")
-        if self.coloring not in COLORINGS:
-            raise InputError(f"scene: coloring must be one of {', '.join(COLORINGS)}, got {self.coloring!r}")
+        for name, known in (("classification", CLASSIFICATIONS), ("mode", MODES), ("coloring", COLORINGS)):
+            if (chosen := getattr(self, name)) not in known:
+                raise InputError(f"scene: {name} must be one of {', '.join(known)}, got {chosen!r}")
         self._check_isovalue()
         self._check_air()
         self._check_medium()

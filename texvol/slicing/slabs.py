@@ -26,6 +26,8 @@ WHOLE_BOX = np.array([(0.0, 0.0, 0.0), (1.0, 1.0, 1.0)])
 _SIDES = 16
 _ANGLES = 2 * np.pi / _SIDES * np.arange(_SIDES)
 _NORMALS = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)])  # (2, sides)
+# The whole screen as a polygon of as many sides as the others; some of its corners fall together.
+_SCREEN = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]).repeat(_SIDES // 4, axis=0)
 _BOX_EDGES = np.array([(c, c | 1 << a) for a in range(3) for c in range(8) if not c & 1 << a])  # pairs of corners
 
 
@@ -156,11 +158,5 @@ def _covering_polygons(
     far_off = ~(np.abs(polygons).max(axis=(1, 2)) < 64)
     if camera.projection == "perspective":
         far_off |= (np.where(exists, points[..., 2], np.inf) <= 0).any(axis=1)
-    polygons[far_off] = _screen()
+    polygons[far_off] = _SCREEN
     return polygons
-
-
-def _screen() -> NDArray[np.float64]:
-    """The whole screen as a polygon of as many sides as the others; some of its corners fall together."""
-    square = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
-    return square.repeat(_SIDES // 4, axis=0)

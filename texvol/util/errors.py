@@ -46,13 +46,7 @@ def is_number(thing: object) -> bool:
 
 
 def check_type(name: str, thing: object, kind: type, advice: str = "") -> None:
-    """Raise InputError unless `thing` is of a type; `name` says what it is, `advice` what to do.
-
-    Raises
-    ------
-    InputError
-        For example "scene: camera must be a Camera, got str".
-    """
+    """Raise InputError, such as "scene: camera must be a Camera, got str; advice", unless `thing` is of a type."""
     if isinstance(thing, kind):
         return
     article = "an" if kind.__name__[0] in "AEIOU" else "a"

@@ -11,6 +11,7 @@ import os
 import re
 import stat
 import sys
+from collections.abc import Callable
 from itertools import chain
 from typing import Any
 
@@ -100,13 +101,7 @@ def read_toml(path: str | os.PathLike[str]) -> dict[str, Any]:
     text = read_text(path, "TOML", MOST_TOML_BYTES).replace("\r\n", "\n")
     if _LONG_KEY.search(text):
         raise InputError(f"{path}: is TOML with a key of {_LONGEST_KEY} parts or more")
-    try:
-        content = tomllib.loads(text)
-    except RecursionError:
-        raise InputError(f"{path}: is TOML with {_TOO_DEEP}") from None
-    except ValueError as error:  # TOMLDecodeError, and what int() says of too many digits
-        raise InputError(f"{path}: is not TOML: {_reason(error)}") from None
-    _check_content(content, f"{path}: is TOML with")
+    content: dict[str, Any] = _parsed(tomllib.loads, text, f"{path}", "TOML")
     return content
 
 
@@ -118,13 +113,17 @@ def parsed_json(text: str, name: str) -> Any:
     InputError
         If the text is not usable JSON (see the module), or an object has the same key twice.
     """
+    return _parsed(lambda text: json.loads(text, object_pairs_hook=_without_duplicates), text, name, "JSON")
+
+
+def _parsed(parse: Callable[[str], Any], text: str, name: str, kind: str) -> Any:
     try:
-        content = json.loads(text, object_pairs_hook=_without_duplicates)
+        content = parse(text)
     except RecursionError:
-        raise InputError(f"{name}: is JSON with {_TOO_DEEP}") from None
-    except ValueError as error:
-        raise InputError(f"{name}: is not JSON: {_reason(error)}") from None
-    _check_content(content, f"{name}: is JSON with")
+        raise InputError(f"{name}: is {kind} with {_TOO_DEEP}") from None
+    except ValueError as error:  # also what int() says of too many digits
+        raise InputError(f"{name}: is not {kind}: {_reason(error)}") from None
+    _check_content(content, f"{name}: is {kind} with")
     return content
 
 

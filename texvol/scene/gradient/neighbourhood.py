@@ -61,6 +61,11 @@ class Neighbourhood:
         start = self.starts[axis] - self.reach
         return np.arange(start, start + self.values.shape[axis])
 
+    def inside(self, axis: int) -> NDArray[np.bool_]:
+        """True for each of `values` along an axis that is a sample of the volume."""
+        positions = self.positions(axis)
+        return (positions >= 0) & (positions < self.counts[axis])
+
 
 def along(axis: int, start: int, stop: int) -> tuple[slice, ...]:
     """Index of a part of an array along one of its axes."""

@@ -118,11 +118,7 @@ class TransferFunction(KeepsArrays):
             raise InputError(
                 f"{self.name}: values must be at most {LARGEST_VALUE:g} in size, so that their differences are finite"
             )
-        if (np.diff(self.values) < 0).any():
-            first = int(np.argmax(np.diff(self.values) < 0))
-            raise InputError(
-                f"{self.name}: values must ascend, got {self.values[first + 1]:g} after {self.values[first]:g}"
-            )
+        pieces.check_ascending(self.values, self.name)
         if not (self.extinctions >= 0).all():  # NaN fails this too
             raise InputError(f"{self.name}: extinction must not be negative or NaN")
         if not np.isfinite(self.colors).all() or (self.colors < 0).any():

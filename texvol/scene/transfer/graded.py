@@ -62,11 +62,7 @@ class Graded(KeepsArrays):
             )
         if not (np.abs(self.values) <= LARGEST_VALUE).all():
             raise InputError(f"graded medium: values must be finite and at most {LARGEST_VALUE:g} in size")
-        if (np.diff(self.values) < 0).any():
-            first = int(np.argmax(np.diff(self.values) < 0))
-            raise InputError(
-                f"graded medium: values must ascend, got {self.values[first + 1]:g} after {self.values[first]:g}"
-            )
+        pieces.check_ascending(self.values, "graded medium")
         for what, numbers in (("emission", self.emissions), ("extinction", self.extinctions)):
             if not ((numbers >= 0) & np.isfinite(numbers)).all():
                 raise InputError(f"graded medium: {what} must be finite and not negative")

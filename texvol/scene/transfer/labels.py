@@ -18,6 +18,7 @@ from texvol.scene.label_counts import label_counts, listed
 from texvol.scene.optics import depth_from_opacity
 from texvol.scene.transfer.function import TransferFunction
 from texvol.scene.volume import Volume
+from texvol.util.color import linear_from_srgb
 from texvol.util.errors import InputError
 
 Color = tuple[float, float, float]
@@ -122,8 +123,6 @@ def color_list(name: str = COLOR_LIST) -> NDArray[np.float64]:
     """
     from cmap import Colormap
 
-    from texvol.util.color import linear_from_srgb
-
     try:
         found = Colormap(name)
     except (ValueError, TypeError):
@@ -182,8 +181,6 @@ _PART = re.compile(
 
 
 def _from_hexadecimal(text: str) -> Color:
-    from texvol.util.color import linear_from_srgb
-
     r, g, b = linear_from_srgb(np.array(list(bytes.fromhex(text[1:]))) / 255)
     return float(r), float(g), float(b)
 

@@ -60,13 +60,7 @@ class Material:
 
     @property
     def typical(self) -> float:
-        """The middle of the values that it has for itself, or their end where the other is open.
-
-        Raises
-        ------
-        InputError
-            If both ends are open.
-        """
+        """The middle of the values that it has for itself, or their end where one is open; InputError if both are."""
         if self.rises and self.falls:
             return self.rises[1] / 2 + self.falls[0] / 2
         if self.rises or self.falls:

@@ -52,13 +52,7 @@ def number(thing: Any, what: str) -> float:
 
 
 def entries(content: dict[str, Any], key: str) -> list[tuple[str, Any]]:
-    """The objects under a key, each with its name in messages, such as "contour 0"; none where there is no such key.
-
-    Raises
-    ------
-    InputError
-        If it is there and is no list of at least one object, or of too many that are mixed with each other.
-    """
+    """The objects under a key, if it is there, each with its name in messages, such as "contour 0"; or InputError."""
     things = content.get(key, [])
     if not isinstance(things, list) or (key in content and not things):
         raise InputError(f"a transfer function must have a list of {key} with at least one")

@@ -5,8 +5,18 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from texvol.util.errors import InputError
+
 LARGEST_VALUE = 8e307
 ROUNDING = 2.0**-20  # of a value, more than interpolation loses
+
+
+def check_ascending(values: NDArray[np.float64], name: str) -> None:
+    """Raise InputError if a value is less than the one before it."""
+    fallen = np.flatnonzero(np.diff(values) < 0)
+    if fallen.size:
+        before, after = values[fallen[0] : fallen[0] + 2]
+        raise InputError(f"{name}: values must ascend, got {after:g} after {before:g}")
 
 
 def slopes(values: NDArray[np.float64], numbers: NDArray[np.float64]) -> NDArray[np.float64]:
