@@ -49,9 +49,8 @@ def rectangle(left: float, top: float, right: float, bottom: float, color: Array
     across, down = (np.minimum(positions + 1, high) - np.maximum(positions, low)
                     for positions, low, high in ((columns, left, right), (rows, top, bottom)))  # fmt: skip
     coverage = np.clip(down, 0, 1)[:, np.newaxis] * np.clip(across, 0, 1)
-    if not coverage.size:
-        return patch(np.zeros((0, 0)), 0, 0, color, size)
-    return patch(coverage, int(columns[0]), int(rows[0]), color, size)
+    covered = np.nonzero(coverage > 0)
+    return Mark(rows[covered[0]], columns[covered[1]], coverage[covered], np.asarray(color, np.float64))
 
 
 def line(start: Point, end: Point, width: float, color: ArrayLike, size: Size, opacity: float = 1.0) -> Mark:

@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from texvol.scene.volume import Volume
 from texvol.util.errors import InputError
-from texvol.util.kept_arrays import KeepsArrays, Unchanged, read_only, shared
+from texvol.util.kept_arrays import KeepsArrays, Unchanged, read_only
 
 _OF_THE_VALUES = ("value_range", "has_missing", "finite_range")
 
@@ -65,8 +65,8 @@ class Mask(KeepsArrays):
                     "numbers into weights"
                 )
         kept = read_only(np.ascontiguousarray(weights))
-        watched = [] if self.source else shared((kept, self.weights))
-        object.__setattr__(self, "_unchanged", Unchanged(*watched))
+        if not self.source:
+            object.__setattr__(self, "_unchanged", Unchanged((kept, self.weights)))
         object.__setattr__(self, "weights", kept)
         object.__setattr__(self, "source", dict(self.source))
 

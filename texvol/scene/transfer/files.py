@@ -69,19 +69,9 @@ _KEYS = {*_PARTS, *_CHOICES, "show", "gradient", "material_names", "material_col
 
 
 def from_content(
-    content: Any, name: str, volume: Volume | None, materials: Sequence[str] | None, make: Callable[..., Function]
-) -> Function:
-    """Make the transfer function that a parsed JSON text describes; `make` is the class of transfer functions."""
-    try:
-        return _from_content(content, name, volume, materials, make)
-    except InputError as error:
-        message = str(error)
-        raise InputError(message if message.startswith(f"{name}:") else f"{name}: {message}") from None
-
-
-def _from_content(
     content: Any, name: str, volume: Volume | None, asked: Sequence[str] | None, make: Callable[..., Function]
 ) -> Function:
+    """Make the transfer function that a parsed JSON text describes; `make` is the class of transfer functions."""
     if not isinstance(content, dict):
         raise InputError("a transfer function must be a JSON object with points")
     parsing.refuse_unknown(content, _KEYS, "a transfer function")

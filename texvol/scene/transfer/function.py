@@ -167,7 +167,11 @@ class TransferFunction(KeepsArrays):
         """Return the transfer function that a parsed JSON text describes; see `load`."""
         from texvol.scene.transfer import files
 
-        return files.from_content(content, name, volume, materials, cls)
+        try:
+            return files.from_content(content, name, volume, materials, cls)
+        except InputError as error:
+            message = str(error)
+            raise InputError(message if message.startswith(f"{name}:") else f"{name}: {message}") from None
 
     @property
     def needs_gradient(self) -> bool:
@@ -202,7 +206,41 @@ class TransferFunction(KeepsArrays):
 
     def as_json(self) -> dict[str, Any]:
         """Return the content of a transfer-function file, in data and world units; reading it gives the same again."""
-        return _content_of(self)
+        columns = self.values, self.colors, self.extinctions
+        points = [_point_of(self, *point) for point in zip(*columns, strict=True)]
+        content: dict[str, Any] = {"points": points}
+        if self.glows:
+            content["emission"] = "emissive" if self.emissive else "premultiplied"
+        if self.modulation is not None:
+            content["gradient"] = self.modulation.tolist()
+        if self.graded:
+            content["graded"] = [
+                {
+                    "points": [
+                        {"value": float(value), "emission": emission.tolist(), "extinction": float(extinction)}
+                        for value, emission, extinction in zip(
+                            graded.values, graded.emissions, graded.extinctions, strict=True
+                        )
+                    ],
+                    "gradient": [float(graded.start), float(graded.full)],
+                }
+                for graded in self.graded
+            ]
+        if self.contours:
+            content["contours"] = [
+                {
+                    "value": float(contour.value),
+                    "world_thickness": float(contour.thickness),
+                    "emission": list(contour.emission),
+                    "extinction": float(contour.extinction),
+                }
+                for contour in self.contours
+            ]
+        if self.materials:
+            content["material_names"] = list(self.materials)
+        if self.material_colors:
+            content["material_colors"] = [list(color) for color in self.material_colors]
+        return content
 
     def classify(self, values: ArrayLike, magnitudes: ArrayLike | None = None) -> Classified:
         """Return emission and extinction of each value; both are 0 where the value is NaN.
@@ -341,49 +379,10 @@ def _modulation(pairs: ArrayLike, name: str) -> NDArray[np.float64]:
     return modulation
 
 
-def _content_of(function: TransferFunction) -> dict[str, Any]:
-    """Return the content of a transfer-function file; an infinite extinction is written as opacity 1."""
-    columns = function.values, function.colors, function.extinctions
-    points = [_point_of(function, *point) for point in zip(*columns, strict=True)]
-    content: dict[str, Any] = {"points": points}
-    if function.glows:
-        content["emission"] = "emissive" if function.emissive else "premultiplied"
-    if function.modulation is not None:
-        content["gradient"] = function.modulation.tolist()
-    if function.graded:
-        content["graded"] = [
-            {
-                "points": [
-                    {"value": float(value), "emission": emission.tolist(), "extinction": float(extinction)}
-                    for value, emission, extinction in zip(
-                        graded.values, graded.emissions, graded.extinctions, strict=True
-                    )
-                ],
-                "gradient": [float(graded.start), float(graded.full)],
-            }
-            for graded in function.graded
-        ]
-    if function.contours:
-        content["contours"] = [
-            {
-                "value": float(contour.value),
-                "world_thickness": float(contour.thickness),
-                "emission": list(contour.emission),
-                "extinction": float(contour.extinction),
-            }
-            for contour in function.contours
-        ]
-    if function.materials:
-        content["material_names"] = list(function.materials)
-    if function.material_colors:
-        content["material_colors"] = [list(color) for color in function.material_colors]
-    return content
-
-
 def _point_of(
     function: TransferFunction, value: float, color: NDArray[np.float64], extinction: float
 ) -> dict[str, Any]:
-    opaque = bool(np.isinf(extinction))
+    opaque = bool(np.isinf(extinction))  # which is written as opacity 1
     glows = function.emissive or (function.premultiplied and not opaque)
     point = {"value": float(value), "emission" if glows else "color": color.tolist()}
     return point | ({"opacity": 1.0} if opaque else {"extinction": float(extinction)})

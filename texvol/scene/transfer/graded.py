@@ -26,17 +26,7 @@ Medium = tuple[NDArray[np.float64], NDArray[np.float64]]  # emission (…, 3) an
 class Graded(KeepsArrays):
     """Points by value, piecewise linear, nothing before the first and after the last, times a ramp in |∇f|.
 
-    Attributes
-    ----------
-    values : array of shape (n,)
-        Data units, never descending; equal neighbours make a step, whose right side holds at the value itself.
-    emissions : array of shape (n, 3)
-        q per world unit.
-    extinctions : array of shape (n,)
-        τ per world unit, finite.
-    start, full : float
-        Gradient magnitudes, data units per world unit, at which the weight begins to rise from 0 and reaches 1; where
-        they are equal it is a step, 1 from there on.
+    Where the ends of the ramp are equal it is a step, 1 from there on.
 
     Raises
     ------
@@ -44,11 +34,12 @@ class Graded(KeepsArrays):
         If there are no points, or they are unsorted, not finite or negative, or the ramp falls.
     """
 
+    # Data units, shape (n,), never descending; equal neighbours make a step, whose right side holds at the value.
     values: NDArray[np.float64]
-    emissions: NDArray[np.float64]
-    extinctions: NDArray[np.float64]
-    start: float
-    full: float
+    emissions: NDArray[np.float64]  # q per world unit, shape (n, 3)
+    extinctions: NDArray[np.float64]  # τ per world unit, finite, shape (n,)
+    start: float  # gradient magnitude, data units per world unit, from which the weight rises from 0 …
+    full: float  # … and at which it reaches 1
 
     def __post_init__(self) -> None:
         for field in ("values", "emissions", "extinctions"):

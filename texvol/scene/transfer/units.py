@@ -22,17 +22,9 @@ _STATISTICS_SAMPLES = 1 << 16  # samples that percentiles are taken from; their 
 
 @dataclass(frozen=True)
 class Units:
-    """Conversion of the numbers of a file to data and world units.
+    """Conversion of the numbers of a file to data and world units; see `texvol.scene.transfer.files`."""
 
-    Parameters
-    ----------
-    volume : Volume, optional
-        What they are relative to, wanted as soon as one is.
-    values, length, gradients : str
-        See `texvol.scene.transfer.files`.
-    """
-
-    volume: Volume | None
+    volume: Volume | None  # what they are relative to, needed as soon as one is
     values: str = "data"
     length: str = "world"
     gradients: str = "data"
