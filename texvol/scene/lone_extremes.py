@@ -40,16 +40,13 @@ class LoneExtreme(NamedTuple):
 
 def lone_extremes(volume: Volume) -> tuple[LoneExtreme, ...]:
     """Return the finite values of a volume that lie far from all others, smallest first; none of labels and colours."""
-    if volume.labels or volume.colors is not None:
+    if volume.labels or volume.colors is not None or _spread_over_range(volume):
         return ()
     values = volume.values
-    if _spread_over_range(volume):
-        return ()
     lowest, highest = _ends(values, lowest=True), _ends(values, lowest=False)[::-1]
-    found = _split(lowest, highest)
-    if found is None:
+    below, above = _split(lowest, highest)
+    if not below + above:
         return ()
-    below, above = found
     others = float(lowest[below]), float(highest[len(highest) - 1 - above])
     alone = np.concatenate([lowest[:below], highest[len(highest) - above :]])
     if not any(((chunk > others[0]) & (chunk < others[1])).any() for chunk in chunks(values)):
@@ -84,8 +81,8 @@ def _spread_over_range(volume: Volume) -> bool:
     return not _between(low, high) > TIMES_OF_MARKS * of_others
 
 
-def _split(lowest: NDArray, highest: NDArray) -> tuple[int, int] | None:
-    """Count the lone values at each end; None where there are none.
+def _split(lowest: NDArray, highest: NDArray) -> tuple[int, int]:
+    """Count the lone values at each end.
 
     Both arrays are ascending: the smallest distinct values, and the largest. Those that are lone beside all others are
     left out first, and then those that are among what is left: -9999 beside 1e20 is only seen to be so without it.
@@ -93,7 +90,7 @@ def _split(lowest: NDArray, highest: NDArray) -> tuple[int, int] | None:
     below = above = 0
     while (more := _first_split(lowest[below:], highest[: len(highest) - above])) is not None:
         below, above = below + more[0], above + more[1]
-    return (below, above) if below + above else None
+    return below, above
 
 
 def _first_split(lowest: NDArray, highest: NDArray) -> tuple[int, int] | None:

@@ -39,13 +39,7 @@ def check_name(path: str | os.PathLike[str]) -> None:
 
 
 def check_regular(path: str | os.PathLike[str]) -> int:
-    """Return the number of bytes of the regular file at `path`; links are followed.
-
-    Raises
-    ------
-    InputError
-        If there is no file, or it is a folder, a pipe, a socket or a device.
-    """
+    """Return the number of bytes of the file at `path`, links followed; InputError if it is no regular file."""
     check_name(path)
     try:
         about = os.stat(path)

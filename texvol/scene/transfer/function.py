@@ -118,7 +118,7 @@ class TransferFunction(KeepsArrays):
             raise InputError(
                 f"{self.name}: values must be at most {LARGEST_VALUE:g} in size, so that their differences are finite"
             )
-        pieces.check_ascending(self.values, self.name)
+        pieces.check_ascending(self.values, f"{self.name}: values", steps=True)
         if not (self.extinctions >= 0).all():  # NaN fails this too
             raise InputError(f"{self.name}: extinction must not be negative or NaN")
         if not np.isfinite(self.colors).all() or (self.colors < 0).any():
@@ -372,10 +372,7 @@ def _modulation(pairs: ArrayLike, name: str) -> NDArray[np.float64]:
         raise InputError(f"{name}: gradient must be a list of pairs [magnitude, factor], got shape {modulation.shape}")
     if not ((modulation >= 0) & np.isfinite(modulation)).all():
         raise InputError(f"{name}: gradient magnitudes and factors must be finite and not negative")
-    fallen = np.flatnonzero(np.diff(modulation[:, 0]) <= 0)
-    if fallen.size:
-        before, after = modulation[fallen[0] : fallen[0] + 2, 0]
-        raise InputError(f"{name}: gradient magnitudes must ascend, got {after:g} after {before:g}")
+    pieces.check_ascending(modulation[:, 0], f"{name}: gradient magnitudes", steps=False)
     return modulation
 
 

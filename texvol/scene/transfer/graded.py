@@ -53,7 +53,7 @@ class Graded(KeepsArrays):
             )
         if not (np.abs(self.values) <= LARGEST_VALUE).all():
             raise InputError(f"graded medium: values must be finite and at most {LARGEST_VALUE:g} in size")
-        pieces.check_ascending(self.values, "graded medium")
+        pieces.check_ascending(self.values, "graded medium: values", steps=True)
         for what, numbers in (("emission", self.emissions), ("extinction", self.extinctions)):
             if not ((numbers >= 0) & np.isfinite(numbers)).all():
                 raise InputError(f"graded medium: {what} must be finite and not negative")
@@ -75,8 +75,10 @@ class Graded(KeepsArrays):
 
     def at(self, values: ArrayLike, magnitudes: ArrayLike) -> Medium:
         """Emission, shape (…, 3), and extinction, shape (…), of values and gradient magnitudes, per world unit."""
-        numbers = pieces.inside(self.values, np.column_stack([self.emissions, self.extinctions]), values)
-        numbers = numbers * self.weights(values, magnitudes)[..., np.newaxis]
+        values = np.asarray(values, np.float64)
+        known = np.where(np.isnan(values), self.values[0], values)  # the weight is 0 there
+        numbers = pieces.sides(self.values, np.column_stack([self.emissions, self.extinctions]), known)
+        numbers = np.maximum(numbers, 0.0) * self.weights(values, magnitudes)[..., np.newaxis]
         return numbers[..., :3], numbers[..., 3]
 
     def shows_between(

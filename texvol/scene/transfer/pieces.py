@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from texvol.util.errors import InputError
 
@@ -11,12 +11,13 @@ LARGEST_VALUE = 8e307
 ROUNDING = 2.0**-20  # of a value, more than interpolation loses
 
 
-def check_ascending(values: NDArray[np.float64], name: str) -> None:
-    """Raise InputError if a value is less than the one before it."""
-    fallen = np.flatnonzero(np.diff(values) < 0)
+def check_ascending(numbers: NDArray[np.float64], what: str, *, steps: bool) -> None:
+    """Raise InputError if a number is less than the one before it, or equal to it where no `steps` are allowed."""
+    gained = np.diff(numbers)
+    fallen = np.flatnonzero(gained < 0 if steps else gained <= 0)
     if fallen.size:
-        before, after = values[fallen[0] : fallen[0] + 2]
-        raise InputError(f"{name}: values must ascend, got {after:g} after {before:g}")
+        before, after = numbers[fallen[0] : fallen[0] + 2]
+        raise InputError(f"{what} must ascend, got {after:g} after {before:g}")
 
 
 def slopes(values: NDArray[np.float64], numbers: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -25,14 +26,6 @@ def slopes(values: NDArray[np.float64], numbers: NDArray[np.float64]) -> NDArray
         gained: NDArray[np.float64] = np.diff(numbers, axis=0) / np.diff(values)[:, np.newaxis]
     gained[~np.isfinite(gained)] = 0.0
     return gained
-
-
-def inside(values: NDArray[np.float64], numbers: NDArray[np.float64], positions: ArrayLike) -> NDArray[np.float64]:
-    """`numbers` at `positions`, shape (…, k); 0 before the first value, after the last, and where a position is NaN."""
-    positions = np.asarray(positions, np.float64)
-    held = (positions >= values[0]) & (positions <= values[-1])
-    found = sides(values, numbers, np.where(held, positions, values[0]))
-    return np.where(held[..., np.newaxis], np.maximum(found, 0.0), 0.0)
 
 
 def sides(
