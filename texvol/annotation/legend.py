@@ -10,11 +10,11 @@ from dataclasses import dataclass, replace
 from itertools import pairwise, product
 
 import numpy as np
-from numpy.typing import NDArray
 
 from texvol.annotation import marks, rounding
 from texvol.annotation.legend_content import ColorBar, Content
 from texvol.annotation.lettering import one_line
+from texvol.annotation.marks import Numbers
 from texvol.annotation.sheet import Rect, Sheet
 
 _SCALE, _SMALL = 0.9, 0.8
@@ -36,7 +36,7 @@ class _Legend:
     bar: ColorBar | None
     captions: list[str]  # lines above the bar
     numbers: list[tuple[float, str]]  # beside the bar, see `_numbers`
-    entries: tuple[tuple[str, NDArray[np.float64] | None], ...]
+    entries: tuple[tuple[str, Numbers | None], ...]
     plot: int  # width of the opacities, 0 without them
     height: int  # of the bar
     width: int
@@ -187,9 +187,7 @@ def _draw_bar(sheet: Sheet, bar: ColorBar, legend: _Legend, left: int, top: int)
         _write(sheet, text, end + (_TICK + _GAP) * sheet.em, y, _SCALE)
 
 
-def _draw_opacity(
-    sheet: Sheet, opacities: NDArray[np.float64], colors: NDArray[np.float64], left: int, top: int, width: int
-) -> None:
+def _draw_opacity(sheet: Sheet, opacities: Numbers, colors: Numbers, left: int, top: int, width: int) -> None:
     """Draw the opacity of each row as a bar from the right, in the row's colour, and a line along the bars' ends."""
     height = len(opacities)
     from_right = np.arange(width)[::-1]

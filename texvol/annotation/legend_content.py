@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from texvol.annotation import rounding
 from texvol.annotation.lettering import Lettering
+from texvol.annotation.marks import Numbers
 from texvol.scene.air import HOUNSFIELD
 from texvol.scene.display import Window, found_window, grey, isosurface_color, number_colors, straight_colors
 from texvol.scene.label_counts import label_counts
@@ -20,7 +20,6 @@ from texvol.scene.transfer.pieces import LARGEST_VALUE
 from texvol.scene.volume import Volume
 from texvol.util.errors import InputError
 
-Numbers = NDArray[np.float64]
 _MARGIN = 0.05  # of the range in which colours change, added at both ends
 _NEARLY_ALL = np.log(10)  # optical depth of opacity 0.9, which the densest medium reaches in the legend
 _CHOSEN = ("variable", "series", "channel", "time")  # options that tell volumes of one file apart

@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+Numbers = NDArray[np.float64]
 Point = tuple[float, float]  # pixels from the upper left corner of the picture to the right and down
 Size = tuple[int, int]  # (width, height)
 # A pixel projected on a unit vector (a, b) has half the length (a + b) / 2, which is at most √½.
@@ -27,11 +28,11 @@ class Mark(NamedTuple):
 
     rows: NDArray[np.intp]
     columns: NDArray[np.intp]
-    coverage: NDArray[np.float64]
-    color: NDArray[np.float64]  # linear; shape (3,), or (n, 3)
+    coverage: Numbers
+    color: Numbers  # linear; shape (3,), or (n, 3)
 
 
-def patch(coverage: NDArray[np.float64], left: int, top: int, color: ArrayLike, size: Size) -> Mark:
+def patch(coverage: Numbers, left: int, top: int, color: ArrayLike, size: Size) -> Mark:
     """Return the mark of an array of coverage with its upper left pixel at (left, top), clipped to the picture."""
     rows, columns = np.nonzero(coverage > 0)
     inside = (rows + top >= 0) & (rows + top < size[1]) & (columns + left >= 0) & (columns + left < size[0])
@@ -104,17 +105,17 @@ def lay_behind(pixels: NDArray, mark: Mark, background: ArrayLike) -> None:
     pixels[position] = pixel + let_through * (_opaque(mark) - behind)
 
 
-def _shown(numbers: NDArray) -> NDArray[np.float64]:
+def _shown(numbers: NDArray) -> Numbers:
     """Return numbers as an 8-bit file holds them: clipped to [0, 1], NaN as 0."""
     return np.clip(np.nan_to_num(numbers.astype(np.float64)), 0, 1)
 
 
-def _opaque(mark: Mark) -> NDArray[np.float64]:
+def _opaque(mark: Mark) -> Numbers:
     """Return the mark's colour at each of its pixels with opacity 1, shape (n, 4)."""
     return np.column_stack([np.broadcast_to(mark.color, (len(mark.rows), 3)), np.ones(len(mark.rows))])
 
 
-def _beyond(distance: NDArray[np.float64], direction: NDArray[np.float64]) -> NDArray[np.float64]:
+def _beyond(distance: Numbers, direction: Numbers) -> Numbers:
     """Return the area of a unit pixel beyond an edge, `distance` before its centre along the unit vector `direction`.
 
     A pixel's projection on the direction is a trapezoid: the convolution of two boxes as wide as the direction's parts.
@@ -122,7 +123,7 @@ def _beyond(distance: NDArray[np.float64], direction: NDArray[np.float64]) -> ND
     a, b = np.maximum(np.abs(direction), _LEAST)
     distance = np.clip(distance, -_BEYOND, _BEYOND)
 
-    def ramp(t: NDArray[np.float64]) -> NDArray[np.float64]:
+    def ramp(t: Numbers) -> Numbers:
         return np.maximum(t, 0) ** 2 / 2
 
     wide, narrow = (a + b) / 2, (a - b) / 2
@@ -130,9 +131,7 @@ def _beyond(distance: NDArray[np.float64], direction: NDArray[np.float64]) -> ND
     return np.clip(area / (a * b), 0, 1)
 
 
-def _within(
-    start: NDArray[np.float64], end: NDArray[np.float64], margin: float, size: Size
-) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+def _within(start: Numbers, end: Numbers, margin: float, size: Size) -> tuple[Numbers, Numbers] | None:
     """Return the part of a line inside the picture and a margin around it; None if no part is inside."""
     direction = end - start
     first, last = 0.0, 1.0

@@ -27,7 +27,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from texvol.scene.transfer import pieces
 from texvol.scene.transfer.graded import Contour, Graded
-from texvol.scene.transfer.pieces import LARGEST_VALUE, ROUNDING
+from texvol.scene.transfer.pieces import LARGEST_VALUE, ROUNDING, Flags, Numbers
 from texvol.scene.volume import Volume
 from texvol.util import text_files
 from texvol.util.errors import InputError
@@ -41,8 +41,8 @@ _MOST_BYTES = 64 << 20  # of a file: some million points; more is no transfer fu
 class Classified(NamedTuple):
     """Emission and extinction of some values."""
 
-    emission: NDArray[np.float64]  # q, per world unit, shape (…, 3); the visible colour where extinction is infinite
-    extinction: NDArray[np.float64]  # τ, per world unit, shape (…)
+    emission: Numbers  # q, per world unit, shape (…, 3); the visible colour where extinction is infinite
+    extinction: Numbers  # τ, per world unit, shape (…)
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,13 +78,13 @@ class TransferFunction(KeepsArrays):
         If there are no points, or points or modulation are unsorted, not finite, negative or out of range.
     """
 
-    values: NDArray[np.float64]
-    colors: NDArray[np.float64]
-    extinctions: NDArray[np.float64]
+    values: Numbers
+    colors: Numbers
+    extinctions: Numbers
     emissive: bool = False
     name: str = "transfer function"
     premultiplied: bool = False
-    modulation: NDArray[np.float64] | None = None
+    modulation: Numbers | None = None
     graded: tuple[Graded, ...] = ()
     contours: tuple[Contour, ...] = ()
     materials: tuple[str, ...] = ()
@@ -291,7 +291,7 @@ class TransferFunction(KeepsArrays):
             extinction += more_extinction
         return Classified(emission, extinction)
 
-    def at(self, values: ArrayLike) -> NDArray[np.float64]:
+    def at(self, values: ArrayLike) -> Numbers:
         """Return colour (or emission) and extinction of each value, shape (…, 4); all are 0 where the value is NaN."""
         values = np.asarray(values, dtype=np.float64)
         absent = np.isnan(values)
@@ -312,9 +312,7 @@ class TransferFunction(KeepsArrays):
             numbers[absent] = 0.0
         return numbers
 
-    def shows_between(
-        self, lowest: ArrayLike, highest: ArrayLike, largest_magnitude: ArrayLike = np.inf
-    ) -> NDArray[np.bool_]:
+    def shows_between(self, lowest: ArrayLike, highest: ArrayLike, largest_magnitude: ArrayLike = np.inf) -> Flags:
         """Return True where any value from `lowest` to `highest` may show; False where either is NaN.
 
         Gradient magnitudes are from 0 to `largest_magnitude`, in data units per world unit. Near a step both ends are
@@ -331,7 +329,7 @@ class TransferFunction(KeepsArrays):
             shows = shows | further.shows_between(lowest, highest, largest_magnitude)
         return shows
 
-    def _may_modulate(self, largest_magnitude: ArrayLike) -> NDArray[np.bool_]:
+    def _may_modulate(self, largest_magnitude: ArrayLike) -> Flags:
         """Return True where any gradient magnitude from 0 to the largest has a factor above 0."""
         assert self.modulation is not None
         first = np.flatnonzero(self.modulation[:, 1] > 0)
@@ -342,12 +340,12 @@ class TransferFunction(KeepsArrays):
         return np.asarray(largest > self.modulation[first[0] - 1, 0] if first[0] else largest >= 0)
 
     @cached_property
-    def numbers(self) -> NDArray[np.float64]:
+    def numbers(self) -> Numbers:
         """Colour and extinction of each point, shape (n, 4); an infinite extinction is 0 here."""
         return np.column_stack([self.colors, np.where(np.isinf(self.extinctions), 0.0, self.extinctions)])
 
     @cached_property
-    def segment_ends(self) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.bool_]]:
+    def segment_ends(self) -> tuple[NDArray[np.intp], NDArray[np.intp], Flags]:
         """Points at the left and the right of each segment, and True where they are opaque, shape (n + 1, 2).
 
         Segment s has s points at or below it; the first and the last segment have the outer point at both ends.
@@ -358,7 +356,7 @@ class TransferFunction(KeepsArrays):
         return left, right, np.column_stack([infinite[left], infinite[right]])
 
     @cached_property
-    def _lines(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]:
+    def _lines(self) -> tuple[Numbers, Numbers, Numbers, Flags]:
         """Segments as lines: start, numbers there, numbers per unit of value, and True at opaque ends."""
         left, _, opaque = self.segment_ends
         level = np.zeros((1, 4))  # the two outer segments
@@ -366,7 +364,7 @@ class TransferFunction(KeepsArrays):
         return self.values[left], self.numbers[left], slope, opaque
 
 
-def _modulation(pairs: ArrayLike, name: str) -> NDArray[np.float64]:
+def _modulation(pairs: ArrayLike, name: str) -> Numbers:
     modulation = np.array(pairs, np.float64)
     if modulation.ndim != 2 or modulation.shape[1] != 2 or not len(modulation):
         raise InputError(f"{name}: gradient must be a list of pairs [magnitude, factor], got shape {modulation.shape}")
@@ -376,9 +374,7 @@ def _modulation(pairs: ArrayLike, name: str) -> NDArray[np.float64]:
     return modulation
 
 
-def _point_of(
-    function: TransferFunction, value: float, color: NDArray[np.float64], extinction: float
-) -> dict[str, Any]:
+def _point_of(function: TransferFunction, value: float, color: Numbers, extinction: float) -> dict[str, Any]:
     opaque = bool(np.isinf(extinction))  # which is written as opacity 1
     glows = function.emissive or (function.premultiplied and not opaque)
     point = {"value": float(value), "emission" if glows else "color": color.tolist()}

@@ -12,14 +12,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from texvol.scene.transfer import pieces
-from texvol.scene.transfer.pieces import LARGEST_VALUE, ROUNDING
+from texvol.scene.transfer.pieces import LARGEST_VALUE, ROUNDING, Flags, Numbers
 from texvol.util.errors import InputError
 from texvol.util.kept_arrays import KeepsArrays, read_only
 
-Medium = tuple[NDArray[np.float64], NDArray[np.float64]]  # emission (…, 3) and extinction (…), per world unit
+Medium = tuple[Numbers, Numbers]  # emission (…, 3) and extinction (…), per world unit
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,9 +35,9 @@ class Graded(KeepsArrays):
     """
 
     # Data units, shape (n,), never descending; equal neighbours make a step, whose right side holds at the value.
-    values: NDArray[np.float64]
-    emissions: NDArray[np.float64]  # q per world unit, shape (n, 3)
-    extinctions: NDArray[np.float64]  # τ per world unit, finite, shape (n,)
+    values: Numbers
+    emissions: Numbers  # q per world unit, shape (n, 3)
+    extinctions: Numbers  # τ per world unit, finite, shape (n,)
     start: float  # gradient magnitude, data units per world unit, from which the weight rises from 0 …
     full: float  # … and at which it reaches 1
 
@@ -63,7 +63,7 @@ class Graded(KeepsArrays):
                 f"{float(self.start):g} to {float(self.full):g}"
             )
 
-    def weights(self, values: ArrayLike, magnitudes: ArrayLike) -> NDArray[np.float64]:
+    def weights(self, values: ArrayLike, magnitudes: ArrayLike) -> Numbers:
         """The ramp at each gradient magnitude; 0 where the value is NaN or lies beyond the points."""
         values, magnitudes = _both(values, magnitudes)
         if self.full > self.start:
@@ -81,9 +81,7 @@ class Graded(KeepsArrays):
         numbers = np.maximum(numbers, 0.0) * self.weights(values, magnitudes)[..., np.newaxis]
         return numbers[..., :3], numbers[..., 3]
 
-    def shows_between(
-        self, lowest: NDArray[np.float64], highest: NDArray[np.float64], largest_magnitude: ArrayLike
-    ) -> NDArray[np.bool_]:
+    def shows_between(self, lowest: Numbers, highest: Numbers, largest_magnitude: ArrayLike) -> Flags:
         """True where any value from `lowest` to `highest` may show, for gradients up to `largest_magnitude`."""
         more = (self.extinctions > 0) | (self.emissions > 0).any(axis=1)
         # Beyond the outer points is nothing: a step to 0 at either end.
@@ -121,7 +119,7 @@ class Contour:
         if not 0 <= self.extinction < np.inf:
             raise InputError(f"contour: extinction must be finite and not negative, got {self.extinction:g}")
 
-    def weights(self, values: ArrayLike, magnitudes: ArrayLike) -> NDArray[np.float64]:
+    def weights(self, values: ArrayLike, magnitudes: ArrayLike) -> Numbers:
         """max(0, 1 - |f - value| / (thickness |∇f|)); where |∇f| is 0, 1 for the value itself."""
         values, magnitudes = _both(values, magnitudes)
         with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
@@ -134,9 +132,7 @@ class Contour:
         weights = self.weights(values, magnitudes)
         return weights[..., np.newaxis] * np.array(self.emission), weights * self.extinction
 
-    def shows_between(
-        self, lowest: NDArray[np.float64], highest: NDArray[np.float64], largest_magnitude: ArrayLike
-    ) -> NDArray[np.bool_]:
+    def shows_between(self, lowest: Numbers, highest: Numbers, largest_magnitude: ArrayLike) -> Flags:
         """True where any value from `lowest` to `highest` may show, for gradients up to `largest_magnitude`."""
         if self.extinction == 0 and not any(self.emission):
             return np.zeros(np.broadcast(lowest, highest, largest_magnitude).shape, np.bool_)
@@ -147,7 +143,7 @@ class Contour:
             return np.asarray(away - lost <= reach)  # NaN fails this
 
 
-def _both(values: ArrayLike, magnitudes: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _both(values: ArrayLike, magnitudes: ArrayLike) -> tuple[Numbers, Numbers]:
     """Return both as arrays, with 0 for gradient magnitudes that are NaN."""
     magnitudes = np.asarray(magnitudes, np.float64)
     return np.asarray(values, np.float64), np.where(np.isnan(magnitudes), 0.0, magnitudes)

@@ -13,9 +13,8 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from texvol.scene.transfer.pieces import LARGEST_VALUE
+from texvol.scene.transfer.pieces import LARGEST_VALUE, Numbers
 from texvol.scene.transfer.units import medium_range, typical_samples
 from texvol.scene.volume import Volume
 
@@ -152,9 +151,7 @@ def _materials(regions: Regions) -> list[dict[str, Any]]:
     ]
 
 
-def _regions_of_levels(
-    samples: NDArray[np.float64], levels: NDArray[np.float64]
-) -> tuple[float | None, NDArray[np.float64], float]:
+def _regions_of_levels(samples: Numbers, levels: Numbers) -> tuple[float | None, Numbers, float]:
     """Each level is a material, but for the lowest, which is the background; many levels are parted evenly."""
     if levels.size == 1:
         return None, levels, float(levels[0])
@@ -164,9 +161,7 @@ def _regions_of_levels(
     return float(levels[0]), starts, float(levels[-1])
 
 
-def _regions_between(
-    samples: NDArray[np.float64], low: float, high: float
-) -> tuple[float | None, NDArray[np.float64], float]:
+def _regions_between(samples: Numbers, low: float, high: float) -> tuple[float | None, Numbers, float]:
     """Materials among the samples from `low`, where the background ends, to `high`."""
     medium = samples[(samples > low) & (samples <= high)]
     below = samples[samples <= low]
@@ -186,7 +181,7 @@ def _regions_between(
     return background, np.unique(starts), high
 
 
-def _massive(medium: NDArray[np.float64], starts: NDArray[np.float64]) -> NDArray[np.float64]:
+def _massive(medium: Numbers, starts: Numbers) -> Numbers:
     """Without the starts of materials that hardly any sample has; they go to the one below."""
     while starts.size > 1:
         masses = np.histogram(medium, [*starts, np.inf])[0] / medium.size
@@ -197,7 +192,7 @@ def _massive(medium: NDArray[np.float64], starts: NDArray[np.float64]) -> NDArra
     return starts
 
 
-def _parted(samples: NDArray[np.float64]) -> float:
+def _parted(samples: Numbers) -> float:
     """Value that parts ascending samples so that the variance between the two sides is largest."""
     below = np.arange(1, samples.size)
     sums = np.cumsum(samples)
@@ -207,7 +202,7 @@ def _parted(samples: NDArray[np.float64]) -> float:
     return float(samples[best] / 2 + samples[best + 1] / 2)
 
 
-def _valleys(medium: NDArray[np.float64], low: float, high: float) -> NDArray[np.float64]:
+def _valleys(medium: Numbers, low: float, high: float) -> Numbers:
     """Values between neighbouring peaks of the histogram, and where a long tail begins."""
     edges = _edges(medium, low, high)
     counts = np.histogram(medium, edges)[0].astype(np.float64)
@@ -226,7 +221,7 @@ def _valleys(medium: NDArray[np.float64], low: float, high: float) -> NDArray[np
     return np.asarray(middles[positions])
 
 
-def _edges(medium: NDArray[np.float64], low: float, high: float) -> NDArray[np.float64]:
+def _edges(medium: Numbers, low: float, high: float) -> Numbers:
     """Edges of bins that hold the same number of levels each, where the samples are few levels of equal distance."""
     levels = np.unique(medium)
     if levels.size > 4 * _BINS:
@@ -237,14 +232,14 @@ def _edges(medium: NDArray[np.float64], low: float, high: float) -> NDArray[np.f
     return np.linspace(low, high, _BINS + 1) if not 1 <= count <= _BINS else low + width * np.arange(count + 1)
 
 
-def _smoothed(counts: NDArray[np.float64]) -> NDArray[np.float64]:
+def _smoothed(counts: Numbers) -> Numbers:
     reach = int(3 * _SMOOTHING)
     weights = np.exp(-0.5 * (np.arange(-reach, reach + 1) / _SMOOTHING) ** 2)
     padded = np.pad(counts, reach, mode="edge")
     return np.convolve(padded, weights / weights.sum(), mode="valid")
 
 
-def _peaks(height: NDArray[np.float64], smooth: NDArray[np.float64]) -> list[int]:
+def _peaks(height: Numbers, smooth: Numbers) -> list[int]:
     """Bins of the most prominent peaks, ascending, the highest of all among them."""
     rises = np.diff(np.concatenate([[-np.inf], height, [-np.inf]]))
     tops = np.flatnonzero((rises[:-1] > 0) & (rises[1:] <= 0))
@@ -255,7 +250,7 @@ def _peaks(height: NDArray[np.float64], smooth: NDArray[np.float64]) -> list[int
     return sorted(top for _, top in sorted(sure, reverse=True)[:_MOST_MATERIALS])
 
 
-def _prominence(height: NDArray[np.float64], top: int) -> float:
+def _prominence(height: Numbers, top: int) -> float:
     """Prominence of a peak: the least descent between them to a higher one; infinite for the highest peak."""
     sides = []
     for side in (height[:top][::-1], height[top + 1 :]):

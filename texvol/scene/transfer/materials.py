@@ -17,11 +17,11 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from texvol.scene.transfer import pieces
 from texvol.scene.transfer.graded import Graded
-from texvol.scene.transfer.pieces import LARGEST_VALUE
+from texvol.scene.transfer.pieces import LARGEST_VALUE, Numbers
 from texvol.util.errors import InputError
 
 Triple = tuple[float, float, float]
@@ -36,7 +36,7 @@ _AFTER = 2.0**-18
 
 # Part of a mixture: values, shape (n,), and rows of emission (3), extinction, opaque fraction and opaque fraction times
 # colour (3), shape (n, 8).
-_Part = tuple[NDArray[np.float64], NDArray[np.float64]]
+_Part = tuple[Numbers, Numbers]
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class Material:
     extinction: float  # per world unit, from 0 to infinity; finite with a gradient
     gradient: Pair | None = None  # gradient magnitudes between which it appears, see `Graded`
 
-    def fractions(self, values: ArrayLike) -> NDArray[np.float64]:
+    def fractions(self, values: ArrayLike) -> Numbers:
         """Its fraction of each value, from 0 to 1."""
         knots, fractions = self._corners
         return pieces.sides(knots, fractions[:, np.newaxis], np.asarray(values, np.float64))[..., 0]
@@ -68,13 +68,13 @@ class Material:
         raise InputError(f"material {self.name!r} must have from or to, or no typical value is known")
 
     @property
-    def _corners(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def _corners(self) -> tuple[Numbers, Numbers]:
         knots = [*(self.rises or ()), *(self.falls or ())]
         fractions = [*((0.0, 1.0) if self.rises else ()), *((1.0, 0.0) if self.falls else ())]
         return np.array(knots or [0.0]), np.array(fractions or [1.0])
 
     @property
-    def emission(self) -> NDArray[np.float64]:
+    def emission(self) -> Numbers:
         """Colour times extinction, where that is finite."""
         return np.array(self.color) * self.extinction
 
@@ -122,23 +122,21 @@ class Points(Protocol):
     """Control points of a transfer function."""
 
     @property
-    def values(self) -> NDArray[np.float64]: ...
+    def values(self) -> Numbers: ...
     @property
-    def colors(self) -> NDArray[np.float64]: ...
+    def colors(self) -> Numbers: ...
     @property
-    def extinctions(self) -> NDArray[np.float64]: ...
+    def extinctions(self) -> Numbers: ...
     @property
     def emissive(self) -> bool: ...
     @property
     def premultiplied(self) -> bool: ...
     @property
-    def numbers(self) -> NDArray[np.float64]: ...
-    def at(self, values: ArrayLike) -> NDArray[np.float64]: ...
+    def numbers(self) -> Numbers: ...
+    def at(self, values: ArrayLike) -> Numbers: ...
 
 
-def mixture(
-    materials: Sequence[Material], points: Points | None = None
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+def mixture(materials: Sequence[Material], points: Points | None = None) -> tuple[Numbers, Numbers, Numbers]:
     """Values, emissions and extinctions of premultiplied points: what materials, and other points, add up to.
 
     Straight `points` of another colour and extinction at either end of a line are taken as 32 lines.
@@ -151,7 +149,7 @@ def mixture(
         np.sum([pieces.sides(*part, positions, right) for part in parts], axis=0) for right in (False, True)
     )
     opaque_here = np.array([_opaque_at(position, materials, points) for position in positions])
-    found: list[tuple[float, NDArray[np.float64]]] = []
+    found: list[tuple[float, Numbers]] = []
     for number, position in enumerate(positions):
         left = _looks(before[number], after[number - 1] if number else before[number])
         right = _looks(after[number], before[number + 1] if number + 1 < len(positions) else after[number])
@@ -167,7 +165,7 @@ def mixture(
     return values, numbers[:, :3], numbers[:, 3]
 
 
-def _looks(row: NDArray[np.float64], other_end: NDArray[np.float64]) -> NDArray[np.float64]:
+def _looks(row: Numbers, other_end: Numbers) -> Numbers:
     """Emission and extinction at one end of a line, or colour and infinity where the line is opaque."""
     if not (row[4] > 0 or other_end[4] > 0):
         return row[:4]
@@ -201,11 +199,11 @@ def _lines_of(points: Points, left: int, right: int, opaque: bool) -> int:
     return 1 if straight else _LINES_PER_PARABOLA
 
 
-def _row(points: Points, number: int) -> NDArray[np.float64]:
+def _row(points: Points, number: int) -> Numbers:
     return _row_between(points, number, number, 0.0, bool(np.isinf(points.extinctions[number])))
 
 
-def _row_between(points: Points, left: int, right: int, fraction: float, opaque: bool) -> NDArray[np.float64]:
+def _row_between(points: Points, left: int, right: int, fraction: float, opaque: bool) -> Numbers:
     color = points.colors[left] * (1 - fraction) + points.colors[right] * fraction
     numbers = points.numbers[:, 3]
     extinction = numbers[left] * (1 - fraction) + numbers[right] * fraction
