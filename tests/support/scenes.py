@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from pyrr import matrix44
 
+from texvol.scene import orbit
 from texvol.scene.camera import Camera, Projection
 from texvol.scene.transfer import TransferFunction
 from texvol.scene.volume import Volume
@@ -79,3 +80,8 @@ def clip_from_world(camera: Camera, aspect: float, near: float, far: float) -> n
         y = camera.half_height
         projection = matrix44.create_orthogonal_projection(-y * aspect, y * aspect, -y, y, near, far, dtype=np.float64)
     return projection.T @ camera.eye_from_world
+
+
+def orbiting(camera: Camera, views: int) -> list[Camera]:
+    """The cameras of one turn in equal steps, the first is the camera itself."""
+    return [orbit.turned(camera, 360 * i / views) for i in range(views)]

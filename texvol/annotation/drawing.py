@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from copy import copy
-
 from numpy.typing import NDArray
 
 from texvol.annotation.axes import axis_name, draw_axes
@@ -16,7 +14,6 @@ from texvol.annotation.scale_bar import draw_scale_bar
 from texvol.annotation.sheet import WHITE, Sheet
 from texvol.annotation.view import EDGES, View
 from texvol.scene.scene import Scene
-from texvol.scene.volume import Volume
 
 _TITLE, _SMALLEST_TITLE = 1.25, 0.7  # size in ems; the fraction of it to which a title is shrunk before it is cut
 _TITLE_FROM_BORDER = 0.6  # ems
@@ -47,19 +44,9 @@ def annotated(
     size = picture.shape[1], picture.shape[0]
     # A transparent picture is drawn for a white page.
     sheet = Sheet(size, letters, WHITE if transparent else scene.background, annotation.color, annotation.font_size)
-    view = View(scene.completed(size).camera, annotated_box(scene), size)
+    view = View(scene.completed(size).camera, scene.box, size)
     place_all(sheet, view, scene, annotation, window)
     return sheet.over(picture, scene.background)
-
-
-def annotated_box(scene: Scene) -> Volume:
-    """Return the box of all volumes, with the axes' names and the unit of the first volume."""
-    box, first = scene.box, scene.volume
-    if box is first:
-        return first
-    named = copy(box)
-    named.unit, named.space = first.unit, first.space
-    return named
 
 
 def place_all(

@@ -56,12 +56,7 @@ def contents_of(scene: Scene, value_name: str, window: Window | None, letters: L
     """Return the contents of a scene's legends, in the order of its volumes; `window` is that of `display.shown`.
 
     With several volumes, legends are named after the files; `value_name` names the first. Volumes with a colour for
-    each sample have no legend.
-
-    Raises
-    ------
-    InputError
-        If the mode is xray or average and `window` is missing.
+    each sample have no legend. InputError if the mode is xray or average and `window` is missing.
     """
     contents = []
     for number, each in enumerate(scene.completed((1, 1)).each_alone(), 1):

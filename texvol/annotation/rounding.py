@@ -30,11 +30,6 @@ def round_down(most: float) -> Decimal:
     return next(step for step in steps if float(step) <= most * (1 + _ON_THE_END))
 
 
-def next_round(step: Decimal) -> Decimal:
-    """Return the next larger round number."""
-    return round_up(float(step) * 1.5)
-
-
 def multiples(low: float, high: float, step: Decimal) -> list[Decimal]:
     """Return all multiples of `step` from `low` to `high`."""
     first = int(np.ceil(low / float(step) - _ON_THE_END))

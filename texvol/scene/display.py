@@ -29,13 +29,7 @@ Window = tuple[float, float]
 
 
 def checked_window(window: str | Sequence[float]) -> Window:
-    """(centre, width) from "CENTRE,WIDTH" or a pair of numbers, in data units (times world units for xray).
-
-    Raises
-    ------
-    InputError
-        If it is not two finite numbers, the second of them positive.
-    """
+    """Return (centre, width), data units (xray: times world units), of "CENTRE,WIDTH" or two numbers; or InputError."""
     try:
         numbers = tuple(float(number) for number in (window.split(",") if isinstance(window, str) else window))
     except (TypeError, ValueError):

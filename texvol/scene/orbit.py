@@ -1,4 +1,4 @@
-"""Cameras that turn once around a scene.
+"""Cameras that turn around a scene.
 
 The axis goes through the target along `up`. With k the unit vector of the axis and p the part of eye - target across
 it, the eye that is turned by an angle θ, counterclockwise as seen from the tip of `up`, is
@@ -18,22 +18,6 @@ import numpy as np
 
 from texvol.scene.camera import FRAMING_MARGIN, Camera, Projection
 from texvol.scene.volume import Volume
-from texvol.util.errors import InputError
-
-
-def cameras(camera: Camera, views: int) -> list[Camera]:
-    """Cameras of one turn in equal steps: camera i is `camera` turned by 360 i / `views` degrees, the first is itself.
-
-    Each is drawn as usual: `[renderer.render(replace(scene, camera=each)) for each in cameras(camera, 60)]`.
-
-    Raises
-    ------
-    InputError
-        If there is not at least one view.
-    """
-    if views < 1:
-        raise InputError(f"an orbit must have at least one view, got {views}")
-    return [turned(camera, 360 * i / views) for i in range(views)]
 
 
 def turned(camera: Camera, degrees: float) -> Camera:

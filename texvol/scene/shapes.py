@@ -114,7 +114,7 @@ class Lines(KeepsArrays):
         _put(self, "points", points)
         pairs = _pairs_of(self.segments, self.name)
         _put(self, "segments", _indices(pairs, 2, len(points), ("segment", "segments"), self.name))
-        if not (_is_finite(self.width) and 0 < self.width <= WIDEST):
+        if not (is_number(self.width) and 0 < self.width <= WIDEST):
             raise InputError(f"{self.name}: width must be above 0 and at most {WIDEST:g} pixels, got {self.width!r}")
         _check_look(self)
 
@@ -194,14 +194,10 @@ def _pairs_of(segments: Any, name: str) -> Any:
     return np.concatenate(pairs) if pairs else ()
 
 
-def _is_finite(number: Any) -> bool:
-    return is_number(number) and bool(np.isfinite(number))
-
-
 def _check_look(shape: Shape) -> None:
     color = np.asarray(shape.color)
     if color.shape != (3,) or color.dtype.kind not in "iuf" or not ((color >= 0) & (color <= 1)).all():
         raise InputError(f"{shape.name}: color must be three numbers from 0 to 1, got {shape.color!r}")
     object.__setattr__(shape, "color", tuple(map(float, color)))
-    if not (_is_finite(shape.opacity) and 0 < shape.opacity <= 1):
+    if not (is_number(shape.opacity) and 0 < shape.opacity <= 1):
         raise InputError(f"{shape.name}: opacity must be above 0 and at most 1, got {shape.opacity!r}")

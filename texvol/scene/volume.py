@@ -264,7 +264,7 @@ def _triple(numbers: ArrayLike, what: str, name: str) -> NDArray[np.float64]:
     try:
         triple = np.array(numbers, dtype=np.float64)
     except (TypeError, ValueError):
-        raise InputError(f"{name}: {what} must be three numbers x, y, z, got {numbers!r}") from None
+        triple = np.empty(0)
     if triple.shape != (3,):
         raise InputError(f"{name}: {what} must be three numbers x, y, z, got {numbers!r}")
     if not np.isfinite(triple).all():

@@ -83,13 +83,7 @@ def read_text(path: str | os.PathLike[str], kind: str, most_bytes: int) -> str:
 
 
 def read_toml(path: str | os.PathLike[str]) -> dict[str, Any]:
-    """Return the content of a TOML file.
-
-    Raises
-    ------
-    InputError
-        If the file can't be read or is not usable TOML; see the module.
-    """
+    """Return the content of a TOML file; InputError if it can't be read or is not usable, see the module."""
     import tomllib
 
     text = read_text(path, "TOML", MOST_TOML_BYTES).replace("\r\n", "\n")

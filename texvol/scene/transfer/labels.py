@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from texvol.scene.label_counts import label_counts, listed
 from texvol.scene.optics import depth_from_opacity
 from texvol.scene.transfer.function import TransferFunction
+from texvol.scene.transfer.pieces import Numbers
 from texvol.scene.volume import Volume
 from texvol.util.color import linear_from_srgb
 from texvol.util.errors import InputError
@@ -89,9 +90,7 @@ def label_function(
     return _stepped(labels, shown, extinctions, f"labels of {volume.name}")
 
 
-def _stepped(
-    labels: NDArray[np.int64], colors: NDArray[np.float64], extinctions: NDArray[np.float64], name: str
-) -> TransferFunction:
+def _stepped(labels: NDArray[np.int64], colors: Numbers, extinctions: Numbers, name: str) -> TransferFunction:
     """Steps half-way between the labels, each at a value that single precision has and tells from both.
 
     From 2^23 on it has whole numbers only: there a step lies at the upper label, to which its right side belongs.
@@ -113,7 +112,7 @@ def _stepped(
     )
 
 
-def color_list(name: str = COLOR_LIST) -> NDArray[np.float64]:
+def color_list(name: str = COLOR_LIST) -> Numbers:
     """The colours of a list, linear, shape (n, 3), in its order; of the established one those neither dark nor white.
 
     Raises
@@ -191,7 +190,7 @@ def _opacity(number: float, whose: str) -> float:
     return float(number)
 
 
-def _color(color: Color, label: int) -> NDArray[np.float64]:
+def _color(color: Color, label: int) -> Numbers:
     numbers = np.array(color, np.float64)
     if numbers.shape != (3,) or not ((numbers >= 0) & (numbers <= 1)).all():
         raise InputError(f"the colour of label {label} must be three numbers from 0 to 1, got {color!r}")

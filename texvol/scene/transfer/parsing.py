@@ -147,7 +147,7 @@ def contour(thing: Any, where: str, units: Units, materials: Sequence[Material])
         looks = _thin(thing, where)
         emission, extinction = looks.emission * units.per_length, looks.extinction * units.per_length
     if "thickness" in thing:
-        thickness = _positive(thing["thickness"], f"{where}: thickness") * units.voxel
+        thickness = _positive(thing["thickness"], f"{where}: thickness") * units.known_volume.smallest_spacing
     else:
         thickness = _positive(thing["world_thickness"], f"{where}: world_thickness")
     return Contour(value, thickness, tuple(emission.tolist()), extinction)
