@@ -59,7 +59,7 @@ def draw_legends(sheet: Sheet, contents: Sequence[Content], *, beside_letters: b
                 top = int(rect.top)
                 for legend in legends:
                     _draw(sheet, legend, int(rect.left), top)
-                    top += legend.total + _between(sheet)
+                    top += legend.total + round(_BETWEEN * sheet.em)
                 return
 
 
@@ -79,18 +79,13 @@ def _numbers_of_labels(contents: Sequence[Content]) -> range:
 def _position(sheet: Sheet, legends: Sequence[_Legend], right: int) -> Rect | None:
     """Return the rectangle in which the legends have room, preferably in the middle; None without room."""
     width = max(legend.width for legend in legends)
-    height = sum(legend.total for legend in legends) + _between(sheet) * (len(legends) - 1)
+    height = sum(legend.total for legend in legends) + round(_BETWEEN * sheet.em) * (len(legends) - 1)
     for fraction in (0.5, _HIGHEST_POSITION, _LOWEST_POSITION):
         top = round(fraction * (sheet.size[1] - height))
         rect = Rect(right - width, top, right, top + height)
         if sheet.fits(rect):
             return rect
     return None
-
-
-def _between(sheet: Sheet) -> int:
-    """Return the pixels between two legends."""
-    return round(_BETWEEN * sheet.em)
 
 
 def _cut(sheet: Sheet, content: Content, most_labels: int) -> Content:

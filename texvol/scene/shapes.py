@@ -185,7 +185,7 @@ def _pairs_of(segments: Any, name: str) -> Any:
     if isinstance(segments, np.ndarray) and segments.ndim == 2 and segments.shape[1] == 2:
         return segments
     try:
-        are_pairs = all([len(each) == 2 for each in segments])
+        are_pairs = all([len(each) == 2 for each in segments])  # a list: each has to have a length
     except TypeError:
         raise InputError(f"{name}: segments must be pairs of points, or polylines of at least two") from None
     if are_pairs:

@@ -115,7 +115,7 @@ def regions_of(volume: Volume) -> Regions:
     samples = samples / largest
     levels = np.unique(samples)
     if levels.size <= _FEW_LEVELS:
-        found = _regions_of_levels(samples, levels)
+        found = _regions_of_levels(levels)
     else:
         low, high = (each / largest for each in medium_range(volume))
         found = _regions_between(samples, low, high)
@@ -151,7 +151,7 @@ def _materials(regions: Regions) -> list[dict[str, Any]]:
     ]
 
 
-def _regions_of_levels(samples: Numbers, levels: Numbers) -> tuple[float | None, Numbers, float]:
+def _regions_of_levels(levels: Numbers) -> tuple[float | None, Numbers, float]:
     """Each level is a material, but for the lowest, which is the background; many levels are parted evenly."""
     if levels.size == 1:
         return None, levels, float(levels[0])

@@ -152,8 +152,7 @@ def preset(name: str, volume: Volume, materials: Sequence[str] | None = None) ->
     if content is not None:
         return TransferFunction.from_content(content, name, volume, materials)
     if materials is not None:
-        asked = ", ".join(map(repr, materials))
-        raise InputError(f"materials {asked} not found: the preset {name} has none")
+        raise InputError(f"materials {', '.join(map(repr, materials))} not found: the preset {name} has none")
     if name not in _CT:
         return _from_points(_FRACTIONS[name] if name in _FRACTIONS else _ramp(name), volume, "matter", name)
     in_hounsfield = _is_hounsfield(volume)
@@ -219,10 +218,7 @@ def proposed_beside(volume: Volume, number: int) -> TransferFunction:
 
 
 def _is_hounsfield(volume: Volume) -> bool:
-    """True if the file says that the values are Hounsfield units, or their range is one of such.
-
-    Who asks for a preset of CT says by that that it is one.
-    """
+    """True if the file says that the values are Hounsfield units, or their range is one, as a preset of CT suggests."""
     return hounsfield_by(volume) == "file" or hounsfield_range(volume)
 
 
