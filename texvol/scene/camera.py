@@ -114,8 +114,8 @@ class Camera:
             camera = replace(camera, height=2 * FRAMING_MARGIN * reach)
         if eye is not None:
             return camera
-        is_parallel = projection == "orthographic"
-        return camera.at_distance(2 * volume.radius if is_parallel else camera.fitting_distance(volume, aspect))
+        distance = 2 * volume.radius if projection == "orthographic" else camera.fitting_distance(volume, aspect)
+        return camera.at_distance(distance)
 
     @property
     def target_distance(self) -> float:
