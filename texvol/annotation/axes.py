@@ -165,7 +165,7 @@ def _choices(low: float, high: float, closest: float) -> Iterator[tuple[list[Dec
     step = rounding.round_up(closest)
     while len(values := rounding.multiples(low, high, step)) >= 2:
         yield values, step
-        step = rounding.round_up(float(step) * 1.5)
+        step = rounding.round_up(float(step) * 1.5)  # the next round number
     step = rounding.round_down(high - low)
     while len(values := rounding.multiples(low, high, step)) < 2:
         step = rounding.round_down(float(step) / 1.5)
