@@ -346,12 +346,6 @@ _LOWER = (
         "test_camera.py",
     ),
     Mistake(
-        *("scene", "optics:rescale_opacity"),
-        *("np.equal(length_ratio, 0), 0.0", "np.equal(length_ratio, 0), 1.0"),
-        "matter of no length is there",
-        "test_optics.py -k 'another_length'",
-    ),
-    Mistake(
         *("scene", "optics:over"),
         *("(1 - front[..., 3:])", "(1 - back[..., 3:])"),
         "over weighs the back with its own opacity",

@@ -13,7 +13,8 @@ from support.scenes import BONE, FOG
 from texvol.annotation import Annotation, annotate
 from texvol.annotation.drawing import place_all
 from texvol.annotation.legend import draw_legends
-from texvol.annotation.legend_content import Content, content_of
+from texvol.annotation.legend_content import Content, contents_of
+from texvol.annotation.lettering import Lettering
 from texvol.scene import display, transfer
 from texvol.scene.scene import Scene
 from texvol.scene.transfer import TransferFunction
@@ -27,6 +28,12 @@ RAMP = Volume(np.linspace(0, 1, 64).reshape(4, 4, 4), unit="mm", name="ramp")
 STEP = TransferFunction(
     np.array([0, 0.5, 0.5, 1]), np.array([(0.1, 0.2, 0.9)] * 2 + [(0.9, 0.6, 0.1)] * 2), np.array([0.1, 0.1, 3.0, 3.0])
 )
+
+
+def content_of(scene: Scene, value_name: str, window: display.Window | None) -> Content:
+    """The content of the only legend of a scene."""
+    (content,) = contents_of(scene, value_name, window, Lettering())
+    return content
 
 
 def content(**scene: Any) -> Content:

@@ -142,7 +142,7 @@ def test_round_numbers_are_1_2_or_5_and_next_to_what_is_asked(number: float) -> 
     assert all(not any(each.as_tuple().digits[1:]) for each in (above, below))
     assert number * (1 - 1e-8) <= float(above) < 2.5 * number * (1 + 1e-8)
     assert number / 2.5 * (1 - 1e-8) < float(below) <= number * (1 + 1e-8)
-    assert 1.9 < float(rounding.next_round(above) / above) < 2.6
+    assert 1.9 < float(rounding.round_up(float(above) * 1.5) / above) < 2.6
 
 
 @pytest.mark.parametrize(

@@ -10,8 +10,8 @@ from support.annotated import coverage, crooked, outside, projected
 from support.scenes import BONE, FOG
 
 from texvol.annotation import Annotation, with_room
-from texvol.annotation.drawing import annotated_box, place_all
-from texvol.annotation.legends import contents_of
+from texvol.annotation.drawing import place_all
+from texvol.annotation.legend_content import contents_of
 from texvol.annotation.lettering import Lettering
 from texvol.annotation.sheet import Sheet
 from texvol.annotation.view import View
@@ -33,7 +33,7 @@ RGB = Volume(np.ones((4, 4, 4)), colors=np.full((4, 4, 4, 3), 0.5), name="photo.
 def placed(scene: Scene, size: tuple[int, int] = SIZE, em: float | None = None, **parts: Any) -> Sheet:
     """A sheet with the parts in their places."""
     sheet = Sheet(size, Lettering(), scene.background, em=em)
-    place_all(sheet, View(scene.completed(size).camera, annotated_box(scene), size), scene, Annotation(**parts), None)
+    place_all(sheet, View(scene.completed(size).camera, scene.box, size), scene, Annotation(**parts), None)
     return sheet
 
 

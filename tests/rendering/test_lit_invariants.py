@@ -27,7 +27,7 @@ from support.lit_scenes import (
     tolerance,
     with_values,
 )
-from support.scenes import sparse_volume
+from support.scenes import orbiting, sparse_volume
 
 from texvol.ray_casting import raycast
 from texvol.rendering.renderer import Renderer
@@ -301,7 +301,7 @@ def test_light_that_is_not_part_of_the_recipe_shows(kind: Classification) -> Non
 def test_an_orbit_around_lit_matter_is_its_single_views(kind: Classification) -> None:
     volume = smooth()
     scene = Scene(volume, FOG, orbit.framing(volume), classification=kind, lighting=LIGHTS["sun"])
-    scenes = [replace(scene, camera=camera) for camera in orbit.cameras(scene.camera, 3)]
+    scenes = [replace(scene, camera=camera) for camera in orbiting(scene.camera, 3)]
     with Renderer() as renderer:
         assert stale(renderer, scenes) == []
 

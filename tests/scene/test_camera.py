@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support.scenes import clip_from_world
 
 from texvol.scene.camera import Camera, Projection
 from texvol.scene.volume import Volume
@@ -67,7 +68,7 @@ def test_projection_matrix_and_rays_agree(projection: Projection) -> None:
     origins, directions = camera.rays(SIZE)
     points = origins + 3.3 * directions
     world = np.concatenate([points.reshape(-1, 3), np.ones((points.size // 3, 1))], axis=1)
-    clip = world @ (camera.clip_from_eye(aspect, 0.1, 100) @ camera.eye_from_world).T
+    clip = world @ clip_from_world(camera, aspect, 0.1, 100).T
     screen = clip[:, :2] / clip[:, 3:]
     x = (np.arange(SIZE[0]) + 0.5) / SIZE[0] * 2 - 1
     y = 1 - (np.arange(SIZE[1]) + 0.5) / SIZE[1] * 2

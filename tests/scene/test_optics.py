@@ -32,12 +32,6 @@ def test_infinite_extinction_is_opaque_and_shows_its_color() -> None:
     np.testing.assert_array_equal(color, [0.7, 0.2, 0.0])
 
 
-def test_opacity_over_another_length_keeps_both_ends() -> None:
-    assert optics.rescale_opacity(1.0, 0.3) == 1.0
-    assert optics.rescale_opacity(1.0, 0.0) == 0.0
-    assert optics.rescale_opacity(1e-7, 0.5) == pytest.approx(5e-8, rel=1e-6)
-
-
 @given(
     st.lists(st.tuples(*[st.floats(0, 1)] * 4), min_size=3, max_size=3),
 )

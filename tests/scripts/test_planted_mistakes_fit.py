@@ -30,7 +30,7 @@ def test_a_mistake_that_does_not_fit_is_an_error(tmp_path: Path) -> None:
     module = tmp_path / "texvol/scene/optics.py"
     right = module.read_text("utf-8")
     for wrong, message in (
-        (right.replace("def rescale_opacity", "def rescaled"), "one function of that name must be in the package"),
+        (right.replace("def over", "def under"), "one function of that name must be in the package"),
         (right.replace("(1 - front[..., 3:])", "(1 - front[..., -1:])"), "and not once: (1 - front[..., 3:])"),
     ):
         module.write_text(wrong, "utf-8")

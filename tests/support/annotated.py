@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from support.scenes import clip_from_world
 from texvol.annotation import Annotation, annotate
 from texvol.annotation.lettering import Lettering
 from texvol.annotation.sheet import Sheet
@@ -38,7 +39,7 @@ def outside(volume: Volume, projection: Projection = "perspective", aspect: floa
 def projected(points: np.ndarray, camera: Camera, size: tuple[int, int]) -> np.ndarray:
     """Pixels from the upper left corner to the right and down of world points, by the matrices of OpenGL; (n, 2)."""
     width, height = size
-    matrix = camera.clip_from_eye(width / height, 1e-3, 1e5) @ camera.eye_from_world
+    matrix = clip_from_world(camera, width / height, 1e-3, 1e5)
     clip = np.column_stack([points, np.ones(len(points))]) @ matrix.T
     x, y = (clip[:, :2] / clip[:, 3:]).T
     return np.column_stack([(x + 1) / 2 * width, (1 - y) / 2 * height])

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
+from pyrr import matrix44
 
+from texvol.scene import orbit
 from texvol.scene.camera import Camera, Projection
 from texvol.scene.transfer import TransferFunction
 from texvol.scene.volume import Volume
@@ -68,3 +70,18 @@ def sparse_volume(seed: int) -> Volume:
         values[z : z + 6, y : y + 5, x : x + 4] = random.uniform(0.3, 1, (6, 5, 4))
     direction = np.array([[-1, 0.2, 0], [0.1, 1, 0.3], [0, -0.2, 1]])
     return Volume(values, (1.0, 0.8, 1.2), (-3, 5, 7), direction, name=f"clumps {seed}")
+
+
+def clip_from_world(camera: Camera, aspect: float, near: float, far: float) -> np.ndarray:
+    """The matrix of OpenGL, shape (4, 4), that shows what lies at depths `near` to `far`, in world units."""
+    if camera.projection == "perspective":
+        projection = matrix44.create_perspective_projection(camera.fov, aspect, near, far, dtype=np.float64)
+    else:
+        y = camera.half_height
+        projection = matrix44.create_orthogonal_projection(-y * aspect, y * aspect, -y, y, near, far, dtype=np.float64)
+    return projection.T @ camera.eye_from_world
+
+
+def orbiting(camera: Camera, views: int) -> list[Camera]:
+    """The cameras of one turn in equal steps, the first is the camera itself."""
+    return [orbit.turned(camera, 360 * i / views) for i in range(views)]

@@ -12,10 +12,9 @@ from itertools import pairwise, permutations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from texvol.annotation import rounding
-from texvol.annotation.marks import Point
+from texvol.annotation.marks import Numbers, Point
 from texvol.annotation.sheet import Rect, Sheet
 from texvol.annotation.view import EDGES, Edge, View
 from texvol.scene.spaces import OPPOSITE, letters_of_space
@@ -43,7 +42,7 @@ class Tick(NamedTuple):
     """Tick: its world coordinate, and its position in the picture."""
 
     value: float
-    position: NDArray[np.float64]
+    position: Numbers
 
 
 class Axis(NamedTuple):
@@ -51,7 +50,7 @@ class Axis(NamedTuple):
 
     edge: Edge
     world_axis: int
-    outward: NDArray[np.float64]  # unit vector in the picture
+    outward: Numbers  # unit vector in the picture
     ticks: list[Tick]
     numbers: list[Label]
     name: Label | None
@@ -87,7 +86,7 @@ def laid_axes(sheet: Sheet, view: View) -> list[Axis]:
         if laid:
             best = max(laid, key=_worth)
             for label in [*best.numbers, *([best.name] if best.name else [])]:
-                sheet.take(label.rect.grown(_GAP * sheet.em))  # keeps numbers of the next axis at a distance
+                sheet.taken.append(label.rect.grown(_GAP * sheet.em))  # keeps numbers of the next axis at a distance
             found.append(best)
     return found
 
@@ -122,13 +121,13 @@ def _length(view: View, edge: Edge) -> float:
     return 0.0 if positions is None else float(np.linalg.norm(positions[1] - positions[0]))
 
 
-def _part(view: View, edge: Edge) -> NDArray[np.float64] | None:
+def _part(view: View, edge: Edge) -> Numbers | None:
     """Return the ends of an edge's visible part in the picture, shape (2, 2)."""
     fractions = view.visible_part(edge)
     return None if fractions is None else view.positions(_along(view, edge, np.array(fractions)))
 
 
-def _along(view: View, edge: Edge, fractions: NDArray[np.float64]) -> NDArray[np.float64]:
+def _along(view: View, edge: Edge, fractions: Numbers) -> Numbers:
     start, end = view.corners[edge.start], view.corners[edge.end]
     return start + fractions[:, np.newaxis] * (end - start)
 
@@ -166,14 +165,14 @@ def _choices(low: float, high: float, closest: float) -> Iterator[tuple[list[Dec
     step = rounding.round_up(closest)
     while len(values := rounding.multiples(low, high, step)) >= 2:
         yield values, step
-        step = rounding.next_round(step)
+        step = rounding.round_up(float(step) * 1.5)  # the next round number
     step = rounding.round_down(high - low)
     while len(values := rounding.multiples(low, high, step)) < 2:
         step = rounding.round_down(float(step) / 1.5)
     yield [values[0], values[-1]], step
 
 
-def _outward(view: View, positions: NDArray[np.float64]) -> NDArray[np.float64]:
+def _outward(view: View, positions: Numbers) -> Numbers:
     """Return the unit vector across an edge, away from the box's centre, or from the picture's if inside the box."""
     along = (positions[1] - positions[0]) / np.linalg.norm(positions[1] - positions[0])
     across = np.array([-along[1], along[0]])
@@ -183,7 +182,7 @@ def _outward(view: View, positions: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _beside(
-    sheet: Sheet, text: str, position: NDArray[np.float64], outward: NDArray[np.float64], off: float = 0, *,
+    sheet: Sheet, text: str, position: Numbers, outward: Numbers, off: float = 0, *,
     turned: bool = False,
 ) -> Label:  # fmt: skip
     """Return a text just beyond a tick, `off` pixels farther out."""
@@ -193,15 +192,13 @@ def _beside(
     return Label(text, (x, y), sheet.text_rect(text, (x, y), _SCALE, turned=turned), turned)
 
 
-def _has_room(sheet: Sheet, tick: Tick, outward: NDArray[np.float64]) -> bool:
+def _has_room(sheet: Sheet, tick: Tick, outward: Numbers) -> bool:
     ends = np.stack([tick.position, tick.position + _TICK * sheet.em * outward])
     rect = Rect(*ends.min(axis=0), *ends.max(axis=0))
     return not any(rect.meets(other) for other in sheet.taken)
 
 
-def _named(
-    sheet: Sheet, text: str, positions: NDArray[np.float64], outward: NDArray[np.float64], numbers: list[Label]
-) -> Label | None:
+def _named(sheet: Sheet, text: str, positions: Numbers, outward: Numbers, numbers: list[Label]) -> Label | None:
     """Return the axis' name where it has room: beyond the numbers, or in place of some of them; None without room."""
     widest = max(np.abs(outward) @ (label.rect.right - label.rect.left, label.rect.bottom - label.rect.top)
                  for label in numbers)  # fmt: skip

@@ -2,26 +2,23 @@
 
 from __future__ import annotations
 
-from copy import copy
-
 from numpy.typing import NDArray
 
 from texvol.annotation.axes import axis_name, draw_axes
-from texvol.annotation.box import draw_box
 from texvol.annotation.legend import draw_legends
-from texvol.annotation.legend_content import texts_of
-from texvol.annotation.legends import contents_of
+from texvol.annotation.legend_content import contents_of
 from texvol.annotation.lettering import Lettering, one_line
 from texvol.annotation.orientation import check_space, draw_orientation
 from texvol.annotation.request import Annotation
 from texvol.annotation.scale_bar import draw_scale_bar
 from texvol.annotation.sheet import WHITE, Sheet
-from texvol.annotation.view import View
+from texvol.annotation.view import EDGES, View
 from texvol.scene.scene import Scene
-from texvol.scene.volume import Volume
 
 _TITLE, _SMALLEST_TITLE = 1.25, 0.7  # size in ems; the fraction of it to which a title is shrunk before it is cut
 _TITLE_FROM_BORDER = 0.6  # ems
+# Opacities of the box's edges, less than that of text and ticks; hidden ones are fainter, as in technical drawings.
+_SEEN, _HIDDEN = 0.8, 0.5
 
 
 def check_drawable(annotation: Annotation, scene: Scene) -> Lettering:
@@ -47,19 +44,9 @@ def annotated(
     size = picture.shape[1], picture.shape[0]
     # A transparent picture is drawn for a white page.
     sheet = Sheet(size, letters, WHITE if transparent else scene.background, annotation.color, annotation.font_size)
-    view = View(scene.completed(size).camera, annotated_box(scene), size)
+    view = View(scene.completed(size).camera, scene.box, size)
     place_all(sheet, view, scene, annotation, window)
     return sheet.over(picture, scene.background)
-
-
-def annotated_box(scene: Scene) -> Volume:
-    """Return the box of all volumes, with the axes' names and the unit of the first volume."""
-    box, first = scene.box, scene.volume
-    if box is first:
-        return first
-    named = copy(box)
-    named.unit, named.space = first.unit, first.space
-    return named
 
 
 def place_all(
@@ -68,20 +55,30 @@ def place_all(
     """Draw the parts of an annotation that have room on a sheet."""
     if annotation.box:
         for volume in scene.volumes:
-            draw_box(sheet, View(view.camera, volume, view.size))
+            _draw_box(sheet, View(view.camera, volume, view.size))
     if annotation.title:
         _draw_title(sheet, one_line(annotation.title))
     if annotation.orientation:
         draw_orientation(sheet, view)
     if annotation.legend:
         contents = contents_of(scene, annotation.value_name, window, sheet.letters)
-        for text in (text for content in contents for text in texts_of(content)):
-            sheet.letters.check(text, "legend")
+        for content in contents:
+            for text in content.texts:
+                sheet.letters.check(text, "legend")
         draw_legends(sheet, contents, beside_letters=annotation.orientation)
     if annotation.scale_bar:
         draw_scale_bar(sheet, view)
     if annotation.axes:
         draw_axes(sheet, view)
+
+
+def _draw_box(sheet: Sheet, view: View) -> None:
+    """Draw the visible edges of a box: near edges cover the medium, far edges are seen through it."""
+    for edge in EDGES:
+        ends = view.edge(edge)
+        if ends is not None:
+            hidden = view.faces_that_show(edge) == 0
+            sheet.line(*ends, "behind" if hidden else "box", opacity=_HIDDEN if hidden else _SEEN)
 
 
 def _draw_title(sheet: Sheet, title: str) -> None:
@@ -94,5 +91,5 @@ def _draw_title(sheet: Sheet, title: str) -> None:
     middle = sheet.size[0] / 2, off + sheet.text_size(text, scale)[1] / 2
     rect = sheet.text_rect(text, middle, scale)
     if sheet.fits(rect):
-        sheet.take(rect)
+        sheet.taken.append(rect)
         sheet.text(text, middle, scale)

@@ -10,11 +10,11 @@ from dataclasses import dataclass, replace
 from itertools import pairwise, product
 
 import numpy as np
-from numpy.typing import NDArray
 
 from texvol.annotation import marks, rounding
 from texvol.annotation.legend_content import ColorBar, Content
 from texvol.annotation.lettering import one_line
+from texvol.annotation.marks import Numbers
 from texvol.annotation.sheet import Rect, Sheet
 
 _SCALE, _SMALL = 0.9, 0.8
@@ -30,19 +30,17 @@ _BETWEEN = 1.0  # ems between two legends
 
 
 @dataclass(frozen=True)
-class _Shape:
-    """Sizes of a legend's parts in whole pixels."""
+class _Legend:
+    """Parts of a legend that has been laid out, and their sizes in whole pixels."""
 
-    plot: int
-    bar: int
-    height: int
+    bar: ColorBar | None
+    captions: list[str]  # lines above the bar
+    numbers: list[tuple[float, str]]  # beside the bar, see `_numbers`
+    entries: tuple[tuple[str, Numbers | None], ...]
+    plot: int  # width of the opacities, 0 without them
+    height: int  # of the bar
     width: int
-    above: int  # height of the caption
-    below: int
-
-    @property
-    def total(self) -> int:
-        return self.above + self.height + self.below
+    total: int  # height of all parts
 
 
 def draw_legends(sheet: Sheet, contents: Sequence[Content], *, beside_letters: bool = False) -> None:
@@ -54,14 +52,14 @@ def draw_legends(sheet: Sheet, contents: Sequence[Content], *, beside_letters: b
     for count in range(len(contents), 0, -1):
         for most, with_opacity, with_names in product(_numbers_of_labels(contents), (True, False), (True, False)):
             chosen = [_cut(sheet, content, most) for content in contents[:count]]
-            shapes = _shapes(sheet, chosen, with_opacity, with_names)
-            rect = _position(sheet, shapes, int(right))
+            legends = _laid(sheet, chosen, with_opacity, with_names)
+            rect = _position(sheet, legends, int(right))
             if rect is not None:
-                sheet.take(rect)
+                sheet.taken.append(rect)
                 top = int(rect.top)
-                for content, shape in zip(chosen, shapes, strict=True):
-                    _draw(sheet, content, shape, int(rect.left), top, with_names)
-                    top += shape.total + _between(sheet)
+                for legend in legends:
+                    _draw(sheet, legend, int(rect.left), top)
+                    top += legend.total + round(_BETWEEN * sheet.em)
                 return
 
 
@@ -69,7 +67,7 @@ def legends_width(sheet: Sheet, contents: Sequence[Content]) -> int:
     """Return the width in pixels of the widest legend, with all of its names or with the fewest."""
     numbers = _numbers_of_labels(contents)
     cut = [_cut(sheet, content, most) for content in contents for most in (numbers[0], numbers[-1])]
-    return max((shape.width for shape in _shapes(sheet, cut, True, True)), default=0)
+    return max((legend.width for legend in _laid(sheet, cut, True, True)), default=0)
 
 
 def _numbers_of_labels(contents: Sequence[Content]) -> range:
@@ -78,21 +76,16 @@ def _numbers_of_labels(contents: Sequence[Content]) -> range:
     return range(max(min(longest, _MOST_LABELS), _LEAST_LABELS), _LEAST_LABELS - 1, -1)
 
 
-def _position(sheet: Sheet, shapes: Sequence[_Shape], right: int) -> Rect | None:
+def _position(sheet: Sheet, legends: Sequence[_Legend], right: int) -> Rect | None:
     """Return the rectangle in which the legends have room, preferably in the middle; None without room."""
-    width = max(shape.width for shape in shapes)
-    height = sum(shape.total for shape in shapes) + _between(sheet) * (len(shapes) - 1)
+    width = max(legend.width for legend in legends)
+    height = sum(legend.total for legend in legends) + round(_BETWEEN * sheet.em) * (len(legends) - 1)
     for fraction in (0.5, _HIGHEST_POSITION, _LOWEST_POSITION):
         top = round(fraction * (sheet.size[1] - height))
         rect = Rect(right - width, top, right, top + height)
         if sheet.fits(rect):
             return rect
     return None
-
-
-def _between(sheet: Sheet) -> int:
-    """Return the pixels between two legends."""
-    return round(_BETWEEN * sheet.em)
 
 
 def _cut(sheet: Sheet, content: Content, most_labels: int) -> Content:
@@ -108,94 +101,88 @@ def _cut(sheet: Sheet, content: Content, most_labels: int) -> Content:
     return replace(content, caption=cut(content.caption), entries=tuple((cut(name), color) for name, color in names))
 
 
-def _shapes(sheet: Sheet, contents: Sequence[Content], with_opacity: bool, with_names: bool) -> list[_Shape]:
-    """Return the shapes of legends that share the picture's height."""
+def _laid(sheet: Sheet, contents: Sequence[Content], with_opacity: bool, with_names: bool) -> list[_Legend]:
+    """Return legends that share the picture's height."""
     bars = sum(content.bar is not None for content in contents)
-    return [_shape(sheet, content, with_opacity, with_names, bars) for content in contents]
+    height = max(round(_HEIGHT / max(bars, 1) * sheet.size[1]), round(_LOWEST * sheet.em))
+    return [_laid_out(sheet, content, height, with_opacity, with_names) for content in contents]
 
 
-def _shape(sheet: Sheet, content: Content, with_opacity: bool, with_names: bool, bars: int) -> _Shape:
+def _laid_out(sheet: Sheet, content: Content, height: int, with_opacity: bool, with_names: bool) -> _Legend:
     em, bar = sheet.em, content.bar
-    line = round(_LINE * em)
-    names = content.entries if with_names or bar is None else ()
-    widths = [sheet.text_size(name, _SCALE)[0] + (_LINE * em if color is not None else 0) for name, color in names]
+    entries = content.entries if with_names or bar is None else ()
+    widths = [sheet.text_size(name, _SCALE)[0] + (_LINE * em if color is not None else 0) for name, color in entries]
     widths.append(sheet.text_size(content.caption, _SCALE)[0])
-    plot = round(_PLOT * em) if with_opacity and bar is not None and bar.opacities is not None else 0
-    height = below = 0
-    if bar is not None:
-        height = max(round(_HEIGHT / bars * sheet.size[1]), round(_LOWEST * em))
-        numbers = max(sheet.text_size(text, _SCALE)[0] for _, text in _numbers(sheet, bar, height)[0])
-        widths.append(plot + round(_BAR * em) + (_TICK + _GAP) * em + numbers)
+    numbers: list[tuple[float, str]] = []
+    factor, plot, below = "", 0, 0
+    if bar is None:
+        height = 0
+    else:
+        numbers, factor = _numbers(sheet, bar, height)
+        plot = round(_PLOT * em) if with_opacity and bar.opacities is not None else 0
+        widest = max(sheet.text_size(text, _SCALE)[0] for _, text in numbers)
+        widths.append(plot + round(_BAR * em) + (_TICK + _GAP) * em + widest)
         if plot:
             widths += [sheet.text_size(text, _SMALL)[0] for text in bar.opacity_of]
             below = round((1 + len(bar.opacity_of)) * _LINE * em * _SMALL)
-    above = line * bool(content.caption) + line * bool(bar is not None and _numbers(sheet, bar, height)[1])
-    return _Shape(plot, round(_BAR * em), height, int(np.ceil(max(widths))), above, below + line * len(names))
+    captions = [text for text in (content.caption, factor) if text]
+    total = height + below + round(_LINE * em) * (len(captions) + len(entries))
+    return _Legend(bar, captions, numbers, entries, plot, height, int(np.ceil(max(widths))), total)
 
 
-def _draw(sheet: Sheet, content: Content, shape: _Shape, left: int, top: int, with_names: bool) -> None:
-    y = float(top)
-    lines = [content.caption] if content.caption else []
-    if content.bar is not None:
-        lines += [factor for factor in (_numbers(sheet, content.bar, shape.height)[1],) if factor]
-    for text in lines:
-        _write(sheet, text, left, y + _LINE * sheet.em / 2, _SCALE)
-        y += round(_LINE * sheet.em)
-    bottom = top + shape.above + shape.height
-    if content.bar is not None:
-        _draw_bar(sheet, content.bar, shape, left, top + shape.above)
-    y = float(bottom)
-    if shape.plot and content.bar is not None:
-        step = _LINE * sheet.em * _SMALL
-        _write(sheet, "1", left, y + step / 2 + sheet.em * 0.1, _SMALL)
-        sheet.text("0", (left + shape.plot, y + step / 2 + sheet.em * 0.1), _SMALL)
-        for number, text in enumerate(content.bar.opacity_of):
-            _write(sheet, text, left, y + (1.5 + number) * step, _SMALL)
-        y += round((1 + len(content.bar.opacity_of)) * step)
-    for name, color in content.entries if with_names or content.bar is None else ():
-        middle = y + _LINE * sheet.em / 2
-        indent = 0.0
+def _draw(sheet: Sheet, legend: _Legend, left: int, top: int) -> None:
+    y, em = top, sheet.em
+    for text in legend.captions:
+        _write(sheet, text, left, y + _LINE * em / 2, _SCALE)
+        y += round(_LINE * em)
+    if legend.bar is not None:
+        _draw_bar(sheet, legend.bar, legend, left, y)
+        y += legend.height
+        if legend.plot:
+            step = _LINE * em * _SMALL
+            _write(sheet, "1", left, y + step / 2 + em * 0.1, _SMALL)
+            sheet.text("0", (left + legend.plot, y + step / 2 + em * 0.1), _SMALL)
+            for number, text in enumerate(legend.bar.opacity_of):
+                _write(sheet, text, left, y + (1.5 + number) * step, _SMALL)
+            y += round((1 + len(legend.bar.opacity_of)) * step)
+    for name, color in legend.entries:
+        middle = y + _LINE * em / 2
         if color is not None:
-            side = round(0.9 * sheet.em)
-            box = Rect(left, round(middle) - side // 2, left + side, round(middle) - side // 2 + side)
-            sheet.paint(np.ones((side, side)), int(box.left), int(box.top), np.broadcast_to(color, (side, side, 3)))
-            _frame(sheet, box)
-            indent = _LINE * sheet.em
-        _write(sheet, name, left + indent, middle, _SCALE)
-        y += round(_LINE * sheet.em)
+            side = round(0.9 * em)
+            top = round(middle) - side // 2
+            sheet.paint(np.ones((side, side)), left, top, np.broadcast_to(color, (side, side, 3)))
+            _frame(sheet, Rect(left, top, left + side, top + side))
+        _write(sheet, name, left + (_LINE * em if color is not None else 0.0), middle, _SCALE)
+        y += round(_LINE * em)
 
 
-def _draw_bar(sheet: Sheet, bar: ColorBar, shape: _Shape, left: int, top: int) -> None:
-    start = left + shape.plot
-    values = _values_of_rows(bar, shape.height)
-    looks = bar.colors(values.ravel()).reshape(shape.height, _FINER, 3)
+def _draw_bar(sheet: Sheet, bar: ColorBar, legend: _Legend, left: int, top: int) -> None:
+    width, height = round(_BAR * sheet.em), legend.height
+    start, end = left + legend.plot, left + legend.plot + width
+    fractions = 1 - (np.arange(height * _FINER) + 0.5) / (height * _FINER)
+    values = bar.low + fractions * (bar.high - bar.low)
+    looks = bar.colors(values).reshape(height, _FINER, 3)
     there = np.isfinite(looks[..., 0])
     colors = np.where(there[..., np.newaxis], looks, 0.0).sum(axis=1) / np.maximum(there.sum(axis=1), 1)[:, np.newaxis]
-    bar_colors = np.repeat(colors[:, np.newaxis], shape.bar, axis=1)
-    sheet.paint(np.repeat(there.mean(axis=1)[:, np.newaxis], shape.bar, axis=1), start, top, bar_colors)
-    if shape.plot and bar.opacities is not None:
-        opacities = bar.opacities(values.ravel()).reshape(values.shape)
-        _draw_opacity(sheet, opacities, colors, left, top, shape.plot)
+    bar_colors = np.repeat(colors[:, np.newaxis], width, axis=1)
+    sheet.paint(np.repeat(there.mean(axis=1)[:, np.newaxis], width, axis=1), start, top, bar_colors)
+    if legend.plot and bar.opacities is not None:
+        _draw_opacity(sheet, bar.opacities(values).reshape(height, _FINER), colors, left, top, legend.plot)
     for value, color, opacity in bar.contours:
         if bar.low <= value <= bar.high:
-            y = top + (bar.high - value) / (bar.high - bar.low) * shape.height
-            half = sheet.width
-            reach = opacity * shape.plot if shape.plot else 0.0
-            mark = Rect(start - reach, y - half, start + shape.bar, y + half)
-            sheet.rectangle(mark, color=color)
-    _frame(sheet, Rect(start, top, start + shape.bar, top + shape.height))
-    if shape.plot:
-        _frame(sheet, Rect(left, top, start, top + shape.height))
-    end = start + shape.bar
-    for fraction, text in _numbers(sheet, bar, shape.height)[0]:
-        y = top + (1 - fraction) * shape.height
+            y = top + (bar.high - value) / (bar.high - bar.low) * height
+            reach = opacity * legend.plot
+            sheet.rectangle(Rect(start - reach, y - sheet.width, end, y + sheet.width), color=color)
+    _frame(sheet, Rect(start, top, end, top + height))
+    if legend.plot:
+        _frame(sheet, Rect(left, top, start, top + height))
+    for fraction, text in legend.numbers:
+        y = top + (1 - fraction) * height
         sheet.line((end, y), (end + _TICK * sheet.em, y))
         _write(sheet, text, end + (_TICK + _GAP) * sheet.em, y, _SCALE)
 
 
-def _draw_opacity(
-    sheet: Sheet, opacities: NDArray[np.float64], colors: NDArray[np.float64], left: int, top: int, width: int
-) -> None:
+def _draw_opacity(sheet: Sheet, opacities: Numbers, colors: Numbers, left: int, top: int, width: int) -> None:
     """Draw the opacity of each row as a bar from the right, in the row's colour, and a line along the bars' ends."""
     height = len(opacities)
     from_right = np.arange(width)[::-1]
@@ -208,11 +195,6 @@ def _draw_opacity(
         mark = marks.line(tuple(start), tuple(end), sheet.width, sheet.color, (width, height))
         np.maximum.at(curve, (mark.rows, mark.columns), mark.coverage)
     sheet.paint(curve, left, top, np.broadcast_to(sheet.color, (height, width, 3)), "line")
-
-
-def _values_of_rows(bar: ColorBar, height: int) -> NDArray[np.float64]:
-    fractions = 1 - (np.arange(height * _FINER) + 0.5) / (height * _FINER)
-    return (bar.low + fractions * (bar.high - bar.low)).reshape(height, _FINER)
 
 
 def _numbers(sheet: Sheet, bar: ColorBar, height: int) -> tuple[list[tuple[float, str]], str]:

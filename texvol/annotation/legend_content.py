@@ -1,26 +1,28 @@
-"""Contents of a legend by the scene's mode: colours and opacity of values, caption, names."""
+"""Contents of legends, one for each volume that is coloured by value or by label: colours, opacity, caption, names."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from texvol.annotation import rounding
+from texvol.annotation.lettering import Lettering
+from texvol.annotation.marks import Numbers
 from texvol.scene.air import HOUNSFIELD
-from texvol.scene.display import Window, isosurface_color, number_colors, straight_colors
-from texvol.scene.scene import Scene
-from texvol.scene.transfer import TransferFunction
-from texvol.scene.transfer.pieces import LARGEST_VALUE, inside
+from texvol.scene.display import Window, found_window, grey, isosurface_color, number_colors, straight_colors
+from texvol.scene.label_counts import label_counts
+from texvol.scene.scene import CompleteScene, Scene
+from texvol.scene.transfer import Classified, TransferFunction
+from texvol.scene.transfer.pieces import LARGEST_VALUE
 from texvol.scene.volume import Volume
-from texvol.util.color import linear_from_srgb
 from texvol.util.errors import InputError
 
-Numbers = NDArray[np.float64]
 _MARGIN = 0.05  # of the range in which colours change, added at both ends
 _NEARLY_ALL = np.log(10)  # optical depth of opacity 0.9, which the densest medium reaches in the legend
+_CHOSEN = ("variable", "series", "channel", "time")  # options that tell volumes of one file apart
 _NUMBERS = {"mip": "largest value", "minip": "least value", "average": "average value"}
 
 
@@ -44,25 +46,63 @@ class Content:
     bar: ColorBar | None
     entries: tuple[tuple[str, Numbers | None], ...] = ()
 
+    @property
+    def texts(self) -> list[str]:
+        """Texts that come from files and arguments."""
+        return [self.caption, *(self.bar.opacity_of if self.bar else ()), *(name for name, _ in self.entries)]
 
-def content_of(scene: Scene, value_name: str, window: Window | None) -> Content:
-    """Return the contents of a scene's legend; `window` is that of `display.shown`.
 
-    Raises
-    ------
-    InputError
-        If the mode shows numbers and `window` is missing.
+def contents_of(scene: Scene, value_name: str, window: Window | None, letters: Lettering) -> list[Content]:
+    """Return the contents of a scene's legends, in the order of its volumes; `window` is that of `display.shown`.
+
+    With several volumes, legends are named after the files; `value_name` names the first. Volumes with a colour for
+    each sample have no legend. InputError if the mode is xray or average and `window` is missing.
     """
+    contents = []
+    for number, each in enumerate(scene.completed((1, 1)).each_alone(), 1):
+        name = value_name if number == 1 else ""
+        if each.volume.colors is not None:
+            continue
+        if scene.added:
+            name = name.strip() or _name(each.volume, number, letters)
+        if each.volume.labels:
+            contents.append(_labels(each, name))
+        else:
+            contents.append(_content_of(each, name, window))
+    return contents
+
+
+def _labels(scene: CompleteScene, name: str) -> Content:
+    """Return the visible labels with their colours, by the transfer function's names or by number."""
+    medium = scene.medium
+    names, colors = medium.materials, [np.array(color) for color in medium.material_colors]
+    if not colors:
+        labels = label_counts(scene.volume).labels.astype(np.float64)
+        seen = labels[medium.classify(labels).extinction > 0]
+        names, colors = tuple(f"{label:.0f}" for label in seen), list(straight_colors(medium, seen))
+    entries = zip((each.removeprefix("label ") for each in names), colors, strict=True)
+    return Content(name.strip() or "label", None, tuple(entries))
+
+
+def _name(volume: Volume, number: int, letters: Lettering) -> str:
+    """Return a volume's name: the options that choose it, and its file."""
+    chosen = [f"{what} {volume.source[what]}" for what in _CHOSEN if what in volume.source]
+    name = ", ".join([*chosen, Path(volume.name).name])  # the file last, because long names are cut at the end
+    try:
+        letters.check(name, "legend")
+    except InputError:  # the font lacks a letter of the file's name
+        return f"volume {number}"
+    return name
+
+
+def _content_of(scene: CompleteScene, value_name: str, window: Window | None) -> Content:
+    """Return the contents of a scene's legend."""
     name = value_name.strip() or "value"
     if scene.mode == "isosurface":
         assert scene.isovalue is not None
         return Content("", None, ((f"{name} = {rounding.plain(scene.isovalue)}", isosurface_color(scene)),))
     if scene.mode == "composite":
-        transfer = scene.transfer_function
-        if transfer is None:
-            from texvol.scene.transfer import proposed_for
-
-            transfer = proposed_for(scene.volume)
+        transfer = scene.medium
         looks: tuple[Numbers | None, ...] = tuple(np.array(color) for color in transfer.material_colors)
         looks = looks or (None,) * len(transfer.materials)
         return Content(name, _medium(transfer, scene.volume), tuple(zip(transfer.materials, looks, strict=True)))
@@ -73,7 +113,7 @@ def content_of(scene: Scene, value_name: str, window: Window | None) -> Content:
     return Content(caption, _grey(scene, window))
 
 
-def _of_xray(scene: Scene, name: str) -> str:
+def _of_xray(scene: CompleteScene, name: str) -> str:
     """Return the name of the numbers of an X-ray."""
     length = scene.volume.unit or "length"
     if scene.air == HOUNSFIELD:
@@ -82,46 +122,30 @@ def _of_xray(scene: Scene, name: str) -> str:
     return f"{name}{above} × {length}"
 
 
-def texts_of(content: Content) -> list[str]:
-    """Return the texts that come from files and arguments."""
-    return [content.caption, *(content.bar.opacity_of if content.bar else ()), *(name for name, _ in content.entries)]
-
-
-def _grey(scene: Scene, window: Window | None) -> ColorBar:
+def _grey(scene: CompleteScene, window: Window | None) -> ColorBar:
     if window is None:
         if scene.mode in ("xray", "average"):
             raise InputError(
                 f"annotation: window is missing; the legend of mode {scene.mode} needs the window of values"
             )
-        from texvol.scene.display import found_window
-
         window = found_window(np.zeros((0, 0, 4)), scene)
     centre, width = window
-    low, high = centre - width / 2, centre + width / 2
-    if not high > low:
-        return ColorBar(centre, centre, lambda values: np.tile(linear_from_srgb(np.full(3, 0.5)), (values.size, 1)))
-
-    def grey(values: Numbers) -> Numbers:
-        fractions = np.clip((values - centre) / width + 0.5, 0, 1)
-        return np.repeat(linear_from_srgb(fractions)[:, np.newaxis], 3, axis=1)
-
-    return ColorBar(low, high, grey)
+    return ColorBar(
+        centre - width / 2, centre + width / 2, lambda values: np.repeat(grey(values, window)[:, np.newaxis], 3, axis=1)
+    )
 
 
 def _medium(transfer: TransferFunction, volume: Volume) -> ColorBar:
     """Return a medium's colours, and its opacity over a round length in which the densest value is nearly opaque."""
     low, high = _shown_range(transfer, volume)
-    extinctions = _at_full_gradient(transfer, np.linspace(low, high, 1025))[1]
+    extinctions = _at_full_gradient(transfer, np.linspace(low, high, 1025)).extinction
     extinctions = np.append(extinctions, [contour.extinction for contour in transfer.contours])
     densest = float(np.max(extinctions, where=np.isfinite(extinctions), initial=0.0))
     reach = rounding.round_up(_NEARLY_ALL / densest if densest > 0 else volume.smallest_spacing)
     length = float(reach)
 
-    def colors(values: Numbers) -> Numbers:
-        return _straight(transfer, values)
-
     def opacities(values: Numbers) -> Numbers:
-        return -np.expm1(-_at_full_gradient(transfer, values)[1] * length)
+        return -np.expm1(-_at_full_gradient(transfer, values).extinction * length)
 
     contours = tuple(
         (
@@ -134,7 +158,7 @@ def _medium(transfer: TransferFunction, volume: Volume) -> ColorBar:
     lines = ["opacity of", rounding.length(reach, volume.unit)]
     if transfer.needs_gradient:
         lines.append("at full gradient")
-    return ColorBar(low, high, colors, opacities, tuple(lines), contours)
+    return ColorBar(low, high, lambda values: _straight(transfer, values), opacities, tuple(lines), contours)
 
 
 def _straight(transfer: TransferFunction, values: Numbers) -> Numbers:
@@ -152,22 +176,11 @@ def _straight(transfer: TransferFunction, values: Numbers) -> Numbers:
     return np.where(nothing[:, np.newaxis], np.nan, colors)
 
 
-def _at_full_gradient(transfer: TransferFunction, values: Numbers) -> tuple[Numbers, Numbers]:
+def _at_full_gradient(transfer: TransferFunction, values: Numbers) -> Classified:
     """Return emission and extinction at the gradient at which each part is strongest, without contours."""
-    points = TransferFunction(
-        transfer.values, transfer.colors, transfer.extinctions, transfer.emissive, premultiplied=transfer.premultiplied
-    ).classify(values)
-    emission, extinction = points.emission, points.extinction
-    if transfer.modulation is not None:
-        most = float(transfer.modulation[:, 1].max())
-        opaque = np.isinf(extinction) & (most > 0)
-        extinction = np.where(opaque, np.inf, np.where(np.isinf(extinction), 0.0, extinction) * most)
-        emission = emission * np.where(opaque, 1.0, most)[:, np.newaxis]
-    for part in transfer.graded:
-        more = inside(part.values, np.column_stack([part.emissions, part.extinctions]), values)
-        emission = emission + np.where(np.isinf(extinction)[:, np.newaxis], 0.0, more[:, :3])
-        extinction = extinction + more[:, 3]
-    return emission, extinction
+    modulation = None if transfer.modulation is None else np.array([[0.0, transfer.modulation[:, 1].max()]])
+    graded = tuple(replace(part, start=0.0, full=0.0) for part in transfer.graded)
+    return replace(transfer, modulation=modulation, graded=graded, contours=()).classify(values, 0.0)
 
 
 def _shown_range(transfer: TransferFunction, volume: Volume) -> tuple[float, float]:

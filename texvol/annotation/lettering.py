@@ -133,15 +133,12 @@ class Lettering:
     def _has(self, letter: str) -> bool:
         if letter not in self._known:
             is_blank = unicodedata.category(letter) == "Zs"
-            self._known[letter] = is_blank or not np.array_equal(self._drawn(letter), self._none)
+            self._known[letter] = is_blank or not np.array_equal(self.coverage(letter, 32)[0], self._none)
         return self._known[letter]
 
     @cached_property
     def _none(self) -> NDArray[np.float64]:
-        return self._drawn(_NO_LETTER)
-
-    def _drawn(self, letter: str) -> NDArray[np.float64]:
-        return self.coverage(letter, 32)[0]
+        return self.coverage(_NO_LETTER, 32)[0]
 
 
 def one_line(text: str) -> str:

@@ -22,7 +22,7 @@ import numpy as np
 
 from texvol.annotation.drawing import check_drawable
 from texvol.annotation.legend import legends_width
-from texvol.annotation.legends import contents_of
+from texvol.annotation.legend_content import contents_of
 from texvol.annotation.request import Annotation
 from texvol.annotation.sheet import Sheet
 from texvol.scene.camera import FRAMING_MARGIN, Camera
@@ -45,21 +45,20 @@ def framed_with_margins(camera: Camera, scene: Scene, size: tuple[int, int], ann
     ])  # fmt: skip
     x, y, z = corners.T
     # Depths are counted from the target, because the eye's distance is what is chosen.
-    z = z - float(np.linalg.norm(np.subtract(camera.target, camera.eye)))
+    z = z - camera.target_distance
+    axes = (x, left, right), (y, bottom, top)
     if camera.projection == "orthographic":
         half = max(np.ptp(x) / (right - left), np.ptp(y) / (top - bottom))
-        shift = [(positions.min() + positions.max()) / 2 - (low + high) / 2 * half
-                 for positions, low, high in ((x, left, right), (y, bottom, top))]  # fmt: skip
+        shift = [(each.min() + each.max()) / 2 - (low + high) / 2 * half for each, low, high in axes]
         return _moved(replace(camera, height=2 * float(half)), shift, 0.0)
     slope = camera.half_height
     distance = max(
-        (np.max(positions - high * slope * z) - np.min(positions - low * slope * z)) / (slope * (high - low))
-        for positions, low, high in ((x, left, right), (y, bottom, top))
+        (np.max(each - high * slope * z) - np.min(each - low * slope * z)) / (slope * (high - low))
+        for each, low, high in axes
     )
     depths = slope * (z + distance)
-    shift = [(np.max(positions - high * depths) + np.min(positions - low * depths)) / 2
-             for positions, low, high in ((x, left, right), (y, bottom, top))]  # fmt: skip
-    back = float(distance) - float(np.linalg.norm(np.subtract(camera.target, camera.eye)))
+    shift = [(np.max(each - high * depths) + np.min(each - low * depths)) / 2 for each, low, high in axes]
+    back = float(distance) - camera.target_distance
     return _moved(camera, shift, back)
 
 

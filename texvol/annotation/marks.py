@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+Numbers = NDArray[np.float64]
 Point = tuple[float, float]  # pixels from the upper left corner of the picture to the right and down
 Size = tuple[int, int]  # (width, height)
 # A pixel projected on a unit vector (a, b) has half the length (a + b) / 2, which is at most √½.
@@ -27,11 +28,11 @@ class Mark(NamedTuple):
 
     rows: NDArray[np.intp]
     columns: NDArray[np.intp]
-    coverage: NDArray[np.float64]
-    color: NDArray[np.float64]  # linear; shape (3,), or (n, 3)
+    coverage: Numbers
+    color: Numbers  # linear; shape (3,), or (n, 3)
 
 
-def patch(coverage: NDArray[np.float64], left: int, top: int, color: ArrayLike, size: Size) -> Mark:
+def patch(coverage: Numbers, left: int, top: int, color: ArrayLike, size: Size) -> Mark:
     """Return the mark of an array of coverage with its upper left pixel at (left, top), clipped to the picture."""
     rows, columns = np.nonzero(coverage > 0)
     inside = (rows + top >= 0) & (rows + top < size[1]) & (columns + left >= 0) & (columns + left < size[0])
@@ -49,9 +50,8 @@ def rectangle(left: float, top: float, right: float, bottom: float, color: Array
     across, down = (np.minimum(positions + 1, high) - np.maximum(positions, low)
                     for positions, low, high in ((columns, left, right), (rows, top, bottom)))  # fmt: skip
     coverage = np.clip(down, 0, 1)[:, np.newaxis] * np.clip(across, 0, 1)
-    if not coverage.size:
-        return patch(np.zeros((0, 0)), 0, 0, color, size)
-    return patch(coverage, int(columns[0]), int(rows[0]), color, size)
+    covered = np.nonzero(coverage > 0)
+    return Mark(rows[covered[0]], columns[covered[1]], coverage[covered], np.asarray(color, np.float64))
 
 
 def line(start: Point, end: Point, width: float, color: ArrayLike, size: Size, opacity: float = 1.0) -> Mark:
@@ -93,7 +93,7 @@ def lay_over(pixels: NDArray, mark: Mark) -> None:
     position = mark.rows, mark.columns
     coverage = mark.coverage[:, np.newaxis]
     pixel = _shown(pixels[position])
-    pixels[position] = pixel + coverage * (np.concatenate(_with_one(mark.color, pixel), axis=1) - pixel)
+    pixels[position] = pixel + coverage * (_opaque(mark) - pixel)
 
 
 def lay_behind(pixels: NDArray, mark: Mark, background: ArrayLike) -> None:
@@ -102,19 +102,20 @@ def lay_behind(pixels: NDArray, mark: Mark, background: ArrayLike) -> None:
     pixel = _shown(pixels[position])
     let_through = (1 - pixel[:, 3:]) * mark.coverage[:, np.newaxis]
     behind = np.append(_shown(np.asarray(background, np.float64)), 0.0)
-    pixels[position] = pixel + let_through * (np.concatenate(_with_one(mark.color, pixel), axis=1) - behind)
+    pixels[position] = pixel + let_through * (_opaque(mark) - behind)
 
 
-def _shown(numbers: NDArray) -> NDArray[np.float64]:
+def _shown(numbers: NDArray) -> Numbers:
     """Return numbers as an 8-bit file holds them: clipped to [0, 1], NaN as 0."""
     return np.clip(np.nan_to_num(numbers.astype(np.float64)), 0, 1)
 
 
-def _with_one(color: NDArray[np.float64], pixel: NDArray) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    return np.broadcast_to(color, (len(pixel), 3)), np.ones((len(pixel), 1))
+def _opaque(mark: Mark) -> Numbers:
+    """Return the mark's colour at each of its pixels with opacity 1, shape (n, 4)."""
+    return np.column_stack([np.broadcast_to(mark.color, (len(mark.rows), 3)), np.ones(len(mark.rows))])
 
 
-def _beyond(distance: NDArray[np.float64], direction: NDArray[np.float64]) -> NDArray[np.float64]:
+def _beyond(distance: Numbers, direction: Numbers) -> Numbers:
     """Return the area of a unit pixel beyond an edge, `distance` before its centre along the unit vector `direction`.
 
     A pixel's projection on the direction is a trapezoid: the convolution of two boxes as wide as the direction's parts.
@@ -122,7 +123,7 @@ def _beyond(distance: NDArray[np.float64], direction: NDArray[np.float64]) -> ND
     a, b = np.maximum(np.abs(direction), _LEAST)
     distance = np.clip(distance, -_BEYOND, _BEYOND)
 
-    def ramp(t: NDArray[np.float64]) -> NDArray[np.float64]:
+    def ramp(t: Numbers) -> Numbers:
         return np.maximum(t, 0) ** 2 / 2
 
     wide, narrow = (a + b) / 2, (a - b) / 2
@@ -130,9 +131,7 @@ def _beyond(distance: NDArray[np.float64], direction: NDArray[np.float64]) -> ND
     return np.clip(area / (a * b), 0, 1)
 
 
-def _within(
-    start: NDArray[np.float64], end: NDArray[np.float64], margin: float, size: Size
-) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+def _within(start: Numbers, end: Numbers, margin: float, size: Size) -> tuple[Numbers, Numbers] | None:
     """Return the part of a line inside the picture and a margin around it; None if no part is inside."""
     direction = end - start
     first, last = 0.0, 1.0

@@ -24,13 +24,7 @@ _SAME = 1e-6  # parts of a direction that differ by less are ordered as the worl
 
 
 def check_space(volume: Volume) -> tuple[str, str, str]:
-    """Return the letters of the world axes' directions.
-
-    Raises
-    ------
-    InputError
-        If the volume's orientation in the body is unknown.
-    """
+    """Return the letters of the world axes' directions; InputError if the orientation in the body is unknown."""
     letters = letters_of_space(volume.space)
     if letters is None:
         space = f"space {volume.space!r}" if volume.space else "no space"
@@ -73,5 +67,5 @@ def draw_orientation(sheet: Sheet, view: View) -> None:
         }[border]
         rect = sheet.text_rect(text, middle, _SCALE)
         if sheet.fits(rect):
-            sheet.take(rect)
+            sheet.taken.append(rect)
             sheet.text(text, middle, _SCALE)

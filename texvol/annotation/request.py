@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from texvol.util.errors import InputError
+from texvol.util.errors import InputError, is_number
 
 Triple = tuple[float, float, float]
 PARTS = ("box", "axes", "orientation", "legend", "scale-bar")  # names of parts that are on or off
@@ -72,7 +72,7 @@ class Annotation:
             color = np.asarray(self.color)
             if color.shape != (3,) or color.dtype.kind not in "iuf" or not ((color >= 0) & (color <= 1)).all():
                 raise InputError(f"annotation: color must be three numbers in [0, 1], got {self.color!r}")
-        if self.font_size is not None and not (_is_number(self.font_size) and 0 < self.font_size < np.inf):
+        if self.font_size is not None and not (is_number(self.font_size) and 0 < self.font_size < np.inf):
             raise InputError(f"annotation: font_size must be a positive number of pixels, got {self.font_size!r}")
 
     @classmethod
@@ -98,7 +98,3 @@ class Annotation:
 
 def _field(part: str) -> str:
     return part.replace("-", "_")
-
-
-def _is_number(thing: object) -> bool:
-    return isinstance(thing, int | float | np.integer | np.floating) and not isinstance(thing, bool)

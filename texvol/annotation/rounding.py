@@ -6,7 +6,6 @@ Decimals keep 0.3 from being written as 0.30000000000000004, and keep the digits
 from __future__ import annotations
 
 from decimal import Decimal
-from typing import NamedTuple
 
 import numpy as np
 
@@ -31,11 +30,6 @@ def round_down(most: float) -> Decimal:
     return next(step for step in steps if float(step) <= most * (1 + _ON_THE_END))
 
 
-def next_round(step: Decimal) -> Decimal:
-    """Return the next larger round number."""
-    return round_up(float(step) * 1.5)
-
-
 def multiples(low: float, high: float, step: Decimal) -> list[Decimal]:
     """Return all multiples of `step` from `low` to `high`."""
     first = int(np.ceil(low / float(step) - _ON_THE_END))
@@ -43,19 +37,15 @@ def multiples(low: float, high: float, step: Decimal) -> list[Decimal]:
     return [number * step for number in range(first, last + 1)]
 
 
-class Written(NamedTuple):
-    """Numbers as text, and the factor by which all were divided: "" or a text such as "×10⁻⁹"."""
+def written(numbers: list[Decimal], step: Decimal | None = None) -> tuple[list[str], str]:
+    """Return numbers as text with the decimals of `step`, or each with its own, and the factor that was divided out.
 
-    texts: list[str]
-    factor: str
-
-
-def written(numbers: list[Decimal], step: Decimal | None = None) -> Written:
-    """Return numbers as text with the decimals of `step`, or each with its own; large and small ones get a factor."""
+    The factor is "", or for large and small numbers a text such as "×10⁻⁹".
+    """
     largest = max((abs(number) for number in numbers), default=Decimal(0))
     power = _power(largest)
     decimals = None if step is None else max(-int(step.normalize().scaleb(-power).as_tuple().exponent), 0)
-    return Written([_text(number.scaleb(-power), decimals) for number in numbers], _factor(power))
+    return [_text(number.scaleb(-power), decimals) for number in numbers], _factor(power)
 
 
 def plain(number: float, digits: int = 6) -> str:

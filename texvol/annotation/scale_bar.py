@@ -14,7 +14,7 @@ _THICKNESS, _FROM_BORDER, _GAP = 0.22, 0.8, 0.35  # ems
 
 def bar_length(view: View) -> tuple[Decimal, float]:
     """Return the bar's length in world units, and in pixels."""
-    pixel = view.pixel_size(view.target_depth)
+    pixel = view.pixel_size(view.camera.target_distance)
     length = rounding.round_down(_MOST * view.size[0] * pixel)
     return length, float(length) / pixel
 
@@ -40,6 +40,6 @@ def draw_scale_bar(sheet: Sheet, view: View) -> None:
     written = sheet.text_rect(text, middle)
     both = Rect(min(bar.left, written.left), written.top, max(bar.right, written.right), bar.bottom)
     if sheet.fits(both):
-        sheet.take(both)
+        sheet.taken.append(both)
         sheet.rectangle(bar, outlined=True)
         sheet.text(text, middle)

@@ -55,7 +55,7 @@ class Sheet:
         em: float | None = None,
     ) -> None:
         self.size, self.letters = size, letters
-        self.em = em_of(size, em)
+        self.em = float(em) if em is not None else max(_EM * min(size[1], _SLIMMEST * size[0]), _LEAST_EM)
         self.width = max(_LINE * self.em, 1.0)  # lines below 1 pixel would become fainter, not thinner
         behind = np.clip(np.asarray(background, np.float64), 0, 1)
         self.color = np.asarray(_contrasting(behind) if color is None else color, np.float64)
@@ -71,10 +71,6 @@ class Sheet:
         air = rect.grown(_AIR * self.em)
         inside = air.left >= 0 and air.top >= 0 and air.right <= self.size[0] and air.bottom <= self.size[1]
         return inside and not any(air.meets(other) for other in [*self.taken, *(further or [])])
-
-    def take(self, rect: Rect) -> None:
-        """Mark a rectangle as taken."""
-        self.taken.append(rect)
 
     def text_size(self, text: str, scale: float = 1.0) -> tuple[float, float]:
         """Return the width and height of a line of text, in pixels."""
@@ -110,12 +106,10 @@ class Sheet:
             return round(middle[0] + box.above / 2), round(middle[1] + box.width / 2)
         return round(middle[0] - box.width / 2), round(middle[1] + box.above / 2)
 
-    def line(
-        self, start: ArrayLike, end: ArrayLike, layer: str = "line", width: float | None = None, opacity: float = 1.0
-    ) -> None:
+    def line(self, start: ArrayLike, end: ArrayLike, layer: str = "line", opacity: float = 1.0) -> None:
         """Draw a straight line in the sheet's colour."""
         (x0, y0), (x1, y1) = np.asarray(start, np.float64), np.asarray(end, np.float64)
-        mark = marks.line((x0, y0), (x1, y1), width or self.width, self.color, self.size, opacity)
+        mark = marks.line((x0, y0), (x1, y1), self.width, self.color, self.size, opacity)
         self._marks[layer].append(mark)
 
     def rectangle(self, rect: Rect, color: ArrayLike | None = None, *, outlined: bool = False) -> None:
@@ -139,11 +133,6 @@ class Sheet:
             for mark in self._marks[layer]:
                 marks.lay_over(pixels, mark)
         return pixels
-
-
-def em_of(size: Size, em: float | None = None) -> float:
-    """Return `em` if it is given, else the default pixels per em for a picture of that size."""
-    return float(em) if em is not None else max(_EM * min(size[1], _SLIMMEST * size[0]), _LEAST_EM)
 
 
 def _contrasting(color: ArrayLike) -> tuple[float, float, float]:

@@ -47,20 +47,13 @@ class View:
         """World units per pixel, at a depth; the depth has no effect in orthographic projection."""
         return 2 * self.camera.half_height / self.size[1] * (depth if self._perspective else 1.0)
 
-    @property
-    def target_depth(self) -> float:
-        """Depth of the camera's target in world units."""
-        return float(np.linalg.norm(np.subtract(self.camera.target, self.camera.eye)))
-
     def positions(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the positions in the picture of points relative to the box's centre, shape (n, 2), or NaN."""
         return self._projected(self.camera.in_eye_space(points, self.volume.centre))
 
-    def segment(
-        self, start: NDArray[np.float64], end: NDArray[np.float64]
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
-        """Return the ends in the picture of a segment's part in front of the eye; None if no part is in front."""
-        ends = self.camera.in_eye_space(np.stack([start, end]), self.volume.centre)
+    def edge(self, edge: Edge) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+        """Return the ends in the picture of an edge's part in front of the eye; None if it is behind the eye."""
+        ends = self._ends(edge)
         depths = ends[:, 2] - self._near
         if (depths < 0).all():
             return None
@@ -72,13 +65,9 @@ class View:
         first, second = self._projected(ends)
         return first, second
 
-    def edge(self, edge: Edge) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
-        """Return the ends in the picture of an edge of the box; None if it is behind the eye."""
-        return self.segment(self.corners[edge.start], self.corners[edge.end])
-
     def visible_part(self, edge: Edge) -> tuple[float, float] | None:
         """Return the fractions of an edge at which its visible part begins and ends; None if no part is visible."""
-        ends = self.camera.in_eye_space(self.corners[[edge.start, edge.end]], self.volume.centre)
+        ends = self._ends(edge)
         scale = ends[:, 2] if self._perspective else np.ones(2)
         up = self.camera.half_height * scale
         across = up * self.size[0] / self.size[1]
@@ -108,6 +97,10 @@ class View:
             return [(bool(position < -0.5 - lost), bool(position > 0.5 + lost)) for position in eye]
         direction = inverse @ self.camera.forward * np.linalg.norm(self.volume.box_edges, axis=0)
         return [(bool(step > _EDGE_ON), bool(step < -_EDGE_ON)) for step in direction]
+
+    def _ends(self, edge: Edge) -> NDArray[np.float64]:
+        """Ends of an edge in eye space, shape (2, 3)."""
+        return self.camera.in_eye_space(self.corners[[edge.start, edge.end]], self.volume.centre)
 
     def _projected(self, in_eye_space: NDArray[np.float64]) -> NDArray[np.float64]:
         depth = in_eye_space[:, 2]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from math import gcd
 from typing import Any
 
@@ -14,13 +13,13 @@ from texvol.scene.air import hounsfield_by
 from texvol.scene.lone_extremes import lone_extremes
 from texvol.scene.volume import Volume
 from texvol.util.shown_text import shown_line
+from texvol.util.statistics import chunks, finite
 
 PERCENTAGES = (0.1, 1, 5, 25, 50, 75, 95, 99, 99.9)
 BINS = 64
 MOST_LABELS = 48  # labels listed
 MOST_SORTED = 2**24  # samples used for percentiles; evenly spread ones if there are more
 
-_CHUNK = 2**20  # samples per step, so that intermediates stay small beside the volume
 _TEXEL_BYTES = {"rgba8": 4, "rgba16f": 8, "rgba32f": 16}
 _ROWS = 16
 _LABELS_A_ROW = 6
@@ -181,31 +180,21 @@ def _gradient_texel_bytes(dtype: np.dtype[Any]) -> int:
     return 4 * (2 if dtype.kind in "iu" and dtype.itemsize <= 2 else 4)
 
 
-def _chunks(values: NDArray[Any]) -> Iterator[NDArray[Any]]:
-    flat = values.reshape(-1)
-    for begin in range(0, flat.size, _CHUNK):
-        yield flat[begin : begin + _CHUNK]
-
-
-def _finite(chunk: NDArray[Any]) -> NDArray[Any]:
-    return chunk if chunk.dtype.kind != "f" else chunk[np.isfinite(chunk)]
-
-
 def _summary(values: NDArray[Any]) -> tuple[Any, Any, float | None, dict[str, int]]:
     """Return smallest, largest and mean finite value, and the numbers of finite, NaN and infinite values."""
     low = high = None
     mean, seen, nans = 0.0, 0, 0
-    for chunk in _chunks(values):
-        finite = _finite(chunk)
-        if finite.size < chunk.size:
+    for chunk in chunks(values):
+        known = finite(chunk)
+        if known.size < chunk.size:
             nans += int(np.isnan(chunk).sum())
-        if not finite.size:
+        if not known.size:
             continue
-        first, last = finite.min(), finite.max()
+        first, last = known.min(), known.max()
         low, high = (first, last) if low is None else (min(low, first), max(high, last))
-        seen += finite.size
+        seen += known.size
         # Divided before it is summed: the sum of values near 1e308 would be infinite.
-        mean += float((finite.astype(np.float64) / finite.size).sum() - mean) * (finite.size / seen)
+        mean += float((known.astype(np.float64) / known.size).sum() - mean) * (known.size / seen)
     counts = {"finite": seen, "nan": nans, "inf": values.size - seen - nans}
     return low, high, mean if seen else None, counts
 
@@ -216,7 +205,7 @@ def _percentiles(values: NDArray[Any]) -> tuple[dict[str, float | None], int]:
     # With a step that shares a factor with a dimension, some columns would always be sampled and some never.
     while step > 1 and any(gcd(step, size) > 1 for size in values.shape):
         step += 1
-    samples = _finite(values.reshape(-1)[::step])
+    samples = finite(values.reshape(-1)[::step])
     if samples.dtype == np.float16:
         samples = samples.astype(np.float32)
     if not samples.size:
@@ -236,10 +225,10 @@ def _histogram(values: NDArray[Any], low: Any, high: Any) -> tuple[list[float], 
     begin, end = (float(low) - 0.5, float(high) + 0.5) if is_whole else (float(low), float(high))
     width = end / 2 - begin / 2  # half of the range: the whole range of -1e308 to 1e308 is infinite
     if width <= 0 or not np.isfinite(1 / width):
-        return [begin, end], [sum(_finite(chunk).size for chunk in _chunks(values))]
+        return [begin, end], [sum(finite(chunk).size for chunk in chunks(values))]
     counts = np.zeros(bins, np.int64)
-    for chunk in _chunks(values):
-        positions = (_finite(chunk).astype(np.float64) / 2 - begin / 2) / width * bins
+    for chunk in chunks(values):
+        positions = (finite(chunk).astype(np.float64) / 2 - begin / 2) / width * bins
         counts += np.bincount(np.clip(positions.astype(np.int64), 0, bins - 1), minlength=bins)
     fractions = np.linspace(0, 1, bins + 1)
     edges = begin * (1 - fractions) + end * fractions

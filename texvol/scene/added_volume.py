@@ -51,7 +51,7 @@ class AddedVolume:
 
 
 def common_box(volumes: Sequence[Volume]) -> Volume:
-    """A volume of one sample whose box is the smallest along the first one's axes that holds all; of one, itself."""
+    """A volume of one sample: the smallest box that holds all, with axes and unit of the first one; of one, itself."""
     first = volumes[0]
     if len(volumes) == 1:
         return first
@@ -60,4 +60,4 @@ def common_box(volumes: Sequence[Volume]) -> Volume:
     positions = np.linalg.solve(axes, corners.T)
     low, high = positions.min(axis=1), positions.max(axis=1)
     middle = first.centre + axes @ (low / 2 + high / 2)
-    return Volume(np.zeros((1, 1, 1)), high - low, middle, axes, space=first.space, name=first.name)
+    return Volume(np.zeros((1, 1, 1)), high - low, middle, axes, unit=first.unit, space=first.space, name=first.name)

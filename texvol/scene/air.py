@@ -16,7 +16,7 @@ from typing import Any, Literal, NamedTuple, cast
 import numpy as np
 
 from texvol.scene.volume import Volume
-from texvol.util.errors import InputError
+from texvol.util.errors import InputError, is_number
 
 HOUNSFIELD: Literal["hounsfield"] = "hounsfield"
 Air = float | Literal["hounsfield"] | None
@@ -44,17 +44,10 @@ def attenuation_of(air: Air) -> Attenuation | None:
 
 
 def checked_air(air: Any) -> Air:
-    """`air` as a Scene holds it.
-
-    Raises
-    ------
-    InputError
-        If it is neither a finite number nor "hounsfield" nor None.
-    """
+    """Return `air` as a Scene holds it; InputError unless it is a finite number, "hounsfield" or None."""
     if air is None or (isinstance(air, str) and air == HOUNSFIELD):
         return cast(Air, air)
-    is_number = isinstance(air, int | float | np.integer | np.floating) and not isinstance(air, bool)
-    if not is_number or not np.isfinite(air):
+    if not is_number(air) or not np.isfinite(air):
         raise InputError(f"air must be a finite number, {HOUNSFIELD!r} or None, got {air!r}")
     return float(air)
 

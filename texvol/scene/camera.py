@@ -106,16 +106,32 @@ class Camera:
         aim = volume.centre if target is None else np.array(_finite_triple(target, "target"))
         position = aim - _default_view(volume) if eye is None else np.array(_finite_triple(eye, "eye"))
         upward = _default_up(aim - position) if up is None else tuple(up)
-        camera = cls(projection, tuple(position), tuple(aim), upward, fov=fov, height=height or 1.0)  # type: ignore[arg-type]
-        reach = camera._reach(volume)
-        if projection == "orthographic":
-            if height is None:
-                camera = replace(camera, height=2 * FRAMING_MARGIN * max(reach[1], reach[0] / aspect))
-            if eye is None:
-                camera = camera._at_distance(2 * volume.radius)
-        elif eye is None:
-            camera = camera._at_distance(camera._fitting_distance(volume, aspect))
-        return camera if height is None else replace(camera, height=height)
+        height_so_far = 1.0 if height is None else height
+        camera = cls(projection, tuple(position), tuple(aim), upward, fov=fov, height=height_so_far)  # type: ignore[arg-type]
+        if projection == "orthographic" and height is None:
+            across, above, _ = np.abs(camera.in_eye_space(volume.corners_from_centre, volume.centre)).T
+            reach = max(float(above.max()), float(across.max()) / aspect)
+            camera = replace(camera, height=2 * FRAMING_MARGIN * reach)
+        if eye is not None:
+            return camera
+        distance = 2 * volume.radius if projection == "orthographic" else camera.fitting_distance(volume, aspect)
+        return camera.at_distance(distance)
+
+    @property
+    def target_distance(self) -> float:
+        """Distance from the eye to the target, in world units."""
+        return float(np.linalg.norm(np.subtract(self.target, self.eye)))
+
+    def fitting_distance(self, volume: Volume, aspect: float) -> float:
+        """Return the distance from the target at which every corner of the box is in the picture, in perspective."""
+        across, above, depth = self.in_eye_space(volume.corners_from_centre, volume.centre).T
+        slope = self.half_height / FRAMING_MARGIN
+        needed = np.maximum(np.abs(above) / slope, np.abs(across) / (slope * aspect)) - (depth - self.target_distance)
+        return float(needed.max())
+
+    def at_distance(self, distance: float) -> Camera:
+        """Return the camera with its eye moved along the view to `distance` from the target, in world units."""
+        return replace(self, eye=tuple(np.array(self.target) - distance * self.forward))
 
     @cached_property
     def eye_from_world(self) -> NDArray[np.float64]:
@@ -148,13 +164,6 @@ class Camera:
             return 1.0
         return float(np.sqrt(1 + self.half_height**2 * (1 + (size[0] / size[1]) ** 2)))
 
-    def clip_from_eye(self, aspect: float, near: float, far: float) -> NDArray[np.float64]:
-        """Projection matrix of shape (4, 4) for depths `near` to `far`, world units."""
-        if self.projection == "perspective":
-            return matrix44.create_perspective_projection(self.fov, aspect, near, far, dtype=np.float64).T
-        y = self.half_height
-        return matrix44.create_orthogonal_projection(-y * aspect, y * aspect, -y, y, near, far, dtype=np.float64).T
-
     def in_eye_space(self, points: NDArray[np.float64], about: Vector) -> NDArray[np.float64]:
         """Right, up and depth, world units, shape (n, 3), of `points` given relative to the world point `about`."""
         axes = np.stack([self.right, self.upward, self.forward])
@@ -182,22 +191,6 @@ class Camera:
         if self.projection == "orthographic":
             return PixelRays(to_axis, right, up, self.forward, zero, zero, depth)
         return PixelRays(to_axis, depth * right, depth * up, self.forward, right, up, depth)
-
-    def _reach(self, volume: Volume) -> tuple[float, float]:
-        """Largest distance of the box from the line of sight, to the sides and up or down, in world units."""
-        corners = self.in_eye_space(volume.corners_from_centre, volume.centre)
-        return float(np.abs(corners[:, 0]).max()), float(np.abs(corners[:, 1]).max())
-
-    def _fitting_distance(self, volume: Volume, aspect: float) -> float:
-        """Distance from the target at which every corner of the box is in the picture."""
-        corners = self.in_eye_space(volume.corners_from_centre, volume.centre)
-        beyond_target = corners[:, 2] - np.linalg.norm(np.subtract(self.target, self.eye))
-        slope = self.half_height / FRAMING_MARGIN
-        needed = np.maximum(np.abs(corners[:, 1]) / slope, np.abs(corners[:, 0]) / (slope * aspect)) - beyond_target
-        return float(needed.max())
-
-    def _at_distance(self, distance: float) -> Camera:
-        return replace(self, eye=tuple(np.array(self.target) - distance * self.forward))
 
 
 def _default_view(volume: Volume) -> Vector:

@@ -44,13 +44,7 @@ class ClipPlane:
 
 
 def checked_crop(crop: Sequence[Sequence[float]]) -> tuple[Range, Range, Range]:
-    """((x0, x1), (y0, y1), (z0, z1)); an end may be infinite.
-
-    Raises
-    ------
-    InputError
-        If that is not what came, or a range is empty.
-    """
+    """Return ((x0, x1), (y0, y1), (z0, z1)), whose ends may be infinite; InputError if a range is empty."""
     try:
         ranges = np.asarray(crop, np.float64)
     except (TypeError, ValueError):

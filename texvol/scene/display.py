@@ -29,13 +29,7 @@ Window = tuple[float, float]
 
 
 def checked_window(window: str | Sequence[float]) -> Window:
-    """(centre, width) from "CENTRE,WIDTH" or a pair of numbers, in data units (times world units for xray).
-
-    Raises
-    ------
-    InputError
-        If it is not two finite numbers, the second of them positive.
-    """
+    """Return (centre, width), data units (xray: times world units), of "CENTRE,WIDTH" or two numbers; or InputError."""
     try:
         numbers = tuple(float(number) for number in (window.split(",") if isinstance(window, str) else window))
     except (TypeError, ValueError):
@@ -111,12 +105,12 @@ def shown(picture: NDArray, scene: Scene, *, window: Window | None = None) -> ND
     if (transfer := number_colors(scene, window)) is not None:
         result[met, :3] = straight_colors(transfer, numbers[met])
     else:
-        result[met, :3] = _grey(numbers[met], window or found_window(picture, scene))[:, np.newaxis]
+        result[met, :3] = grey(numbers[met], window or found_window(picture, scene))[:, np.newaxis]
     return result
 
 
-def _grey(numbers: NDArray[np.float64], window: Window) -> NDArray[np.float64]:
-    """Linear grey of numbers in a window."""
+def grey(numbers: NDArray[np.float64], window: Window) -> NDArray[np.float64]:
+    """Return the linear grey of numbers in a window; see the module."""
     centre, width = window
     with np.errstate(over="ignore", invalid="ignore"):
         # A window without width has its middle at every finite number.

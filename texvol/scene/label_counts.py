@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import NamedTuple
 from weakref import WeakKeyDictionary
 
@@ -11,8 +10,8 @@ from numpy.typing import NDArray
 
 from texvol.scene.volume import Volume
 from texvol.util.errors import InputError
+from texvol.util.statistics import chunks
 
-_CHUNK = 2**20  # samples at a time, so that what is counted with stays small beside the volume
 _MOST_COUNTERS = 2**20  # for labels that lie so close together; others are sorted, which takes ten times as long
 _LISTED = 8  # labels of each end that a message names
 
@@ -28,13 +27,7 @@ _KNOWN: WeakKeyDictionary[Volume, LabelCounts] = WeakKeyDictionary()
 
 
 def label_counts(volume: Volume) -> LabelCounts:
-    """The labels that a volume has.
-
-    Raises
-    ------
-    InputError
-        If its values are not labels.
-    """
+    """Return the labels that a volume has; InputError if its values are not labels."""
     if not volume.labels:
         raise InputError(f"{volume.name}: values must be labels, got measured values; read labels with --labels")
     if volume not in _KNOWN:
@@ -63,18 +56,12 @@ def _counted(values: NDArray) -> LabelCounts:
     low, high = int(values.min()), int(values.max())
     if high - low < _MOST_COUNTERS:
         counts = np.zeros(high - low + 1, np.int64)
-        for chunk in _chunks(values):
+        for chunk in chunks(values):
             counts += np.bincount(chunk.astype(np.int64) - low, minlength=counts.size)
         there = np.flatnonzero(counts)
         return LabelCounts(there + low, counts[there])
-    found = [np.unique(chunk, return_counts=True) for chunk in _chunks(values)]
+    found = [np.unique(chunk, return_counts=True) for chunk in chunks(values)]
     labels, position = np.unique(np.concatenate([each for each, _ in found]).astype(np.int64), return_inverse=True)
     counts = np.zeros(labels.size, np.int64)
     np.add.at(counts, position, np.concatenate([each for _, each in found]))
     return LabelCounts(labels, counts)
-
-
-def _chunks(values: NDArray) -> Iterator[NDArray]:
-    flat = values.reshape(-1)
-    for begin in range(0, flat.size, _CHUNK):
-        yield flat[begin : begin + _CHUNK]

@@ -7,13 +7,13 @@ be so, each in any number of samples.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from texvol.scene.volume import Volume
+from texvol.util.statistics import chunks, finite
 
 TIMES = 10.0  # the others' range, that a gap has to exceed
 TIMES_OF_MARKS = 1.0  # the same for values that programs mark missing samples by
@@ -25,49 +25,31 @@ _RAYS = ((0, 1), (1, 0), (0, 2), (1, 1), (2, 0))
 # Nodata values of GDAL's and ArcGIS' files, fill values of netCDF, GRIB and others; beside the ends of wider types.
 _MARKS = (-999, -9999, -99999, -999999, -32767, -2147483647, 1e15, 1e20, 1e30, 1e35, 1e36, 9.96921e36, 9.999e20)
 
-_CHUNK = 2**20  # samples looked at at a time
 _SPREAD = 2**16  # samples, evenly spread, that tell in most volumes that there is none
 
 
 class LoneExtreme(NamedTuple):
-    """A value at an end of the range that is far from the others.
-
-    Attributes
-    ----------
-    value : int or float
-        The value itself.
-    samples : int
-        Number of samples that have it.
-    others : (low, high)
-        Finite range of the values that are not lone.
-    times : float
-        Distance to the nearest of the others, as a multiple of their range.
-    text : str
-        The value in as many digits as `--missing` needs to find it.
-    """
+    """A value at an end of the range that is far from the others."""
 
     value: int | float
-    samples: int
-    others: tuple[float, float]
-    times: float
-    text: str
+    samples: int  # number of samples that have it
+    others: tuple[float, float]  # finite range of the values that are not lone
+    times: float  # distance to the nearest of the others, as a multiple of their range
+    text: str  # the value in as many digits as `--missing` needs to find it
 
 
 def lone_extremes(volume: Volume) -> tuple[LoneExtreme, ...]:
     """Return the finite values of a volume that lie far from all others, smallest first; none of labels and colours."""
-    if volume.labels or volume.colors is not None:
+    if volume.labels or volume.colors is not None or _spread_over_range(volume):
         return ()
     values = volume.values
-    if _spread_over_range(volume):
-        return ()
     lowest, highest = _ends(values, lowest=True), _ends(values, lowest=False)[::-1]
-    found = _split(lowest, highest)
-    if found is None:
+    below, above = _split(lowest, highest)
+    if not below + above:
         return ()
-    below, above = found
     others = float(lowest[below]), float(highest[len(highest) - 1 - above])
     alone = np.concatenate([lowest[:below], highest[len(highest) - above :]])
-    if not any(((chunk > others[0]) & (chunk < others[1])).any() for chunk in _chunks(values)):
+    if not any(((chunk > others[0]) & (chunk < others[1])).any() for chunk in chunks(values)):
         return ()  # of two labels neither is far from the other
     return tuple(_described(values, value, others) for value in alone)
 
@@ -76,7 +58,7 @@ def _described(values: NDArray, value: np.generic, others: tuple[float, float]) 
     low, high = others
     number = float(value)
     distance = _between(number, low) if number < low else _between(high, number)
-    samples = sum(int(np.count_nonzero(chunk == value)) for chunk in _chunks(values))
+    samples = sum(int(np.count_nonzero(chunk == value)) for chunk in chunks(values))
     return LoneExtreme(value.item(), samples, others, distance / _between(low, high), str(value))
 
 
@@ -91,7 +73,7 @@ def _spread_over_range(volume: Volume) -> bool:
         return True
     low, high = volume.finite_range
     step = max(volume.values.size // _SPREAD, 1) | 1  # odd, so that it is no multiple of most rows
-    known = np.unique(_finite(volume.values.reshape(-1)[::step]))
+    known = np.unique(finite(volume.values.reshape(-1)[::step]))
     if len(known) <= 2 * MOST:
         return False
     # All values but `MOST` at each end are among the others, whose range is then this or more.
@@ -99,8 +81,8 @@ def _spread_over_range(volume: Volume) -> bool:
     return not _between(low, high) > TIMES_OF_MARKS * of_others
 
 
-def _split(lowest: NDArray, highest: NDArray) -> tuple[int, int] | None:
-    """Count the lone values at each end; None where there are none.
+def _split(lowest: NDArray, highest: NDArray) -> tuple[int, int]:
+    """Count the lone values at each end.
 
     Both arrays are ascending: the smallest distinct values, and the largest. Those that are lone beside all others are
     left out first, and then those that are among what is left: -9999 beside 1e20 is only seen to be so without it.
@@ -108,7 +90,7 @@ def _split(lowest: NDArray, highest: NDArray) -> tuple[int, int] | None:
     below = above = 0
     while (more := _first_split(lowest[below:], highest[: len(highest) - above])) is not None:
         below, above = below + more[0], above + more[1]
-    return (below, above) if below + above else None
+    return below, above
 
 
 def _first_split(lowest: NDArray, highest: NDArray) -> tuple[int, int] | None:
@@ -140,8 +122,8 @@ def _is_mark(value: Any) -> bool:
 def _ends(values: NDArray, *, lowest: bool) -> NDArray:
     """The `MOST` + 1 smallest distinct finite values ascending, or as many largest ones descending."""
     found = values.reshape(-1)[:0]
-    for chunk in _chunks(values):
-        known = _finite(chunk)
+    for chunk in chunks(values):
+        known = finite(chunk)
         # One value at a time: a fill value may be most of the samples, and sorting these takes long.
         for _ in range(MOST + 1):
             if len(found) == MOST + 1:
@@ -152,13 +134,3 @@ def _ends(values: NDArray, *, lowest: bool) -> NDArray:
             found = np.unique(np.append(found, extreme))[:: 1 if lowest else -1][: MOST + 1]
             known = known[known != extreme]
     return found
-
-
-def _chunks(values: NDArray) -> Iterator[NDArray]:
-    flat = values.reshape(-1)
-    for begin in range(0, flat.size, _CHUNK):
-        yield flat[begin : begin + _CHUNK]
-
-
-def _finite(chunk: NDArray) -> NDArray:
-    return chunk if chunk.dtype.kind != "f" else chunk[np.isfinite(chunk)]

@@ -8,16 +8,20 @@ Where values themselves are seen (xray, mip and so on, isosurface) nothing can f
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from texvol.scene.volume import Volume
 from texvol.util.errors import InputError
-from texvol.util.kept_arrays import KeepsArrays, Unchanged, read_only, shared
+from texvol.util.kept_arrays import KeepsArrays, Unchanged, read_only
+
+_OF_THE_VALUES = ("value_range", "has_missing", "finite_range")
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,17 +52,21 @@ class Mask(KeepsArrays):
     def __post_init__(self) -> None:
         weights = np.asarray(self.weights)
         if weights.ndim != 3 or weights.dtype.kind not in "buif":
-            raise InputError(f"{self.name}: a mask must have numbers along 3 axes (z, y, x), got {_shape(weights)}")
+            raise InputError(
+                f"{self.name}: a mask must have numbers along 3 axes (z, y, x), got {weights.dtype} of "
+                f"shape {weights.shape}"
+            )
         if weights.dtype != np.bool_:
             weights = weights.astype(np.float32)
             if not (weights.size and weights.min() >= 0 and weights.max() <= 1):  # NaN is neither
+                span = f"they go from {weights.min():g} to {weights.max():g}" if weights.size else "there are none"
                 raise InputError(
-                    f"{self.name}: weights must be from 0 to 1, but {_range(weights)}; fade=(low, high) turns other "
+                    f"{self.name}: weights must be from 0 to 1, but {span}; fade=(low, high) turns other "
                     "numbers into weights"
                 )
         kept = read_only(np.ascontiguousarray(weights))
-        watched = [] if self.source else shared((kept, self.weights))
-        object.__setattr__(self, "_unchanged", Unchanged(*watched))
+        if not self.source:
+            object.__setattr__(self, "_unchanged", Unchanged((kept, self.weights)))
         object.__setattr__(self, "weights", kept)
         object.__setattr__(self, "source", dict(self.source))
 
@@ -116,11 +124,27 @@ def _were_integers(volume: Volume) -> bool:
     return bool((known == np.rint(known)).all())
 
 
-def _shape(weights: NDArray) -> str:
-    return f"{weights.dtype} of shape {weights.shape}"
+_WITHOUT: WeakKeyDictionary[Volume, tuple[Mask, Volume]] = WeakKeyDictionary()
 
 
-def _range(weights: NDArray[np.float32]) -> str:
-    if not weights.size:
-        return "there are none"
-    return f"they go from {weights.min():g} to {weights.max():g}"
+def without_hidden(volume: Volume, mask: Mask) -> Volume:
+    """Return the volume with NaN at the samples that the mask hides.
+
+    The same volume and mask give the same object for as long as `volume` exists.
+    """
+    known = _WITHOUT.get(volume)
+    if known is None or known[0] is not mask:
+        known = _WITHOUT[volume] = mask, _without(volume, mask)
+    return known[1]
+
+
+def _without(volume: Volume, mask: Mask) -> Volume:
+    # float32 holds every integer of 16 bits.
+    wide = volume.values.dtype.itemsize > 2 and volume.values.dtype != np.float32
+    values = volume.values.astype(np.float64 if wide else np.float32)
+    values[mask.hidden] = np.nan
+    left = copy(volume)
+    for derived in _OF_THE_VALUES:
+        left.__dict__.pop(derived, None)
+    left.values = values
+    return left

@@ -1,4 +1,4 @@
-"""Optics of emission and absorption: the slab integral, *over*, and opacity over another length.
+"""Optics of emission and absorption: the slab integral and *over*.
 
 Along a ray with emission q and extinction τ per world unit (Wilson, Van Gelder, Wilhelms 1994; Max 1995),
 
@@ -58,14 +58,6 @@ def slab_integral(
     depth = np.asarray(extinction, dtype=np.float64) * length
     thickness_seen = np.where(np.isinf(extinction), 1.0, length * mean_transmittance(depth))
     return np.multiply(emission, thickness_seen[..., np.newaxis]), opacity_from_depth(depth)
-
-
-def rescale_opacity(opacity: ArrayLike, length_ratio: ArrayLike) -> NDArray[np.float64]:
-    """Opacity of the same medium over `length_ratio` times the length: 1 - (1 - A)^r, keeping small opacities."""
-    depth = depth_from_opacity(opacity)
-    with np.errstate(invalid="ignore"):
-        scaled = np.where(np.equal(length_ratio, 0), 0.0, depth * np.asarray(length_ratio))
-    return opacity_from_depth(scaled)
 
 
 def over(front: NDArray, back: NDArray) -> NDArray:

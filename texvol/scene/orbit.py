@@ -1,4 +1,4 @@
-"""Cameras that turn once around a scene.
+"""Cameras that turn around a scene.
 
 The axis goes through the target along `up`. With k the unit vector of the axis and p the part of eye - target across
 it, the eye that is turned by an angle θ, counterclockwise as seen from the tip of `up`, is
@@ -12,26 +12,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from texvol.scene.camera import FRAMING_MARGIN, Camera, Projection
 from texvol.scene.volume import Volume
-from texvol.util.errors import InputError
-
-
-def cameras(camera: Camera, views: int) -> list[Camera]:
-    """Cameras of one turn in equal steps: camera i is `camera` turned by 360 i / `views` degrees, the first is itself.
-
-    Each is drawn as usual: `[renderer.render(replace(scene, camera=each)) for each in cameras(camera, 60)]`.
-
-    Raises
-    ------
-    InputError
-        If there is not at least one view.
-    """
-    checked_views(views)
-    return [turned(camera, 360 * i / views) for i in range(views)]
 
 
 def turned(camera: Camera, degrees: float) -> Camera:
@@ -41,7 +27,7 @@ def turned(camera: Camera, degrees: float) -> Camera:
     is. 1 - cos θ is written 2 sin² θ/2, which keeps its digits for small steps.
     """
     angle = np.radians(degrees)
-    axis = np.array(camera.up) / np.linalg.norm(camera.up)
+    axis = _axis(camera)
     offset = np.subtract(camera.eye, camera.target)
     across = offset - (offset @ axis) * axis
     moved = np.sin(angle) * np.cross(axis, across) - 2 * np.sin(angle / 2) ** 2 * across
@@ -53,11 +39,9 @@ def framing(
     projection: Projection = "orthographic",
     *,
     eye: Sequence[float] | None = None,
-    target: Sequence[float] | None = None,
-    up: Sequence[float] | None = None,
-    fov: float | None = None,
     height: float | None = None,
     aspect: float = 1.0,
+    **others: Any,
 ) -> Camera:
     """First camera of a turn in which the whole box stays in the picture; arguments as for `Camera.framing`.
 
@@ -65,11 +49,12 @@ def framing(
     that any angle of the turn asks for, so that it does not depend on the number of views. A single picture of the
     first view may be framed closer.
     """
-    first = Camera.framing(
-        volume, projection, eye=eye, target=target, up=up, fov=fov, height=height, aspect=aspect
-    )  # decides where the camera looks from
-    above, out = _corners(first, volume)
-    axis = np.array(first.up) / np.linalg.norm(first.up)
+    # Decides where the camera looks from.
+    first = Camera.framing(volume, projection, eye=eye, height=height, aspect=aspect, **others)
+    axis = _axis(first)
+    corners = volume.corners_from_centre + (volume.centre - first.target)
+    above = corners @ axis  # heights of the box's corners above the target, along the axis
+    out = np.linalg.norm(corners - above[:, np.newaxis] * axis, axis=1)  # and their distances from the axis
     sine = float(-first.forward @ axis)  # of the elevation: how steeply the camera looks down
     cosine = float(np.sqrt(max(1 - sine**2, 0.0)))
     # A corner `above` the target along the axis and `out` from the axis is, at an angle φ to the eye's side of it,
@@ -88,21 +73,9 @@ def framing(
         ends = (np.abs(above * cosine - sign * out * sine) / slope + sign * out * cosine for sign in (1.0, -1.0))
         sideways = out * np.hypot(1 / (slope * aspect), cosine)
         distance = float((np.maximum(np.maximum(*ends), sideways) + above * sine).max())
-    if eye is None:
-        first = replace(first, eye=tuple(np.array(first.target) - distance * first.forward))
-    return first
+    return first.at_distance(distance) if eye is None else first
 
 
-def checked_views(views: int) -> int:
-    """The number of views, or InputError if it is not at least 1."""
-    if views < 1:
-        raise InputError(f"an orbit must have at least one view, got {views}")
-    return views
-
-
-def _corners(camera: Camera, volume: Volume) -> tuple[np.ndarray, np.ndarray]:
-    """Heights of the box's corners above the target along the axis, and their distances from it, in world units."""
-    corners = volume.corners_from_centre + (volume.centre - camera.target)
-    axis = np.array(camera.up) / np.linalg.norm(camera.up)
-    above = corners @ axis
-    return above, np.linalg.norm(corners - above[:, np.newaxis] * axis, axis=1)
+def _axis(camera: Camera) -> np.ndarray:
+    """Unit vector of the axis, shape (3)."""
+    return np.array(camera.up) / np.linalg.norm(camera.up)

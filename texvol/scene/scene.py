@@ -14,9 +14,8 @@ from texvol.scene.air import Air, checked_air
 from texvol.scene.camera import Camera
 from texvol.scene.cutting import ClipPlane, Cutting, Range, checked_crop
 from texvol.scene.gradient import CENTRAL, Estimator
-from texvol.scene.hidden_samples import without_hidden
 from texvol.scene.lighting import DepthCue, Lighting
-from texvol.scene.mask import Mask
+from texvol.scene.mask import Mask, without_hidden
 from texvol.scene.shapes import Lines, Mesh, checked_geometry
 from texvol.scene.transfer import NO_MEDIUM, TransferFunction, preset, proposed_for
 from texvol.scene.volume import Volume
@@ -115,13 +114,9 @@ class Scene:
         if background.shape != (3,) or background.dtype.kind not in "iuf" or not (background >= 0).all():
             raise InputError(f"scene: background must be three numbers of at least 0, got {self.background!r}")
         object.__setattr__(self, "background", tuple(background.astype(np.float64).tolist()))
-        if self.classification not in CLASSIFICATIONS:
-            known = ", ".join(CLASSIFICATIONS)
-            raise InputError(f"scene: classification must be one of {known}, got {self.classification!r}")
-        if self.mode not in MODES:
-            raise InputError(f"scene: mode must be one of {', '.join(MODES)}, got {self.mode!r}")
-        if self.coloring not in COLORINGS:
-            raise InputError(f"scene: coloring must be one of {', '.join(COLORINGS)}, got {self.coloring!r}")
+        for name, known in (("classification", CLASSIFICATIONS), ("mode", MODES), ("coloring", COLORINGS)):
+            if (chosen := getattr(self, name)) not in known:
+                raise InputError(f"scene: {name} must be one of {', '.join(known)}, got {chosen!r}")
         self._check_isovalue()
         self._check_air()
         self._check_medium()
@@ -201,6 +196,16 @@ class Scene:
             return True
         graded = self.transfer_function is not None and self.transfer_function.needs_gradient
         return self.mode == "composite" and (self.lighting is not None or graded)
+
+    @property
+    def surface_lighting(self) -> Lighting | None:
+        """Light on meshes, None if no mesh is lit: the scene's or a head light, without shadows, as on an isosurface.
+
+        `texvol.scene.lighting` defines it with the normal on the side of the eye and a gradient confidence of 1.
+        """
+        if not any(isinstance(shape, Mesh) and shape.lit for shape in self.geometry):
+            return None
+        return replace(self.lighting or Lighting(), two_sided=True, fade=0.0, shadows=False)
 
     def _check_isovalue(self) -> None:
         if self.mode != "isosurface" and self.isovalue is not None:

@@ -6,14 +6,14 @@ what it has made of one by its identity.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from texvol.util.errors import InputError
+from texvol.util.errors import InputError, is_number
 from texvol.util.kept_arrays import KeepsArrays
 
 Triple = tuple[float, float, float]
@@ -114,7 +114,7 @@ class Lines(KeepsArrays):
         _put(self, "points", points)
         pairs = _pairs_of(self.segments, self.name)
         _put(self, "segments", _indices(pairs, 2, len(points), ("segment", "segments"), self.name))
-        if not (_is_number(self.width) and 0 < self.width <= WIDEST):
+        if not (is_number(self.width) and 0 < self.width <= WIDEST):
             raise InputError(f"{self.name}: width must be above 0 and at most {WIDEST:g} pixels, got {self.width!r}")
         _check_look(self)
 
@@ -148,12 +148,10 @@ def _points(numbers: ArrayLike, what: str, name: str) -> NDArray[np.float64]:
         points = np.array(numbers, np.float64)
     except (TypeError, ValueError):
         raise InputError(f"{name}: {what} must be numbers x, y, z, got {type(numbers).__name__}") from None
-    if points.ndim != 2 or points.shape[1] != 3:
-        if points.size == 0:
-            raise InputError(f"{name}: must have {what}, got none")
-        raise InputError(f"{name}: {what} must have shape (n, 3), got {points.shape}")
-    if not len(points):
+    if points.size == 0:
         raise InputError(f"{name}: must have {what}, got none")
+    if points.ndim != 2 or points.shape[1] != 3:
+        raise InputError(f"{name}: {what} must have shape (n, 3), got {points.shape}")
     bad = ~(np.abs(points) < _FARTHEST).all(axis=1)
     if bad.any():
         first = int(np.argmax(bad))
@@ -186,22 +184,14 @@ def _pairs_of(segments: Any, name: str) -> Any:
     """Pairs as they are; polylines as the pairs that they join."""
     if isinstance(segments, np.ndarray) and segments.ndim == 2 and segments.shape[1] == 2:
         return segments
-    if all(len(each) == 2 for each in _sequences(segments, name)):
+    try:
+        are_pairs = all([len(each) == 2 for each in segments])  # a list: each has to have a length
+    except TypeError:
+        raise InputError(f"{name}: segments must be pairs of points, or polylines of at least two") from None
+    if are_pairs:
         return segments
     pairs = [np.stack([line[:-1], line[1:]], axis=1) for line in map(np.asarray, segments) if len(line) > 1]
     return np.concatenate(pairs) if pairs else ()
-
-
-def _sequences(segments: Any, name: str) -> list[Sequence[int]]:
-    try:
-        return [each for each in segments if len(each) >= 0]
-    except TypeError:
-        raise InputError(f"{name}: segments must be pairs of points, or polylines of at least two") from None
-
-
-def _is_number(number: Any) -> bool:
-    is_real = isinstance(number, int | float | np.integer | np.floating) and not isinstance(number, bool)
-    return is_real and bool(np.isfinite(number))
 
 
 def _check_look(shape: Shape) -> None:
@@ -209,5 +199,5 @@ def _check_look(shape: Shape) -> None:
     if color.shape != (3,) or color.dtype.kind not in "iuf" or not ((color >= 0) & (color <= 1)).all():
         raise InputError(f"{shape.name}: color must be three numbers from 0 to 1, got {shape.color!r}")
     object.__setattr__(shape, "color", tuple(map(float, color)))
-    if not (_is_number(shape.opacity) and 0 < shape.opacity <= 1):
+    if not (is_number(shape.opacity) and 0 < shape.opacity <= 1):
         raise InputError(f"{shape.name}: opacity must be above 0 and at most 1, got {shape.opacity!r}")

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from texvol.util.errors import InputError
-from texvol.util.kept_arrays import KeepsArrays, Unchanged, read_only, shared
+from texvol.util.kept_arrays import KeepsArrays, Unchanged, read_only
 
 LARGEST_LABEL = 1 << 24
 _OF_THE_BOX = ("box_corner", "box_edges", "centre", "corners_from_centre", "radius")
@@ -103,7 +103,7 @@ class Volume(KeepsArrays):
         if labels:
             _check_labels(self.values, self.colors, name)
         # Of a file nobody else has the samples.
-        self._unchanged = Unchanged(*([] if source else shared((self.values, values), (self.colors, colors))))
+        self._unchanged = Unchanged(*() if source else ((self.values, values), (self.colors, colors)))
 
     def moved(self, matrix: ArrayLike) -> Volume:
         """Return the volume moved by `matrix`, shape (4, 4), from old to new world coordinates.
@@ -113,12 +113,12 @@ class Volume(KeepsArrays):
         InputError
             If that is no matrix of finite numbers with the last row 0, 0, 0, 1, or leaves no volume.
         """
-        wanted = "a transform must be a finite 4 x 4 matrix whose last row is 0, 0, 0, 1"
         try:
             numbers = np.array(matrix, dtype=np.float64)
         except (TypeError, ValueError):
             numbers = np.empty(0)
         if numbers.shape != (4, 4) or not np.isfinite(numbers).all() or (numbers[3] != (0, 0, 0, 1)).any():
+            wanted = "a transform must be a finite 4 x 4 matrix whose last row is 0, 0, 0, 1"
             raise InputError(f"{self.name}: {wanted}, got {_rows(numbers)}")
         name = f"{self.name}, transformed"
         with np.errstate(all="ignore"):  # what is too large for float64 is refused below
@@ -264,7 +264,7 @@ def _triple(numbers: ArrayLike, what: str, name: str) -> NDArray[np.float64]:
     try:
         triple = np.array(numbers, dtype=np.float64)
     except (TypeError, ValueError):
-        raise InputError(f"{name}: {what} must be three numbers x, y, z, got {numbers!r}") from None
+        triple = np.empty(0)
     if triple.shape != (3,):
         raise InputError(f"{name}: {what} must be three numbers x, y, z, got {numbers!r}")
     if not np.isfinite(triple).all():

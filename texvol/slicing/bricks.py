@@ -4,11 +4,6 @@ A brick owns a part of the box, and every slab of every ray belongs to the brick
 bricks draw together what the whole draws, sample by sample: their partial pictures, composited in visibility order,
 are the whole picture to rounding, however the volume is cut. What a brick's samples need beyond its own part, the
 next sample for the interpolation and half a slab for classifications that look at its ends, it stores as well.
-
-    texture_size      how large they may be
-    cut               a volume's bricks
-    visibility_order  front to back
-    Brick             where one lies and what it stores
 """
 
 from __future__ import annotations

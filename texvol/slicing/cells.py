@@ -37,21 +37,12 @@ class Shown(Protocol):
 
 @dataclass(frozen=True)
 class Cells:
-    """Ranges of values of a volume's cells, NaN where a cell has no other value.
+    """Ranges of values of a volume's cells, NaN where a cell has no other value."""
 
-    Attributes
-    ----------
-    lowest, highest : arrays of shape (cz, cy, cx)
-    size : (x, y, z)
-        Samples per cell.
-    per_box : (x, y, z)
-        Cells in the box, with the fraction of the last ones that lies inside.
-    """
-
-    lowest: NDArray
+    lowest: NDArray  # shape (cz, cy, cx)
     highest: NDArray
-    size: tuple[int, int, int]
-    per_box: tuple[float, float, float]
+    size: tuple[int, int, int]  # samples per cell along x, y, z
+    per_box: tuple[float, float, float]  # cells in the box, with the fraction of the last ones that lies inside
 
     @classmethod
     def of(cls, volume: Volume) -> Cells:

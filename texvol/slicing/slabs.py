@@ -17,6 +17,7 @@ from texvol.scene.camera import Camera
 from texvol.scene.volume import Volume
 from texvol.util.errors import InputError
 
+Numbers = NDArray[np.float64]
 MOST_SLABS = 1 << 20  # float32 counts slabs exactly to 2^24; a million are hours of drawing
 # As many as there may be turns of loops in a fragment (65535 in all in Mesa's software driver), so that hardly a volume
 # has more than one stack: where nothing shows behind it a fragment stops, and there is little to blend.
@@ -26,30 +27,20 @@ WHOLE_BOX = np.array([(0.0, 0.0, 0.0), (1.0, 1.0, 1.0)])
 _SIDES = 16
 _ANGLES = 2 * np.pi / _SIDES * np.arange(_SIDES)
 _NORMALS = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)])  # (2, sides)
+# The whole screen as a polygon of as many sides as the others; some of its corners fall together.
+_SCREEN = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]).repeat(_SIDES // 4, axis=0)
 _BOX_EDGES = np.array([(c, c | 1 << a) for a in range(3) for c in range(8) if not c & 1 << a])  # pairs of corners
 
 
 @dataclass(frozen=True)
 class SlabStacks:
-    """Polygons of a view, front to back.
+    """Polygons of a view, front to back."""
 
-    Attributes
-    ----------
-    polygons : array of shape (stacks, sides, 2)
-        Convex, in normalised device coordinates.
-    first, last : arrays of shape (stacks,)
-        Stack s holds the slabs first[s] … last[s] - 1.
-    eye_depth : float
-        Depth of the eye in slab thicknesses, in the same count.
-    slab_thickness : float
-        World units, plane to plane.
-    """
-
-    polygons: NDArray[np.float64]
-    first: NDArray[np.int64]
+    polygons: Numbers  # convex, in normalised device coordinates; shape (stacks, sides, 2)
+    first: NDArray[np.int64]  # stack s holds the slabs first[s] … last[s] - 1; shape (stacks,)
     last: NDArray[np.int64]
-    eye_depth: float
-    slab_thickness: float
+    eye_depth: float  # in slab thicknesses, in the same count
+    slab_thickness: float  # world units, plane to plane
 
     @property
     def slab_count(self) -> int:
@@ -63,8 +54,8 @@ def slab_stacks(
     slab_thickness: float,
     size: tuple[int, int],
     per_stack: int = SLABS_PER_STACK,
-    part: NDArray[np.float64] = WHOLE_BOX,
-    about: NDArray[np.float64] | None = None,
+    part: Numbers = WHOLE_BOX,
+    about: Numbers | None = None,
 ) -> SlabStacks:
     """Polygons for a part of the volume's box in front of the eye; none if it lies behind it.
 
@@ -112,15 +103,13 @@ def slabs_crossed(volume: Volume, camera: Camera, slab_thickness: float, size: t
     return total
 
 
-def _corners_from_centre(volume: Volume, part: NDArray[np.float64]) -> NDArray[np.float64]:
+def _corners_from_centre(volume: Volume, part: Numbers) -> Numbers:
     """The corners of a part of the box, shape (8, 3), relative to the middle of the box."""
     bits = (np.arange(8)[:, np.newaxis] >> np.arange(3)) & 1
     return (np.take_along_axis(part, bits, axis=0) - 0.5) @ volume.box_edges.T
 
 
-def _box_between(
-    corners: NDArray[np.float64], near: NDArray[np.float64], far: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+def _box_between(corners: Numbers, near: Numbers, far: Numbers) -> tuple[Numbers, NDArray[np.bool_]]:
     """Eye-space points whose convex hull is the box between each pair of depths, and which of them exist.
 
     The points are the corners between the planes and the positions where an edge meets a plane: (stacks, 32, 3).
@@ -139,9 +128,7 @@ def _box_between(
     return points, np.concatenate([between, crosses.reshape(stacks, -1)], axis=1)
 
 
-def _covering_polygons(
-    points: NDArray[np.float64], exists: NDArray[np.bool_], camera: Camera, size: tuple[int, int]
-) -> NDArray[np.float64]:
+def _covering_polygons(points: Numbers, exists: NDArray[np.bool_], camera: Camera, size: tuple[int, int]) -> Numbers:
     """Return for each set of points a convex polygon on the screen that covers its projection and a margin of a pixel.
 
     Its sides lie at the farthest point in each of 16 directions, so that it has the same number of corners for
@@ -168,11 +155,5 @@ def _covering_polygons(
     far_off = ~(np.abs(polygons).max(axis=(1, 2)) < 64)
     if camera.projection == "perspective":
         far_off |= (np.where(exists, points[..., 2], np.inf) <= 0).any(axis=1)
-    polygons[far_off] = _screen()
+    polygons[far_off] = _SCREEN
     return polygons
-
-
-def _screen() -> NDArray[np.float64]:
-    """The whole screen as a polygon of as many sides as the others; some of its corners fall together."""
-    square = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
-    return square.repeat(_SIDES // 4, axis=0)

@@ -1,5 +1,7 @@
 """Errors and warnings that texvol raises, each with one line that tells the user what to do."""
 
+from numbers import Real
+
 from texvol.util.shown_text import shown
 
 
@@ -38,14 +40,13 @@ def missing_extra(library: str, extra: str, purpose: str) -> MissingExtraError:
     return MissingExtraError(f"{purpose} needs {library}, which is not installed: pip install 'texvol[{extra}]'")
 
 
-def check_type(name: str, thing: object, kind: type, advice: str = "") -> None:
-    """Raise InputError unless `thing` is of a type; `name` says what it is, `advice` what to do.
+def is_number(thing: object) -> bool:
+    """True of a real number, Python's or numpy's, but not of a truth value."""
+    return isinstance(thing, Real) and not isinstance(thing, bool)
 
-    Raises
-    ------
-    InputError
-        For example "scene: camera must be a Camera, got str".
-    """
+
+def check_type(name: str, thing: object, kind: type, advice: str = "") -> None:
+    """Raise InputError, such as "scene: camera must be a Camera, got str; advice", unless `thing` is of a type."""
     if isinstance(thing, kind):
         return
     article = "an" if kind.__name__[0] in "AEIOU" else "a"

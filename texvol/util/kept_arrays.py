@@ -31,15 +31,6 @@ def read_only(array: NDArray) -> NDArray:
     return view
 
 
-def shared(*pairs: tuple[NDArray | None, Any]) -> list[NDArray]:
-    """Return the kept arrays, of pairs (kept array, argument it was made from), whose memory others may share."""
-    return [
-        kept
-        for kept, given in pairs
-        if kept is not None and (not isinstance(given, np.ndarray) or np.may_share_memory(kept, given))
-    ]
-
-
 class KeepsArrays:
     """Base of objects with read-only arrays; the arrays are read-only in copies and in other processes, too."""
 
@@ -55,12 +46,16 @@ class Unchanged:
 
     Parameters
     ----------
-    arrays : arrays
-        C-contiguous arrays that others may write to.
+    pairs : (kept array, argument that it was made from)
+        C-contiguous arrays, or None; those that share no memory with their argument need no check.
     """
 
-    def __init__(self, *arrays: NDArray) -> None:
-        self._arrays = arrays
+    def __init__(self, *pairs: tuple[NDArray | None, Any]) -> None:
+        self._arrays = [
+            kept
+            for kept, given in pairs
+            if kept is not None and (not isinstance(given, np.ndarray) or np.may_share_memory(kept, given))
+        ]
         self._sums: tuple[int, ...] | None = None
 
     def check(self, name: str, what: str) -> None:

@@ -6,11 +6,12 @@ np.unique and np.percentile import numpy.ma, and the standard library's median i
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+_CHUNK = 2**20
 _ON_A_STEP = 1e-3  # steps, with 16 bits: float32 resolves a 256th of a step of numbers as large as the range
 
 
@@ -34,6 +35,18 @@ def median(numbers: Sequence[float]) -> float:
     """Return the middle number, or the mean of the two middle numbers, of at least one number."""
     ordered = sorted(numbers)
     return 0.5 * (ordered[(len(ordered) - 1) // 2] + ordered[len(ordered) // 2])
+
+
+def chunks(numbers: NDArray) -> Iterator[NDArray]:
+    """Yield parts of at most 2^20 numbers, flat and in order, so that what is made of each stays small."""
+    flat = numbers.reshape(-1)
+    for begin in range(0, flat.size, _CHUNK):
+        yield flat[begin : begin + _CHUNK]
+
+
+def finite(numbers: NDArray) -> NDArray:
+    """Return the numbers that are neither NaN nor infinite; integers are not copied."""
+    return numbers if numbers.dtype.kind != "f" else numbers[np.isfinite(numbers)]
 
 
 def rms(numbers: NDArray) -> float:

@@ -11,7 +11,7 @@ import os
 import re
 import stat
 import sys
-from collections.abc import Iterable
+from collections.abc import Callable
 from itertools import chain
 from typing import Any
 
@@ -19,6 +19,7 @@ from texvol.util.errors import InputError
 
 MOST_TOML_BYTES = 1 << 20  # tomllib parses them in half a second
 DEEPEST = 32  # nested lists and objects; a scene has four
+_TOO_DEEP = f"lists and tables nested deeper than {DEEPEST}"
 _LONGEST_KEY = 100
 # tomllib's time grows with the square of the number of parts of a key a.b.c, bare or quoted.
 _LONG_KEY = re.compile(
@@ -38,13 +39,7 @@ def check_name(path: str | os.PathLike[str]) -> None:
 
 
 def check_regular(path: str | os.PathLike[str]) -> int:
-    """Return the number of bytes of the regular file at `path`; links are followed.
-
-    Raises
-    ------
-    InputError
-        If there is no file, or it is a folder, a pipe, a socket or a device.
-    """
+    """Return the number of bytes of the file at `path`, links followed; InputError if it is no regular file."""
     check_name(path)
     try:
         about = os.stat(path)
@@ -88,25 +83,13 @@ def read_text(path: str | os.PathLike[str], kind: str, most_bytes: int) -> str:
 
 
 def read_toml(path: str | os.PathLike[str]) -> dict[str, Any]:
-    """Return the content of a TOML file.
-
-    Raises
-    ------
-    InputError
-        If the file can't be read or is not usable TOML; see the module.
-    """
+    """Return the content of a TOML file; InputError if it can't be read or is not usable, see the module."""
     import tomllib
 
     text = read_text(path, "TOML", MOST_TOML_BYTES).replace("\r\n", "\n")
     if _LONG_KEY.search(text):
         raise InputError(f"{path}: is TOML with a key of {_LONGEST_KEY} parts or more")
-    try:
-        content = tomllib.loads(text)
-    except RecursionError:
-        raise InputError(f"{path}: is TOML with {_too_deep()}") from None
-    except ValueError as error:  # TOMLDecodeError, and what int() says of too many digits
-        raise InputError(f"{path}: is not TOML: {_reason(error)}") from None
-    _check_content(content, f"{path}: is TOML with")
+    content: dict[str, Any] = _parsed(tomllib.loads, text, f"{path}", "TOML")
     return content
 
 
@@ -118,13 +101,17 @@ def parsed_json(text: str, name: str) -> Any:
     InputError
         If the text is not usable JSON (see the module), or an object has the same key twice.
     """
+    return _parsed(lambda text: json.loads(text, object_pairs_hook=_without_duplicates), text, name, "JSON")
+
+
+def _parsed(parse: Callable[[str], Any], text: str, name: str, kind: str) -> Any:
     try:
-        content = json.loads(text, object_pairs_hook=_without_duplicates)
+        content = parse(text)
     except RecursionError:
-        raise InputError(f"{name}: is JSON with {_too_deep()}") from None
-    except ValueError as error:
-        raise InputError(f"{name}: is not JSON: {_reason(error)}") from None
-    _check_content(content, f"{name}: is JSON with")
+        raise InputError(f"{name}: is {kind} with {_TOO_DEEP}") from None
+    except ValueError as error:  # also what int() says of too many digits
+        raise InputError(f"{name}: is not {kind}: {_reason(error)}") from None
+    _check_content(content, f"{name}: is {kind} with")
     return content
 
 
@@ -134,28 +121,21 @@ def _reason(error: ValueError) -> str:
     return f"a number has more than {sys.get_int_max_str_digits()} digits" if "int_max_str" in reason else reason
 
 
-def _too_deep() -> str:
-    return f"lists and tables nested deeper than {DEEPEST}"
-
-
 def _check_content(content: Any, fault: str) -> None:
     """Raise InputError if the content is nested too deeply, or has a number or text that nothing else can hold."""
     level, depth = [content], 0
     while level:
         depth += 1
         if depth > DEEPEST + 1:  # the innermost level holds numbers and texts
-            raise InputError(f"{fault} {_too_deep()}")
+            raise InputError(f"{fault} {_TOO_DEEP}")
         for each in level:
             if isinstance(each, int) and abs(each) > _LARGEST:
                 raise InputError(f"{fault} a number that is too large")
             for text in each if isinstance(each, dict) else (each,):
                 if isinstance(text, str) and _NO_CHARACTER.search(text):
                     raise InputError(f"{fault} a text with a NUL or half of a surrogate pair: {text[:60]!r}")
-        level = list(chain.from_iterable(_inner(each) for each in level if isinstance(each, dict | list)))
-
-
-def _inner(thing: dict[str, Any] | list[Any]) -> Iterable[Any]:
-    return thing.values() if isinstance(thing, dict) else thing
+        inner = (each.values() if isinstance(each, dict) else each for each in level if isinstance(each, dict | list))
+        level = list(chain.from_iterable(inner))
 
 
 def _without_duplicates(pairs: list[tuple[str, Any]]) -> dict[str, Any]:

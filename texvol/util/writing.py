@@ -96,13 +96,7 @@ def remove(folder: Path) -> None:
 
 
 def write_files(files: Mapping[str | os.PathLike[str], bytes]) -> None:
-    """Write all of these files, or none.
-
-    Raises
-    ------
-    InputError
-        If a file can't be written, for example because the disk is full.
-    """
+    """Write all of these files, or none and raise InputError, for example because the disk is full."""
     scratch: dict[Path, Path] = {}
     with ExitStack() as folders:
         try:

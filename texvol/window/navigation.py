@@ -170,7 +170,7 @@ def framed(view: View, volume: Volume, aspect: float) -> View:
     eye = volume.centre - 2 * volume.radius * camera.forward
     found = Camera.framing(volume, camera.projection, eye=triple(eye), up=up, fov=camera.fov, aspect=aspect)
     if camera.projection == "perspective":
-        found = found._at_distance(found._fitting_distance(volume, aspect))
+        found = found.at_distance(found.fitting_distance(volume, aspect))
     return View(found, triple(volume.centre))
 
 

@@ -25,7 +25,6 @@ from texvol.opengl.shaders import FOLDER, load_program, set_uniforms
 from texvol.opengl.surfaces.on_screen import primitives_of
 from texvol.opengl.surfaces.table import TABLE_WIDTH, rows_of, shapes_of, vertices_of
 from texvol.opengl.uniforms import NO_LIGHT, half_spaces_in_box, ray_uniforms
-from texvol.scene.appearance import surface_lighting
 from texvol.scene.lighting import Lighting
 from texvol.scene.scene import CompleteScene
 from texvol.scene.shapes import Lines
@@ -61,7 +60,7 @@ class Surfaces:
             If there are more than the driver has room for.
         """
         camera = scene.camera
-        self._lighting = surface_lighting(scene)
+        self._lighting = scene.surface_lighting
         asked = (scene.geometry, scene.volume, camera, size, slab_thickness, self._lighting is None)
         if self._shapes is None or self._shapes_for != asked:
             self._release_shapes()
@@ -239,7 +238,7 @@ class _OnDevice:
         primitives = primitives_of(geometry, scene.volume, scene.camera, size, slab_thickness)
         self.count = len(geometry)
         self.any_lines = any(isinstance(shape, Lines) for shape in geometry)
-        table = np.concatenate([shapes_of(geometry), rows_of(primitives, surface_lighting(scene) is not None)])
+        table = np.concatenate([shapes_of(geometry), rows_of(primitives, scene.surface_lighting is not None)])
         rows = -(-len(table) // TABLE_WIDTH)
         longest = int(gl.info["GL_MAX_TEXTURE_SIZE"])
         if rows > longest or len(primitives.shape) >= 1 << 24:

@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 from texvol.ray_casting.common.rays import Numbers
 from texvol.ray_casting.common.surface_lighting import reflected
 from texvol.ray_casting.surfaces.hits import hits_of_lines, hits_of_triangles
-from texvol.scene.appearance import surface_lighting
 from texvol.scene.camera import Camera
 from texvol.scene.scene import Scene
 from texvol.scene.shapes import Lines, Mesh
@@ -210,7 +209,7 @@ def _colors(hits: _Hits, scene: Scene, camera: Camera, nearest: Numbers, directi
     looks = np.array([(*shape.color, shape.opacity) for shape in scene.geometry])
     colors = looks[hits.shape]
     to_eye = -directions.reshape(-1, 3)[hits.pixel]
-    lighting = surface_lighting(scene)
+    lighting = scene.surface_lighting
     if lighting is not None:
         is_lit = np.array([isinstance(shape, Mesh) and shape.lit for shape in scene.geometry])[hits.shape]
         positions = nearest.reshape(-1, 3)[hits.pixel] - hits.s[:, np.newaxis] * to_eye

@@ -18,6 +18,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import reduce
 from itertools import product
 from typing import Literal, get_args
 
@@ -131,29 +132,13 @@ class _Field:
         for component in range(3):
             # A column is a row of the transpose. Its numbers are for x, y, z, and the derivatives along z, y, x.
             column = self._index_from_world[::-1, component]
-            terms = [(float(fraction), along) for fraction, along in zip(column, derivatives, strict=True) if fraction]
-            _sum(terms, out[..., component])
+            terms = [along * float(fraction) for fraction, along in zip(column, derivatives, strict=True) if fraction]
+            out[..., component] = reduce(np.add, terms) if terms else 0
         if self._unit != 1:
             largest = np.finfo(self.dtype).max
             with np.errstate(over="ignore"):
                 out *= self._unit
             np.clip(out, -largest, largest, out=out)
-
-
-def _sum(terms: list[tuple[float, NDArray]], out: NDArray) -> None:
-    """Write the weighted sum of numbers to `out`, always in the same order, so that sums are equal to the last bit."""
-    if not terms:
-        out[...] = 0
-        return
-    fraction, numbers = terms[0]
-    if len(terms) == 1:
-        np.multiply(numbers, fraction, out=out)
-        return
-    total = numbers * fraction
-    for fraction, numbers in terms[1:-1]:
-        total += numbers * fraction
-    fraction, numbers = terms[-1]
-    np.add(total, numbers * fraction, out=out)
 
 
 def _work_type(volume: Volume) -> np.dtype:

@@ -29,7 +29,7 @@ def zucker_hummel(block: Neighbourhood) -> list[NDArray]:
         y, x = (a for a in range(3) if a != axis)
         if known is None:
             # Beyond the border there are no lines; their weights are the same for all samples along the axis.
-            inside = [_inside(block, a)[block.reach - 1 : block.values.shape[a] - block.reach + 1] for a in (y, x)]
+            inside = [block.inside(a)[block.reach - 1 : block.values.shape[a] - block.reach + 1] for a in (y, x)]
             weights = (vector_along(y, inside[0]) & vector_along(x, inside[1])).astype(derivative.dtype)
             if not weights.all():
                 derivative *= weights
@@ -40,11 +40,6 @@ def zucker_hummel(block: Neighbourhood) -> list[NDArray]:
         np.divide(mean, total, out=mean, where=total > 0)  # where none is known the sum is 0, and stays it
         derivatives.append(mean)
     return derivatives
-
-
-def _inside(block: Neighbourhood, axis: int) -> NDArray[np.bool_]:
-    positions = block.positions(axis)
-    return (positions >= 0) & (positions < block.counts[axis])
 
 
 def _difference(block: Neighbourhood, axis: int, across: int) -> tuple[NDArray, NDArray[np.bool_] | None]:

@@ -100,8 +100,7 @@ def _missing(block: Neighbourhood) -> NDArray[np.bool_]:
     assert block.there is not None
     missing = ~block.there
     for axis in _AXES:
-        positions = block.positions(axis)
-        missing &= vector_along(axis, (positions >= 0) & (positions < block.counts[axis]))
+        missing &= vector_along(axis, block.inside(axis))
     return missing
 
 

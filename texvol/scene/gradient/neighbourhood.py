@@ -10,23 +10,14 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True)
 class Neighbourhood:
-    """A box of samples and `reach` more on each side, axes z, y, x.
+    """A box of samples and `reach` more on each side, axes z, y, x."""
 
-    Attributes
-    ----------
-    values : array
-        Finite. Beyond the border of the volume its outermost samples go on; where a sample is missing or infinite, 0.
-    there : array of bool, or None
-        Which of them are samples of the volume, and finite; None where only those beyond the border are not.
-    starts, counts : (z, y, x)
-        The first sample of the box, and how many samples the volume has.
-    reach : int
-    """
-
+    # Finite. Beyond the border of the volume its outermost samples go on; a missing or infinite sample is 0.
     values: NDArray[np.floating]
+    # True for samples of the volume that are finite; None where only those beyond the border are not.
     there: NDArray[np.bool_] | None
-    starts: tuple[int, ...]
-    counts: tuple[int, ...]
+    starts: tuple[int, ...]  # first sample of the box
+    counts: tuple[int, ...]  # samples of the volume
     reach: int
 
     @classmethod
@@ -69,6 +60,11 @@ class Neighbourhood:
         """Index in the volume of each of `values` along an axis; beyond the border it goes on."""
         start = self.starts[axis] - self.reach
         return np.arange(start, start + self.values.shape[axis])
+
+    def inside(self, axis: int) -> NDArray[np.bool_]:
+        """True for each of `values` along an axis that is a sample of the volume."""
+        positions = self.positions(axis)
+        return (positions >= 0) & (positions < self.counts[axis])
 
 
 def along(axis: int, start: int, stop: int) -> tuple[slice, ...]:

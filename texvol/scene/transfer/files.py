@@ -49,7 +49,6 @@ What the numbers stand for:
 
 from __future__ import annotations
 
-import os
 from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import Any, TypeVar
@@ -61,44 +60,18 @@ from texvol.scene.transfer.graded import Contour, Graded
 from texvol.scene.transfer.materials import Material, Points, mixture
 from texvol.scene.transfer.units import CHOICES, Units
 from texvol.scene.volume import Volume
-from texvol.util import text_files
 from texvol.util.errors import InputError
 
 Function = TypeVar("Function", bound=Points)
-_MOST_BYTES = 64 << 20  # some million points; more is no transfer function
 _CHOICES = CHOICES | {"emission": ("associated", "emissive", "premultiplied")}
 _PARTS = ("points", "materials", "contours", "boundaries", "graded")
 _KEYS = {*_PARTS, *_CHOICES, "show", "gradient", "material_names", "material_colors"}
 
 
-def load(
-    path: str | os.PathLike[str], volume: Volume | None, materials: Sequence[str] | None, make: Callable[..., Function]
-) -> Function:
-    """Read a JSON file; `make` is the class of transfer functions. See `TransferFunction.load`."""
-    return loads(text_files.read_text(path, "JSON", _MOST_BYTES), os.fspath(path), volume, materials, make)
-
-
-def loads(
-    text: str, name: str, volume: Volume | None, materials: Sequence[str] | None, make: Callable[..., Function]
-) -> Function:
-    """Read a JSON text."""
-    return from_content(text_files.parsed_json(text, name), name, volume, materials, make)
-
-
 def from_content(
-    content: Any, name: str, volume: Volume | None, materials: Sequence[str] | None, make: Callable[..., Function]
-) -> Function:
-    """Make the transfer function that a parsed JSON text describes."""
-    try:
-        return _from_content(content, name, volume, materials, make)
-    except InputError as error:
-        message = str(error)
-        raise InputError(message if message.startswith(f"{name}:") else f"{name}: {message}") from None
-
-
-def _from_content(
     content: Any, name: str, volume: Volume | None, asked: Sequence[str] | None, make: Callable[..., Function]
 ) -> Function:
+    """Make the transfer function that a parsed JSON text describes; `make` is the class of transfer functions."""
     if not isinstance(content, dict):
         raise InputError("a transfer function must be a JSON object with points")
     parsing.refuse_unknown(content, _KEYS, "a transfer function")
@@ -144,7 +117,7 @@ def _points(
     """The points in data and world units, or None where there are none."""
     if "points" not in content:
         return None
-    parsed = [_point(point, position, emission) for position, point in enumerate(parsing.objects(content, "points"))]
+    parsed = [_point(point, where, emission) for where, point in parsing.entries(content, "points")]
     values = np.array([value for value, _ in parsed])
     extinctions = np.array([looks.extinction for _, looks in parsed])
     premultiplied, emissive = emission == "premultiplied", emission == "emissive"
@@ -158,25 +131,19 @@ def _points(
     return make(placed, colors, extinctions * per_length, emissive, name, premultiplied)
 
 
-def _point(point: Any, position: int, emission: str) -> tuple[float, parsing.Weighted]:
+def _point(point: Any, where: str, emission: str) -> tuple[float, parsing.Weighted]:
     """Value, and colour or emission and extinction, of one point."""
-    where = f"point {position}"
     keys = {"associated": ("color",), "emissive": ("emission",), "premultiplied": ("emission", "color")}[emission]
     parsing.refuse_unknown(point, {"value", *keys, "extinction", "opacity"}, where, f"value, {keys[0]} and extinction")
     looks = parsing.weighted(point, where, keys)
     if emission == "premultiplied" and looks.is_emission and np.isinf(looks.extinction):
         raise InputError(f"{where}: an opaque point must have color in place of emission")
-    if "value" not in point:
-        raise InputError(f"{where} must have value")
-    return parsing.number(point["value"], f"{where}: value"), looks
+    return parsing.number(parsing.required(point, "value", where), f"{where}: value"), looks
 
 
 def _materials(content: dict[str, Any], units: Units) -> list[Material]:
-    found = [
-        parsing.material(each, position, units) for position, each in enumerate(parsing.objects(content, "materials"))
-    ]
-    names = [each.name for each in found]
-    for name, count in Counter(names).items():
+    found = [parsing.material(each, where, units) for where, each in parsing.entries(content, "materials")]
+    for name, count in Counter(each.name for each in found).items():
         if count > 1:
             raise InputError(f"material {name!r} must be defined once, got it twice")
     return found
@@ -199,16 +166,13 @@ def _by_gradient(
     """Return the parts that depend on the gradient, and the names of the materials that they refer to."""
     graded = [each.graded() for each in shown if each.gradient is not None]
     referred: set[str] = set()
-    for position, each in enumerate(parsing.objects(content, "boundaries")):
-        found, names = parsing.region_boundary(each, position, units, materials)
-        graded.append(found)
-        referred.update(names)
-    graded += [
-        parsing.graded(each, position, units) for position, each in enumerate(parsing.objects(content, "graded"))
-    ]
+    for where, each in parsing.entries(content, "boundaries"):
+        graded.append(parsing.region_boundary(each, where, units, materials))
+        referred.update(each["materials"])
+    graded += [parsing.graded(each, where, units) for where, each in parsing.entries(content, "graded")]
     contours = []
-    for position, each in enumerate(parsing.objects(content, "contours")):
-        contours.append(parsing.contour(each, position, units, materials))
+    for where, each in parsing.entries(content, "contours"):
+        contours.append(parsing.contour(each, where, units, materials))
         referred.add(each.get("material", ""))
     return graded, contours, referred
 

@@ -27,19 +27,22 @@ from numpy.typing import ArrayLike, NDArray
 
 from texvol.scene.transfer import pieces
 from texvol.scene.transfer.graded import Contour, Graded
-from texvol.scene.transfer.pieces import LARGEST_VALUE, ROUNDING
+from texvol.scene.transfer.pieces import LARGEST_VALUE, ROUNDING, Flags, Numbers
 from texvol.scene.volume import Volume
+from texvol.util import text_files
 from texvol.util.errors import InputError
 from texvol.util.kept_arrays import KeepsArrays, read_only
 
 __all__ = ["LARGEST_VALUE", "Classified", "TransferFunction"]
 
+_MOST_BYTES = 64 << 20  # of a file: some million points; more is no transfer function
+
 
 class Classified(NamedTuple):
     """Emission and extinction of some values."""
 
-    emission: NDArray[np.float64]  # q, per world unit, shape (…, 3); the visible colour where extinction is infinite
-    extinction: NDArray[np.float64]  # τ, per world unit, shape (…)
+    emission: Numbers  # q, per world unit, shape (…, 3); the visible colour where extinction is infinite
+    extinction: Numbers  # τ, per world unit, shape (…)
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,13 +78,13 @@ class TransferFunction(KeepsArrays):
         If there are no points, or points or modulation are unsorted, not finite, negative or out of range.
     """
 
-    values: NDArray[np.float64]
-    colors: NDArray[np.float64]
-    extinctions: NDArray[np.float64]
+    values: Numbers
+    colors: Numbers
+    extinctions: Numbers
     emissive: bool = False
     name: str = "transfer function"
     premultiplied: bool = False
-    modulation: NDArray[np.float64] | None = None
+    modulation: Numbers | None = None
     graded: tuple[Graded, ...] = ()
     contours: tuple[Contour, ...] = ()
     materials: tuple[str, ...] = ()
@@ -115,11 +118,7 @@ class TransferFunction(KeepsArrays):
             raise InputError(
                 f"{self.name}: values must be at most {LARGEST_VALUE:g} in size, so that their differences are finite"
             )
-        if (np.diff(self.values) < 0).any():
-            first = int(np.argmax(np.diff(self.values) < 0))
-            raise InputError(
-                f"{self.name}: values must ascend, got {self.values[first + 1]:g} after {self.values[first]:g}"
-            )
+        pieces.check_ascending(self.values, f"{self.name}: values", steps=True)
         if not (self.extinctions >= 0).all():  # NaN fails this too
             raise InputError(f"{self.name}: extinction must not be negative or NaN")
         if not np.isfinite(self.colors).all() or (self.colors < 0).any():
@@ -148,9 +147,7 @@ class TransferFunction(KeepsArrays):
             If the file cannot be read, is not such a JSON object, has unknown keys or numbers out of range, or does
             not have those materials; see `texvol.scene.transfer.files` for the format.
         """
-        from texvol.scene.transfer import files
-
-        return files.load(path, volume, materials, cls)
+        return cls.loads(text_files.read_text(path, "JSON", _MOST_BYTES), os.fspath(path), volume, materials)
 
     @classmethod
     def loads(
@@ -161,9 +158,7 @@ class TransferFunction(KeepsArrays):
         materials: Sequence[str] | None = None,
     ) -> TransferFunction:
         """Read a JSON text; see `load`."""
-        from texvol.scene.transfer import files
-
-        return files.loads(text, name, volume, materials, cls)
+        return cls.from_content(text_files.parsed_json(text, name), name, volume, materials)
 
     @classmethod
     def from_content(
@@ -172,7 +167,11 @@ class TransferFunction(KeepsArrays):
         """Return the transfer function that a parsed JSON text describes; see `load`."""
         from texvol.scene.transfer import files
 
-        return files.from_content(content, name, volume, materials, cls)
+        try:
+            return files.from_content(content, name, volume, materials, cls)
+        except InputError as error:
+            message = str(error)
+            raise InputError(message if message.startswith(f"{name}:") else f"{name}: {message}") from None
 
     @property
     def needs_gradient(self) -> bool:
@@ -207,7 +206,41 @@ class TransferFunction(KeepsArrays):
 
     def as_json(self) -> dict[str, Any]:
         """Return the content of a transfer-function file, in data and world units; reading it gives the same again."""
-        return _content_of(self)
+        columns = self.values, self.colors, self.extinctions
+        points = [_point_of(self, *point) for point in zip(*columns, strict=True)]
+        content: dict[str, Any] = {"points": points}
+        if self.glows:
+            content["emission"] = "emissive" if self.emissive else "premultiplied"
+        if self.modulation is not None:
+            content["gradient"] = self.modulation.tolist()
+        if self.graded:
+            content["graded"] = [
+                {
+                    "points": [
+                        {"value": float(value), "emission": emission.tolist(), "extinction": float(extinction)}
+                        for value, emission, extinction in zip(
+                            graded.values, graded.emissions, graded.extinctions, strict=True
+                        )
+                    ],
+                    "gradient": [float(graded.start), float(graded.full)],
+                }
+                for graded in self.graded
+            ]
+        if self.contours:
+            content["contours"] = [
+                {
+                    "value": float(contour.value),
+                    "world_thickness": float(contour.thickness),
+                    "emission": list(contour.emission),
+                    "extinction": float(contour.extinction),
+                }
+                for contour in self.contours
+            ]
+        if self.materials:
+            content["material_names"] = list(self.materials)
+        if self.material_colors:
+            content["material_colors"] = [list(color) for color in self.material_colors]
+        return content
 
     def classify(self, values: ArrayLike, magnitudes: ArrayLike | None = None) -> Classified:
         """Return emission and extinction of each value; both are 0 where the value is NaN.
@@ -258,7 +291,7 @@ class TransferFunction(KeepsArrays):
             extinction += more_extinction
         return Classified(emission, extinction)
 
-    def at(self, values: ArrayLike) -> NDArray[np.float64]:
+    def at(self, values: ArrayLike) -> Numbers:
         """Return colour (or emission) and extinction of each value, shape (…, 4); all are 0 where the value is NaN."""
         values = np.asarray(values, dtype=np.float64)
         absent = np.isnan(values)
@@ -279,9 +312,7 @@ class TransferFunction(KeepsArrays):
             numbers[absent] = 0.0
         return numbers
 
-    def shows_between(
-        self, lowest: ArrayLike, highest: ArrayLike, largest_magnitude: ArrayLike = np.inf
-    ) -> NDArray[np.bool_]:
+    def shows_between(self, lowest: ArrayLike, highest: ArrayLike, largest_magnitude: ArrayLike = np.inf) -> Flags:
         """Return True where any value from `lowest` to `highest` may show; False where either is NaN.
 
         Gradient magnitudes are from 0 to `largest_magnitude`, in data units per world unit. Near a step both ends are
@@ -298,7 +329,7 @@ class TransferFunction(KeepsArrays):
             shows = shows | further.shows_between(lowest, highest, largest_magnitude)
         return shows
 
-    def _may_modulate(self, largest_magnitude: ArrayLike) -> NDArray[np.bool_]:
+    def _may_modulate(self, largest_magnitude: ArrayLike) -> Flags:
         """Return True where any gradient magnitude from 0 to the largest has a factor above 0."""
         assert self.modulation is not None
         first = np.flatnonzero(self.modulation[:, 1] > 0)
@@ -309,12 +340,12 @@ class TransferFunction(KeepsArrays):
         return np.asarray(largest > self.modulation[first[0] - 1, 0] if first[0] else largest >= 0)
 
     @cached_property
-    def numbers(self) -> NDArray[np.float64]:
+    def numbers(self) -> Numbers:
         """Colour and extinction of each point, shape (n, 4); an infinite extinction is 0 here."""
         return np.column_stack([self.colors, np.where(np.isinf(self.extinctions), 0.0, self.extinctions)])
 
     @cached_property
-    def segment_ends(self) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.bool_]]:
+    def segment_ends(self) -> tuple[NDArray[np.intp], NDArray[np.intp], Flags]:
         """Points at the left and the right of each segment, and True where they are opaque, shape (n + 1, 2).
 
         Segment s has s points at or below it; the first and the last segment have the outer point at both ends.
@@ -325,7 +356,7 @@ class TransferFunction(KeepsArrays):
         return left, right, np.column_stack([infinite[left], infinite[right]])
 
     @cached_property
-    def _lines(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]:
+    def _lines(self) -> tuple[Numbers, Numbers, Numbers, Flags]:
         """Segments as lines: start, numbers there, numbers per unit of value, and True at opaque ends."""
         left, _, opaque = self.segment_ends
         level = np.zeros((1, 4))  # the two outer segments
@@ -333,62 +364,18 @@ class TransferFunction(KeepsArrays):
         return self.values[left], self.numbers[left], slope, opaque
 
 
-def _modulation(pairs: ArrayLike, name: str) -> NDArray[np.float64]:
+def _modulation(pairs: ArrayLike, name: str) -> Numbers:
     modulation = np.array(pairs, np.float64)
     if modulation.ndim != 2 or modulation.shape[1] != 2 or not len(modulation):
         raise InputError(f"{name}: gradient must be a list of pairs [magnitude, factor], got shape {modulation.shape}")
     if not ((modulation >= 0) & np.isfinite(modulation)).all():
         raise InputError(f"{name}: gradient magnitudes and factors must be finite and not negative")
-    fallen = np.flatnonzero(np.diff(modulation[:, 0]) <= 0)
-    if fallen.size:
-        before, after = modulation[fallen[0] : fallen[0] + 2, 0]
-        raise InputError(f"{name}: gradient magnitudes must ascend, got {after:g} after {before:g}")
+    pieces.check_ascending(modulation[:, 0], f"{name}: gradient magnitudes", steps=False)
     return modulation
 
 
-def _content_of(function: TransferFunction) -> dict[str, Any]:
-    """Return the content of a transfer-function file; an infinite extinction is written as opacity 1."""
-    columns = function.values, function.colors, function.extinctions
-    points = [_point_of(function, *point) for point in zip(*columns, strict=True)]
-    content: dict[str, Any] = {"points": points}
-    if function.glows:
-        content["emission"] = "emissive" if function.emissive else "premultiplied"
-    if function.modulation is not None:
-        content["gradient"] = function.modulation.tolist()
-    if function.graded:
-        content["graded"] = [
-            {
-                "points": [
-                    {"value": float(value), "emission": emission.tolist(), "extinction": float(extinction)}
-                    for value, emission, extinction in zip(
-                        graded.values, graded.emissions, graded.extinctions, strict=True
-                    )
-                ],
-                "gradient": [float(graded.start), float(graded.full)],
-            }
-            for graded in function.graded
-        ]
-    if function.contours:
-        content["contours"] = [
-            {
-                "value": float(contour.value),
-                "world_thickness": float(contour.thickness),
-                "emission": list(contour.emission),
-                "extinction": float(contour.extinction),
-            }
-            for contour in function.contours
-        ]
-    if function.materials:
-        content["material_names"] = list(function.materials)
-    if function.material_colors:
-        content["material_colors"] = [list(color) for color in function.material_colors]
-    return content
-
-
-def _point_of(
-    function: TransferFunction, value: float, color: NDArray[np.float64], extinction: float
-) -> dict[str, Any]:
-    opaque = bool(np.isinf(extinction))
+def _point_of(function: TransferFunction, value: float, color: Numbers, extinction: float) -> dict[str, Any]:
+    opaque = bool(np.isinf(extinction))  # which is written as opacity 1
     glows = function.emissive or (function.premultiplied and not opaque)
     point = {"value": float(value), "emission" if glows else "color": color.tolist()}
     return point | ({"opacity": 1.0} if opaque else {"extinction": float(extinction)})

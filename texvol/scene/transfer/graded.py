@@ -12,31 +12,21 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from texvol.scene.transfer import pieces
-from texvol.scene.transfer.pieces import LARGEST_VALUE, ROUNDING
+from texvol.scene.transfer.pieces import LARGEST_VALUE, ROUNDING, Flags, Numbers
 from texvol.util.errors import InputError
 from texvol.util.kept_arrays import KeepsArrays, read_only
 
-Medium = tuple[NDArray[np.float64], NDArray[np.float64]]  # emission (…, 3) and extinction (…), per world unit
+Medium = tuple[Numbers, Numbers]  # emission (…, 3) and extinction (…), per world unit
 
 
 @dataclass(frozen=True, eq=False)
 class Graded(KeepsArrays):
     """Points by value, piecewise linear, nothing before the first and after the last, times a ramp in |∇f|.
 
-    Attributes
-    ----------
-    values : array of shape (n,)
-        Data units, never descending; equal neighbours make a step, whose right side holds at the value itself.
-    emissions : array of shape (n, 3)
-        q per world unit.
-    extinctions : array of shape (n,)
-        τ per world unit, finite.
-    start, full : float
-        Gradient magnitudes, data units per world unit, at which the weight begins to rise from 0 and reaches 1; where
-        they are equal it is a step, 1 from there on.
+    Where the ends of the ramp are equal it is a step, 1 from there on.
 
     Raises
     ------
@@ -44,11 +34,12 @@ class Graded(KeepsArrays):
         If there are no points, or they are unsorted, not finite or negative, or the ramp falls.
     """
 
-    values: NDArray[np.float64]
-    emissions: NDArray[np.float64]
-    extinctions: NDArray[np.float64]
-    start: float
-    full: float
+    # Data units, shape (n,), never descending; equal neighbours make a step, whose right side holds at the value.
+    values: Numbers
+    emissions: Numbers  # q per world unit, shape (n, 3)
+    extinctions: Numbers  # τ per world unit, finite, shape (n,)
+    start: float  # gradient magnitude, data units per world unit, from which the weight rises from 0 …
+    full: float  # … and at which it reaches 1
 
     def __post_init__(self) -> None:
         for field in ("values", "emissions", "extinctions"):
@@ -62,11 +53,7 @@ class Graded(KeepsArrays):
             )
         if not (np.abs(self.values) <= LARGEST_VALUE).all():
             raise InputError(f"graded medium: values must be finite and at most {LARGEST_VALUE:g} in size")
-        if (np.diff(self.values) < 0).any():
-            first = int(np.argmax(np.diff(self.values) < 0))
-            raise InputError(
-                f"graded medium: values must ascend, got {self.values[first + 1]:g} after {self.values[first]:g}"
-            )
+        pieces.check_ascending(self.values, "graded medium: values", steps=True)
         for what, numbers in (("emission", self.emissions), ("extinction", self.extinctions)):
             if not ((numbers >= 0) & np.isfinite(numbers)).all():
                 raise InputError(f"graded medium: {what} must be finite and not negative")
@@ -76,7 +63,7 @@ class Graded(KeepsArrays):
                 f"{float(self.start):g} to {float(self.full):g}"
             )
 
-    def weights(self, values: ArrayLike, magnitudes: ArrayLike) -> NDArray[np.float64]:
+    def weights(self, values: ArrayLike, magnitudes: ArrayLike) -> Numbers:
         """The ramp at each gradient magnitude; 0 where the value is NaN or lies beyond the points."""
         values, magnitudes = _both(values, magnitudes)
         if self.full > self.start:
@@ -88,13 +75,13 @@ class Graded(KeepsArrays):
 
     def at(self, values: ArrayLike, magnitudes: ArrayLike) -> Medium:
         """Emission, shape (…, 3), and extinction, shape (…), of values and gradient magnitudes, per world unit."""
-        numbers = pieces.inside(self.values, np.column_stack([self.emissions, self.extinctions]), values)
-        numbers = numbers * self.weights(values, magnitudes)[..., np.newaxis]
+        values = np.asarray(values, np.float64)
+        known = np.where(np.isnan(values), self.values[0], values)  # the weight is 0 there
+        numbers = pieces.sides(self.values, np.column_stack([self.emissions, self.extinctions]), known)
+        numbers = np.maximum(numbers, 0.0) * self.weights(values, magnitudes)[..., np.newaxis]
         return numbers[..., :3], numbers[..., 3]
 
-    def shows_between(
-        self, lowest: NDArray[np.float64], highest: NDArray[np.float64], largest_magnitude: ArrayLike
-    ) -> NDArray[np.bool_]:
+    def shows_between(self, lowest: Numbers, highest: Numbers, largest_magnitude: ArrayLike) -> Flags:
         """True where any value from `lowest` to `highest` may show, for gradients up to `largest_magnitude`."""
         more = (self.extinctions > 0) | (self.emissions > 0).any(axis=1)
         # Beyond the outer points is nothing: a step to 0 at either end.
@@ -132,7 +119,7 @@ class Contour:
         if not 0 <= self.extinction < np.inf:
             raise InputError(f"contour: extinction must be finite and not negative, got {self.extinction:g}")
 
-    def weights(self, values: ArrayLike, magnitudes: ArrayLike) -> NDArray[np.float64]:
+    def weights(self, values: ArrayLike, magnitudes: ArrayLike) -> Numbers:
         """max(0, 1 - |f - value| / (thickness |∇f|)); where |∇f| is 0, 1 for the value itself."""
         values, magnitudes = _both(values, magnitudes)
         with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
@@ -145,9 +132,7 @@ class Contour:
         weights = self.weights(values, magnitudes)
         return weights[..., np.newaxis] * np.array(self.emission), weights * self.extinction
 
-    def shows_between(
-        self, lowest: NDArray[np.float64], highest: NDArray[np.float64], largest_magnitude: ArrayLike
-    ) -> NDArray[np.bool_]:
+    def shows_between(self, lowest: Numbers, highest: Numbers, largest_magnitude: ArrayLike) -> Flags:
         """True where any value from `lowest` to `highest` may show, for gradients up to `largest_magnitude`."""
         if self.extinction == 0 and not any(self.emission):
             return np.zeros(np.broadcast(lowest, highest, largest_magnitude).shape, np.bool_)
@@ -158,7 +143,7 @@ class Contour:
             return np.asarray(away - lost <= reach)  # NaN fails this
 
 
-def _both(values: ArrayLike, magnitudes: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _both(values: ArrayLike, magnitudes: ArrayLike) -> tuple[Numbers, Numbers]:
     """Return both as arrays, with 0 for gradient magnitudes that are NaN."""
     magnitudes = np.asarray(magnitudes, np.float64)
     return np.asarray(values, np.float64), np.where(np.isnan(magnitudes), 0.0, magnitudes)

@@ -13,9 +13,8 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from texvol.scene.transfer.pieces import LARGEST_VALUE
+from texvol.scene.transfer.pieces import LARGEST_VALUE, Numbers
 from texvol.scene.transfer.units import medium_range, typical_samples
 from texvol.scene.volume import Volume
 
@@ -52,27 +51,13 @@ _COLORS = {
 
 @dataclass(frozen=True)
 class Regions:
-    """Ranges of values that the histogram tells apart, data units.
+    """Ranges of values that the histogram tells apart, data units."""
 
-    Attributes
-    ----------
-    background : float, optional
-        A value of the background, below all boundaries; None where there is no background.
-    boundaries : sequence of float
-        Where each material begins, ascending; the last has no end.
-    softness : sequence of float
-        Half the width over which each begins.
-    top : float
-        The largest typical value.
-    fractions : sequence of float
-        How many of all samples each material has.
-    """
-
-    background: float | None
-    boundaries: tuple[float, ...]
-    softness: tuple[float, ...]
-    top: float
-    fractions: tuple[float, ...]
+    background: float | None  # a value of the background, below all boundaries; None where there is no background
+    boundaries: tuple[float, ...]  # where each material begins, ascending; the last has no end
+    softness: tuple[float, ...]  # half the width over which each begins
+    top: float  # the largest typical value
+    fractions: tuple[float, ...]  # of all samples, those of each material
 
 
 def content_for(volume: Volume) -> dict[str, Any]:
@@ -86,7 +71,7 @@ def contours_for(volume: Volume) -> dict[str, Any]:
     count = len(regions.boundaries)
     chosen = sorted({0, count // 2, count - 1})
     # The background is noise about one value, and the first contour keeps clear of it.
-    values = [start + (soft if position == 0 else 0) for position, start, soft in _numbered(regions)]
+    values = [regions.boundaries[0] + regions.softness[0], *regions.boundaries[1:]]
     depths = _CONTOUR_DEPTHS[-len(chosen) :]
     unit = _CONTOUR_THICKNESS * volume.smallest_spacing  # what a ray goes through of a contour that it meets head-on
     return {
@@ -123,11 +108,6 @@ def boundaries_for(volume: Volume) -> dict[str, Any]:
     return {"length": "box", "materials": [background, *materials], "show": [], "boundaries": boundaries}
 
 
-def _numbered(regions: Regions) -> list[tuple[int, float, float]]:
-    """Number, start and softness of each material."""
-    return [(n, *each) for n, each in enumerate(zip(regions.boundaries, regions.softness, strict=True))]
-
-
 def regions_of(volume: Volume) -> Regions:
     """Ranges of values, one to five, that the histogram of a volume separates."""
     samples = typical_samples(volume)
@@ -135,7 +115,7 @@ def regions_of(volume: Volume) -> Regions:
     samples = samples / largest
     levels = np.unique(samples)
     if levels.size <= _FEW_LEVELS:
-        found = _regions_of_levels(samples, levels)
+        found = _regions_of_levels(levels)
     else:
         low, high = (each / largest for each in medium_range(volume))
         found = _regions_between(samples, low, high)
@@ -160,8 +140,8 @@ def _materials(regions: Regions) -> list[dict[str, Any]]:
     extinctions = np.geomspace(*_EXTINCTIONS, count) if count > 1 else np.array([_ALONE])
     # What there is much of would hide what is denser.
     extinctions[:-1] = np.minimum(extinctions[:-1], _MOST_DEPTH / np.maximum(regions.fractions[:-1], 1e-9))
-    # The first begins after the background, not within it.
-    ramps = [[start if number == 0 else start - soft, start + soft] for number, start, soft in _numbered(regions)]
+    ramps = [[start - soft, start + soft] for start, soft in zip(regions.boundaries, regions.softness, strict=True)]
+    ramps[0][0] = regions.boundaries[0]  # the first begins after the background, not within it
     ends = [{"to": ramp} for ramp in ramps[1:]] + [{}]
     return [
         {"name": f"material-{number + 1}", "from": ramp, **end, "color": list(color), "extinction": float(extinction)}
@@ -171,9 +151,7 @@ def _materials(regions: Regions) -> list[dict[str, Any]]:
     ]
 
 
-def _regions_of_levels(
-    samples: NDArray[np.float64], levels: NDArray[np.float64]
-) -> tuple[float | None, NDArray[np.float64], float]:
+def _regions_of_levels(levels: Numbers) -> tuple[float | None, Numbers, float]:
     """Each level is a material, but for the lowest, which is the background; many levels are parted evenly."""
     if levels.size == 1:
         return None, levels, float(levels[0])
@@ -183,9 +161,7 @@ def _regions_of_levels(
     return float(levels[0]), starts, float(levels[-1])
 
 
-def _regions_between(
-    samples: NDArray[np.float64], low: float, high: float
-) -> tuple[float | None, NDArray[np.float64], float]:
+def _regions_between(samples: Numbers, low: float, high: float) -> tuple[float | None, Numbers, float]:
     """Materials among the samples from `low`, where the background ends, to `high`."""
     medium = samples[(samples > low) & (samples <= high)]
     below = samples[samples <= low]
@@ -205,7 +181,7 @@ def _regions_between(
     return background, np.unique(starts), high
 
 
-def _massive(medium: NDArray[np.float64], starts: NDArray[np.float64]) -> NDArray[np.float64]:
+def _massive(medium: Numbers, starts: Numbers) -> Numbers:
     """Without the starts of materials that hardly any sample has; they go to the one below."""
     while starts.size > 1:
         masses = np.histogram(medium, [*starts, np.inf])[0] / medium.size
@@ -216,7 +192,7 @@ def _massive(medium: NDArray[np.float64], starts: NDArray[np.float64]) -> NDArra
     return starts
 
 
-def _parted(samples: NDArray[np.float64]) -> float:
+def _parted(samples: Numbers) -> float:
     """Value that parts ascending samples so that the variance between the two sides is largest."""
     below = np.arange(1, samples.size)
     sums = np.cumsum(samples)
@@ -226,7 +202,7 @@ def _parted(samples: NDArray[np.float64]) -> float:
     return float(samples[best] / 2 + samples[best + 1] / 2)
 
 
-def _valleys(medium: NDArray[np.float64], low: float, high: float) -> NDArray[np.float64]:
+def _valleys(medium: Numbers, low: float, high: float) -> Numbers:
     """Values between neighbouring peaks of the histogram, and where a long tail begins."""
     edges = _edges(medium, low, high)
     counts = np.histogram(medium, edges)[0].astype(np.float64)
@@ -245,7 +221,7 @@ def _valleys(medium: NDArray[np.float64], low: float, high: float) -> NDArray[np
     return np.asarray(middles[positions])
 
 
-def _edges(medium: NDArray[np.float64], low: float, high: float) -> NDArray[np.float64]:
+def _edges(medium: Numbers, low: float, high: float) -> Numbers:
     """Edges of bins that hold the same number of levels each, where the samples are few levels of equal distance."""
     levels = np.unique(medium)
     if levels.size > 4 * _BINS:
@@ -256,14 +232,14 @@ def _edges(medium: NDArray[np.float64], low: float, high: float) -> NDArray[np.f
     return np.linspace(low, high, _BINS + 1) if not 1 <= count <= _BINS else low + width * np.arange(count + 1)
 
 
-def _smoothed(counts: NDArray[np.float64]) -> NDArray[np.float64]:
+def _smoothed(counts: Numbers) -> Numbers:
     reach = int(3 * _SMOOTHING)
     weights = np.exp(-0.5 * (np.arange(-reach, reach + 1) / _SMOOTHING) ** 2)
     padded = np.pad(counts, reach, mode="edge")
     return np.convolve(padded, weights / weights.sum(), mode="valid")
 
 
-def _peaks(height: NDArray[np.float64], smooth: NDArray[np.float64]) -> list[int]:
+def _peaks(height: Numbers, smooth: Numbers) -> list[int]:
     """Bins of the most prominent peaks, ascending, the highest of all among them."""
     rises = np.diff(np.concatenate([[-np.inf], height, [-np.inf]]))
     tops = np.flatnonzero((rises[:-1] > 0) & (rises[1:] <= 0))
@@ -274,7 +250,7 @@ def _peaks(height: NDArray[np.float64], smooth: NDArray[np.float64]) -> list[int
     return sorted(top for _, top in sorted(sure, reverse=True)[:_MOST_MATERIALS])
 
 
-def _prominence(height: NDArray[np.float64], top: int) -> float:
+def _prominence(height: Numbers, top: int) -> float:
     """Prominence of a peak: the least descent between them to a higher one; infinite for the highest peak."""
     sides = []
     for side in (height[:top][::-1], height[top + 1 :]):

@@ -15,8 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.scene.label_counts import label_counts, listed
+from texvol.scene.optics import depth_from_opacity
 from texvol.scene.transfer.function import TransferFunction
+from texvol.scene.transfer.pieces import Numbers
 from texvol.scene.volume import Volume
+from texvol.util.color import linear_from_srgb
 from texvol.util.errors import InputError
 
 Color = tuple[float, float, float]
@@ -83,14 +86,11 @@ def label_function(
         shown[labels == label] = _color(color, label)
     for label, opacity in opacities.items():
         fractions[labels == label] = _opacity(opacity, f"of label {label}")
-    with np.errstate(divide="ignore"):
-        extinctions = -np.log1p(-fractions) / volume.smallest_spacing
+    extinctions = depth_from_opacity(fractions) / volume.smallest_spacing
     return _stepped(labels, shown, extinctions, f"labels of {volume.name}")
 
 
-def _stepped(
-    labels: NDArray[np.int64], colors: NDArray[np.float64], extinctions: NDArray[np.float64], name: str
-) -> TransferFunction:
+def _stepped(labels: NDArray[np.int64], colors: Numbers, extinctions: Numbers, name: str) -> TransferFunction:
     """Steps half-way between the labels, each at a value that single precision has and tells from both.
 
     From 2^23 on it has whole numbers only: there a step lies at the upper label, to which its right side belongs.
@@ -112,7 +112,7 @@ def _stepped(
     )
 
 
-def color_list(name: str = COLOR_LIST) -> NDArray[np.float64]:
+def color_list(name: str = COLOR_LIST) -> Numbers:
     """The colours of a list, linear, shape (n, 3), in its order; of the established one those neither dark nor white.
 
     Raises
@@ -121,8 +121,6 @@ def color_list(name: str = COLOR_LIST) -> NDArray[np.float64]:
         If there is no such list, or it is a ramp.
     """
     from cmap import Colormap
-
-    from texvol.util.color import linear_from_srgb
 
     try:
         found = Colormap(name)
@@ -182,8 +180,6 @@ _PART = re.compile(
 
 
 def _from_hexadecimal(text: str) -> Color:
-    from texvol.util.color import linear_from_srgb
-
     r, g, b = linear_from_srgb(np.array(list(bytes.fromhex(text[1:]))) / 255)
     return float(r), float(g), float(b)
 
@@ -194,7 +190,7 @@ def _opacity(number: float, whose: str) -> float:
     return float(number)
 
 
-def _color(color: Color, label: int) -> NDArray[np.float64]:
+def _color(color: Color, label: int) -> Numbers:
     numbers = np.array(color, np.float64)
     if numbers.shape != (3,) or not ((numbers >= 0) & (numbers <= 1)).all():
         raise InputError(f"the colour of label {label} must be three numbers from 0 to 1, got {color!r}")

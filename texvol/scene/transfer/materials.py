@@ -17,11 +17,11 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from texvol.scene.transfer import pieces
 from texvol.scene.transfer.graded import Graded
-from texvol.scene.transfer.pieces import LARGEST_VALUE
+from texvol.scene.transfer.pieces import LARGEST_VALUE, Numbers
 from texvol.util.errors import InputError
 
 Triple = tuple[float, float, float]
@@ -34,45 +34,33 @@ _LINES_PER_PARABOLA = 32
 _AFTER = 2.0**-18
 
 
+# Part of a mixture: values, shape (n,), and rows of emission (3), extinction, opaque fraction and opaque fraction times
+# colour (3), shape (n, 8).
+_Part = tuple[Numbers, Numbers]
+
+
 @dataclass(frozen=True)
 class Material:
     """A named range of values with a colour and an extinction, data and world units.
 
-    Attributes
-    ----------
-    name : str
-    rises, falls : (float, float), optional
-        Values between which its fraction rises from 0 to 1, and falls again; equal ones make a step, whose right side
-        holds at the value itself. None: it has no end there.
-    color : (r, g, b)
-        Linear and straight, in [0, 1].
-    extinction : float
-        Per world unit, from 0 to infinity.
-    gradient : (start, full), optional
-        Gradient magnitudes between which it appears, see `Graded`; then its extinction is finite.
+    Equal values of a ramp make a step, whose right side holds at the value itself.
     """
 
     name: str
-    rises: Pair | None
-    falls: Pair | None
-    color: Triple
-    extinction: float
-    gradient: Pair | None = None
+    rises: Pair | None  # values between which its fraction rises from 0 to 1; None where it has no lower end
+    falls: Pair | None  # values between which its fraction falls again; None where it has no upper end
+    color: Triple  # linear and straight, in [0, 1]
+    extinction: float  # per world unit, from 0 to infinity; finite with a gradient
+    gradient: Pair | None = None  # gradient magnitudes between which it appears, see `Graded`
 
-    def fractions(self, values: ArrayLike) -> NDArray[np.float64]:
+    def fractions(self, values: ArrayLike) -> Numbers:
         """Its fraction of each value, from 0 to 1."""
         knots, fractions = self._corners
         return pieces.sides(knots, fractions[:, np.newaxis], np.asarray(values, np.float64))[..., 0]
 
     @property
     def typical(self) -> float:
-        """The middle of the values that it has for itself, or their end where the other is open.
-
-        Raises
-        ------
-        InputError
-            If both ends are open.
-        """
+        """The middle of the values that it has for itself, or their end where one is open; InputError if both are."""
         if self.rises and self.falls:
             return self.rises[1] / 2 + self.falls[0] / 2
         if self.rises or self.falls:
@@ -80,13 +68,13 @@ class Material:
         raise InputError(f"material {self.name!r} must have from or to, or no typical value is known")
 
     @property
-    def _corners(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def _corners(self) -> tuple[Numbers, Numbers]:
         knots = [*(self.rises or ()), *(self.falls or ())]
         fractions = [*((0.0, 1.0) if self.rises else ()), *((1.0, 0.0) if self.falls else ())]
         return np.array(knots or [0.0]), np.array(fractions or [1.0])
 
     @property
-    def emission(self) -> NDArray[np.float64]:
+    def emission(self) -> Numbers:
         """Colour times extinction, where that is finite."""
         return np.array(self.color) * self.extinction
 
@@ -104,7 +92,7 @@ class Material:
         knots, fractions = self._corners
         opaque = bool(np.isinf(self.extinction))
         row = [0, 0, 0, 0, 1, *self.color] if opaque else [*self.emission, self.extinction, 0, 0, 0, 0]
-        return _Part(knots, fractions[:, np.newaxis] * np.array(row))
+        return knots, fractions[:, np.newaxis] * np.array(row)
 
 
 def boundary(materials: Sequence[Material], magnitude: float) -> Graded:
@@ -134,23 +122,21 @@ class Points(Protocol):
     """Control points of a transfer function."""
 
     @property
-    def values(self) -> NDArray[np.float64]: ...
+    def values(self) -> Numbers: ...
     @property
-    def colors(self) -> NDArray[np.float64]: ...
+    def colors(self) -> Numbers: ...
     @property
-    def extinctions(self) -> NDArray[np.float64]: ...
+    def extinctions(self) -> Numbers: ...
     @property
     def emissive(self) -> bool: ...
     @property
     def premultiplied(self) -> bool: ...
     @property
-    def numbers(self) -> NDArray[np.float64]: ...
-    def at(self, values: ArrayLike) -> NDArray[np.float64]: ...
+    def numbers(self) -> Numbers: ...
+    def at(self, values: ArrayLike) -> Numbers: ...
 
 
-def mixture(
-    materials: Sequence[Material], points: Points | None = None
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+def mixture(materials: Sequence[Material], points: Points | None = None) -> tuple[Numbers, Numbers, Numbers]:
     """Values, emissions and extinctions of premultiplied points: what materials, and other points, add up to.
 
     Straight `points` of another colour and extinction at either end of a line are taken as 32 lines.
@@ -158,10 +144,12 @@ def mixture(
     parts = [each.part() for each in materials] + ([_part_of(points)] if points else [])
     if not parts:
         return np.zeros(1), np.zeros((1, 3)), np.zeros(1)
-    positions = np.unique(np.concatenate([part.knots for part in parts]))
-    before, after = (np.sum([part.at(positions, right) for part in parts], axis=0) for right in (False, True))
+    positions = np.unique(np.concatenate([knots for knots, _ in parts]))
+    before, after = (
+        np.sum([pieces.sides(*part, positions, right) for part in parts], axis=0) for right in (False, True)
+    )
     opaque_here = np.array([_opaque_at(position, materials, points) for position in positions])
-    found: list[tuple[float, NDArray[np.float64]]] = []
+    found: list[tuple[float, Numbers]] = []
     for number, position in enumerate(positions):
         left = _looks(before[number], after[number - 1] if number else before[number])
         right = _looks(after[number], before[number + 1] if number + 1 < len(positions) else after[number])
@@ -177,18 +165,7 @@ def mixture(
     return values, numbers[:, :3], numbers[:, 3]
 
 
-@dataclass(frozen=True)
-class _Part:
-    """Part of a mixture: rows of emission (3), extinction, opaque fraction and opaque fraction times colour (3)."""
-
-    knots: NDArray[np.float64]
-    rows: NDArray[np.float64]  # shape (n, 8)
-
-    def at(self, positions: NDArray[np.float64], right: bool) -> NDArray[np.float64]:
-        return pieces.sides(self.knots, self.rows, positions, right)
-
-
-def _looks(row: NDArray[np.float64], other_end: NDArray[np.float64]) -> NDArray[np.float64]:
+def _looks(row: Numbers, other_end: Numbers) -> Numbers:
     """Emission and extinction at one end of a line, or colour and infinity where the line is opaque."""
     if not (row[4] > 0 or other_end[4] > 0):
         return row[:4]
@@ -213,7 +190,7 @@ def _part_of(points: Points) -> _Part:
         for fraction in np.linspace(0, 1, _lines_of(points, left, right, opaque) + 1):
             knots.append(float(points.values[left] * (1 - fraction) + points.values[right] * fraction))
             rows.append(_row_between(points, left, right, float(fraction), opaque))
-    return _Part(np.array([*knots, points.values[-1]]), np.array([*rows, _row(points, len(points.values) - 1)]))
+    return np.array([*knots, points.values[-1]]), np.array([*rows, _row(points, len(points.values) - 1)])
 
 
 def _lines_of(points: Points, left: int, right: int, opaque: bool) -> int:
@@ -222,11 +199,11 @@ def _lines_of(points: Points, left: int, right: int, opaque: bool) -> int:
     return 1 if straight else _LINES_PER_PARABOLA
 
 
-def _row(points: Points, number: int) -> NDArray[np.float64]:
+def _row(points: Points, number: int) -> Numbers:
     return _row_between(points, number, number, 0.0, bool(np.isinf(points.extinctions[number])))
 
 
-def _row_between(points: Points, left: int, right: int, fraction: float, opaque: bool) -> NDArray[np.float64]:
+def _row_between(points: Points, left: int, right: int, fraction: float, opaque: bool) -> Numbers:
     color = points.colors[left] * (1 - fraction) + points.colors[right] * fraction
     numbers = points.numbers[:, 3]
     extinction = numbers[left] * (1 - fraction) + numbers[right] * fraction

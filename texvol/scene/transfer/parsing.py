@@ -15,6 +15,14 @@ from texvol.scene.transfer.materials import Material, Pair, Triple, boundary
 from texvol.scene.transfer.units import Units
 from texvol.util.errors import InputError
 
+# Lists of a file, and how a message calls an entry of each.
+_ENTRY = {
+    "points": "point",
+    "materials": "material",
+    "contours": "contour",
+    "boundaries": "boundary",
+    "graded": "graded",
+}
 _WEIGHTS = ("extinction", "opacity")
 _MOST = 1000  # materials, contours and the like: time goes with the square of their number
 
@@ -43,20 +51,21 @@ def number(thing: Any, what: str) -> float:
         raise InputError(f"{what} is too large") from None
 
 
-def objects(content: dict[str, Any], key: str) -> list[Any]:
-    """The list of objects under a key; none where there is no such key.
-
-    Raises
-    ------
-    InputError
-        If it is there and is no list of at least one object, or of too many that are mixed with each other.
-    """
+def entries(content: dict[str, Any], key: str) -> list[tuple[str, Any]]:
+    """The objects under a key, if it is there, each with its name in messages, such as "contour 0"; or InputError."""
     things = content.get(key, [])
     if not isinstance(things, list) or (key in content and not things):
         raise InputError(f"a transfer function must have a list of {key} with at least one")
     if key != "points" and len(things) > _MOST:
         raise InputError(f"a transfer function must have at most {_MOST} {key}, got {len(things)}")
-    return things
+    return [(f"{_ENTRY[key]} {position}", thing) for position, thing in enumerate(things)]
+
+
+def required(thing: dict[str, Any], key: str, where: str) -> Any:
+    """What is under a key, or InputError."""
+    if key not in thing:
+        raise InputError(f"{where} must have {key}")
+    return thing[key]
 
 
 def refuse_unknown(thing: Any, known: Iterable[str], what: str, wanted: str = "") -> None:
@@ -90,9 +99,8 @@ def weighted(thing: dict[str, Any], where: str, color_keys: Sequence[str] = ("co
     return Weighted((color[0], color[1], color[2]), given[0] == "emission", extinction)
 
 
-def material(thing: Any, position: int, units: Units) -> Material:
+def material(thing: Any, where: str, units: Units) -> Material:
     """An entry of "materials"."""
-    where = f"material {position}"
     known = ("name", "from", "to", "color", *_WEIGHTS, "gradient")
     refuse_unknown(thing, known, where, "name, from, to, color and extinction")
     name = thing.get("name")
@@ -122,73 +130,53 @@ def named(name: Any, materials: Sequence[Material]) -> Material:
     raise InputError(f"material {name!r} not found; known are {known}")
 
 
-def contour(thing: Any, position: int, units: Units, materials: Sequence[Material]) -> Contour:
+def contour(thing: Any, where: str, units: Units, materials: Sequence[Material]) -> Contour:
     """An entry of "contours"."""
-    where = f"contour {position}"
     known = ("value", "thickness", "world_thickness", "material", "color", "emission", *_WEIGHTS)
     refuse_unknown(thing, known, where, "value, thickness, color and extinction")
-    if "value" not in thing:
-        raise InputError(f"{where} must have value")
+    value = _position(required(thing, "value", where), f"{where}: value", units)
     if ("thickness" in thing) == ("world_thickness" in thing):
         raise InputError(f"{where} must have exactly one of thickness and world_thickness")
     if "material" in thing:
         if set(thing) & {"color", "emission", *_WEIGHTS}:
             raise InputError(f"{where} must have either a material, or a colour and an extinction of its own")
         source = named(thing["material"], materials)
-        extinction, emission = source.extinction, source.emission if np.isfinite(source.extinction) else np.zeros(3)
+        _check_finite(source.extinction, where)
+        emission, extinction = source.emission, source.extinction
     else:
-        looks = weighted(thing, where, ("color", "emission"))
-        if not looks.is_emission:
-            _check_straight(looks.color, where)
-        extinction, emission = looks.extinction, looks.emission * units.per_length
-        extinction *= units.per_length
-    _check_finite(extinction, where)
-    key = "thickness" if "thickness" in thing else "world_thickness"
-    thickness = number(thing[key], f"{where}: {key}")
-    if not 0 < thickness < np.inf:
-        raise InputError(f"{where}: {key} must be a finite number above 0, got {thickness:g}")
-    thickness *= units.voxel if key == "thickness" else 1.0
-    value = _position(thing["value"], f"{where}: value", units)
+        looks = _thin(thing, where)
+        emission, extinction = looks.emission * units.per_length, looks.extinction * units.per_length
+    if "thickness" in thing:
+        thickness = _positive(thing["thickness"], f"{where}: thickness") * units.known_volume.smallest_spacing
+    else:
+        thickness = _positive(thing["world_thickness"], f"{where}: world_thickness")
     return Contour(value, thickness, tuple(emission.tolist()), extinction)
 
 
-def region_boundary(thing: Any, position: int, units: Units, materials: Sequence[Material]) -> tuple[Graded, list[str]]:
-    """An entry of "boundaries", and the names of its materials."""
-    where = f"boundary {position}"
+def region_boundary(thing: Any, where: str, units: Units, materials: Sequence[Material]) -> Graded:
+    """An entry of "boundaries"."""
     refuse_unknown(thing, ("materials", "gradient"), where, "materials and gradient")
     names = thing.get("materials")
     if not isinstance(names, list) or len(names) < 2:
         raise InputError(f"{where} must have a list of at least two names of materials")
-    if "gradient" not in thing:
-        raise InputError(f"{where} must have gradient")
-    magnitude = number(thing["gradient"], f"{where}: gradient")
-    if not 0 < magnitude < np.inf:
-        raise InputError(f"{where}: gradient must be a finite number above 0, got {magnitude:g}")
+    magnitude = _positive(required(thing, "gradient", where), f"{where}: gradient")
     chosen = [named(name, materials) for name in names]
     try:
-        return boundary(chosen, magnitude * units.per_gradient), list(names)
+        return boundary(chosen, magnitude * units.per_gradient)
     except InputError as error:
         raise InputError(f"{where}: {error}") from None
 
 
-def graded(thing: Any, position: int, units: Units) -> Graded:
+def graded(thing: Any, where: str, units: Units) -> Graded:
     """An entry of "graded"."""
-    where = f"graded {position}"
     refuse_unknown(thing, ("points", "gradient"), where, "points and gradient")
-    if "gradient" not in thing:
-        raise InputError(f"{where} must have gradient")
-    start, full = _gradient(thing["gradient"], f"{where}: gradient", units)
+    start, full = _gradient(required(thing, "gradient", where), f"{where}: gradient", units)
     values, rows = [], []
-    for count, point in enumerate(objects(thing, "points")):
-        at = f"{where}, point {count}"
+    for entry, point in entries(thing, "points"):
+        at = f"{where}, {entry}"
         refuse_unknown(point, ("value", "color", "emission", *_WEIGHTS), at, "value, emission and extinction")
-        looks = weighted(point, at, ("color", "emission"))
-        if not looks.is_emission:
-            _check_straight(looks.color, at)
-        _check_finite(looks.extinction, at)
-        if "value" not in point:
-            raise InputError(f"{at} must have value")
-        values.append(_position(point["value"], f"{at}: value", units))
+        looks = _thin(point, at)
+        values.append(_position(required(point, "value", at), f"{at}: value", units))
         rows.append([*looks.emission, looks.extinction])
     if not rows:
         raise InputError(f"{where} must have a list of at least one point")
@@ -259,6 +247,22 @@ def _position(thing: Any, what: str, units: Units) -> float:
     if not np.isfinite(value):
         raise InputError(f"{what} must be finite, got {value:g}")
     return float(units.placed(value))
+
+
+def _positive(thing: Any, what: str) -> float:
+    found = number(thing, what)
+    if not 0 < found < np.inf:
+        raise InputError(f"{what} must be a finite number above 0, got {found:g}")
+    return found
+
+
+def _thin(thing: dict[str, Any], where: str) -> Weighted:
+    """The look of what depends on the gradient, which is never opaque."""
+    looks = weighted(thing, where, ("color", "emission"))
+    if not looks.is_emission:
+        _check_straight(looks.color, where)
+    _check_finite(looks.extinction, where)
+    return looks
 
 
 def _check_straight(color: Triple, where: str) -> None:

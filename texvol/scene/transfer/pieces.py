@@ -3,31 +3,34 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from texvol.util.errors import InputError
+
+Numbers = NDArray[np.float64]
+Flags = NDArray[np.bool_]
 LARGEST_VALUE = 8e307
 ROUNDING = 2.0**-20  # of a value, more than interpolation loses
 
 
-def slopes(values: NDArray[np.float64], numbers: NDArray[np.float64]) -> NDArray[np.float64]:
+def check_ascending(numbers: Numbers, what: str, *, steps: bool) -> None:
+    """Raise InputError if a number is less than the one before it, or equal to it where no `steps` are allowed."""
+    gained = np.diff(numbers)
+    fallen = np.flatnonzero(gained < 0 if steps else gained <= 0)
+    if fallen.size:
+        before, after = numbers[fallen[0] : fallen[0] + 2]
+        raise InputError(f"{what} must ascend, got {after:g} after {before:g}")
+
+
+def slopes(values: Numbers, numbers: Numbers) -> Numbers:
     """Slopes of `numbers`, shape (n, k), after each point, shape (n - 1, k); 0 on a step."""
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        gained: NDArray[np.float64] = np.diff(numbers, axis=0) / np.diff(values)[:, np.newaxis]
+        gained: Numbers = np.diff(numbers, axis=0) / np.diff(values)[:, np.newaxis]
     gained[~np.isfinite(gained)] = 0.0
     return gained
 
 
-def inside(values: NDArray[np.float64], numbers: NDArray[np.float64], positions: ArrayLike) -> NDArray[np.float64]:
-    """`numbers` at `positions`, shape (…, k); 0 before the first value, after the last, and where a position is NaN."""
-    positions = np.asarray(positions, np.float64)
-    held = (positions >= values[0]) & (positions <= values[-1])
-    found = sides(values, numbers, np.where(held, positions, values[0]))
-    return np.where(held[..., np.newaxis], np.maximum(found, 0.0), 0.0)
-
-
-def sides(
-    values: NDArray[np.float64], numbers: NDArray[np.float64], positions: NDArray[np.float64], right: bool = True
-) -> NDArray[np.float64]:
+def sides(values: Numbers, numbers: Numbers, positions: Numbers, right: bool = True) -> Numbers:
     """`numbers` just right (or left) of `positions`, shape (…, k); clamped beyond the outer points."""
     segment = np.searchsorted(values, positions, side="right" if right else "left")
     # A position on a point takes that point's numbers themselves: on its left side those of the end, with no rounding.
@@ -41,13 +44,7 @@ def sides(
     return np.where((~np.bool_(right) & (positions == values[at_end]))[..., None], numbers[at_end], on_line)
 
 
-def shows_between(
-    values: NDArray[np.float64],
-    is_more: NDArray[np.bool_],
-    opaque: NDArray[np.bool_],
-    lowest: NDArray[np.float64],
-    highest: NDArray[np.float64],
-) -> NDArray[np.bool_]:
+def shows_between(values: Numbers, is_more: Flags, opaque: Flags, lowest: Numbers, highest: Numbers) -> Flags:
     """True where any value from `lowest` to `highest` may show; False where either is NaN.
 
     `is_more` says of each point whether it is more than nothing, `opaque` whether its extinction is infinite. Both ends
@@ -63,7 +60,7 @@ def shows_between(
     first = np.searchsorted(values, below, side="left")
     last = np.searchsorted(values, above, side="right")
     before = np.concatenate([[0], np.cumsum(point_shows)])
-    shows: NDArray[np.bool_] = np.asarray(before[np.maximum(first, last)] > before[first])
+    shows: Flags = np.asarray(before[np.maximum(first, last)] > before[first])
     # Without a point between them, both ends lie on one line, which is 0 throughout or but for its end.
     left = np.searchsorted(values, lowest, side="right")
     line_shows = np.concatenate([is_more[:1], is_more[:-1] | is_more[1:], is_more[-1:]])

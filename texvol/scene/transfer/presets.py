@@ -15,68 +15,42 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from texvol.scene.air import hounsfield_by, hounsfield_range
+from texvol.scene.transfer import histogram
 from texvol.scene.transfer.function import TransferFunction
-from texvol.scene.transfer.material_presets import CT_MATERIALS, MATERIALS
+from texvol.scene.transfer.labels import label_function
 from texvol.scene.transfer.units import Units
 from texvol.scene.volume import Volume
+from texvol.util.color import linear_from_srgb
 from texvol.util.errors import InputError
 
-Point = tuple[float, tuple[float, float, float], float]  # value, linear colour, extinction per mean edge of the box
+Triple = tuple[float, float, float]
+Point = tuple[float, Triple, float]  # value, linear colour, extinction per mean edge of the box
 
-# Each CT preset twice: in Hounsfield units, and in fractions of the medium's range for rescaled or 8-bit CT.
-_CT: dict[str, tuple[list[Point], list[Point]]] = {
-    "ct-bone": (
-        [
-            (150, (0.45, 0.10, 0.04), 0),
-            (250, (0.75, 0.42, 0.22), 12),
-            (500, (0.90, 0.78, 0.58), 60),
-            (1200, (1.00, 0.97, 0.90), 200),
-        ],
-        [
-            (0.38, (0.45, 0.10, 0.04), 0),
-            (0.48, (0.75, 0.42, 0.22), 12),
-            (0.65, (0.90, 0.78, 0.58), 60),
-            (1.00, (1.00, 0.97, 0.90), 200),
-        ],
-    ),
-    "ct-soft-tissue": (
-        [
-            (-150, (0.60, 0.25, 0.10), 0),
-            (-60, (0.75, 0.42, 0.20), 2),
-            (20, (0.62, 0.16, 0.10), 8),
-            (90, (0.80, 0.30, 0.20), 12),
-            (200, (0.95, 0.80, 0.62), 40),
-            (1000, (1.00, 0.97, 0.90), 120),
-        ],
-        [
-            (0.05, (0.60, 0.25, 0.10), 0),
-            (0.20, (0.75, 0.42, 0.20), 2),
-            (0.30, (0.62, 0.16, 0.10), 8),
-            (0.42, (0.80, 0.30, 0.20), 12),
-            (0.60, (0.95, 0.80, 0.62), 40),
-            (1.00, (1.00, 0.97, 0.90), 120),
-        ],
-    ),
-    "ct-lung": (
-        [
-            (-950, (0.05, 0.10, 0.35), 0),
-            (-850, (0.15, 0.35, 0.75), 1.5),
-            (-650, (0.45, 0.70, 0.90), 4),
-            (-450, (0.90, 0.55, 0.45), 10),
-            (-300, (0.80, 0.25, 0.18), 1),
-            (100, (0.60, 0.20, 0.15), 0.6),
-            (300, (1.00, 0.95, 0.85), 25),
-        ],
-        [
-            (0.02, (0.05, 0.10, 0.35), 0),
-            (0.06, (0.15, 0.35, 0.75), 1.5),
-            (0.14, (0.45, 0.70, 0.90), 4),
-            (0.22, (0.90, 0.55, 0.45), 10),
-            (0.28, (0.80, 0.25, 0.18), 1),
-            (0.45, (0.60, 0.20, 0.15), 0.6),
-            (0.70, (1.00, 0.95, 0.85), 25),
-        ],
-    ),
+# Points in Hounsfield units, and in fractions of the medium's range for rescaled or 8-bit CT.
+_CT: dict[str, list[tuple[float, float, Triple, float]]] = {
+    "ct-bone": [
+        (150, 0.38, (0.45, 0.10, 0.04), 0),
+        (250, 0.48, (0.75, 0.42, 0.22), 12),
+        (500, 0.65, (0.90, 0.78, 0.58), 60),
+        (1200, 1.00, (1.00, 0.97, 0.90), 200),
+    ],
+    "ct-soft-tissue": [
+        (-150, 0.05, (0.60, 0.25, 0.10), 0),
+        (-60, 0.20, (0.75, 0.42, 0.20), 2),
+        (20, 0.30, (0.62, 0.16, 0.10), 8),
+        (90, 0.42, (0.80, 0.30, 0.20), 12),
+        (200, 0.60, (0.95, 0.80, 0.62), 40),
+        (1000, 1.00, (1.00, 0.97, 0.90), 120),
+    ],
+    "ct-lung": [
+        (-950, 0.02, (0.05, 0.10, 0.35), 0),
+        (-850, 0.06, (0.15, 0.35, 0.75), 1.5),
+        (-650, 0.14, (0.45, 0.70, 0.90), 4),
+        (-450, 0.22, (0.90, 0.55, 0.45), 10),
+        (-300, 0.28, (0.80, 0.25, 0.18), 1),
+        (100, 0.45, (0.60, 0.20, 0.15), 0.6),
+        (300, 0.70, (1.00, 0.95, 0.85), 25),
+    ],
 }
 
 _FRACTIONS: dict[str, list[Point]] = {
@@ -99,6 +73,42 @@ _FRACTIONS: dict[str, list[Point]] = {
 # Perceptually even ramps, by the names that the library of colour maps knows them by.
 _RAMPS = ("viridis", "inferno", "magma", "cividis")
 
+_Ramp = tuple[float, float] | None  # values between which a material rises, and the one before it falls
+# Named materials, with the ramp in Hounsfield units and in fractions of the medium's range.
+_CT_MATERIALS: dict[str, list[tuple[str, _Ramp, _Ramp, Triple, float]]] = {
+    # The materials of the source's table 5-1.
+    "table-5-1": [
+        ("air", None, None, (0, 0, 0), 0),
+        ("fat", (-150, -120), (0.05, 0.12), (0.90, 0.70, 0.10), 3),
+        ("soft tissue", (-40, 0), (0.24, 0.30), (0.75, 0.12, 0.10), 6),
+        ("bone", (100, 250), (0.44, 0.60), (1, 1, 1), 80),
+    ],
+    # Skin is where a sample is part air, part what it covers; fat and muscle leave a view of the bone.
+    "ct-materials": [
+        ("air", None, None, (0, 0, 0), 0),
+        ("skin", (-650, -400), (0.00, 0.05), (0.70, 0.36, 0.22), 2),
+        ("fat", (-200, -140), (0.10, 0.14), (0.85, 0.62, 0.22), 1),
+        ("muscle", (-50, -10), (0.22, 0.27), (0.60, 0.08, 0.06), 3),
+        ("bone", (110, 190), (0.42, 0.52), (0.92, 0.80, 0.60), 60),
+        ("dense bone", (600, 1100), (0.72, 0.85), (1.00, 0.98, 0.92), 200),
+    ],
+}
+_MATERIALS: dict[str, list[tuple[str, _Ramp, Triple, float]]] = {
+    # T1-weighted, where fluid is dark and white matter bright.
+    "mr-materials": [
+        ("fluid", (0.04, 0.12), (0.10, 0.24, 0.50), 2),
+        ("grey matter", (0.32, 0.44), (0.62, 0.30, 0.24), 14),
+        ("white matter", (0.66, 0.74), (0.92, 0.84, 0.70), 50),
+        ("bright", (0.92, 1.00), (1.00, 0.80, 0.30), 60),
+    ],
+}
+
+_OF_THE_HISTOGRAM = {
+    "histogram": histogram.content_for,
+    "contours": histogram.contours_for,
+    "boundaries": histogram.boundaries_for,
+}
+
 _PROPOSAL: list[Point] = [
     (0.00, (0.25, 0.04, 0.02), 0),
     (0.30, (0.60, 0.16, 0.06), 3),
@@ -113,9 +123,8 @@ _AS_IT_IS: list[Point] = [(0.0, (1.0, 1.0, 1.0), 0), (1.0, (1.0, 1.0, 1.0), 50)]
 _HUES = ((0.1, 0.65, 1.0), (0.2, 1.0, 0.25), (1.0, 0.2, 0.9), (1.0, 0.9, 0.1))
 
 _PROPOSED: WeakKeyDictionary[Volume, TransferFunction] = WeakKeyDictionary()
-_OF_THE_HISTOGRAM = ("histogram", "contours", "boundaries")
 
-PRESETS: tuple[str, ...] = (*_CT, *_FRACTIONS, *_RAMPS, *CT_MATERIALS, *MATERIALS, *_OF_THE_HISTOGRAM)
+PRESETS: tuple[str, ...] = (*_CT, *_FRACTIONS, *_RAMPS, *_CT_MATERIALS, *_MATERIALS, *_OF_THE_HISTOGRAM)
 
 
 def preset(name: str, volume: Volume, materials: Sequence[str] | None = None) -> TransferFunction:
@@ -132,46 +141,51 @@ def preset(name: str, volume: Volume, materials: Sequence[str] | None = None) ->
         If there is no such preset; the message lists them. If it has no such materials; the message lists those.
         If the volume is of labels, which no preset is for.
     """
-    _check_measured(name, volume)
-    content = _content_of(name, volume)
-    if content is not None:
-        return TransferFunction.from_content(content, name, volume, materials)
-    if materials is not None:
-        asked = ", ".join(map(repr, materials))
-        raise InputError(f"materials {asked} not found: the preset {name} has none")
-    if name in _CT:
-        hounsfield, fractions = _CT[name]
-        if _is_hounsfield(volume):
-            return _from_points(hounsfield, volume, "data", name)
-        return _from_points(fractions, volume, "matter", name)
-    return _from_points(_FRACTIONS[name] if name in _FRACTIONS else _ramp(name), volume, "matter", name)
-
-
-def _check_measured(name: str, volume: Volume) -> None:
-    if volume.labels and name in PRESETS:
+    if name not in PRESETS:
+        raise InputError(f"preset {name!r} not found; known are {', '.join(PRESETS)}")
+    if volume.labels:
         raise InputError(
             f"{volume.name}: the preset {name} needs measured values, got labels; "
             "without a transfer function each label has a colour"
         )
+    content = _content_of(name, volume)
+    if content is not None:
+        return TransferFunction.from_content(content, name, volume, materials)
+    if materials is not None:
+        raise InputError(f"materials {', '.join(map(repr, materials))} not found: the preset {name} has none")
+    if name not in _CT:
+        return _from_points(_FRACTIONS[name] if name in _FRACTIONS else _ramp(name), volume, "matter", name)
+    in_hounsfield = _is_hounsfield(volume)
+    points: list[Point] = [
+        (value if in_hounsfield else fraction, color, extinction) for value, fraction, color, extinction in _CT[name]
+    ]
+    return _from_points(points, volume, "data" if in_hounsfield else "matter", name)
 
 
 def _content_of(name: str, volume: Volume) -> dict[str, Any] | None:
     """A preset as a file would have it, or None if it is made of points alone."""
-    if name not in PRESETS:
-        raise InputError(f"preset {name!r} not found; known are {', '.join(PRESETS)}")
     if name in _OF_THE_HISTOGRAM:
-        from texvol.scene.transfer import histogram
+        return _OF_THE_HISTOGRAM[name](volume)
+    if name in _MATERIALS:
+        return _content_of_materials(_MATERIALS[name], "matter")
+    if name not in _CT_MATERIALS:
+        return None
+    in_hounsfield = _is_hounsfield(volume)
+    rows = [
+        (each, ramp if in_hounsfield else fractions, color, extinction)
+        for each, ramp, fractions, color, extinction in _CT_MATERIALS[name]
+    ]
+    return _content_of_materials(rows, "data" if in_hounsfield else "matter")
 
-        chosen = {
-            "histogram": histogram.content_for,
-            "contours": histogram.contours_for,
-            "boundaries": histogram.boundaries_for,
-        }
-        return chosen[name](volume)
-    if name in CT_MATERIALS:
-        hounsfield, fractions = CT_MATERIALS[name]
-        return {"values": "data"} | hounsfield if _is_hounsfield(volume) else {"values": "matter"} | fractions
-    return MATERIALS.get(name)
+
+def _content_of_materials(rows: Sequence[tuple[str, _Ramp, Triple, float]], values: str) -> dict[str, Any]:
+    """Materials as a file has them; each falls where the next one rises."""
+    falls = [*(ramp for _, ramp, _, _ in rows[1:]), None]
+    materials = []
+    for (name, rise, color, extinction), fall in zip(rows, falls, strict=True):
+        ends = {key: list(ramp) for key, ramp in (("from", rise), ("to", fall)) if ramp is not None}
+        materials.append({"name": name, **ends, "color": list(color), "extinction": extinction})
+    return {"values": values, "length": "box", "materials": materials}
 
 
 def proposed_for(volume: Volume) -> TransferFunction:
@@ -180,20 +194,14 @@ def proposed_for(volume: Volume) -> TransferFunction:
     Labels get a colour each, see `label_function`. Samples with colours of their own keep them, and are the denser the
     brighter they are. Of other volumes the values above the background show, denser where they are larger.
     """
-    found = _PROPOSED.get(volume)
-    if found is None:
-        found = _PROPOSED[volume] = _proposed(volume)
-    return found
-
-
-def _proposed(volume: Volume) -> TransferFunction:
-    if volume.labels:
-        from texvol.scene.transfer.labels import label_function
-
-        return label_function(volume)
-    if volume.colors is not None:
-        return _from_points(_AS_IT_IS, volume, "data", "proposed")
-    return _from_points(_PROPOSAL, volume, "matter", "proposed")
+    if volume not in _PROPOSED:
+        if volume.labels:
+            _PROPOSED[volume] = label_function(volume)
+        elif volume.colors is not None:
+            _PROPOSED[volume] = _from_points(_AS_IT_IS, volume, "data", "proposed")
+        else:
+            _PROPOSED[volume] = _from_points(_PROPOSAL, volume, "matter", "proposed")
+    return _PROPOSED[volume]
 
 
 def proposed_beside(volume: Volume, number: int) -> TransferFunction:
@@ -210,10 +218,7 @@ def proposed_beside(volume: Volume, number: int) -> TransferFunction:
 
 
 def _is_hounsfield(volume: Volume) -> bool:
-    """True if the file says that the values are Hounsfield units, or their range is one of such.
-
-    Who asks for a preset of CT says by that that it is one.
-    """
+    """True if the file says that the values are Hounsfield units, or their range is one, as a preset of CT suggests."""
     return hounsfield_by(volume) == "file" or hounsfield_range(volume)
 
 
@@ -228,8 +233,6 @@ def _from_points(points: list[Point], volume: Volume, values: str, name: str) ->
 def _ramp(name: str) -> list[Point]:
     """A perceptual colour map, 17 points, with an extinction that grows with the square of the fraction."""
     from cmap import Colormap
-
-    from texvol.util.color import linear_from_srgb
 
     fractions = np.linspace(0, 1, 17)
     colors = linear_from_srgb(np.asarray(Colormap(name)(fractions))[:, :3])

@@ -22,17 +22,9 @@ _STATISTICS_SAMPLES = 1 << 16  # samples that percentiles are taken from; their 
 
 @dataclass(frozen=True)
 class Units:
-    """Conversion of the numbers of a file to data and world units.
+    """Conversion of the numbers of a file to data and world units; see `texvol.scene.transfer.files`."""
 
-    Parameters
-    ----------
-    volume : Volume, optional
-        What they are relative to, wanted as soon as one is.
-    values, length, gradients : str
-        See `texvol.scene.transfer.files`.
-    """
-
-    volume: Volume | None
+    volume: Volume | None  # what they are relative to, needed as soon as one is
     values: str = "data"
     length: str = "world"
     gradients: str = "data"
@@ -47,33 +39,31 @@ class Units:
         if self.values == "percentile":
             if not ((values >= 0) & (values <= 100)).all():
                 raise InputError("percentiles must be from 0 to 100")
-            return percentile_of_sorted(typical_samples(self._wanted), values)
-        low, high = self._wanted.finite_range or (0.0, 1.0)
+            return percentile_of_sorted(typical_samples(self.known_volume), values)
+        low, high = self.known_volume.finite_range or (0.0, 1.0)
         if self.values == "matter":
-            low, high = medium_range(self._wanted)
+            low, high = medium_range(self.known_volume)
         return np.clip(low * (1 - values) + high * values, -LARGEST_VALUE, LARGEST_VALUE)
 
     @property
     def per_length(self) -> float:
         """Factor of extinctions and emissions."""
-        return 1.0 if self.length == "world" else 1.0 / float(np.linalg.norm(self._wanted.box_edges, axis=0).mean())
+        return (
+            1.0 if self.length == "world" else 1.0 / float(np.linalg.norm(self.known_volume.box_edges, axis=0).mean())
+        )
 
     @property
     def per_gradient(self) -> float:
         """Factor of gradient magnitudes; positive."""
         if self.gradients == "data":
             return 1.0
-        low, high = self._wanted.finite_range or (0.0, 0.0)
-        spacing = self._wanted.smallest_spacing
+        low, high = self.known_volume.finite_range or (0.0, 0.0)
+        spacing = self.known_volume.smallest_spacing
         return max(high / spacing - low / spacing, 1e-300)
 
     @property
-    def voxel(self) -> float:
-        """The smallest spacing, world units."""
-        return self._wanted.smallest_spacing
-
-    @property
-    def _wanted(self) -> Volume:
+    def known_volume(self) -> Volume:
+        """The volume, or InputError."""
         if self.volume is None:
             raise InputError("a volume must be given, load(path, volume), since the units depend on it")
         return self.volume
