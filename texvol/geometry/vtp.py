@@ -12,9 +12,8 @@ from xml.etree import ElementTree
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from texvol.formats.readers.samples import FileFault, check_size
-from texvol.formats.readers.vti_arrays import Appended, read_array
-from texvol.formats.readers.vtk_xml import _document, _type
+from texvol.formats.readers.samples import FileFault
+from texvol.formats.readers.vtk_xml import Document, document_of
 from texvol.scene.shapes import Mesh
 
 _MOST = 2**40  # of points or polygons of a piece
@@ -22,11 +21,8 @@ _MOST = 2**40  # of points or polygons of a piece
 
 def read(path: str) -> dict[str, NDArray]:
     """Return vertices, faces and, if all pieces have them, normals."""
-    root, appended = _document(path)
-    data = root.find("PolyData")
-    if root.tag != "VTKFile" or root.get("type") != "PolyData" or data is None:
-        raise FileFault(f"must be VTK XML of type PolyData, got {root.get('type')}")
-    pieces = [_Piece(piece, root, appended) for piece in data.findall("Piece")]
+    document = document_of(path, "PolyData")
+    pieces = [_Piece(piece, document) for piece in document.data.findall("Piece")]
     parts: list[dict[str, NDArray]] = []
     first = 0
     for piece in pieces:
@@ -43,22 +39,22 @@ def read(path: str) -> dict[str, NDArray]:
 
 
 class _Piece:
-    def __init__(self, piece: ElementTree.Element, root: ElementTree.Element, appended: Appended | None) -> None:
-        self._piece, self._root, self._appended = piece, root, appended
+    def __init__(self, piece: ElementTree.Element, document: Document) -> None:
+        self._piece, self._document = piece, document
         self._points = self._count("NumberOfPoints")
 
     def points(self) -> NDArray:
         array = self._piece.find("Points/DataArray")
         if array is None:
             raise FileFault("has a piece without points")
-        return self._numbers(array, [self._points, 3])
+        return self._vectors(array)
 
     def normals(self) -> NDArray | None:
         """Return normals of the points, or None."""
         data = self._piece.find("PointData")
         named = {array.get("Name"): array for array in (data.findall("DataArray") if data is not None else ())}
         array = named.get(data.get("Normals") if data is not None else None)
-        return None if array is None else self._numbers(array, [self._points, 3])
+        return None if array is None else self._vectors(array)
 
     def faces(self) -> NDArray[np.int64]:
         """Return triangles of polygons, as fans, and of strips."""
@@ -76,11 +72,11 @@ class _Piece:
         arrays = {array.get("Name"): array for array in self._piece.findall(f"{name}/DataArray")}
         if not {"connectivity", "offsets"} <= set(arrays):
             raise FileFault(f"its {name} lack connectivity or offsets")
-        ends = self._numbers(arrays["offsets"], [count]).astype(np.int64)
+        ends = self._document.array(arrays["offsets"], [count]).astype(np.int64)
         sizes = np.diff(ends, prepend=0)
         if not (sizes >= 0).all() or ends[-1] > _MOST:
             raise FileFault(f"the offsets of its {name} must increase")
-        corners = self._numbers(arrays["connectivity"], [int(ends[-1])]).astype(np.int64)
+        corners = self._document.array(arrays["connectivity"], [int(ends[-1])]).astype(np.int64)
         # Triangle t of a polygon of k corners, of k - 2.
         of_each = np.maximum(sizes - 2, 0)
         start = np.repeat(ends - sizes, of_each)
@@ -98,12 +94,8 @@ class _Piece:
             raise FileFault(f"its {name} must be 0 to {_MOST}, got {count}")
         return count
 
-    def _numbers(self, array: ElementTree.Element, sizes: list[int]) -> NDArray:
-        dtype, components = _type(array, self._root)
-        check_size(sizes, dtype.itemsize)
-        if len(sizes) > 1 and components != sizes[1]:
-            raise FileFault(f"its array {array.get('Name')!r} must have 3 components, got {components}")
-        return read_array(array, self._root, self._appended, dtype, sizes)
+    def _vectors(self, array: ElementTree.Element) -> NDArray:
+        return self._document.array(array, [self._points, 3], f"array {array.get('Name')!r}")
 
 
 def encoded(mesh: Mesh) -> bytes:

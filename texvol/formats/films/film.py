@@ -14,8 +14,7 @@ import re
 import sys
 from collections.abc import Mapping
 from pathlib import Path
-from types import TracebackType
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -158,9 +157,7 @@ class Writer:
     def __enter__(self) -> Writer:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
 
@@ -171,7 +168,11 @@ class _Process:
         import multiprocessing.connection
         import subprocess
 
-        memory = _shared_memory(job["path"], job["size"])
+        width, height = job["size"]
+        try:
+            memory = writing.memory_file(_SLOTS * width * height * 16)
+        except OSError as error:
+            raise InputError(f"{job['path']}: cannot be written: {writing.reason_of(error)}") from None
         try:
             self._slots = _pictures(memory, job["size"])
             self._connection, theirs = multiprocessing.connection.Pipe()
@@ -232,27 +233,12 @@ class _Process:
         try:
             answer = self._connection.recv()
         except (EOFError, ConnectionError):
-            raise self._gone() from None
+            status = self._process.wait()
+            raise InputError(f"the process that writes pictures ended unexpectedly (status {status})") from None
         if answer is not None:
             kind, text = answer
             raise (MemoryError if kind == "MemoryError" else InputError)(text)
         self._acknowledged += 1
-
-    def _gone(self) -> InputError:
-        return InputError(f"the process that writes pictures ended unexpectedly (status {self._process.wait()})")
-
-
-class _Sink(Protocol):
-    """Output of a process."""
-
-    def add(self, number: int, picture: NDArray[np.float32], attributes: dict[str, str]) -> None:
-        """Write a picture."""
-
-    def finish(self) -> None:
-        """Flush frames and close the file."""
-
-    def drop(self) -> None:
-        """Remove what is half written."""
 
 
 class _Pictures:
@@ -262,15 +248,15 @@ class _Pictures:
         self._job = job
 
     def add(self, number: int, picture: NDArray[np.float32], attributes: dict[str, str]) -> None:
+        """Write a picture."""
         path = numbered(self._job["path"], number)
         transparent = self._job["transparent"]
         writing.write_files({path: image.encoded(path, picture, attributes, transparent=transparent, quick=True)})
 
     def finish(self) -> None:
-        pass
+        """Do nothing: each picture is complete."""
 
-    def drop(self) -> None:
-        pass
+    drop = finish
 
 
 class _Film:
@@ -296,6 +282,7 @@ class _Film:
         )
 
     def add(self, number: int, picture: NDArray[np.float32], attributes: dict[str, str]) -> None:
+        """Add a picture."""
         assert self._process.stdin is not None
         try:
             self._process.stdin.write(image.eight_bits(picture).tobytes())
@@ -303,6 +290,7 @@ class _Film:
             raise self._failed() from None
 
     def finish(self) -> None:
+        """Flush frames, and rename the film."""
         assert self._process.stdin is not None
         try:
             self._process.stdin.close()
@@ -317,6 +305,7 @@ class _Film:
         writing.remove(self._folder)
 
     def drop(self) -> None:
+        """Remove what is half written."""
         self._process.kill()
         self._process.wait()
         writing.remove(self._folder)
@@ -338,7 +327,7 @@ def serve(connection_descriptor: int, memory_descriptor: int) -> None:
     try:
         job = connection.recv()
         pictures = _pictures(memory_descriptor, job["size"])
-        sink: _Sink | None = None
+        sink: _Film | _Pictures | None = None
         try:
             sink = _Film(job) if is_film(job["path"]) else _Pictures(job)
             with np.errstate(all="ignore"):  # numbers out of range are visible in the picture
@@ -357,14 +346,6 @@ def serve(connection_descriptor: int, memory_descriptor: int) -> None:
     except Exception as error:
         with contextlib.suppress(OSError):
             connection.send((type(error).__name__, str(error) or type(error).__name__))
-
-
-def _shared_memory(path: str, size: tuple[int, int]) -> int:
-    """Return the descriptor of shared memory for the pictures of one process."""
-    try:
-        return writing.memory_file(_SLOTS * size[0] * size[1] * 16)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written: {writing.reason_of(error)}") from None
 
 
 def _pictures(memory: int, size: tuple[int, int]) -> NDArray[np.float32]:

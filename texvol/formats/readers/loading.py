@@ -3,25 +3,33 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 from importlib import import_module
 from typing import Any
 
-from texvol.formats.readers.detection import format_of
+from texvol.formats.readers.detection import RESAMPLED, format_of
 from texvol.formats.readers.faults import named_faults
-from texvol.formats.readers.missing import without_chosen
+from texvol.formats.readers.missing import marks_of, without_chosen
 from texvol.formats.readers.samples import Choice, FileFault, Samples
 from texvol.scene.volume import Volume
 
 # Arguments of `texvol.formats.readers.load` that a volume's source keeps.
-ARGUMENTS = (
-    *("shape", "dtype", "series", "channel", "time", "variable", "resolution", "spacing", "labels", "color"),
-    "missing",
-)
+ARGUMENTS = tuple(name for name in Choice._fields if name not in ("counting", "kept"))
 
 _WITHOUT_LIBRARY = ("NPY", "raw")  # need no library that could print
-_RESAMPLED = ("netCDF", "VTR", "VTS")  # mark missing samples themselves, before they interpolate
+
+
+def checked(name: str, choice: Choice) -> Choice:
+    """Return the arguments for the file `name` as readers take them, or raise InputError."""
+    with named_faults(name, "a volume", "formats"):
+        return choice._replace(
+            shape=None if choice.shape is None else tuple(choice.shape),
+            series=None if choice.series is None else str(choice.series),
+            resolution=None if choice.resolution is None else tuple(choice.resolution),
+            labels=bool(choice.labels),
+            missing=marks_of(choice.missing),
+        )
 
 
 def read(name: str, choice: Choice) -> Samples:
@@ -51,18 +59,18 @@ def _check(choice: Choice) -> None:
         raise FileFault("--missing is not for labels: --label-look LABEL=0 hides a label")
 
 
-def volume_of(name: str, samples: Samples, choice: Choice, spacing: Sequence[float] | None) -> Volume:
-    """Return the volume of the samples of the file `name`; `spacing` overrides the file's."""
+def volume_of(name: str, samples: Samples, choice: Choice) -> Volume:
+    """Return the volume of the samples of the file `name`; a chosen spacing overrides the file's."""
     return Volume(
         samples.values,
-        samples.spacing if spacing is None else spacing,
+        samples.spacing if choice.spacing is None else choice.spacing,
         samples.origin,
         samples.direction,
         unit=samples.unit,
         value_unit=samples.value_unit,
         space=samples.space,
         name=name,
-        source=_source(name, choice, spacing),
+        source=_source(name, choice),
         resampling=samples.resampling,
         notes=samples.notes,
         labels=choice.labels,
@@ -70,14 +78,14 @@ def volume_of(name: str, samples: Samples, choice: Choice, spacing: Sequence[flo
     )
 
 
-def _source(path: str, choice: Choice, spacing: Sequence[float] | None) -> dict[str, Any]:
+def _source(path: str, choice: Choice) -> dict[str, Any]:
     """Return the arguments with which the volume is read again."""
-    told = {key: getattr(choice, key) for key in ARGUMENTS if key != "spacing"}
+    told = {name: getattr(choice, name) for name in ARGUMENTS}
     told["labels"] = choice.labels or None
     told["missing"] = list(choice.missing) or None
-    told["spacing"] = None if spacing is None else [float(number) for number in spacing]
+    told["spacing"] = None if choice.spacing is None else [float(number) for number in choice.spacing]
     position = {"path": path, "absolute": os.path.abspath(path)}
-    return position | {name: told[name] for name in ARGUMENTS if told[name] is not None}
+    return position | {name: thing for name, thing in told.items() if thing is not None}
 
 
 def _read(kind: str, path: str, choice: Choice) -> Samples:
@@ -89,7 +97,7 @@ def _read(kind: str, path: str, choice: Choice) -> Samples:
             return samples
         if samples.colors is not None:
             raise FileFault("--missing is for numbers, got colours: --channel N reads one component as numbers")
-        if kind in _RESAMPLED:
+        if kind in RESAMPLED:  # they mark missing samples themselves, before they interpolate
             return samples
         values, notes = without_chosen(samples.values, choice)
         return samples._replace(values=values, notes=(*samples.notes, *notes))

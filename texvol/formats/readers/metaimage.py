@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.formats.readers.colors import colored, component_axis, is_colored, with_color
-from texvol.formats.readers.samples import Choice, FileFault, Samples, by, check_size, grid_from_columns, once, pick
-from texvol.formats.readers.stored import data_file, numbered_names, read_picked, read_stored
+from texvol.formats.readers.samples import Choice, FileFault, Samples, by, grid_from_columns, pick, unnamed_axes
+from texvol.formats.readers.stored import data_files, read_files, read_picked
 
 _LONGEST_HEADER = 2**20
 
@@ -44,7 +44,7 @@ def read(path: str, choice: Choice) -> Samples:
     if len(sizes) != count:
         raise FileFault(f"its header has {len(sizes)} sizes ({by(sizes)}) but NDims {count}")
     channels = int(fields.get("ElementNumberOfChannels", 1))
-    axes = ("?" * (count - 3) + "ZYX")[-count:]
+    axes = unnamed_axes(count)
     if channels != 1:
         sizes, axes = [channels, *sizes], axes + "C"
     said = _COLOR_OF_BYTES if _dtype(fields) == np.uint8 else ""
@@ -55,8 +55,8 @@ def read(path: str, choice: Choice) -> Samples:
     return Samples(**grid, **colored(values, axes, index, said)) if is_colored(axes) else Samples(values, **grid)
 
 
-def _header(path: str) -> tuple[Mapping[str, str], int, list[str]]:
-    """Return the header's fields, the offset of its end, and the data files that it lists."""
+def _header(path: str) -> tuple[Mapping[str, str], int, list[str] | None]:
+    """Return the header's fields, the offset of its end, and the data files if it lists them."""
     fields: dict[str, str] = {}
     with open(path, "rb") as file:
         while "ElementDataFile" not in fields:
@@ -70,9 +70,10 @@ def _header(path: str) -> tuple[Mapping[str, str], int, list[str]]:
                 raise FileFault(f"its header has a line that is not Key = value: {key.strip()[:80]!r}")
             fields[key.strip()] = value.strip()
         offset = file.tell()
-        is_list = fields["ElementDataFile"].split()[:1] == ["LIST"]
-        listed = file.read(_LONGEST_HEADER).decode("latin-1").split("\n") if is_list else []
-    return fields, offset, [line.strip() for line in listed if line.strip()]
+        if fields["ElementDataFile"].split()[:1] != ["LIST"]:
+            return fields, offset, None
+        listed = file.read(_LONGEST_HEADER).decode("latin-1").split("\n")
+        return fields, offset, [line.strip() for line in listed if line.strip()]
 
 
 def _samples(
@@ -82,7 +83,7 @@ def _samples(
     index: Sequence[int | slice],
     choice: Choice,
     offset: int,
-    listed: Sequence[str],
+    listed: Sequence[str] | None,
 ) -> NDArray:
     """Return the samples at `index`, slowest axis first."""
     dtype = _dtype(fields)
@@ -95,33 +96,10 @@ def _samples(
     where = fields["ElementDataFile"]
     if where.upper() == "LOCAL":
         return read_picked(path, dtype, sizes, index, choice, encoding=encoding, offset=offset, what="it")
-    paths = [(name, data_file(path, name)) for name in _data_names(where, listed)]
-    if len(paths) == 1:
-        name, file = paths[0]
-        how: dict[str, Any] = {"encoding": encoding, "skip": skip, "what": f"its data file {name}"}
-        return read_picked(file, dtype, sizes, index, choice, **how)
-    if len(paths) != sizes[0]:
-        raise FileFault(f"names {len(paths)} data files, but DimSize ({by(sizes[::-1])}) has {sizes[0]} slices")
-
-    def of_all_files() -> NDArray:
-        check_size(sizes, dtype.itemsize)
-        values = np.empty(tuple(sizes), dtype)
-        for (name, file), slot in zip(paths, values, strict=True):
-            what = f"its data file {name}"
-            slot[...] = read_stored(file, dtype, slot.shape, encoding=encoding, skip=skip, what=what)
-        return values
-
-    return once(choice, "data files", of_all_files)[tuple(index)]
-
-
-def _data_names(where: str, listed: Sequence[str]) -> list[str]:
-    """Return the names of the data files: one, those after `LIST`, or those of `pattern first last step`."""
-    words = where.split()
-    if words and words[0] == "LIST":
-        return list(listed)
-    if len(words) == 4 and "%" in words[0]:
-        return numbered_names(words)
-    return [where]
+    files = data_files(path, where, listed)
+    if len(files) not in (1, sizes[0]):
+        raise FileFault(f"names {len(files)} data files, but DimSize ({by(sizes[::-1])}) has {sizes[0]} slices")
+    return read_files(files, dtype, sizes, index, choice, encoding=encoding, skip=skip)
 
 
 def _dtype(fields: Mapping[str, str]) -> np.dtype:

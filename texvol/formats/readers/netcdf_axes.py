@@ -49,9 +49,8 @@ def dimensions_of(variable: Any) -> list[Dimension]:
     found = []
     for dimension in variable.get_dims():
         candidate = dimension.group().variables.get(dimension.name)
-        coordinate = candidate if candidate is not None and candidate.dimensions == (dimension.name,) else None
-        if coordinate is not None and not _is_number(coordinate):
-            coordinate = None
+        is_one = candidate is not None and candidate.dimensions == (dimension.name,) and is_number(candidate)
+        coordinate = candidate if is_one else None
         found.append(Dimension(dimension.name, int(dimension.size), role_of(coordinate, dimension.name), coordinate))
     return found
 
@@ -81,13 +80,11 @@ def role_of(coordinate: Any | None, name: str) -> str:
 def letters_of(dimensions: list[Dimension]) -> str:
     """Return letters for `pick`: T for time, ZYX for the dimensions of space in the file's order, C for others."""
     space = space_of(dimensions)
-    letters, names = [], iter("ZYX")
-    for number, dimension in enumerate(dimensions):
-        if number in space:
-            letters.append(next(names))
-        else:
-            letters.append("T" if dimension.role == "T" else "C")
-    return "".join(letters)
+    names = iter("ZYX")
+    return "".join(
+        next(names) if number in space else "T" if dimension.role == "T" else "C"
+        for number, dimension in enumerate(dimensions)
+    )
 
 
 def space_of(dimensions: list[Dimension]) -> list[int]:
@@ -114,10 +111,7 @@ def unstructured_kind(dataset: Any, variable: Any | None = None) -> str:
         return "an Exodus mesh"
     if variable is None:
         return ""
-    if attribute(variable, "mesh") or any(
-        attribute(each, "cf_role") == "mesh_topology" and name in attribute(variable, "mesh")
-        for name, each in dataset.variables.items()
-    ):
+    if attribute(variable, "mesh"):
         return "an unstructured grid (UGRID)"
     dimensions = {name.lower() for name in variable.dimensions}
     if attribute(variable, "CDI_grid_type").lower() == "unstructured" or dimensions & set(_UNSTRUCTURED):
@@ -139,5 +133,6 @@ def unit_of(variable: Any | None) -> str:
     return {"meter": "m", "meters": "m", "metre": "m", "metres": "m", "kilometer": "km", "1": ""}.get(units, units)
 
 
-def _is_number(variable: Any) -> bool:
+def is_number(variable: Any) -> bool:
+    """True if a variable holds real numbers."""
     return isinstance(variable.dtype, np.dtype) and variable.dtype.kind in "iuf"

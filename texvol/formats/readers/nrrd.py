@@ -5,7 +5,7 @@ The samples are read without pynrrd, which unpacks a stream to any size and open
 
 from __future__ import annotations
 
-import os
+import re
 from collections.abc import Mapping, Sequence
 from math import prod
 from typing import Any
@@ -22,16 +22,12 @@ from texvol.formats.readers.samples import (
     by,
     check_size,
     grid_from_columns,
-    once,
     pick,
     real_type,
 )
-from texvol.formats.readers.stored import data_file, numbered_names, read_picked, skip_lines
+from texvol.formats.readers.stored import data_files, read_files, read_picked
 
 _LONGEST_HEADER = 2**20
-
-# Memory of a number that is still a word: a Python string and its slot in a list.
-_WORD_BYTES = 64
 
 _TYPES = {
     "i1": "signed char, int8, int8_t",
@@ -46,7 +42,7 @@ _TYPES = {
     "f8": "double",
 }
 _ENCODINGS = {"raw": "raw", "gzip": "deflate", "gz": "deflate", "bzip2": "bzip2", "bz2": "bzip2"}
-_TEXT_ENCODINGS = ("ascii", "text", "txt", "hex")
+_ENCODINGS |= {"ascii": "ascii", "text": "ascii", "txt": "ascii", "hex": "hex"}
 
 # The format marks missing samples by NaN only; as key/value pairs these have their meaning in netCDF.
 _MARKS = ("_FillValue", "missing_value")
@@ -86,13 +82,12 @@ def read(path: str, choice: Choice) -> Samples:
     return Samples(marked, **grid, notes=notes)
 
 
-def _header(path: str) -> tuple[Mapping[str, Any], int, list[str]]:
-    """Return the header's fields, the offset of its end, and the data files that it lists one per line."""
+def _header(path: str) -> tuple[Mapping[str, Any], int, list[str] | None]:
+    """Return the header's fields, the offset of its end, and the data files if it lists them one per line."""
     import nrrd
 
     lines: list[str] = []
-    listed: list[str] = []
-    in_list = False
+    listed: list[str] | None = None
     with open(path, "rb") as file:
         while True:
             line = file.readline(_LONGEST_HEADER)
@@ -101,12 +96,13 @@ def _header(path: str) -> tuple[Mapping[str, Any], int, list[str]]:
             text = line.decode("latin-1").rstrip()
             if not text:
                 break
-            if in_list:
+            if listed is not None:
                 listed.append(text)
                 continue
             if not text.startswith("#") and ":" not in text and lines:
                 raise FileFault(f"its header has a line that is neither field nor comment: {text[:80]!r}")
-            in_list = text.lower().replace(" ", "").startswith("datafile:list")
+            if re.match(r"data ?file: *list( |$)", text, re.IGNORECASE):
+                listed = []
             lines.append(text)
         offset = file.tell()
     header = nrrd.read_header(lines)
@@ -156,103 +152,36 @@ def _samples(
     index: Sequence[int | slice],
     choice: Choice,
     offset: int,
-    listed: Sequence[str],
+    listed: Sequence[str] | None,
 ) -> NDArray:
     """Return the samples at `index`, slowest axis first, from after the header or from the data files."""
-    encoding, lines, skip = _encoding(header)
-    named = header.get("data file", header.get("datafile"))
-    dtype = _dtype(header, encoding)
-    where: dict[str, Any] = {"encoding": encoding, "lines": lines}
+    where = _where(header)
+    dtype = _dtype(header, where["encoding"])
+    named = _field(header, "data file", None)
     if named is None:
-        return _picked(path, dtype, sizes, index, choice, skip, **where, offset=offset, what="it")
-    paths = [(name, data_file(path, name)) for name in _data_names(named, listed)]
-    if len(paths) == 1:
-        name, file = paths[0]
-        return _picked(file, dtype, sizes, index, choice, skip, **where, offset=0, what=f"its data file {name}")
-    count = prod(sizes)
-    if not paths or count % len(paths):
-        raise FileFault(f"its {len(paths)} data files can't hold equal parts of {count} samples")
-
-    def of_all_files() -> NDArray:
-        check_size(sizes, dtype.itemsize)
-        values = np.empty((len(paths), count // len(paths)), dtype)
-        for (name, file), slot in zip(paths, values, strict=True):
-            what = f"its data file {name}"
-            slot[:] = _picked(file, dtype, slot.shape, [slice(None)], Choice(), skip, **where, offset=0, what=what)
-        return values.reshape(sizes)
-
-    return once(choice, "data files", of_all_files)[tuple(index)]
+        return read_picked(path, dtype, sizes, index, choice, **where, offset=offset, what="it")
+    files = data_files(path, named, listed)
+    if not files or prod(sizes) % len(files):
+        raise FileFault(f"its {len(files)} data files can't hold equal parts of {prod(sizes)} samples")
+    return read_files(files, dtype, sizes, index, choice, **where)
 
 
-def _encoding(header: Mapping[str, Any]) -> tuple[str, int, int]:
-    """Return the encoding of the samples, and the numbers of lines and bytes before them."""
-    encoding = str(header["encoding"]).lower()
-    lines = int(header.get("line skip", header.get("lineskip", 0)))
-    skip = int(header.get("byte skip", header.get("byteskip", 0)))
+def _where(header: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the encoding of the samples, and the numbers of lines and bytes before them, for `read_stored`."""
+    encoding = _ENCODINGS.get(str(header["encoding"]).lower())
+    lines, skip = int(_field(header, "line skip", 0)), int(_field(header, "byte skip", 0))
     if lines < 0:
         raise FileFault(f"line skip must be at least 0, got {lines}")
     if skip < -1:
         raise FileFault(f"byte skip must be at least -1, got {skip}")
-    if encoding not in _ENCODINGS and encoding not in _TEXT_ENCODINGS:
+    if encoding is None:
         raise FileFault(f"encoding must be raw, gzip, bzip2, ascii or hex, got {header['encoding']}")
-    return encoding, lines, skip
+    return {"encoding": encoding, "lines": lines, "skip": skip}
 
 
-def _data_names(named: str, listed: Sequence[str]) -> list[str]:
-    """Return the names of the data files: one, those after `LIST`, or those of `pattern min max step`."""
-    words = named.split()
-    if words and words[0].upper() == "LIST":
-        return list(listed)
-    if len(words) in (4, 5) and "%" in words[0]:
-        return numbered_names(words[:4])
-    return [named]
-
-
-def _picked(
-    path: str,
-    dtype: np.dtype,
-    sizes: Sequence[int],
-    index: Sequence[int | slice],
-    choice: Choice,
-    skip: int,
-    *,
-    encoding: str,
-    offset: int,
-    lines: int,
-    what: str,
-) -> NDArray:
-    """Return the samples of one file at `index`."""
-    if encoding in _TEXT_ENCODINGS:
-        whole = once(choice, path, lambda: _from_text(path, dtype, sizes, encoding, offset, lines, what))
-        return whole[tuple(index)]
-    where = {"encoding": _ENCODINGS[encoding], "offset": offset, "lines": lines, "skip": skip, "what": what}
-    return read_picked(path, dtype, sizes, index, choice, **where)
-
-
-def _from_text(
-    path: str, dtype: np.dtype, sizes: Sequence[int], encoding: str, offset: int, lines: int, what: str
-) -> NDArray:
-    """Return samples written as decimal numbers, or as two hexadecimal digits per byte."""
-    count = check_size(sizes, dtype.itemsize) // dtype.itemsize
-    with open(path, "rb") as file:
-        file.seek(offset)
-        skip_lines(file, lines, what)
-        if (os.fstat(file.fileno()).st_size - file.tell()) < count:
-            raise FileFault(f"{what} is too short to hold {count} samples as text")
-        check_size(sizes, _WORD_BYTES)
-        text = file.read().decode("ascii")
-    if encoding == "hex":
-        values = np.frombuffer(bytes.fromhex(text), np.uint8)
-        needed = count * dtype.itemsize
-        if values.size != needed:
-            raise FileFault(f"{what} must hold {needed} bytes of samples by its header, got {values.size}")
-        return values.view(dtype).reshape(sizes)
-    words = text.split()
-    if len(words) != count:
-        raise FileFault(f"{what} must hold {count} numbers by its header, got {len(words)}")
-    # By Python's integers, so that 300 as a uint8 is an error instead of 44.
-    numbers = words if dtype.kind == "f" else [int(word) for word in words]
-    return np.array(numbers, dtype).reshape(sizes)
+def _field(header: Mapping[str, Any], name: str, default: Any) -> Any:
+    """Return a field whose name may be written without a space."""
+    return header.get(name, header.get(name.replace(" ", ""), default))
 
 
 def _dtype(header: Mapping[str, Any], encoding: str) -> np.dtype:
@@ -262,7 +191,7 @@ def _dtype(header: Mapping[str, Any], encoding: str) -> np.dtype:
         raise FileFault(f"type {header['type']} is not a type of real numbers that texvol reads")
     dtype = np.dtype(code)
     endian = str(header.get("endian", "")).lower()
-    if dtype.itemsize > 1 and encoding not in ("ascii", "text", "txt"):
+    if dtype.itemsize > 1 and encoding != "ascii":
         if endian not in ("little", "big"):
             raise FileFault("its header must have 'endian: little' or 'endian: big' for samples of several bytes")
         dtype = dtype.newbyteorder("<" if endian == "little" else ">")
@@ -308,7 +237,7 @@ def _spacing(header: Mapping[str, Any], axis: int) -> float:
 
 def _axis_start(header: Mapping[str, Any], axis: int, spacing: float) -> float:
     """Return the world coordinate of the first sample: `axis mins`, half a sample inwards if samples are cells."""
-    starts = header.get("axis mins", header.get("axismins", []))
+    starts = _field(header, "axis mins", [])
     start = float(starts[axis]) if axis < len(starts) else np.nan
     if np.isnan(start):
         return 0.0

@@ -31,22 +31,23 @@ class TimeSteps(Exception):
 
 
 class Choice(NamedTuple):
-    """Arguments of `texvol.formats.readers.load` for a reader.
+    """Arguments of `texvol.formats.readers.load`; a reader gets them `checked`: `series` is text, `missing` a tuple.
 
     With `counting` a reader raises TimeSteps as soon as it knows them. In `kept` a reader may store, under keys of its
     own, what the next step of the same file needs again.
     """
 
-    shape: tuple[int, ...] | None = None
+    shape: Sequence[int] | None = None
     dtype: str | None = None
-    series: str | None = None
+    series: Any = None
     channel: int | None = None
     time: int | None = None
     variable: str | None = None
-    resolution: tuple[int, ...] | None = None
+    resolution: Sequence[int] | None = None
+    spacing: Sequence[float] | None = None
     labels: bool = False
     color: bool | None = None
-    missing: tuple[int | float, ...] = ()
+    missing: Any = ()
     counting: bool = False
     kept: dict[Any, Any] | None = None
 

@@ -1,4 +1,4 @@
-"""Samples stored raw or compressed in a file; no more is read than the header's dimensions need.
+"""Samples stored raw, compressed or as text in a file; no more is read than the header's dimensions need.
 
 A header is trusted only as far as the file's size and the machine's memory allow, and a compressed stream is unpacked
 to at most one byte more than needed.
@@ -25,6 +25,8 @@ _LEADING = 2**26  # bytes that may precede the samples in a stream whose samples
 
 _MOST_FILES = 10**5  # of a pattern
 _PATTERN = re.compile(r"(?:[^%]|%%)*%0?\d{0,2}[diu](?:[^%]|%%)*")
+
+WORD_BYTES = 64  # memory of a number that is still a word: a Python string and its slot in a list
 
 # Deflate packs at best 258 bytes into two bits: 1032 to 1 (RFC 1951). Bzip2 has no such bound worth using.
 _BEST_DEFLATE = 1032
@@ -81,10 +83,10 @@ def read_stored(
         Real, at most 64 bits, in the file's byte order.
     sizes : sequence of int
         Shape of the result, slowest axis first; with the type it gives the number of bytes.
-    encoding : "raw", "deflate" (zlib or gzip) or "bzip2"
+    encoding : "raw", "deflate" (zlib or gzip), "bzip2", "ascii" (decimal numbers) or "hex" (two digits per byte)
     offset, lines, skip : int
         Begin of the samples: after `offset` bytes and `lines` lines of the file, and `skip` bytes of the unpacked rest;
-        skip -1 means that the samples are at the end.
+        skip -1 means that the samples are at the end. For text `skip` is ignored.
     what : str
         Name of the file in messages.
     part, parts : int
@@ -103,8 +105,10 @@ def read_stored(
     needed = check_size(sizes, dtype.itemsize)
     with open(path, "rb") as file:
         file.seek(offset)
-        skip_lines(file, lines, what)
+        _skip_lines(file, lines, what)
         begin = file.tell()
+        if encoding in ("ascii", "hex"):
+            return _read_text(file, dtype, sizes, encoding, what)
         if encoding == "raw":
             return _read_plain(file, begin, dtype, sizes, needed, skip, what, part, parts)
         packed = os.fstat(file.fileno()).st_size - begin
@@ -168,6 +172,29 @@ def _read_packed(
     return native(values)
 
 
+def _read_text(file: IO[bytes], dtype: np.dtype, sizes: Sequence[int], encoding: str, what: str) -> NDArray:
+    count = prod(sizes)
+    if (os.fstat(file.fileno()).st_size - file.tell()) < count:
+        raise FileFault(f"{what} is too short to hold {count} samples as text")
+    check_size(sizes, WORD_BYTES)
+    text = file.read().decode("ascii")
+    if encoding == "hex":
+        values = np.frombuffer(bytes.fromhex(text), np.uint8)
+        needed = count * dtype.itemsize
+        if values.size != needed:
+            raise FileFault(f"{what} must hold {needed} bytes of samples by its header, got {values.size}")
+        return values.view(dtype).reshape(sizes)
+    words = text.split()
+    if len(words) != count:
+        raise FileFault(f"{what} must hold {count} numbers by its header, got {len(words)}")
+    return from_words(words, dtype).reshape(sizes)
+
+
+def from_words(words: Sequence[str], dtype: np.dtype) -> NDArray:
+    """Return numbers written as text; whole numbers by Python's, so that 300 is no uint8 and does not become 44."""
+    return np.array(words if dtype.kind == "f" else [int(word) for word in words], dtype)
+
+
 def _wrong_size(what: str, held: int | None, needed: int) -> FileFault:
     held_text = f"more than {needed}" if held is None else f"{held}"
     return FileFault(f"{what} holds {held_text} bytes of samples, but the header's dimensions and type need {needed}")
@@ -200,7 +227,16 @@ def unpacked(file: IO[bytes], encoding: str) -> Iterator[bytes]:
             return
 
 
-def skip_lines(file: IO[bytes], count: int, what: str) -> None:
+def _bounded(blocks: Iterator[bytes], limit: int, what: str) -> Iterator[bytes]:
+    seen = 0
+    for block in blocks:
+        seen += len(block)
+        if seen > limit:
+            raise FileFault(f"{what} unpacks to more than {in_bytes(limit)}, but the header's dimensions need less")
+        yield block
+
+
+def _skip_lines(file: IO[bytes], count: int, what: str) -> None:
     """Skip so many lines; raise FileFault if there are fewer."""
     held = os.fstat(file.fileno()).st_size
     for number in range(count):
@@ -210,7 +246,55 @@ def skip_lines(file: IO[bytes], count: int, what: str) -> None:
             pass
 
 
-def numbered_names(words: Sequence[str]) -> list[str]:
+def data_files(header_path: str, named: str, listed: Sequence[str] | None) -> list[tuple[str, str]]:
+    """Return the names of data files in a header, and their paths.
+
+    Parameters
+    ----------
+    named : str
+        Field of the header: a name, or a pattern as for `_numbered_names`, which NRRD lets a dimension follow.
+    listed : sequence of str, optional
+        Names if the header lists them.
+
+    Raises
+    ------
+    FileFault
+        If a file does not exist, or is not in the header's folder or below.
+    """
+    words = named.split()
+    if listed is not None:
+        names = list(listed)
+    elif len(words) in (4, 5) and "%" in words[0]:
+        names = _numbered_names(words[:4])
+    else:
+        names = [named]
+    return [(name, _data_file(header_path, name)) for name in names]
+
+
+def read_files(
+    files: Sequence[tuple[str, str]],
+    dtype: np.dtype,
+    sizes: Sequence[int],
+    index: Sequence[int | slice],
+    choice: Choice,
+    **where: Any,
+) -> NDArray:
+    """Return the samples at `index` from data files that hold equal parts; other arguments as for `read_stored`."""
+    if len(files) == 1:
+        [(name, path)] = files
+        return read_picked(path, dtype, sizes, index, choice, what=f"its data file {name}", **where)
+
+    def of_all_files() -> NDArray:
+        check_size(sizes, dtype.itemsize)
+        values = np.empty((len(files), prod(sizes) // len(files)), dtype)
+        for (name, path), slot in zip(files, values, strict=True):
+            slot[...] = read_stored(path, dtype, slot.shape, what=f"its data file {name}", **where)
+        return values.reshape(sizes)
+
+    return once(choice, "data files", of_all_files)[tuple(index)]
+
+
+def _numbered_names(words: Sequence[str]) -> list[str]:
     """Return names of data files by a pattern such as "slice%03d.raw", the first number, the last number and the step.
 
     Raises
@@ -231,17 +315,7 @@ def numbered_names(words: Sequence[str]) -> list[str]:
     return [words[0] % (first + number * step) for number in range(count)]
 
 
-def _bounded(blocks: Iterator[bytes], limit: int, what: str) -> Iterator[bytes]:
-    seen = 0
-    for block in blocks:
-        seen += len(block)
-        if seen > limit:
-            raise FileFault(f"{what} unpacks to more than {in_bytes(limit)}, but the header's dimensions need less")
-        yield block
-
-
-def data_file(header_path: str, name: str) -> str:
-    """Return the path of a data file named in a header; it must be in the header's folder or below."""
+def _data_file(header_path: str, name: str) -> str:
     folder = os.path.realpath(os.path.dirname(header_path) or ".")
     if os.path.isabs(name):
         raise FileFault(f"its data file {name} must be in the header's folder, got an absolute path")

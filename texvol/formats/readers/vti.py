@@ -14,9 +14,8 @@ from texvol.formats.readers.vtk_xml import read_whole
 
 def read(path: str, choice: Choice) -> Samples:
     """Return the samples at the points of an image, or at its cells if only these have values."""
-    whole = read_whole(path, "ImageData", choice)
-    grid = _grid(whole.grid, whole.extent, whole.at_points)
-    return Samples(whole.values, **grid, notes=whole.notes, colors=whole.colors)
+    grid, samples = read_whole(path, "ImageData", choice)
+    return samples._replace(**_grid(grid.document.data, grid.extent, grid.at_points))
 
 
 def _grid(image: ElementTree.Element, extent: list[int], at_points: bool) -> dict[str, Any]:
