@@ -15,8 +15,7 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.formats.readers.faults import named_faults
-from texvol.formats.readers.loading import silent_libraries
+from texvol.formats.readers.loading import named_faults, silent_libraries
 from texvol.formats.readers.samples import FileFault, check_size
 from texvol.geometry.mesh_text import plain_obj, plain_ply, plain_stl
 from texvol.scene.shapes import MESH_COLOR, Mesh

@@ -43,7 +43,7 @@ def pixels_of(ordered: Sequence[Slice]) -> Iterator[tuple[int, NDArray]]:
     positions: dict[str, dict[int, int]] = {}
     for number, one in enumerate(ordered):
         positions.setdefault(one.path, {})[one.frame] = number
-    files = [ordered[next(iter(frames.values()))]._replace(frames=max(frames) + 1) for frames in positions.values()]
+    files = [ordered[next(iter(frames.values()))].replaced(frames=max(frames) + 1) for frames in positions.values()]
     packed = [one for one in files if one.syntax]
     for one in {one.syntax: one for one in packed}.values():
         _check_decoder(one)

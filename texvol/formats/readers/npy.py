@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from math import prod
 
 import numpy as np
 
@@ -55,7 +56,4 @@ def _any_size(sizes: tuple[int, ...], item_bytes: int) -> int:
     check_size(sizes[-3:], item_bytes)
     if any(size < 1 for size in sizes):
         raise FileFault(f"every dimension must be positive, got {sizes}")
-    needed = item_bytes
-    for size in sizes:
-        needed *= size
-    return needed
+    return item_bytes * prod(sizes)

@@ -61,7 +61,7 @@ def rounding_of(stored: NDArray) -> float:
     return float(np.spacing(largest)) if np.isfinite(largest) else 0.0
 
 
-def axis_of(stored: NDArray, name: str, width: float | None = None) -> Axis:
+def axis_of(stored: NDArray, name: str) -> Axis:
     """Return the axis of a file's coordinates; raise FileFault unless they are finite and monotonic."""
     coordinates = stored.astype(np.float64)
     wrong = np.flatnonzero(~np.isfinite(coordinates))
@@ -79,7 +79,7 @@ def axis_of(stored: NDArray, name: str, width: float | None = None) -> Axis:
         at = turned[0]
         numbers = ", ".join(f"{number:g}" for number in coordinates[at - 1 : at + 2])
         raise FileFault(f"its axis {name} is not monotonic: samples {at - 1}..{at + 1} are at {numbers}")
-    return Axis(coordinates, name, rounding_of(stored), width)
+    return Axis(coordinates, name, rounding_of(stored))
 
 
 def on_axes(
@@ -156,13 +156,10 @@ def _resolution(axes: Sequence[Axis], resolution: Sequence[int] | None) -> list[
     sizes = [len(axis.coordinates) for axis in axes]
     if resolution is not None:
         return check_resolution(resolution, sizes)
-    wanted = []
-    for axis, count in zip(axes, sizes, strict=True):
-        if axis.is_even:
-            wanted.append(count)
-            continue
-        wanted.append(_count(np.abs(axis.coordinates - axis.coordinates[0])))
-    return wanted
+    return [
+        count if axis.is_even else _count(np.abs(axis.coordinates - axis.coordinates[0]))
+        for axis, count in zip(axes, sizes, strict=True)
+    ]
 
 
 def _count(positions: NDArray[np.float64]) -> int:

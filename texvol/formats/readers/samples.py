@@ -276,8 +276,5 @@ def in_bytes(count: float) -> str:
     """Return a number of bytes in words: "54000 bytes", "3.2 GiB"."""
     if count < 2**20:
         return f"{int(count)} bytes"
-    for unit in ("MiB", "GiB", "TiB", "PiB"):
-        count /= 1024 if unit != "MiB" else 2**20
-        if count < 1024:
-            break
-    return f"{count:.3g} {unit}"
+    power = min((int(count).bit_length() - 1) // 10, 5)
+    return f"{count / 1024**power:.3g} {' KMGTP'[power]}iB"
