@@ -47,11 +47,8 @@ _CONVERSION = re.compile(r"%%|%0?\d{0,2}d|%")
 def numbered(path: str | os.PathLike[str], number: int) -> Path:
     """Return the path with %d or %04d in the file's name replaced by the number, and %% by %."""
     path = Path(path)
-
-    def text(match: re.Match[str]) -> str:
-        return "%" if match[0] == "%%" else match[0] % number
-
-    return path.with_name(_CONVERSION.sub(text, path.name))
+    name = _CONVERSION.sub(lambda found: "%" if found[0] == "%%" else found[0] % number, path.name)
+    return path.with_name(name)
 
 
 def check_output(path: str | os.PathLike[str], views: int | None, size: tuple[int, int]) -> None:

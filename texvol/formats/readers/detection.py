@@ -30,42 +30,36 @@ TO_IMAGE = "resample it onto a regular grid, in ParaView by the filter Resample 
 _SAVE = "save it as VTI, VTR or VTS, in ParaView by File, Save Data"
 _OTHERS = f"texvol reads {READ}"
 
-# Kinds of files that texvol does not read, by their ending, and a hint for the user.
-_REFUSED = {
-    ".vtu": ("VTU (a VTK unstructured grid)", TO_IMAGE),
-    ".pvtu": ("PVTU (a VTK unstructured grid in parts)", TO_IMAGE),
-    ".cgns": ("CGNS", TO_IMAGE),
-    ".exo": ("Exodus", TO_IMAGE),
-    ".ex2": ("Exodus", TO_IMAGE),
-    ".exii": ("Exodus", TO_IMAGE),
-    ".e": ("Exodus", TO_IMAGE),
-    ".vtm": ("VTM (VTK blocks)", TO_IMAGE),
-    ".vtmb": ("VTM (VTK blocks)", TO_IMAGE),
-    ".foam": ("OpenFOAM", TO_IMAGE),
-    ".case": ("EnSight", TO_IMAGE),
-    ".msh": ("a mesh (MSH)", TO_IMAGE),
-    ".pvti": ("PVTI (a VTK grid in parts)", _SAVE),
-    ".pvtr": ("PVTR (a VTK grid in parts)", _SAVE),
-    ".pvts": ("PVTS (a VTK grid in parts)", _SAVE),
-    ".vtk": ("legacy VTK", _SAVE),
-    ".zarr": ("OME-Zarr", _OTHERS),
-    ".vtp": ("VTP (VTK polygons)", _OTHERS),
-    ".h5": ("HDF5", _OTHERS),
-    ".hdf5": ("HDF5", _OTHERS),
-    ".npz": ("NPZ", _OTHERS),
-    ".mnc": ("MINC", _OTHERS),
-    ".png": ("PNG", _OTHERS),
-    ".jpg": ("JPEG", _OTHERS),
-    ".jpeg": ("JPEG", _OTHERS),
-    ".exr": ("OpenEXR", _OTHERS),
-    ".zip": ("ZIP", _OTHERS),
-}
+# Kinds of files that texvol does not read, their endings, and a hint for the user.
+_REFUSED = (
+    ("VTU (a VTK unstructured grid)", (".vtu",), TO_IMAGE),
+    ("PVTU (a VTK unstructured grid in parts)", (".pvtu",), TO_IMAGE),
+    ("CGNS", (".cgns",), TO_IMAGE),
+    ("Exodus", (".exo", ".ex2", ".exii", ".e"), TO_IMAGE),
+    ("VTM (VTK blocks)", (".vtm", ".vtmb"), TO_IMAGE),
+    ("OpenFOAM", (".foam",), TO_IMAGE),
+    ("EnSight", (".case",), TO_IMAGE),
+    ("a mesh (MSH)", (".msh",), TO_IMAGE),
+    ("PVTI (a VTK grid in parts)", (".pvti",), _SAVE),
+    ("PVTR (a VTK grid in parts)", (".pvtr",), _SAVE),
+    ("PVTS (a VTK grid in parts)", (".pvts",), _SAVE),
+    ("legacy VTK", (".vtk",), _SAVE),
+    ("OME-Zarr", (".zarr",), _OTHERS),
+    ("VTP (VTK polygons)", (".vtp",), _OTHERS),
+    ("HDF5", (".h5", ".hdf5"), _OTHERS),
+    ("NPZ", (".npz",), _OTHERS),
+    ("MINC", (".mnc",), _OTHERS),
+    ("PNG", (".png",), _OTHERS),
+    ("JPEG", (".jpg", ".jpeg"), _OTHERS),
+    ("OpenEXR", (".exr",), _OTHERS),
+    ("ZIP", (".zip",), _OTHERS),
+)
 # Types of VTK's XML files.
 _READ_XML = {"ImageData": "VTI", "RectilinearGrid": "VTR", "StructuredGrid": "VTS"}
 _UNREAD_XML = {
-    "UnstructuredGrid": _REFUSED[".vtu"][0],
-    "PUnstructuredGrid": _REFUSED[".pvtu"][0],
-    "PolyData": _REFUSED[".vtp"][0],
+    "UnstructuredGrid": "VTU (a VTK unstructured grid)",
+    "PUnstructuredGrid": "PVTU (a VTK unstructured grid in parts)",
+    "PolyData": "VTP (VTK polygons)",
 }
 _HDF5 = "HDF5 (netCDF-4 is of this kind too, and named .nc)"
 _UNKNOWN = "of no known kind"
@@ -150,8 +144,8 @@ def _format_of_file(path: str, choice: Choice) -> str:
     if named is not None:
         _check_name(lower, named, content, head)
         return named
-    for ending, (kind, hint) in _REFUSED.items():
-        if lower.endswith(ending):
+    for kind, endings, hint in _REFUSED:
+        if lower.endswith(endings):
             raise FileFault(f"is {kind}, which texvol does not read; {hint}")
     if content in _UNREAD_XML.values():
         raise FileFault(f"is {content}, which texvol does not read; {TO_IMAGE}")

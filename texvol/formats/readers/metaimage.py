@@ -9,11 +9,10 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from texvol.formats.readers.colors import colored, component_axis, is_colored, with_color
 from texvol.formats.readers.samples import Choice, FileFault, Samples, by, grid_from_columns, pick, unnamed_axes
-from texvol.formats.readers.stored import data_files, read_files, read_picked
+from texvol.formats.readers.stored import Stored, data_files, read_files, read_picked
 
 _LONGEST_HEADER = 2**20
 
@@ -50,7 +49,14 @@ def read(path: str, choice: Choice) -> Samples:
     said = _COLOR_OF_BYTES if _dtype(fields) == np.uint8 else ""
     axes = with_color(axes, sizes[::-1], component_axis(axes, sizes[::-1], "C"), choice, said)
     index = pick(axes, sizes[::-1], choice)
-    values = _samples(path, fields, sizes[::-1], index, choice, offset, listed)
+    stored, where = _stored(fields, sizes), fields["ElementDataFile"]
+    if where.upper() == "LOCAL":
+        values = read_picked(stored._replace(path=path, offset=offset), index, choice)
+    else:
+        files = data_files(path, where, listed, stored)
+        if len(files) not in (1, sizes[-1]):
+            raise FileFault(f"names {len(files)} data files, but DimSize ({by(sizes)}) has {sizes[-1]} slices")
+        values = read_files(files, index, choice)
     grid = _grid(fields, count)
     return Samples(**grid, **colored(values, axes, index, said)) if is_colored(axes) else Samples(values, **grid)
 
@@ -76,16 +82,8 @@ def _header(path: str) -> tuple[Mapping[str, str], int, list[str] | None]:
         return fields, offset, [line.strip() for line in listed if line.strip()]
 
 
-def _samples(
-    path: str,
-    fields: Mapping[str, str],
-    sizes: Sequence[int],
-    index: Sequence[int | slice],
-    choice: Choice,
-    offset: int,
-    listed: Sequence[str] | None,
-) -> NDArray:
-    """Return the samples at `index`, slowest axis first."""
+def _stored(fields: Mapping[str, str], sizes: Sequence[int]) -> Stored:
+    """Return how the samples are stored, in a file that is still open."""
     dtype = _dtype(fields)
     if not _flag(fields, "BinaryData", default=True):
         raise FileFault("its samples are text (BinaryData = False), which texvol does not read")
@@ -93,13 +91,7 @@ def _samples(
     skip = int(fields.get("HeaderSize", 0))
     if skip < -1:
         raise FileFault(f"HeaderSize must be at least -1, got {skip}")
-    where = fields["ElementDataFile"]
-    if where.upper() == "LOCAL":
-        return read_picked(path, dtype, sizes, index, choice, encoding=encoding, offset=offset, what="it")
-    files = data_files(path, where, listed)
-    if len(files) not in (1, sizes[0]):
-        raise FileFault(f"names {len(files)} data files, but DimSize ({by(sizes[::-1])}) has {sizes[0]} slices")
-    return read_files(files, dtype, sizes, index, choice, encoding=encoding, skip=skip)
+    return Stored("", dtype, tuple(sizes[::-1]), encoding, skip=skip)
 
 
 def _dtype(fields: Mapping[str, str]) -> np.dtype:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -101,27 +102,21 @@ def noted(count: int, what: str, *, always: bool = False) -> tuple[str, ...]:
 def parsed(texts: Iterable[str]) -> tuple[Mark, ...]:
     """Return marks that a file writes as text; words that are not numbers, and NaN, are ignored."""
     found: list[Mark] = []
-    for text in texts:
-        for word in text.split():
-            try:
-                found.append(int(word))
-            except ValueError:
-                try:
-                    found.append(float(word))
-                except ValueError:
-                    continue
+    for word in " ".join(texts).split():
+        for kind in (int, float):
+            with suppress(ValueError):
+                found.append(kind(word))
+                break
     return tuple(each for each in found if each == each)
 
 
 def _in_type(mark: Mark, dtype: np.dtype) -> Any | None:
     """Return the number in a sample type, or None if the type can't hold it."""
     if dtype.kind == "f":
-        try:
-            with np.errstate(over="ignore"):
-                number = dtype.type(float(mark))
-        except OverflowError:
-            return None
-        return None if np.isinf(number) and mark not in (np.inf, -np.inf) else number
+        with np.errstate(over="ignore"), suppress(OverflowError):
+            number = dtype.type(float(mark))
+            return None if np.isinf(number) and mark not in (np.inf, -np.inf) else number
+        return None
     if isinstance(mark, float) and not mark.is_integer():
         return None
     limits = np.iinfo(dtype)

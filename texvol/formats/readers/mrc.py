@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from texvol.formats.readers.samples import Choice, FileFault, Samples, by, grid_from_columns, pick, real_type
-from texvol.formats.readers.stored import read_picked, unpacked
+from texvol.formats.readers.stored import Stored, encoding_of, read_picked, unpacked
 
 _HEADER_BYTES = 1024
 _IMOD_STAMP = 1146047817  # mark of files in which mode 0 may be unsigned (IMOD's extension of the format)
@@ -22,7 +22,7 @@ def read(path: str, choice: Choice) -> Samples:
     """Return the samples of a map, plain or compressed by gzip or bzip2."""
     from mrcfile.utils import data_dtype_from_header
 
-    encoding = _encoding(path)
+    encoding = encoding_of(path)
     header = _header(path, encoding)
     if int(header.mode) == 101:
         raise FileFault("has samples of four bits (mode 101), which texvol does not read")
@@ -37,15 +37,10 @@ def read(path: str, choice: Choice) -> Samples:
     sizes, axes = _volumes(header, sizes)
     index = pick(axes, sizes, choice)
     begin = {"offset" if encoding == "raw" else "skip": _HEADER_BYTES + extended}
-    values = read_picked(path, dtype, sizes, index, choice, encoding=encoding, what="it", **begin)
+    values = read_picked(Stored(path, dtype, tuple(sizes), encoding, **begin), index, choice)
     # From sections, rows, columns to z, y, x.
     values = values.transpose([crystal_axes[::-1].index(axis) for axis in (2, 1, 0)])
     return Samples(values, **_grid(header, crystal_axes))
-
-
-def _encoding(path: str) -> str:
-    lower = path.lower()
-    return "deflate" if lower.endswith(".gz") else "bzip2" if lower.endswith(".bz2") else "raw"
 
 
 def _header(path: str, encoding: str) -> Any:

@@ -90,8 +90,9 @@ def _read(dataset: Any, choice: Choice) -> Samples:
         coordinates = [axis.coordinate for axis in axes]
     names = [axis.name if each is None else each.name for axis, each in zip(axes, coordinates, strict=True)]
     units = [unit_of(each) for each in coordinates[::-1]]
-    said = {"value_unit": attribute(variable, "units"), "notes": (note, *about, *_notes(units))}
-    return samples._replace(**_named(names[::-1], units), **_times(dimensions), **said)
+    notes = (note, *about, *_notes(units))
+    world = _named(names[::-1], units)
+    return samples._replace(value_unit=attribute(variable, "units"), notes=notes, **world, **_times(dimensions))
 
 
 def _chosen(dataset: Any, wanted: str | None) -> tuple[Any, str]:

@@ -11,7 +11,6 @@ from math import prod
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from texvol.formats.readers.colors import colored, component_axis, is_colored, with_color
 from texvol.formats.readers.missing import parsed, without_marked
@@ -25,7 +24,7 @@ from texvol.formats.readers.samples import (
     pick,
     real_type,
 )
-from texvol.formats.readers.stored import data_files, read_files, read_picked
+from texvol.formats.readers.stored import Stored, data_files, read_files, read_picked
 
 _LONGEST_HEADER = 2**20
 
@@ -72,7 +71,15 @@ def read(path: str, choice: Choice) -> Samples:
     at, said = _color_axis(header, axes, sizes[::-1])
     axes = with_color(axes, sizes[::-1], at, choice, said)
     index = pick(axes, sizes[::-1], choice)
-    values = _samples(path, header, sizes[::-1], index, choice, offset, listed)
+    stored = _stored(header, sizes)
+    named = _field(header, "data file", None)
+    if named is None:
+        values = read_picked(stored._replace(path=path, offset=offset), index, choice)
+    else:
+        files = data_files(path, named, listed, stored)
+        if not files or prod(sizes) % len(files):
+            raise FileFault(f"its {len(files)} data files can't hold equal parts of {prod(sizes)} samples")
+        values = read_files(files, index, choice)
     spatial = [axis for axis, letter in enumerate(axes[::-1]) if letter in "XYZ"]
     grid = _grid(header, spatial) | _times(header, axes[::-1], sizes)
     if is_colored(axes):
@@ -145,29 +152,8 @@ def _color_axis(header: Mapping[str, Any], axes: str, sizes: Sequence[int]) -> t
     return component_axis(axes, sizes, "?"), ""
 
 
-def _samples(
-    path: str,
-    header: Mapping[str, Any],
-    sizes: Sequence[int],
-    index: Sequence[int | slice],
-    choice: Choice,
-    offset: int,
-    listed: Sequence[str] | None,
-) -> NDArray:
-    """Return the samples at `index`, slowest axis first, from after the header or from the data files."""
-    where = _where(header)
-    dtype = _dtype(header, where["encoding"])
-    named = _field(header, "data file", None)
-    if named is None:
-        return read_picked(path, dtype, sizes, index, choice, **where, offset=offset, what="it")
-    files = data_files(path, named, listed)
-    if not files or prod(sizes) % len(files):
-        raise FileFault(f"its {len(files)} data files can't hold equal parts of {prod(sizes)} samples")
-    return read_files(files, dtype, sizes, index, choice, **where)
-
-
-def _where(header: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the encoding of the samples, and the numbers of lines and bytes before them, for `read_stored`."""
+def _stored(header: Mapping[str, Any], sizes: Sequence[int]) -> Stored:
+    """Return how the samples are stored, in a file that is still open."""
     encoding = _ENCODINGS.get(str(header["encoding"]).lower())
     lines, skip = int(_field(header, "line skip", 0)), int(_field(header, "byte skip", 0))
     if lines < 0:
@@ -176,7 +162,7 @@ def _where(header: Mapping[str, Any]) -> dict[str, Any]:
         raise FileFault(f"byte skip must be at least -1, got {skip}")
     if encoding is None:
         raise FileFault(f"encoding must be raw, gzip, bzip2, ascii or hex, got {header['encoding']}")
-    return {"encoding": encoding, "lines": lines, "skip": skip}
+    return Stored("", _dtype(header, encoding), tuple(sizes[::-1]), encoding, lines=lines, skip=skip)
 
 
 def _field(header: Mapping[str, Any], name: str, default: Any) -> Any:

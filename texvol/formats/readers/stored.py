@@ -11,8 +11,9 @@ import os
 import re
 import zlib
 from collections.abc import Iterator, Sequence
+from itertools import takewhile
 from math import prod
-from typing import IO, Any
+from typing import IO, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,166 +29,141 @@ _PATTERN = re.compile(r"(?:[^%]|%%)*%0?\d{0,2}[diu](?:[^%]|%%)*")
 
 WORD_BYTES = 64  # memory of a number that is still a word: a Python string and its slot in a list
 
+MAGIC = {"raw": b"", "deflate": b"\x1f\x8b", "bzip2": b"BZh"}  # first bytes of files
+
 # Deflate packs at best 258 bytes into two bits: 1032 to 1 (RFC 1951). Bzip2 has no such bound worth using.
 _BEST_DEFLATE = 1032
 
 
-def read_picked(
-    path: str, dtype: np.dtype, sizes: Sequence[int], index: Sequence[int | slice], choice: Choice, **where: Any
-) -> NDArray:
-    """Return the samples at `index`; `where` and the other arguments are those of `read_stored`.
+class Stored(NamedTuple):
+    """Samples stored in a file: a real type of at most 64 bits in the file's byte order, and their shape.
+
+    They begin after `offset` bytes and `lines` lines of the file, and `skip` bytes of the unpacked rest; skip -1 means
+    that they are at the end, and for text it is ignored. The encoding is "raw", "deflate" (zlib or gzip), "bzip2",
+    "ascii" (decimal numbers) or "hex" (two digits per byte). `what` is the name of the file in messages.
+    """
+
+    path: str
+    dtype: np.dtype
+    sizes: tuple[int, ...]
+    encoding: str = "raw"
+    offset: int = 0
+    lines: int = 0
+    skip: int = 0
+    what: str = "it"
+
+    @property
+    def nbytes(self) -> int:
+        """Number of unpacked bytes."""
+        return prod(self.sizes) * self.dtype.itemsize
+
+
+def read_picked(stored: Stored, index: tuple[int | slice, ...], choice: Choice) -> NDArray:
+    """Return the samples at `index`; faults are those of `read_stored`.
 
     Of raw samples only the picked part is read. Compressed samples are unpacked as a whole, once for all steps of a
     series.
     """
-    leading: list[int] = []
-    for each in index:
-        if isinstance(each, slice):
-            break
-        leading.append(each)
-    if prod(sizes[: len(leading)]) != 1 and where.get("encoding", "raw") == "raw":
-        real_type(dtype)
+    sizes = stored.sizes
+    leading = list(takewhile(lambda each: not isinstance(each, slice), index))
+    parts = prod(sizes[: len(leading)])
+    if parts != 1 and stored.encoding == "raw":
+        real_type(stored.dtype)
         if min(sizes) < 1:
             raise FileFault(f"every dimension must be positive, got {by(sizes)}")
-        part = list(sizes[len(leading) :])
-        parts = prod(sizes[: len(leading)])
         number = 0
         for chosen, size in zip(leading, sizes, strict=False):
             number = number * size + chosen
-        return read_stored(path, dtype, part, **where, part=number, parts=parts)[tuple(index[len(leading) :])]
-    whole = once(choice, (path, *where.items()), lambda: read_stored(path, dtype, sizes, **where))
-    picked = whole[tuple(index)]
+        part = stored._replace(sizes=sizes[len(leading) :])
+        return read_stored(part, number, parts)[index[len(leading) :]]
+    whole = once(choice, stored, lambda: read_stored(stored))
+    picked = whole[index]
     # A copy does not keep the whole array in memory; the steps of a series share it.
     return picked if choice.kept is not None or picked.size == whole.size else picked.copy()
 
 
-def read_stored(
-    path: str,
-    dtype: np.dtype,
-    sizes: Sequence[int],
-    *,
-    encoding: str = "raw",
-    offset: int = 0,
-    lines: int = 0,
-    skip: int = 0,
-    what: str = "the file",
-    part: int = 0,
-    parts: int = 1,
-) -> NDArray:
-    """Return samples of a file.
-
-    Parameters
-    ----------
-    path : str
-    dtype : dtype
-        Real, at most 64 bits, in the file's byte order.
-    sizes : sequence of int
-        Shape of the result, slowest axis first; with the type it gives the number of bytes.
-    encoding : "raw", "deflate" (zlib or gzip), "bzip2", "ascii" (decimal numbers) or "hex" (two digits per byte)
-    offset, lines, skip : int
-        Begin of the samples: after `offset` bytes and `lines` lines of the file, and `skip` bytes of the unpacked rest;
-        skip -1 means that the samples are at the end. For text `skip` is ignored.
-    what : str
-        Name of the file in messages.
-    part, parts : int
-        Number of the array to read among `parts` consecutive arrays; only for raw samples.
-
-    Returns
-    -------
-    array of shape `sizes`
+def read_stored(stored: Stored, part: int = 0, parts: int = 1) -> NDArray:
+    """Return samples of a file, in shape; of raw samples, array number `part` among `parts` consecutive arrays.
 
     Raises
     ------
     FileFault
         If there are fewer or more bytes than the samples need, or they can't be unpacked or do not fit into memory.
     """
-    real_type(dtype)
-    needed = check_size(sizes, dtype.itemsize)
-    with open(path, "rb") as file:
-        file.seek(offset)
-        _skip_lines(file, lines, what)
-        begin = file.tell()
-        if encoding in ("ascii", "hex"):
-            return _read_text(file, dtype, sizes, encoding, what)
-        if encoding == "raw":
-            return _read_plain(file, begin, dtype, sizes, needed, skip, what, part, parts)
+    real_type(stored.dtype)
+    needed = check_size(stored.sizes, stored.dtype.itemsize)
+    with open(stored.path, "rb") as file:
+        file.seek(stored.offset)
+        _skip_lines(file, stored)
+        if stored.encoding in ("ascii", "hex"):
+            return _read_text(file, stored)
+        if stored.encoding == "raw":
+            return _read_plain(file, stored, part, parts)
+        begin, skip, what = file.tell(), stored.skip, stored.what
         packed = os.fstat(file.fileno()).st_size - begin
-        if encoding == "deflate" and needed > packed * _BEST_DEFLATE:
+        if stored.encoding == "deflate" and needed > packed * _BEST_DEFLATE:
             raise FileFault(
                 f"{what} holds {packed} compressed bytes, but the header's dimensions need {in_bytes(needed)}"
             )
         if skip > _LEADING:
             raise FileFault(f"the header may skip at most {_LEADING} bytes of the unpacked {what}, got {skip}")
         if skip < 0:
-            total = sum(len(block) for block in _bounded(unpacked(file, encoding), needed + _LEADING, what))
+            total = sum(len(block) for block in _bounded(unpacked(file, stored.encoding), needed + _LEADING, what))
             if total < needed:
-                raise _wrong_size(what, total, needed)
+                raise _wrong_size(stored, total)
             skip = total - needed
             file.seek(begin)
-        return _read_packed(unpacked(file, encoding), dtype, sizes, needed, skip, what)
+        return _read_packed(unpacked(file, stored.encoding), stored, skip)
 
 
-def _read_plain(
-    file: IO[bytes],
-    begin: int,
-    dtype: np.dtype,
-    sizes: Sequence[int],
-    of_part: int,
-    skip: int,
-    what: str,
-    part: int,
-    parts: int,
-) -> NDArray:
-    needed = of_part * parts
+def _read_plain(file: IO[bytes], stored: Stored, part: int, parts: int) -> NDArray:
+    begin, needed = file.tell(), stored.nbytes * parts
     held = os.fstat(file.fileno()).st_size - begin
-    skip = held - needed if skip < 0 else skip
+    skip = held - needed if stored.skip < 0 else stored.skip
     if held - skip - needed in (1, 2):  # a line break after the last sample, as of text editors and printf
         file.seek(begin + skip + needed)
         rest = file.read(2)
         held -= len(rest) if rest in (b"\n", b"\r\n") else 0
     if skip < 0 or held - skip != needed:
-        raise _wrong_size(what, max(held - max(skip, 0), 0), needed)
-    file.seek(begin + skip + part * of_part)
-    values = np.fromfile(file, dtype, of_part // dtype.itemsize)
-    if values.nbytes != of_part:
-        raise _wrong_size(what, values.nbytes, of_part)
-    return native(values).reshape(sizes)
+        raise _wrong_size(stored, max(held - max(skip, 0), 0), parts)
+    file.seek(begin + skip + part * stored.nbytes)
+    values = np.fromfile(file, stored.dtype, prod(stored.sizes))
+    if values.nbytes != stored.nbytes:
+        raise _wrong_size(stored, values.nbytes)
+    return native(values).reshape(stored.sizes)
 
 
-def _read_packed(
-    blocks: Iterator[bytes], dtype: np.dtype, sizes: Sequence[int], needed: int, skip: int, what: str
-) -> NDArray:
-    values = np.empty(tuple(sizes), dtype)
+def _read_packed(blocks: Iterator[bytes], stored: Stored, skip: int) -> NDArray:
+    values = np.empty(stored.sizes, stored.dtype)
     target = values.reshape(-1).view(np.uint8)
     seen = 0  # bytes unpacked so far, the skipped ones included
     for block in blocks:
         first = max(skip - seen, 0)
         at = max(seen - skip, 0)
         seen += len(block)
-        if seen - skip > needed:
-            raise _wrong_size(what, None, needed)
+        if seen - skip > stored.nbytes:
+            raise _wrong_size(stored, None)
         target[at : at + max(len(block) - first, 0)] = np.frombuffer(block, np.uint8)[first:]
-    if seen - skip != needed:
-        raise _wrong_size(what, max(seen - skip, 0), needed)
+    if seen - skip != stored.nbytes:
+        raise _wrong_size(stored, max(seen - skip, 0))
     return native(values)
 
 
-def _read_text(file: IO[bytes], dtype: np.dtype, sizes: Sequence[int], encoding: str, what: str) -> NDArray:
-    count = prod(sizes)
-    if (os.fstat(file.fileno()).st_size - file.tell()) < count:
+def _read_text(file: IO[bytes], stored: Stored) -> NDArray:
+    count, what = prod(stored.sizes), stored.what
+    if os.fstat(file.fileno()).st_size - file.tell() < count:
         raise FileFault(f"{what} is too short to hold {count} samples as text")
-    check_size(sizes, WORD_BYTES)
+    check_size(stored.sizes, WORD_BYTES)
     text = file.read().decode("ascii")
-    if encoding == "hex":
-        values = np.frombuffer(bytes.fromhex(text), np.uint8)
-        needed = count * dtype.itemsize
-        if values.size != needed:
-            raise FileFault(f"{what} must hold {needed} bytes of samples by its header, got {values.size}")
-        return values.view(dtype).reshape(sizes)
+    if stored.encoding == "hex":
+        content = bytes.fromhex(text)
+        if len(content) != stored.nbytes:
+            raise FileFault(f"{what} must hold {stored.nbytes} bytes of samples by its header, got {len(content)}")
+        return np.frombuffer(content, stored.dtype).reshape(stored.sizes)
     words = text.split()
     if len(words) != count:
         raise FileFault(f"{what} must hold {count} numbers by its header, got {len(words)}")
-    return from_words(words, dtype).reshape(sizes)
+    return from_words(words, stored.dtype).reshape(stored.sizes)
 
 
 def from_words(words: Sequence[str], dtype: np.dtype) -> NDArray:
@@ -195,9 +171,15 @@ def from_words(words: Sequence[str], dtype: np.dtype) -> NDArray:
     return np.array(words if dtype.kind == "f" else [int(word) for word in words], dtype)
 
 
-def _wrong_size(what: str, held: int | None, needed: int) -> FileFault:
-    held_text = f"more than {needed}" if held is None else f"{held}"
-    return FileFault(f"{what} holds {held_text} bytes of samples, but the header's dimensions and type need {needed}")
+def _wrong_size(stored: Stored, held: int | None, parts: int = 1) -> FileFault:
+    needed = stored.nbytes * parts
+    said = f"{stored.what} holds {f'more than {needed}' if held is None else held} bytes of samples"
+    return FileFault(f"{said}, but the header's dimensions and type need {needed}")
+
+
+def encoding_of(path: str) -> str:
+    """Return the encoding of a file by its name, which may end with .gz or .bz2."""
+    return {".gz": "deflate", ".bz2": "bzip2"}.get(os.path.splitext(path)[1].lower(), "raw")
 
 
 def unpacked(file: IO[bytes], encoding: str) -> Iterator[bytes]:
@@ -206,7 +188,6 @@ def unpacked(file: IO[bytes], encoding: str) -> Iterator[bytes]:
     Consecutive streams count as one; padding after them is ignored.
     """
     make = bz2.BZ2Decompressor if encoding == "bzip2" else lambda: zlib.decompressobj(zlib.MAX_WBITS | 32)
-    magic = b"BZh" if encoding == "bzip2" else b"\x1f\x8b"
     pending = file.read(_PIECE)
     while True:
         stream: Any = make()
@@ -221,9 +202,9 @@ def unpacked(file: IO[bytes], encoding: str) -> Iterator[bytes]:
                 if not pending and not block:
                     raise FileFault("is truncated: its compressed data end in the middle")
         pending = stream.unused_data or file.read(_PIECE)
-        if len(pending) < len(magic):
+        if len(pending) < len(MAGIC[encoding]):
             pending += file.read(_PIECE)
-        if not pending.startswith(magic):
+        if not pending.startswith(MAGIC[encoding]):
             return
 
 
@@ -236,18 +217,18 @@ def _bounded(blocks: Iterator[bytes], limit: int, what: str) -> Iterator[bytes]:
         yield block
 
 
-def _skip_lines(file: IO[bytes], count: int, what: str) -> None:
-    """Skip so many lines; raise FileFault if there are fewer."""
+def _skip_lines(file: IO[bytes], stored: Stored) -> None:
+    """Skip the lines before the samples; raise FileFault if there are fewer."""
     held = os.fstat(file.fileno()).st_size
-    for number in range(count):
+    for number in range(stored.lines):
         if file.tell() >= held:
-            raise FileFault(f"the header skips {count} lines, but {what} holds {number}")
+            raise FileFault(f"the header skips {stored.lines} lines, but {stored.what} holds {number}")
         while (piece := file.readline(_BLOCK)) and not piece.endswith(b"\n"):
             pass
 
 
-def data_files(header_path: str, named: str, listed: Sequence[str] | None) -> list[tuple[str, str]]:
-    """Return the names of data files in a header, and their paths.
+def data_files(header_path: str, named: str, listed: Sequence[str] | None, stored: Stored) -> list[Stored]:
+    """Return the samples of the data files that a header names, each of the shape of all.
 
     Parameters
     ----------
@@ -262,36 +243,26 @@ def data_files(header_path: str, named: str, listed: Sequence[str] | None) -> li
         If a file does not exist, or is not in the header's folder or below.
     """
     words = named.split()
-    if listed is not None:
-        names = list(listed)
-    elif len(words) in (4, 5) and "%" in words[0]:
-        names = _numbered_names(words[:4])
-    else:
-        names = [named]
-    return [(name, _data_file(header_path, name)) for name in names]
+    if listed is None and len(words) in (4, 5) and "%" in words[0]:
+        listed = _numbered_names(words[:4])
+    names = [named] if listed is None else listed
+    return [stored._replace(path=_data_file(header_path, name), what=f"its data file {name}") for name in names]
 
 
-def read_files(
-    files: Sequence[tuple[str, str]],
-    dtype: np.dtype,
-    sizes: Sequence[int],
-    index: Sequence[int | slice],
-    choice: Choice,
-    **where: Any,
-) -> NDArray:
-    """Return the samples at `index` from data files that hold equal parts; other arguments as for `read_stored`."""
+def read_files(files: Sequence[Stored], index: tuple[int | slice, ...], choice: Choice) -> NDArray:
+    """Return the samples at `index` from data files that hold equal parts."""
     if len(files) == 1:
-        [(name, path)] = files
-        return read_picked(path, dtype, sizes, index, choice, what=f"its data file {name}", **where)
+        return read_picked(files[0], index, choice)
 
     def of_all_files() -> NDArray:
+        sizes, dtype = files[0].sizes, files[0].dtype
         check_size(sizes, dtype.itemsize)
         values = np.empty((len(files), prod(sizes) // len(files)), dtype)
-        for (name, path), slot in zip(files, values, strict=True):
-            slot[...] = read_stored(path, dtype, slot.shape, what=f"its data file {name}", **where)
+        for each, slot in zip(files, values, strict=True):
+            slot[...] = read_stored(each._replace(sizes=slot.shape))
         return values.reshape(sizes)
 
-    return once(choice, "data files", of_all_files)[tuple(index)]
+    return once(choice, "data files", of_all_files)[index]
 
 
 def _numbered_names(words: Sequence[str]) -> list[str]:
