@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from texvol.formats.readers.samples import FileFault
-from texvol.formats.readers.vtk_xml import Document, document_of
+from texvol.formats.readers.vti_arrays import Document
+from texvol.formats.readers.vtk_xml import document_of
 from texvol.scene.shapes import Mesh
 
 _MOST = 2**40  # of points or polygons of a piece

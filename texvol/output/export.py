@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from texvol.annotation import Annotation, annotate, check, with_room
 from texvol.provenance.scene_metadata import scene_metadata
-from texvol.scene.display import NUMBER_MODES
+from texvol.scene import display
 from texvol.scene.scene import Scene
 from texvol.scene.volume import Volume
 from texvol.slicing.slabs import slabs_crossed
@@ -94,23 +94,18 @@ class PictureExport:
             warnings.warn(message, stacklevel=2)
         if is_exact(path):
             return picture
-        if scene.mode in NUMBER_MODES:
-            picture = self._numbers(picture, scene)
+        if scene.mode in display.NUMBER_MODES:
+            if self.window is None and scene.coloring == "grey":
+                self.window = display.found_window(picture, scene)
+            picture = display.shown(picture, scene, window=self.window)
         if not self._annotation:
             return picture
         size = picture.shape[1], picture.shape[0]
         return annotate(picture, scene, size, self._annotation, transparent=self._transparent, window=self.window)
 
-    def _numbers(self, picture: NDArray, scene: Scene) -> NDArray:
-        from texvol.scene import display
-
-        if self.window is None and scene.coloring == "grey":
-            self.window = display.found_window(picture, scene)
-        return display.shown(picture, scene, window=self.window)
-
     def metadata(self, name: str, scene: Scene, path: str, settings: Mapping[str, Any] | None = None) -> dict[str, str]:
         """Return the metadata of a picture file's header: its scene, and the window of its numbers."""
         shown: dict[str, Any] = {}
-        if scene.mode in NUMBER_MODES and self.window is not None:
+        if scene.mode in display.NUMBER_MODES and self.window is not None:
             shown = {"window": self.window}
         return scene_metadata(name, scene, settings=settings or {}, display=shown, checksum=is_exact(path))

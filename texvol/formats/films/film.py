@@ -238,24 +238,6 @@ class _Process:
         self._acknowledged += 1
 
 
-class _Pictures:
-    """Numbered picture files."""
-
-    def __init__(self, job: Mapping[str, Any]) -> None:
-        self._job = job
-
-    def add(self, number: int, picture: NDArray[np.float32], attributes: dict[str, str]) -> None:
-        """Write a picture."""
-        path = numbered(self._job["path"], number)
-        transparent = self._job["transparent"]
-        writing.write_files({path: image.encoded(path, picture, attributes, transparent=transparent, quick=True)})
-
-    def finish(self) -> None:
-        """Do nothing: each picture is complete."""
-
-    drop = finish
-
-
 class _Film:
     """Film, encoded in a folder beside its path."""
 
@@ -278,7 +260,7 @@ class _Film:
             restore_signals=False,  # SIGXFSZ stays ignored, so that ffmpeg reports that the file is too large
         )
 
-    def add(self, number: int, picture: NDArray[np.float32], attributes: dict[str, str]) -> None:
+    def add(self, picture: NDArray[np.float32]) -> None:
         """Add a picture."""
         assert self._process.stdin is not None
         try:
@@ -324,25 +306,35 @@ def serve(connection_descriptor: int, memory_descriptor: int) -> None:
     try:
         job = connection.recv()
         pictures = _pictures(memory_descriptor, job["size"])
-        sink: _Film | _Pictures | None = None
+        film = _Film(job) if is_film(job["path"]) else None
         try:
-            sink = _Film(job) if is_film(job["path"]) else _Pictures(job)
             with np.errstate(all="ignore"):  # numbers out of range are visible in the picture
                 while (message := connection.recv()) is not None:
                     slot, number, attributes = message
-                    sink.add(number, pictures[slot], attributes)
+                    if film is None:
+                        _write(job, number, pictures[slot], attributes)
+                    else:
+                        film.add(pictures[slot])
                     connection.send(None)
-            sink.finish()
-            sink = None
-            connection.send(None)
-        finally:
-            if sink is not None:
-                sink.drop()
+            if film is not None:
+                film.finish()
+        except BaseException:
+            if film is not None:
+                film.drop()
+            raise
+        connection.send(None)
     except (EOFError, ConnectionError):
         pass  # the parent has closed the connection
     except Exception as error:
         with contextlib.suppress(OSError):
             connection.send((type(error).__name__, str(error) or type(error).__name__))
+
+
+def _write(job: Mapping[str, Any], number: int, picture: NDArray[np.float32], attributes: dict[str, str]) -> None:
+    """Write a numbered picture file."""
+    path = numbered(job["path"], number)
+    content = image.encoded(path, picture, attributes, transparent=job["transparent"], quick=True)
+    writing.write_files({path: content})
 
 
 def _pictures(memory: int, size: tuple[int, int]) -> NDArray[np.float32]:

@@ -39,6 +39,9 @@ _GAP_TOLERANCE = 0.05
 _SAME_POSITION = 0.01  # of the usual gap: slices closer than this are at one position
 _SAME_ANGLE = 1e-3  # largest difference of direction cosines within a series, due to their rounding
 
+# Photometric interpretations that are red, green and blue, at least after decoding.
+_COLORS = ("RGB", "YBR_FULL", "YBR_FULL_422", "YBR_ICT", "YBR_RCT")
+
 
 class _Series(NamedTuple):
     uid: str
@@ -62,7 +65,7 @@ def read(path: str, choice: Choice) -> Samples:
     sizes, axes, said = [len(ordered), first.rows, first.columns], "ZYX", ""
     if first.samples_per_pixel != 1:
         sizes, axes = [*sizes, first.samples_per_pixel], "ZYXC"
-        said = f"photometric interpretation {first.photometric}" if first.is_color else ""
+        said = f"photometric interpretation {first.photometric}" if first.photometric in _COLORS else ""
     axes = with_color(axes, sizes, component_axis(axes, sizes, "C"), choice, said)
     # With --time, the step selects among slices at one position; it is not an axis.
     index = pick(axes, sizes, choice._replace(time=None))

@@ -26,9 +26,6 @@ _GROUPS = {
     "TemporalPositionIndex": "FrameContentSequence",
 }
 
-# Photometric interpretations that are red, green and blue, at least after decoding.
-_COLORS = ("RGB", "YBR_FULL", "YBR_FULL_422", "YBR_ICT", "YBR_RCT")
-
 _MOST_FRAMES = 2**16  # of a file
 
 # Fields that order slices at one position, most significant first.
@@ -85,11 +82,6 @@ class Slice:
     def name(self) -> str:
         """Name of the slice in messages."""
         return f"{os.path.basename(self.path)} frame {self.frame}" if self.frame else os.path.basename(self.path)
-
-    @property
-    def is_color(self) -> bool:
-        """True if its pixels are red, green and blue, at least after decoding."""
-        return self.photometric in _COLORS
 
     @property
     def frame_shape(self) -> tuple[int, ...]:

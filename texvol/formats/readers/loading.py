@@ -62,21 +62,10 @@ def _check(choice: Choice) -> None:
 
 def volume_of(name: str, samples: Samples, choice: Choice) -> Volume:
     """Return the volume of the samples of the file `name`; a chosen spacing overrides the file's."""
-    return Volume(
-        samples.values,
-        samples.spacing if choice.spacing is None else choice.spacing,
-        samples.origin,
-        samples.direction,
-        unit=samples.unit,
-        value_unit=samples.value_unit,
-        space=samples.space,
-        name=name,
-        source=_source(name, choice),
-        resampling=samples.resampling,
-        notes=samples.notes,
-        labels=choice.labels,
-        colors=samples.colors,
-    )
+    fields = {key: thing for key, thing in samples._asdict().items() if key not in ("times", "time_unit")}
+    if choice.spacing is not None:
+        fields["spacing"] = choice.spacing
+    return Volume(**fields, name=name, source=_source(name, choice), labels=choice.labels)
 
 
 def _source(path: str, choice: Choice) -> dict[str, Any]:

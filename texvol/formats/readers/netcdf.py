@@ -60,7 +60,10 @@ def _opened(path: str) -> Any:
         check_heaps(path)
     # The library never closes a file that it failed to open.
     check_survived(lambda: netCDF4.Dataset(os.path.abspath(path)).close())
-    return netCDF4.Dataset(os.path.abspath(path))
+    dataset = netCDF4.Dataset(os.path.abspath(path))
+    dataset.set_auto_maskandscale(True)
+    dataset.set_always_mask(False)
+    return dataset
 
 
 def _read(dataset: Any, choice: Choice) -> Samples:
@@ -161,8 +164,6 @@ def _values(variable: Any, index: Sequence[int | slice], choice: Choice) -> NDAr
 
     Missing labels become 0.
     """
-    variable.set_auto_maskandscale(True)
-    variable.set_always_mask(False)
     attributes = variable.ncattrs()
     values = variable[tuple(index)]
     if choice.labels and np.ma.isMaskedArray(values):
@@ -195,8 +196,6 @@ def _axis(dimension: Dimension) -> Axis:
 def _coordinates(variable: Any, index: tuple[Any, ...]) -> NDArray:
     """Return coordinates, NaN where the file marks them as missing."""
     check_size([max(size, 1) for size in variable.shape], 8)
-    variable.set_auto_maskandscale(True)
-    variable.set_always_mask(False)
     values = variable[index]
     if not np.ma.isMaskedArray(values):
         return np.asarray(values)

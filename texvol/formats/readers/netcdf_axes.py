@@ -11,21 +11,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-_ROLE_OF_STANDARD_NAME = {
-    "time": "T",
-    "longitude": "X",
-    "projection_x_coordinate": "X",
-    "grid_longitude": "X",
-    "latitude": "Y",
-    "projection_y_coordinate": "Y",
-    "grid_latitude": "Y",
-    "height": "Z",
-    "altitude": "Z",
-    "depth": "Z",
-    "air_pressure": "Z",
-    "model_level_number": "Z",
+_STANDARD_NAMES = {
+    "T": ("time",),
+    "X": ("longitude", "projection_x_coordinate", "grid_longitude"),
+    "Y": ("latitude", "projection_y_coordinate", "grid_latitude"),
+    "Z": ("height", "altitude", "depth", "air_pressure", "model_level_number"),
 }
-_ROLE_OF_NAME = {
+_USUAL_NAMES = {
     "T": ("time", "t", "ocean_time", "xtime", "valid_time"),
     "X": ("x", "lon", "longitude", "west_east", "rlon"),
     "Y": ("y", "lat", "latitude", "south_north", "rlat"),
@@ -61,8 +53,8 @@ def role_of(coordinate: Any | None, name: str) -> str:
     if axis in ("X", "Y", "Z", "T"):
         return axis
     standard_name = attribute(coordinate, "standard_name").lower()
-    if standard_name in _ROLE_OF_STANDARD_NAME:
-        return _ROLE_OF_STANDARD_NAME[standard_name]
+    if role := _role(_STANDARD_NAMES, standard_name):
+        return role
     if standard_name.startswith(("atmosphere_", "ocean_")) and standard_name.endswith("_coordinate"):
         return "Z"
     units = attribute(coordinate, "units").lower()
@@ -74,7 +66,11 @@ def role_of(coordinate: Any | None, name: str) -> str:
         return "Y"
     if units in _PRESSURE or attribute(coordinate, "positive").lower() in ("up", "down"):
         return "Z"
-    return next((role for role, names in _ROLE_OF_NAME.items() if name.lower() in names), "")
+    return _role(_USUAL_NAMES, name.lower())
+
+
+def _role(names: dict[str, tuple[str, ...]], name: str) -> str:
+    return next((role for role, known in names.items() if name in known), "")
 
 
 def letters_of(dimensions: list[Dimension]) -> str:

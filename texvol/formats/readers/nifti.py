@@ -59,8 +59,7 @@ def _pair(path: str) -> tuple[str, str]:
         for ending in (header_ending, data_ending):
             if path.lower().endswith(ending):
                 stem = path[: -len(ending)]
-                pair = [_existing(stem, header_ending), _existing(stem, data_ending)]
-                return pair[0], pair[1]
+                return _existing(stem, header_ending), _existing(stem, data_ending)
     return path, path
 
 

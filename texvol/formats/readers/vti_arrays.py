@@ -21,6 +21,9 @@ from texvol.formats.readers.samples import FileFault, check_size
 from texvol.formats.readers.stored import WORD_BYTES, from_words
 from texvol.util.errors import missing_extra
 
+_TYPES = {"Int8": "i1", "Int16": "i2", "Int32": "i4", "Int64": "i8", "Float32": "f4", "Float64": "f8"}
+_TYPES |= {"UInt8": "u1", "UInt16": "u2", "UInt32": "u4", "UInt64": "u8"}
+
 
 class Appended(NamedTuple):
     """Data after the XML: the file, their first byte, and True for bytes or False for base64."""
@@ -64,25 +67,49 @@ class _Base64:
         return content[:count]
 
 
-def read_array(
-    array: ElementTree.Element, root: ElementTree.Element, appended: Appended | None, dtype: np.dtype, sizes: list[int]
-) -> NDArray:
-    """Return the samples of a `DataArray`, shape `sizes`; raise FileFault if it holds fewer or more."""
-    needed = prod(sizes) * dtype.itemsize
-    form = array.get("format", "ascii")
-    if form == "ascii":
-        return _from_text(array.text or "", dtype, sizes)
-    word = np.dtype("u8" if root.get("header_type") == "UInt64" else "u4").newbyteorder(dtype.byteorder)
-    if dtype.itemsize == 1:
-        word = word.newbyteorder(">" if root.get("byte_order") == "BigEndian" else "<")
-    run = _run(array, form, appended)
-    packer = root.get("compressor")
-    if packer:
-        return _from_blocks(run, packer, word, needed).view(dtype).reshape(sizes)
-    held = int(np.frombuffer(run.take(word.itemsize), word)[0])
-    if held != needed:
-        raise _wrong_size(held, needed)
-    return np.frombuffer(run.take(needed), dtype).reshape(sizes)
+class Document(NamedTuple):
+    """VTK XML file: its root, the element of its data, and the location of appended data."""
+
+    root: ElementTree.Element
+    data: ElementTree.Element
+    appended: Appended | None
+
+    @property
+    def byte_order(self) -> str:
+        """Order of bytes in numpy's notation."""
+        return ">" if self.root.get("byte_order") == "BigEndian" else "<"
+
+    def type_of(self, array: ElementTree.Element) -> tuple[np.dtype, int]:
+        """Return type and number of components of an array."""
+        code = _TYPES.get(array.get("type", ""))
+        if code is None:
+            raise FileFault(f"its array {array.get('Name')!r} must hold numbers, got type {array.get('type')}")
+        return np.dtype(self.byte_order + code), int(array.get("NumberOfComponents", 1))
+
+    def array(self, array: ElementTree.Element, sizes: list[int], what: str = "") -> NDArray:
+        """Return the samples of an array, shape `sizes`; with `what`, its name, the last size is that of components.
+
+        Raises
+        ------
+        FileFault
+            If it holds fewer or more samples, or has other components.
+        """
+        dtype, components = self.type_of(array)
+        check_size(sizes, dtype.itemsize)
+        if what and components != sizes[-1]:
+            raise FileFault(f"its {what} must have {sizes[-1]} components, got {components}")
+        needed = prod(sizes) * dtype.itemsize
+        form = array.get("format", "ascii")
+        if form == "ascii":
+            return _from_text(array.text or "", dtype, sizes)
+        word = np.dtype(self.byte_order + ("u8" if self.root.get("header_type") == "UInt64" else "u4"))
+        run = _run(array, form, self.appended)
+        if packer := self.root.get("compressor"):
+            return _from_blocks(run, packer, word, needed).view(dtype).reshape(sizes)
+        held = int(np.frombuffer(run.take(word.itemsize), word)[0])
+        if held != needed:
+            raise _wrong_size(held, needed)
+        return np.frombuffer(run.take(needed), dtype).reshape(sizes)
 
 
 def _run(array: ElementTree.Element, form: str, appended: Appended | None) -> _Raw | _Base64:

@@ -9,7 +9,6 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Iterable
-from typing import NamedTuple
 from xml.etree import ElementTree
 
 import numpy as np
@@ -18,38 +17,12 @@ from numpy.typing import NDArray
 from texvol.formats.readers.colors import colored, is_colored, with_color
 from texvol.formats.readers.missing import noted, without_chosen, without_where
 from texvol.formats.readers.samples import Choice, FileFault, Samples, by, check_size, pick
-from texvol.formats.readers.vti_arrays import Appended, read_array
+from texvol.formats.readers.vti_arrays import Appended, Document
 
-_TYPES = {"Int8": "i1", "Int16": "i2", "Int32": "i4", "Int64": "i8", "Float32": "f4", "Float64": "f8"}
-_TYPES |= {"UInt8": "u1", "UInt16": "u2", "UInt32": "u4", "UInt64": "u8"}
 _COLOR_NAMES = ("rgb", "rgba", "color", "colors", "colour", "colours")
 _GHOSTS, _HIDDEN_POINT, _HIDDEN_CELL = "vtkGhostType", 2, 32  # vtkDataSetAttributes
 _HINT = "; --variable NAME chooses"
 _LONGEST_HEADER = 2**20  # bytes in which appended data begin, unless other arrays stand inline before them
-
-
-class Document(NamedTuple):
-    """VTK XML file: its root, the element of its data, and the location of appended data."""
-
-    root: ElementTree.Element
-    data: ElementTree.Element
-    appended: Appended | None
-
-    def type_of(self, array: ElementTree.Element) -> tuple[np.dtype, int]:
-        """Return type and number of components of an array."""
-        code = _TYPES.get(array.get("type", ""))
-        if code is None:
-            raise FileFault(f"its array {array.get('Name')!r} must hold numbers, got type {array.get('type')}")
-        order = ">" if self.root.get("byte_order") == "BigEndian" else "<"
-        return np.dtype(order + code), int(array.get("NumberOfComponents", 1))
-
-    def array(self, array: ElementTree.Element, sizes: list[int], what: str = "") -> NDArray:
-        """Return the samples of an array; with `what`, its name, the last size must be its number of components."""
-        dtype, components = self.type_of(array)
-        check_size(sizes, dtype.itemsize)
-        if what and components != sizes[-1]:
-            raise FileFault(f"its {what} must have {sizes[-1]} components, got {components}")
-        return read_array(array, self.root, self.appended, dtype, sizes)
 
 
 class Grid:
