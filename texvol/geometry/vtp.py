@@ -8,6 +8,7 @@ from __future__ import annotations
 import base64
 from typing import Any
 from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -40,7 +41,7 @@ def read(path: str) -> dict[str, NDArray]:
 
 
 class _Piece:
-    def __init__(self, piece: ElementTree.Element, document: Document) -> None:
+    def __init__(self, piece: Element, document: Document) -> None:
         self._piece, self._document = piece, document
         self._points = self._count("NumberOfPoints")
 
@@ -95,15 +96,13 @@ class _Piece:
             raise FileFault(f"its {name} must be 0 to {_MOST}, got {count}")
         return count
 
-    def _vectors(self, array: ElementTree.Element) -> NDArray:
+    def _vectors(self, array: Element) -> NDArray:
         return self._document.array(array, [self._points, 3], f"array {array.get('Name')!r}")
 
 
 def encoded(mesh: Mesh) -> bytes:
     """Return the bytes of a file with the mesh, in float64."""
-    file = ElementTree.Element(
-        "VTKFile", type="PolyData", version="1.0", byte_order="LittleEndian", header_type="UInt64"
-    )
+    file = Element("VTKFile", type="PolyData", version="1.0", byte_order="LittleEndian", header_type="UInt64")
     counts = {"NumberOfPoints": str(len(mesh.vertices)), "NumberOfPolys": str(len(mesh.triangles))}
     piece = ElementTree.SubElement(ElementTree.SubElement(file, "PolyData"), "Piece", counts)
     _put(ElementTree.SubElement(piece, "Points"), "Points", mesh.vertices, "f8")
@@ -115,7 +114,7 @@ def encoded(mesh: Mesh) -> bytes:
     return ElementTree.tostring(file, encoding="utf-8", xml_declaration=True)
 
 
-def _put(parent: ElementTree.Element, name: str, numbers: ArrayLike, code: str) -> None:
+def _put(parent: Element, name: str, numbers: ArrayLike, code: str) -> None:
     array = np.ascontiguousarray(numbers, "<" + code)
     about: dict[str, Any] = {"type": {"f8": "Float64", "i8": "Int64"}[code], "Name": name, "format": "binary"}
     if array.ndim > 1:

@@ -62,15 +62,10 @@ class PictureExport:
 
     If no window of numbers is chosen, that of the first picture is used for all. Annotation is drawn into 8-bit files,
     never into an EXR file.
-
-    Attributes
-    ----------
-    window : (centre, width), optional
-        Window of numbers, if it was chosen or has been found from a picture.
     """
 
     def __init__(self, scene_options: SceneOptions, annotation: Annotation | None = None) -> None:
-        self.window = scene_options.window
+        self.window = scene_options.window  # of numbers: (centre, width), if chosen or found from a picture
         self._transparent = scene_options.transparent
         self._annotation = annotation or Annotation()
 

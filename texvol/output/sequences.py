@@ -32,23 +32,12 @@ _STEPS = 32  # largest number of steps that represent a series
 
 @dataclass(frozen=True)
 class Frames:
-    """Scenes of a sequence.
-
-    Attributes
-    ----------
-    scenes : iterator of Scene
-    count : int
-        Number of scenes.
-    word : str
-        Noun for one of them: "view" or "time step".
-    name : str
-        File of the volume.
-    """
+    """Scenes of a sequence."""
 
     scenes: Iterator[Scene]
     count: int
-    word: str
-    name: str
+    word: str  # noun for one of them: "view" or "time step"
+    name: str  # file of the volume
 
 
 def views(scene: Scene, count: int, name: str) -> Frames:

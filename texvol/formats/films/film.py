@@ -145,7 +145,7 @@ class Writer:
     def close(self) -> None:
         """End the processes; pictures in progress are finished, an unfinished film is removed."""
         for process in self._processes:
-            process.hang_up()
+            process.connection.close()
         for process in self._processes:
             process.wait()
         if self._folder is not None:
@@ -172,7 +172,7 @@ class _Process:
             raise InputError(f"{job['path']}: cannot be written: {writing.reason_of(error)}") from None
         try:
             self._slots = _pictures(memory, job["size"])
-            self._connection, theirs = multiprocessing.connection.Pipe()
+            self.connection, theirs = multiprocessing.connection.Pipe()
             with theirs:
                 code = f"from texvol.formats.films import film; film.serve({theirs.fileno()}, {memory})"
                 self._process = subprocess.Popen(
@@ -192,7 +192,7 @@ class _Process:
 
     def send(self, number: int, picture: NDArray[np.float32], attributes: dict[str, str]) -> None:
         """Send a picture to be written under that number."""
-        while self._sent - self._acknowledged == _SLOTS or self._connection.poll():
+        while self._sent - self._acknowledged == _SLOTS or self.connection.poll():
             self._hear()
         slot = self._sent % _SLOTS
         self._slots[slot] = picture
@@ -204,10 +204,6 @@ class _Process:
         self._tell(None)
         while self._acknowledged <= self._sent:  # one more than pictures: for the end
             self._hear()
-
-    def hang_up(self) -> None:
-        """Close the connection: no more pictures."""
-        self._connection.close()
 
     def wait(self) -> None:
         """Wait for the process, which has little left to do."""
@@ -221,14 +217,14 @@ class _Process:
 
     def _tell(self, message: Any) -> None:
         try:
-            self._connection.send(message)
+            self.connection.send(message)
         except ConnectionError:
             while True:  # until the process has reported its error
                 self._hear()
 
     def _hear(self) -> None:
         try:
-            answer = self._connection.recv()
+            answer = self.connection.recv()
         except (EOFError, ConnectionError):
             status = self._process.wait()
             raise InputError(f"the process that writes pictures ended unexpectedly (status {status})") from None

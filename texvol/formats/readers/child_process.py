@@ -20,14 +20,6 @@ if TYPE_CHECKING:
 _PATIENCE = 5.0  # seconds
 
 
-class Died(Exception):
-    """The process ended before it sent everything; the message is its signal or status."""
-
-
-class Late(Exception):
-    """The process exceeded its time."""
-
-
 class Child:
     """Child process that sends messages."""
 
@@ -40,15 +32,17 @@ class Child:
 
         Raises
         ------
-        Died, Late
-            If the process ends, or does not begin the message within the time.
+        EOFError
+            If the process ends before; the text is its signal or status.
+        TimeoutError
+            If the message does not begin within the time.
         """
         if not self._messages.poll(seconds):
-            raise Late
+            raise TimeoutError
         try:
             return self._messages.recv_bytes()
         except (EOFError, OSError):
-            raise Died(self.end()) from None
+            raise EOFError(self.end()) from None
 
     def end(self) -> str:
         """End the process and return its signal or status in words."""
@@ -124,9 +118,9 @@ def check_survived(attempt: Callable[[], object]) -> None:
     with forked(work) as child:
         try:
             message = child.take(_PATIENCE)
-        except Late:
+        except TimeoutError:
             raise FileFault(f"is corrupt or too complex: it is not opened within {_PATIENCE:g} seconds") from None
-        except Died as died:
-            raise FileFault(f"is corrupt: reading it crashes the library ({died})") from None
+        except EOFError as end:
+            raise FileFault(f"is corrupt: reading it crashes the library ({end})") from None
     if message:
         raise FileFault(message.decode("utf-8", "replace"))

@@ -77,22 +77,17 @@ def colored(
     """
     kept = "".join(axis for axis, part in zip(axes, index, strict=True) if isinstance(part, slice))
     components = np.moveaxis(picked, kept.index("K"), -1)
-    _check_type(components.dtype, said)
+    dtype = components.dtype
+    if dtype.kind != "f" and (dtype.kind != "u" or dtype.itemsize * 8 > _MOST_BITS):
+        raise FileFault(f"colour ({said or '--color'}) must be uint8, uint16 or floats, got {dtype}; {_INSTEAD}")
     check_size(components.shape[:3], _BYTES)
     colors = np.empty((*components.shape[:3], 3), np.float32)
     amounts = np.empty(components.shape[:3], np.float32)
-    convert = _from_floats if components.dtype.kind == "f" else _from_whole
+    convert = _from_floats if dtype.kind == "f" else _from_whole
     # Slice by slice, so that wide intermediates never have the size of the volume.
     for source, color, amount in zip(components, colors, amounts, strict=True):
-        color[...], amount[...] = convert(source, bits or components.dtype.itemsize * 8, associated)
+        color[...], amount[...] = convert(source, bits or dtype.itemsize * 8, associated)
     return {"values": amounts, "colors": colors, "notes": _notes(components, said, bits, associated)}
-
-
-def _check_type(dtype: np.dtype, said: str) -> None:
-    if dtype.kind == "f" or (dtype.kind == "u" and dtype.itemsize * 8 <= _MOST_BITS):
-        return
-    who = said or "--color"
-    raise FileFault(f"colour ({who}) must be uint8, uint16 or floats, got {dtype}; {_INSTEAD}")
 
 
 def _from_whole(source: NDArray, bits: int, associated: bool) -> tuple[NDArray, NDArray]:

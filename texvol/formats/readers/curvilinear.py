@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from texvol.formats.readers.cells import Cells
 from texvol.formats.readers.rectilinear import check_resolution, chosen_by, rounding_of, tolerance
-from texvol.formats.readers.resampling import Difference, labels_at, resolution_for, sampled_at, type_between
+from texvol.formats.readers.resampling import Difference, Floats, labels_at, resolution_for, sampled_at, type_between
 from texvol.formats.readers.samples import Choice, FileFault, Samples, by, check_size, grid_from_columns, once
 
 _CHUNK = 2**18  # samples per step
@@ -99,7 +99,7 @@ def _regular(points: NDArray) -> dict[str, Any] | None:
     return {"spacing": spacing, "direction": direction, "origin": first}
 
 
-def _completed(columns: list[NDArray[np.float64]], length: float) -> list[NDArray[np.float64]]:
+def _completed(columns: list[Floats], length: float) -> list[Floats]:
     """Return the columns; an axis with a single sample gets one perpendicular to the others, `length` long."""
     missing = [axis for axis in range(3) if not columns[axis].any()]
     if len(missing) == 1:
@@ -141,7 +141,7 @@ class _Position:
         # Points in no cell have label 0, or no value.
         made = np.full(int(np.prod(self.counts)), 0 if choice.labels else np.nan, dtype)
         sample = labels_at if choice.labels else sampled_at
-        found: Iterable[tuple[NDArray[np.intp], NDArray[np.float64]]]
+        found: Iterable[tuple[NDArray[np.intp], Floats]]
         if choice.kept is None:
             found = self._cells.locate(self.origin, self.spacing, self.counts)
         else:
@@ -154,7 +154,7 @@ class _Position:
         return made.reshape(self.counts[::-1])
 
 
-def _counts(points: NDArray, cells: Cells, origin: NDArray[np.float64], extent: NDArray[np.float64]) -> list[int]:
+def _counts(points: NDArray, cells: Cells, origin: Floats, extent: Floats) -> list[int]:
     """Return samples along each world axis: as many as the smallest cell needs, within bounds.
 
     The bound is relative to the samples of the grid axis that extends farthest along the world axis.

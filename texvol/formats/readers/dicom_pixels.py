@@ -15,7 +15,7 @@ from typing import IO, TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.formats.readers.child_process import Child, Died, Late, forked
+from texvol.formats.readers.child_process import Child, forked
 from texvol.formats.readers.dicom_slices import Slice
 from texvol.formats.readers.samples import FileFault, in_bytes
 from texvol.util.errors import missing_extra
@@ -105,10 +105,10 @@ def _received(one: Slice, child: Child) -> Iterator[NDArray]:
             if fault := child.take(seconds):
                 raise FileFault(fault.decode("utf-8", "replace"))
             content = child.take(seconds)
-        except Late:
+        except TimeoutError:
             raise _unreadable(one, "its compressed data are damaged: decoding does not end") from None
-        except Died as died:
-            raise _unreadable(one, f"its compressed data are damaged: the decoder crashed ({died})") from None
+        except EOFError as end:
+            raise _unreadable(one, f"its compressed data are damaged: the decoder crashed ({end})") from None
         yield np.frombuffer(content, one.dtype).reshape(one.frame_shape)
 
 

@@ -33,24 +33,7 @@ _ORDER = ("TemporalPositionIndex", "TemporalPositionIdentifier", "EchoTime", "Ac
 
 
 class Slice:
-    """One slice: its pixels' location, its position, and the meaning of its numbers.
-
-    Attributes
-    ----------
-    frame, frames : int
-        Number of the slice in its file, and number of the file's slices.
-    syntax : str
-        Transfer syntax of compressed frames; empty if uncompressed.
-    axes : two vectors
-        Directions of rising column and rising row.
-    spacing : (x, y)
-    value_unit : str
-        Empty if the file names none.
-    order : tuple of float
-        Position among slices at one position.
-    padding : (smallest, largest), optional
-        Stored values that mark pixels not recorded.
-    """
+    """One slice of a file of `frames`: its pixels' location, its position, and the meaning of its numbers."""
 
     def __init__(self, path: str, header: Any, frame: int, frames: int) -> None:
         if "ModalityLUTSequence" in header:
@@ -63,19 +46,23 @@ class Slice:
         self.samples_per_pixel = int(header.get("SamplesPerPixel") or 1)
         self.dtype, self.bits, self.high_bit = _stored_type(header)
         check_size([frames, self.rows, self.columns, self.samples_per_pixel], self.dtype.itemsize)
-        self.axes = _axes(header, frame)
+        self.axes = _axes(header, frame)  # directions of rising column and rising row
         scaling = header.get("DoseGridScaling")
         self.slope = _number(header, frame, "RescaleSlope", 1.0 if scaling is None else float(scaling))
         if self.slope == 0:
             raise FileFault("its RescaleSlope must not be 0")
-        self.spacing = _pixel_spacing(header, frame)[::-1]
-        self.syntax = _packed_syntax(header)
+        self.spacing = _pixel_spacing(header, frame)[::-1]  # of columns and rows
+        syntax = getattr(getattr(header, "file_meta", None), "TransferSyntaxUID", None)
+        is_packed = syntax is not None and syntax.is_transfer_syntax and syntax.is_encapsulated
+        self.syntax = str(syntax) if is_packed else ""
         # Of the first pixel's centre; frames without one have that of the file's first frame.
         self.position = _numbers(header, frame, "ImagePositionPatient", 3)
-        self.thickness = _thickness(header, frame)
+        spacing = abs(_number(header, frame, "SpacingBetweenSlices", 0.0))
+        thickness = spacing or _number(header, frame, "SliceThickness", 0.0)
+        self.thickness = thickness if thickness > 0 else 1.0
         self.intercept = _number(header, frame, "RescaleIntercept", 0.0)
         self.value_unit = _value_unit(header, frame)
-        self.order = tuple(_number(header, frame, key, 0.0) for key in _ORDER)
+        self.order = tuple(_number(header, frame, key, 0.0) for key in _ORDER)  # among slices at one position
         self.padding = _padding(header, self.dtype)
 
     @property
@@ -166,19 +153,10 @@ def _padding(header: Any, dtype: np.dtype) -> tuple[int, int] | None:
     value, limit = (header.get(key) for key in ("PixelPaddingValue", "PixelPaddingRangeLimit"))
     if value is None or value == "":
         return None
-    ends = [_as_stored(int(end), dtype) for end in (value, value if limit in (None, "") else limit)]
-    return min(ends), max(ends)
-
-
-def _as_stored(number: int, dtype: np.dtype) -> int:
-    """Return a number in the pixels' type; some files write negative numbers as unsigned, or the reverse."""
-    wrapped = number % 2 ** (8 * dtype.itemsize)
-    return wrapped - 2 ** (8 * dtype.itemsize) if wrapped > np.iinfo(dtype).max else wrapped
-
-
-def _packed_syntax(header: Any) -> str:
-    syntax = getattr(getattr(header, "file_meta", None), "TransferSyntaxUID", None)
-    return str(syntax) if syntax is not None and syntax.is_transfer_syntax and syntax.is_encapsulated else ""
+    # In the pixels' type, since some files write negative numbers as unsigned, or the reverse.
+    ends = [int(end) % 2 ** (8 * dtype.itemsize) for end in (value, value if limit in (None, "") else limit)]
+    stored = np.array(ends, f"u{dtype.itemsize}").view(dtype)
+    return int(stored.min()), int(stored.max())
 
 
 def _stored_type(header: Any) -> tuple[np.dtype, int, int]:
@@ -242,12 +220,6 @@ def _pixel_spacing(header: Any, frame: int) -> tuple[float, float]:
                 raise FileFault(f"spacing must be positive, got {key} {rows:g}, {columns:g}")
             return rows, columns
     raise FileFault("has no PixelSpacing")
-
-
-def _thickness(header: Any, frame: int) -> float:
-    spacing = _number(header, frame, "SpacingBetweenSlices", 0.0)
-    thickness = abs(spacing) or _number(header, frame, "SliceThickness", 0.0)
-    return thickness if thickness > 0 else 1.0
 
 
 def _along(header: Any, count: int) -> NDArray[np.float64]:

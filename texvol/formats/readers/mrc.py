@@ -36,8 +36,7 @@ def read(path: str, choice: Choice) -> Samples:
     crystal_axes = _crystal_axes(header)
     sizes, axes = _volumes(header, sizes)
     index = pick(axes, sizes, choice)
-    begin = {"offset" if encoding == "raw" else "skip": _HEADER_BYTES + extended}
-    values = read_picked(Stored(path, dtype, tuple(sizes), encoding, **begin), index, choice)
+    values = read_picked(Stored(path, dtype, tuple(sizes), encoding, skip=_HEADER_BYTES + extended), index, choice)
     # From sections, rows, columns to z, y, x.
     values = values.transpose([crystal_axes[::-1].index(axis) for axis in (2, 1, 0)])
     return Samples(values, **_grid(header, crystal_axes))

@@ -89,7 +89,7 @@ def _read(dataset: Any, choice: Choice) -> Samples:
         samples = on_points(values, _points(auxiliary, axes, chosen), choice._replace(kept=None) if moves else choice)
         coordinates = [auxiliary.get(role, axis.coordinate) for role, axis in zip("ZYX", axes, strict=True)]
     else:
-        samples = on_axes(values, [_axis(axis) for axis in axes[::-1]], choice.resolution, labels=choice.labels)
+        samples = on_axes(values, [_axis(axis) for axis in axes[::-1]], choice)
         coordinates = [axis.coordinate for axis in axes]
     names = [axis.name if each is None else each.name for axis, each in zip(axes, coordinates, strict=True)]
     units = [unit_of(each) for each in coordinates[::-1]]

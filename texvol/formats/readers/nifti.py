@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from texvol.formats.readers.colors import colored, component_axis, is_colored, with_color
 from texvol.formats.readers.samples import Choice, FileFault, Samples, grid_from_columns, pick, real_type, rescaled
-from texvol.formats.readers.stored import Stored, read_picked, unpacked
+from texvol.formats.readers.stored import Stored, encoding_of, read_picked, unpacked
 
 _UNITS = {0: "mm", 1: "m", 2: "mm", 3: "µm"}  # 0 is "unknown", which readers of NIfTI take for mm
 _TIME_UNITS = {8: "s", 16: "ms", 24: "µs"}
@@ -40,9 +40,8 @@ def read(path: str, choice: Choice) -> Samples:
     axes = with_color(axes, sizes[::-1], component_axis(axes, sizes[::-1], "C"), choice, named)
     index = pick(axes, sizes[::-1], choice)
     real_type(dtype)
-    encoding = "deflate" if data_path.lower().endswith(".gz") else "raw"
-    begin = {"skip" if encoding == "deflate" else "offset": offset}
-    values = read_picked(Stored(data_path, dtype, tuple(sizes[::-1]), encoding, **begin), index, choice)
+    stored = Stored(data_path, dtype, tuple(sizes[::-1]), encoding_of(data_path), skip=offset)
+    values = read_picked(stored, index, choice)
     steps = dict(zip(axes, sizes[::-1], strict=True)).get("T", 1)
     grid = _grid(header) | _times(header, steps)
     if is_colored(axes):

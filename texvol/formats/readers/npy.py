@@ -29,7 +29,10 @@ def read(path: str, choice: Choice) -> Samples:
             last = len(sizes) - 1 if len(sizes) > 3 else None
             axes = with_color(unnamed_axes(len(sizes) - 1) + "C", sizes, last, choice, "")
         index = _picked(axes, sizes, choice)
-        needed = check_size(sizes, dtype.itemsize) if len(sizes) == 3 else _any_size(sizes, dtype.itemsize)
+        check_size(sizes[-3:], dtype.itemsize)
+        if any(size < 1 for size in sizes):
+            raise FileFault(f"every dimension must be positive, got {sizes}")
+        needed = dtype.itemsize * prod(sizes)
         held = os.fstat(file.fileno()).st_size - file.tell()
         if held != needed:
             raise FileFault(f"must hold {needed} bytes of samples by its header ({sizes}, {dtype}), got {held}")
@@ -50,10 +53,3 @@ def _picked(axes: str, sizes: tuple[int, ...], choice: Choice) -> tuple[int | sl
         if may_be_color and choice.color is None:
             raise FileFault(f"{fault}; if its last axis is colour, give --color") from None
         raise
-
-
-def _any_size(sizes: tuple[int, ...], item_bytes: int) -> int:
-    check_size(sizes[-3:], item_bytes)
-    if any(size < 1 for size in sizes):
-        raise FileFault(f"every dimension must be positive, got {sizes}")
-    return item_bytes * prod(sizes)

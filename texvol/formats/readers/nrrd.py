@@ -199,7 +199,8 @@ def _grid(header: Mapping[str, Any], spatial: Sequence[int]) -> dict[str, Any]:
         origin = header.get("space origin")
         grid["origin"] = np.zeros(3) if origin is None or np.isnan(origin).all() else origin
         return grid
-    spacings = np.array([_spacing(header, axis) for axis in spatial])
+    known = header.get("spacings", [])
+    spacings = np.array([float(known[axis]) if axis < len(known) else 1.0 for axis in spatial])
     grid["spacing"] = spacings  # checked with the volume, since --spacing may override it
     grid["origin"] = [_axis_start(header, axis, step) for axis, step in zip(spatial, spacings, strict=True)]
     return grid
@@ -214,11 +215,6 @@ def _times(header: Mapping[str, Any], axes: str, sizes: Sequence[int]) -> dict[s
     start = _axis_start(header, axis, float(spacings[axis]))
     unit = str(units[axis]).strip('"') if axis < len(units) else ""
     return {"times": (start + spacings[axis] * np.arange(sizes[axis])).tolist(), "time_unit": unit}
-
-
-def _spacing(header: Mapping[str, Any], axis: int) -> float:
-    spacings = header.get("spacings", [])
-    return float(spacings[axis]) if axis < len(spacings) else 1.0
 
 
 def _axis_start(header: Mapping[str, Any], axis: int, spacing: float) -> float:

@@ -31,4 +31,4 @@ def read(path: str, choice: Choice) -> Samples:
         if not file.read(3).startswith(MAGIC[encoding]):
             ending = os.path.splitext(path)[1].lower()
             raise FileFault(f"is named {ending}, but its content is not compressed that way")
-    return Samples(read_stored(Stored(path, dtype, choice.shape[::-1], encoding)))
+    return Samples(read_stored(Stored(path, dtype, tuple(choice.shape[::-1]), encoding)))

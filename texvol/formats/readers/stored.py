@@ -11,7 +11,6 @@ import os
 import re
 import zlib
 from collections.abc import Iterator, Sequence
-from itertools import takewhile
 from math import prod
 from typing import IO, Any, NamedTuple
 
@@ -65,17 +64,16 @@ def read_picked(stored: Stored, index: tuple[int | slice, ...], choice: Choice) 
     series.
     """
     sizes = stored.sizes
-    leading = list(takewhile(lambda each: not isinstance(each, slice), index))
-    parts = prod(sizes[: len(leading)])
+    axes, number, parts = 0, 0, 1  # of the leading axes along which one index is picked
+    for chosen, size in zip(index, sizes, strict=True):
+        if isinstance(chosen, slice):
+            break
+        axes, number, parts = axes + 1, number * size + chosen, parts * size
     if parts != 1 and stored.encoding == "raw":
         real_type(stored.dtype)
         if min(sizes) < 1:
             raise FileFault(f"every dimension must be positive, got {by(sizes)}")
-        number = 0
-        for chosen, size in zip(leading, sizes, strict=False):
-            number = number * size + chosen
-        part = stored._replace(sizes=sizes[len(leading) :])
-        return read_stored(part, number, parts)[index[len(leading) :]]
+        return read_stored(stored._replace(sizes=sizes[axes:]), number, parts)[index[axes:]]
     whole = once(choice, stored, lambda: read_stored(stored))
     picked = whole[index]
     # A copy does not keep the whole array in memory; the steps of a series share it.

@@ -12,7 +12,7 @@ import re
 import zlib
 from math import prod
 from typing import NamedTuple
-from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,8 +70,8 @@ class _Base64:
 class Document(NamedTuple):
     """VTK XML file: its root, the element of its data, and the location of appended data."""
 
-    root: ElementTree.Element
-    data: ElementTree.Element
+    root: Element
+    data: Element
     appended: Appended | None
 
     @property
@@ -79,14 +79,14 @@ class Document(NamedTuple):
         """Order of bytes in numpy's notation."""
         return ">" if self.root.get("byte_order") == "BigEndian" else "<"
 
-    def type_of(self, array: ElementTree.Element) -> tuple[np.dtype, int]:
+    def type_of(self, array: Element) -> tuple[np.dtype, int]:
         """Return type and number of components of an array."""
         code = _TYPES.get(array.get("type", ""))
         if code is None:
             raise FileFault(f"its array {array.get('Name')!r} must hold numbers, got type {array.get('type')}")
         return np.dtype(self.byte_order + code), int(array.get("NumberOfComponents", 1))
 
-    def array(self, array: ElementTree.Element, sizes: list[int], what: str = "") -> NDArray:
+    def array(self, array: Element, sizes: list[int], what: str = "") -> NDArray:
         """Return the samples of an array, shape `sizes`; with `what`, its name, the last size is that of components.
 
         Raises
@@ -101,7 +101,11 @@ class Document(NamedTuple):
         needed = prod(sizes) * dtype.itemsize
         form = array.get("format", "ascii")
         if form == "ascii":
-            return _from_text(array.text or "", dtype, sizes)
+            check_size(sizes, WORD_BYTES)
+            words = (array.text or "").split()
+            if len(words) != prod(sizes):
+                raise FileFault(f"its array holds {len(words)} numbers, but its extent needs {prod(sizes)}")
+            return from_words(words, dtype).reshape(sizes)
         word = np.dtype(self.byte_order + ("u8" if self.root.get("header_type") == "UInt64" else "u4"))
         run = _run(array, form, self.appended)
         if packer := self.root.get("compressor"):
@@ -112,7 +116,7 @@ class Document(NamedTuple):
         return np.frombuffer(run.take(needed), dtype).reshape(sizes)
 
 
-def _run(array: ElementTree.Element, form: str, appended: Appended | None) -> _Raw | _Base64:
+def _run(array: Element, form: str, appended: Appended | None) -> _Raw | _Base64:
     if form == "binary":
         text = (array.text or "").strip().encode("ascii")
         # Joined only where something stands between, as a copy may be as large as the volume.
@@ -125,14 +129,6 @@ def _run(array: ElementTree.Element, form: str, appended: Appended | None) -> _R
     with open(appended.path, "rb") as file:
         file.seek(appended.begin)
         return _Base64(file.read(), offset)
-
-
-def _from_text(text: str, dtype: np.dtype, sizes: list[int]) -> NDArray:
-    check_size(sizes, WORD_BYTES)
-    words = text.split()
-    if len(words) != prod(sizes):
-        raise FileFault(f"its array holds {len(words)} numbers, but its extent needs {prod(sizes)}")
-    return from_words(words, dtype).reshape(sizes)
 
 
 def _from_blocks(run: _Raw | _Base64, packer: str, word: np.dtype, needed: int) -> NDArray[np.uint8]:

@@ -10,6 +10,7 @@ import os
 import re
 from collections.abc import Iterable
 from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,7 +39,7 @@ class Grid:
 
     def assembled(
         self,
-        arrays: Iterable[ElementTree.Element],
+        arrays: Iterable[Element],
         components: int,
         *,
         at_points: bool,
@@ -103,7 +104,7 @@ def read_whole(path: str, kind: str, choice: Choice) -> tuple[Grid, Samples]:
 
 
 def _without_blank(
-    grid: Grid, values: NDArray, data: list[ElementTree.Element | None], choice: Choice
+    grid: Grid, values: NDArray, data: list[Element | None], choice: Choice
 ) -> tuple[NDArray, tuple[str, ...]]:
     """Return values without the points or cells that VTK's array of ghosts hides, and notes."""
     found = [each.find(f"DataArray[@Name='{_GHOSTS}']") for each in data if each is not None]
@@ -149,7 +150,7 @@ def sizes_of(extent: list[int], at_points: bool) -> list[int]:
     return [extent[2 * axis + 1] - extent[2 * axis] + (1 if at_points else 0) for axis in (2, 1, 0)]
 
 
-def _array(data: ElementTree.Element | None, wanted: str | None) -> ElementTree.Element:
+def _array(data: Element | None, wanted: str | None) -> Element:
     """Return the array named `wanted`, or the one marked as scalars, or the only one."""
     arrays = [] if data is None else [each for each in data.findall("DataArray") if each.get("Name") != _GHOSTS]
     named = {array.get("Name", ""): array for array in arrays}
@@ -164,7 +165,7 @@ def _array(data: ElementTree.Element | None, wanted: str | None) -> ElementTree.
     raise FileFault(f"has no array marked as Scalars; it has {', '.join(named) or 'none'}{_HINT if named else ''}")
 
 
-def _color_name(array: ElementTree.Element, data: ElementTree.Element | None) -> str:
+def _color_name(array: Element, data: Element | None) -> str:
     """Return the mark of an array as colour, or "": VTK shows arrays of bytes as colours, and others as numbers."""
     name = array.get("Name", "")
     if data is not None and name and name in (data.get("Vectors"), data.get("Normals")):

@@ -14,7 +14,7 @@ def read(path: str, choice: Choice) -> Samples:
     """Return the samples at the points of a grid, or at the middles of its cells if only these have values."""
     grid, samples = read_whole(path, "RectilinearGrid", choice)
     axes = [_axis(_coordinates(grid, axis), "xyz"[axis], grid.at_points) for axis in range(3)]
-    return on_axes(samples.values, axes, choice.resolution, labels=choice.labels)._replace(notes=samples.notes)
+    return on_axes(samples.values, axes, choice)._replace(notes=samples.notes)
 
 
 def _coordinates(grid: Grid, axis: int) -> NDArray:

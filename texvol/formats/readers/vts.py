@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +21,7 @@ def read(path: str, choice: Choice) -> Samples:
     return on_points(samples.values, points, choice)._replace(notes=samples.notes)
 
 
-def _points(piece: ElementTree.Element) -> ElementTree.Element:
+def _points(piece: Element) -> Element:
     array = piece.find("Points/DataArray")
     if array is None:
         raise FileFault(f"its piece of extent {piece.get('Extent')} has no points")
