@@ -56,8 +56,6 @@ class _Series(NamedTuple):
 def read(path: str, choice: Choice) -> Samples:
     """Return the samples of one series, with slope and intercept applied."""
     slices = once(choice, "slices", lambda: _slices(path, choice))
-    if not slices:
-        raise FileFault("holds no slices with pixels")
     _check_alike(slices)
     ordered = _in_order(slices, choice)
     first = ordered[0]
@@ -241,13 +239,11 @@ def _values(
     """Return rescaled samples of all slices without padding, and notes; files are read one at a time."""
     first = ordered[0]
     target = rescaled_type(first.dtype, first.slope, first.intercept, first.bits)
-    if (first.slope, first.intercept) == (1.0, 0.0):
-        target = first.dtype
     if any((one.slope, one.intercept, one.bits) != (first.slope, first.intercept, first.bits) for one in ordered):
         target = rescaled_type(first.dtype, 0.5, 0.0, max(one.bits for one in ordered))  # mixed scales: a float
     check_size([len(ordered), first.rows, first.columns], target.itemsize)
     values = np.empty((len(ordered), first.rows, first.columns), target)
-    padded: dict[int, NDArray[np.uint8]] = {}
+    padded: dict[int, NDArray[np.uint8]] = {}  # a bit for each pixel
     for number, pixels in pixels_of(ordered):
         one, picked = ordered[number], pixels[(..., *component)]
         rescale_into(values[number], picked, one.slope, one.intercept)
@@ -255,14 +251,14 @@ def _values(
             padded[number] = np.packbits((picked >= one.padding[0]) & (picked <= one.padding[1]))
     if not any(bits.any() for bits in padded.values()):
         return values, ()
-    marked, count = without_where(values, lambda number, part: _is_padded(padded.get(number), part))
+    without = np.zeros_like(next(iter(padded.values())))
+
+    def is_padded(number: int, part: NDArray) -> NDArray:
+        bits = np.unpackbits(padded.get(number, without), count=part.size)
+        return bits.astype(np.bool_).reshape(part.shape)
+
+    marked, count = without_where(values, is_padded)
     return marked, noted(count, "Pixel Padding Value")
-
-
-def _is_padded(bits: NDArray[np.uint8] | None, part: NDArray) -> NDArray:
-    if bits is None:
-        return np.zeros(part.shape, np.bool_)
-    return np.unpackbits(bits, count=part.size).astype(np.bool_).reshape(part.shape)
 
 
 def _stored(ordered: Sequence[Slice]) -> NDArray:

@@ -238,6 +238,8 @@ def rescale_into(slot: NDArray, source: NDArray, slope: float, intercept: float)
 
 def rescaled_type(dtype: np.dtype, slope: float, intercept: float, bits: int | None = None) -> np.dtype:
     """Return the type of the result of `rescaled`."""
+    if slope == 1 and intercept == 0:
+        return dtype
     if dtype.kind == "f":
         return np.dtype(np.float32 if dtype.itemsize <= 4 else np.float64)
     bits = dtype.itemsize * 8 if bits is None else bits

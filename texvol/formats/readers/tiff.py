@@ -48,7 +48,9 @@ def _file(path: str, choice: Choice) -> Samples:
 
     check_pages(path)
     with tifffile.TiffFile(path, _multifile=False) as tif:
-        _refuse_several_files(tif)
+        names = set(re.findall(r'FileName="([^"]*)"', tif.ome_metadata or ""))
+        if len(names) > 1:
+            raise FileFault(f"is one of {len(names)} files of an OME set, which texvol does not read")
         check_planes(tif.ome_metadata or "", len(tif.pages))
         if not tif.series:
             raise FileFault("has no image")
@@ -65,10 +67,9 @@ def _file(path: str, choice: Choice) -> Samples:
         index = pick(axes, sizes, choice)
         chosen = prod(size for size, part in zip(sizes, index, strict=True) if isinstance(part, slice))
         check_size([chosen], dtype.itemsize)
-        _check_pages(tif, series, path)
-        values = _values(tif, series, axes, sizes, index)
-        steps = dict(zip(axes, sizes, strict=True)).get("T", 1)
-        more = _calibration(tif, steps)
+        _check_pages(series, path)
+        values = _values(series, sizes, index)
+        more = _calibration(tif, dict(zip(axes, sizes, strict=True)).get("T", 1))
         if is_colored(axes):
             return Samples(**more, **colored(values, axes, index, said, associated=_is_associated(series.keyframe)))
         marked, notes = without_marked(values, _marks(series.keyframe), "tag GDAL_NODATA", choice)
@@ -103,13 +104,7 @@ def _is_associated(page: Any) -> bool:
     return _ASSOCIATED in [int(kind) for kind in page.extrasamples]
 
 
-def _refuse_several_files(tif: Any) -> None:
-    names = set(re.findall(r'FileName="([^"]*)"', tif.ome_metadata or ""))
-    if len(names) > 1:
-        raise FileFault(f"is one of {len(names)} files of an OME set, which texvol does not read")
-
-
-def _check_pages(tif: Any, series: Any, path: str) -> None:
+def _check_pages(series: Any, path: str) -> None:
     """Raise FileFault if a page's data are beyond the end of the file, where tifffile would read zeros."""
     held = os.path.getsize(path)
     if int(series.keyframe.compression) != 1:
@@ -129,7 +124,7 @@ def _check_pages(tif: Any, series: Any, path: str) -> None:
         raise FileFault(f"is truncated: its samples end at byte {series.dataoffset + series.nbytes} of {held}")
 
 
-def _values(tif: Any, series: Any, axes: str, sizes: Sequence[int], index: tuple[int | slice, ...]) -> NDArray:
+def _values(series: Any, sizes: Sequence[int], index: tuple[int | slice, ...]) -> NDArray:
     """Return the chosen samples; of several channels or time steps only the chosen pages are read."""
     leading = sizes[: len(sizes) - len(series.keyframe.shape)]
     is_all = all(isinstance(part, slice) or size == 1 for part, size in zip(index, sizes, strict=True))
@@ -192,8 +187,8 @@ def _ome_spacing(attributes: dict[str, str]) -> dict[str, Any]:
 
 def _folder(path: str, choice: Choice) -> Samples:
     """Return the samples of a folder with one slice per file, all of one size and type."""
-    names = sorted((name for name in os.listdir(path) if name.lower().endswith((".tif", ".tiff"))), key=_natural)
-    names = [name for name in names if not name.startswith(".")]
+    shown = [name for name in os.listdir(path) if not name.startswith(".")]
+    names = sorted((name for name in shown if name.lower().endswith((".tif", ".tiff"))), key=_natural)
     if len(names) == 1:
         return _file(os.path.join(path, names[0]), choice)
     pick("ZYX", [1, 1, 1], choice)
@@ -243,7 +238,7 @@ def _slice_of(file: str, choice: Choice) -> _Slice:
         if len(tif.pages) > 1 or (len(page.shape) != 2 and not is_colored(axes)):
             raise FileFault(f"must be one page, of one channel or of colour, got shape {by(tif.series[0].shape)}")
         check_size(page.shape, real_type(np.dtype(page.dtype)).itemsize)
-        _check_pages(tif, tif.series[0], file)
+        _check_pages(tif.series[0], file)
         return _Slice(np.asarray(page.asarray(maxworkers=1)), axes, said, _is_associated(page), _marks(page))
 
 

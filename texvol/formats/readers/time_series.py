@@ -62,14 +62,12 @@ class TimeSeries(Sequence[Volume]):
             raise InputError(f"{os.fspath(path)}: time must be None for a series, got {options['time']}")
         self.name = os.fspath(path)
         self._steps = time_steps(path, **options)
-        self._kept: dict[Any, Any] = {}
-        self._choice = checked(self.name, Choice(**options))._replace(kept=self._kept)
+        self._choice = checked(self.name, Choice(**options))._replace(kept={})
         self._when: tuple[NDArray[np.float64] | None, str] | None = None
 
     def __getstate__(self) -> dict[str, Any]:
         """Return the state without kept results; a copy or another process opens the file again."""
-        kept: dict[Any, Any] = {}
-        return {**vars(self), "_kept": kept, "_choice": self._choice._replace(kept=kept)}
+        return {**vars(self), "_choice": self._choice._replace(kept={})}
 
     def __len__(self) -> int:
         return self._steps
@@ -105,18 +103,18 @@ class TimeSeries(Sequence[Volume]):
     @cached_property
     def finite_range(self) -> tuple[float, float] | None:
         """Smallest and largest finite value of all steps, read one at a time; None if no value is finite."""
-        ranges = [volume.finite_range for volume in self]
-        known = [each for each in ranges if each is not None]
+        known = [found for volume in self if (found := volume.finite_range) is not None]
         if not known:
             return None
         return min(low for low, _ in known), max(high for _, high in known)
 
     def close(self) -> None:
         """Release what is kept; a later access opens the file again."""
-        for each in self._kept.values():
+        kept = self._choice.kept or {}
+        for each in kept.values():
             if hasattr(each, "close"):
                 each.close()
-        self._kept.clear()
+        kept.clear()
 
     def __enter__(self) -> TimeSeries:
         return self

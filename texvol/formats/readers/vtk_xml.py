@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
@@ -81,7 +81,8 @@ class Grid:
 def read_whole(path: str, kind: str, choice: Choice) -> tuple[Grid, Samples]:
     """Return the grid of a file of VTK's type `kind`, and its samples without their positions."""
     grid = Grid(path, kind)
-    data = [piece.find("PointData" if grid.at_points else "CellData") for piece in grid.pieces]
+    found = [piece.find("PointData" if grid.at_points else "CellData") for piece in grid.pieces]
+    data = [Element("none") if each is None else each for each in found]
     arrays = [_array(each, choice.variable) for each in data]
     dtype, components = grid.document.type_of(arrays[0])
     sizes = [*sizes_of(grid.extent, grid.at_points), components]
@@ -90,12 +91,12 @@ def read_whole(path: str, kind: str, choice: Choice) -> tuple[Grid, Samples]:
     axes = with_color("ZYXC", sizes, 3, choice, said)
     index = pick(axes, sizes, choice)
     values = grid.assembled(arrays, components, at_points=grid.at_points, dtype=dtype)[index]
-    names = [array.get("Name", "") for array in data[0].findall("DataArray")] if data[0] is not None else []
+    names = [array.get("Name", "") for array in data[0].findall("DataArray")]
     others = [name for name in names if name != arrays[0].get("Name", "")]
     notes = (f"array {arrays[0].get('Name')}; others: {', '.join(others)}",) if others else ()
     if is_colored(axes):
-        found = colored(values, axes, index, said)
-        return grid, Samples(**found | {"notes": (*notes, *found["notes"])})
+        samples = Samples(**colored(values, axes, index, said))
+        return grid, samples._replace(notes=(*notes, *samples.notes))
     marked, about = _without_blank(grid, values, data, choice)
     if kind != "ImageData":  # before the grid is resampled to a regular one
         marked, more = without_chosen(marked, choice)
@@ -104,10 +105,10 @@ def read_whole(path: str, kind: str, choice: Choice) -> tuple[Grid, Samples]:
 
 
 def _without_blank(
-    grid: Grid, values: NDArray, data: list[Element | None], choice: Choice
+    grid: Grid, values: NDArray, data: Sequence[Element], choice: Choice
 ) -> tuple[NDArray, tuple[str, ...]]:
     """Return values without the points or cells that VTK's array of ghosts hides, and notes."""
-    found = [each.find(f"DataArray[@Name='{_GHOSTS}']") for each in data if each is not None]
+    found = (each.find(f"DataArray[@Name='{_GHOSTS}']") for each in data)
     ghosts = [array for array in found if array is not None]
     if choice.labels or len(ghosts) < len(data):
         return values, ()
@@ -150,25 +151,24 @@ def sizes_of(extent: list[int], at_points: bool) -> list[int]:
     return [extent[2 * axis + 1] - extent[2 * axis] + (1 if at_points else 0) for axis in (2, 1, 0)]
 
 
-def _array(data: Element | None, wanted: str | None) -> Element:
+def _array(data: Element, wanted: str | None) -> Element:
     """Return the array named `wanted`, or the one marked as scalars, or the only one."""
-    arrays = [] if data is None else [each for each in data.findall("DataArray") if each.get("Name") != _GHOSTS]
+    arrays = [each for each in data.findall("DataArray") if each.get("Name") != _GHOSTS]
     named = {array.get("Name", ""): array for array in arrays}
-    if wanted is not None and wanted not in named:
-        raise FileFault(f"has no array {wanted} (--variable); it has {', '.join(named) or 'none'}")
+    chosen = data.get("Scalars") if wanted is None else wanted
+    if chosen is not None and chosen in named:
+        return named[chosen]
     if wanted is not None:
-        return named[wanted]
-    if data is not None and data.get("Scalars") in named:
-        return named[data.get("Scalars", "")]
+        raise FileFault(f"has no array {wanted} (--variable); it has {', '.join(named) or 'none'}")
     if len(arrays) == 1:
         return arrays[0]
     raise FileFault(f"has no array marked as Scalars; it has {', '.join(named) or 'none'}{_HINT if named else ''}")
 
 
-def _color_name(array: Element, data: Element | None) -> str:
+def _color_name(array: Element, data: Element) -> str:
     """Return the mark of an array as colour, or "": VTK shows arrays of bytes as colours, and others as numbers."""
     name = array.get("Name", "")
-    if data is not None and name and name in (data.get("Vectors"), data.get("Normals")):
+    if name and name in (data.get("Vectors"), data.get("Normals")):
         return ""
     if name.lower() in _COLOR_NAMES:
         return f"array {name}"
