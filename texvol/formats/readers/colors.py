@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.formats.readers.samples import Choice, FileFault, check_size
+from texvol.util.color import linear_from_srgb, srgb_from_linear
 
 _COMPONENTS = (3, 4)
 _BYTES = 4 * 4  # of a sample: three of colour and the amount, single precision
@@ -91,8 +92,6 @@ def colored(
 
 
 def _from_whole(source: NDArray, bits: int, associated: bool) -> tuple[NDArray, NDArray]:
-    from texvol.util.color import linear_from_srgb
-
     most = 2**bits - 1
     if int(source.max()) > most:
         raise FileFault(f"its colours must fit in {bits} bits, got {source.max()}; {_INSTEAD}")
@@ -107,15 +106,11 @@ def _from_whole(source: NDArray, bits: int, associated: bool) -> tuple[NDArray, 
 @cache
 def _tables(bits: int) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """Return linear light of each integer, and its fraction of the largest."""
-    from texvol.util.color import linear_from_srgb
-
     fractions = np.arange(2**bits) / (2**bits - 1)
     return linear_from_srgb(fractions).astype(np.float32), fractions.astype(np.float32)
 
 
 def _from_floats(source: NDArray, bits: int, associated: bool) -> tuple[NDArray, NDArray]:
-    from texvol.util.color import srgb_from_linear
-
     missing = np.isnan(source).any(axis=-1)
     numbers = np.where(missing[..., np.newaxis], 0, source.astype(np.float64))
     low, high = float(numbers.min()), float(numbers.max())

@@ -22,19 +22,26 @@ _WITHOUT_LIBRARY = ("NPY", "raw")  # need no library that could print
 
 
 def checked(name: str, choice: Choice) -> Choice:
-    """Return the arguments for the file `name` as readers take them, or raise InputError."""
+    """Return the arguments for the file `name` as readers take them; raise InputError if they contradict each other."""
     with named_faults(name, "a volume", "formats"):
+        missing = marks_of(choice.missing)
+        if choice.color and choice.labels:
+            raise FileFault("samples can't be both labels and colours: give --labels or --color")
+        if choice.color and choice.channel is not None:
+            raise FileFault("a single channel has no colour: give --channel or --color")
+        if missing and choice.labels:
+            raise FileFault("--missing is not for labels: --label-look LABEL=0 hides a label")
         return choice._replace(
             shape=None if choice.shape is None else tuple(choice.shape),
             series=None if choice.series is None else str(choice.series),
             resolution=None if choice.resolution is None else tuple(choice.resolution),
             labels=bool(choice.labels),
-            missing=marks_of(choice.missing),
+            missing=missing,
         )
 
 
 def read(name: str, choice: Choice) -> Samples:
-    """Return the samples of the file `name`.
+    """Return the samples of the file `name`; the reader of its format and its library are imported here.
 
     Raises
     ------
@@ -44,20 +51,16 @@ def read(name: str, choice: Choice) -> Samples:
         If `choice.counting`, and the format may have several steps.
     """
     with named_faults(name, "a volume", "formats"):
-        _check(choice)
         kind = format_of(name, choice)
-    with named_faults(name, kind, "formats"):
-        return _read(kind, name, choice)
-
-
-def _check(choice: Choice) -> None:
-    """Raise FileFault if options contradict each other."""
-    if choice.color and choice.labels:
-        raise FileFault("samples can't be both labels and colours: give --labels or --color")
-    if choice.color and choice.channel is not None:
-        raise FileFault("a single channel has no colour: give --channel or --color")
-    if choice.missing and choice.labels:
-        raise FileFault("--missing is not for labels: --label-look LABEL=0 hides a label")
+    quiet = nullcontext() if kind in _WITHOUT_LIBRARY else silent_libraries()
+    with named_faults(name, kind, "formats"), quiet:
+        samples: Samples = import_module(f"texvol.formats.readers.{kind.lower()}").read(name, choice)
+        if choice.missing and samples.colors is not None:
+            raise FileFault("--missing is for numbers, got colours: --channel N reads one component as numbers")
+        if not choice.missing or kind in RESAMPLED:  # which mark missing samples themselves, before they interpolate
+            return samples
+        values, notes = without_chosen(samples.values, choice)
+        return samples._replace(values=values, notes=(*samples.notes, *notes))
 
 
 def volume_of(name: str, samples: Samples, choice: Choice) -> Volume:
@@ -76,21 +79,6 @@ def _source(path: str, choice: Choice) -> dict[str, Any]:
     told["spacing"] = None if choice.spacing is None else [float(number) for number in choice.spacing]
     position = {"path": path, "absolute": os.path.abspath(path)}
     return position | {name: thing for name, thing in told.items() if thing is not None}
-
-
-def _read(kind: str, path: str, choice: Choice) -> Samples:
-    """Return the samples of a file of that kind; the reader and its library are imported here."""
-    with nullcontext() if kind in _WITHOUT_LIBRARY else silent_libraries():
-        module = import_module(f"texvol.formats.readers.{kind.lower()}")
-        samples: Samples = module.read(path, choice)
-        if not choice.missing:
-            return samples
-        if samples.colors is not None:
-            raise FileFault("--missing is for numbers, got colours: --channel N reads one component as numbers")
-        if kind in RESAMPLED:  # they mark missing samples themselves, before they interpolate
-            return samples
-        values, notes = without_chosen(samples.values, choice)
-        return samples._replace(values=values, notes=(*samples.notes, *notes))
 
 
 @contextmanager

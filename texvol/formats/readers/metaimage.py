@@ -12,9 +12,7 @@ import numpy as np
 
 from texvol.formats.readers.colors import colored, component_axis, is_colored, with_color
 from texvol.formats.readers.samples import Choice, FileFault, Samples, by, grid_from_columns, pick, unnamed_axes
-from texvol.formats.readers.stored import Stored, data_files, read_files, read_picked
-
-_LONGEST_HEADER = 2**20
+from texvol.formats.readers.stored import LONGEST_HEADER, Stored, data_files, header_lines, read_files, read_picked
 
 # The format has no field for colour; ITK writes colours as bytes, and vectors as other types.
 _COLOR_OF_BYTES = "channels of bytes"
@@ -65,20 +63,19 @@ def _header(path: str) -> tuple[Mapping[str, str], int, list[str] | None]:
     """Return the header's fields, the offset of its end, and the data files if it lists them."""
     fields: dict[str, str] = {}
     with open(path, "rb") as file:
-        while "ElementDataFile" not in fields:
-            line = file.readline(_LONGEST_HEADER)
-            if not line:
-                raise FileFault("its header ends without ElementDataFile")
-            if file.tell() > _LONGEST_HEADER:
-                raise FileFault(f"its header does not end within {_LONGEST_HEADER} bytes")
-            key, equals, value = line.decode("latin-1").partition("=")
+        for line in header_lines(file):
+            key, equals, value = line.partition("=")
             if not equals and key.strip():
                 raise FileFault(f"its header has a line that is not Key = value: {key.strip()[:80]!r}")
             fields[key.strip()] = value.strip()
+            if key.strip() == "ElementDataFile":
+                break
+        else:
+            raise FileFault("its header ends without ElementDataFile")
         offset = file.tell()
         if fields["ElementDataFile"].split()[:1] != ["LIST"]:
             return fields, offset, None
-        listed = file.read(_LONGEST_HEADER).decode("latin-1").split("\n")
+        listed = file.read(LONGEST_HEADER).decode("latin-1").split("\n")
         return fields, offset, [line.strip() for line in listed if line.strip()]
 
 

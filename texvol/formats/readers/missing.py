@@ -39,22 +39,24 @@ def marks_of(told: Any) -> tuple[Mark, ...]:
 
 def without_chosen(values: NDArray, choice: Choice) -> tuple[NDArray, tuple[str, ...]]:
     """Return values without those of --missing, and notes."""
-    if not choice.missing:
-        return values, ()
-    marked, count = without(values, choice.missing)
     listed = ", ".join(map(str, choice.missing))
-    return marked, noted(count, f"--missing {listed}", always=True)
+    return without_marked(values, choice.missing, f"--missing {listed}", choice, always=True)
 
 
-def without(values: NDArray, marks: Sequence[Mark]) -> tuple[NDArray, int]:
-    """Return values with NaN for each that equals one of `marks`, and the number of such values.
+def without_marked(
+    values: NDArray, marks: Sequence[Mark], what: str, choice: Choice, *, always: bool = False
+) -> tuple[NDArray, tuple[str, ...]]:
+    """Return values with NaN for each that equals one of `marks`, and notes; labels are never missing.
 
     Floats are compared in their own type, so that -3.4028235e+38 finds its float32 neighbour.
     """
+    if choice.labels or not marks:
+        return values, ()
     wanted = [mark for mark in (_in_type(mark, values.dtype) for mark in marks) if mark is not None]
-    if not wanted:
-        return values, 0
-    return without_where(values, lambda _, part: np.logical_or.reduce([part == mark for mark in wanted]))
+    count = 0
+    if wanted:
+        values, count = without_where(values, lambda _, part: np.logical_or.reduce([part == mark for mark in wanted]))
+    return values, noted(count, what, always=always)
 
 
 def without_where(values: NDArray, is_missing: Callable[[int, NDArray], NDArray]) -> tuple[NDArray, int]:
@@ -82,16 +84,6 @@ def without_where(values: NDArray, is_missing: Callable[[int, NDArray], NDArray]
             made[number] = part
         made[number][hits] = np.nan
     return made, count
-
-
-def without_marked(
-    values: NDArray, marks: Sequence[Mark], what: str, choice: Choice
-) -> tuple[NDArray, tuple[str, ...]]:
-    """Return values without those that the file marks, and notes; labels are never missing."""
-    if choice.labels or not marks:
-        return values, ()
-    marked, count = without(values, marks)
-    return marked, noted(count, what)
 
 
 def noted(count: int, what: str, *, always: bool = False) -> tuple[str, ...]:

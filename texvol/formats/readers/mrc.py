@@ -96,13 +96,10 @@ def _grid(header: Any, crystal_axes: Sequence[int]) -> dict[str, Any]:
     if not lengths.any() or not intervals.all():  # no cell: the file says nothing about lengths
         return {"unit": ""}
     alpha, beta, gamma = (np.radians(float(header.cellb[key]) or 90.0) for key in ("alpha", "beta", "gamma"))
-    cell = np.zeros((3, 3))
-    cell[:, 0] = 1, 0, 0
-    cell[:, 1] = _cosine(gamma), np.sin(gamma), 0
     x, y = _cosine(beta), (_cosine(alpha) - _cosine(beta) * _cosine(gamma)) / np.sin(gamma)
     if 1 - x * x - y * y <= 0:
         raise FileFault("the angles of its cell are impossible")
-    cell[:, 2] = x, y, np.sqrt(1 - x * x - y * y)
+    cell = np.array([[1, _cosine(gamma), x], [0, np.sin(gamma), y], [0, 0, np.sqrt(1 - x * x - y * y)]])
     steps = lengths / intervals
     if not (steps > 0).all():
         raise FileFault("spacing must be positive along every axis, got {:g}, {:g}, {:g} from its cell".format(*steps))

@@ -100,8 +100,7 @@ def _read(dataset: Any, choice: Choice) -> Samples:
 
 def _chosen(dataset: Any, wanted: str | None) -> tuple[Any, str]:
     """Return the chosen variable, or the first that is a volume, and a note about it."""
-    kind = unstructured_kind(dataset)
-    if kind:
+    if kind := unstructured_kind(dataset):
         raise FileFault(f"is {kind}, which texvol does not read; {TO_IMAGE}")
     named = dict(_variables(dataset))
     if wanted is not None and wanted not in named:
@@ -148,8 +147,7 @@ def _ancillary(named: dict[str, Any]) -> set[str]:
 
 
 def _check_variable(name: str, variable: Any, dataset: Any) -> None:
-    kind = unstructured_kind(dataset, variable)
-    if kind:
+    if kind := unstructured_kind(dataset, variable):
         raise FileFault(f"its variable {name} is on {kind}, which texvol does not read; {TO_IMAGE}")
     if not is_number(variable):
         raise FileFault(f"its variable {name} must be real numbers, got {variable.dtype}")
@@ -159,13 +157,13 @@ def _check_variable(name: str, variable: Any, dataset: Any) -> None:
         raise FileFault(f"its variable {name} must have three axes of space, got dimensions {listed}")
 
 
-def _values(variable: Any, index: Sequence[int | slice], choice: Choice) -> NDArray:
+def _values(variable: Any, index: tuple[int | slice, ...], choice: Choice) -> NDArray:
     """Return the samples at `index`, in a type that holds NaN if the file marks or scales values.
 
     Missing labels become 0.
     """
     attributes = variable.ncattrs()
-    values = variable[tuple(index)]
+    values = variable[index]
     if choice.labels and np.ma.isMaskedArray(values):
         return np.ma.filled(values, 0)
     is_scaled = "scale_factor" in attributes or "add_offset" in attributes

@@ -15,12 +15,10 @@ def read(path: str, choice: Choice) -> Samples:
     """Return the samples of an `.npy`; files that need unpickling are refused."""
     with open(path, "rb") as file:
         version = np.lib.format.read_magic(file)
-        if version == (1, 0):
-            sizes, is_fortran, dtype = np.lib.format.read_array_header_1_0(file)
-        elif version == (2, 0):
-            sizes, is_fortran, dtype = np.lib.format.read_array_header_2_0(file)
-        else:
+        headers = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
+        if version not in headers:
             raise FileFault(f"must be NPY of version 1.0 or 2.0, got {version[0]}.{version[1]}")
+        sizes, is_fortran, dtype = headers[version](file)
         if dtype.hasobject:
             raise FileFault("must hold real numbers, got Python objects, which are never unpickled")
         real_type(dtype)

@@ -24,9 +24,7 @@ from texvol.formats.readers.samples import (
     pick,
     real_type,
 )
-from texvol.formats.readers.stored import Stored, data_files, read_files, read_picked
-
-_LONGEST_HEADER = 2**20
+from texvol.formats.readers.stored import Stored, data_files, header_lines, read_files, read_picked
 
 _TYPES = {
     "i1": "signed char, int8, int8_t",
@@ -96,11 +94,8 @@ def _header(path: str) -> tuple[Mapping[str, Any], int, list[str] | None]:
     lines: list[str] = []
     listed: list[str] | None = None
     with open(path, "rb") as file:
-        while True:
-            line = file.readline(_LONGEST_HEADER)
-            if file.tell() > _LONGEST_HEADER:
-                raise FileFault(f"its header does not end within {_LONGEST_HEADER} bytes")
-            text = line.decode("latin-1").rstrip()
+        for line in header_lines(file):
+            text = line.rstrip()
             if not text:
                 break
             if listed is not None:

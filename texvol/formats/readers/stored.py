@@ -26,6 +26,7 @@ _LEADING = 2**26  # bytes that may precede the samples in a stream whose samples
 _MOST_FILES = 10**5  # of a pattern
 _PATTERN = re.compile(r"(?:[^%]|%%)*%0?\d{0,2}[diu](?:[^%]|%%)*")
 
+LONGEST_HEADER = 2**20  # bytes of text
 WORD_BYTES = 64  # memory of a number that is still a word: a Python string and its slot in a list
 
 MAGIC = {"raw": b"", "deflate": b"\x1f\x8b", "bzip2": b"BZh"}  # first bytes of files
@@ -223,6 +224,14 @@ def _skip_lines(file: IO[bytes], stored: Stored) -> None:
             raise FileFault(f"the header skips {stored.lines} lines, but {stored.what} holds {number}")
         while (piece := file.readline(_BLOCK)) and not piece.endswith(b"\n"):
             pass
+
+
+def header_lines(file: IO[bytes]) -> Iterator[str]:
+    """Yield the lines of a text header, which must end within a limit."""
+    while line := file.readline(LONGEST_HEADER):
+        if file.tell() > LONGEST_HEADER:
+            raise FileFault(f"its header does not end within {LONGEST_HEADER} bytes")
+        yield line.decode("latin-1")
 
 
 def data_files(header_path: str, named: str, listed: Sequence[str] | None, stored: Stored) -> list[Stored]:
