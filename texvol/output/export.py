@@ -19,7 +19,6 @@ from texvol.slicing.slabs import slabs_crossed
 
 if TYPE_CHECKING:
     from texvol.options.scene_options import SceneOptions
-    from texvol.scene.camera import Camera
 
 _FEW = 32  # spacing of pixels that are checked first for emptiness
 
@@ -80,8 +79,7 @@ class PictureExport:
         check(self._annotation, scene)
         if chose_view or not self._annotation:
             return scene
-        camera: Camera = with_room(scene.completed(size).camera, scene, size, self._annotation)
-        return replace(scene, camera=camera)
+        return replace(scene, camera=with_room(scene.completed(size).camera, scene, size, self._annotation))
 
     def of(self, picture: NDArray, scene: Scene, path: str) -> NDArray:
         """Return the picture for a file of that name; warn if it is empty or lacks one of its volumes."""

@@ -40,11 +40,10 @@ def on_points(values: NDArray, points: NDArray, choice: Choice) -> Samples:
     position = once(choice, "place", lambda: _Position(points, choice.resolution))
     made = position.resampled(values, choice)
     lost = _lost(values, points, made, position, choice.labels)
-    sizes = list(values.shape[::-1])
-    metadata: dict[str, Any] = {"grid": "curvilinear", "samples": sizes, "dimensions": position.counts}
-    metadata |= {"chosen_by": chosen_by(choice.resolution)} | lost
-    metadata |= {"outside": position.outside, "flat_cells": position.flat_cells}
-    return Samples(made, position.spacing.tolist(), position.origin.tolist(), resampling=metadata)
+    about: dict[str, Any] = {"grid": "curvilinear", "samples": list(values.shape[::-1]), "dimensions": position.counts}
+    about |= {"chosen_by": chosen_by(choice.resolution), **lost}
+    about |= {"outside": position.outside, "flat_cells": position.flat_cells}
+    return Samples(made, position.spacing.tolist(), position.origin.tolist(), resampling=about)
 
 
 def _lost(values: NDArray, points: NDArray, made: NDArray, position: _Position, labels: bool) -> dict[str, Any]:

@@ -12,7 +12,7 @@ import numpy as np
 
 from texvol.formats.readers.colors import colored, component_axis, is_colored, with_color
 from texvol.formats.readers.samples import Choice, FileFault, Samples, by, grid_from_columns, pick, unnamed_axes
-from texvol.formats.readers.stored import LONGEST_HEADER, Stored, data_files, header_lines, read_files, read_picked
+from texvol.formats.readers.stored import LONGEST_HEADER, Stored, data_files, header_lines, read_files
 
 # The format has no field for colour; ITK writes colours as bytes, and vectors as other types.
 _COLOR_OF_BYTES = "channels of bytes"
@@ -47,14 +47,11 @@ def read(path: str, choice: Choice) -> Samples:
     said = _COLOR_OF_BYTES if _dtype(fields) == np.uint8 else ""
     axes = with_color(axes, sizes[::-1], component_axis(axes, sizes[::-1], "C"), choice, said)
     index = pick(axes, sizes[::-1], choice)
-    stored, where = _stored(fields, sizes), fields["ElementDataFile"]
-    if where.upper() == "LOCAL":
-        values = read_picked(stored._replace(path=path, offset=offset), index, choice)
-    else:
-        files = data_files(path, where, listed, stored)
-        if len(files) not in (1, sizes[-1]):
-            raise FileFault(f"names {len(files)} data files, but DimSize ({by(sizes)}) has {sizes[-1]} slices")
-        values = read_files(files, index, choice)
+    where = fields["ElementDataFile"]
+    files = data_files(_stored(fields, sizes), path, offset, None if where.upper() == "LOCAL" else where, listed)
+    if len(files) not in (1, sizes[-1]):
+        raise FileFault(f"names {len(files)} data files, but DimSize ({by(sizes)}) has {sizes[-1]} slices")
+    values = read_files(files, index, choice)
     grid = _grid(fields, count)
     return Samples(**grid, **colored(values, axes, index, said)) if is_colored(axes) else Samples(values, **grid)
 

@@ -93,8 +93,8 @@ def _read(dataset: Any, choice: Choice) -> Samples:
         coordinates = [axis.coordinate for axis in axes]
     names = [axis.name if each is None else each.name for axis, each in zip(axes, coordinates, strict=True)]
     units = [unit_of(each) for each in coordinates[::-1]]
-    notes = (note, *about, *_notes(units))
-    world = _named(names[::-1], units)
+    world, mixed = _world(names[::-1], units)
+    notes = (note, *about, *mixed)
     return samples._replace(value_unit=attribute(variable, "units"), notes=notes, **world, **_times(dimensions))
 
 
@@ -238,17 +238,15 @@ def _points(auxiliary: dict[str, Any], axes: Sequence[Dimension], chosen: dict[s
     return points
 
 
-def _named(names: Sequence[str], units: Sequence[str]) -> dict[str, Any]:
-    """Return unit and space of the world, with the names of its axes x, y, z."""
+def _world(names: Sequence[str], units: Sequence[str]) -> tuple[dict[str, Any], tuple[str, ...]]:
+    """Return unit and space of the world, with the names of its axes x, y, z, and a note if their units differ."""
     described = [f"{name} ({unit})" if unit else name for name, unit in zip(names, units, strict=True)]
-    return {"unit": units[0] if len(set(units)) == 1 else "", "space": ", ".join(described)}
-
-
-def _notes(units: Sequence[str]) -> tuple[str, ...]:
+    space = ", ".join(described)
     if len(set(units)) == 1:
-        return ()
+        return {"unit": units[0], "space": space}, ()
     listed = ", ".join(unit or "no unit" for unit in units)
-    return (f"its axes have different units ({listed}); --spacing X,Y,Z makes them comparable",)
+    note = f"its axes have different units ({listed}); --spacing X,Y,Z makes them comparable"
+    return {"unit": "", "space": space}, (note,)
 
 
 def _times(dimensions: Sequence[Dimension]) -> dict[str, Any]:

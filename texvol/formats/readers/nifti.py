@@ -42,8 +42,7 @@ def read(path: str, choice: Choice) -> Samples:
     real_type(dtype)
     stored = Stored(data_path, dtype, tuple(sizes[::-1]), encoding_of(data_path), skip=offset)
     values = read_picked(stored, index, choice)
-    steps = dict(zip(axes, sizes[::-1], strict=True)).get("T", 1)
-    grid = _grid(header) | _times(header, steps)
+    grid = _grid(header) | _times(header, dict(zip(axes, sizes[::-1], strict=True)).get("T", 1))
     if is_colored(axes):
         # Bytes of colour are not scaled (the format's definition).
         return Samples(**grid, **colored(values if components else _scaled(header, values), axes, index, named))

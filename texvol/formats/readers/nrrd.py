@@ -14,17 +14,8 @@ import numpy as np
 
 from texvol.formats.readers.colors import colored, component_axis, is_colored, with_color
 from texvol.formats.readers.missing import parsed, without_marked
-from texvol.formats.readers.samples import (
-    Choice,
-    FileFault,
-    Samples,
-    by,
-    check_size,
-    grid_from_columns,
-    pick,
-    real_type,
-)
-from texvol.formats.readers.stored import Stored, data_files, header_lines, read_files, read_picked
+from texvol.formats.readers.samples import Choice, FileFault, Samples, by, check_size, grid_from_columns, pick
+from texvol.formats.readers.stored import Stored, data_files, header_lines, read_files
 
 _TYPES = {
     "i1": "signed char, int8, int8_t",
@@ -69,15 +60,11 @@ def read(path: str, choice: Choice) -> Samples:
     at, said = _color_axis(header, axes, sizes[::-1])
     axes = with_color(axes, sizes[::-1], at, choice, said)
     index = pick(axes, sizes[::-1], choice)
-    stored = _stored(header, sizes)
     named = _field(header, "data file", None)
-    if named is None:
-        values = read_picked(stored._replace(path=path, offset=offset), index, choice)
-    else:
-        files = data_files(path, named, listed, stored)
-        if not files or prod(sizes) % len(files):
-            raise FileFault(f"its {len(files)} data files can't hold equal parts of {prod(sizes)} samples")
-        values = read_files(files, index, choice)
+    files = data_files(_stored(header, sizes), path, offset, named, listed)
+    if not files or prod(sizes) % len(files):
+        raise FileFault(f"its {len(files)} data files can't hold equal parts of {prod(sizes)} samples")
+    values = read_files(files, index, choice)
     spatial = [axis for axis, letter in enumerate(axes[::-1]) if letter in "XYZ"]
     grid = _grid(header, spatial) | _times(header, axes[::-1], sizes)
     if is_colored(axes):
@@ -176,7 +163,7 @@ def _dtype(header: Mapping[str, Any], encoding: str) -> np.dtype:
         if endian not in ("little", "big"):
             raise FileFault("its header must have 'endian: little' or 'endian: big' for samples of several bytes")
         dtype = dtype.newbyteorder("<" if endian == "little" else ">")
-    return real_type(dtype)
+    return dtype
 
 
 def _grid(header: Mapping[str, Any], spatial: Sequence[int]) -> dict[str, Any]:

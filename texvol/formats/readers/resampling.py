@@ -215,15 +215,13 @@ def text(metadata: dict[str, Any]) -> list[str]:
             f"error at the source's samples: max {_amount(metadata, 'max_error')}, rms {_amount(metadata, 'rms_error')}"
         )
     nothing = "0" if "changed" in metadata else "NaN"
-    for key, what in (
+    counted = (
         ("lost", "samples of the source are where the new field is missing"),
         ("filled", "missing samples of the source are where the new field has a value"),
         ("outside", f"of the new samples are outside of the source's grid and are {nothing}"),
         ("flat_cells", "cells of the source have no volume and are left out"),
-    ):
-        if metadata.get(key):
-            lines.append(f"{metadata[key]} {what}")
-    return lines
+    )
+    return lines + [f"{metadata[key]} {what}" for key, what in counted if metadata.get(key)]
 
 
 def _amount(metadata: dict[str, Any], key: str) -> str:

@@ -23,11 +23,7 @@ class FileFault(Exception):
 
 
 class TimeSteps(Exception):
-    """Number of time steps of a file, raised by a reader if `Choice.counting`."""
-
-    def __init__(self, count: int) -> None:
-        super().__init__(count)
-        self.count = count
+    """Number of time steps of a file, its argument; raised by a reader if `Choice.counting`."""
 
 
 class Choice(NamedTuple):

@@ -234,12 +234,14 @@ def header_lines(file: IO[bytes]) -> Iterator[str]:
         yield line.decode("latin-1")
 
 
-def data_files(header_path: str, named: str, listed: Sequence[str] | None, stored: Stored) -> list[Stored]:
-    """Return the samples of the data files that a header names, each of the shape of all.
+def data_files(stored: Stored, path: str, offset: int, named: str | None, listed: Sequence[str] | None) -> list[Stored]:
+    """Return the samples `stored` after a header, or in the data files that it names, each of the shape of all.
 
     Parameters
     ----------
-    named : str
+    path, offset : str, int
+        File of the header, and end of the header.
+    named : str, optional
         Field of the header: a name, or a pattern as for `_numbered_names`, which NRRD lets a dimension follow.
     listed : sequence of str, optional
         Names if the header lists them.
@@ -249,15 +251,17 @@ def data_files(header_path: str, named: str, listed: Sequence[str] | None, store
     FileFault
         If a file does not exist, or is not in the header's folder or below.
     """
+    if named is None:
+        return [stored._replace(path=path, offset=offset)]
     words = named.split()
     if listed is None and len(words) in (4, 5) and "%" in words[0]:
         listed = _numbered_names(words[:4])
     names = [named] if listed is None else listed
-    return [stored._replace(path=_data_file(header_path, name), what=f"its data file {name}") for name in names]
+    return [stored._replace(path=_data_file(path, name), what=f"its data file {name}") for name in names]
 
 
 def read_files(files: Sequence[Stored], index: tuple[int | slice, ...], choice: Choice) -> NDArray:
-    """Return the samples at `index` from data files that hold equal parts."""
+    """Return the samples at `index` from files that hold equal parts."""
     if len(files) == 1:
         return read_picked(files[0], index, choice)
 

@@ -35,7 +35,7 @@ def time_steps(path: str | os.PathLike[str], **options: Any) -> int:
     try:
         read(name, choice._replace(time=None, counting=True))
     except TimeSteps as steps:
-        return steps.count
+        return int(steps.args[0])
     return 1
 
 
