@@ -237,19 +237,8 @@ def header_lines(file: IO[bytes]) -> Iterator[str]:
 def data_files(stored: Stored, path: str, offset: int, named: str | None, listed: Sequence[str] | None) -> list[Stored]:
     """Return the samples `stored` after a header, or in the data files that it names, each of the shape of all.
 
-    Parameters
-    ----------
-    path, offset : str, int
-        File of the header, and end of the header.
-    named : str, optional
-        Field of the header: a name, or a pattern as for `_numbered_names`, which NRRD lets a dimension follow.
-    listed : sequence of str, optional
-        Names if the header lists them.
-
-    Raises
-    ------
-    FileFault
-        If a file does not exist, or is not in the header's folder or below.
+    `named` is a file's name, or a pattern as for `_numbered_names`, which NRRD lets a dimension follow; `listed` are
+    the names if the header lists them. The files must exist in the header's folder or below, else FileFault is raised.
     """
     if named is None:
         return [stored._replace(path=path, offset=offset)]

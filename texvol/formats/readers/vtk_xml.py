@@ -48,12 +48,8 @@ class Grid:
     ) -> NDArray:
         """Return the whole of an array from the one piece that has it, or from several that cover it.
 
-        Parameters
-        ----------
-        arrays : iterable of elements
-            The array of each piece.
-        dtype : dtype, optional
-            Type of all arrays; else that of the first, and `what` is their name in messages.
+        The arrays of the pieces must be of type `dtype`; without it they are converted to that of the first, and `what`
+        is their name in messages.
         """
         sizes = [*sizes_of(self.extent, at_points), components]
         values = covered = None
