@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 
 from texvol.formats.readers.loading import named_faults, silent_libraries
 from texvol.formats.readers.samples import FileFault, check_size
-from texvol.geometry import vtp
 from texvol.geometry.mesh_text import plain_obj, plain_ply, plain_stl
 from texvol.scene.shapes import MESH_COLOR, Mesh
 from texvol.util.errors import InputError
@@ -63,6 +62,8 @@ def _read(kind: str, path: str) -> Parts:
         raise FileFault("is empty")
     check_size([size], _BYTES_PER_BYTE)
     if kind == "VTP":
+        from texvol.geometry import vtp  # with the XML parser
+
         return vtp.read(path)
     with open(path, "rb") as file, silent_libraries():
         # On a misspelled number some versions of numpy only warn, and ignore the rest.

@@ -10,7 +10,6 @@ from math import floor, log10
 
 import numpy as np
 
-from texvol.geometry import vtp
 from texvol.geometry.reading import FORMATS
 from texvol.scene.shapes import Mesh
 from texvol.util import writing
@@ -48,6 +47,8 @@ def _kind(path: str | os.PathLike[str]) -> str:
 
 def _encoded(mesh: Mesh, kind: str) -> bytes:
     if kind == "VTP":
+        from texvol.geometry import vtp
+
         return vtp.encoded(mesh)
     try:
         import trimesh
