@@ -12,39 +12,9 @@ at one depth are crossed in the order of the scene. They neither cast nor receiv
 
 from __future__ import annotations
 
-import os
-from typing import TYPE_CHECKING
-
+from texvol.geometry.extraction import surface_of
+from texvol.geometry.reading import load_mesh
+from texvol.geometry.saving import save_mesh
 from texvol.scene.shapes import Lines, Mesh
 
-if TYPE_CHECKING:
-    from texvol.scene.volume import Volume
-
 __all__ = ["Lines", "Mesh", "load_mesh", "save_mesh", "surface_of"]
-
-
-def load_mesh(
-    path: str | os.PathLike[str],
-    *,
-    color: tuple[float, float, float] | None = None,
-    opacity: float = 1.0,
-    lit: bool = True,
-) -> Mesh:
-    """Return the mesh of a PLY, STL, OBJ or VTP file, named after the file; see `reading`."""
-    from texvol.geometry import reading
-
-    return reading.load_mesh(path, color=color, opacity=opacity, lit=lit)
-
-
-def save_mesh(mesh: Mesh, path: str | os.PathLike[str]) -> None:
-    """Write a mesh as PLY, STL, OBJ or VTP, whole or not at all; see `saving`."""
-    from texvol.geometry import saving
-
-    saving.save_mesh(mesh, path)
-
-
-def surface_of(volume: Volume, value: float) -> Mesh:
-    """Return the isosurface of a volume as a mesh; see `extraction`."""
-    from texvol.geometry import extraction
-
-    return extraction.surface_of(volume, value)

@@ -15,8 +15,7 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.formats.readers.faults import named_faults
-from texvol.formats.readers.loading import silent_libraries
+from texvol.formats.readers.loading import named_faults, silent_libraries
 from texvol.formats.readers.samples import FileFault, check_size
 from texvol.geometry.mesh_text import plain_obj, plain_ply, plain_stl
 from texvol.scene.shapes import MESH_COLOR, Mesh
@@ -63,7 +62,7 @@ def _read(kind: str, path: str) -> Parts:
         raise FileFault("is empty")
     check_size([size], _BYTES_PER_BYTE)
     if kind == "VTP":
-        from texvol.geometry import vtp
+        from texvol.geometry import vtp  # with the XML parser
 
         return vtp.read(path)
     with open(path, "rb") as file, silent_libraries():

@@ -8,13 +8,14 @@ from __future__ import annotations
 import base64
 from typing import Any
 from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from texvol.formats.readers.samples import FileFault, check_size
-from texvol.formats.readers.vti_arrays import Appended, read_array
-from texvol.formats.readers.vtk_xml import _document, _type
+from texvol.formats.readers.samples import FileFault
+from texvol.formats.readers.vti_arrays import Document
+from texvol.formats.readers.vtk_xml import document_of
 from texvol.scene.shapes import Mesh
 
 _MOST = 2**40  # of points or polygons of a piece
@@ -22,11 +23,8 @@ _MOST = 2**40  # of points or polygons of a piece
 
 def read(path: str) -> dict[str, NDArray]:
     """Return vertices, faces and, if all pieces have them, normals."""
-    root, appended = _document(path)
-    data = root.find("PolyData")
-    if root.tag != "VTKFile" or root.get("type") != "PolyData" or data is None:
-        raise FileFault(f"must be VTK XML of type PolyData, got {root.get('type')}")
-    pieces = [_Piece(piece, root, appended) for piece in data.findall("Piece")]
+    document = document_of(path, "PolyData")
+    pieces = [_Piece(piece, document) for piece in document.data.findall("Piece")]
     parts: list[dict[str, NDArray]] = []
     first = 0
     for piece in pieces:
@@ -43,22 +41,22 @@ def read(path: str) -> dict[str, NDArray]:
 
 
 class _Piece:
-    def __init__(self, piece: ElementTree.Element, root: ElementTree.Element, appended: Appended | None) -> None:
-        self._piece, self._root, self._appended = piece, root, appended
+    def __init__(self, piece: Element, document: Document) -> None:
+        self._piece, self._document = piece, document
         self._points = self._count("NumberOfPoints")
 
     def points(self) -> NDArray:
         array = self._piece.find("Points/DataArray")
         if array is None:
             raise FileFault("has a piece without points")
-        return self._numbers(array, [self._points, 3])
+        return self._vectors(array)
 
     def normals(self) -> NDArray | None:
         """Return normals of the points, or None."""
         data = self._piece.find("PointData")
         named = {array.get("Name"): array for array in (data.findall("DataArray") if data is not None else ())}
         array = named.get(data.get("Normals") if data is not None else None)
-        return None if array is None else self._numbers(array, [self._points, 3])
+        return None if array is None else self._vectors(array)
 
     def faces(self) -> NDArray[np.int64]:
         """Return triangles of polygons, as fans, and of strips."""
@@ -76,11 +74,11 @@ class _Piece:
         arrays = {array.get("Name"): array for array in self._piece.findall(f"{name}/DataArray")}
         if not {"connectivity", "offsets"} <= set(arrays):
             raise FileFault(f"its {name} lack connectivity or offsets")
-        ends = self._numbers(arrays["offsets"], [count]).astype(np.int64)
+        ends = self._document.array(arrays["offsets"], [count]).astype(np.int64)
         sizes = np.diff(ends, prepend=0)
         if not (sizes >= 0).all() or ends[-1] > _MOST:
             raise FileFault(f"the offsets of its {name} must increase")
-        corners = self._numbers(arrays["connectivity"], [int(ends[-1])]).astype(np.int64)
+        corners = self._document.array(arrays["connectivity"], [int(ends[-1])]).astype(np.int64)
         # Triangle t of a polygon of k corners, of k - 2.
         of_each = np.maximum(sizes - 2, 0)
         start = np.repeat(ends - sizes, of_each)
@@ -98,19 +96,13 @@ class _Piece:
             raise FileFault(f"its {name} must be 0 to {_MOST}, got {count}")
         return count
 
-    def _numbers(self, array: ElementTree.Element, sizes: list[int]) -> NDArray:
-        dtype, components = _type(array, self._root)
-        check_size(sizes, dtype.itemsize)
-        if len(sizes) > 1 and components != sizes[1]:
-            raise FileFault(f"its array {array.get('Name')!r} must have 3 components, got {components}")
-        return read_array(array, self._root, self._appended, dtype, sizes)
+    def _vectors(self, array: Element) -> NDArray:
+        return self._document.array(array, [self._points, 3], f"array {array.get('Name')!r}")
 
 
 def encoded(mesh: Mesh) -> bytes:
     """Return the bytes of a file with the mesh, in float64."""
-    file = ElementTree.Element(
-        "VTKFile", type="PolyData", version="1.0", byte_order="LittleEndian", header_type="UInt64"
-    )
+    file = Element("VTKFile", type="PolyData", version="1.0", byte_order="LittleEndian", header_type="UInt64")
     counts = {"NumberOfPoints": str(len(mesh.vertices)), "NumberOfPolys": str(len(mesh.triangles))}
     piece = ElementTree.SubElement(ElementTree.SubElement(file, "PolyData"), "Piece", counts)
     _put(ElementTree.SubElement(piece, "Points"), "Points", mesh.vertices, "f8")
@@ -122,7 +114,7 @@ def encoded(mesh: Mesh) -> bytes:
     return ElementTree.tostring(file, encoding="utf-8", xml_declaration=True)
 
 
-def _put(parent: ElementTree.Element, name: str, numbers: ArrayLike, code: str) -> None:
+def _put(parent: Element, name: str, numbers: ArrayLike, code: str) -> None:
     array = np.ascontiguousarray(numbers, "<" + code)
     about: dict[str, Any] = {"type": {"f8": "Float64", "i8": "Int64"}[code], "Name": name, "format": "binary"}
     if array.ndim > 1:

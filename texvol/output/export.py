@@ -12,14 +12,13 @@ from numpy.typing import NDArray
 
 from texvol.annotation import Annotation, annotate, check, with_room
 from texvol.provenance.scene_metadata import scene_metadata
-from texvol.scene.display import NUMBER_MODES
+from texvol.scene import display
 from texvol.scene.scene import Scene
 from texvol.scene.volume import Volume
 from texvol.slicing.slabs import slabs_crossed
 
 if TYPE_CHECKING:
     from texvol.options.scene_options import SceneOptions
-    from texvol.scene.camera import Camera
 
 _FEW = 32  # spacing of pixels that are checked first for emptiness
 
@@ -62,15 +61,10 @@ class PictureExport:
 
     If no window of numbers is chosen, that of the first picture is used for all. Annotation is drawn into 8-bit files,
     never into an EXR file.
-
-    Attributes
-    ----------
-    window : (centre, width), optional
-        Window of numbers, if it was chosen or has been found from a picture.
     """
 
     def __init__(self, scene_options: SceneOptions, annotation: Annotation | None = None) -> None:
-        self.window = scene_options.window
+        self.window = scene_options.window  # of numbers: (centre, width), if chosen or found from a picture
         self._transparent = scene_options.transparent
         self._annotation = annotation or Annotation()
 
@@ -85,8 +79,7 @@ class PictureExport:
         check(self._annotation, scene)
         if chose_view or not self._annotation:
             return scene
-        camera: Camera = with_room(scene.completed(size).camera, scene, size, self._annotation)
-        return replace(scene, camera=camera)
+        return replace(scene, camera=with_room(scene.completed(size).camera, scene, size, self._annotation))
 
     def of(self, picture: NDArray, scene: Scene, path: str) -> NDArray:
         """Return the picture for a file of that name; warn if it is empty or lacks one of its volumes."""
@@ -94,23 +87,18 @@ class PictureExport:
             warnings.warn(message, stacklevel=2)
         if is_exact(path):
             return picture
-        if scene.mode in NUMBER_MODES:
-            picture = self._numbers(picture, scene)
+        if scene.mode in display.NUMBER_MODES:
+            if self.window is None and scene.coloring == "grey":
+                self.window = display.found_window(picture, scene)
+            picture = display.shown(picture, scene, window=self.window)
         if not self._annotation:
             return picture
         size = picture.shape[1], picture.shape[0]
         return annotate(picture, scene, size, self._annotation, transparent=self._transparent, window=self.window)
 
-    def _numbers(self, picture: NDArray, scene: Scene) -> NDArray:
-        from texvol.scene import display
-
-        if self.window is None and scene.coloring == "grey":
-            self.window = display.found_window(picture, scene)
-        return display.shown(picture, scene, window=self.window)
-
     def metadata(self, name: str, scene: Scene, path: str, settings: Mapping[str, Any] | None = None) -> dict[str, str]:
         """Return the metadata of a picture file's header: its scene, and the window of its numbers."""
         shown: dict[str, Any] = {}
-        if scene.mode in NUMBER_MODES and self.window is not None:
+        if scene.mode in display.NUMBER_MODES and self.window is not None:
             shown = {"window": self.window}
         return scene_metadata(name, scene, settings=settings or {}, display=shown, checksum=is_exact(path))

@@ -9,6 +9,7 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -31,23 +32,12 @@ _STEPS = 32  # largest number of steps that represent a series
 
 @dataclass(frozen=True)
 class Frames:
-    """Scenes of a sequence.
-
-    Attributes
-    ----------
-    scenes : iterator of Scene
-    count : int
-        Number of scenes.
-    word : str
-        Noun for one of them: "view" or "time step".
-    name : str
-        File of the volume.
-    """
+    """Scenes of a sequence."""
 
     scenes: Iterator[Scene]
     count: int
-    word: str
-    name: str
+    word: str  # noun for one of them: "view" or "time step"
+    name: str  # file of the volume
 
 
 def views(scene: Scene, count: int, name: str) -> Frames:
@@ -120,7 +110,7 @@ def draw_frames(
     start = after_first = time.perf_counter()
     with (
         film.Writer(output, size, frames.count, transparent=transparent, fps=fps or film.DEFAULT_FPS) as writer,
-        _Progress(frames) as progress,
+        _progress(frames) as show_progress,
     ):
         for number, scene in enumerate(frames.scenes):
             picture = renderer.render(scene, size, **accuracy)
@@ -129,7 +119,7 @@ def draw_frames(
                 after_first = time.perf_counter()
             shown = export.of(picture, scene, output)
             writer.add(shown, metadata | export.metadata(frames.name, scene, output, renderer.settings))
-            progress.show(number + 1)
+            show_progress(number + 1)
         writer.finish()
     end = time.perf_counter()
     return {
@@ -148,23 +138,20 @@ def _kept(renderer: Renderer, accuracy: dict[str, Any]) -> tuple[dict[str, Any],
     return accuracy | kept, {"estimated_error_of_first_view": renderer.stats["estimated_error"]}
 
 
-class _Progress:
-    """Progress line on a terminal, which is erased at the end."""
+@contextmanager
+def _progress(frames: Frames) -> Iterator[Callable[[int], None]]:
+    """Yield a function that shows the number of pictures done on a terminal; the line is erased at the end."""
+    is_terminal = sys.stderr is not None and sys.stderr.isatty()
+    text = ""
 
-    def __init__(self, frames: Frames) -> None:
-        self._frames, self._width = frames, 0
-        self._shown = sys.stderr is not None and sys.stderr.isatty()
-
-    def __enter__(self) -> _Progress:
-        return self
-
-    def show(self, done: int) -> None:
-        """Show the number of pictures done."""
-        if self._shown:
-            text = f"texvol: {self._frames.word} {done} of {self._frames.count}"
-            self._width = len(text)
+    def show(done: int) -> None:
+        nonlocal text
+        if is_terminal:
+            text = f"texvol: {frames.word} {done} of {frames.count}"
             print(f"\r{text}", end="", file=sys.stderr, flush=True)
 
-    def __exit__(self, *_: object) -> None:
-        if self._width:
-            print(f"\r{' ' * self._width}\r", end="", file=sys.stderr, flush=True)
+    try:
+        yield show
+    finally:
+        if text:
+            print(f"\r{' ' * len(text)}\r", end="", file=sys.stderr, flush=True)

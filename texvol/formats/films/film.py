@@ -14,8 +14,7 @@ import re
 import sys
 from collections.abc import Mapping
 from pathlib import Path
-from types import TracebackType
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,11 +47,8 @@ _CONVERSION = re.compile(r"%%|%0?\d{0,2}d|%")
 def numbered(path: str | os.PathLike[str], number: int) -> Path:
     """Return the path with %d or %04d in the file's name replaced by the number, and %% by %."""
     path = Path(path)
-
-    def text(match: re.Match[str]) -> str:
-        return "%" if match[0] == "%%" else match[0] % number
-
-    return path.with_name(_CONVERSION.sub(text, path.name))
+    name = _CONVERSION.sub(lambda found: "%" if found[0] == "%%" else found[0] % number, path.name)
+    return path.with_name(name)
 
 
 def check_output(path: str | os.PathLike[str], views: int | None, size: tuple[int, int]) -> None:
@@ -149,7 +145,7 @@ class Writer:
     def close(self) -> None:
         """End the processes; pictures in progress are finished, an unfinished film is removed."""
         for process in self._processes:
-            process.hang_up()
+            process.connection.close()
         for process in self._processes:
             process.wait()
         if self._folder is not None:
@@ -158,9 +154,7 @@ class Writer:
     def __enter__(self) -> Writer:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
 
@@ -171,10 +165,14 @@ class _Process:
         import multiprocessing.connection
         import subprocess
 
-        memory = _shared_memory(job["path"], job["size"])
+        width, height = job["size"]
+        try:
+            memory = writing.memory_file(_SLOTS * width * height * 16)
+        except OSError as error:
+            raise InputError(f"{job['path']}: cannot be written: {writing.reason_of(error)}") from None
         try:
             self._slots = _pictures(memory, job["size"])
-            self._connection, theirs = multiprocessing.connection.Pipe()
+            self.connection, theirs = multiprocessing.connection.Pipe()
             with theirs:
                 code = f"from texvol.formats.films import film; film.serve({theirs.fileno()}, {memory})"
                 self._process = subprocess.Popen(
@@ -194,7 +192,7 @@ class _Process:
 
     def send(self, number: int, picture: NDArray[np.float32], attributes: dict[str, str]) -> None:
         """Send a picture to be written under that number."""
-        while self._sent - self._acknowledged == _SLOTS or self._connection.poll():
+        while self._sent - self._acknowledged == _SLOTS or self.connection.poll():
             self._hear()
         slot = self._sent % _SLOTS
         self._slots[slot] = picture
@@ -206,10 +204,6 @@ class _Process:
         self._tell(None)
         while self._acknowledged <= self._sent:  # one more than pictures: for the end
             self._hear()
-
-    def hang_up(self) -> None:
-        """Close the connection: no more pictures."""
-        self._connection.close()
 
     def wait(self) -> None:
         """Wait for the process, which has little left to do."""
@@ -223,54 +217,21 @@ class _Process:
 
     def _tell(self, message: Any) -> None:
         try:
-            self._connection.send(message)
+            self.connection.send(message)
         except ConnectionError:
             while True:  # until the process has reported its error
                 self._hear()
 
     def _hear(self) -> None:
         try:
-            answer = self._connection.recv()
+            answer = self.connection.recv()
         except (EOFError, ConnectionError):
-            raise self._gone() from None
+            status = self._process.wait()
+            raise InputError(f"the process that writes pictures ended unexpectedly (status {status})") from None
         if answer is not None:
             kind, text = answer
             raise (MemoryError if kind == "MemoryError" else InputError)(text)
         self._acknowledged += 1
-
-    def _gone(self) -> InputError:
-        return InputError(f"the process that writes pictures ended unexpectedly (status {self._process.wait()})")
-
-
-class _Sink(Protocol):
-    """Output of a process."""
-
-    def add(self, number: int, picture: NDArray[np.float32], attributes: dict[str, str]) -> None:
-        """Write a picture."""
-
-    def finish(self) -> None:
-        """Flush frames and close the file."""
-
-    def drop(self) -> None:
-        """Remove what is half written."""
-
-
-class _Pictures:
-    """Numbered picture files."""
-
-    def __init__(self, job: Mapping[str, Any]) -> None:
-        self._job = job
-
-    def add(self, number: int, picture: NDArray[np.float32], attributes: dict[str, str]) -> None:
-        path = numbered(self._job["path"], number)
-        transparent = self._job["transparent"]
-        writing.write_files({path: image.encoded(path, picture, attributes, transparent=transparent, quick=True)})
-
-    def finish(self) -> None:
-        pass
-
-    def drop(self) -> None:
-        pass
 
 
 class _Film:
@@ -295,7 +256,8 @@ class _Film:
             restore_signals=False,  # SIGXFSZ stays ignored, so that ffmpeg reports that the file is too large
         )
 
-    def add(self, number: int, picture: NDArray[np.float32], attributes: dict[str, str]) -> None:
+    def add(self, picture: NDArray[np.float32]) -> None:
+        """Add a picture."""
         assert self._process.stdin is not None
         try:
             self._process.stdin.write(image.eight_bits(picture).tobytes())
@@ -303,6 +265,7 @@ class _Film:
             raise self._failed() from None
 
     def finish(self) -> None:
+        """Flush frames, and rename the film."""
         assert self._process.stdin is not None
         try:
             self._process.stdin.close()
@@ -317,6 +280,7 @@ class _Film:
         writing.remove(self._folder)
 
     def drop(self) -> None:
+        """Remove what is half written."""
         self._process.kill()
         self._process.wait()
         writing.remove(self._folder)
@@ -338,20 +302,23 @@ def serve(connection_descriptor: int, memory_descriptor: int) -> None:
     try:
         job = connection.recv()
         pictures = _pictures(memory_descriptor, job["size"])
-        sink: _Sink | None = None
+        film = _Film(job) if is_film(job["path"]) else None
         try:
-            sink = _Film(job) if is_film(job["path"]) else _Pictures(job)
             with np.errstate(all="ignore"):  # numbers out of range are visible in the picture
                 while (message := connection.recv()) is not None:
                     slot, number, attributes = message
-                    sink.add(number, pictures[slot], attributes)
+                    if film is None:
+                        _write(job, number, pictures[slot], attributes)
+                    else:
+                        film.add(pictures[slot])
                     connection.send(None)
-            sink.finish()
-            sink = None
-            connection.send(None)
-        finally:
-            if sink is not None:
-                sink.drop()
+            if film is not None:
+                film.finish()
+        except BaseException:
+            if film is not None:
+                film.drop()
+            raise
+        connection.send(None)
     except (EOFError, ConnectionError):
         pass  # the parent has closed the connection
     except Exception as error:
@@ -359,12 +326,11 @@ def serve(connection_descriptor: int, memory_descriptor: int) -> None:
             connection.send((type(error).__name__, str(error) or type(error).__name__))
 
 
-def _shared_memory(path: str, size: tuple[int, int]) -> int:
-    """Return the descriptor of shared memory for the pictures of one process."""
-    try:
-        return writing.memory_file(_SLOTS * size[0] * size[1] * 16)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written: {writing.reason_of(error)}") from None
+def _write(job: Mapping[str, Any], number: int, picture: NDArray[np.float32], attributes: dict[str, str]) -> None:
+    """Write a numbered picture file."""
+    path = numbered(job["path"], number)
+    content = image.encoded(path, picture, attributes, transparent=job["transparent"], quick=True)
+    writing.write_files({path: content})
 
 
 def _pictures(memory: int, size: tuple[int, int]) -> NDArray[np.float32]:

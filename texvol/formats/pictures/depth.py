@@ -8,12 +8,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from texvol.formats.pictures.image import scratch_file
+from texvol.formats.pictures import image
 from texvol.util import writing
 from texvol.util.errors import InputError
-from texvol.util.terminal import library_reason
-
-_HEADER_BYTES = 1 << 16  # room for the header
 
 
 def check_writable(path: str | os.PathLike[str]) -> None:
@@ -47,12 +44,6 @@ def encoded(path: str | os.PathLike[str], depth: ArrayLike) -> bytes:
     spec.z_channel = 0
     spec.attribute("Compression", "zip")
     try:
-        with scratch_file(pixels.nbytes + _HEADER_BYTES) as scratch:
-            output = oiio.ImageOutput.create("exr")
-            if output is None:
-                raise InputError(f"{path}: this OpenImageIO can't write EXR: {library_reason(oiio.geterror())}")
-            if not (output.open(scratch, spec) and output.write_image(pixels) and output.close()):
-                raise InputError(f"{path}: cannot be encoded: {library_reason(output.geterror())}")
-            return Path(scratch).read_bytes()
+        return image.stored(spec, pixels, ".exr")
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {writing.reason_of(error)}") from None

@@ -8,10 +8,10 @@ without a background keeps its opacity and holds straight colour.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from functools import cache, lru_cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,7 @@ from texvol.util.terminal import library_reason
 
 FORMATS = (".exr", ".png", ".jpg", ".jpeg")
 _OWN = "texvol:"  # prefix of attributes without a meaning for OpenImageIO
+_HEADER_BYTES = 1 << 16  # room for the header of a file
 _PIXELS_AT_ONCE = 1 << 14  # so that intermediates stay in the processor's cache
 
 
@@ -178,25 +179,33 @@ def _encoded(pixels: NDArray, kind: str, attributes: Mapping[str, str]) -> bytes
     else:
         spec.attribute("oiio:ColorSpace", "lin_rec709_scene")
         spec.attribute("Compression", "zip")
-    with scratch_file(pixels.nbytes + (1 << 16)) as scratch:
+    return stored(spec, pixels, kind)
+
+
+def stored(spec: Any, pixels: NDArray, kind: str) -> bytes:
+    """Return the bytes of a file of `kind` as OpenImageIO writes it.
+
+    On a full disk libjpeg ends the process and libpng reports nothing; so the encoder writes to memory that is reserved
+    first.
+
+    Raises
+    ------
+    OSError
+        If there is no room.
+    InputError
+        If OpenImageIO can't encode the picture.
+    """
+    import OpenImageIO as oiio
+
+    handle = writing.memory_file(pixels.nbytes + _HEADER_BYTES)
+    try:
+        os.ftruncate(handle, 0)
+        scratch = f"/proc/self/fd/{handle}"
         output = oiio.ImageOutput.create(kind[1:])
         if output is None:
             raise InputError(f"this OpenImageIO can't write {kind}: {library_reason(oiio.geterror())}")
         if not (output.open(scratch, spec) and output.write_image(pixels) and output.close()):
             raise InputError(f"the picture cannot be encoded as {kind}: {library_reason(output.geterror())}")
         return Path(scratch).read_bytes()
-
-
-@contextmanager
-def scratch_file(most_bytes: int) -> Iterator[str]:
-    """Yield the name of a file in memory to encode into.
-
-    On a full disk libjpeg ends the process and libpng reports nothing; so the encoder writes to memory, for which
-    `most_bytes` are reserved first.
-    """
-    handle = writing.memory_file(most_bytes)
-    try:
-        os.ftruncate(handle, 0)
-        yield f"/proc/self/fd/{handle}"
     finally:
         os.close(handle)

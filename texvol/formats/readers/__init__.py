@@ -10,9 +10,7 @@ import os
 from collections.abc import Sequence
 
 from texvol.formats.readers.detection import FORMATS
-from texvol.formats.readers.faults import named_faults
-from texvol.formats.readers.loading import ARGUMENTS, read, volume_of
-from texvol.formats.readers.missing import marks_of
+from texvol.formats.readers.loading import ARGUMENTS, checked, read, volume_of
 from texvol.formats.readers.samples import Choice
 from texvol.formats.readers.time_series import TimeSeries, time_steps
 from texvol.scene.volume import Volume
@@ -79,17 +77,6 @@ def load(
         If the library for this format is not installed.
     """
     name = os.fspath(path)
-    choice = Choice(
-        shape=None if shape is None else tuple(shape),
-        dtype=dtype,
-        series=None if series is None else str(series),
-        channel=channel,
-        time=time,
-        variable=variable,
-        resolution=None if resolution is None else tuple(resolution),
-        labels=bool(labels),
-        color=color,
-    )
-    with named_faults(name, "a volume", "formats"):
-        choice = choice._replace(missing=marks_of(missing))
-    return volume_of(name, read(name, choice), choice, spacing)
+    told = Choice(shape, dtype, series, channel, time, variable, resolution, spacing, labels, color, missing)
+    choice = checked(name, told)
+    return volume_of(name, read(name, choice), choice)

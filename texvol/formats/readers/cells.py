@@ -15,6 +15,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol.formats.readers.resampling import Floats
 from texvol.formats.readers.samples import FileFault
 
 _CHUNK = 2**16  # cells, or trials of a point in a cell, per step: intermediates stay in the cache
@@ -50,7 +51,7 @@ class Cells:
         x, y, _ = self.shape
         return np.stack([cells % x, cells // x % y, cells // (x * y)], axis=-1)
 
-    def corners(self, cells: NDArray[np.intp], origin: NDArray[np.float64]) -> NDArray[np.float64]:
+    def corners(self, cells: NDArray[np.intp], origin: Floats) -> Floats:
         """Return the cells' corners from `origin`, shape (8, m, 3); bit a of a corner is its side on axis a."""
         first = self.index(cells) @ np.array(self._strides)
         flat = self._points.reshape(-1, 3)
@@ -65,7 +66,7 @@ class Cells:
         for begin in range(0, self.count, _CHUNK):
             yield np.arange(begin, min(begin + _CHUNK, self.count))
 
-    def check(self, origin: NDArray[np.float64], extent: NDArray[np.float64]) -> int:
+    def check(self, origin: Floats, extent: Floats) -> int:
         """Return the number of flat cells; raise FileFault if all are flat, or cells are folded or of mixed handedness.
 
         Lengths are fractions of the grid's `extent`, since its axes may have different units.
@@ -103,9 +104,7 @@ class Cells:
     def _name(self, cell: int) -> str:
         return "({}, {}, {})".format(*self.index(np.array([cell]))[0])
 
-    def locate(
-        self, origin: NDArray[np.float64], spacing: NDArray[np.float64], counts: list[int]
-    ) -> Iterator[tuple[NDArray[np.intp], NDArray[np.float64]]]:
+    def locate(self, origin: Floats, spacing: Floats, counts: list[int]) -> Iterator[tuple[NDArray[np.intp], Floats]]:
         """Yield the points of a regular grid along the world's axes that are inside cells.
 
         Yields
@@ -141,20 +140,20 @@ class Cells:
                 yield numbers, self.index(block[cell[chosen]]) + u
 
 
-def _jacobian(corners: NDArray[np.float64], corner: int) -> NDArray[np.float64]:
+def _jacobian(corners: Floats, corner: int) -> Floats:
     """Return the volume spanned by the edges at a corner of cells, positive if right-handed, shape (m,)."""
     edges = [(corners[corner | 1 << axis] - corners[corner & ~(1 << axis)]).T for axis in range(3)]
     return _determinant(*edges)
 
 
-def _determinant(a: NDArray[np.float64], b: NDArray[np.float64], c: NDArray[np.float64]) -> NDArray[np.float64]:
+def _determinant(a: Floats, b: Floats, c: Floats) -> Floats:
     return a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) + a[2] * (b[0] * c[1] - b[1] * c[0])
 
 
 class _Maps:
     """Maps of the cells as polynomials around their middles, arrays of shape (…, 3, m)."""
 
-    def __init__(self, corners: NDArray[np.float64]) -> None:
+    def __init__(self, corners: Floats) -> None:
         # b_m from half sums and differences along each axis.
         terms = np.ascontiguousarray(corners.transpose(0, 2, 1))
         for axis in range(3):
@@ -171,9 +170,7 @@ class _Maps:
             [fraction * np.abs(_solved(columns, terms[m])) for m, fraction in fractions.items()], axis=0
         )
 
-    def locate(
-        self, cell: NDArray[np.intp], point: NDArray[np.float64]
-    ) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
+    def locate(self, cell: NDArray[np.intp], point: Floats) -> tuple[NDArray[np.intp], Floats]:
         """Return which of the points, shape (m, 3), are inside the given cells, and their positions there, 0 to 1."""
         point = point.T
         terms = self.terms[:, :, cell]
@@ -208,7 +205,7 @@ class _Maps:
         return number[inside], np.clip(position[inside], 0.0, 1.0)
 
 
-def _solved(columns: Sequence[NDArray[np.float64]], right: NDArray[np.float64]) -> NDArray[np.float64]:
+def _solved(columns: Sequence[Floats], right: Floats) -> Floats:
     """Return x of Σ_a columns_a x_a = right, by Cramer's rule, shape (3, m); not finite where the columns are flat."""
     a, b, c = columns
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):

@@ -6,55 +6,43 @@ The process is a fork: it shares all that is loaded, costs a few milliseconds, a
 from __future__ import annotations
 
 import os
-import select
 import signal
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from typing import IO, NoReturn
+from typing import TYPE_CHECKING, NoReturn
 
 from texvol.formats.readers.samples import FileFault
 from texvol.util.terminal import library_reason
 
+if TYPE_CHECKING:
+    from multiprocessing.connection import Connection
+
 _PATIENCE = 5.0  # seconds
-_MOST_READ = 2**20  # bytes at a time
-_LONGEST = 2**12  # bytes of a message
-_DONE = b"done"
-
-
-class Died(Exception):
-    """The process ended before it sent everything; the message is its signal or status."""
-
-
-class Late(Exception):
-    """The process exceeded its time."""
 
 
 class Child:
-    """Child process that writes into a pipe."""
+    """Child process that sends messages."""
 
-    def __init__(self, pid: int, pipe: IO[bytes]) -> None:
-        self._pid, self._pipe = pid, pipe
+    def __init__(self, pid: int, messages: Connection) -> None:
+        self._pid, self._messages = pid, messages
         self._ended = ""
 
-    def take(self, size: int, seconds: float) -> bytearray:
-        """Return the next `size` bytes of the pipe.
+    def take(self, seconds: float) -> bytes:
+        """Return the next message.
 
         Raises
         ------
-        Died, Late
-            If the process ends or takes too long.
+        EOFError
+            If the process ends before; the text is its signal or status.
+        TimeoutError
+            If the message does not begin within the time.
         """
-        content = bytearray(size)
-        view, at, until = memoryview(content), 0, time.monotonic() + seconds
-        while at < size:
-            if not select.select([self._pipe], [], [], max(until - time.monotonic(), 0))[0]:
-                raise Late
-            count = self._pipe.readinto(view[at : at + _MOST_READ])  # type: ignore[attr-defined]
-            if not count:
-                raise Died(self.end())
-            at += count
-        return content
+        if not self._messages.poll(seconds):
+            raise TimeoutError
+        try:
+            return self._messages.recv_bytes()
+        except (EOFError, OSError):
+            raise EOFError(self.end()) from None
 
     def end(self) -> str:
         """End the process and return its signal or status in words."""
@@ -69,28 +57,30 @@ class Child:
 
 
 @contextmanager
-def forked(work: Callable[[IO[bytes]], object]) -> Iterator[Child]:
-    """Run `work` in a child process with the pipe to write into; the process ends with the context."""
-    output, input_ = os.pipe()
-    pid = os.fork()
-    if pid == 0:
-        os.close(output)
-        _work(work, input_)
-    os.close(input_)
-    with open(output, "rb", buffering=0) as pipe:
-        child = Child(pid, pipe)
+def forked(work: Callable[[Connection], object]) -> Iterator[Child]:
+    """Run `work` in a child process with the connection to send to; the process ends with the context."""
+    from multiprocessing.connection import Pipe
+
+    messages, theirs = Pipe(duplex=False)
+    with messages:
+        with theirs:
+            pid = os.fork()
+            if pid == 0:
+                _work(work, theirs.fileno())
+        child = Child(pid, messages)
         try:
             yield child
         finally:
             child.end()
 
 
-def _work(work: Callable[[IO[bytes]], object], pipe: int) -> NoReturn:
+def _work(work: Callable[[Connection], object], pipe: int) -> NoReturn:
     """Body of the child: run `work` and exit without cleaning up, whatever happens."""
     import faulthandler
     import fcntl
     import gc
     import resource
+    from multiprocessing.connection import Connection
 
     try:
         gc.disable()  # garbage here belongs to the parent, such as OpenGL objects
@@ -104,8 +94,7 @@ def _work(work: Callable[[IO[bytes]], object], pipe: int) -> NoReturn:
         os.closerange(3, pipe)
         os.closerange(pipe + 1, resource.getrlimit(resource.RLIMIT_NOFILE)[0])
         os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
-        with open(pipe, "wb", buffering=0) as output:
-            work(output)
+        work(Connection(pipe, readable=False))
     finally:
         os._exit(0)
 
@@ -119,20 +108,19 @@ def check_survived(attempt: Callable[[], object]) -> None:
         If `attempt` raises, ends its process, or takes too long.
     """
 
-    def work(output: IO[bytes]) -> None:
+    def work(output: Connection) -> None:
         try:
             attempt()
-            message = _DONE
+            output.send_bytes(b"")
         except Exception as error:
-            message = f"cannot be read: {library_reason(error)}".encode()
-        output.write(message[:_LONGEST].ljust(_LONGEST))
+            output.send_bytes(f"cannot be read: {library_reason(error)}".encode())
 
     with forked(work) as child:
         try:
-            message = bytes(child.take(_LONGEST, _PATIENCE)).rstrip()
-        except Late:
+            message = child.take(_PATIENCE)
+        except TimeoutError:
             raise FileFault(f"is corrupt or too complex: it is not opened within {_PATIENCE:g} seconds") from None
-        except Died as died:
-            raise FileFault(f"is corrupt: reading it crashes the library ({died})") from None
-    if message != _DONE:
+        except EOFError as end:
+            raise FileFault(f"is corrupt: reading it crashes the library ({end})") from None
+    if message:
         raise FileFault(message.decode("utf-8", "replace"))

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.formats.readers.samples import Choice, FileFault, check_size
+from texvol.util.color import linear_from_srgb, srgb_from_linear
 
 _COMPONENTS = (3, 4)
 _BYTES = 4 * 4  # of a sample: three of colour and the amount, single precision
@@ -77,27 +78,20 @@ def colored(
     """
     kept = "".join(axis for axis, part in zip(axes, index, strict=True) if isinstance(part, slice))
     components = np.moveaxis(picked, kept.index("K"), -1)
-    _check_type(components.dtype, said)
+    dtype = components.dtype
+    if dtype.kind != "f" and (dtype.kind != "u" or dtype.itemsize * 8 > _MOST_BITS):
+        raise FileFault(f"colour ({said or '--color'}) must be uint8, uint16 or floats, got {dtype}; {_INSTEAD}")
     check_size(components.shape[:3], _BYTES)
     colors = np.empty((*components.shape[:3], 3), np.float32)
     amounts = np.empty(components.shape[:3], np.float32)
-    convert = _from_floats if components.dtype.kind == "f" else _from_whole
+    convert = _from_floats if dtype.kind == "f" else _from_whole
     # Slice by slice, so that wide intermediates never have the size of the volume.
     for source, color, amount in zip(components, colors, amounts, strict=True):
-        color[...], amount[...] = convert(source, bits or components.dtype.itemsize * 8, associated)
+        color[...], amount[...] = convert(source, bits or dtype.itemsize * 8, associated)
     return {"values": amounts, "colors": colors, "notes": _notes(components, said, bits, associated)}
 
 
-def _check_type(dtype: np.dtype, said: str) -> None:
-    if dtype.kind == "f" or (dtype.kind == "u" and dtype.itemsize * 8 <= _MOST_BITS):
-        return
-    who = said or "--color"
-    raise FileFault(f"colour ({who}) must be uint8, uint16 or floats, got {dtype}; {_INSTEAD}")
-
-
 def _from_whole(source: NDArray, bits: int, associated: bool) -> tuple[NDArray, NDArray]:
-    from texvol.util.color import linear_from_srgb
-
     most = 2**bits - 1
     if int(source.max()) > most:
         raise FileFault(f"its colours must fit in {bits} bits, got {source.max()}; {_INSTEAD}")
@@ -112,15 +106,11 @@ def _from_whole(source: NDArray, bits: int, associated: bool) -> tuple[NDArray, 
 @cache
 def _tables(bits: int) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """Return linear light of each integer, and its fraction of the largest."""
-    from texvol.util.color import linear_from_srgb
-
     fractions = np.arange(2**bits) / (2**bits - 1)
     return linear_from_srgb(fractions).astype(np.float32), fractions.astype(np.float32)
 
 
 def _from_floats(source: NDArray, bits: int, associated: bool) -> tuple[NDArray, NDArray]:
-    from texvol.util.color import srgb_from_linear
-
     missing = np.isnan(source).any(axis=-1)
     numbers = np.where(missing[..., np.newaxis], 0, source.astype(np.float64))
     low, high = float(numbers.min()), float(numbers.max())

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from texvol.formats.readers.cells import Cells
 from texvol.formats.readers.rectilinear import check_resolution, chosen_by, rounding_of, tolerance
-from texvol.formats.readers.resampling import Difference, labels_at, resolution_for, sampled_at, type_between
+from texvol.formats.readers.resampling import Difference, Floats, labels_at, resolution_for, sampled_at, type_between
 from texvol.formats.readers.samples import Choice, FileFault, Samples, by, check_size, grid_from_columns, once
 
 _CHUNK = 2**18  # samples per step
@@ -40,11 +40,10 @@ def on_points(values: NDArray, points: NDArray, choice: Choice) -> Samples:
     position = once(choice, "place", lambda: _Position(points, choice.resolution))
     made = position.resampled(values, choice)
     lost = _lost(values, points, made, position, choice.labels)
-    sizes = list(values.shape[::-1])
-    metadata: dict[str, Any] = {"grid": "curvilinear", "samples": sizes, "dimensions": position.counts}
-    metadata |= {"chosen_by": chosen_by(choice.resolution)} | lost
-    metadata |= {"outside": position.outside, "flat_cells": position.flat_cells}
-    return Samples(made, position.spacing.tolist(), position.origin.tolist(), resampling=metadata)
+    about: dict[str, Any] = {"grid": "curvilinear", "samples": list(values.shape[::-1]), "dimensions": position.counts}
+    about |= {"chosen_by": chosen_by(choice.resolution), **lost}
+    about |= {"outside": position.outside, "flat_cells": position.flat_cells}
+    return Samples(made, position.spacing.tolist(), position.origin.tolist(), resampling=about)
 
 
 def _lost(values: NDArray, points: NDArray, made: NDArray, position: _Position, labels: bool) -> dict[str, Any]:
@@ -99,7 +98,7 @@ def _regular(points: NDArray) -> dict[str, Any] | None:
     return {"spacing": spacing, "direction": direction, "origin": first}
 
 
-def _completed(columns: list[NDArray[np.float64]], length: float) -> list[NDArray[np.float64]]:
+def _completed(columns: list[Floats], length: float) -> list[Floats]:
     """Return the columns; an axis with a single sample gets one perpendicular to the others, `length` long."""
     missing = [axis for axis in range(3) if not columns[axis].any()]
     if len(missing) == 1:
@@ -141,7 +140,7 @@ class _Position:
         # Points in no cell have label 0, or no value.
         made = np.full(int(np.prod(self.counts)), 0 if choice.labels else np.nan, dtype)
         sample = labels_at if choice.labels else sampled_at
-        found: Iterable[tuple[NDArray[np.intp], NDArray[np.float64]]]
+        found: Iterable[tuple[NDArray[np.intp], Floats]]
         if choice.kept is None:
             found = self._cells.locate(self.origin, self.spacing, self.counts)
         else:
@@ -154,7 +153,7 @@ class _Position:
         return made.reshape(self.counts[::-1])
 
 
-def _counts(points: NDArray, cells: Cells, origin: NDArray[np.float64], extent: NDArray[np.float64]) -> list[int]:
+def _counts(points: NDArray, cells: Cells, origin: Floats, extent: Floats) -> list[int]:
     """Return samples along each world axis: as many as the smallest cell needs, within bounds.
 
     The bound is relative to the samples of the grid axis that extends farthest along the world axis.

@@ -7,7 +7,6 @@ import re
 import stat
 import zlib
 
-from texvol.formats.readers import unstructured
 from texvol.formats.readers.samples import Choice, FileFault
 
 _PACKED = ("", ".gz", ".bz2")
@@ -25,38 +24,49 @@ FORMATS = {
     "NPY": (".npy",),
     "raw": tuple(f".{ending}{packed}" for ending in ("raw", "bin", "dat") for packed in _PACKED),
 }
-READ = "NRRD, NIfTI, MetaImage, DICOM, TIFF, MRC, VTI, VTR, VTS, netCDF, NPY, raw"
+READ = ", ".join(FORMATS)
 
-_REFUSED = {
-    ".zarr": "OME-Zarr",
-    ".vtp": "VTP (VTK polygons)",
-    ".pvti": "PVTI (a VTK grid in parts)",
-    ".pvtr": "PVTR (a VTK grid in parts)",
-    ".pvts": "PVTS (a VTK grid in parts)",
-    ".vtk": "legacy VTK",
-    ".h5": "HDF5",
-    ".hdf5": "HDF5",
-    ".npz": "NPZ",
-    ".mnc": "MINC",
-    ".png": "PNG",
-    ".jpg": "JPEG",
-    ".jpeg": "JPEG",
-    ".exr": "OpenEXR",
-    ".zip": "ZIP",
-}
-
+TO_IMAGE = "resample it onto a regular grid, in ParaView by the filter Resample To Image, and save that as VTI"
 _SAVE = "save it as VTI, VTR or VTS, in ParaView by File, Save Data"
-_HINTS = dict.fromkeys((".vtk", ".pvti", ".pvtr", ".pvts"), _SAVE)
+_OTHERS = f"texvol reads {READ}"
+
+# Kinds of files that texvol does not read, their endings, and a hint for the user.
+_REFUSED = (
+    ("VTU (a VTK unstructured grid)", (".vtu",), TO_IMAGE),
+    ("PVTU (a VTK unstructured grid in parts)", (".pvtu",), TO_IMAGE),
+    ("CGNS", (".cgns",), TO_IMAGE),
+    ("Exodus", (".exo", ".ex2", ".exii", ".e"), TO_IMAGE),
+    ("VTM (VTK blocks)", (".vtm", ".vtmb"), TO_IMAGE),
+    ("OpenFOAM", (".foam",), TO_IMAGE),
+    ("EnSight", (".case",), TO_IMAGE),
+    ("a mesh (MSH)", (".msh",), TO_IMAGE),
+    ("PVTI (a VTK grid in parts)", (".pvti",), _SAVE),
+    ("PVTR (a VTK grid in parts)", (".pvtr",), _SAVE),
+    ("PVTS (a VTK grid in parts)", (".pvts",), _SAVE),
+    ("legacy VTK", (".vtk",), _SAVE),
+    ("OME-Zarr", (".zarr",), _OTHERS),
+    ("VTP (VTK polygons)", (".vtp",), _OTHERS),
+    ("HDF5", (".h5", ".hdf5"), _OTHERS),
+    ("NPZ", (".npz",), _OTHERS),
+    ("MINC", (".mnc",), _OTHERS),
+    ("PNG", (".png",), _OTHERS),
+    ("JPEG", (".jpg", ".jpeg"), _OTHERS),
+    ("OpenEXR", (".exr",), _OTHERS),
+    ("ZIP", (".zip",), _OTHERS),
+)
+# Types of VTK's XML files.
+_READ_XML = {"ImageData": "VTI", "RectilinearGrid": "VTR", "StructuredGrid": "VTS"}
 _UNREAD_XML = {
-    "UnstructuredGrid": unstructured.KINDS[".vtu"],
-    "PUnstructuredGrid": unstructured.KINDS[".pvtu"],
+    "UnstructuredGrid": "VTU (a VTK unstructured grid)",
+    "PUnstructuredGrid": "PVTU (a VTK unstructured grid in parts)",
     "PolyData": "VTP (VTK polygons)",
 }
 _HDF5 = "HDF5 (netCDF-4 is of this kind too, and named .nc)"
+_UNKNOWN = "of no known kind"
 
 # Formats with several variables, and those whose grid may need resampling.
 _WITH_VARIABLES = ("netCDF", "VTI", "VTR", "VTS")
-_RESAMPLED = ("netCDF", "VTR", "VTS")
+RESAMPLED = ("netCDF", "VTR", "VTS")
 _WITH_COLORS = ("NRRD", "NIfTI", "MetaImage", "DICOM", "TIFF", "VTI", "NPY")
 
 # Offset, bytes and format of each magic number.
@@ -115,8 +125,8 @@ def format_of(path: str, choice: Choice) -> str:
         raise FileFault(f"is {found}: --series is for the DICOM series of a folder")
     if found not in _WITH_VARIABLES and choice.variable is not None:
         raise FileFault(f"is {found}: --variable is for the variables of {', '.join(_WITH_VARIABLES)}")
-    if found not in _RESAMPLED and choice.resolution is not None:
-        names = ", ".join(_RESAMPLED)
+    if found not in RESAMPLED and choice.resolution is not None:
+        names = ", ".join(RESAMPLED)
         raise FileFault(f"is {found}, whose samples are on a regular grid: --resolution is for the grids of {names}")
     if found not in _WITH_COLORS and choice.color:
         raise FileFault(f"is {found}: --color is for the components of {', '.join(_WITH_COLORS)}")
@@ -131,29 +141,19 @@ def _format_of_file(path: str, choice: Choice) -> str:
     with open(path, "rb") as file:
         head = file.read(4096)
     content = content_of(head)
-    if named is None:
-        _check_refused(lower, content)
-    if named is None and choice.shape is not None and choice.dtype is not None and content not in FORMATS:
-        return "raw"
-    if named is None and content in FORMATS:
-        return content
-    if named is None:
-        raise FileFault(f"has an unknown format (its content is {content}); texvol reads {READ}")
-    _check_name(lower, named, content, head)
-    return named
-
-
-def _check_refused(lower: str, content: str) -> None:
-    """Raise FileFault if the file has a known format that texvol does not read."""
-    for ending, kind in unstructured.KINDS.items():
-        if lower.endswith(ending):
-            raise FileFault(f"is {kind}, which texvol does not read; {unstructured.HINT}")
-    for ending, kind in _REFUSED.items():
-        if lower.endswith(ending):
-            hint = _HINTS.get(ending, f"texvol reads {READ}")
+    if named is not None:
+        _check_name(lower, named, content, head)
+        return named
+    for kind, endings, hint in _REFUSED:
+        if lower.endswith(endings):
             raise FileFault(f"is {kind}, which texvol does not read; {hint}")
     if content in _UNREAD_XML.values():
-        raise FileFault(f"is {content}, which texvol does not read; {unstructured.HINT}")
+        raise FileFault(f"is {content}, which texvol does not read; {TO_IMAGE}")
+    if content in FORMATS:
+        return content
+    if choice.shape is None or choice.dtype is None:
+        raise FileFault(f"has an unknown format (its content is {content}); {_OTHERS}")
+    return "raw"
 
 
 def _check_name(lower: str, named: str, content: str, head: bytes) -> None:
@@ -171,9 +171,6 @@ def _check_name(lower: str, named: str, content: str, head: bytes) -> None:
         raise FileFault(f"named {named}{inside}")
 
 
-_UNKNOWN = "of no known kind"
-
-
 def content_of(head: bytes) -> str:
     """Return the format of a file's first bytes: a key of FORMATS, or a description."""
     for offset, magic, kind in _MAGIC:
@@ -183,20 +180,15 @@ def content_of(head: bytes) -> str:
     if text.startswith((b"<?xml", b"<VTKFile", b"<!--")):
         start = head.find(b"<VTKFile")
         opening = head[start : head.find(b">", start)] if start >= 0 else b""
-        return _xml_kind(opening) if opening else "XML"
+        found = re.search(rb"type\s*=\s*[\"'](\w*)[\"']", opening)
+        kind = found.group(1).decode("ascii", "replace") if found else ""
+        return (_READ_XML | _UNREAD_XML).get(kind, "VTK XML of another kind") if opening else "XML"
     key = text.split(b"\n", 1)[0].partition(b"=")[0].strip()
     if key in (b"ObjectType", b"NDims", b"Comment", b"ObjectSubType", b"Name", b"ID"):
         return "MetaImage"
     if head and all(byte >= 32 or byte in b"\t\r\n\f" for byte in head):
         return "text"
     return _UNKNOWN
-
-
-def _xml_kind(opening: bytes) -> str:
-    found = re.search(rb"type\s*=\s*[\"'](\w*)[\"']", opening)
-    kind = found.group(1).decode("ascii", "replace") if found else ""
-    read = {"ImageData": "VTI", "RectilinearGrid": "VTR", "StructuredGrid": "VTS"}
-    return read.get(kind) or _UNREAD_XML.get(kind, "VTK XML of another kind")
 
 
 def _unpacked_head(head: bytes) -> bytes:
@@ -210,7 +202,7 @@ def _format_of_folder(path: str) -> str:
     """Return DICOM or TIFF, by the files of a folder."""
     names = sorted(os.listdir(path))
     if path.rstrip("/").lower().endswith(".zarr") or {".zgroup", ".zarray", "zarr.json", ".zattrs"} & set(names):
-        raise FileFault(f"is OME-Zarr, which texvol does not read yet; texvol reads {READ}")
+        raise FileFault(f"is OME-Zarr, which texvol does not read yet; {_OTHERS}")
     files = [name for name in names if not name.startswith(".") and os.path.isfile(os.path.join(path, name))]
     if not files:
         raise FileFault("is a folder without files; it must hold DICOM or TIFF slices")
@@ -218,15 +210,16 @@ def _format_of_folder(path: str) -> str:
     for name in files:
         if name.lower().endswith(FORMATS["TIFF"]):
             slices["TIFF"] += 1
-        elif name.lower().endswith(FORMATS["DICOM"]) or _has_preamble(os.path.join(path, name)):
+        elif name.lower().endswith(FORMATS["DICOM"]) or has_preamble(os.path.join(path, name)):
             slices["DICOM"] += 1
     if slices["DICOM"] and slices["TIFF"]:
         raise FileFault(f"must hold DICOM or TIFF files, got {slices['DICOM']} DICOM and {slices['TIFF']} TIFF files")
     if not any(slices.values()):
         raise FileFault(f"is a folder without a DICOM or TIFF slice among its {len(files)} files")
-    return max(slices, key=lambda kind: slices[kind])
+    return "DICOM" if slices["DICOM"] else "TIFF"
 
 
-def _has_preamble(path: str) -> bool:
+def has_preamble(path: str) -> bool:
+    """True if a file has the mark of DICOM, after 128 bytes of any content."""
     with open(path, "rb") as file:
         return file.read(132)[128:] == b"DICM"

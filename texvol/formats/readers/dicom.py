@@ -7,14 +7,15 @@ first slice's position to the last slice's, which keeps the shear of a tilted ga
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.formats.readers.colors import colored, is_colored, with_color
+from texvol.formats.readers.colors import colored, component_axis, is_colored, with_color
+from texvol.formats.readers.detection import FORMATS, has_preamble
 from texvol.formats.readers.dicom_pixels import pixels_of
 from texvol.formats.readers.dicom_slices import Slice, slices_of
 from texvol.formats.readers.missing import noted, without_where
@@ -38,6 +39,9 @@ _GAP_TOLERANCE = 0.05
 _SAME_POSITION = 0.01  # of the usual gap: slices closer than this are at one position
 _SAME_ANGLE = 1e-3  # largest difference of direction cosines within a series, due to their rounding
 
+# Photometric interpretations that are red, green and blue, at least after decoding.
+_COLORS = ("RGB", "YBR_FULL", "YBR_FULL_422", "YBR_ICT", "YBR_RCT")
+
 
 class _Series(NamedTuple):
     uid: str
@@ -52,25 +56,21 @@ class _Series(NamedTuple):
 def read(path: str, choice: Choice) -> Samples:
     """Return the samples of one series, with slope and intercept applied."""
     slices = once(choice, "slices", lambda: _slices(path, choice))
-    if not slices:
-        raise FileFault("holds no slices with pixels")
     _check_alike(slices)
     ordered = _in_order(slices, choice)
     first = ordered[0]
-    position = _grid(ordered) | {"unit": "mm", "space": "left-posterior-superior", "value_unit": first.value_unit}
+    grid = _grid(ordered)
+    sizes, axes, said = [len(ordered), first.rows, first.columns], "ZYX", ""
     if first.samples_per_pixel != 1:
-        sizes = [len(ordered), first.rows, first.columns, first.samples_per_pixel]
-        said = f"photometric interpretation {first.photometric}" if first.is_color else ""
-        axes = with_color("ZYXC", sizes, 3, choice, said)
-        # With --time, the step selects among slices at one position; it is not an axis.
-        index = pick(axes, sizes, choice._replace(time=None))
-        if is_colored(axes):
-            return Samples(**colored(_stored(ordered), axes, index, said, bits=first.bits), **position)
-        return Samples(_values(ordered, index[3], choice)[0], **position)
-    with_color("ZYX", [], None, choice, "")
-    pick("ZYX", [len(ordered), first.rows, first.columns], choice._replace(time=None))
-    values, notes = _values(ordered, slice(None), choice)
-    return Samples(values, **position, notes=notes)
+        sizes, axes = [*sizes, first.samples_per_pixel], "ZYXC"
+        said = f"photometric interpretation {first.photometric}" if first.photometric in _COLORS else ""
+    axes = with_color(axes, sizes, component_axis(axes, sizes, "C"), choice, said)
+    # With --time, the step selects among slices at one position; it is not an axis.
+    index = pick(axes, sizes, choice._replace(time=None))
+    if is_colored(axes):
+        return Samples(**colored(_stored(ordered), axes, index, said, bits=first.bits), **grid)
+    values, notes = _values(ordered, index[3:], choice)
+    return Samples(values, **grid, notes=notes)
 
 
 def _slices(path: str, choice: Choice) -> list[Slice]:
@@ -105,19 +105,17 @@ def _header(file: str) -> Any | None:
     name = os.path.basename(file)
     if not os.path.isfile(file):
         return None
-    with open(file, "rb") as stream:
-        has_preamble = stream.read(132)[128:] == b"DICM"
-    if not has_preamble and not file.lower().endswith((".dcm", ".dicom", ".ima")):
+    is_marked = has_preamble(file)
+    if not is_marked and not file.lower().endswith(FORMATS["DICOM"]):
         return None
     try:
-        meta: Any = pydicom.filereader.read_file_meta_info(file) if has_preamble else {}
-        if meta.get("TransferSyntaxUID") == DeflatedExplicitVRLittleEndian:
-            raise FileFault(f"{name} is deflated as a whole, which texvol does not read")
-        header = pydicom.dcmread(file, stop_before_pixels=True, force=not has_preamble)
-    except FileFault:
-        raise
+        meta: Any = pydicom.filereader.read_file_meta_info(file) if is_marked else {}
+        is_deflated = meta.get("TransferSyntaxUID") == DeflatedExplicitVRLittleEndian
+        header = None if is_deflated else pydicom.dcmread(file, stop_before_pixels=True, force=not is_marked)
     except Exception as error:
         raise FileFault(f"{name} is corrupt: {error}") from error
+    if header is None:
+        raise FileFault(f"{name} is deflated as a whole, which texvol does not read")
     kind = UID(str(header.get("SOPClassUID") or meta.get("MediaStorageSOPClassUID") or "")).name
     if "Rows" in header:
         return header
@@ -135,13 +133,8 @@ def _chosen(found: Sequence[_Series], wanted: str | None) -> _Series:
         if len(found) > 1:
             raise FileFault(f"holds {len(found)} series; choose one with --series: {listed}")
         return found[0]
-    tests: tuple[Callable[[_Series], bool], ...] = (
-        lambda series: series.uid == wanted,
-        lambda series: series.number == wanted,
-        lambda series: series.description.strip().lower() == wanted.strip().lower(),
-    )
-    for test in tests:
-        matching = [series for series in found if test(series)]
+    for field in ("uid", "number", "description"):
+        matching = [series for series in found if getattr(series, field).strip().lower() == wanted.strip().lower()]
         if len(matching) == 1:
             return matching[0]
         if matching:
@@ -229,38 +222,43 @@ def _grid(ordered: Sequence[Slice]) -> dict[str, Any]:
         step = (np.array(ordered[-1].position) - first.position) / (len(ordered) - 1)
     else:
         step = np.cross(*first.axes) * first.thickness
-    columns = np.column_stack([np.array(first.axes[0]), np.array(first.axes[1]), step])
-    lengths, direction = grid_from_columns(columns)
-    return {"spacing": (*first.spacing, lengths[2]), "origin": first.position, "direction": direction}
+    lengths, direction = grid_from_columns(np.column_stack([*first.axes, step]))
+    return {
+        "spacing": (*first.spacing, lengths[2]),
+        "origin": first.position,
+        "direction": direction,
+        "unit": "mm",
+        "space": "left-posterior-superior",
+        "value_unit": first.value_unit,
+    }
 
 
-def _values(ordered: Sequence[Slice], component: Any, choice: Choice) -> tuple[NDArray, tuple[str, ...]]:
+def _values(
+    ordered: Sequence[Slice], component: Sequence[int | slice], choice: Choice
+) -> tuple[NDArray, tuple[str, ...]]:
     """Return rescaled samples of all slices without padding, and notes; files are read one at a time."""
     first = ordered[0]
     target = rescaled_type(first.dtype, first.slope, first.intercept, first.bits)
-    if (first.slope, first.intercept) == (1.0, 0.0):
-        target = first.dtype
     if any((one.slope, one.intercept, one.bits) != (first.slope, first.intercept, first.bits) for one in ordered):
         target = rescaled_type(first.dtype, 0.5, 0.0, max(one.bits for one in ordered))  # mixed scales: a float
     check_size([len(ordered), first.rows, first.columns], target.itemsize)
     values = np.empty((len(ordered), first.rows, first.columns), target)
-    padded: dict[int, NDArray[np.uint8]] = {}
+    padded: dict[int, NDArray[np.uint8]] = {}  # a bit for each pixel
     for number, pixels in pixels_of(ordered):
-        picked = pixels[..., component] if first.samples_per_pixel != 1 else pixels
-        one = ordered[number]
+        one, picked = ordered[number], pixels[(..., *component)]
         rescale_into(values[number], picked, one.slope, one.intercept)
         if one.padding is not None and not choice.labels and one.samples_per_pixel == 1:
             padded[number] = np.packbits((picked >= one.padding[0]) & (picked <= one.padding[1]))
     if not any(bits.any() for bits in padded.values()):
         return values, ()
-    marked, count = without_where(values, lambda number, part: _is_padded(padded.get(number), part))
+    without = np.zeros_like(next(iter(padded.values())))
+
+    def is_padded(number: int, part: NDArray) -> NDArray:
+        bits = np.unpackbits(padded.get(number, without), count=part.size)
+        return bits.astype(np.bool_).reshape(part.shape)
+
+    marked, count = without_where(values, is_padded)
     return marked, noted(count, "Pixel Padding Value")
-
-
-def _is_padded(bits: NDArray[np.uint8] | None, part: NDArray) -> NDArray:
-    if bits is None:
-        return np.zeros(part.shape, np.bool_)
-    return np.unpackbits(bits, count=part.size).astype(np.bool_).reshape(part.shape)
 
 
 def _stored(ordered: Sequence[Slice]) -> NDArray:

@@ -7,28 +7,27 @@ Both become an error here.
 from __future__ import annotations
 
 import os
-import struct
 from collections.abc import Generator, Iterator, Sequence
 from contextlib import closing
 from itertools import islice
-from typing import IO
+from typing import IO, TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.formats.readers.child_process import Child, Died, Late, forked
+from texvol.formats.readers.child_process import Child, forked
 from texvol.formats.readers.dicom_slices import Slice
 from texvol.formats.readers.samples import FileFault, in_bytes
 from texvol.util.errors import missing_extra
 from texvol.util.terminal import library_reason
 
-# A message has a kind, its number of bytes, and those bytes: a frame in the slice's type, or an error text.
-_HEAD = struct.Struct("<cQ")
-_FRAME, _FAULT = b"F", b"E"
+if TYPE_CHECKING:
+    from multiprocessing.connection import Connection
+
+# For each frame the process sends an error text, empty if there is none, and then its pixels in the slice's type.
 _PATIENCE = 8.0  # seconds without a frame, in addition to the time for a frame at this many bytes a second
 _BYTES_A_SECOND = 2**23
 _ROOM = 2**30  # bytes that the process may allocate beyond its initial size
-_MOST_READ = 2**20
 
 
 def pixels_of(ordered: Sequence[Slice]) -> Iterator[tuple[int, NDArray]]:
@@ -44,7 +43,7 @@ def pixels_of(ordered: Sequence[Slice]) -> Iterator[tuple[int, NDArray]]:
     positions: dict[str, dict[int, int]] = {}
     for number, one in enumerate(ordered):
         positions.setdefault(one.path, {})[one.frame] = number
-    files = [ordered[next(iter(frames.values()))]._replace(frames=max(frames) + 1) for frames in positions.values()]
+    files = [ordered[next(iter(frames.values()))].replaced(frames=max(frames) + 1) for frames in positions.values()]
     packed = [one for one in files if one.syntax]
     for one in {one.syntax: one for one in packed}.values():
         _check_decoder(one)
@@ -103,19 +102,18 @@ def _received(one: Slice, child: Child) -> Iterator[NDArray]:
     seconds = _PATIENCE + one.frame_bytes / _BYTES_A_SECOND
     for _ in range(one.frames):
         try:
-            kind, size = _HEAD.unpack(child.take(_HEAD.size, seconds))
-            content = child.take(size, seconds)
-        except Late:
+            if fault := child.take(seconds):
+                raise FileFault(fault.decode("utf-8", "replace"))
+            content = child.take(seconds)
+        except TimeoutError:
             raise _unreadable(one, "its compressed data are damaged: decoding does not end") from None
-        except Died as died:
-            raise _unreadable(one, f"its compressed data are damaged: the decoder crashed ({died})") from None
-        if kind == _FAULT:
-            raise FileFault(content.decode("utf-8", "replace"))
+        except EOFError as end:
+            raise _unreadable(one, f"its compressed data are damaged: the decoder crashed ({end})") from None
         yield np.frombuffer(content, one.dtype).reshape(one.frame_shape)
 
 
-def _unpack(packed: Sequence[Slice], output: IO[bytes]) -> None:
-    """Write the files' frames into the pipe."""
+def _unpack(packed: Sequence[Slice], output: Connection) -> None:
+    """Send the files' frames."""
     import tempfile
 
     with tempfile.TemporaryFile() as printed:
@@ -125,20 +123,21 @@ def _unpack(packed: Sequence[Slice], output: IO[bytes]) -> None:
             _send_file(one, output, printed)
 
 
-def _send_file(one: Slice, output: IO[bytes], printed: IO[bytes]) -> None:
-    """Write the frames of a file, each after it is checked."""
+def _send_file(one: Slice, output: Connection, printed: IO[bytes]) -> None:
+    """Send the frames of a file, each after it is checked."""
     try:
         for pixels in _frames(one):
             _check_printed(one, printed)
             if pixels.shape != one.frame_shape:
                 raise _unreadable(one, f"its frame must have shape {one.frame_shape}, got {pixels.shape}")
-            _send(output, _FRAME, np.ascontiguousarray(pixels, one.dtype).data.cast("B"))
+            output.send_bytes(b"")
+            output.send_bytes(np.ascontiguousarray(pixels, one.dtype).data.cast("B"))
         return
-    except FileFault as fault:
-        message = str(fault)
+    except FileFault as error:
+        fault = error
     except MemoryError:
-        message = str(_unreadable(one, f"decoding a frame of {in_bytes(one.frame_bytes)} needs too much memory"))
-    _send(output, _FAULT, memoryview(message.encode()))
+        fault = _unreadable(one, f"decoding a frame of {in_bytes(one.frame_bytes)} needs too much memory")
+    output.send_bytes(str(fault).encode())
 
 
 def _check_printed(one: Slice, printed: IO[bytes]) -> None:
@@ -147,13 +146,6 @@ def _check_printed(one: Slice, printed: IO[bytes]) -> None:
     for line in printed.read().decode("utf-8", "replace").splitlines():
         if "orrupt" in line or "remature" in line:
             raise _unreadable(one, line)
-
-
-def _send(output: IO[bytes], kind: bytes, content: memoryview) -> None:
-    output.write(_HEAD.pack(kind, content.nbytes))
-    at = 0
-    while at < content.nbytes:
-        at += output.write(content[at : at + _MOST_READ])
 
 
 def _limit_memory(one: Slice) -> None:

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
+from copy import copy
 from math import prod
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from texvol.formats.readers.samples import FileFault, check_size, check_unpacked
-
-Triple = tuple[float, float, float]
 
 # Sequences in which enhanced multi-frame files keep fields that other files have at the top (DICOM PS3.3, C.7.6.16).
 _GROUPS = {
@@ -27,48 +26,49 @@ _GROUPS = {
     "TemporalPositionIndex": "FrameContentSequence",
 }
 
-# Photometric interpretations that are red, green and blue, at least after decoding.
-_COLORS = ("RGB", "YBR_FULL", "YBR_FULL_422", "YBR_ICT", "YBR_RCT")
-
 _MOST_FRAMES = 2**16  # of a file
 
 # Fields that order slices at one position, most significant first.
 _ORDER = ("TemporalPositionIndex", "TemporalPositionIdentifier", "EchoTime", "AcquisitionNumber", "InstanceNumber")
 
 
-class Slice(NamedTuple):
-    """One slice: its pixels' location, its position, and the meaning of its numbers."""
+class Slice:
+    """One slice of a file of `frames`: its pixels' location, its position, and the meaning of its numbers."""
 
-    path: str
-    frame: int
-    frames: int  # of the file
-    syntax: str  # transfer syntax of compressed frames; empty if uncompressed
-    rows: int
-    columns: int
-    samples_per_pixel: int
-    photometric: str
-    dtype: np.dtype
-    bits: int
-    high_bit: int
-    position: Triple
-    axes: tuple[Triple, Triple]  # directions of rising column and rising row
-    spacing: tuple[float, float]
-    thickness: float
-    slope: float
-    intercept: float
-    value_unit: str  # empty if the file names none
-    order: tuple[float, ...]  # among slices at one position
-    padding: tuple[int, int] | None  # range of stored values that mark pixels not recorded
+    def __init__(self, path: str, header: Any, frame: int, frames: int) -> None:
+        if "ModalityLUTSequence" in header:
+            raise FileFault("has a modality lookup table for its values, which texvol does not read")
+        self.photometric = str(header.get("PhotometricInterpretation", ""))
+        if "PALETTE" in self.photometric:
+            raise FileFault("has palette colours, and a volume must have numbers")
+        self.path, self.frame, self.frames = path, frame, frames
+        self.rows, self.columns = int(header.Rows), int(header.get("Columns") or 0)
+        self.samples_per_pixel = int(header.get("SamplesPerPixel") or 1)
+        self.dtype, self.bits, self.high_bit = _stored_type(header)
+        check_size([frames, self.rows, self.columns, self.samples_per_pixel], self.dtype.itemsize)
+        self.axes = _axes(header, frame)  # directions of rising column and rising row
+        scaling = header.get("DoseGridScaling")
+        self.slope = _number(header, frame, "RescaleSlope", 1.0 if scaling is None else float(scaling))
+        if self.slope == 0:
+            raise FileFault("its RescaleSlope must not be 0")
+        self.spacing = _pixel_spacing(header, frame)[::-1]  # of columns and rows
+        syntax = getattr(getattr(header, "file_meta", None), "TransferSyntaxUID", None)
+        is_packed = syntax is not None and syntax.is_transfer_syntax and syntax.is_encapsulated
+        self.syntax = str(syntax) if is_packed else ""
+        # Of the first pixel's centre; frames without one have that of the file's first frame.
+        self.position = _numbers(header, frame, "ImagePositionPatient", 3)
+        spacing = abs(_number(header, frame, "SpacingBetweenSlices", 0.0))
+        thickness = spacing or _number(header, frame, "SliceThickness", 0.0)
+        self.thickness = thickness if thickness > 0 else 1.0
+        self.intercept = _number(header, frame, "RescaleIntercept", 0.0)
+        self.value_unit = _value_unit(header, frame)
+        self.order = tuple(_number(header, frame, key, 0.0) for key in _ORDER)  # among slices at one position
+        self.padding = _padding(header, self.dtype)
 
     @property
     def name(self) -> str:
         """Name of the slice in messages."""
         return f"{os.path.basename(self.path)} frame {self.frame}" if self.frame else os.path.basename(self.path)
-
-    @property
-    def is_color(self) -> bool:
-        """True if its pixels are red, green and blue, at least after decoding."""
-        return self.photometric in _COLORS
 
     @property
     def frame_shape(self) -> tuple[int, ...]:
@@ -79,6 +79,12 @@ class Slice(NamedTuple):
     def frame_bytes(self) -> int:
         """Bytes of a frame's pixels."""
         return prod(self.frame_shape) * self.dtype.itemsize
+
+    def replaced(self, **attributes: Any) -> Slice:
+        """Return a copy with other attributes."""
+        other = copy(self)
+        vars(other).update(attributes)
+        return other
 
     def stored(self, pixels: NDArray) -> NDArray:
         """Return decoded pixels in the frame's shape, with unused bits cleared."""
@@ -98,17 +104,15 @@ def slices_of(path: str, header: Any) -> list[Slice]:
             raise FileFault(f"its NumberOfFrames is {count}, in a file of {os.path.getsize(path)} bytes")
         if count > _MOST_FRAMES:
             raise FileFault(f"its NumberOfFrames must be at most {_MOST_FRAMES}, got {count}")
-        first = _slice(path, header, 0, count)
+        first = Slice(path, header, 0, count)
         _check_held(path, first)
         if count == 1:
             return [first]
         if header.get("PerFrameFunctionalGroupsSequence"):
-            return [first, *(_slice(path, header, frame, count) for frame in range(1, count))]
-        # Frames without functional groups differ only by position.
+            return [first, *(Slice(path, header, frame, count) for frame in range(1, count))]
         positions = np.array(first.position) + np.outer(_along(header, count), np.cross(*first.axes))
-        return [
-            first._replace(frame=frame, position=tuple(position)) for frame, position in enumerate(positions.tolist())
-        ]
+        # Frames without functional groups differ only by position.
+        return [first.replaced(frame=frame, position=position) for frame, position in enumerate(positions.tolist())]
     except FileFault as fault:
         raise FileFault(f"{os.path.basename(path)}: {fault}") from None
 
@@ -123,46 +127,12 @@ def _check_held(path: str, first: Slice) -> None:
         raise FileFault(f"its pixels can't be read: its header needs {needed} bytes of them, and the file has {held}")
 
 
-def _slice(path: str, header: Any, frame: int, count: int) -> Slice:
-    if "ModalityLUTSequence" in header:
-        raise FileFault("has a modality lookup table for its values, which texvol does not read")
-    if "PALETTE" in str(header.get("PhotometricInterpretation", "")):
-        raise FileFault("has palette colours, and a volume must have numbers")
-    rows, columns = int(header.Rows), int(header.get("Columns") or 0)
-    samples = int(header.get("SamplesPerPixel") or 1)
-    dtype, bits, high_bit = _stored_type(header)
-    check_size([count, rows, columns, samples], dtype.itemsize)
+def _axes(header: Any, frame: int) -> tuple[list[float], list[float]]:
     orientation = _numbers(header, frame, "ImageOrientationPatient", 6)
-    axes = (_unit_vector(orientation[:3]), _unit_vector(orientation[3:]))
+    axes = _unit_vector(orientation[:3]), _unit_vector(orientation[3:])
     if abs(float(np.dot(*axes))) > 0.01:
         raise FileFault("direction must not be singular: its rows and columns are not at right angles")
-    scaling = header.get("DoseGridScaling")
-    slope = _number(header, frame, "RescaleSlope", 1.0 if scaling is None else float(scaling))
-    if slope == 0:
-        raise FileFault("its RescaleSlope must not be 0")
-    row_spacing, column_spacing = _pixel_spacing(header, frame)
-    return Slice(
-        path=path,
-        frame=frame,
-        frames=count,
-        syntax=_packed_syntax(header),
-        rows=rows,
-        columns=columns,
-        samples_per_pixel=samples,
-        photometric=str(header.get("PhotometricInterpretation", "")),
-        dtype=dtype,
-        bits=bits,
-        high_bit=high_bit,
-        position=_position(header, frame),
-        axes=axes,
-        spacing=(column_spacing, row_spacing),
-        thickness=_thickness(header, frame),
-        slope=slope,
-        intercept=_number(header, frame, "RescaleIntercept", 0.0),
-        value_unit=_value_unit(header, frame),
-        order=tuple(_number(header, frame, key, 0.0) for key in _ORDER),
-        padding=_padding(header, dtype),
-    )
+    return axes
 
 
 def _value_unit(header: Any, frame: int) -> str:
@@ -183,19 +153,10 @@ def _padding(header: Any, dtype: np.dtype) -> tuple[int, int] | None:
     value, limit = (header.get(key) for key in ("PixelPaddingValue", "PixelPaddingRangeLimit"))
     if value is None or value == "":
         return None
-    ends = [_as_stored(int(end), dtype) for end in (value, value if limit in (None, "") else limit)]
-    return min(ends), max(ends)
-
-
-def _as_stored(number: int, dtype: np.dtype) -> int:
-    """Return a number in the pixels' type; some files write negative numbers as unsigned, or the reverse."""
-    wrapped = number % 2 ** (8 * dtype.itemsize)
-    return wrapped - 2 ** (8 * dtype.itemsize) if wrapped > np.iinfo(dtype).max else wrapped
-
-
-def _packed_syntax(header: Any) -> str:
-    syntax = getattr(getattr(header, "file_meta", None), "TransferSyntaxUID", None)
-    return str(syntax) if syntax is not None and syntax.is_transfer_syntax and syntax.is_encapsulated else ""
+    # In the pixels' type, since some files write negative numbers as unsigned, or the reverse.
+    ends = [int(end) % 2 ** (8 * dtype.itemsize) for end in (value, value if limit in (None, "") else limit)]
+    stored = np.array(ends, f"u{dtype.itemsize}").view(dtype)
+    return int(stored.min()), int(stored.max())
 
 
 def _stored_type(header: Any) -> tuple[np.dtype, int, int]:
@@ -242,13 +203,12 @@ def _numbers(header: Any, frame: int, key: str, count: int) -> list[float]:
     return numbers
 
 
-def _unit_vector(numbers: Sequence[float]) -> Triple:
+def _unit_vector(numbers: Sequence[float]) -> list[float]:
     length = float(np.linalg.norm(numbers))
     if not 0.9 < length < 1.1:
         vector = ", ".join(f"{number:g}" for number in numbers)
         raise FileFault(f"direction must not be singular: {vector} of ImageOrientationPatient has length {length:g}")
-    x, y, z = (number / length for number in numbers)
-    return x, y, z
+    return [number / length for number in numbers]
 
 
 def _pixel_spacing(header: Any, frame: int) -> tuple[float, float]:
@@ -260,18 +220,6 @@ def _pixel_spacing(header: Any, frame: int) -> tuple[float, float]:
                 raise FileFault(f"spacing must be positive, got {key} {rows:g}, {columns:g}")
             return rows, columns
     raise FileFault("has no PixelSpacing")
-
-
-def _thickness(header: Any, frame: int) -> float:
-    spacing = _number(header, frame, "SpacingBetweenSlices", 0.0)
-    thickness = abs(spacing) or _number(header, frame, "SliceThickness", 0.0)
-    return thickness if thickness > 0 else 1.0
-
-
-def _position(header: Any, frame: int) -> Triple:
-    """Return the position of the first pixel's centre; frames without one have that of the file's first frame."""
-    x, y, z = _numbers(header, frame, "ImagePositionPatient", 3)
-    return x, y, z
 
 
 def _along(header: Any, count: int) -> NDArray[np.float64]:

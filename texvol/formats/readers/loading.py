@@ -1,31 +1,47 @@
-"""Loading of a file into a Volume by the reader of its format."""
+"""Loading of a file into a Volume by the reader of its format; errors are one line that names the file."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 from importlib import import_module
 from typing import Any
 
-from texvol.formats.readers.detection import format_of
-from texvol.formats.readers.faults import named_faults
-from texvol.formats.readers.missing import without_chosen
-from texvol.formats.readers.samples import Choice, FileFault, Samples
+from texvol.formats.readers.detection import RESAMPLED, format_of
+from texvol.formats.readers.missing import marks_of, without_chosen
+from texvol.formats.readers.samples import Choice, FileFault, Samples, TimeSteps
 from texvol.scene.volume import Volume
+from texvol.util.errors import InputError, TexvolError, missing_extra
+from texvol.util.terminal import library_reason
 
 # Arguments of `texvol.formats.readers.load` that a volume's source keeps.
-ARGUMENTS = (
-    *("shape", "dtype", "series", "channel", "time", "variable", "resolution", "spacing", "labels", "color"),
-    "missing",
-)
+ARGUMENTS = tuple(name for name in Choice._fields if name not in ("counting", "kept"))
 
 _WITHOUT_LIBRARY = ("NPY", "raw")  # need no library that could print
-_RESAMPLED = ("netCDF", "VTR", "VTS")  # mark missing samples themselves, before they interpolate
+
+
+def checked(name: str, choice: Choice) -> Choice:
+    """Return the arguments for the file `name` as readers take them; raise InputError if they contradict each other."""
+    with named_faults(name, "a volume", "formats"):
+        missing = marks_of(choice.missing)
+        if choice.color and choice.labels:
+            raise FileFault("samples can't be both labels and colours: give --labels or --color")
+        if choice.color and choice.channel is not None:
+            raise FileFault("a single channel has no colour: give --channel or --color")
+        if missing and choice.labels:
+            raise FileFault("--missing is not for labels: --label-look LABEL=0 hides a label")
+        return choice._replace(
+            shape=None if choice.shape is None else tuple(choice.shape),
+            series=None if choice.series is None else str(choice.series),
+            resolution=None if choice.resolution is None else tuple(choice.resolution),
+            labels=bool(choice.labels),
+            missing=missing,
+        )
 
 
 def read(name: str, choice: Choice) -> Samples:
-    """Return the samples of the file `name`.
+    """Return the samples of the file `name`; the reader of its format and its library are imported here.
 
     Raises
     ------
@@ -35,64 +51,34 @@ def read(name: str, choice: Choice) -> Samples:
         If `choice.counting`, and the format may have several steps.
     """
     with named_faults(name, "a volume", "formats"):
-        _check(choice)
         kind = format_of(name, choice)
-    with named_faults(name, kind, "formats"):
-        return _read(kind, name, choice)
-
-
-def _check(choice: Choice) -> None:
-    """Raise FileFault if options contradict each other."""
-    if choice.color and choice.labels:
-        raise FileFault("samples can't be both labels and colours: give --labels or --color")
-    if choice.color and choice.channel is not None:
-        raise FileFault("a single channel has no colour: give --channel or --color")
-    if choice.missing and choice.labels:
-        raise FileFault("--missing is not for labels: --label-look LABEL=0 hides a label")
-
-
-def volume_of(name: str, samples: Samples, choice: Choice, spacing: Sequence[float] | None) -> Volume:
-    """Return the volume of the samples of the file `name`; `spacing` overrides the file's."""
-    return Volume(
-        samples.values,
-        samples.spacing if spacing is None else spacing,
-        samples.origin,
-        samples.direction,
-        unit=samples.unit,
-        value_unit=samples.value_unit,
-        space=samples.space,
-        name=name,
-        source=_source(name, choice, spacing),
-        resampling=samples.resampling,
-        notes=samples.notes,
-        labels=choice.labels,
-        colors=samples.colors,
-    )
-
-
-def _source(path: str, choice: Choice, spacing: Sequence[float] | None) -> dict[str, Any]:
-    """Return the arguments with which the volume is read again."""
-    told = {key: getattr(choice, key) for key in ARGUMENTS if key != "spacing"}
-    told["labels"] = choice.labels or None
-    told["missing"] = list(choice.missing) or None
-    told["spacing"] = None if spacing is None else [float(number) for number in spacing]
-    position = {"path": path, "absolute": os.path.abspath(path)}
-    return position | {name: told[name] for name in ARGUMENTS if told[name] is not None}
-
-
-def _read(kind: str, path: str, choice: Choice) -> Samples:
-    """Return the samples of a file of that kind; the reader and its library are imported here."""
-    with nullcontext() if kind in _WITHOUT_LIBRARY else silent_libraries():
-        module = import_module(f"texvol.formats.readers.{kind.lower()}")
-        samples: Samples = module.read(path, choice)
-        if not choice.missing:
-            return samples
-        if samples.colors is not None:
+    quiet = nullcontext() if kind in _WITHOUT_LIBRARY else silent_libraries()
+    with named_faults(name, kind, "formats"), quiet:
+        samples: Samples = import_module(f"texvol.formats.readers.{kind.lower()}").read(name, choice)
+        if choice.missing and samples.colors is not None:
             raise FileFault("--missing is for numbers, got colours: --channel N reads one component as numbers")
-        if kind in _RESAMPLED:
+        if not choice.missing or kind in RESAMPLED:  # which mark missing samples themselves, before they interpolate
             return samples
         values, notes = without_chosen(samples.values, choice)
         return samples._replace(values=values, notes=(*samples.notes, *notes))
+
+
+def volume_of(name: str, samples: Samples, choice: Choice) -> Volume:
+    """Return the volume of the samples of the file `name`; a chosen spacing overrides the file's."""
+    fields = {key: thing for key, thing in samples._asdict().items() if key not in ("times", "time_unit")}
+    if choice.spacing is not None:
+        fields["spacing"] = choice.spacing
+    return Volume(**fields, name=name, source=_source(name, choice), labels=choice.labels)
+
+
+def _source(path: str, choice: Choice) -> dict[str, Any]:
+    """Return the arguments with which the volume is read again."""
+    told = {name: getattr(choice, name) for name in ARGUMENTS}
+    told["labels"] = choice.labels or None
+    told["missing"] = list(choice.missing) or None
+    told["spacing"] = None if choice.spacing is None else [float(number) for number in choice.spacing]
+    position = {"path": path, "absolute": os.path.abspath(path)}
+    return position | {name: thing for name, thing in told.items() if thing is not None}
 
 
 @contextmanager
@@ -109,3 +95,34 @@ def silent_libraries() -> Iterator[None]:
             yield
     finally:
         logging.disable(disabled)
+
+
+@contextmanager
+def named_faults(name: str, kind: str, extra: str) -> Iterator[None]:
+    """Turn errors of libraries into errors that name the file `name`, which is read as `kind`.
+
+    Raises
+    ------
+    InputError
+        If the file is malformed, can't be read, or needs too much memory.
+    MissingExtraError
+        If a library of `extra` is missing.
+    """
+    try:
+        yield
+    except FileFault as fault:
+        # Readers of folders name the slice; for a single file that would repeat its name.
+        reason = library_reason(fault).removeprefix(f"{os.path.basename(name)}: ")
+        raise InputError(f"{name}: {reason}") from None
+    except (TexvolError, TimeSteps):
+        raise
+    except OSError as error:
+        raise InputError(f"{name}: cannot be read: {library_reason(error.strerror or error)}") from error
+    except MemoryError as error:
+        raise InputError(f"{name}: reading it needs more memory than there is") from error
+    except ImportError as error:
+        raise missing_extra(error.name or str(error), extra, f"{name}: reading {kind}") from error
+    except Exception as error:  # libraries raise anything on malformed files
+        raise InputError(
+            f"{name}: cannot be read as {kind}: {library_reason(str(error) or type(error).__name__)}"
+        ) from error

@@ -9,13 +9,10 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from texvol.formats.readers.colors import colored, component_axis, is_colored, with_color
-from texvol.formats.readers.samples import Choice, FileFault, Samples, by, check_size, grid_from_columns, once, pick
-from texvol.formats.readers.stored import data_file, numbered_names, read_picked, read_stored
-
-_LONGEST_HEADER = 2**20
+from texvol.formats.readers.samples import Choice, FileFault, Samples, by, grid_from_columns, pick, unnamed_axes
+from texvol.formats.readers.stored import LONGEST_HEADER, Stored, data_files, header_lines, read_files
 
 # The format has no field for colour; ITK writes colours as bytes, and vectors as other types.
 _COLOR_OF_BYTES = "channels of bytes"
@@ -44,47 +41,43 @@ def read(path: str, choice: Choice) -> Samples:
     if len(sizes) != count:
         raise FileFault(f"its header has {len(sizes)} sizes ({by(sizes)}) but NDims {count}")
     channels = int(fields.get("ElementNumberOfChannels", 1))
-    axes = ("?" * (count - 3) + "ZYX")[-count:]
+    axes = unnamed_axes(count)
     if channels != 1:
         sizes, axes = [channels, *sizes], axes + "C"
     said = _COLOR_OF_BYTES if _dtype(fields) == np.uint8 else ""
     axes = with_color(axes, sizes[::-1], component_axis(axes, sizes[::-1], "C"), choice, said)
     index = pick(axes, sizes[::-1], choice)
-    values = _samples(path, fields, sizes[::-1], index, choice, offset, listed)
+    where = fields["ElementDataFile"]
+    files = data_files(_stored(fields, sizes), path, offset, None if where.upper() == "LOCAL" else where, listed)
+    if len(files) not in (1, sizes[-1]):
+        raise FileFault(f"names {len(files)} data files, but DimSize ({by(sizes)}) has {sizes[-1]} slices")
+    values = read_files(files, index, choice)
     grid = _grid(fields, count)
     return Samples(**grid, **colored(values, axes, index, said)) if is_colored(axes) else Samples(values, **grid)
 
 
-def _header(path: str) -> tuple[Mapping[str, str], int, list[str]]:
-    """Return the header's fields, the offset of its end, and the data files that it lists."""
+def _header(path: str) -> tuple[Mapping[str, str], int, list[str] | None]:
+    """Return the header's fields, the offset of its end, and the data files if it lists them."""
     fields: dict[str, str] = {}
     with open(path, "rb") as file:
-        while "ElementDataFile" not in fields:
-            line = file.readline(_LONGEST_HEADER)
-            if not line:
-                raise FileFault("its header ends without ElementDataFile")
-            if file.tell() > _LONGEST_HEADER:
-                raise FileFault(f"its header does not end within {_LONGEST_HEADER} bytes")
-            key, equals, value = line.decode("latin-1").partition("=")
+        for line in header_lines(file):
+            key, equals, value = line.partition("=")
             if not equals and key.strip():
                 raise FileFault(f"its header has a line that is not Key = value: {key.strip()[:80]!r}")
             fields[key.strip()] = value.strip()
+            if key.strip() == "ElementDataFile":
+                break
+        else:
+            raise FileFault("its header ends without ElementDataFile")
         offset = file.tell()
-        is_list = fields["ElementDataFile"].split()[:1] == ["LIST"]
-        listed = file.read(_LONGEST_HEADER).decode("latin-1").split("\n") if is_list else []
-    return fields, offset, [line.strip() for line in listed if line.strip()]
+        if fields["ElementDataFile"].split()[:1] != ["LIST"]:
+            return fields, offset, None
+        listed = file.read(LONGEST_HEADER).decode("latin-1").split("\n")
+        return fields, offset, [line.strip() for line in listed if line.strip()]
 
 
-def _samples(
-    path: str,
-    fields: Mapping[str, str],
-    sizes: Sequence[int],
-    index: Sequence[int | slice],
-    choice: Choice,
-    offset: int,
-    listed: Sequence[str],
-) -> NDArray:
-    """Return the samples at `index`, slowest axis first."""
+def _stored(fields: Mapping[str, str], sizes: Sequence[int]) -> Stored:
+    """Return how the samples are stored, in a file that is still open."""
     dtype = _dtype(fields)
     if not _flag(fields, "BinaryData", default=True):
         raise FileFault("its samples are text (BinaryData = False), which texvol does not read")
@@ -92,36 +85,7 @@ def _samples(
     skip = int(fields.get("HeaderSize", 0))
     if skip < -1:
         raise FileFault(f"HeaderSize must be at least -1, got {skip}")
-    where = fields["ElementDataFile"]
-    if where.upper() == "LOCAL":
-        return read_picked(path, dtype, sizes, index, choice, encoding=encoding, offset=offset, what="it")
-    paths = [(name, data_file(path, name)) for name in _data_names(where, listed)]
-    if len(paths) == 1:
-        name, file = paths[0]
-        how: dict[str, Any] = {"encoding": encoding, "skip": skip, "what": f"its data file {name}"}
-        return read_picked(file, dtype, sizes, index, choice, **how)
-    if len(paths) != sizes[0]:
-        raise FileFault(f"names {len(paths)} data files, but DimSize ({by(sizes[::-1])}) has {sizes[0]} slices")
-
-    def of_all_files() -> NDArray:
-        check_size(sizes, dtype.itemsize)
-        values = np.empty(tuple(sizes), dtype)
-        for (name, file), slot in zip(paths, values, strict=True):
-            what = f"its data file {name}"
-            slot[...] = read_stored(file, dtype, slot.shape, encoding=encoding, skip=skip, what=what)
-        return values
-
-    return once(choice, "data files", of_all_files)[tuple(index)]
-
-
-def _data_names(where: str, listed: Sequence[str]) -> list[str]:
-    """Return the names of the data files: one, those after `LIST`, or those of `pattern first last step`."""
-    words = where.split()
-    if words and words[0] == "LIST":
-        return list(listed)
-    if len(words) == 4 and "%" in words[0]:
-        return numbered_names(words)
-    return [where]
+    return Stored("", dtype, tuple(sizes[::-1]), encoding, skip=skip)
 
 
 def _dtype(fields: Mapping[str, str]) -> np.dtype:

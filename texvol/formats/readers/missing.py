@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -38,22 +39,24 @@ def marks_of(told: Any) -> tuple[Mark, ...]:
 
 def without_chosen(values: NDArray, choice: Choice) -> tuple[NDArray, tuple[str, ...]]:
     """Return values without those of --missing, and notes."""
-    if not choice.missing:
-        return values, ()
-    marked, count = without(values, choice.missing)
     listed = ", ".join(map(str, choice.missing))
-    return marked, noted(count, f"--missing {listed}", always=True)
+    return without_marked(values, choice.missing, f"--missing {listed}", choice, always=True)
 
 
-def without(values: NDArray, marks: Sequence[Mark]) -> tuple[NDArray, int]:
-    """Return values with NaN for each that equals one of `marks`, and the number of such values.
+def without_marked(
+    values: NDArray, marks: Sequence[Mark], what: str, choice: Choice, *, always: bool = False
+) -> tuple[NDArray, tuple[str, ...]]:
+    """Return values with NaN for each that equals one of `marks`, and notes; labels are never missing.
 
     Floats are compared in their own type, so that -3.4028235e+38 finds its float32 neighbour.
     """
+    if choice.labels or not marks:
+        return values, ()
     wanted = [mark for mark in (_in_type(mark, values.dtype) for mark in marks) if mark is not None]
-    if not wanted:
-        return values, 0
-    return without_where(values, lambda _, part: np.logical_or.reduce([part == mark for mark in wanted]))
+    count = 0
+    if wanted:
+        values, count = without_where(values, lambda _, part: np.logical_or.reduce([part == mark for mark in wanted]))
+    return values, noted(count, what, always=always)
 
 
 def without_where(values: NDArray, is_missing: Callable[[int, NDArray], NDArray]) -> tuple[NDArray, int]:
@@ -83,16 +86,6 @@ def without_where(values: NDArray, is_missing: Callable[[int, NDArray], NDArray]
     return made, count
 
 
-def without_marked(
-    values: NDArray, marks: Sequence[Mark], what: str, choice: Choice
-) -> tuple[NDArray, tuple[str, ...]]:
-    """Return values without those that the file marks, and notes; labels are never missing."""
-    if choice.labels or not marks:
-        return values, ()
-    marked, count = without(values, marks)
-    return marked, noted(count, what)
-
-
 def noted(count: int, what: str, *, always: bool = False) -> tuple[str, ...]:
     """Return a note on missing samples."""
     return (f"missing: {count} sample{'' if count == 1 else 's'}, by {what}",) if count or always else ()
@@ -101,27 +94,21 @@ def noted(count: int, what: str, *, always: bool = False) -> tuple[str, ...]:
 def parsed(texts: Iterable[str]) -> tuple[Mark, ...]:
     """Return marks that a file writes as text; words that are not numbers, and NaN, are ignored."""
     found: list[Mark] = []
-    for text in texts:
-        for word in text.split():
-            try:
-                found.append(int(word))
-            except ValueError:
-                try:
-                    found.append(float(word))
-                except ValueError:
-                    continue
+    for word in " ".join(texts).split():
+        for kind in (int, float):
+            with suppress(ValueError):
+                found.append(kind(word))
+                break
     return tuple(each for each in found if each == each)
 
 
 def _in_type(mark: Mark, dtype: np.dtype) -> Any | None:
     """Return the number in a sample type, or None if the type can't hold it."""
     if dtype.kind == "f":
-        try:
-            with np.errstate(over="ignore"):
-                number = dtype.type(float(mark))
-        except OverflowError:
-            return None
-        return None if np.isinf(number) and mark not in (np.inf, -np.inf) else number
+        with np.errstate(over="ignore"), suppress(OverflowError):
+            number = dtype.type(float(mark))
+            return None if np.isinf(number) and mark not in (np.inf, -np.inf) else number
+        return None
     if isinstance(mark, float) and not mark.is_integer():
         return None
     limits = np.iinfo(dtype)

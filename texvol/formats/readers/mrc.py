@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from texvol.formats.readers.samples import Choice, FileFault, Samples, by, grid_from_columns, pick, real_type
-from texvol.formats.readers.stored import read_picked, unpacked
+from texvol.formats.readers.stored import Stored, encoding_of, read_picked, unpacked
 
 _HEADER_BYTES = 1024
 _IMOD_STAMP = 1146047817  # mark of files in which mode 0 may be unsigned (IMOD's extension of the format)
@@ -22,7 +22,7 @@ def read(path: str, choice: Choice) -> Samples:
     """Return the samples of a map, plain or compressed by gzip or bzip2."""
     from mrcfile.utils import data_dtype_from_header
 
-    encoding = _encoding(path)
+    encoding = encoding_of(path)
     header = _header(path, encoding)
     if int(header.mode) == 101:
         raise FileFault("has samples of four bits (mode 101), which texvol does not read")
@@ -36,16 +36,10 @@ def read(path: str, choice: Choice) -> Samples:
     crystal_axes = _crystal_axes(header)
     sizes, axes = _volumes(header, sizes)
     index = pick(axes, sizes, choice)
-    begin = {"offset" if encoding == "raw" else "skip": _HEADER_BYTES + extended}
-    values = read_picked(path, dtype, sizes, index, choice, encoding=encoding, what="it", **begin)
+    values = read_picked(Stored(path, dtype, tuple(sizes), encoding, skip=_HEADER_BYTES + extended), index, choice)
     # From sections, rows, columns to z, y, x.
     values = values.transpose([crystal_axes[::-1].index(axis) for axis in (2, 1, 0)])
     return Samples(values, **_grid(header, crystal_axes))
-
-
-def _encoding(path: str) -> str:
-    lower = path.lower()
-    return "deflate" if lower.endswith(".gz") else "bzip2" if lower.endswith(".bz2") else "raw"
 
 
 def _header(path: str, encoding: str) -> Any:
@@ -102,13 +96,10 @@ def _grid(header: Any, crystal_axes: Sequence[int]) -> dict[str, Any]:
     if not lengths.any() or not intervals.all():  # no cell: the file says nothing about lengths
         return {"unit": ""}
     alpha, beta, gamma = (np.radians(float(header.cellb[key]) or 90.0) for key in ("alpha", "beta", "gamma"))
-    cell = np.zeros((3, 3))
-    cell[:, 0] = 1, 0, 0
-    cell[:, 1] = _cosine(gamma), np.sin(gamma), 0
     x, y = _cosine(beta), (_cosine(alpha) - _cosine(beta) * _cosine(gamma)) / np.sin(gamma)
     if 1 - x * x - y * y <= 0:
         raise FileFault("the angles of its cell are impossible")
-    cell[:, 2] = x, y, np.sqrt(1 - x * x - y * y)
+    cell = np.array([[1, _cosine(gamma), x], [0, np.sin(gamma), y], [0, 0, np.sqrt(1 - x * x - y * y)]])
     steps = lengths / intervals
     if not (steps > 0).all():
         raise FileFault("spacing must be positive along every axis, got {:g}, {:g}, {:g} from its cell".format(*steps))

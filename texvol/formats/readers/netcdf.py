@@ -16,11 +16,13 @@ from numpy.typing import NDArray
 
 from texvol.formats.readers.child_process import check_survived
 from texvol.formats.readers.curvilinear import on_points
+from texvol.formats.readers.detection import TO_IMAGE
 from texvol.formats.readers.missing import without_chosen
 from texvol.formats.readers.netcdf_axes import (
     Dimension,
     attribute,
     dimensions_of,
+    is_number,
     letters_of,
     order_of,
     role_of,
@@ -32,7 +34,6 @@ from texvol.formats.readers.netcdf_header import check_classic, check_heaps
 from texvol.formats.readers.rectilinear import Axis, axis_of, on_axes
 from texvol.formats.readers.resampling import type_between
 from texvol.formats.readers.samples import Choice, FileFault, Samples, check_size, check_unpacked, once, pick
-from texvol.formats.readers.unstructured import HINT
 
 _MOST_NAMED = 8  # variables listed in a message
 _MARKS = ("_FillValue", "missing_value", "valid_range", "valid_min", "valid_max")
@@ -59,7 +60,10 @@ def _opened(path: str) -> Any:
         check_heaps(path)
     # The library never closes a file that it failed to open.
     check_survived(lambda: netCDF4.Dataset(os.path.abspath(path)).close())
-    return netCDF4.Dataset(os.path.abspath(path))
+    dataset = netCDF4.Dataset(os.path.abspath(path))
+    dataset.set_auto_maskandscale(True)
+    dataset.set_always_mask(False)
+    return dataset
 
 
 def _read(dataset: Any, choice: Choice) -> Samples:
@@ -73,7 +77,8 @@ def _read(dataset: Any, choice: Choice) -> Samples:
     check_size([axis.size for axis in axes], max(variable.dtype.itemsize, 8))
     # The library fills in values that were never written.
     check_unpacked(prod(axis.size for axis in axes) * variable.dtype.itemsize, os.path.getsize(dataset.filepath()))
-    _check_chunks(variable)
+    if isinstance(chunks := variable.chunking(), list):  # unpacked whole
+        check_size(chunks, variable.dtype.itemsize)
     values, about = without_chosen(_values(variable, index, choice).transpose(order), choice)
     auxiliary = _auxiliary(dataset, variable, dimensions, spatial)
     if auxiliary:
@@ -84,40 +89,39 @@ def _read(dataset: Any, choice: Choice) -> Samples:
         samples = on_points(values, _points(auxiliary, axes, chosen), choice._replace(kept=None) if moves else choice)
         coordinates = [auxiliary.get(role, axis.coordinate) for role, axis in zip("ZYX", axes, strict=True)]
     else:
-        samples = on_axes(values, [_axis(axis) for axis in axes[::-1]], choice.resolution, labels=choice.labels)
+        samples = on_axes(values, [_axis(axis) for axis in axes[::-1]], choice)
         coordinates = [axis.coordinate for axis in axes]
     names = [axis.name if each is None else each.name for axis, each in zip(axes, coordinates, strict=True)]
     units = [unit_of(each) for each in coordinates[::-1]]
-    said = _said(variable, (note, *about), units)
-    return samples._replace(**_named(names[::-1], units), **_times(dimensions), **said)
+    world, mixed = _world(names[::-1], units)
+    notes = (note, *about, *mixed)
+    return samples._replace(value_unit=attribute(variable, "units"), notes=notes, **world, **_times(dimensions))
 
 
 def _chosen(dataset: Any, wanted: str | None) -> tuple[Any, str]:
     """Return the chosen variable, or the first that is a volume, and a note about it."""
-    kind = unstructured_kind(dataset)
-    if kind:
-        raise FileFault(f"is {kind}, which texvol does not read; {HINT}")
+    if kind := unstructured_kind(dataset):
+        raise FileFault(f"is {kind}, which texvol does not read; {TO_IMAGE}")
     named = dict(_variables(dataset))
-    if wanted is not None:
-        if wanted not in named:
-            raise FileFault(f"has no variable {wanted} (--variable); it has {_listed(list(named))}")
-        variable = named[wanted]
-        _check_variable(wanted, variable, dataset)
-        return variable, f"variable {_described(wanted, variable)}"
+    if wanted is not None and wanted not in named:
+        raise FileFault(f"has no variable {wanted} (--variable); it has {_listed(list(named))}")
+    name, others = (wanted, "") if wanted is not None else _first_volume(dataset, named)
+    _check_variable(name, named[name], dataset)
+    return named[name], f"variable {_described(name, named[name])}{others}"
+
+
+def _first_volume(dataset: Any, named: dict[str, Any]) -> tuple[str, str]:
+    """Return the name of the first variable that is a volume, and a note about others."""
     ancillary = _ancillary(named)
-    found = {name: each for name, each in named.items() if name not in ancillary and _is_volume(each)}
+    found = [name for name, each in named.items() if name not in ancillary and _is_volume(each)]
     for each in named.values():
         if not found and (kind := unstructured_kind(dataset, each)):
-            raise FileFault(f"is {kind}, which texvol does not read; {HINT}")
+            raise FileFault(f"is {kind}, which texvol does not read; {TO_IMAGE}")
     if not found:
         shapes = [f"{name} ({', '.join(each.dimensions)})" for name, each in named.items() if name not in ancillary]
         raise FileFault(f"has no variable with three axes of space; it has {_listed(shapes)}")
-    name, variable = next(iter(found.items()))
-    _check_variable(name, variable, dataset)
-    note = f"variable {_described(name, variable)}"
-    if len(found) > 1:
-        note += f", the first of {len(found)}: {_listed(list(found))}; --variable NAME chooses"
-    return variable, note
+    others = f", the first of {len(found)}: {_listed(found)}; --variable NAME chooses" if len(found) > 1 else ""
+    return found[0], others
 
 
 def _variables(group: Any, prefix: str = "") -> Iterator[tuple[str, Any]]:
@@ -128,9 +132,7 @@ def _variables(group: Any, prefix: str = "") -> Iterator[tuple[str, Any]]:
 
 
 def _is_volume(variable: Any) -> bool:
-    if not (isinstance(variable.dtype, np.dtype) and variable.dtype.kind in "iuf"):
-        return False
-    return sum(dimension.role != "T" for dimension in dimensions_of(variable)) >= 3
+    return is_number(variable) and sum(dimension.role != "T" for dimension in dimensions_of(variable)) >= 3
 
 
 def _ancillary(named: dict[str, Any]) -> set[str]:
@@ -145,10 +147,9 @@ def _ancillary(named: dict[str, Any]) -> set[str]:
 
 
 def _check_variable(name: str, variable: Any, dataset: Any) -> None:
-    kind = unstructured_kind(dataset, variable)
-    if kind:
-        raise FileFault(f"its variable {name} is on {kind}, which texvol does not read; {HINT}")
-    if not (isinstance(variable.dtype, np.dtype) and variable.dtype.kind in "iuf"):
+    if kind := unstructured_kind(dataset, variable):
+        raise FileFault(f"its variable {name} is on {kind}, which texvol does not read; {TO_IMAGE}")
+    if not is_number(variable):
         raise FileFault(f"its variable {name} must be real numbers, got {variable.dtype}")
     if not _is_volume(variable):
         sizes = zip(variable.dimensions, variable.shape, strict=True)
@@ -156,22 +157,13 @@ def _check_variable(name: str, variable: Any, dataset: Any) -> None:
         raise FileFault(f"its variable {name} must have three axes of space, got dimensions {listed}")
 
 
-def _check_chunks(variable: Any) -> None:
-    """Raise FileFault if a chunk does not fit into memory; chunks are unpacked whole."""
-    chunks = variable.chunking()
-    if isinstance(chunks, list):
-        check_size(chunks, variable.dtype.itemsize)
-
-
-def _values(variable: Any, index: Sequence[int | slice], choice: Choice) -> NDArray:
+def _values(variable: Any, index: tuple[int | slice, ...], choice: Choice) -> NDArray:
     """Return the samples at `index`, in a type that holds NaN if the file marks or scales values.
 
     Missing labels become 0.
     """
-    variable.set_auto_maskandscale(True)
-    variable.set_always_mask(False)
     attributes = variable.ncattrs()
-    values = variable[tuple(index)]
+    values = variable[index]
     if choice.labels and np.ma.isMaskedArray(values):
         return np.ma.filled(values, 0)
     is_scaled = "scale_factor" in attributes or "add_offset" in attributes
@@ -202,8 +194,6 @@ def _axis(dimension: Dimension) -> Axis:
 def _coordinates(variable: Any, index: tuple[Any, ...]) -> NDArray:
     """Return coordinates, NaN where the file marks them as missing."""
     check_size([max(size, 1) for size in variable.shape], 8)
-    variable.set_auto_maskandscale(True)
-    variable.set_always_mask(False)
     values = variable[index]
     if not np.ma.isMaskedArray(values):
         return np.asarray(values)
@@ -219,7 +209,7 @@ def _auxiliary(
     found: dict[str, Any] = {}
     for name in attribute(variable, "coordinates").split():
         each = dataset.variables.get(name) or variable.group().variables.get(name)
-        if each is None or not (isinstance(each.dtype, np.dtype) and each.dtype.kind in "iuf"):
+        if each is None or not is_number(each):
             continue
         role = role_of(each, name)
         along = set(each.dimensions) & missing
@@ -248,22 +238,15 @@ def _points(auxiliary: dict[str, Any], axes: Sequence[Dimension], chosen: dict[s
     return points
 
 
-def _named(names: Sequence[str], units: Sequence[str]) -> dict[str, Any]:
-    """Return unit and space of the world, with the names of its axes x, y, z."""
+def _world(names: Sequence[str], units: Sequence[str]) -> tuple[dict[str, Any], tuple[str, ...]]:
+    """Return unit and space of the world, with the names of its axes x, y, z, and a note if their units differ."""
     described = [f"{name} ({unit})" if unit else name for name, unit in zip(names, units, strict=True)]
-    return {"unit": units[0] if len(set(units)) == 1 else "", "space": ", ".join(described)}
-
-
-def _said(variable: Any, notes: Sequence[str], units: Sequence[str]) -> dict[str, Any]:
-    """Return the unit of the values, and notes."""
-    return {"value_unit": attribute(variable, "units"), "notes": (*notes, *_notes(units))}
-
-
-def _notes(units: Sequence[str]) -> tuple[str, ...]:
+    space = ", ".join(described)
     if len(set(units)) == 1:
-        return ()
+        return {"unit": units[0], "space": space}, ()
     listed = ", ".join(unit or "no unit" for unit in units)
-    return (f"its axes have different units ({listed}); --spacing X,Y,Z makes them comparable",)
+    note = f"its axes have different units ({listed}); --spacing X,Y,Z makes them comparable"
+    return {"unit": "", "space": space}, (note,)
 
 
 def _times(dimensions: Sequence[Dimension]) -> dict[str, Any]:

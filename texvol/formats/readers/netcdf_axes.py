@@ -11,21 +11,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-_ROLE_OF_STANDARD_NAME = {
-    "time": "T",
-    "longitude": "X",
-    "projection_x_coordinate": "X",
-    "grid_longitude": "X",
-    "latitude": "Y",
-    "projection_y_coordinate": "Y",
-    "grid_latitude": "Y",
-    "height": "Z",
-    "altitude": "Z",
-    "depth": "Z",
-    "air_pressure": "Z",
-    "model_level_number": "Z",
+_STANDARD_NAMES = {
+    "T": ("time",),
+    "X": ("longitude", "projection_x_coordinate", "grid_longitude"),
+    "Y": ("latitude", "projection_y_coordinate", "grid_latitude"),
+    "Z": ("height", "altitude", "depth", "air_pressure", "model_level_number"),
 }
-_ROLE_OF_NAME = {
+_USUAL_NAMES = {
     "T": ("time", "t", "ocean_time", "xtime", "valid_time"),
     "X": ("x", "lon", "longitude", "west_east", "rlon"),
     "Y": ("y", "lat", "latitude", "south_north", "rlat"),
@@ -49,9 +41,8 @@ def dimensions_of(variable: Any) -> list[Dimension]:
     found = []
     for dimension in variable.get_dims():
         candidate = dimension.group().variables.get(dimension.name)
-        coordinate = candidate if candidate is not None and candidate.dimensions == (dimension.name,) else None
-        if coordinate is not None and not _is_number(coordinate):
-            coordinate = None
+        is_one = candidate is not None and candidate.dimensions == (dimension.name,) and is_number(candidate)
+        coordinate = candidate if is_one else None
         found.append(Dimension(dimension.name, int(dimension.size), role_of(coordinate, dimension.name), coordinate))
     return found
 
@@ -62,8 +53,8 @@ def role_of(coordinate: Any | None, name: str) -> str:
     if axis in ("X", "Y", "Z", "T"):
         return axis
     standard_name = attribute(coordinate, "standard_name").lower()
-    if standard_name in _ROLE_OF_STANDARD_NAME:
-        return _ROLE_OF_STANDARD_NAME[standard_name]
+    if role := _role(_STANDARD_NAMES, standard_name):
+        return role
     if standard_name.startswith(("atmosphere_", "ocean_")) and standard_name.endswith("_coordinate"):
         return "Z"
     units = attribute(coordinate, "units").lower()
@@ -75,19 +66,21 @@ def role_of(coordinate: Any | None, name: str) -> str:
         return "Y"
     if units in _PRESSURE or attribute(coordinate, "positive").lower() in ("up", "down"):
         return "Z"
-    return next((role for role, names in _ROLE_OF_NAME.items() if name.lower() in names), "")
+    return _role(_USUAL_NAMES, name.lower())
+
+
+def _role(names: dict[str, tuple[str, ...]], name: str) -> str:
+    return next((role for role, known in names.items() if name in known), "")
 
 
 def letters_of(dimensions: list[Dimension]) -> str:
     """Return letters for `pick`: T for time, ZYX for the dimensions of space in the file's order, C for others."""
     space = space_of(dimensions)
-    letters, names = [], iter("ZYX")
-    for number, dimension in enumerate(dimensions):
-        if number in space:
-            letters.append(next(names))
-        else:
-            letters.append("T" if dimension.role == "T" else "C")
-    return "".join(letters)
+    names = iter("ZYX")
+    return "".join(
+        next(names) if number in space else "T" if dimension.role == "T" else "C"
+        for number, dimension in enumerate(dimensions)
+    )
 
 
 def space_of(dimensions: list[Dimension]) -> list[int]:
@@ -114,10 +107,7 @@ def unstructured_kind(dataset: Any, variable: Any | None = None) -> str:
         return "an Exodus mesh"
     if variable is None:
         return ""
-    if attribute(variable, "mesh") or any(
-        attribute(each, "cf_role") == "mesh_topology" and name in attribute(variable, "mesh")
-        for name, each in dataset.variables.items()
-    ):
+    if attribute(variable, "mesh"):
         return "an unstructured grid (UGRID)"
     dimensions = {name.lower() for name in variable.dimensions}
     if attribute(variable, "CDI_grid_type").lower() == "unstructured" or dimensions & set(_UNSTRUCTURED):
@@ -139,5 +129,6 @@ def unit_of(variable: Any | None) -> str:
     return {"meter": "m", "meters": "m", "metre": "m", "metres": "m", "kilometer": "km", "1": ""}.get(units, units)
 
 
-def _is_number(variable: Any) -> bool:
+def is_number(variable: Any) -> bool:
+    """True if a variable holds real numbers."""
     return isinstance(variable.dtype, np.dtype) and variable.dtype.kind in "iuf"

@@ -90,7 +90,7 @@ class _Header:
     def _list(self, mark: int) -> int:
         """Return the number of elements of a list; each takes at least 4 bytes, which bounds the number."""
         found, count = self._number(">I"), self._count()
-        if found != (mark if count else 0) and not (found == mark and count == 0):
+        if found != mark and (found or count):
             raise FileFault(f"is corrupt: its header has mark {found} where a list of mark {mark} begins")
         if count * 4 > self._held:
             raise FileFault(f"is corrupt: its header has a list of {count} elements in a file of {self._held} bytes")

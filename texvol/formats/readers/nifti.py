@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from texvol.formats.readers.colors import colored, component_axis, is_colored, with_color
 from texvol.formats.readers.samples import Choice, FileFault, Samples, grid_from_columns, pick, real_type, rescaled
-from texvol.formats.readers.stored import read_picked, unpacked
+from texvol.formats.readers.stored import Stored, encoding_of, read_picked, unpacked
 
 _UNITS = {0: "mm", 1: "m", 2: "mm", 3: "µm"}  # 0 is "unknown", which readers of NIfTI take for mm
 _TIME_UNITS = {8: "s", 16: "ms", 24: "µs"}
@@ -40,11 +40,9 @@ def read(path: str, choice: Choice) -> Samples:
     axes = with_color(axes, sizes[::-1], component_axis(axes, sizes[::-1], "C"), choice, named)
     index = pick(axes, sizes[::-1], choice)
     real_type(dtype)
-    encoding = "deflate" if data_path.lower().endswith(".gz") else "raw"
-    begin = {"skip" if encoding == "deflate" else "offset": offset}
-    values = read_picked(data_path, dtype, sizes[::-1], index, choice, encoding=encoding, what="it", **begin)
-    steps = dict(zip(axes, sizes[::-1], strict=True)).get("T", 1)
-    grid = _grid(header) | _times(header, steps)
+    stored = Stored(data_path, dtype, tuple(sizes[::-1]), encoding_of(data_path), skip=offset)
+    values = read_picked(stored, index, choice)
+    grid = _grid(header) | _times(header, dict(zip(axes, sizes[::-1], strict=True)).get("T", 1))
     if is_colored(axes):
         # Bytes of colour are not scaled (the format's definition).
         return Samples(**grid, **colored(values if components else _scaled(header, values), axes, index, named))
@@ -59,8 +57,7 @@ def _pair(path: str) -> tuple[str, str]:
         for ending in (header_ending, data_ending):
             if path.lower().endswith(ending):
                 stem = path[: -len(ending)]
-                pair = [_existing(stem, header_ending), _existing(stem, data_ending)]
-                return pair[0], pair[1]
+                return _existing(stem, header_ending), _existing(stem, data_ending)
     return path, path
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from math import prod
 
 import numpy as np
 
@@ -14,12 +15,10 @@ def read(path: str, choice: Choice) -> Samples:
     """Return the samples of an `.npy`; files that need unpickling are refused."""
     with open(path, "rb") as file:
         version = np.lib.format.read_magic(file)
-        if version == (1, 0):
-            sizes, is_fortran, dtype = np.lib.format.read_array_header_1_0(file)
-        elif version == (2, 0):
-            sizes, is_fortran, dtype = np.lib.format.read_array_header_2_0(file)
-        else:
+        headers = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
+        if version not in headers:
             raise FileFault(f"must be NPY of version 1.0 or 2.0, got {version[0]}.{version[1]}")
+        sizes, is_fortran, dtype = headers[version](file)
         if dtype.hasobject:
             raise FileFault("must hold real numbers, got Python objects, which are never unpickled")
         real_type(dtype)
@@ -28,7 +27,10 @@ def read(path: str, choice: Choice) -> Samples:
             last = len(sizes) - 1 if len(sizes) > 3 else None
             axes = with_color(unnamed_axes(len(sizes) - 1) + "C", sizes, last, choice, "")
         index = _picked(axes, sizes, choice)
-        needed = check_size(sizes, dtype.itemsize) if len(sizes) == 3 else _any_size(sizes, dtype.itemsize)
+        check_size(sizes[-3:], dtype.itemsize)
+        if any(size < 1 for size in sizes):
+            raise FileFault(f"every dimension must be positive, got {sizes}")
+        needed = dtype.itemsize * prod(sizes)
         held = os.fstat(file.fileno()).st_size - file.tell()
         if held != needed:
             raise FileFault(f"must hold {needed} bytes of samples by its header ({sizes}, {dtype}), got {held}")
@@ -49,13 +51,3 @@ def _picked(axes: str, sizes: tuple[int, ...], choice: Choice) -> tuple[int | sl
         if may_be_color and choice.color is None:
             raise FileFault(f"{fault}; if its last axis is colour, give --color") from None
         raise
-
-
-def _any_size(sizes: tuple[int, ...], item_bytes: int) -> int:
-    check_size(sizes[-3:], item_bytes)
-    if any(size < 1 for size in sizes):
-        raise FileFault(f"every dimension must be positive, got {sizes}")
-    needed = item_bytes
-    for size in sizes:
-        needed *= size
-    return needed

@@ -5,33 +5,17 @@ The samples are read without pynrrd, which unpacks a stream to any size and open
 
 from __future__ import annotations
 
-import os
+import re
 from collections.abc import Mapping, Sequence
 from math import prod
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from texvol.formats.readers.colors import colored, component_axis, is_colored, with_color
 from texvol.formats.readers.missing import parsed, without_marked
-from texvol.formats.readers.samples import (
-    Choice,
-    FileFault,
-    Samples,
-    by,
-    check_size,
-    grid_from_columns,
-    once,
-    pick,
-    real_type,
-)
-from texvol.formats.readers.stored import data_file, numbered_names, read_picked, skip_lines
-
-_LONGEST_HEADER = 2**20
-
-# Memory of a number that is still a word: a Python string and its slot in a list.
-_WORD_BYTES = 64
+from texvol.formats.readers.samples import Choice, FileFault, Samples, by, check_size, grid_from_columns, pick
+from texvol.formats.readers.stored import Stored, data_files, header_lines, read_files
 
 _TYPES = {
     "i1": "signed char, int8, int8_t",
@@ -46,7 +30,7 @@ _TYPES = {
     "f8": "double",
 }
 _ENCODINGS = {"raw": "raw", "gzip": "deflate", "gz": "deflate", "bzip2": "bzip2", "bz2": "bzip2"}
-_TEXT_ENCODINGS = ("ascii", "text", "txt", "hex")
+_ENCODINGS |= {"ascii": "ascii", "text": "ascii", "txt": "ascii", "hex": "hex"}
 
 # The format marks missing samples by NaN only; as key/value pairs these have their meaning in netCDF.
 _MARKS = ("_FillValue", "missing_value")
@@ -76,7 +60,11 @@ def read(path: str, choice: Choice) -> Samples:
     at, said = _color_axis(header, axes, sizes[::-1])
     axes = with_color(axes, sizes[::-1], at, choice, said)
     index = pick(axes, sizes[::-1], choice)
-    values = _samples(path, header, sizes[::-1], index, choice, offset, listed)
+    named = _field(header, "data file", None)
+    files = data_files(_stored(header, sizes), path, offset, named, listed)
+    if not files or prod(sizes) % len(files):
+        raise FileFault(f"its {len(files)} data files can't hold equal parts of {prod(sizes)} samples")
+    values = read_files(files, index, choice)
     spatial = [axis for axis, letter in enumerate(axes[::-1]) if letter in "XYZ"]
     grid = _grid(header, spatial) | _times(header, axes[::-1], sizes)
     if is_colored(axes):
@@ -86,27 +74,24 @@ def read(path: str, choice: Choice) -> Samples:
     return Samples(marked, **grid, notes=notes)
 
 
-def _header(path: str) -> tuple[Mapping[str, Any], int, list[str]]:
-    """Return the header's fields, the offset of its end, and the data files that it lists one per line."""
+def _header(path: str) -> tuple[Mapping[str, Any], int, list[str] | None]:
+    """Return the header's fields, the offset of its end, and the data files if it lists them one per line."""
     import nrrd
 
     lines: list[str] = []
-    listed: list[str] = []
-    in_list = False
+    listed: list[str] | None = None
     with open(path, "rb") as file:
-        while True:
-            line = file.readline(_LONGEST_HEADER)
-            if file.tell() > _LONGEST_HEADER:
-                raise FileFault(f"its header does not end within {_LONGEST_HEADER} bytes")
-            text = line.decode("latin-1").rstrip()
+        for line in header_lines(file):
+            text = line.rstrip()
             if not text:
                 break
-            if in_list:
+            if listed is not None:
                 listed.append(text)
                 continue
             if not text.startswith("#") and ":" not in text and lines:
                 raise FileFault(f"its header has a line that is neither field nor comment: {text[:80]!r}")
-            in_list = text.lower().replace(" ", "").startswith("datafile:list")
+            if re.match(r"data ?file: *list( |$)", text, re.IGNORECASE):
+                listed = []
             lines.append(text)
         offset = file.tell()
     header = nrrd.read_header(lines)
@@ -149,110 +134,22 @@ def _color_axis(header: Mapping[str, Any], axes: str, sizes: Sequence[int]) -> t
     return component_axis(axes, sizes, "?"), ""
 
 
-def _samples(
-    path: str,
-    header: Mapping[str, Any],
-    sizes: Sequence[int],
-    index: Sequence[int | slice],
-    choice: Choice,
-    offset: int,
-    listed: Sequence[str],
-) -> NDArray:
-    """Return the samples at `index`, slowest axis first, from after the header or from the data files."""
-    encoding, lines, skip = _encoding(header)
-    named = header.get("data file", header.get("datafile"))
-    dtype = _dtype(header, encoding)
-    where: dict[str, Any] = {"encoding": encoding, "lines": lines}
-    if named is None:
-        return _picked(path, dtype, sizes, index, choice, skip, **where, offset=offset, what="it")
-    paths = [(name, data_file(path, name)) for name in _data_names(named, listed)]
-    if len(paths) == 1:
-        name, file = paths[0]
-        return _picked(file, dtype, sizes, index, choice, skip, **where, offset=0, what=f"its data file {name}")
-    count = prod(sizes)
-    if not paths or count % len(paths):
-        raise FileFault(f"its {len(paths)} data files can't hold equal parts of {count} samples")
-
-    def of_all_files() -> NDArray:
-        check_size(sizes, dtype.itemsize)
-        values = np.empty((len(paths), count // len(paths)), dtype)
-        for (name, file), slot in zip(paths, values, strict=True):
-            what = f"its data file {name}"
-            slot[:] = _picked(file, dtype, slot.shape, [slice(None)], Choice(), skip, **where, offset=0, what=what)
-        return values.reshape(sizes)
-
-    return once(choice, "data files", of_all_files)[tuple(index)]
-
-
-def _encoding(header: Mapping[str, Any]) -> tuple[str, int, int]:
-    """Return the encoding of the samples, and the numbers of lines and bytes before them."""
-    encoding = str(header["encoding"]).lower()
-    lines = int(header.get("line skip", header.get("lineskip", 0)))
-    skip = int(header.get("byte skip", header.get("byteskip", 0)))
+def _stored(header: Mapping[str, Any], sizes: Sequence[int]) -> Stored:
+    """Return how the samples are stored, in a file that is still open."""
+    encoding = _ENCODINGS.get(str(header["encoding"]).lower())
+    lines, skip = int(_field(header, "line skip", 0)), int(_field(header, "byte skip", 0))
     if lines < 0:
         raise FileFault(f"line skip must be at least 0, got {lines}")
     if skip < -1:
         raise FileFault(f"byte skip must be at least -1, got {skip}")
-    if encoding not in _ENCODINGS and encoding not in _TEXT_ENCODINGS:
+    if encoding is None:
         raise FileFault(f"encoding must be raw, gzip, bzip2, ascii or hex, got {header['encoding']}")
-    return encoding, lines, skip
+    return Stored("", _dtype(header, encoding), tuple(sizes[::-1]), encoding, lines=lines, skip=skip)
 
 
-def _data_names(named: str, listed: Sequence[str]) -> list[str]:
-    """Return the names of the data files: one, those after `LIST`, or those of `pattern min max step`."""
-    words = named.split()
-    if words and words[0].upper() == "LIST":
-        return list(listed)
-    if len(words) in (4, 5) and "%" in words[0]:
-        return numbered_names(words[:4])
-    return [named]
-
-
-def _picked(
-    path: str,
-    dtype: np.dtype,
-    sizes: Sequence[int],
-    index: Sequence[int | slice],
-    choice: Choice,
-    skip: int,
-    *,
-    encoding: str,
-    offset: int,
-    lines: int,
-    what: str,
-) -> NDArray:
-    """Return the samples of one file at `index`."""
-    if encoding in _TEXT_ENCODINGS:
-        whole = once(choice, path, lambda: _from_text(path, dtype, sizes, encoding, offset, lines, what))
-        return whole[tuple(index)]
-    where = {"encoding": _ENCODINGS[encoding], "offset": offset, "lines": lines, "skip": skip, "what": what}
-    return read_picked(path, dtype, sizes, index, choice, **where)
-
-
-def _from_text(
-    path: str, dtype: np.dtype, sizes: Sequence[int], encoding: str, offset: int, lines: int, what: str
-) -> NDArray:
-    """Return samples written as decimal numbers, or as two hexadecimal digits per byte."""
-    count = check_size(sizes, dtype.itemsize) // dtype.itemsize
-    with open(path, "rb") as file:
-        file.seek(offset)
-        skip_lines(file, lines, what)
-        if (os.fstat(file.fileno()).st_size - file.tell()) < count:
-            raise FileFault(f"{what} is too short to hold {count} samples as text")
-        check_size(sizes, _WORD_BYTES)
-        text = file.read().decode("ascii")
-    if encoding == "hex":
-        values = np.frombuffer(bytes.fromhex(text), np.uint8)
-        needed = count * dtype.itemsize
-        if values.size != needed:
-            raise FileFault(f"{what} must hold {needed} bytes of samples by its header, got {values.size}")
-        return values.view(dtype).reshape(sizes)
-    words = text.split()
-    if len(words) != count:
-        raise FileFault(f"{what} must hold {count} numbers by its header, got {len(words)}")
-    # By Python's integers, so that 300 as a uint8 is an error instead of 44.
-    numbers = words if dtype.kind == "f" else [int(word) for word in words]
-    return np.array(numbers, dtype).reshape(sizes)
+def _field(header: Mapping[str, Any], name: str, default: Any) -> Any:
+    """Return a field whose name may be written without a space."""
+    return header.get(name, header.get(name.replace(" ", ""), default))
 
 
 def _dtype(header: Mapping[str, Any], encoding: str) -> np.dtype:
@@ -262,11 +159,11 @@ def _dtype(header: Mapping[str, Any], encoding: str) -> np.dtype:
         raise FileFault(f"type {header['type']} is not a type of real numbers that texvol reads")
     dtype = np.dtype(code)
     endian = str(header.get("endian", "")).lower()
-    if dtype.itemsize > 1 and encoding not in ("ascii", "text", "txt"):
+    if dtype.itemsize > 1 and encoding != "ascii":
         if endian not in ("little", "big"):
             raise FileFault("its header must have 'endian: little' or 'endian: big' for samples of several bytes")
         dtype = dtype.newbyteorder("<" if endian == "little" else ">")
-    return real_type(dtype)
+    return dtype
 
 
 def _grid(header: Mapping[str, Any], spatial: Sequence[int]) -> dict[str, Any]:
@@ -284,7 +181,8 @@ def _grid(header: Mapping[str, Any], spatial: Sequence[int]) -> dict[str, Any]:
         origin = header.get("space origin")
         grid["origin"] = np.zeros(3) if origin is None or np.isnan(origin).all() else origin
         return grid
-    spacings = np.array([_spacing(header, axis) for axis in spatial])
+    known = header.get("spacings", [])
+    spacings = np.array([float(known[axis]) if axis < len(known) else 1.0 for axis in spatial])
     grid["spacing"] = spacings  # checked with the volume, since --spacing may override it
     grid["origin"] = [_axis_start(header, axis, step) for axis, step in zip(spatial, spacings, strict=True)]
     return grid
@@ -301,14 +199,9 @@ def _times(header: Mapping[str, Any], axes: str, sizes: Sequence[int]) -> dict[s
     return {"times": (start + spacings[axis] * np.arange(sizes[axis])).tolist(), "time_unit": unit}
 
 
-def _spacing(header: Mapping[str, Any], axis: int) -> float:
-    spacings = header.get("spacings", [])
-    return float(spacings[axis]) if axis < len(spacings) else 1.0
-
-
 def _axis_start(header: Mapping[str, Any], axis: int, spacing: float) -> float:
     """Return the world coordinate of the first sample: `axis mins`, half a sample inwards if samples are cells."""
-    starts = header.get("axis mins", header.get("axismins", []))
+    starts = _field(header, "axis mins", [])
     start = float(starts[axis]) if axis < len(starts) else np.nan
     if np.isnan(start):
         return 0.0

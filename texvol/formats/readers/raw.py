@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import os
+
 import numpy as np
 
 from texvol.formats.readers.samples import Choice, FileFault, Samples
-from texvol.formats.readers.stored import read_stored
+from texvol.formats.readers.stored import MAGIC, Stored, encoding_of, read_stored
 
 
 def read(path: str, choice: Choice) -> Samples:
@@ -24,16 +26,9 @@ def read(path: str, choice: Choice) -> Samples:
         raise FileFault(
             f"--dtype must be a type of numpy, such as uint8, <i2, >i2 (big-endian) or float32, got {choice.dtype}"
         ) from None
-    return Samples(read_stored(path, dtype, choice.shape[::-1], encoding=_encoding(path), what="it"))
-
-
-def _encoding(path: str) -> str:
+    encoding = encoding_of(path)
     with open(path, "rb") as file:
-        head = file.read(3)
-    lower = path.lower()
-    for ending, magic, encoding in ((".gz", b"\x1f\x8b", "deflate"), (".bz2", b"BZh", "bzip2")):
-        if lower.endswith(ending):
-            if not head.startswith(magic):
-                raise FileFault(f"is named {ending}, but its content is not compressed that way")
-            return encoding
-    return "raw"
+        if not file.read(3).startswith(MAGIC[encoding]):
+            ending = os.path.splitext(path)[1].lower()
+            raise FileFault(f"is named {ending}, but its content is not compressed that way")
+    return Samples(read_stored(Stored(path, dtype, tuple(choice.shape[::-1]), encoding)))

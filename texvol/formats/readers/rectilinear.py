@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.formats.readers.resampling import Difference, nearest, resolution_for, slices_at, type_between
-from texvol.formats.readers.samples import FileFault, Samples, by, check_size
+from texvol.formats.readers.resampling import Difference, Floats, nearest, resolution_for, slices_at, type_between
+from texvol.formats.readers.samples import Choice, FileFault, Samples, by, check_size
 
 # Tolerances of even coordinates, in fractions of a spacing: for numbers of six digits, as in text, and the limit of the
 # tolerance for the rounding of the stored type (a hundredth is invisible).
@@ -26,7 +26,7 @@ class Axis(NamedTuple):
     `rounding` is the rounding error of the file's type; `width` is the width of a single sample.
     """
 
-    coordinates: NDArray[np.float64]
+    coordinates: Floats
     name: str
     rounding: float = 0.0
     width: float | None = None
@@ -61,7 +61,7 @@ def rounding_of(stored: NDArray) -> float:
     return float(np.spacing(largest)) if np.isfinite(largest) else 0.0
 
 
-def axis_of(stored: NDArray, name: str, width: float | None = None) -> Axis:
+def axis_of(stored: NDArray, name: str) -> Axis:
     """Return the axis of a file's coordinates; raise FileFault unless they are finite and monotonic."""
     coordinates = stored.astype(np.float64)
     wrong = np.flatnonzero(~np.isfinite(coordinates))
@@ -79,38 +79,34 @@ def axis_of(stored: NDArray, name: str, width: float | None = None) -> Axis:
         at = turned[0]
         numbers = ", ".join(f"{number:g}" for number in coordinates[at - 1 : at + 2])
         raise FileFault(f"its axis {name} is not monotonic: samples {at - 1}..{at + 1} are at {numbers}")
-    return Axis(coordinates, name, rounding_of(stored), width)
+    return Axis(coordinates, name, rounding_of(stored))
 
 
-def on_axes(
-    values: NDArray, axes: Sequence[Axis], resolution: Sequence[int] | None, *, labels: bool = False
-) -> Samples:
+def on_axes(values: NDArray, axes: Sequence[Axis], choice: Choice) -> Samples:
     """Return samples on a regular grid of a field on a rectilinear grid.
 
     Parameters
     ----------
     values : array of shape (nz, ny, nx)
     axes : three Axis, x, y, z
-    resolution : (mx, my, mz), optional
-        Samples along each axis of the regular grid; without it an even grid stays as it is.
-    labels : bool
-        True if values are labels, which get the nearest sample's value.
+    choice : Choice
+        `resolution` (mx, my, mz) of the regular grid; without it an even grid stays as it is. Labels get the nearest
+        sample's value.
     """
+    resolution = choice.resolution
     sizes = [len(axis.coordinates) for axis in axes]
     if resolution is None and all(axis.is_even for axis in axes):
         return Samples(values, **_grid(axes, sizes))
     wanted = _resolution(axes, resolution)
     to_source = [_index_in_source(axis, count) for axis, count in zip(axes, wanted, strict=True)]
     to_made = [_index_in_made(axis, count) for axis, count in zip(axes, wanted, strict=True)]
-    made, lost = _named(values, to_source, to_made) if labels else _between(values, to_source, to_made)
+    made, lost = _named(values, to_source, to_made) if choice.labels else _between(values, to_source, to_made)
     metadata: dict[str, Any] = {"grid": "rectilinear", "samples": sizes, "dimensions": wanted}
     metadata["chosen_by"] = chosen_by(resolution)
     return Samples(made, **_grid(axes, wanted), resampling=metadata | lost)
 
 
-def _between(
-    values: NDArray, to_source: Sequence[NDArray[np.float64]], to_made: Sequence[NDArray[np.float64]]
-) -> tuple[NDArray, dict[str, Any]]:
+def _between(values: NDArray, to_source: Sequence[Floats], to_made: Sequence[Floats]) -> tuple[NDArray, dict[str, Any]]:
     """Return values on the regular grid, and their error at the source's samples."""
     sizes, dtype = [len(each) for each in to_source], type_between(values.dtype)
     check_size(sizes, dtype.itemsize)
@@ -123,9 +119,7 @@ def _between(
     return made, difference.metadata()
 
 
-def _named(
-    values: NDArray, to_source: Sequence[NDArray[np.float64]], to_made: Sequence[NDArray[np.float64]]
-) -> tuple[NDArray, dict[str, Any]]:
+def _named(values: NDArray, to_source: Sequence[Floats], to_made: Sequence[Floats]) -> tuple[NDArray, dict[str, Any]]:
     """Return labels on the regular grid, and the number of the source's samples whose label differs there."""
     check_size([len(each) for each in to_source], values.dtype.itemsize)
     there, back = ([nearest(each) for each in index[::-1]] for index in (to_source, to_made))
@@ -156,16 +150,13 @@ def _resolution(axes: Sequence[Axis], resolution: Sequence[int] | None) -> list[
     sizes = [len(axis.coordinates) for axis in axes]
     if resolution is not None:
         return check_resolution(resolution, sizes)
-    wanted = []
-    for axis, count in zip(axes, sizes, strict=True):
-        if axis.is_even:
-            wanted.append(count)
-            continue
-        wanted.append(_count(np.abs(axis.coordinates - axis.coordinates[0])))
-    return wanted
+    return [
+        count if axis.is_even else _count(np.abs(axis.coordinates - axis.coordinates[0]))
+        for axis, count in zip(axes, sizes, strict=True)
+    ]
 
 
-def _count(positions: NDArray[np.float64]) -> int:
+def _count(positions: Floats) -> int:
     """Return samples along an uneven axis: as many as its finest spacing needs, or up to twice as many if these fit.
 
     Between two samples of the source the field is linear, with a kink k at each sample. A kink at a fraction t of the
@@ -182,7 +173,7 @@ def _count(positions: NDArray[np.float64]) -> int:
     return int(counts[np.argmax(missed <= 1.05 * min(missed) + _SAME_POSITION / len(positions))])
 
 
-def _index_in_source(axis: Axis, count: int) -> NDArray[np.float64]:
+def _index_in_source(axis: Axis, count: int) -> Floats:
     """Return the index in the source of `count` even points from the first to the last coordinate."""
     old = len(axis.coordinates)
     if axis.is_even:
@@ -192,7 +183,7 @@ def _index_in_source(axis: Axis, count: int) -> NDArray[np.float64]:
     return np.interp(np.linspace(0.0, 1.0, count), (axis.coordinates - first) / (last - first), np.arange(old))
 
 
-def _index_in_made(axis: Axis, count: int) -> NDArray[np.float64]:
+def _index_in_made(axis: Axis, count: int) -> Floats:
     """Return the index of the axis' own samples among `count` even points from the first to the last sample."""
     old = len(axis.coordinates)
     if axis.is_even:

@@ -20,6 +20,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+Floats = NDArray[np.float64]
+
 MOST_SAMPLES = 512  # along an axis, unless the source has more
 MOST_REFINED = 4  # times the source's samples along an axis; finer grids show only the interpolation
 
@@ -39,7 +41,7 @@ class Weights:
         Samples of the grid along the axis.
     """
 
-    def __init__(self, index: NDArray[np.float64], count: int) -> None:
+    def __init__(self, index: Floats, count: int) -> None:
         index = np.clip(index, 0.0, count - 1.0)
         whole = np.round(index)
         index = np.where(np.abs(index - whole) < _SNAP, whole, index)
@@ -49,7 +51,7 @@ class Weights:
         self.lower = 1.0 - self.upper
 
 
-def slices_at(values: NDArray, index: Sequence[NDArray[np.float64]]) -> Iterator[NDArray[np.float64]]:
+def slices_at(values: NDArray, index: Sequence[Floats]) -> Iterator[Floats]:
     """Yield the field, slice by slice, on a grid of points along its own axes.
 
     Parameters
@@ -64,9 +66,9 @@ def slices_at(values: NDArray, index: Sequence[NDArray[np.float64]]) -> Iterator
         For each index along z; NaN where the field is missing.
     """
     x, y, z = (Weights(each, count) for each, count in zip(index, values.shape[::-1], strict=True))
-    held: dict[int, tuple[NDArray[np.float64], NDArray[np.float64] | None]] = {}
+    held: dict[int, tuple[Floats, Floats | None]] = {}
 
-    def plane(k: int) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
+    def plane(k: int) -> tuple[Floats, Floats | None]:
         """Return the weighted sum of finite samples, and the sum of their weights or None if all are finite."""
         if k not in held:
             source = values[k].astype(np.float64)
@@ -90,28 +92,28 @@ def slices_at(values: NDArray, index: Sequence[NDArray[np.float64]]) -> Iterator
         yield result
 
 
-def _across(plane: NDArray[np.float64], x: Weights, y: Weights) -> NDArray[np.float64]:
+def _across(plane: Floats, x: Weights, y: Weights) -> Floats:
     rows = plane[y.first] * y.lower[:, np.newaxis] + plane[y.second] * y.upper[:, np.newaxis]
     return rows[:, x.first] * x.lower + rows[:, x.second] * x.upper
 
 
-def _normalised(total: NDArray[np.float64], present: NDArray[np.float64]) -> NDArray[np.float64]:
+def _normalised(total: Floats, present: Floats) -> Floats:
     return np.where(present >= _LEAST_WEIGHT, total / np.maximum(present, _LEAST_WEIGHT), np.nan)
 
 
-def nearest(index: NDArray[np.float64]) -> NDArray[np.intp]:
+def nearest(index: Floats) -> NDArray[np.intp]:
     """Return the samples nearest to points, the upper one halfway between two."""
     return np.floor(index + 0.5).astype(np.intp)
 
 
-def labels_at(values: NDArray, index: NDArray[np.float64]) -> NDArray:
+def labels_at(values: NDArray, index: Floats) -> NDArray:
     """Return the labels at any points; `index`, shape (m, 3), is clamped to the outermost samples."""
     x, y, z = (np.clip(nearest(index[:, axis]), 0, values.shape[2 - axis] - 1) for axis in range(3))
     found: NDArray = values[z, y, x]
     return found
 
 
-def sampled_at(values: NDArray, index: NDArray[np.float64]) -> NDArray[np.float64]:
+def sampled_at(values: NDArray, index: Floats) -> Floats:
     """Return the field at any points.
 
     Parameters
@@ -152,7 +154,7 @@ class Difference:
         self._compared = self._lost = self._filled = 0
         self._low, self._high = np.inf, -np.inf
 
-    def add(self, source: NDArray, field: NDArray[np.float64]) -> None:
+    def add(self, source: NDArray, field: Floats) -> None:
         """Add some of the source's samples, and the new field at their positions."""
         there, drawn = np.isfinite(source), np.isfinite(field)
         both = there & drawn
@@ -213,15 +215,13 @@ def text(metadata: dict[str, Any]) -> list[str]:
             f"error at the source's samples: max {_amount(metadata, 'max_error')}, rms {_amount(metadata, 'rms_error')}"
         )
     nothing = "0" if "changed" in metadata else "NaN"
-    for key, what in (
+    counted = (
         ("lost", "samples of the source are where the new field is missing"),
         ("filled", "missing samples of the source are where the new field has a value"),
         ("outside", f"of the new samples are outside of the source's grid and are {nothing}"),
         ("flat_cells", "cells of the source have no volume and are left out"),
-    ):
-        if metadata.get(key):
-            lines.append(f"{metadata[key]} {what}")
-    return lines
+    )
+    return lines + [f"{metadata[key]} {what}" for key, what in counted if metadata.get(key)]
 
 
 def _amount(metadata: dict[str, Any], key: str) -> str:

@@ -23,30 +23,27 @@ class FileFault(Exception):
 
 
 class TimeSteps(Exception):
-    """Number of time steps of a file, raised by a reader if `Choice.counting`."""
-
-    def __init__(self, count: int) -> None:
-        super().__init__(count)
-        self.count = count
+    """Number of time steps of a file, its argument; raised by a reader if `Choice.counting`."""
 
 
 class Choice(NamedTuple):
-    """Arguments of `texvol.formats.readers.load` for a reader.
+    """Arguments of `texvol.formats.readers.load`; a reader gets them `checked`: `series` is text, `missing` a tuple.
 
     With `counting` a reader raises TimeSteps as soon as it knows them. In `kept` a reader may store, under keys of its
     own, what the next step of the same file needs again.
     """
 
-    shape: tuple[int, ...] | None = None
+    shape: Sequence[int] | None = None
     dtype: str | None = None
-    series: str | None = None
+    series: Any = None
     channel: int | None = None
     time: int | None = None
     variable: str | None = None
-    resolution: tuple[int, ...] | None = None
+    resolution: Sequence[int] | None = None
+    spacing: Sequence[float] | None = None
     labels: bool = False
     color: bool | None = None
-    missing: tuple[int | float, ...] = ()
+    missing: Any = ()
     counting: bool = False
     kept: dict[Any, Any] | None = None
 
@@ -237,6 +234,8 @@ def rescale_into(slot: NDArray, source: NDArray, slope: float, intercept: float)
 
 def rescaled_type(dtype: np.dtype, slope: float, intercept: float, bits: int | None = None) -> np.dtype:
     """Return the type of the result of `rescaled`."""
+    if slope == 1 and intercept == 0:
+        return dtype
     if dtype.kind == "f":
         return np.dtype(np.float32 if dtype.itemsize <= 4 else np.float64)
     bits = dtype.itemsize * 8 if bits is None else bits
@@ -275,8 +274,5 @@ def in_bytes(count: float) -> str:
     """Return a number of bytes in words: "54000 bytes", "3.2 GiB"."""
     if count < 2**20:
         return f"{int(count)} bytes"
-    for unit in ("MiB", "GiB", "TiB", "PiB"):
-        count /= 1024 if unit != "MiB" else 2**20
-        if count < 1024:
-            break
-    return f"{count:.3g} {unit}"
+    power = min((int(count).bit_length() - 1) // 10, 5)
+    return f"{count / 1024**power:.3g} {' KMGTP'[power]}iB"

@@ -1,4 +1,4 @@
-"""Samples stored raw or compressed in a file; no more is read than the header's dimensions need.
+"""Samples stored raw, compressed or as text in a file; no more is read than the header's dimensions need.
 
 A header is trusted only as far as the file's size and the machine's memory allow, and a compressed stream is unpacked
 to at most one byte more than needed.
@@ -12,7 +12,7 @@ import re
 import zlib
 from collections.abc import Iterator, Sequence
 from math import prod
-from typing import IO, Any
+from typing import IO, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,151 +26,159 @@ _LEADING = 2**26  # bytes that may precede the samples in a stream whose samples
 _MOST_FILES = 10**5  # of a pattern
 _PATTERN = re.compile(r"(?:[^%]|%%)*%0?\d{0,2}[diu](?:[^%]|%%)*")
 
+LONGEST_HEADER = 2**20  # bytes of text
+WORD_BYTES = 64  # memory of a number that is still a word: a Python string and its slot in a list
+
+MAGIC = {"raw": b"", "deflate": b"\x1f\x8b", "bzip2": b"BZh"}  # first bytes of files
+
 # Deflate packs at best 258 bytes into two bits: 1032 to 1 (RFC 1951). Bzip2 has no such bound worth using.
 _BEST_DEFLATE = 1032
 
 
-def read_picked(
-    path: str, dtype: np.dtype, sizes: Sequence[int], index: Sequence[int | slice], choice: Choice, **where: Any
-) -> NDArray:
-    """Return the samples at `index`; `where` and the other arguments are those of `read_stored`.
+class Stored(NamedTuple):
+    """Samples stored in a file: a real type of at most 64 bits in the file's byte order, and their shape.
+
+    They begin after `offset` bytes and `lines` lines of the file, and `skip` bytes of the unpacked rest; skip -1 means
+    that they are at the end, and for text it is ignored. The encoding is "raw", "deflate" (zlib or gzip), "bzip2",
+    "ascii" (decimal numbers) or "hex" (two digits per byte). `what` is the name of the file in messages.
+    """
+
+    path: str
+    dtype: np.dtype
+    sizes: tuple[int, ...]
+    encoding: str = "raw"
+    offset: int = 0
+    lines: int = 0
+    skip: int = 0
+    what: str = "it"
+
+    @property
+    def nbytes(self) -> int:
+        """Number of unpacked bytes."""
+        return prod(self.sizes) * self.dtype.itemsize
+
+
+def read_picked(stored: Stored, index: tuple[int | slice, ...], choice: Choice) -> NDArray:
+    """Return the samples at `index`; faults are those of `read_stored`.
 
     Of raw samples only the picked part is read. Compressed samples are unpacked as a whole, once for all steps of a
     series.
     """
-    leading: list[int] = []
-    for each in index:
-        if isinstance(each, slice):
+    sizes = stored.sizes
+    axes, number, parts = 0, 0, 1  # of the leading axes along which one index is picked
+    for chosen, size in zip(index, sizes, strict=True):
+        if isinstance(chosen, slice):
             break
-        leading.append(each)
-    if prod(sizes[: len(leading)]) != 1 and where.get("encoding", "raw") == "raw":
-        real_type(dtype)
+        axes, number, parts = axes + 1, number * size + chosen, parts * size
+    if parts != 1 and stored.encoding == "raw":
+        real_type(stored.dtype)
         if min(sizes) < 1:
             raise FileFault(f"every dimension must be positive, got {by(sizes)}")
-        part = list(sizes[len(leading) :])
-        parts = prod(sizes[: len(leading)])
-        number = 0
-        for chosen, size in zip(leading, sizes, strict=False):
-            number = number * size + chosen
-        return read_stored(path, dtype, part, **where, part=number, parts=parts)[tuple(index[len(leading) :])]
-    whole = once(choice, (path, *where.items()), lambda: read_stored(path, dtype, sizes, **where))
-    picked = whole[tuple(index)]
+        return read_stored(stored._replace(sizes=sizes[axes:]), number, parts)[index[axes:]]
+    whole = once(choice, stored, lambda: read_stored(stored))
+    picked = whole[index]
     # A copy does not keep the whole array in memory; the steps of a series share it.
     return picked if choice.kept is not None or picked.size == whole.size else picked.copy()
 
 
-def read_stored(
-    path: str,
-    dtype: np.dtype,
-    sizes: Sequence[int],
-    *,
-    encoding: str = "raw",
-    offset: int = 0,
-    lines: int = 0,
-    skip: int = 0,
-    what: str = "the file",
-    part: int = 0,
-    parts: int = 1,
-) -> NDArray:
-    """Return samples of a file.
-
-    Parameters
-    ----------
-    path : str
-    dtype : dtype
-        Real, at most 64 bits, in the file's byte order.
-    sizes : sequence of int
-        Shape of the result, slowest axis first; with the type it gives the number of bytes.
-    encoding : "raw", "deflate" (zlib or gzip) or "bzip2"
-    offset, lines, skip : int
-        Begin of the samples: after `offset` bytes and `lines` lines of the file, and `skip` bytes of the unpacked rest;
-        skip -1 means that the samples are at the end.
-    what : str
-        Name of the file in messages.
-    part, parts : int
-        Number of the array to read among `parts` consecutive arrays; only for raw samples.
-
-    Returns
-    -------
-    array of shape `sizes`
+def read_stored(stored: Stored, part: int = 0, parts: int = 1) -> NDArray:
+    """Return samples of a file, in shape; of raw samples, array number `part` among `parts` consecutive arrays.
 
     Raises
     ------
     FileFault
         If there are fewer or more bytes than the samples need, or they can't be unpacked or do not fit into memory.
     """
-    real_type(dtype)
-    needed = check_size(sizes, dtype.itemsize)
-    with open(path, "rb") as file:
-        file.seek(offset)
-        skip_lines(file, lines, what)
-        begin = file.tell()
-        if encoding == "raw":
-            return _read_plain(file, begin, dtype, sizes, needed, skip, what, part, parts)
+    real_type(stored.dtype)
+    needed = check_size(stored.sizes, stored.dtype.itemsize)
+    with open(stored.path, "rb") as file:
+        file.seek(stored.offset)
+        _skip_lines(file, stored)
+        if stored.encoding in ("ascii", "hex"):
+            return _read_text(file, stored)
+        if stored.encoding == "raw":
+            return _read_plain(file, stored, part, parts)
+        begin, skip, what = file.tell(), stored.skip, stored.what
         packed = os.fstat(file.fileno()).st_size - begin
-        if encoding == "deflate" and needed > packed * _BEST_DEFLATE:
+        if stored.encoding == "deflate" and needed > packed * _BEST_DEFLATE:
             raise FileFault(
                 f"{what} holds {packed} compressed bytes, but the header's dimensions need {in_bytes(needed)}"
             )
         if skip > _LEADING:
             raise FileFault(f"the header may skip at most {_LEADING} bytes of the unpacked {what}, got {skip}")
         if skip < 0:
-            total = sum(len(block) for block in _bounded(unpacked(file, encoding), needed + _LEADING, what))
+            total = sum(len(block) for block in _bounded(unpacked(file, stored.encoding), needed + _LEADING, what))
             if total < needed:
-                raise _wrong_size(what, total, needed)
+                raise _wrong_size(stored, total)
             skip = total - needed
             file.seek(begin)
-        return _read_packed(unpacked(file, encoding), dtype, sizes, needed, skip, what)
+        return _read_packed(unpacked(file, stored.encoding), stored, skip)
 
 
-def _read_plain(
-    file: IO[bytes],
-    begin: int,
-    dtype: np.dtype,
-    sizes: Sequence[int],
-    of_part: int,
-    skip: int,
-    what: str,
-    part: int,
-    parts: int,
-) -> NDArray:
-    needed = of_part * parts
+def _read_plain(file: IO[bytes], stored: Stored, part: int, parts: int) -> NDArray:
+    begin, needed = file.tell(), stored.nbytes * parts
     held = os.fstat(file.fileno()).st_size - begin
-    skip = held - needed if skip < 0 else skip
+    skip = held - needed if stored.skip < 0 else stored.skip
     if held - skip - needed in (1, 2):  # a line break after the last sample, as of text editors and printf
         file.seek(begin + skip + needed)
         rest = file.read(2)
         held -= len(rest) if rest in (b"\n", b"\r\n") else 0
     if skip < 0 or held - skip != needed:
-        raise _wrong_size(what, max(held - max(skip, 0), 0), needed)
-    file.seek(begin + skip + part * of_part)
-    values = np.fromfile(file, dtype, of_part // dtype.itemsize)
-    if values.nbytes != of_part:
-        raise _wrong_size(what, values.nbytes, of_part)
-    return native(values).reshape(sizes)
+        raise _wrong_size(stored, max(held - max(skip, 0), 0), parts)
+    file.seek(begin + skip + part * stored.nbytes)
+    values = np.fromfile(file, stored.dtype, prod(stored.sizes))
+    if values.nbytes != stored.nbytes:
+        raise _wrong_size(stored, values.nbytes)
+    return native(values).reshape(stored.sizes)
 
 
-def _read_packed(
-    blocks: Iterator[bytes], dtype: np.dtype, sizes: Sequence[int], needed: int, skip: int, what: str
-) -> NDArray:
-    values = np.empty(tuple(sizes), dtype)
+def _read_packed(blocks: Iterator[bytes], stored: Stored, skip: int) -> NDArray:
+    values = np.empty(stored.sizes, stored.dtype)
     target = values.reshape(-1).view(np.uint8)
     seen = 0  # bytes unpacked so far, the skipped ones included
     for block in blocks:
         first = max(skip - seen, 0)
         at = max(seen - skip, 0)
         seen += len(block)
-        if seen - skip > needed:
-            raise _wrong_size(what, None, needed)
+        if seen - skip > stored.nbytes:
+            raise _wrong_size(stored, None)
         target[at : at + max(len(block) - first, 0)] = np.frombuffer(block, np.uint8)[first:]
-    if seen - skip != needed:
-        raise _wrong_size(what, max(seen - skip, 0), needed)
+    if seen - skip != stored.nbytes:
+        raise _wrong_size(stored, max(seen - skip, 0))
     return native(values)
 
 
-def _wrong_size(what: str, held: int | None, needed: int) -> FileFault:
-    held_text = f"more than {needed}" if held is None else f"{held}"
-    return FileFault(f"{what} holds {held_text} bytes of samples, but the header's dimensions and type need {needed}")
+def _read_text(file: IO[bytes], stored: Stored) -> NDArray:
+    count, what = prod(stored.sizes), stored.what
+    if os.fstat(file.fileno()).st_size - file.tell() < count:
+        raise FileFault(f"{what} is too short to hold {count} samples as text")
+    check_size(stored.sizes, WORD_BYTES)
+    text = file.read().decode("ascii")
+    if stored.encoding == "hex":
+        content = bytes.fromhex(text)
+        if len(content) != stored.nbytes:
+            raise FileFault(f"{what} must hold {stored.nbytes} bytes of samples by its header, got {len(content)}")
+        return np.frombuffer(content, stored.dtype).reshape(stored.sizes)
+    words = text.split()
+    if len(words) != count:
+        raise FileFault(f"{what} must hold {count} numbers by its header, got {len(words)}")
+    return from_words(words, stored.dtype).reshape(stored.sizes)
+
+
+def from_words(words: Sequence[str], dtype: np.dtype) -> NDArray:
+    """Return numbers written as text; whole numbers by Python's, so that 300 is no uint8 and does not become 44."""
+    return np.array(words if dtype.kind == "f" else [int(word) for word in words], dtype)
+
+
+def _wrong_size(stored: Stored, held: int | None, parts: int = 1) -> FileFault:
+    needed = stored.nbytes * parts
+    said = f"{stored.what} holds {f'more than {needed}' if held is None else held} bytes of samples"
+    return FileFault(f"{said}, but the header's dimensions and type need {needed}")
+
+
+def encoding_of(path: str) -> str:
+    """Return the encoding of a file by its name, which may end with .gz or .bz2."""
+    return {".gz": "deflate", ".bz2": "bzip2"}.get(os.path.splitext(path)[1].lower(), "raw")
 
 
 def unpacked(file: IO[bytes], encoding: str) -> Iterator[bytes]:
@@ -179,7 +187,6 @@ def unpacked(file: IO[bytes], encoding: str) -> Iterator[bytes]:
     Consecutive streams count as one; padding after them is ignored.
     """
     make = bz2.BZ2Decompressor if encoding == "bzip2" else lambda: zlib.decompressobj(zlib.MAX_WBITS | 32)
-    magic = b"BZh" if encoding == "bzip2" else b"\x1f\x8b"
     pending = file.read(_PIECE)
     while True:
         stream: Any = make()
@@ -194,23 +201,71 @@ def unpacked(file: IO[bytes], encoding: str) -> Iterator[bytes]:
                 if not pending and not block:
                     raise FileFault("is truncated: its compressed data end in the middle")
         pending = stream.unused_data or file.read(_PIECE)
-        if len(pending) < len(magic):
+        if len(pending) < len(MAGIC[encoding]):
             pending += file.read(_PIECE)
-        if not pending.startswith(magic):
+        if not pending.startswith(MAGIC[encoding]):
             return
 
 
-def skip_lines(file: IO[bytes], count: int, what: str) -> None:
-    """Skip so many lines; raise FileFault if there are fewer."""
+def _bounded(blocks: Iterator[bytes], limit: int, what: str) -> Iterator[bytes]:
+    seen = 0
+    for block in blocks:
+        seen += len(block)
+        if seen > limit:
+            raise FileFault(f"{what} unpacks to more than {in_bytes(limit)}, but the header's dimensions need less")
+        yield block
+
+
+def _skip_lines(file: IO[bytes], stored: Stored) -> None:
+    """Skip the lines before the samples; raise FileFault if there are fewer."""
     held = os.fstat(file.fileno()).st_size
-    for number in range(count):
+    for number in range(stored.lines):
         if file.tell() >= held:
-            raise FileFault(f"the header skips {count} lines, but {what} holds {number}")
+            raise FileFault(f"the header skips {stored.lines} lines, but {stored.what} holds {number}")
         while (piece := file.readline(_BLOCK)) and not piece.endswith(b"\n"):
             pass
 
 
-def numbered_names(words: Sequence[str]) -> list[str]:
+def header_lines(file: IO[bytes]) -> Iterator[str]:
+    """Yield the lines of a text header, which must end within a limit."""
+    while line := file.readline(LONGEST_HEADER):
+        if file.tell() > LONGEST_HEADER:
+            raise FileFault(f"its header does not end within {LONGEST_HEADER} bytes")
+        yield line.decode("latin-1")
+
+
+def data_files(stored: Stored, path: str, offset: int, named: str | None, listed: Sequence[str] | None) -> list[Stored]:
+    """Return the samples `stored` after a header, or in the data files that it names, each of the shape of all.
+
+    `named` is a file's name, or a pattern as for `_numbered_names`, which NRRD lets a dimension follow; `listed` are
+    the names if the header lists them. The files must exist in the header's folder or below, else FileFault is raised.
+    """
+    if named is None:
+        return [stored._replace(path=path, offset=offset)]
+    words = named.split()
+    if listed is None and len(words) in (4, 5) and "%" in words[0]:
+        listed = _numbered_names(words[:4])
+    names = [named] if listed is None else listed
+    return [stored._replace(path=_data_file(path, name), what=f"its data file {name}") for name in names]
+
+
+def read_files(files: Sequence[Stored], index: tuple[int | slice, ...], choice: Choice) -> NDArray:
+    """Return the samples at `index` from files that hold equal parts."""
+    if len(files) == 1:
+        return read_picked(files[0], index, choice)
+
+    def of_all_files() -> NDArray:
+        sizes, dtype = files[0].sizes, files[0].dtype
+        check_size(sizes, dtype.itemsize)
+        values = np.empty((len(files), prod(sizes) // len(files)), dtype)
+        for each, slot in zip(files, values, strict=True):
+            slot[...] = read_stored(each._replace(sizes=slot.shape))
+        return values.reshape(sizes)
+
+    return once(choice, "data files", of_all_files)[index]
+
+
+def _numbered_names(words: Sequence[str]) -> list[str]:
     """Return names of data files by a pattern such as "slice%03d.raw", the first number, the last number and the step.
 
     Raises
@@ -231,17 +286,7 @@ def numbered_names(words: Sequence[str]) -> list[str]:
     return [words[0] % (first + number * step) for number in range(count)]
 
 
-def _bounded(blocks: Iterator[bytes], limit: int, what: str) -> Iterator[bytes]:
-    seen = 0
-    for block in blocks:
-        seen += len(block)
-        if seen > limit:
-            raise FileFault(f"{what} unpacks to more than {in_bytes(limit)}, but the header's dimensions need less")
-        yield block
-
-
-def data_file(header_path: str, name: str) -> str:
-    """Return the path of a data file named in a header; it must be in the header's folder or below."""
+def _data_file(header_path: str, name: str) -> str:
     folder = os.path.realpath(os.path.dirname(header_path) or ".")
     if os.path.isabs(name):
         raise FileFault(f"its data file {name} must be in the header's folder, got an absolute path")

@@ -19,24 +19,16 @@ from texvol.formats.readers.missing import parsed, without_marked
 from texvol.formats.readers.samples import Choice, FileFault, Samples, by, check_size, check_unpacked, pick, real_type
 from texvol.formats.readers.tiff_pages import check_pages, check_planes
 
-_UNITS = {
-    "micron": "µm",
-    "microns": "µm",
-    "micrometer": "µm",
-    "micrometre": "µm",
-    "um": "µm",
-    "\u03bcm": "µm",
-    "\\u00b5m": "µm",
-    "millimeter": "mm",
-    "millimetre": "mm",
-    "nanometer": "nm",
-    "nanometre": "nm",
-    "centimeter": "cm",
-    "angstrom": "Å",
-    "pixel": "",
-    "pixels": "",
-    "inch": "in",
+_UNIT_NAMES = {
+    "µm": "micron microns micrometer micrometre um \u03bcm \\u00b5m",
+    "mm": "millimeter millimetre",
+    "nm": "nanometer nanometre",
+    "cm": "centimeter",
+    "Å": "angstrom",
+    "in": "inch",
+    "": "pixel pixels",
 }
+_UNITS = {name: unit for unit, names in _UNIT_NAMES.items() for name in names.split()}
 
 # Values of the tags PhotometricInterpretation, Compression and ExtraSamples (TIFF 6.0).
 _GDAL_NODATA = 42113
@@ -56,7 +48,9 @@ def _file(path: str, choice: Choice) -> Samples:
 
     check_pages(path)
     with tifffile.TiffFile(path, _multifile=False) as tif:
-        _refuse_several_files(tif)
+        names = set(re.findall(r'FileName="([^"]*)"', tif.ome_metadata or ""))
+        if len(names) > 1:
+            raise FileFault(f"is one of {len(names)} files of an OME set, which texvol does not read")
         check_planes(tif.ome_metadata or "", len(tif.pages))
         if not tif.series:
             raise FileFault("has no image")
@@ -73,10 +67,9 @@ def _file(path: str, choice: Choice) -> Samples:
         index = pick(axes, sizes, choice)
         chosen = prod(size for size, part in zip(sizes, index, strict=True) if isinstance(part, slice))
         check_size([chosen], dtype.itemsize)
-        _check_pages(tif, series, path)
-        values = _values(tif, series, axes, sizes, index)
-        steps = dict(zip(axes, sizes, strict=True)).get("T", 1)
-        more = _calibration(tif) | _times(tif, steps)
+        _check_pages(series, path)
+        values = _values(series, sizes, index)
+        more = _calibration(tif, dict(zip(axes, sizes, strict=True)).get("T", 1))
         if is_colored(axes):
             return Samples(**more, **colored(values, axes, index, said, associated=_is_associated(series.keyframe)))
         marked, notes = without_marked(values, _marks(series.keyframe), "tag GDAL_NODATA", choice)
@@ -111,13 +104,7 @@ def _is_associated(page: Any) -> bool:
     return _ASSOCIATED in [int(kind) for kind in page.extrasamples]
 
 
-def _refuse_several_files(tif: Any) -> None:
-    names = set(re.findall(r'FileName="([^"]*)"', tif.ome_metadata or ""))
-    if len(names) > 1:
-        raise FileFault(f"is one of {len(names)} files of an OME set, which texvol does not read")
-
-
-def _check_pages(tif: Any, series: Any, path: str) -> None:
+def _check_pages(series: Any, path: str) -> None:
     """Raise FileFault if a page's data are beyond the end of the file, where tifffile would read zeros."""
     held = os.path.getsize(path)
     if int(series.keyframe.compression) != 1:
@@ -137,12 +124,12 @@ def _check_pages(tif: Any, series: Any, path: str) -> None:
         raise FileFault(f"is truncated: its samples end at byte {series.dataoffset + series.nbytes} of {held}")
 
 
-def _values(tif: Any, series: Any, axes: str, sizes: Sequence[int], index: tuple[int | slice, ...]) -> NDArray:
+def _values(series: Any, sizes: Sequence[int], index: tuple[int | slice, ...]) -> NDArray:
     """Return the chosen samples; of several channels or time steps only the chosen pages are read."""
     leading = sizes[: len(sizes) - len(series.keyframe.shape)]
-    if all(isinstance(part, slice) or size == 1 for part, size in zip(index, sizes, strict=True)):
-        return np.asarray(series.asarray(maxworkers=1)).reshape(sizes)[index]
-    if len(series.pages) == prod(leading) and list(series.keyframe.shape) == list(sizes[len(leading) :]):
+    is_all = all(isinstance(part, slice) or size == 1 for part, size in zip(index, sizes, strict=True))
+    by_pages = len(series.pages) == prod(leading) and list(series.keyframe.shape) == list(sizes[len(leading) :])
+    if by_pages and not is_all:
         numbers = np.arange(len(series.pages)).reshape(leading)[index[: len(leading)]].ravel()
         pages = np.asarray(series.asarray(key=[int(number) for number in numbers], maxworkers=1))
         kept = [size for size, part in zip(leading, index, strict=False) if isinstance(part, slice)]
@@ -151,30 +138,24 @@ def _values(tif: Any, series: Any, axes: str, sizes: Sequence[int], index: tuple
     return np.asarray(series.asarray(maxworkers=1)).reshape(sizes)[index]
 
 
-def _calibration(tif: Any) -> dict[str, Any]:
-    """Return spacing and unit of ImageJ or OME."""
-    if tif.ome_metadata:
-        return _ome_calibration(tif.ome_metadata)
-    if not tif.imagej_metadata:
-        return {}
-    unit = str(tif.imagej_metadata.get("unit") or "").strip()
-    spacing = [_resolution(tif.pages[0].tags, "XResolution"), _resolution(tif.pages[0].tags, "YResolution")]
-    spacing.append(float(tif.imagej_metadata.get("spacing") or 1.0))
-    return {"spacing": spacing, "unit": _UNITS.get(unit.lower(), unit)}
-
-
-def _times(tif: Any, steps: int) -> dict[str, Any]:
-    """Return the times of the steps, if ImageJ or OME give their distance."""
-    between, unit = 0.0, "s"
+def _calibration(tif: Any, steps: int) -> dict[str, Any]:
+    """Return spacing and unit of ImageJ or OME, and the times of the steps if their distance is known."""
+    found: dict[str, Any] = {}
+    between, time_unit = 0.0, "s"
     if tif.ome_metadata:
         attributes = _ome_attributes(tif.ome_metadata)
-        between, unit = float(attributes.get("TimeIncrement", 0)), attributes.get("TimeIncrementUnit", "s")
+        found = _ome_spacing(attributes)
+        between, time_unit = float(attributes.get("TimeIncrement", 0)), attributes.get("TimeIncrementUnit", "s")
     elif tif.imagej_metadata:
-        between = float(tif.imagej_metadata.get("finterval") or 0)
-        unit = str(tif.imagej_metadata.get("tunit") or "s").replace("sec", "s")
+        said, tags = tif.imagej_metadata, tif.pages[0].tags
+        unit = str(said.get("unit") or "").strip()
+        spacing = [_resolution(tags, "XResolution"), _resolution(tags, "YResolution"), float(said.get("spacing") or 1)]
+        found = {"spacing": spacing, "unit": _UNITS.get(unit.lower(), unit)}
+        between = float(said.get("finterval") or 0)
+        time_unit = str(said.get("tunit") or "s").replace("sec", "s")
     if steps < 2 or not 0 < between < np.inf:
-        return {}
-    return {"times": (between * np.arange(steps)).tolist(), "time_unit": unit}
+        return found
+    return found | {"times": (between * np.arange(steps)).tolist(), "time_unit": time_unit}
 
 
 def _resolution(tags: Any, name: str) -> float:
@@ -191,8 +172,8 @@ def _ome_attributes(xml: str) -> dict[str, str]:
     return dict(re.findall(r'(\w+)\s*=\s*"([^"]*)"', pixels.group(1))) if pixels else {}
 
 
-def _ome_calibration(xml: str) -> dict[str, Any]:
-    attributes = _ome_attributes(xml)
+def _ome_spacing(attributes: dict[str, str]) -> dict[str, Any]:
+    """Return spacing and unit by OME's attributes of the pixels."""
     sizes = [attributes.get(f"PhysicalSize{axis}") for axis in "XYZ"]
     if not any(sizes):
         return {}
@@ -206,8 +187,8 @@ def _ome_calibration(xml: str) -> dict[str, Any]:
 
 def _folder(path: str, choice: Choice) -> Samples:
     """Return the samples of a folder with one slice per file, all of one size and type."""
-    names = sorted((name for name in os.listdir(path) if name.lower().endswith((".tif", ".tiff"))), key=_natural)
-    names = [name for name in names if not name.startswith(".")]
+    shown = [name for name in os.listdir(path) if not name.startswith(".")]
+    names = sorted((name for name in shown if name.lower().endswith((".tif", ".tiff"))), key=_natural)
     if len(names) == 1:
         return _file(os.path.join(path, names[0]), choice)
     pick("ZYX", [1, 1, 1], choice)
@@ -257,7 +238,7 @@ def _slice_of(file: str, choice: Choice) -> _Slice:
         if len(tif.pages) > 1 or (len(page.shape) != 2 and not is_colored(axes)):
             raise FileFault(f"must be one page, of one channel or of colour, got shape {by(tif.series[0].shape)}")
         check_size(page.shape, real_type(np.dtype(page.dtype)).itemsize)
-        _check_pages(tif, tif.series[0], file)
+        _check_pages(tif.series[0], file)
         return _Slice(np.asarray(page.asarray(maxworkers=1)), axes, said, _is_associated(page), _marks(page))
 
 

@@ -5,15 +5,13 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Sequence
 from functools import cached_property
-from types import TracebackType
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.formats.readers.loading import ARGUMENTS, read, volume_of
-from texvol.formats.readers.missing import marks_of
-from texvol.formats.readers.samples import Choice, FileFault, TimeSteps
+from texvol.formats.readers.loading import checked, read, volume_of
+from texvol.formats.readers.samples import Choice, TimeSteps
 from texvol.scene.volume import Volume
 from texvol.util.errors import InputError
 
@@ -32,11 +30,12 @@ def time_steps(path: str | os.PathLike[str], **options: Any) -> int:
     InputError, MissingExtraError
         As `load`.
     """
-    name, choice = os.fspath(path), _choice(options)
+    name = os.fspath(path)
+    choice = checked(name, Choice(**options))
     try:
         read(name, choice._replace(time=None, counting=True))
     except TimeSteps as steps:
-        return steps.count
+        return int(steps.args[0])
     return 1
 
 
@@ -62,16 +61,13 @@ class TimeSeries(Sequence[Volume]):
         if options.get("time") is not None:
             raise InputError(f"{os.fspath(path)}: time must be None for a series, got {options['time']}")
         self.name = os.fspath(path)
-        self._spacing: Sequence[float] | None = options.get("spacing")
         self._steps = time_steps(path, **options)
-        self._kept: dict[Any, Any] = {}
-        self._choice = _choice(options)._replace(kept=self._kept)
+        self._choice = checked(self.name, Choice(**options))._replace(kept={})
         self._when: tuple[NDArray[np.float64] | None, str] | None = None
 
     def __getstate__(self) -> dict[str, Any]:
         """Return the state without kept results; a copy or another process opens the file again."""
-        kept: dict[Any, Any] = {}
-        return {**vars(self), "_kept": kept, "_choice": self._choice._replace(kept=kept)}
+        return {**vars(self), "_choice": self._choice._replace(kept={})}
 
     def __len__(self) -> int:
         return self._steps
@@ -89,7 +85,7 @@ class TimeSeries(Sequence[Volume]):
         if self._when is None:
             times = None if samples.times is None or len(samples.times) != self._steps else np.array(samples.times)
             self._when = times, samples.time_unit
-        return volume_of(self.name, samples, choice, self._spacing)
+        return volume_of(self.name, samples, choice)
 
     def __iter__(self) -> Iterator[Volume]:
         return (self[number] for number in range(self._steps))
@@ -107,47 +103,26 @@ class TimeSeries(Sequence[Volume]):
     @cached_property
     def finite_range(self) -> tuple[float, float] | None:
         """Smallest and largest finite value of all steps, read one at a time; None if no value is finite."""
-        ranges = [volume.finite_range for volume in self]
-        known = [each for each in ranges if each is not None]
+        known = [found for volume in self if (found := volume.finite_range) is not None]
         if not known:
             return None
         return min(low for low, _ in known), max(high for _, high in known)
 
     def close(self) -> None:
         """Release what is kept; a later access opens the file again."""
-        for each in self._kept.values():
+        kept = self._choice.kept or {}
+        for each in kept.values():
             if hasattr(each, "close"):
                 each.close()
-        self._kept.clear()
+        kept.clear()
 
     def __enter__(self) -> TimeSeries:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def _known_when(self) -> tuple[NDArray[np.float64] | None, str]:
         if self._when is None:
             self[0]
         return self._when or (None, "")
-
-
-def _choice(options: dict[str, Any]) -> Choice:
-    """Return the options of `load` as readers take them."""
-    told = {key: value for key, value in options.items() if key != "spacing" and value is not None}
-    for key in ("shape", "resolution"):
-        if key in told:
-            told[key] = tuple(told[key])
-    if "series" in told:
-        told["series"] = str(told["series"])
-    if "missing" in told:
-        try:
-            told["missing"] = marks_of(told["missing"])
-        except FileFault as fault:
-            raise InputError(str(fault)) from None
-    known = {*ARGUMENTS} - {"spacing"}
-    if unknown := set(told) - known:
-        raise TypeError(f"unexpected options: {', '.join(sorted(unknown))}")
-    return Choice(**told)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from typing import Any
-from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,12 +14,11 @@ from texvol.formats.readers.vtk_xml import read_whole
 
 def read(path: str, choice: Choice) -> Samples:
     """Return the samples at the points of an image, or at its cells if only these have values."""
-    whole = read_whole(path, "ImageData", choice)
-    grid = _grid(whole.grid, whole.extent, whole.at_points)
-    return Samples(whole.values, **grid, notes=whole.notes, colors=whole.colors)
+    grid, samples = read_whole(path, "ImageData", choice)
+    return samples._replace(**_grid(grid.document.data, grid.extent, grid.at_points))
 
 
-def _grid(image: ElementTree.Element, extent: list[int], at_points: bool) -> dict[str, Any]:
+def _grid(image: Element, extent: list[int], at_points: bool) -> dict[str, Any]:
     origin = _floats(image.get("Origin", "0 0 0"), 3)
     spacing = _floats(image.get("Spacing", "1 1 1"), 3)
     direction = _floats(image.get("Direction", "1 0 0 0 1 0 0 0 1"), 9).reshape(3, 3)

@@ -11,17 +11,18 @@ import os
 import re
 import zlib
 from math import prod
-from typing import NamedTuple, Protocol
-from xml.etree import ElementTree
+from typing import NamedTuple
+from xml.etree.ElementTree import Element
 
 import numpy as np
 from numpy.typing import NDArray
 
 from texvol.formats.readers.samples import FileFault, check_size
+from texvol.formats.readers.stored import WORD_BYTES, from_words
 from texvol.util.errors import missing_extra
 
-# What a number takes in memory while it is still a word: a Python string and its place in a list.
-_WORD_BYTES = 64
+_TYPES = {"Int8": "i1", "Int16": "i2", "Int32": "i4", "Int64": "i8", "Float32": "f4", "Float64": "f8"}
+_TYPES |= {"UInt8": "u1", "UInt16": "u2", "UInt32": "u4", "UInt64": "u8"}
 
 
 class Appended(NamedTuple):
@@ -32,19 +33,14 @@ class Appended(NamedTuple):
     is_raw: bool
 
 
-class _Run(Protocol):
-    def take(self, count: int) -> bytes:
-        """Return exactly the next `count` bytes."""
-
-    def rejoin(self) -> bool:
-        """Go back before the last `take` if what follows is in the same run of base64; return True if so."""
-
-
 class _Raw:
+    """Bytes of a file."""
+
     def __init__(self, where: Appended, offset: int) -> None:
         self.path, self.at = where.path, where.begin + offset
 
     def take(self, count: int) -> bytes:
+        """Return exactly the next `count` bytes."""
         with open(self.path, "rb") as file:
             if not 0 <= count <= os.fstat(file.fileno()).st_size - self.at:
                 raise FileFault("is truncated: its array is longer than the file")
@@ -52,52 +48,75 @@ class _Raw:
             self.at += count
             return file.read(count)
 
-    def rejoin(self) -> bool:
-        return False
-
 
 class _Base64:
+    """Runs of base64; bytes that are decoded before they are taken are kept, unless padding ends their run."""
+
     def __init__(self, text: bytes, at: int = 0) -> None:
-        self.text, self.at, self.last = memoryview(text), at, 0
+        self.text, self.at, self.rest = memoryview(text), at, b""
 
     def take(self, count: int) -> bytes:
-        length = (count + 2) // 3 * 4
+        """Return exactly the next `count` bytes."""
+        length = (max(count - len(self.rest), 0) + 2) // 3 * 4
         chars = self.text[self.at : self.at + length]
         if len(chars) != length:
             raise FileFault("is truncated: its array is shorter than its length says")
-        self.last, self.at = self.at, self.at + length
-        return binascii.a2b_base64(chars)[:count]
-
-    def rejoin(self) -> bool:
-        if self.text[self.at - 1 : self.at] == b"=":
-            return False
-        self.at = self.last
-        return True
+        self.at += length
+        content = self.rest + binascii.a2b_base64(chars)
+        self.rest = content[count:]
+        return content[:count]
 
 
-def read_array(
-    array: ElementTree.Element, root: ElementTree.Element, appended: Appended | None, dtype: np.dtype, sizes: list[int]
-) -> NDArray:
-    """Return the samples of a `DataArray`, shape `sizes`; raise FileFault if it holds fewer or more."""
-    needed = prod(sizes) * dtype.itemsize
-    form = array.get("format", "ascii")
-    if form == "ascii":
-        return _from_text(array.text or "", dtype, sizes)
-    word = np.dtype("u8" if root.get("header_type") == "UInt64" else "u4").newbyteorder(dtype.byteorder)
-    if dtype.itemsize == 1:
-        word = word.newbyteorder(">" if root.get("byte_order") == "BigEndian" else "<")
-    run = _run(array, form, appended)
-    packer = root.get("compressor")
-    if packer:
-        return _from_blocks(run, packer, word, needed).view(dtype).reshape(sizes)
-    held = int(np.frombuffer(run.take(word.itemsize), word)[0])
-    if held != needed:
-        raise _wrong_size(held, needed)
-    data = run.take(word.itemsize + needed)[word.itemsize :] if run.rejoin() else run.take(needed)
-    return np.frombuffer(data, dtype).reshape(sizes)
+class Document(NamedTuple):
+    """VTK XML file: its root, the element of its data, and the location of appended data."""
+
+    root: Element
+    data: Element
+    appended: Appended | None
+
+    @property
+    def byte_order(self) -> str:
+        """Order of bytes in numpy's notation."""
+        return ">" if self.root.get("byte_order") == "BigEndian" else "<"
+
+    def type_of(self, array: Element) -> tuple[np.dtype, int]:
+        """Return type and number of components of an array."""
+        code = _TYPES.get(array.get("type", ""))
+        if code is None:
+            raise FileFault(f"its array {array.get('Name')!r} must hold numbers, got type {array.get('type')}")
+        return np.dtype(self.byte_order + code), int(array.get("NumberOfComponents", 1))
+
+    def array(self, array: Element, sizes: list[int], what: str = "") -> NDArray:
+        """Return the samples of an array, shape `sizes`; with `what`, its name, the last size is that of components.
+
+        Raises
+        ------
+        FileFault
+            If it holds fewer or more samples, or has other components.
+        """
+        dtype, components = self.type_of(array)
+        check_size(sizes, dtype.itemsize)
+        if what and components != sizes[-1]:
+            raise FileFault(f"its {what} must have {sizes[-1]} components, got {components}")
+        needed = prod(sizes) * dtype.itemsize
+        form = array.get("format", "ascii")
+        if form == "ascii":
+            check_size(sizes, WORD_BYTES)
+            words = (array.text or "").split()
+            if len(words) != prod(sizes):
+                raise FileFault(f"its array holds {len(words)} numbers, but its extent needs {prod(sizes)}")
+            return from_words(words, dtype).reshape(sizes)
+        word = np.dtype(self.byte_order + ("u8" if self.root.get("header_type") == "UInt64" else "u4"))
+        run = _run(array, form, self.appended)
+        if packer := self.root.get("compressor"):
+            return _from_blocks(run, packer, word, needed).view(dtype).reshape(sizes)
+        held = int(np.frombuffer(run.take(word.itemsize), word)[0])
+        if held != needed:
+            raise _wrong_size(held, needed)
+        return np.frombuffer(run.take(needed), dtype).reshape(sizes)
 
 
-def _run(array: ElementTree.Element, form: str, appended: Appended | None) -> _Run:
+def _run(array: Element, form: str, appended: Appended | None) -> _Raw | _Base64:
     if form == "binary":
         text = (array.text or "").strip().encode("ascii")
         # Joined only where something stands between, as a copy may be as large as the volume.
@@ -112,27 +131,13 @@ def _run(array: ElementTree.Element, form: str, appended: Appended | None) -> _R
         return _Base64(file.read(), offset)
 
 
-def _from_text(text: str, dtype: np.dtype, sizes: list[int]) -> NDArray:
-    check_size(sizes, _WORD_BYTES)
-    words = text.split()
-    if len(words) != prod(sizes):
-        raise FileFault(f"its array holds {len(words)} numbers, but its extent needs {prod(sizes)}")
-    # Through Python's integers, so that 300 is refused as a UInt8 instead of becoming 44.
-    numbers = words if dtype.kind == "f" else [int(word) for word in words]
-    return np.array(numbers, dtype).reshape(sizes)
-
-
-def _from_blocks(run: _Run, packer: str, word: np.dtype, needed: int) -> NDArray[np.uint8]:
+def _from_blocks(run: _Raw | _Base64, packer: str, word: np.dtype, needed: int) -> NDArray[np.uint8]:
     """Return the bytes of a compressed array, after comparing its lengths with `needed`."""
     blocks, size, last = (int(number) for number in np.frombuffer(run.take(3 * word.itemsize), word))
     total = (blocks - 1) * size + last if last else blocks * size
     if total != needed or blocks > needed:
         raise _wrong_size(total, needed)
-    if run.rejoin():
-        packed = run.take((3 + blocks) * word.itemsize)[3 * word.itemsize :]
-    else:
-        packed = run.take(blocks * word.itemsize)
-    lengths = [int(number) for number in np.frombuffer(packed, word)]
+    lengths = [int(number) for number in np.frombuffer(run.take(blocks * word.itemsize), word)]
     data = run.take(sum(lengths))
     values = np.empty(needed, np.uint8)
     at = begin = 0

@@ -7,36 +7,33 @@ from numpy.typing import NDArray
 
 from texvol.formats.readers.rectilinear import Axis, axis_of, on_axes, rounding_of
 from texvol.formats.readers.samples import Choice, FileFault, Samples
-from texvol.formats.readers.vtk_xml import Whole, extent_of, read_whole
+from texvol.formats.readers.vtk_xml import Grid, extent_of, read_whole
 
 
 def read(path: str, choice: Choice) -> Samples:
     """Return the samples at the points of a grid, or at the middles of its cells if only these have values."""
-    whole = read_whole(path, "RectilinearGrid", choice)
-    axes = [_axis(_coordinates(whole, axis), "xyz"[axis], whole.at_points) for axis in range(3)]
-    return on_axes(whole.values, axes, choice.resolution, labels=choice.labels)._replace(notes=whole.notes)
+    grid, samples = read_whole(path, "RectilinearGrid", choice)
+    axes = [_axis(_coordinates(grid, axis), "xyz"[axis], grid.at_points) for axis in range(3)]
+    return on_axes(samples.values, axes, choice)._replace(notes=samples.notes)
 
 
-def _coordinates(whole: Whole, axis: int) -> NDArray:
+def _coordinates(grid: Grid, axis: int) -> NDArray:
     """Return the coordinates of the points along an axis, assembled from all pieces."""
     name = "xyz"[axis]
-    begin, end = whole.extent[2 * axis : 2 * axis + 2]
-    found = None
-    for piece in whole.pieces:
+    begin, end = grid.extent[2 * axis : 2 * axis + 2]
+    found, seen = np.empty(0), np.zeros(end - begin + 1, np.bool_)
+    for piece in grid.pieces:
         first, last = extent_of(piece.get("Extent"))[2 * axis : 2 * axis + 2]
         arrays = piece.findall("Coordinates/DataArray")
         if len(arrays) != 3:
             raise FileFault(f"its piece of extent {piece.get('Extent')} has {len(arrays)} arrays of coordinates, not 3")
-        part = whole.array(piece, arrays[axis], [last - first + 1, 1], f"coordinates {name}")[:, 0]
-        if found is None:
-            found, seen = np.zeros(end - begin + 1, part.dtype), np.zeros(end - begin + 1, np.bool_)
+        part = grid.document.array(arrays[axis], [last - first + 1, 1], f"coordinates {name}")[:, 0]
+        found = found if found.size else np.zeros(end - begin + 1, part.dtype)
         where = slice(first - begin, last - begin + 1)
         if not np.array_equal(found[where][seen[where]], part[seen[where]]):
             raise FileFault(f"the coordinates {name} of its pieces contradict each other")
         found[where], seen[where] = part, True
-    if found is None or not seen.all():
-        raise FileFault(f"the coordinates {name} of its pieces do not cover its extent")
-    return found
+    return found  # complete, as the samples are
 
 
 def _axis(points: NDArray, name: str, at_points: bool) -> Axis:

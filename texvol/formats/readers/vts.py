@@ -2,42 +2,30 @@
 
 from __future__ import annotations
 
+from xml.etree.ElementTree import Element
+
 import numpy as np
 from numpy.typing import NDArray
 
 from texvol.formats.readers.curvilinear import on_points
-from texvol.formats.readers.samples import Choice, FileFault, Samples, by, check_size
-from texvol.formats.readers.vtk_xml import Whole, extent_of, read_whole, sizes_of
+from texvol.formats.readers.samples import Choice, FileFault, Samples
+from texvol.formats.readers.vtk_xml import read_whole
 
 
 def read(path: str, choice: Choice) -> Samples:
     """Return the samples at the points of a grid, or at the middles of its cells if only these have values."""
-    whole = read_whole(path, "StructuredGrid", choice)
-    points = _points(whole)
-    if not whole.at_points:
+    grid, samples = read_whole(path, "StructuredGrid", choice)
+    points = grid.assembled(map(_points, grid.pieces), 3, at_points=True, what="points")
+    if not grid.at_points:
         points = _middles(points)
-    return on_points(whole.values, points, choice)._replace(notes=whole.notes)
+    return on_points(samples.values, points, choice)._replace(notes=samples.notes)
 
 
-def _points(whole: Whole) -> NDArray:
-    """Return the points, shape (nz, ny, nx, 3), assembled from all pieces."""
-    sizes = [*sizes_of(whole.extent, at_points=True), 3]
-    values = covered = None
-    for piece in whole.pieces:
-        extent = extent_of(piece.get("Extent"))
-        part_sizes = [*sizes_of(extent, at_points=True), 3]
-        part = whole.array(piece, piece.find("Points/DataArray"), part_sizes, "points")
-        if part_sizes == sizes:
-            return part
-        if values is None or covered is None:
-            check_size(sizes, part.dtype.itemsize)
-            values, covered = np.empty(sizes, part.dtype), np.zeros(sizes[:3], np.bool_)
-        begin = [extent[2 * axis] - whole.extent[2 * axis] for axis in (2, 1, 0)]
-        where = tuple(slice(at, at + size) for at, size in zip(begin, part_sizes[:3], strict=True))
-        values[where], covered[where] = part, True
-    if values is None or covered is None or not covered.all():
-        raise FileFault(f"the points of its pieces do not cover its extent of {by(sizes[2::-1])}")
-    return values
+def _points(piece: Element) -> Element:
+    array = piece.find("Points/DataArray")
+    if array is None:
+        raise FileFault(f"its piece of extent {piece.get('Extent')} has no points")
+    return array
 
 
 def _middles(points: NDArray) -> NDArray:
