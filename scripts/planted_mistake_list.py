@@ -214,7 +214,7 @@ _LOWER = (
         "test_render.py",
     ),
     Mistake(
-        *("opengl", "compositor:Compositor._program"),
+        *("opengl", "shaders:Programs.program"),
         *("key = (name, *sorted(switches.items()))", "key = (name,)"),
         "a program is kept whatever its switches",
         "test_nothing_modelled.py test_render.py",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field
 
 import moderngl
 import numpy as np
@@ -19,8 +19,7 @@ from texvol.slicing.bricks import Brick
 
 # Low and high corner of what a brick may show, in fractions of the box, shape (2, 3); None if it shows nothing.
 VisiblePart = Callable[[Brick], "NDArray[np.float64] | None"]
-# Depths at which each ray enters and leaves an interval, as textures; see surface.frag for their components.
-Interval = tuple[moderngl.Texture, moderngl.Texture]
+AnyTexture = moderngl.Texture | moderngl.Texture3D
 
 
 @dataclass(frozen=True)
@@ -68,6 +67,11 @@ class DrawnVolume:
     lighting: Lighting | None = None
     light_transmittance: moderngl.Texture3D | None = None
 
+    def samplers(self, brick: Brick) -> dict[str, AnyTexture]:
+        """Return the textures of a brick by the names of their samplers; they are uploaded if they are not there."""
+        own = {"skips": self.skips, "light_transmittance": self.light_transmittance}
+        return self.textures.resources(brick) | {name: texture for name, texture in own.items() if texture is not None}
+
 
 @dataclass(frozen=True)
 class Drawing:
@@ -81,8 +85,9 @@ class Drawing:
         A ray that lets this fraction or less of the light through ends.
     projection : ValueProjection, optional
         Drawn in place of the medium.
-    interval : pair of textures, optional
-        Part of each ray that is drawn; the whole ray without it.
+    interval : dict of textures
+        Depths at which the part of each ray that is drawn begins and ends, by the names of their samplers, see
+        surface.frag; empty for whole rays.
     count : bool
         True if the number of sampled slabs is drawn in place of the colours.
     """
@@ -94,7 +99,7 @@ class Drawing:
     cutting: Cutting = NOT_CUT
     depth_cue: DepthCue | None = None
     projection: ValueProjection | None = None
-    interval: Interval | None = None
+    interval: dict[str, AnyTexture] = field(default_factory=dict)
     count: bool = False
 
     @property
@@ -106,7 +111,3 @@ class Drawing:
     def is_perspective(self) -> bool:
         """True if the rays diverge."""
         return self.view.camera.projection == "perspective"
-
-    def counting(self) -> Drawing:
-        """Return the drawing of the number of sampled slabs."""
-        return replace(self, count=True)

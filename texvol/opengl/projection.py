@@ -54,10 +54,7 @@ class Isovalue:
     def shows_between(
         self, lowest: ArrayLike, highest: ArrayLike, largest_magnitude: ArrayLike = np.inf
     ) -> NDArray[np.bool_]:
-        """True where the isovalue lies between the two, within rounding; False where either is NaN.
-
-        Whatever the gradient is.
-        """
+        """True where the isovalue lies between the two, within rounding, at any gradient; False where either is NaN."""
         lowest, highest = np.asarray(lowest, np.float64), np.asarray(highest, np.float64)
         with np.errstate(invalid="ignore", over="ignore"):
             margin = _ROUNDING * np.maximum(np.maximum(np.abs(lowest), np.abs(highest)), abs(self.value))
@@ -114,16 +111,16 @@ class ValueProjection:
         if self.measures_rays:
             bias = self._bias(baked)
             return uniforms | {"bias": bias, "least": -_ALL_FINITE if self.attenuation is None else bias}
+        if self._missing(baked):
+            uniforms["far_from"] = FAR * baked.storage.extent
         if self.mode in ("mip", "minip"):
             low, high = baked.volume.value_range or (0.0, 0.0)
             sign, end = (1.0, high) if self.mode == "mip" else (-1.0, low)
             most = float(np.clip(sign * (end - baked.offset) / baked.scale, -2 * HUGE, _ALL_FINITE))
-            uniforms |= {"far_from": FAR * baked.storage.extent} if uniforms.keys() & {"missing_from"} else {}
             return uniforms | {"sign_of_largest": sign, "largest_of_all": most}
         assert self.isovalue is not None
         # No value that is stored lies beyond these.
         stored = float(np.clip((self.isovalue - baked.offset) / baked.scale, -2 * HUGE, 2 * HUGE))
-        uniforms |= {"far_from": FAR * baked.storage.extent} if uniforms.keys() & {"missing_from"} else {}
         uniforms |= {"isovalue": stored, "same": _SAME * abs(stored)}
         return uniforms if self.depth else uniforms | {"surface_color": self.color}
 
@@ -154,10 +151,8 @@ class ValueProjection:
         base, per, finite = baked.offset + baked.scale * self._bias(baked), 1.0, direction
         if self.attenuation is not None:
             base, per = max(base - self.attenuation.air, 0.0), self.attenuation.per_value
-            finite, minus_infinite = (
-                direction - minus_infinite,
-                np.zeros_like(direction),
-            )  # which lets all through as air does
+            # Minus infinity lets all light through, as air does.
+            finite, minus_infinite = direction - minus_infinite, np.zeros_like(direction)
         found = per * (baked.scale * above + base * finite)
         if self.mode == "average":
             found = np.divide(found, direction, out=np.zeros_like(found), where=direction > 0)

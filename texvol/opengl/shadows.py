@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from texvol.opengl.contexts import Context
 from texvol.opengl.light_uniforms import box_matrices
-from texvol.opengl.shaders import load_program, set_uniforms
+from texvol.opengl.shaders import FOLDER, WHOLE_TARGET, Programs, bind, draw_triangles, release_target
 from texvol.opengl.texture_store import TextureStore, same
 from texvol.opengl.uniforms import NOTHING_SPECIAL, brick_uniforms, half_spaces_in_box
 from texvol.scene.cutting import Cutting
@@ -42,7 +42,7 @@ class Shadows:
     def __init__(self, context: Context, budget: int) -> None:
         self._context, self._budget = context, budget
         self._gl = context.gl
-        self._programs: dict[tuple[Any, ...], moderngl.Program] = {}
+        self._programs = Programs(context.gl, FOLDER)
         self._cast_for: tuple[Any, ...] | None = None
         self._light_transmittance: list[LightTransmittance] = []
         self.textures: list[moderngl.Texture3D] = []
@@ -110,17 +110,12 @@ class Shadows:
                 self._draw(light, baked, textures, brick, (nodes, receiving), part_length, cutting)
             target.read_into(depth, components=1, dtype="f4", alignment=1)
         finally:
-            self._gl.screen.use()
-            for attachment in target.color_attachments:
-                attachment.release()
-            target.release()
+            release_target(self._gl, target)
         return depth
 
     def release(self) -> None:
         """Release everything on the device."""
-        for program in self._programs.values():
-            program.release()
-        self._programs.clear()
+        self._programs.release()
         self._release_textures()
         self._cast_for = None
 
@@ -141,21 +136,12 @@ class Shadows:
         program = self._program(light, baked, brick, cutting, volume is not baked.volume)
         if cutting:
             uniforms["half_spaces"] = half_spaces_in_box(cutting, baked.volume)
-        units = textures.resources(brick)
-        for unit_number, resource in enumerate(units.values()):
-            resource.use(unit_number)
-        set_uniforms(program, {name: number for number, name in enumerate(units)} | uniforms)
+        bind(program, textures.resources(brick), uniforms)
         self._gl.disable(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
         self._gl.enable(moderngl.BLEND)
         self._gl.blend_equation = (moderngl.FUNC_ADD, moderngl.FUNC_ADD)
         self._gl.blend_func = (moderngl.ONE, moderngl.ONE)
-        corners = self._gl.buffer(np.array([-1, -1, 3, -1, -1, 3], np.float32))
-        array = self._gl.vertex_array(program, [(corners, "2f", "in_position")])
-        try:
-            array.render(moderngl.TRIANGLES)
-        finally:
-            array.release()
-            corners.release()
+        draw_triangles(self._gl, program, WHOLE_TARGET, "2f", "in_position")
 
     def _program(
         self, light: Light, baked: ValueTexture, brick: Brick, cutting: Cutting, elsewhere: bool
@@ -165,10 +151,7 @@ class Shadows:
             switches.pop(other)
         switches |= {"POINT": int(light.kind == "point"), "BRICKS": int(not brick.is_whole)}
         switches |= {"HALF_SPACES": len(cutting), "ELSEWHERE": int(elsewhere)}
-        key = tuple(sorted(switches.items()))
-        if key not in self._programs:
-            self._programs[key] = load_program(self._gl, "shadow", defines=switches, vertex="corner.vert")
-        return self._programs[key]
+        return self._programs.program("shadow", switches, "corner.vert")
 
     def _uploaded(self, light_transmittance: LightTransmittance) -> moderngl.Texture3D:
         nz, ny, nx, lights = light_transmittance.shape

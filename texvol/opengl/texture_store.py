@@ -6,8 +6,8 @@ texels have changed is written anew in its place.
 
 from __future__ import annotations
 
-import time
-from collections.abc import Sequence
+import math
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.opengl.contexts import Context
+from texvol.opengl.stopwatch import Stopwatch
 from texvol.opengl.texture_memory import largest_texture
 from texvol.scene.volume import Volume
 from texvol.slicing.bricks import Brick, Triple, cut, texture_size, whole
@@ -59,10 +60,13 @@ class TextureStore:
     ----------
     budget : int
         Bytes that the textures may take together.
+    watch : Stopwatch, optional
+        Takes the seconds of "bake" and "upload".
     """
 
-    def __init__(self, context: Context, budget: int) -> None:
+    def __init__(self, context: Context, budget: int, watch: Stopwatch | None = None) -> None:
         self._gl = context.gl
+        self._watch = watch or Stopwatch()
         self.budget = budget
         self._longest = int(self._gl.info["GL_MAX_3D_TEXTURE_SIZE"])
         self._largest = largest_texture(context)
@@ -75,7 +79,6 @@ class TextureStore:
         self._clock = 0
         self.bricks: list[Brick] = []
         self.uploads = 0
-        self.seconds = {"bake": 0.0, "upload": 0.0}
 
     def prepare(self, baked: BakedTexture, volume: Volume, texels: tuple[Any, ...], margin: Triple) -> None:
         """Say what is drawn next: `texels` names what its texels are made of; `margin` is what a brick needs around it.
@@ -115,13 +118,12 @@ class TextureStore:
     @property
     def bytes(self) -> int:
         """Bytes of the textures on the device."""
-        return sum(self._size(held.texture) for held in self._held.values())
+        return self._bytes_of(held.texture.size for held in self._held.values())
 
     @property
     def bytes_of_all(self) -> int:
         """Bytes of the textures of all bricks together."""
-        assert self._baked is not None, "nothing has been prepared"
-        return sum(int(np.prod(brick.texture_size, dtype=np.int64)) for brick in self.bricks) * _bytes_of(self._baked)
+        return self._bytes_of(brick.texture_size for brick in self.bricks)
 
     def release(self) -> None:
         """Release all textures."""
@@ -149,8 +151,7 @@ class TextureStore:
         """Textures for a brick: new ones while there is room, or else those of another brick."""
         baked = self._baked
         assert baked is not None, "nothing has been prepared"
-        needed = int(np.prod(brick.texture_size, dtype=np.int64)) * _bytes_of(baked)
-        if self._held and self.bytes + needed > self.budget:
+        if self._held and self.bytes + self._bytes_of([brick.texture_size]) > self.budget:
             # All are wanted once a picture, so that the last one used is the one not wanted for longest.
             held = self._held.pop(max(self._held, key=lambda position: self._held[position].used))
             return _Held(held.texture, held.weights)
@@ -186,24 +187,22 @@ class TextureStore:
         depth = max(1, _SLICE_BYTES // ((x1 - x0) * (y1 - y0) * _bytes_of(baked)))
         self.uploads += 1
         for z in range(z0, z1, depth):
-            begin = time.perf_counter()
             end = min(z + depth, z1)
             box = (slice(z, end), slice(y0, y1), slice(x0, x1))
-            written = [(held.texture, baked.texels(box))]
-            if held.weights is not None:
-                assert isinstance(baked, ValueTexture)
-                written.append((held.weights, baked.weights(box)))
-            baked_at = time.perf_counter()
-            for texture, texels in written:
-                texels = _with_room(texels, brick, end == z1)
-                nz, ny, nx, _ = texels.shape
-                texture.write(np.ascontiguousarray(texels), viewport=(0, 0, z - z0, nx, ny, nz), alignment=1)
-            self.seconds["bake"] += baked_at - begin
-            self.seconds["upload"] += time.perf_counter() - baked_at
+            with self._watch.timed("bake"):
+                written = [(held.texture, baked.texels(box))]
+                if held.weights is not None:
+                    assert isinstance(baked, ValueTexture)
+                    written.append((held.weights, baked.weights(box)))
+            with self._watch.timed("upload"):
+                for texture, texels in written:
+                    texels = _with_room(texels, brick, end == z1)
+                    nz, ny, nx, _ = texels.shape
+                    texture.write(np.ascontiguousarray(texels), viewport=(0, 0, z - z0, nx, ny, nz), alignment=1)
 
-    def _size(self, texture: moderngl.Texture3D) -> int:
-        assert self._baked is not None
-        return int(np.prod(texture.size, dtype=np.int64)) * _bytes_of(self._baked)
+    def _bytes_of(self, sizes: Iterable[Triple]) -> int:
+        assert self._baked is not None, "nothing has been prepared"
+        return sum(math.prod(size) for size in sizes) * _bytes_of(self._baked)
 
 
 def _bytes_of(baked: BakedTexture) -> int:

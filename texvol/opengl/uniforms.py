@@ -32,7 +32,7 @@ def picture_switches(drawing: Drawing) -> dict[str, int]:
     return {
         "PERSPECTIVE": int(drawing.is_perspective),
         "HALF_SPACES": len(drawing.cutting),
-        "INTERVAL": int(drawing.interval is not None),
+        "INTERVAL": int(bool(drawing.interval)),
         "CUE": int(drawing.depth_cue is not None),
         "COUNT": int(drawing.count),
     }

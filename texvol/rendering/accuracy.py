@@ -5,10 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from texvol.scene.display import NUMBER_MODES
-from texvol.scene.lighting import Lighting
 from texvol.scene.scene import Scene
-from texvol.scene.transfer import TransferFunction
-from texvol.scene.volume import Volume
 from texvol.textures.slab_texture import TEXEL_FORMATS
 from texvol.util.errors import InputError
 
@@ -17,7 +14,6 @@ DEFAULT_SAMPLING_RATE = 1.0
 # With a coarser default it would be the largest error of every fine picture.
 DEFAULT_EARLY_TERMINATION = 2.0**-22
 _TERMINATION_FRACTION, _MOST_TERMINATION = 1 / 16, 1 / 1024  # fraction of a requested error, and the most
-TARGET_FORMATS = TEXEL_FORMATS
 
 
 def checked(scene: Scene, slab_thickness: float | None, sampling_rate: float | None, max_error: float | None) -> float:
@@ -67,24 +63,9 @@ def checked_target(target_format: str, mode: str = "composite") -> str:
     InputError
         If there is no such format, or it is too small for the numbers of the mode.
     """
-    if target_format not in ("auto", *TARGET_FORMATS):
+    if target_format not in ("auto", *TEXEL_FORMATS):
         raise InputError(f"target format must be auto, rgba8, rgba16f or rgba32f, got {target_format!r}")
     if mode in NUMBER_MODES and target_format not in ("auto", "rgba32f"):
         wanted = f"target format must be auto or rgba32f in mode {mode}, whose numbers need digits"
         raise InputError(f"{wanted}, got {target_format}")
     return "rgba32f" if target_format == "auto" else target_format
-
-
-def color_scale(
-    volume: Volume, transfer_function: TransferFunction, lighting: Lighting | None = None, of_surfaces: float = 0.0
-) -> float:
-    """Power of two that scales the colours of a picture to at most about 1, for targets of small range.
-
-    Associated colours are at most 1 in white light of strength 1. An emission of E per world unit adds up to at most E
-    times the longest ray. `of_surfaces` is the brightest colour that surfaces may have.
-    """
-    brightest = 1.0 if lighting is None else max(lighting.brightest, 1.0)
-    if transfer_function.emissive:
-        brightest = float(transfer_function.colors.max()) * 2 * volume.radius
-    brightest = max(brightest, of_surfaces)
-    return float(np.exp2(np.clip(-np.ceil(np.log2(brightest)), -120, 120))) if brightest > 0 else 1.0

@@ -287,18 +287,16 @@ class Renderer:
         self, scene: CompleteScene, size: Size, settings: Settings, repeat: int = 1, depth: bool = False
     ) -> NDArray[np.float32]:
         """Draw the picture, without background; or the depth of its isosurface."""
-        with self._watch.baking():
-            drawing = self._cache.drawing(scene, size, settings, depth)
-            surfaces = None if depth else self._cache.surfaces(scene, size, settings)
-            self._cache.check_room(drawing)
-            for drawn in drawing.volumes:
-                if len(drawn.textures.bricks) == 1 and drawn.visible_part(drawn.textures.bricks[0]) is not None:
-                    drawn.textures.resources(drawn.textures.bricks[0])
+        drawing = self._cache.drawing(scene, size, settings, depth)
+        surfaces = None if depth else self._cache.surfaces(scene, size, settings)
+        self._cache.check_room(drawing)
+        for drawn in drawing.volumes:
+            if len(drawn.textures.bricks) == 1 and drawn.visible_part(drawn.textures.bricks[0]) is not None:
+                drawn.textures.resources(drawn.textures.bricks[0])
         times = []
         for _ in range(max(repeat, 1)):
             start, spent = time.perf_counter(), self._watch.of_textures()
-            with self._watch.baking():
-                self._bricks_drawn = draw(self._compositor, drawing, surfaces, settings.target_format)
+            self._bricks_drawn = draw(self._compositor, drawing, surfaces, settings.target_format)
             times.append(time.perf_counter() - start - (self._watch.of_textures() - spent))
         # The first draw compiles the programs: warm draws are the others.
         self._watch.seconds["draw"] = median(times[1:] or times)
@@ -366,7 +364,7 @@ class Renderer:
         return drawn, slicing.slabs_crossed(scene.volume, scene.camera, settings.slab_thickness, size)
 
     def _counted(self, scene: CompleteScene, size: Size, settings: Settings) -> int:
-        drawing = self._cache.drawing(scene, size, settings).counting()
+        drawing = replace(self._cache.drawing(scene, size, settings), count=True)
         draw(self._compositor, drawing, self._cache.surfaces(scene, size, settings), "rgba32f")
         return int(self._compositor.picture()[..., 0].sum(dtype=np.float64))
 

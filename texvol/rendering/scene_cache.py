@@ -9,7 +9,6 @@ from texvol.opengl.drawing import Drawing, DrawnVolume, View
 from texvol.opengl.projection import ValueProjection, projection_of
 from texvol.opengl.shadows import Shadows
 from texvol.opengl.stopwatch import Stopwatch
-from texvol.opengl.surfaces.cache import SurfacesCache
 from texvol.rendering.settings import Settings, color_scale_of, most_light_of, stored_scene
 from texvol.rendering.volume_cache import VolumeCache
 from texvol.scene.scene import CompleteScene
@@ -32,10 +31,10 @@ class SceneCache:
 
     def __init__(self, context: Context, budget: int) -> None:
         self._context, self._budget = context, budget
-        self.volumes = [VolumeCache(context, budget)]
+        self.watch = Stopwatch()
+        self.volumes = [VolumeCache(context, budget, self.watch)]
         self._shadows = Shadows(context, budget)
-        self._surfaces = SurfacesCache(context)
-        self.watch = Stopwatch(lambda: [cache.textures for cache in self.volumes])
+        self._surfaces: Surfaces | None = None  # made when a scene first has some
 
     @property
     def lost_digits(self) -> float:
@@ -100,7 +99,14 @@ class SceneCache:
 
     def surfaces(self, scene: CompleteScene, size: tuple[int, int], settings: Settings) -> Surfaces | None:
         """Return the surfaces and lines of the scene, ready to be drawn; None if it has none."""
-        return self._surfaces.prepare(scene, size, settings.slab_thickness)
+        if not scene.geometry:
+            return None
+        if self._surfaces is None:
+            from texvol.opengl.surfaces.surfaces import Surfaces
+
+            self._surfaces = Surfaces(self._context.gl)
+        self._surfaces.prepare(scene, size, settings.slab_thickness)
+        return self._surfaces
 
     def check_room(self, drawing: Drawing) -> None:
         """Raise NoRoomError if several volumes do not fit on the device at once, each as a single brick."""
@@ -118,11 +124,12 @@ class SceneCache:
         while len(self.volumes) > count:
             self.volumes.pop().release()
         while len(self.volumes) < count:
-            self.volumes.append(VolumeCache(self._context, self._budget))
+            self.volumes.append(VolumeCache(self._context, self._budget, self.watch))
 
     def release(self) -> None:
         """Release everything on the device."""
         for cache in self.volumes:
             cache.release()
         self._shadows.release()
-        self._surfaces.release()
+        if self._surfaces is not None:
+            self._surfaces.release()

@@ -6,8 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
 from texvol.opengl.projection import Isovalue
-from texvol.rendering import accuracy
 from texvol.scene.lighting import Lighting, casts_shadows
 from texvol.scene.scene import CompleteScene, Scene
 from texvol.scene.transfer import NO_MEDIUM
@@ -53,14 +54,23 @@ def shown_of(scene: CompleteScene) -> tuple[Shown, int]:
 
 
 def color_scale_of(scenes: Sequence[CompleteScene]) -> float:
-    """Factor of the colours while a picture is drawn, small enough for the media of all volumes and for surfaces."""
-    scales = []
-    for scene in scenes:
-        brightest = max((scene.lighting or Lighting()).brightest, 1.0) if scene.geometry else 0.0
-        scales.append(accuracy.color_scale(scene.volume, scene.medium, scene.lighting, brightest))
-    # Emissions add up beyond the brightest of them.
+    """Power of two that scales the colours of a picture to at most about 1, for targets of small range.
+
+    Associated colours are at most 1 in white light of strength 1. An emission of E per world unit adds up to at most E
+    times the longest ray; emissions of several volumes add up.
+    """
     glowing = sum(scene.medium.emissive for scene in scenes)
-    return min(scales) / 2 ** max(glowing - 1, 0)
+    return min(map(_color_scale, scenes)) / 2 ** max(glowing - 1, 0)
+
+
+def _color_scale(scene: CompleteScene) -> float:
+    """Return the factor for the medium of one volume and for surfaces in it."""
+    brightest = 1.0 if scene.lighting is None else max(scene.lighting.brightest, 1.0)
+    if scene.medium.emissive:
+        brightest = float(scene.medium.colors.max()) * 2 * scene.volume.radius
+    if scene.geometry:
+        brightest = max(brightest, (scene.lighting or Lighting()).brightest, 1.0)
+    return float(np.exp2(np.clip(-np.ceil(np.log2(brightest)), -120, 120))) if brightest > 0 else 1.0
 
 
 def most_light_of(scenes: Sequence[CompleteScene]) -> float:
@@ -77,5 +87,5 @@ def texels_of(scene: CompleteScene, thickness: float, texture_format: str) -> tu
         # Shadows are cast through parts of the slabs' thickness.
         baked_for = thickness if scene.classification == "slab" or casts_shadows(scene.lighting) else 0.0
         medium = (scene.volume, scene.mask, scene.medium, scene.classification, baked_for, texture_format)
-        return (*medium, *gradient, seen_from(scene, scene.camera)) if gradient else medium
+        return (*medium, *gradient, seen_from(scene)) if gradient else medium
     return (scene.volume, scene.mask, *gradient)

@@ -12,6 +12,7 @@ import numpy as np
 from texvol.opengl.contexts import Context
 from texvol.opengl.drawing import VisiblePart
 from texvol.opengl.empty_space import EmptySpace
+from texvol.opengl.stopwatch import Stopwatch
 from texvol.opengl.texture_store import BakedTexture, TextureStore, same
 from texvol.rendering.render import bake
 from texvol.rendering.settings import Settings, shown_of, texels_of
@@ -37,12 +38,14 @@ class VolumeCache:
     ----------
     budget : int
         Bytes that the textures may take.
+    watch : Stopwatch
+        Takes the seconds in which textures are made and uploaded.
     """
 
-    def __init__(self, context: Context, budget: int) -> None:
-        self._context, self._budget = context, budget
+    def __init__(self, context: Context, budget: int, watch: Stopwatch) -> None:
+        self._context, self._budget, self._watch = context, budget, watch
         self.empty_space = EmptySpace(context.gl)
-        self.textures = TextureStore(context, budget)
+        self.textures = TextureStore(context, budget, watch)
         self.baked: tuple[Recipe, BakedTexture] | None = None
         self._chosen: tuple[Recipe, str] | None = None
         self._source: Volume | None = None  # the full volume if a halved one is drawn
@@ -125,7 +128,7 @@ class VolumeCache:
         if most_bytes is not None:
             samples = (self._source or self.baked[1].volume).values.size
             budget = min(budget, int(np.clip(2 * samples, most_bytes // 8, most_bytes)))
-        self.textures = TextureStore(self._context, budget)
+        self.textures = TextureStore(self._context, budget, self._watch)
         if self._source is not None:
             self.empty_space = EmptySpace(self._context.gl)
         try:

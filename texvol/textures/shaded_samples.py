@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from texvol.scene.camera import Camera
 from texvol.scene.gradient import Box, gradients
 from texvol.scene.lighting import MOST, Light, Lighting, depends_on_eye, position_of, shadow_distance, unit
-from texvol.scene.scene import Scene
-from texvol.scene.transfer import Classified, TransferFunction
+from texvol.scene.scene import CompleteScene, Scene
+from texvol.scene.transfer import Classified
 from texvol.scene.volume import Volume
 from texvol.textures.visible_values import visible
 
@@ -30,18 +30,14 @@ _SQUARE = 1e-6
 
 
 def medium_of_samples(
-    scene: Scene,
-    transfer_function: TransferFunction,
-    camera: Camera,
-    light_transmittance: LightTransmittance | None,
-    box: Box,
+    scene: CompleteScene, light_transmittance: LightTransmittance | None, box: Box
 ) -> tuple[NDArray[np.intp], Classified]:
     """Return the flat indices of the samples of a box that show, ascending, and their lit emission and extinction.
 
     Emission, shape (n, 3), and extinction are per world unit; where the extinction is infinite the emission is the
     colour that shows. `light_transmittance` is what shadows leave of each light, see `texvol.opengl.shadows`.
     """
-    volume = scene.volume
+    volume, camera, transfer_function = scene.volume, scene.camera, scene.medium
     values = volume.values[box]
     is_shown = visible(volume, transfer_function, values)
     if scene.mask is not None:
@@ -69,10 +65,10 @@ def medium_of_samples(
     return shows, Classified(glow, medium.extinction)
 
 
-def needs_samples(scene: Scene, transfer_function: TransferFunction) -> bool:
+def needs_samples(scene: CompleteScene) -> bool:
     """True if the medium at a sample depends on more than its value."""
     fades = scene.mask is not None and scene.mask.array.dtype != np.bool_
-    return bool(scene.lighting or transfer_function.needs_gradient or scene.volume.colors is not None or fades)
+    return bool(scene.lighting or scene.medium.needs_gradient or scene.volume.colors is not None or fades)
 
 
 def _there(scene: Scene, medium: Classified, box: Box, shows: NDArray[np.intp]) -> Classified:
@@ -193,8 +189,9 @@ def _left_at(left: NDArray[np.float32], volume: Volume, positions: NDArray[np.fl
     return total
 
 
-def seen_from(scene: Scene, camera: Camera) -> str:
-    """A name of all that the light at the samples depends on; two views of one name have the same texels."""
+def seen_from(scene: CompleteScene) -> str:
+    """Return a name of all that the light at the samples depends on; two views of one name have the same texels."""
+    camera = scene.camera
     if scene.lighting is None:
         return ""
     if not depends_on_eye(scene.lighting):

@@ -10,6 +10,7 @@ from texvol.scene.transfer import TransferFunction
 from texvol.scene.volume import Volume
 from texvol.textures import value_texture
 from texvol.textures.slab_texture import TEXEL_TYPES, Classifier, texel_classifier
+from texvol.textures.value_storage import spread_samples
 from texvol.util.statistics import on_steps, rms
 
 EXACT_VALUES = "exact"
@@ -94,13 +95,9 @@ def _cheapest_value_format(
 
 def _stencil_values(volume: Volume) -> NDArray:
     """Values of spread voxels and their neighbours: (voxels, 7), the voxel, then before and after along x, y, z."""
-    dimensions = np.array(volume.dimensions)
-    # Multiples of 1/g, 1/g², 1/g³ with g⁴ = g + 1 fill the cube evenly, without the time that numpy.random takes
-    # to import (Roberts 2018, the R3 sequence).
-    steps = 1.2207440846057596 ** -np.arange(1.0, 4.0)
-    voxels = (np.arange(1, _STENCILS + 1)[:, np.newaxis] * steps % 1 * dimensions).astype(int)
+    voxels = spread_samples(volume, _STENCILS)
     offsets = np.array([(0, 0, 0), *(sign * step for step in np.eye(3, dtype=int) for sign in (-1, 1))])
-    x, y, z = np.moveaxis(np.clip(voxels[:, np.newaxis] + offsets, 0, dimensions - 1), 2, 0)
+    x, y, z = np.moveaxis(np.clip(voxels[:, np.newaxis] + offsets, 0, np.array(volume.dimensions) - 1), 2, 0)
     return volume.values[z, y, x]
 
 

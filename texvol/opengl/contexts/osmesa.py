@@ -16,7 +16,6 @@ from texvol.opengl.contexts.native import (
     Library,
     Restore,
     integers,
-    open_library,
 )
 from texvol.util.errors import ContextError
 
@@ -42,18 +41,13 @@ class OSMesa(Library):
     packages = "Debian, Ubuntu: libosmesa6; Fedora: mesa-libOSMesa"
 
     def __init__(self) -> None:
-        super().__init__()
-        self.functions = open_library(LIBRARIES, SIGNATURES)
+        super().__init__(LIBRARIES, SIGNATURES, "OSMesaGetProcAddress")
         self._current = threading.local()  # .handle: the one that is current on the thread
 
     def handles(self) -> Iterator[tuple[Handle, str]]:
         if self.process != os.getpid():
             raise ContextError(f"libOSMesa {LEFT_BEHIND}")
         yield OSMesaHandle(self), "memory"
-
-    def get_proc_address(self, name: bytes) -> int | None:
-        address: int | None = self.functions.OSMesaGetProcAddress(name)
-        return address
 
     def leave_current(self) -> Restore:
         # OSMesaGetCurrentContext is not asked: it answers with whatever Mesa has current, an EGL context too.
