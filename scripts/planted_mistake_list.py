@@ -190,13 +190,13 @@ _LOWER = (
         "NUMBA_DISABLE_JIT=1 test_ray_casting.py -k 'chord and inside'",
     ),
     Mistake(
-        *("rendering", "accuracy:checked"),
+        *("rendering", "settings:checked"),
         *("if len(chosen) > 1:", "if len(chosen) > 2:"),
         "two ways to choose the slab thickness are accepted",
         "test_render.py test_error_control.py -k 'refused or given or wrong or choose'",
     ),
     Mistake(
-        *("rendering", "accuracy:checked"),
+        *("rendering", "settings:checked"),
         *("scene.smallest_spacing / (sampling_rate", "scene.smallest_spacing * (sampling_rate"),
         "a sampling rate makes slabs thicker",
         "test_render.py -k 'rate or thickness'",
@@ -256,7 +256,7 @@ _LOWER = (
         "test_slab_texture.py",
     ),
     Mistake(
-        *("textures", "slab_texture:_texels_of_medium"),
+        *("textures", "slab_texture:_medium_encoder"),
         *("glow = emission * length_unit", "glow = emission"),
         "the emission of a texel is not that of its unit of length",
         "test_slab_texture.py",

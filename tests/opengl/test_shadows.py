@@ -12,7 +12,7 @@ from support.several import turned
 
 from texvol import Camera, InputError, Renderer, Scene, TransferFunction, Volume, raycast
 from texvol.opengl.shadows import Shadows
-from texvol.ray_casting.tracing import light_transmittances
+from texvol.ray_casting.raycast import light_transmittances
 from texvol.scene.lighting import Light, Lighting, shadow_distance, shadow_nodes, unit
 from texvol.scene.scene import CLASSIFICATIONS
 from texvol.scene.transfer.graded import Contour

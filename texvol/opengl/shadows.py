@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import moderngl
 import numpy as np
@@ -85,29 +85,28 @@ class Shadows:
                 textures.prepare(baked, scene.volume, asked, (1, 1, 1))
                 for volume, depth in zip(volumes, depths, strict=True):
                     for number, light in enumerate(lighting.casting):
-                        depth[number] += self._depths(light, baked, textures, volume, part_length, scene.cutting)
+                        shadow = _Shadow(light, baked, volume, part_length, scene.cutting)
+                        depth[number] += self._depths(shadow, textures)
             finally:
                 textures.release()
         return [np.ascontiguousarray(np.moveaxis(np.exp(-depth), 0, -1)) for depth in depths]
 
-    def _depths(
-        self,
-        light: Light,
-        baked: ValueTexture,
-        textures: TextureStore,
-        receiving: Volume,
-        part_length: float,
-        cutting: Cutting,
-    ) -> NDArray[np.float32]:
-        """Optical depth between the nodes (z, y, x) of a volume and a light."""
-        nx, ny, nz = nodes = shadow_nodes(receiving)
+    def _depths(self, shadow: _Shadow, textures: TextureStore) -> NDArray[np.float32]:
+        """Return the optical depth between the nodes (z, y, x) of a volume and a light."""
+        nx, ny, nz = shadow_nodes(shadow.receiving)
         target = self._gl.framebuffer([self._gl.texture((nx, ny * nz), 1, dtype="f4")])
         depth = np.zeros((nz, ny, nx), np.float32)
         try:
             target.use()
             target.clear()
+            self._gl.disable(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
+            self._gl.enable(moderngl.BLEND)
+            self._gl.blend_equation = (moderngl.FUNC_ADD, moderngl.FUNC_ADD)
+            self._gl.blend_func = (moderngl.ONE, moderngl.ONE)
             for brick in textures.bricks:
-                self._draw(light, baked, textures, brick, (nodes, receiving), part_length, cutting)
+                program = self._programs.program("shadow", shadow.switches(brick), "corner.vert")
+                bind(program, textures.resources(brick), shadow.uniforms(brick))
+                draw_triangles(self._gl, program, WHOLE_TARGET, "2f", "in_position")
             target.read_into(depth, components=1, dtype="f4", alignment=1)
         finally:
             release_target(self._gl, target)
@@ -118,40 +117,6 @@ class Shadows:
         self._programs.release()
         self._release_textures()
         self._cast_for = None
-
-    def _draw(
-        self,
-        light: Light,
-        baked: ValueTexture,
-        textures: TextureStore,
-        brick: Brick,
-        receiving: tuple[tuple[int, int, int], Volume],
-        part_length: float,
-        cutting: Cutting,
-    ) -> None:
-        nodes, volume = receiving
-        uniforms = _uniforms(light, baked, brick, nodes, part_length)
-        if volume is not baked.volume:
-            uniforms |= _from_other_box(baked.volume, volume)
-        program = self._program(light, baked, brick, cutting, volume is not baked.volume)
-        if cutting:
-            uniforms["half_spaces"] = half_spaces_in_box(cutting, baked.volume)
-        bind(program, textures.resources(brick), uniforms)
-        self._gl.disable(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
-        self._gl.enable(moderngl.BLEND)
-        self._gl.blend_equation = (moderngl.FUNC_ADD, moderngl.FUNC_ADD)
-        self._gl.blend_func = (moderngl.ONE, moderngl.ONE)
-        draw_triangles(self._gl, program, WHOLE_TARGET, "2f", "in_position")
-
-    def _program(
-        self, light: Light, baked: ValueTexture, brick: Brick, cutting: Cutting, elsewhere: bool
-    ) -> moderngl.Program:
-        switches = NOTHING_SPECIAL | baked.switches(math.inf, 1.0)
-        for other in ("CLASSIFICATION", "WHOLE_SLABS"):
-            switches.pop(other)
-        switches |= {"POINT": int(light.kind == "point"), "BRICKS": int(not brick.is_whole)}
-        switches |= {"HALF_SPACES": len(cutting), "ELSEWHERE": int(elsewhere)}
-        return self._programs.program("shadow", switches, "corner.vert")
 
     def _uploaded(self, light_transmittance: LightTransmittance) -> moderngl.Texture3D:
         nz, ny, nx, lights = light_transmittance.shape
@@ -166,31 +131,53 @@ class Shadows:
         self.textures, self._light_transmittance = [], []
 
 
+class _Shadow(NamedTuple):
+    """The shadow that the medium of one volume casts on one volume, itself or another, in one light."""
+
+    light: Light
+    baked: ValueTexture
+    receiving: Volume
+    part_length: float
+    cutting: Cutting
+
+    def switches(self, brick: Brick) -> dict[str, int]:
+        """Switches of shadow.frag."""
+        switches = NOTHING_SPECIAL | self.baked.switches(math.inf, 1.0)
+        for other in ("CLASSIFICATION", "WHOLE_SLABS"):
+            switches.pop(other)
+        elsewhere = self.receiving is not self.baked.volume
+        switches |= {"POINT": int(self.light.kind == "point"), "BRICKS": int(not brick.is_whole)}
+        return switches | {"HALF_SPACES": len(self.cutting), "ELSEWHERE": int(elsewhere)}
+
+    def uniforms(self, brick: Brick) -> dict[str, Any]:
+        """Uniforms of shadow.frag."""
+        light, volume = self.light, self.baked.volume
+        position_from_box, box_from_position = box_matrices(volume)
+        assert light.vector is not None
+        to_light = position_of(light, volume) / volume.radius if light.kind == "point" else unit(light.vector)
+        uniforms: dict[str, Any] = {
+            "nodes": shadow_nodes(self.receiving),
+            "to_light": tuple(to_light),
+            "box_from_position": tuple(box_from_position.T.reshape(-1)),
+            "part_length": self.part_length / volume.radius,
+            "length_per_unit": volume.radius / self.baked.length_unit,
+        }
+        if light.kind == "point":
+            uniforms["position_from_box"] = tuple(position_from_box.T.reshape(-1))
+        if not brick.is_whole:
+            uniforms |= brick_uniforms(brick)
+        if self.receiving is not volume:
+            uniforms |= _from_other_box(volume, self.receiving)
+        if self.cutting:
+            uniforms["half_spaces"] = half_spaces_in_box(self.cutting, volume)
+        medium = self.baked.uniforms(1.0)
+        medium.pop("slab_length")
+        return uniforms | medium
+
+
 def _from_other_box(volume: Volume, other: Volume) -> dict[str, Any]:
     """Uniforms of the transformation from another volume's box to this volume's box, both in fractions of the edges."""
     to_box = volume.index_from_world / np.array(volume.dimensions)[:, np.newaxis]
     matrix = to_box @ other.box_edges
     corner = 0.5 + to_box @ (other.centre - volume.centre) - matrix.sum(axis=1) / 2
     return {"box_from_other": tuple(matrix.T.reshape(-1)), "other_corner": tuple(corner)}
-
-
-def _uniforms(
-    light: Light, baked: ValueTexture, brick: Brick, nodes: tuple[int, int, int], part_length: float
-) -> dict[str, Any]:
-    volume = baked.volume
-    position_from_box, box_from_position = box_matrices(volume)
-    assert light.vector is not None
-    uniforms: dict[str, Any] = {
-        "nodes": nodes,
-        "to_light": tuple(position_of(light, volume) / volume.radius if light.kind == "point" else unit(light.vector)),
-        "box_from_position": tuple(box_from_position.T.reshape(-1)),
-        "part_length": part_length / volume.radius,
-        "length_per_unit": volume.radius / baked.length_unit,
-    }
-    if light.kind == "point":
-        uniforms["position_from_box"] = tuple(position_from_box.T.reshape(-1))
-    medium = baked.uniforms(1.0)
-    medium.pop("slab_length")
-    if not brick.is_whole:
-        uniforms |= brick_uniforms(brick)
-    return uniforms | medium

@@ -23,14 +23,19 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from texvol.ray_casting.caps import caps_within, put_in_front, thin_ends
-from texvol.ray_casting.common.rays import Choose, Numbers, over_rows, rays_of
-from texvol.ray_casting.tracing import tracer_for
+from texvol.ray_casting.common.rays import Choose, Numbers, Trace, over_rows, position_rounding, rays_of
+from texvol.ray_casting.plain import tracer as plain
+from texvol.scene.lighting import casts_shadows
 from texvol.scene.scene import CompleteScene, Scene, checked_size
+
+if TYPE_CHECKING:
+    from texvol.ray_casting.surfaces.layers import Layer
 
 _PACE: dict[tuple[object, ...], float] = {}  # least seconds per pixel of each kind of scene, so far
 TraceInterval = Callable[[Numbers, Numbers], None]  # adds what lies between ends of rays to a picture of zeros
@@ -104,7 +109,7 @@ def _raycast(scene: CompleteScene, size: tuple[int, int], choose: Choose) -> Num
     trace = tracer_for(scene)
     eyes, directions = map(choose, scene.camera.rays(size))
     picture = np.zeros((*eyes.shape[:2], 4))
-    trace_between = _between_surfaces(scene, size, choose)
+    surfaces = _surfaces(scene, size, choose)
 
     def trace_rows(rows: slice) -> None:
         of_rows = rays_of(scene, eyes[rows], directions[rows])
@@ -117,7 +122,8 @@ def _raycast(scene: CompleteScene, size: tuple[int, int], choose: Choose) -> Num
                 trace(of_rows._replace(ends=caps_within(thin, ends)), caps)
                 put_in_front(caps, part)
 
-        trace_between(rows, of_rows.ends, trace_interval, picture[rows])
+        layers = [layer.chosen(lambda array: array[rows]) for layer in surfaces]
+        _trace_between(layers, of_rows.ends, trace_interval, picture[rows])
 
     over_rows(trace_rows, len(picture))
     optical_depth = picture[..., 3].copy()
@@ -126,20 +132,76 @@ def _raycast(scene: CompleteScene, size: tuple[int, int], choose: Choose) -> Num
     return picture
 
 
-def _between_surfaces(
-    scene: CompleteScene, size: tuple[int, int], choose: Choose
-) -> Callable[[slice, Numbers, TraceInterval, Numbers], None]:
-    """Return the function that traces rows of rays from one surface of the scene's geometry to the next."""
+def _surfaces(scene: CompleteScene, size: tuple[int, int], choose: Choose) -> list[Layer]:
+    """Return the surfaces on all rays, see `surfaces.layers`, which is imported when a scene has geometry."""
     if not scene.geometry:
-        return lambda rows, ends, trace_interval, picture: trace_interval(ends, picture)
-    from texvol.ray_casting.surfaces import layers
+        return []
+    from texvol.ray_casting.surfaces.layers import surface_layers
 
-    all_layers = [
-        layers.Layer(choose(layer.s), choose(layer.color)) for layer in layers.surface_layers(scene, scene.camera, size)
-    ]
+    return surface_layers(scene, size, choose)
 
-    def trace_between(rows: slice, ends: Numbers, trace_interval: TraceInterval, picture: Numbers) -> None:
-        of_rows = [layers.Layer(layer.s[rows], layer.color[rows]) for layer in all_layers]
-        layers.trace_between(of_rows, ends, trace_interval, picture)
 
-    return trace_between
+def _trace_between(layers: list[Layer], ends: Numbers, trace_interval: TraceInterval, picture: Numbers) -> None:
+    """Write light and, in the last channel, optical depth of rays through medium and surfaces to a picture of zeros."""
+    here = np.full(ends.shape[:2], -np.inf)
+    for layer in [*layers, None]:
+        there = np.full_like(here, np.inf) if layer is None else layer.s
+        interval = np.zeros_like(picture)
+        trace_interval(np.stack([np.maximum(ends[..., 0], here), np.minimum(ends[..., 1], there)], axis=-1), interval)
+        _put_behind(interval[..., :3], interval[..., 3], picture)
+        if layer is not None:
+            alpha = layer.color[..., 3]
+            with np.errstate(divide="ignore"):
+                _put_behind(layer.color[..., :3] * alpha[..., np.newaxis], -np.log1p(-alpha), picture)
+        here = there
+
+
+def _put_behind(light: Numbers, depth: Numbers, picture: Numbers) -> None:
+    picture[..., :3] += np.exp(-picture[..., 3:]) * light
+    picture[..., 3] += depth
+
+
+def tracer_for(scene: CompleteScene) -> Trace:
+    """Return the function that traces rays through the volumes of a scene, without geometry and caps.
+
+    `lit` and `several` are imported, and compiled, when the first scene needs them.
+    """
+    volume = scene.volume
+    if scene.added or scene.mask is not None or volume.labels or volume.colors is not None:
+        return _tracer_for_several(scene)
+    rounding = position_rounding(volume, scene.camera.eye)
+    if scene.lighting is not None or scene.depth_cue is not None or scene.medium.needs_gradient:
+        from texvol.ray_casting.lit import tracer as lit
+
+        return lit.tracer(scene, rounding, light_transmittances(scene)[0])
+    return plain.tracer(scene, rounding)
+
+
+def light_transmittances(scene: CompleteScene) -> list[Numbers]:
+    """Return, for each volume, the transmittance of the lights that cast shadows, see `lit.shadows`.
+
+    The arrays have the shape (lights, z, y, x) of the nodes in the volume's box. Each volume casts shadows on all.
+    """
+    from texvol.ray_casting.lit.shadows import NO_LIGHTS, casting_scene, transmittance_at_nodes
+
+    lighting = scene.lighting
+    if lighting is None or not casts_shadows(lighting):
+        return [NO_LIGHTS for _ in scene.volumes]
+    casting = casting_scene(scene)
+    trace = tracer_for(casting)
+
+    def depths(origins: Numbers, directions: Numbers) -> Numbers:
+        picture = np.zeros((*origins.shape[:2], 4))
+        trace(rays_of(casting, origins, np.ascontiguousarray(directions)), picture)
+        return picture[..., 3]
+
+    return [transmittance_at_nodes(lighting, volume, depths) for volume in scene.volumes]
+
+
+def _tracer_for_several(scene: CompleteScene) -> Trace:
+    from texvol.ray_casting.several import tracer as several
+
+    # Rays are found from the first volume's centre, which may be far from the other volumes.
+    farthest = np.abs(scene.camera.eye) + np.abs(scene.volume.centre)
+    rounding = np.stack([position_rounding(volume, farthest) for volume in scene.volumes])
+    return several.tracer(scene, rounding, light_transmittances(scene))

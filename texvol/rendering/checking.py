@@ -211,12 +211,9 @@ def _so_few(most: int, count: int, fraction: float) -> float:
         return 0.0
     if fraction <= 0:
         return 1.0
+    yes, no = math.log(fraction), math.log1p(-fraction)
     combinations = [math.lgamma(count + 1) - math.lgamma(i + 1) - math.lgamma(count - i + 1) for i in range(most + 1)]
-    logs = [
-        combination + i * math.log(fraction) + (count - i) * math.log1p(-fraction)
-        for i, combination in enumerate(combinations)
-    ]
-    return math.fsum(map(math.exp, logs))
+    return math.fsum(math.exp(each + i * yes + (count - i) * no) for i, each in enumerate(combinations))
 
 
 def _through(rows: NDArray[np.intp], width: int, backwards: bool) -> NDArray[np.intp]:

@@ -16,12 +16,12 @@ from texvol.opengl.compositor import Compositor
 from texvol.opengl.contexts import Context, open_context
 from texvol.opengl.projection import depth_of
 from texvol.opengl.texture_memory import default_budget
-from texvol.rendering import accuracy, checking, error_control
-from texvol.rendering.error_search import ErrorSearch, smaller
+from texvol.rendering import checking, error_control
+from texvol.rendering.error_control import ErrorSearch, smaller
 from texvol.rendering.modelled import modelled
 from texvol.rendering.render import draw, over_background, read
 from texvol.rendering.scene_cache import SceneCache
-from texvol.rendering.settings import Settings
+from texvol.rendering.settings import Settings, checked, checked_target, checked_termination
 from texvol.scene.display import NUMBER_MODES
 from texvol.scene.scene import CompleteScene, Scene
 from texvol.slicing import slabs as slicing
@@ -143,9 +143,9 @@ class Renderer:
         scene.check_unchanged()
         if texture_format not in ("auto", *slab_texture.TEXEL_FORMATS):
             raise InputError(f"texture format must be auto, rgba8, rgba16f or rgba32f, got {texture_format!r}")
-        wanted = accuracy.checked(scene, slab_thickness, sampling_rate, max_error)
-        termination = accuracy.checked_termination(early_termination, max_error)
-        target = accuracy.checked_target(target_format, scene.mode)
+        wanted = checked(scene, slab_thickness, sampling_rate, max_error)
+        termination = checked_termination(early_termination, max_error)
+        target = checked_target(target_format, scene.mode)
         settings = Settings(wanted, texture_format, target, termination, skip_empty)
         complete = scene.completed(size)
         self._watch.seconds, self._stats, self._notes, self._estimate, self._check = {}, {}, {}, None, None
@@ -169,7 +169,7 @@ class Renderer:
 
     def foresee(self, scene: Scene, size: Size, max_error: float) -> error_control.Choice:
         """Return the rate at which `render` begins to search for an error, from a sixteenth of the pixels."""
-        termination, target = accuracy.checked_termination(None, max_error), accuracy.checked_target("auto")
+        termination, target = checked_termination(None, max_error), checked_target("auto")
         settings = Settings(0.0, "rgba32f", target, termination, skip_empty=True)
         size = self._compositor.checked_size(size)
         with self._context:

@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from texvol.opengl.contexts import Context
 from texvol.opengl.drawing import Drawing, DrawnVolume, View
 from texvol.opengl.projection import ValueProjection, projection_of
 from texvol.opengl.shadows import Shadows
 from texvol.opengl.stopwatch import Stopwatch
-from texvol.rendering.settings import Settings, color_scale_of, most_light_of, stored_scene
+from texvol.rendering.settings import Settings
 from texvol.rendering.volume_cache import VolumeCache
+from texvol.scene.lighting import Lighting
 from texvol.scene.scene import CompleteScene
+from texvol.scene.transfer import NO_MEDIUM
 from texvol.textures.shaded_samples import LightTransmittance
 from texvol.textures.value_texture import ValueTexture
 from texvol.util.errors import NoRoomError
@@ -62,8 +68,8 @@ class SceneCache:
         return Drawing(
             view,
             tuple(drawn),
-            color_scale=1.0 if projection else color_scale_of(scenes),
-            least_transmittance=settings.early_termination / most_light_of(scenes),
+            color_scale=1.0 if projection else _color_scale_of(scenes),
+            least_transmittance=settings.early_termination / _most_light_of(scenes),
             cutting=scene.cutting,
             depth_cue=scenes[0].depth_cue if not projection or projection.lighting else None,
             projection=projection,
@@ -81,7 +87,7 @@ class SceneCache:
     ) -> DrawnVolume:
         """Return one volume with its textures."""
         with self.watch.timed("bake"):
-            baked = cache.prepare(stored_scene(alone), size, settings, light_transmittance)
+            baked = cache.prepare(_stored(alone), size, settings, light_transmittance)
         skips = cache.empty_space.skips if settings.skips(alone) else None
         lit_when_drawn = isinstance(baked, ValueTexture) and not projection
         return DrawnVolume(
@@ -133,3 +139,45 @@ class SceneCache:
         self._shadows.release()
         if self._surfaces is not None:
             self._surfaces.release()
+
+
+def _stored(scene: CompleteScene) -> CompleteScene:
+    """Return the scene whose texels are stored: in every mode but composite they are the values.
+
+    Labels are stored as values and classified when they are sampled, which takes least memory. Samples with colours
+    of their own are classified before.
+    """
+    if scene.mode == "composite":
+        if scene.volume.labels:
+            return replace(scene, classification="post")
+        if scene.volume.colors is not None and scene.classification in ("post", "integrated"):
+            return replace(scene, classification="extinction")
+        return scene
+    return replace(scene, transfer_function=NO_MEDIUM, classification="post", depth_cue=None)
+
+
+def _color_scale_of(scenes: Sequence[CompleteScene]) -> float:
+    """Power of two that scales the colours of a picture to at most about 1, for targets of small range.
+
+    Associated colours are at most 1 in white light of strength 1. An emission of E per world unit adds up to at most E
+    times the longest ray; emissions of several volumes add up.
+    """
+    glowing = sum(scene.medium.emissive for scene in scenes)
+    return min(map(_color_scale, scenes)) / 2 ** max(glowing - 1, 0)
+
+
+def _color_scale(scene: CompleteScene) -> float:
+    """Return the factor for the medium of one volume and for surfaces in it."""
+    brightest = 1.0 if scene.lighting is None else max(scene.lighting.brightest, 1.0)
+    if scene.medium.emissive:
+        brightest = float(scene.medium.colors.max()) * 2 * scene.volume.radius
+    if scene.geometry:
+        brightest = max(brightest, (scene.lighting or Lighting()).brightest, 1.0)
+    return float(np.exp2(np.clip(-np.ceil(np.log2(brightest)), -120, 120))) if brightest > 0 else 1.0
+
+
+def _most_light_of(scenes: Sequence[CompleteScene]) -> float:
+    """Upper bound of the light from behind a point: of a white medium in all lights, and of emission beyond that."""
+    glow = sum(2 * scene.volume.radius * scene.medium.excess_emission for scene in scenes)
+    lighting = scenes[0].lighting
+    return (1.0 + glow) * max(lighting.brightest if lighting else 1.0, 1.0)

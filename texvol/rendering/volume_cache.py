@@ -12,18 +12,21 @@ import numpy as np
 from texvol.opengl.contexts import Context
 from texvol.opengl.drawing import VisiblePart
 from texvol.opengl.empty_space import EmptySpace
+from texvol.opengl.projection import Isovalue
 from texvol.opengl.stopwatch import Stopwatch
 from texvol.opengl.texture_store import BakedTexture, TextureStore, same
 from texvol.rendering.render import bake
-from texvol.rendering.settings import Settings, shown_of, texels_of
+from texvol.rendering.settings import Settings
 from texvol.scene.air import attenuation_of
 from texvol.scene.display import NUMBER_MODES
+from texvol.scene.lighting import casts_shadows
 from texvol.scene.scene import CompleteScene
 from texvol.scene.volume import Volume
 from texvol.slicing import bricks
+from texvol.slicing.cells import Shown
 from texvol.textures import halving as coarser
 from texvol.textures import texel_format
-from texvol.textures.shaded_samples import LightTransmittance
+from texvol.textures.shaded_samples import LightTransmittance, seen_from
 from texvol.textures.value_storage import FAR, ULP
 from texvol.textures.value_texture import REFERENCE, ValueTexture
 
@@ -83,7 +86,7 @@ class VolumeCache:
         Parameters
         ----------
         scene : CompleteScene
-            The result of `stored_scene`.
+            The scene whose texels are stored.
         light_transmittance : array, optional
             Transmittance from the nodes of the box to each light that casts shadows.
         """
@@ -92,16 +95,16 @@ class VolumeCache:
             texture_format = self._cheapest_format(scene, thickness)
         if texture_format == REFERENCE and scene.classification in ("slab", "extinction"):
             texture_format = "rgba32f"
-        texels = texels_of(scene, thickness, texture_format)
+        texels = _texels(scene, thickness, texture_format)
         recipe = (*texels, scene.medium, scene.classification, texture_format, scene.mode, scene.isovalue)
         if self.baked is None or not same(self.baked[0], recipe):
             self.baked = (recipe, bake(scene, thickness, texture_format, light_transmittance))
         baked = self.baked[1]
         if isinstance(baked, ValueTexture):
-            texels = (*texels, baked.texel_format, baked.offset, baked.scale)
+            texels = (*texels, baked.texel_format, baked.storage.offset, baked.storage.scale)
         if settings.skips(scene):
             steps = baked.steps if isinstance(baked, ValueTexture) else None
-            self.empty_space.prepare(scene.volume, *shown_of(scene), scene.mask, steps)
+            self.empty_space.prepare(scene.volume, *_shown(scene), scene.mask, steps)
         margin = bricks.margin(scene.volume, scene.camera, size, thickness)
         self.textures.prepare(baked, scene.volume, texels, margin)
         return baked
@@ -150,11 +153,13 @@ class VolumeCache:
         It is 0 if a picture of values with other rounding estimates that error better.
         """
         baked = self.baked[1] if self.baked else None
-        if not isinstance(baked, ValueTexture) or not (baked.vouches_for_itself or baked.storage.is_hopeless):
+        if not isinstance(baked, ValueTexture):
+            return 0.0
+        storage = baked.storage
+        if not (storage.vouches_for_itself(baked.volume) or storage.is_hopeless):
             return 0.0
         if scene.mode not in NUMBER_MODES:
-            return min(baked.storage.condition * ULP, 1.0)
-        storage = baked.storage
+            return min(storage.condition * ULP, 1.0)
         of_a_value = storage.extent * storage.scale * ULP
         if scene.mode in ("mip", "minip"):
             return _OF_A_CUBIC * min(storage.farthest(baked.volume), FAR * storage.extent) * storage.scale * ULP
@@ -166,7 +171,8 @@ class VolumeCache:
     def _has_exact_values(baked: BakedTexture) -> bool:
         if not isinstance(baked, ValueTexture):
             return False
-        return baked.volume.labels or (baked.estimator is None and baked.steps is None and baked.vouches_for_itself)
+        vouches = baked.storage.vouches_for_itself(baked.volume)
+        return baked.volume.labels or (baked.estimator is None and baked.steps is None and vouches)
 
     def release(self) -> None:
         """Release everything on the device."""
@@ -179,3 +185,21 @@ class VolumeCache:
         if self._chosen is None or not same(self._chosen[0], asked):
             self._chosen = asked, texel_format.cheapest_texel_format(*asked)
         return self._chosen[1]
+
+
+def _shown(scene: CompleteScene) -> tuple[Shown, int]:
+    """Return what shows anything, and the reach in samples of the gradients that it depends on, 0 for none."""
+    if scene.isovalue is not None:
+        return Isovalue(scene.isovalue), 0
+    return scene.medium, scene.gradient.reach if scene.medium.needs_gradient else 0
+
+
+def _texels(scene: CompleteScene, thickness: float, texture_format: str) -> tuple[Any, ...]:
+    """Cache key of a scene's texels, without the storage of values."""
+    gradient = (repr(scene.gradient),) if scene.needs_gradient else ()
+    if scene.classification in ("slab", "extinction"):
+        # Shadows are cast through parts of the slabs' thickness.
+        baked_for = thickness if scene.classification == "slab" or casts_shadows(scene.lighting) else 0.0
+        medium = (scene.volume, scene.mask, scene.medium, scene.classification, baked_for, texture_format)
+        return (*medium, *gradient, seen_from(scene)) if gradient else medium
+    return (scene.volume, scene.mask, *gradient)

@@ -16,7 +16,6 @@ as κ is small; else as float32 about the offset that makes κ least.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from weakref import WeakKeyDictionary
 
@@ -105,6 +104,10 @@ class Storage:
     extent: float = np.inf  # of the features, in texels
     largest: float = _LARGEST  # magnitude of a finite texel
 
+    def stored(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the texels that stand for values."""
+        return (values - self.offset) / self.scale
+
     def vouches_for_itself(self, volume: Volume) -> bool:
         """True if two pictures of the same texels cannot both be wrong by rounding: it is far below what shows.
 
@@ -186,14 +189,12 @@ def features_of_medium(transfer_function: TransferFunction, volume: Volume) -> F
     contours = np.array([each.value for each in transfer_function.contours])
     low, high = np.append(low, contours), np.append(high, contours)
     fraction = np.append(fraction, np.ones(contours.size))
-    if not low.size:
-        return _features([], [], [])
     widths = (high - low) / fraction
     steps = ~(widths > 0)
     if steps.any():
         first, last = bulk_of(volume)
         widths[steps] = (last - first) or max(abs(last), 1.0)
-    return _features(low, high, widths)
+    return Features(low, high, widths)
 
 
 def features_about(volume: Volume, isovalue: float | None) -> Features:
@@ -202,8 +203,9 @@ def features_about(volume: Volume, isovalue: float | None) -> Features:
     width = (high - low) or max(abs(high), abs(isovalue or 0.0)) or 1.0
     if isovalue is not None:
         width = max(width, isovalue - high, low - isovalue)
-        return _features([isovalue], [isovalue], [width])
-    return replace(_features([low], [high], [width]), all_shows=True)
+        low = high = isovalue
+    lowest, highest, widths = np.array([[low], [high], [width]], np.float64)
+    return Features(lowest, highest, widths, all_shows=isovalue is None)
 
 
 def bulk_of(volume: Volume) -> tuple[float, float]:
@@ -296,11 +298,6 @@ def _changes(values: NDArray[np.float64], numbers: NDArray[np.float64]) -> tuple
     fraction = np.abs(np.diff(relative, axis=0)).max(axis=1)
     changing = fraction > 0
     return values[:-1][changing], values[1:][changing], fraction[changing]
-
-
-def _features(low: Iterable[float], high: Iterable[float], widths: Iterable[float]) -> Features:
-    lowest, highest, over = (np.array(each, np.float64) for each in (low, high, widths))
-    return Features(lowest, highest, over)
 
 
 def _finite(texels: NDArray) -> NDArray:

@@ -11,7 +11,7 @@ from math import isinf, sqrt
 
 from texvol.ray_casting.common.bernstein import mix
 from texvol.ray_casting.common.compiling import inlined, woven_in
-from texvol.ray_casting.common.medium import mixed_color, segment_of
+from texvol.ray_casting.common.medium import mixed_color, points_around, segment_of
 from texvol.ray_casting.lit.arrays import DIRECTIONAL, HEAD
 
 # Indices in `chosen`; a point of -1 is none. Two indices for each graded medium follow, then one for each contour.
@@ -27,7 +27,7 @@ def choose(scene, value, m, margin, chosen):
     Values no farther apart than `margin` may be one value before rounding: beside a step, its right side holds.
     """
     medium, graded = scene.medium, scene.graded
-    left, right = _points_around(medium.points, 0, medium.points.size, value, margin)
+    left, right = points_around(medium.points, 0, medium.points.size, value, margin)
     factor = 1.0
     if scene.modulation.shape[0] > 0:
         chosen[MODULATION] = segment_of(scene.modulation[:, 0], m)
@@ -42,7 +42,7 @@ def choose(scene, value, m, margin, chosen):
         left = NONE
         is_in_ramp = m > graded.start[k] or (m == graded.start[k] and m == graded.full[k])
         if is_in_ramp and graded.values[first] - margin <= value <= graded.values[end - 1] + margin:
-            left, right = _points_around(graded.values, first, end, value, margin)
+            left, right = points_around(graded.values, first, end, value, margin)
             any_medium = True
         chosen[FURTHER + 2 * k], chosen[FURTHER + 2 * k + 1] = left, right
     for k in range(scene.contours.shape[0]):
@@ -57,20 +57,6 @@ def choose(scene, value, m, margin, chosen):
 def _is_medium(medium, point):
     color = medium.colors[point]
     return medium.extinctions[point] > 0 or (medium.glows and max(color[0], color[1], color[2]) > 0)
-
-
-@inlined
-def _points_around(points, first, end, value, margin):
-    """Return the points of first … end - 1 left and right of a value; one point twice on a point or beyond the ends."""
-    segment = first + segment_of(points[first:end], value)
-    left, right = max(segment - 1, first), min(segment, end - 1)
-    width = points[right] - points[left]
-    # Halfway, a monotone cubic is at least 1/15 of its rise from either end: no whole segment is taken for a point.
-    margin = min(margin, width / 32) if width > 0 else margin
-    if segment < end and points[right] - value <= margin:
-        left = first + segment_of(points[first:end], points[right]) - 1  # at a step, the right one of its two points
-        return left, left
-    return (left, left) if width == 0 or value - points[left] <= margin else (left, right)
 
 
 @woven_in
@@ -232,17 +218,6 @@ def toward(lights, light, toward_eye, position):
 def cue_at(cue, depth):
     """Return the fraction of the cue's colour at a depth."""
     return cue.strength * min(max((depth - cue.near) / (cue.far - cue.near), 0.0), 1.0)
-
-
-@woven_in
-def cued(cue, color, extinction, t):
-    """Return the emission mixed with the cue's colour by the fraction t; the straight colour if the extinction is 1."""
-    shown = t * extinction
-    return (
-        color[0] * (1 - t) + shown * cue.color[0],
-        color[1] * (1 - t) + shown * cue.color[1],
-        color[2] * (1 - t) + shown * cue.color[2],
-    )
 
 
 @woven_in

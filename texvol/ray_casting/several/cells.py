@@ -12,7 +12,8 @@ from math import isinf, isnan
 from texvol.ray_casting.common.bernstein import restricted, trilinear, value_at
 from texvol.ray_casting.common.cells import color_of_opaque_corners, has_weight, in_cell, point_between
 from texvol.ray_casting.common.compiling import compiled, inlined, woven_in
-from texvol.ray_casting.common.medium import OPAQUE_DEPTH, add_opaque
+from texvol.ray_casting.common.medium import OPAQUE_DEPTH, add_opaque, cued
+from texvol.ray_casting.lit.arrays import NODE_COUNT
 from texvol.ray_casting.lit.cells import (
     add_cubics,
     choose_between,
@@ -24,10 +25,8 @@ from texvol.ray_casting.lit.cells import (
 )
 from texvol.ray_casting.lit.collocation import NODES, add_glows, add_interval, integrate
 from texvol.ray_casting.lit.cuts import find_cuts, sort_cuts
-from texvol.ray_casting.lit.shading import OPAQUE, cue_at, cued
-from texvol.ray_casting.lit.workspace import NODE_COUNT
-from texvol.ray_casting.several.arrays import LABELS, PRECLASSIFIED, part_of, scene_of
-from texvol.ray_casting.several.workspace import workspace_of
+from texvol.ray_casting.lit.shading import OPAQUE, cue_at
+from texvol.ray_casting.several.arrays import LABELS, PRECLASSIFIED, part_of, scene_of, workspace_of
 
 EXTINCTION = 3  # the channel behind red, green and blue
 

@@ -15,12 +15,11 @@ from texvol.ray_casting.common.compiling import compiled_and_cached, sources, un
 from texvol.ray_casting.common.medium import OPAQUE_DEPTH
 from texvol.ray_casting.common.rays import Numbers, Rays, Trace, rays_in
 from texvol.ray_casting.common.walk import clipped, first_cell, next_cell, walk
+from texvol.ray_casting.lit.arrays import Ray, world_rays
 from texvol.ray_casting.lit.cuts import most_cuts
 from texvol.ray_casting.lit.shading import FURTHER
-from texvol.ray_casting.lit.workspace import Ray, world_rays
-from texvol.ray_casting.several.arrays import LABELS, Several, several
+from texvol.ray_casting.several.arrays import LABELS, Several, SeveralWorkspace, several, several_workspace
 from texvol.ray_casting.several.cells import cross
-from texvol.ray_casting.several.workspace import SeveralWorkspace, several_workspace
 from texvol.scene.scene import CompleteScene
 
 
