@@ -33,10 +33,7 @@ _MOST_PARTS = 2048  # of a path through the box: more would take seconds
 class Shadows:
     """Light transmittance of at most four lights, as textures; methods need the context to be current.
 
-    Parameters
-    ----------
-    budget : int
-        Bytes that the textures of the medium that casts them may take.
+    The textures of the medium that casts the shadows take at most `budget` bytes.
     """
 
     def __init__(self, context: Context, budget: int) -> None:

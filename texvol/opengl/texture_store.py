@@ -54,14 +54,9 @@ class _Held:
 
 
 class TextureStore:
-    """Textures of the bricks of one volume; every method needs the context to be current.
+    """Textures of the bricks of one volume, at most `budget` bytes; methods need the context to be current.
 
-    Parameters
-    ----------
-    budget : int
-        Bytes that the textures may take together.
-    watch : Stopwatch, optional
-        Takes the seconds of "bake" and "upload".
+    `watch` takes the seconds of "bake" and "upload".
     """
 
     def __init__(self, context: Context, budget: int, watch: Stopwatch | None = None) -> None:

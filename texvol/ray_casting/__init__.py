@@ -8,9 +8,10 @@ Read `marcher` first: it takes many short steps along each ray, in numpy, in one
 computes the same integral without steps, piece by piece in closed form or by adaptive quadrature; a test holds it
 against the marcher. Behind `raycast` stand
 
-- `tracing`: the choice of the ray caster for a scene, and `caps`: the surfaces of cuts,
+- `caps`: the surfaces of cuts,
 - `plain`: one volume without light; the shortest ray caster, and the one to read next,
-- `lit`: light, shadows, depth cue, and media that depend on the gradient,
+- `lit`: light, shadows, depth cue, and media that depend on the gradient: a ray is cut wherever the integrand has a
+  kink (`cuts`), and each smooth interval in between is halved until its parts agree with the whole (`collocation`),
 - `several`: volumes that overlap, masks, labels and colours of samples,
 - `projection`: X-ray, average, highest and lowest value, isosurface,
 - `surfaces`: meshes and lines,

@@ -36,28 +36,14 @@ _ORACLE = 1e-9  # error of the oracle
 
 @dataclass(frozen=True)
 class Check:
-    """Findings of a check.
+    """Findings of a check of a linear picture."""
 
-    Attributes
-    ----------
-    pixels, of : int
-        Pixels that were checked, and pixels of the picture.
-    largest_error : float
-        Largest absolute difference from the oracle of any channel of the linear picture.
-    limit : float
-        Requested maximum error; without one, the largest error that was found.
-    beyond : int
-        Number of checked pixels with an error beyond the limit.
-    at_most : float
-        Upper bound, with 99 % confidence, of the fraction of all pixels with an error beyond the limit.
-    """
-
-    pixels: int
-    of: int
-    largest_error: float
-    limit: float
-    beyond: int
-    at_most: float
+    pixels: int  # that were checked
+    of: int  # pixels of the picture
+    largest_error: float  # largest absolute difference from the oracle of any channel
+    limit: float  # requested maximum error; without one, the largest error that was found
+    beyond: int  # number of checked pixels with an error beyond the limit
+    at_most: float  # upper bound, with 99 % confidence, of the fraction of all pixels with an error beyond the limit
 
     @property
     def sentence(self) -> str:

@@ -307,12 +307,8 @@ def smaller(size: Size) -> Size:
 class ErrorSearch:
     """Search for slab thicknesses; it remembers the last rates found with a small picture.
 
-    Parameters
-    ----------
-    draw, draw_exactly : callable
-        Draw a scene with the settings, and without the rounding and early termination in them.
-    rounding : callable
-        Returns the error that the rounding of values adds to the scene that was drawn last.
+    `draw` draws a scene with the settings, `draw_exactly` without the rounding and early termination in them;
+    `rounding` returns the error that the rounding of values adds to the scene that was drawn last.
     """
 
     def __init__(self, draw: DrawScene, draw_exactly: DrawScene, rounding: Callable[[CompleteScene], float]) -> None:

@@ -29,10 +29,7 @@ if TYPE_CHECKING:
 class SceneCache:
     """GPU cache of the scene that was drawn last; its methods need the context to be current.
 
-    Parameters
-    ----------
-    budget : int
-        Bytes that the textures of a volume may take.
+    The textures of each volume take at most `budget` bytes.
     """
 
     def __init__(self, context: Context, budget: int) -> None:

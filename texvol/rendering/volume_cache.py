@@ -35,14 +35,9 @@ Recipe = tuple[Any, ...]
 
 
 class VolumeCache:
-    """GPU cache of one volume of a scene; its methods need the context to be current.
+    """GPU cache of one volume of a scene, at most `budget` bytes of textures; methods need the context to be current.
 
-    Parameters
-    ----------
-    budget : int
-        Bytes that the textures may take.
-    watch : Stopwatch
-        Takes the seconds in which textures are made and uploaded.
+    `watch` takes the seconds in which textures are made and uploaded.
     """
 
     def __init__(self, context: Context, budget: int, watch: Stopwatch) -> None:
@@ -83,12 +78,7 @@ class VolumeCache:
     ) -> BakedTexture:
         """Bake the texels of a scene of one volume and find its empty cells, unless they are there.
 
-        Parameters
-        ----------
-        scene : CompleteScene
-            The scene whose texels are stored.
-        light_transmittance : array, optional
-            Transmittance from the nodes of the box to each light that casts shadows.
+        `light_transmittance` is that from the nodes of the box to each light that casts shadows.
         """
         thickness, texture_format = settings.slab_thickness, settings.texture_format
         if texture_format == "auto":

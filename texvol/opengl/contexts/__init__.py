@@ -34,7 +34,7 @@ _opening = threading.RLock()  # a finaliser may open and close contexts too
 
 
 class Context:
-    """An OpenGL context and where it comes from; current inside `with context:`, or `with context.current():`.
+    """An OpenGL context and where it comes from; current inside `with context:`.
 
     Attributes
     ----------
@@ -74,10 +74,6 @@ class Context:
         numbers = (ctypes.c_int * 4)()  # some have four
         ctypes.CFUNCTYPE(None, ctypes.c_uint, ctypes.POINTER(ctypes.c_int))(address)(name, numbers)
         return int(numbers[0])
-
-    def current(self) -> Context:
-        """Return itself: `with context.current():` reads better where the context is not released at the end."""
-        return self
 
     @property
     def released(self) -> bool:

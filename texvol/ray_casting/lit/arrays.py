@@ -28,6 +28,9 @@ HEAD, DIRECTIONAL, POINT = 0.0, 1.0, 2.0  # kinds of light, in a row of `Lights`
 _KINDS = {"head": HEAD, "directional": DIRECTIONAL, "point": POINT}
 _NO_GRADIENTS = np.zeros((1, 1, 1, 3), np.float32)
 _LEAST_FADE = 1e-300  # kernel units; so that no fade is a division by 0
+NODE_COUNT = 5  # see `collocation`
+MOST_LEVELS = 200  # halvings of an interval of large optical depth
+INTERVAL = 4  # numbers of an interval: optical depth and light
 
 Numbers = NDArray[np.float64]
 Triple = tuple[float, float, float]
@@ -103,15 +106,7 @@ def gradients_of(scene: Scene) -> NDArray[np.floating]:
 
 
 def lit_scene(scene: CompleteScene, first: Volume, transmittance: Numbers) -> LitScene:
-    """Return a scene of one volume as arrays.
-
-    Parameters
-    ----------
-    first : Volume
-        Volume whose centre positions are relative to: the first one of the whole scene.
-    transmittance : array of shape (lights, z, y, x)
-        Transmittance of the lights that cast shadows at the nodes of the volume's box.
-    """
+    """Return a scene of one volume as arrays; positions are relative to the centre of `first`."""
     volume, camera, transfer = scene.volume, scene.camera, scene.medium
     factor = _gradient_factor(volume)
     from_world = volume.smallest_spacing * factor  # kernel units from data units per world unit
@@ -205,13 +200,6 @@ def _graded(transfer: TransferFunction, from_world: float) -> Graded:
 def _triple(numbers: NDArray[np.float64] | Triple) -> Triple:
     x, y, z = map(float, numbers)
     return x, y, z
-
-
-Numbers = NDArray[np.float64]
-Triple = tuple[float, float, float]
-NODE_COUNT = 5  # see `collocation`
-MOST_LEVELS = 200  # halvings of an interval of large optical depth
-INTERVAL = 4  # numbers of an interval: optical depth and light
 
 
 class Ray(NamedTuple):

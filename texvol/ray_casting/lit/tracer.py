@@ -77,15 +77,7 @@ trace_lit_rays = _tracer(sources())
 
 
 def tracer(scene: CompleteScene, rounding: Numbers, transmittance: Numbers) -> Trace:
-    """Return the function that traces rays of a scene.
-
-    Parameters
-    ----------
-    rounding : array of shape (3,)
-        See `position_rounding`.
-    transmittance : array of shape (lights, z, y, x)
-        Transmittance of the lights that cast shadows at the nodes of the box, see `shadows`.
-    """
+    """Return the function that traces rays of a scene, see `position_rounding` and `light_transmittances`."""
     lit = lit_scene(scene, scene.volume, transmittance)
     values, gradients = read_only(scene.volume.values.astype(np.float64, copy=False)), gradients_of(scene)
     preclassified = scene.classification in ("slab", "extinction")

@@ -35,6 +35,7 @@ from texvol.scene.scene import CompleteScene, Scene
 PRECLASSIFIED, POSTCLASSIFIED, LABELS = 0, 1, 2
 
 Indices = NDArray[np.int64]
+Flags = NDArray[np.bool_]
 
 
 class Ragged(NamedTuple):
@@ -211,10 +212,6 @@ def _lights_of(several, v):
         lights.box_from_world[v],
         lights.shadow_distance[v],
     )
-
-
-Indices = NDArray[np.int64]
-Flags = NDArray[np.bool_]
 
 
 class Progress(NamedTuple):

@@ -121,15 +121,7 @@ trace_several_rays = _tracer(sources())
 
 
 def tracer(scene: CompleteScene, rounding: Numbers, transmittances: Sequence[Numbers]) -> Trace:
-    """Return the function that traces rays of a scene.
-
-    Parameters
-    ----------
-    rounding : array of shape (volumes, 3)
-        See `position_rounding`.
-    transmittances : sequence of arrays of shape (lights, z, y, x)
-        For each volume, the transmittance of the lights that cast shadows at the nodes of its box, see `lit.shadows`.
-    """
+    """Return the function that traces rays of a scene, see `position_rounding` and `light_transmittances`."""
     scenes, volumes = scene.each_alone(), scene.volumes
     together, lit = several(scenes, rounding, transmittances)
     cuts = sum(map(most_cuts, lit))
