@@ -112,10 +112,9 @@ class Compositor:
 
     def picture(self, color_scale: float = 1.0) -> NDArray[np.float32]:
         """Read the picture back: (height, width, 4), premultiplied, linear, top row first, without `color_scale`."""
-        assert self._target is not None and self._target_key is not None, "nothing has been drawn yet"
-        (width, height), _ = self._target_key
+        width, height = self.target.size
         pixels = np.empty((height, width, 4), np.float32)
-        self._target.read_into(pixels, components=4, dtype="f4", alignment=1)
+        self.target.read_into(pixels, components=4, dtype="f4", alignment=1)
         picture = np.ascontiguousarray(pixels[::-1])
         if color_scale != 1.0:
             picture[..., :3] /= color_scale

@@ -93,24 +93,23 @@ def load_program(
     *,
     defines: Mapping[str, int] = MappingProxyType({}),
     vertex: str | None = None,
-    fragment: str | None = None,
     folder: Path = FOLDER,
 ) -> moderngl.Program:
-    """Return the program made of `name`.vert and `name`.frag, which the caller releases; `gl` is current.
+    """Return the program made of `name`.frag and a vertex shader, which the caller releases; `gl` is current.
 
     Parameters
     ----------
     defines : mapping
         Switch and value; the two files together name exactly these.
-    vertex, fragment : str, optional
-        Other files than `name`.vert and `name`.frag.
+    vertex : str, optional
+        Another file than `name`.vert.
 
     Raises
     ------
     ShaderError
         A file is missing, a switch is unknown or has no value, or the driver refuses the source.
     """
-    names = vertex or f"{name}.vert", fragment or f"{name}.frag"
+    names = vertex or f"{name}.vert", f"{name}.frag"
     files: list[str] = []
     sources = [_source(folder, file, defines, files) for file in names]
     _check_switches(sources, defines, " and ".join(names))

@@ -42,15 +42,9 @@ BakedTexture = SlabTexture | ValueTexture
 
 @dataclass
 class _Held:
-    texture: moderngl.Texture3D
-    weights: moderngl.Texture3D | None  # of a mask, beside texels that are values
-    texels: tuple[Any, ...] | None = None  # what its texels are made of
+    textures: dict[str, moderngl.Texture3D]  # by the names of their samplers
+    texels: tuple[Any, ...] | None = None  # what their texels are made of
     used: int = 0
-
-    @property
-    def textures(self) -> dict[str, moderngl.Texture3D]:
-        """By the names of their samplers."""
-        return {"texels": self.texture} | ({"weights": self.weights} if self.weights else {})
 
 
 class TextureStore:
@@ -83,7 +77,7 @@ class TextureStore:
         NoRoomError
             If the budget has no room for any brick.
         """
-        layout = (volume.dimensions, baked.texel_format, baked.components, baked.weight_format, volume.labels)
+        layout = (volume.dimensions, baked.formats, volume.labels)
         bricks = self._cut(volume, _bytes_of(baked), margin)
         if layout != self._layout or bricks != self.bricks:
             self.release()
@@ -113,7 +107,7 @@ class TextureStore:
     @property
     def bytes(self) -> int:
         """Bytes of the textures on the device."""
-        return self._bytes_of(held.texture.size for held in self._held.values())
+        return self._bytes_of(held.textures["texels"].size for held in self._held.values())
 
     @property
     def bytes_of_all(self) -> int:
@@ -148,17 +142,16 @@ class TextureStore:
         assert baked is not None, "nothing has been prepared"
         if self._held and self.bytes + self._bytes_of([brick.texture_size]) > self.budget:
             # All are wanted once a picture, so that the last one used is the one not wanted for longest.
-            held = self._held.pop(max(self._held, key=lambda position: self._held[position].used))
-            return _Held(held.texture, held.weights)
-        nearest = baked.volume.labels
-        texture = self._texture(brick.texture_size, baked.texel_format, baked.components, nearest)
-        if baked.weight_format is None:
-            return _Held(texture, None)
+            return _Held(self._held.pop(max(self._held, key=lambda position: self._held[position].used)).textures)
+        textures: dict[str, moderngl.Texture3D] = {}
         try:
-            return _Held(texture, self._texture(brick.texture_size, baked.weight_format, 1, nearest))
+            for name, (texel_format, components) in baked.formats.items():
+                textures[name] = self._texture(brick.texture_size, texel_format, components, baked.volume.labels)
         except InputError:
-            texture.release()
+            for texture in textures.values():
+                texture.release()
             raise
+        return _Held(textures)
 
     def _texture(self, size: Triple, texel_format: str, components: int, nearest: bool) -> moderngl.Texture3D:
         try:
@@ -185,15 +178,12 @@ class TextureStore:
             end = min(z + depth, z1)
             box = (slice(z, end), slice(y0, y1), slice(x0, x1))
             with self._watch.timed("bake"):
-                written = [(held.texture, baked.texels(box))]
-                if held.weights is not None:
-                    assert isinstance(baked, ValueTexture)
-                    written.append((held.weights, baked.weights(box)))
+                baked_texels = baked.all_texels(box)
             with self._watch.timed("upload"):
-                for texture, texels in written:
-                    texels = _with_room(texels, brick, end == z1)
+                for name, texels in baked_texels.items():
+                    texels = np.ascontiguousarray(_with_room(texels, brick, end == z1))
                     nz, ny, nx, _ = texels.shape
-                    texture.write(np.ascontiguousarray(texels), viewport=(0, 0, z - z0, nx, ny, nz), alignment=1)
+                    held.textures[name].write(texels, viewport=(0, 0, z - z0, nx, ny, nz), alignment=1)
 
     def _bytes_of(self, sizes: Iterable[Triple]) -> int:
         assert self._baked is not None, "nothing has been prepared"
@@ -202,7 +192,7 @@ class TextureStore:
 
 def _bytes_of(baked: BakedTexture) -> int:
     """Return the bytes of one sample in all textures."""
-    return _BYTES[baked.texel_format] + (_BYTES[baked.weight_format] if baked.weight_format else 0)
+    return sum(_BYTES[texel_format] for texel_format, _ in baked.formats.values())
 
 
 def _with_room(texels: NDArray, brick: Brick, is_last: bool) -> NDArray:

@@ -93,14 +93,6 @@ def converging(scene: AnyScene) -> AnyScene:
     return reference_for(scene)
 
 
-def halvings_to(reference: Scene, scene: Scene) -> float:
-    """Number of halvings that `estimate` assumes for a reference of half the slab thickness.
-
-    `extinction` is so much nearer to the integral than `slab` that its own error is within the safety factor.
-    """
-    return np.inf if (scene.classification, reference.classification) == ("slab", "extinction") else 1.0
-
-
 def thickness_for_error(
     draw: Draw,
     draw_reference: Draw,
@@ -277,7 +269,9 @@ def estimate_by_finer(
             finer = draw(reference, thickness / 2**halvings)
         except NoRoomError:
             continue
-        return estimate(picture, finer, max(halvings, halvings_to(reference, scene)), rounding_of(scene))
+        # `extinction` is so much nearer to the integral than `slab` that its own error is within the safety factor.
+        is_exact = (scene.classification, reference.classification) == ("slab", "extinction")
+        return estimate(picture, finer, np.inf if is_exact else halvings, rounding_of(scene))
     return np.inf
 
 

@@ -95,15 +95,14 @@ class SlabTexture:
         layers, rows = np.divmod(rows, len(y))
         texels[part][layers, rows, columns] = self._rounded(numbers)
 
-    @property
-    def components(self) -> int:
-        """Numbers in a texel."""
-        return 4
+    def all_texels(self, box: Box) -> dict[str, NDArray]:
+        """Texels of a box of samples, by the name of the sampler."""
+        return {"texels": self.texels(box)}
 
     @property
-    def weight_format(self) -> None:
-        """None: the weights of a mask are in the texels."""
-        return None
+    def formats(self) -> dict[str, tuple[str, int]]:
+        """Texel format and numbers in a texel of each texture, by the name of its sampler."""
+        return {"texels": (self.texel_format, 4)}
 
     @property
     def slabs_per_stack(self) -> int:

@@ -54,13 +54,10 @@ def cheapest_texel_format(
     discretisation = 0.06 * (after - 2 * middle + before) * d**2
     if classification == "slab":
         discretisation = np.abs(discretisation) + ((after - before) / 2) ** 2 * d / 12
-    allowed = rms(discretisation) / 4
     scale = texels.max(axis=(0, 1))
     scale[:3] = scale[:3].max()
-    on_the_ray = float(np.mean(volume.dimensions))
     for texel_format in ("rgba8", "rgba16f"):
-        rounding = _rounded(middle, scale, texel_format) - middle
-        if rms(rounding) + np.abs(rounding.mean(axis=0)).max() * np.sqrt(on_the_ray) <= allowed:
+        if _hides(_rounded(middle, scale, texel_format) - middle, discretisation, volume):
             return texel_format
     return "rgba32f"
 
@@ -87,10 +84,13 @@ def _cheapest_value_format(
         return EXACT_VALUES
     middle, before, after = texels[shows, :1], texels[shows, 1::2], texels[shows, 2::2]
     discretisation = 0.06 * (after - 2 * middle + before) * (slab_thickness / volume.smallest_spacing) ** 2
-    rounding = rounded[shows, 0] - middle[:, 0]
-    on_the_ray = float(np.mean(volume.dimensions))
-    moved = rms(rounding) + np.abs(rounding.mean(axis=0)).max() * np.sqrt(on_the_ray)
-    return "r16" if moved <= rms(discretisation) / 4 else EXACT_VALUES
+    return "r16" if _hides(rounded[shows, 0] - middle[:, 0], discretisation, volume) else EXACT_VALUES
+
+
+def _hides(rounding: NDArray, discretisation: NDArray, volume: Volume) -> bool:
+    """True if the rounding along a ray stays under a quarter of the discretisation error."""
+    of_one_sign = np.abs(rounding.mean(axis=0)).max() * np.sqrt(float(np.mean(volume.dimensions)))
+    return bool(rms(rounding) + of_one_sign <= rms(discretisation) / 4)
 
 
 def _stencil_values(volume: Volume) -> NDArray:

@@ -63,7 +63,9 @@ class Features:
 
     def condition(self, offset: float) -> float:
         """Condition number of values stored relative to an offset."""
-        return float(self._reach(offset).max(initial=0.0))
+        with np.errstate(over="ignore"):
+            reach = np.maximum(abs(self.lowest - offset), abs(self.highest - offset)) / self.widths
+        return float(reach.max(initial=0.0))
 
     def best_offset(self) -> float:
         """Offset of the least condition number, among the ends and middles of the steepest intervals."""
@@ -87,10 +89,6 @@ class Features:
     def finest(self) -> float:
         """Smallest of all widths; infinite without any interval."""
         return float(self.widths.min(initial=np.inf))
-
-    def _reach(self, offset: float) -> NDArray[np.float64]:
-        with np.errstate(over="ignore"):
-            return np.maximum(abs(self.lowest - offset), abs(self.highest - offset)) / self.widths
 
 
 @dataclass(frozen=True)

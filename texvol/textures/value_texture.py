@@ -95,11 +95,22 @@ class ValueTexture:
         texels[..., 3] = values
         return texels
 
-    def weights(self, box: Box = (slice(None),) * 3) -> NDArray:
-        """Mask weights of a box of samples, shape (nz, ny, nx, 1), in `weight_format`."""
-        assert self.mask is not None
-        weights = self.mask.array[box][..., np.newaxis]
-        return weights.astype(np.uint16) * np.uint16(65535) if weights.dtype == np.bool_ else weights
+    def all_texels(self, box: Box) -> dict[str, NDArray]:
+        """Texels of a box of samples, and its mask weights, shape (nz, ny, nx, 1), by the names of the samplers."""
+        texels = {"texels": self.texels(box)}
+        if self.mask is not None:
+            weights = self.mask.array[box][..., np.newaxis]
+            texels["weights"] = weights.astype(np.uint16) * np.uint16(65535) if weights.dtype == np.bool_ else weights
+        return texels
+
+    @property
+    def formats(self) -> dict[str, tuple[str, int]]:
+        """Texel format and numbers in a texel of each texture, by the name of its sampler."""
+        formats = {"texels": (self.texel_format, 1 if self.estimator is None else 4)}
+        if self.mask is not None:
+            # Mesa interpolates 8-bit texels with 8-bit weights.
+            formats["weights"] = ("r16" if self.mask.array.dtype == np.bool_ else "r32f"), 1
+        return formats
 
     @property
     def steps(self) -> tuple[float, float] | None:
@@ -114,19 +125,6 @@ class ValueTexture:
             return _PAST_HUGE
         largest = max(abs(float(end)) for end in self.storage.stored(np.array(self.volume.finite_range or (0.0, 0.0))))
         return _PAST_ALL * largest or 1.0
-
-    @property
-    def weight_format(self) -> str | None:
-        """The texel format of `weights`; None where there is no mask."""
-        if self.mask is None:
-            return None
-        # Mesa interpolates 8-bit texels with 8-bit weights.
-        return "r16" if self.mask.array.dtype == np.bool_ else "r32f"
-
-    @property
-    def components(self) -> int:
-        """Numbers in a texel."""
-        return 1 if self.estimator is None else 4
 
     @property
     def largest_gradient(self) -> float:
