@@ -220,7 +220,7 @@ _LOWER = (
         "test_nothing_modelled.py test_render.py",
     ),
     Mistake(
-        *("opengl", "light_uniforms:cue_uniforms"),
+        *("opengl", "uniforms:cue_uniforms"),
         *("(middle - near) / (far - near)", "(middle - far) / (far - near)"),
         "a depth cue begins at its far end",
         "test_light_drawn.py -k 'depth_cue'",

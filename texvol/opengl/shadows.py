@@ -15,10 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.opengl.contexts import Context
-from texvol.opengl.light_uniforms import box_matrices
 from texvol.opengl.shaders import FOLDER, WHOLE_TARGET, Programs, bind, draw_triangles, release_target
 from texvol.opengl.texture_store import TextureStore, same
-from texvol.opengl.uniforms import NOTHING_SPECIAL, brick_uniforms, half_spaces_in_box
+from texvol.opengl.uniforms import NOTHING_SPECIAL, box_matrices, brick_uniforms, half_spaces_in_box
 from texvol.scene.cutting import Cutting
 from texvol.scene.lighting import Light, Lighting, casts_shadows, position_of, shadow_nodes, unit
 from texvol.scene.scene import CompleteScene
@@ -28,6 +27,13 @@ from texvol.textures.shaded_samples import LightTransmittance
 from texvol.textures.value_texture import ValueTexture, bake_values
 
 _MOST_PARTS = 2048  # of a path through the box: more would take seconds
+
+
+class Shadow(NamedTuple):
+    """Transmittance from the nodes of a volume's box to each light that casts shadows."""
+
+    transmittance: LightTransmittance
+    texture: moderngl.Texture3D
 
 
 class Shadows:
@@ -41,17 +47,16 @@ class Shadows:
         self._gl = context.gl
         self._programs = Programs(context.gl, FOLDER)
         self._cast_for: tuple[Any, ...] | None = None
-        self._light_transmittance: list[LightTransmittance] = []
-        self.textures: list[moderngl.Texture3D] = []
+        self._shadows: list[Shadow] = []
 
-    def prepare(self, scenes: Sequence[CompleteScene], thickness: float) -> list[LightTransmittance] | None:
-        """Find the light transmittance at the nodes of each volume, by steps of about a slab's thickness.
+    def prepare(self, scenes: Sequence[CompleteScene], thickness: float) -> Sequence[Shadow | None]:
+        """Find the shadow in each volume, by steps of about a slab's thickness; None where no shadows are cast.
 
-        `scenes` are those of one volume each, see `CompleteScene.each_alone`. None where no shadows are cast.
+        `scenes` are those of one volume each, see `CompleteScene.each_alone`.
         """
         scene, lighting = scenes[0], scenes[0].lighting
         if lighting is None or not casts_shadows(lighting) or scene.mode != "composite":
-            return None
+            return [None] * len(scenes)
         volumes = [each.volume for each in scenes]
         part = max(thickness, 2 * max(volume.radius for volume in volumes) / _MOST_PARTS)
         estimators = [scene.gradient if each.medium.needs_gradient else None for each in scenes]
@@ -60,37 +65,32 @@ class Shadows:
         if self._cast_for is None or not same(self._cast_for, asked):
             self._cast_for = None
             self._release_textures()
-            self._light_transmittance = self._cast(lighting, scenes, estimators, asked, part)
-            self.textures = [self._uploaded(light_transmittance) for light_transmittance in self._light_transmittance]
+            self._shadows = [Shadow(each, self._uploaded(each)) for each in self._cast(lighting, scenes, part)]
             self._cast_for = asked
-        return self._light_transmittance
+        return self._shadows
 
     def _cast(
-        self,
-        lighting: Lighting,
-        scenes: Sequence[CompleteScene],
-        estimators: list[Any],
-        asked: tuple[Any, ...],
-        part_length: float,
+        self, lighting: Lighting, scenes: Sequence[CompleteScene], part_length: float
     ) -> list[LightTransmittance]:
         volumes = [scene.volume for scene in scenes]
         depths = [np.zeros((len(lighting.casting), *shadow_nodes(volume)[::-1]), np.float32) for volume in volumes]
-        for scene, estimator in zip(scenes, estimators, strict=True):
+        for scene in scenes:
+            estimator = scene.gradient if scene.medium.needs_gradient else None
             baked = bake_values(scene.volume, scene.medium, "post", "exact", estimator, scene.mask)
             textures = TextureStore(self._context, self._budget)
             try:
-                textures.prepare(baked, scene.volume, asked, (1, 1, 1))
+                textures.prepare(baked, scene.volume, (baked,), (1, 1, 1))
                 for volume, depth in zip(volumes, depths, strict=True):
                     for number, light in enumerate(lighting.casting):
-                        shadow = _Shadow(light, baked, volume, part_length, scene.cutting)
-                        depth[number] += self._depths(shadow, textures)
+                        casting = _Casting(light, baked, volume, part_length, scene.cutting)
+                        depth[number] += self._depths(casting, textures)
             finally:
                 textures.release()
         return [np.ascontiguousarray(np.moveaxis(np.exp(-depth), 0, -1)) for depth in depths]
 
-    def _depths(self, shadow: _Shadow, textures: TextureStore) -> NDArray[np.float32]:
+    def _depths(self, casting: _Casting, textures: TextureStore) -> NDArray[np.float32]:
         """Return the optical depth between the nodes (z, y, x) of a volume and a light."""
-        nx, ny, nz = shadow_nodes(shadow.receiving)
+        nx, ny, nz = shadow_nodes(casting.receiving)
         target = self._gl.framebuffer([self._gl.texture((nx, ny * nz), 1, dtype="f4")])
         depth = np.zeros((nz, ny, nx), np.float32)
         try:
@@ -101,8 +101,8 @@ class Shadows:
             self._gl.blend_equation = (moderngl.FUNC_ADD, moderngl.FUNC_ADD)
             self._gl.blend_func = (moderngl.ONE, moderngl.ONE)
             for brick in textures.bricks:
-                program = self._programs.program("shadow", shadow.switches(brick), "corner.vert")
-                bind(program, textures.resources(brick), shadow.uniforms(brick))
+                program = self._programs.program("shadow", casting.switches(brick), "corner.vert")
+                bind(program, textures.resources(brick), casting.uniforms(brick))
                 draw_triangles(self._gl, program, WHOLE_TARGET, "2f", "in_position")
             target.read_into(depth, components=1, dtype="f4", alignment=1)
         finally:
@@ -123,13 +123,13 @@ class Shadows:
         return texture
 
     def _release_textures(self) -> None:
-        for texture in self.textures:
-            texture.release()
-        self.textures, self._light_transmittance = [], []
+        for shadow in self._shadows:
+            shadow.texture.release()
+        self._shadows = []
 
 
-class _Shadow(NamedTuple):
-    """The shadow that the medium of one volume casts on one volume, itself or another, in one light."""
+class _Casting(NamedTuple):
+    """One light, the medium of one volume that casts shadows, and the volume that receives them."""
 
     light: Light
     baked: ValueTexture

@@ -1,7 +1,8 @@
 """The textures of one volume on the device: baked and uploaded brick by brick, within a budget, when they are drawn.
 
 Texels go over in slices of a few megabytes, so that beside the texture no second copy of it exists. A texture whose
-texels have changed is written anew in its place.
+texels have changed is written anew in its place. The budget is half of the free memory of the device by default, or of
+the machine if the driver is software.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import moderngl
@@ -17,7 +19,6 @@ from numpy.typing import NDArray
 
 from texvol.opengl.contexts import Context
 from texvol.opengl.stopwatch import Stopwatch
-from texvol.opengl.texture_memory import largest_texture
 from texvol.scene.volume import Volume
 from texvol.slicing.bricks import Brick, Triple, cut, texture_size, whole
 from texvol.textures.slab_texture import SlabTexture
@@ -35,6 +36,10 @@ MODERNGL_TYPES = {
 }
 _BYTES = {"rgba8": 4, "rgba16f": 8, "rgba32f": 16, "rgba16": 8, "r16": 2, "r16f": 2, "r32f": 4}
 _SLICE_BYTES = 8 << 20
+_FRACTION = 0.5  # of what is free
+_UNKNOWN = 1 << 30  # where the driver does not tell
+_SOFTWARE_TEXTURE = (1 << 30) - 1  # Mesa's software driver refuses textures of a gibibyte and more
+_NVIDIA_FREE, _AMD_FREE = 0x9049, 0x87FC  # GL_NVX_gpu_memory_info, GL_ATI_meminfo: kibibytes
 _BRICKS_IN_BUDGET = 4  # at least: those that are drawn first are still there for the next picture
 
 BakedTexture = SlabTexture | ValueTexture
@@ -207,3 +212,51 @@ def same(one: Sequence[Any], other: Sequence[Any]) -> bool:
     return len(one) == len(other) and all(
         a is b or (isinstance(a, float | str) and a == b) for a, b in zip(one, other, strict=True)
     )
+
+
+def default_budget(context: Context) -> int:
+    """Bytes: half of what is free."""
+    return int(_FRACTION * _free(context))
+
+
+def largest_texture(context: Context) -> int:
+    """Bytes of the largest texture to ask for."""
+    return _SOFTWARE_TEXTURE if _is_software(context) else 1 << 62
+
+
+def _free(context: Context) -> int:
+    if _is_software(context):
+        return _free_in_machine()
+    for extension, name in (("GL_NVX_gpu_memory_info", _NVIDIA_FREE), ("GL_ATI_meminfo", _AMD_FREE)):
+        if extension in context.gl.extensions:
+            kibibytes = context.integer(name)
+            if kibibytes > 0:
+                return kibibytes << 10
+    return _UNKNOWN
+
+
+def _is_software(context: Context) -> bool:
+    return any(name in context.renderer.lower() for name in ("llvmpipe", "softpipe", "swrast"))
+
+
+def _free_in_machine() -> int:
+    """Bytes that Linux says are available, and no more than what the control group has left."""
+    free = [_UNKNOWN]
+    meminfo = _text("/proc/meminfo")
+    free += [int(line.split()[1]) << 10 for line in meminfo.splitlines() if line.startswith("MemAvailable:")]
+    known = free[1:]
+    for most, used in (
+        ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory.current"),
+        ("/sys/fs/cgroup/memory/memory.limit_in_bytes", "/sys/fs/cgroup/memory/memory.usage_in_bytes"),
+    ):
+        limit, current = _text(most).strip(), _text(used).strip()
+        if limit.isdigit() and current.isdigit():
+            known.append(max(int(limit) - int(current), 64 << 20))
+    return min(known, default=_UNKNOWN)
+
+
+def _text(path: str) -> str:
+    try:
+        return Path(path).read_text()
+    except OSError:
+        return ""

@@ -1,10 +1,7 @@
 """The exact ray caster: emission and absorption integrated along each ray without a step length, in float64.
 
-    I = ∫ q(s) T(s) ds + T(s1) B,    T(s) = exp(-∫ τ(s) ds),    opacity = 1 - T(s1)
-
-q is the emission and τ the extinction per world unit, s the distance from the eye, s1 where the ray leaves the box,
-B the background. `marcher` approximates the same integral by many short steps. Here, each ray is cut at every face of
-the trilinear cells; a cell lies between eight sample centres. Between two faces any trilinear field is a cubic in s:
+`marcher` approximates the same integral by many short steps. Here, each ray is cut at every face of the trilinear
+cells; a cell lies between eight sample centres. Between two faces any trilinear field is a cubic in s:
 
 - *pre-classified* (`slab`, `extinction`): q and τ of the eight samples are interpolated, so both are cubics.
 - *post-classified* (`post`, `integrated`): the value is a cubic, and is cut again where it meets a control point of

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from texvol.opengl.compositor import Compositor
 from texvol.opengl.contexts import Context, open_context
 from texvol.opengl.projection import depth_of
-from texvol.opengl.texture_memory import default_budget
+from texvol.opengl.texture_store import default_budget
 from texvol.rendering import checking, error_control
 from texvol.rendering.error_control import ErrorSearch, smaller
 from texvol.rendering.modelled import modelled
@@ -329,7 +329,7 @@ class Renderer:
             "slab_thickness": settings.slab_thickness,
             "slabs": slicing.slab_stacks(scene.box, scene.camera, settings.slab_thickness, size).slab_count,
             "classification": scene.classification,
-            "texture_format": ", ".join(medium.baked[1].texel_format for medium in self._cache.volumes if medium.baked),
+            "texture_format": ", ".join(medium.baked.texel_format for medium in self._cache.volumes if medium.baked),
             "halvings": self._cache.volumes[0].halvings(scene.volume),
             "target_format": settings.target_format,
             "bricks_total": sum(len(each.bricks) for each in textures),

@@ -11,14 +11,13 @@ import numpy as np
 from texvol.opengl.contexts import Context
 from texvol.opengl.drawing import Drawing, DrawnVolume, View
 from texvol.opengl.projection import ValueProjection, projection_of
-from texvol.opengl.shadows import Shadows
+from texvol.opengl.shadows import Shadow, Shadows
 from texvol.opengl.stopwatch import Stopwatch
 from texvol.rendering.settings import Settings
 from texvol.rendering.volume_cache import VolumeCache
 from texvol.scene.lighting import Lighting
 from texvol.scene.scene import CompleteScene
 from texvol.scene.transfer import NO_MEDIUM
-from texvol.textures.shaded_samples import LightTransmittance
 from texvol.textures.value_texture import ValueTexture
 from texvol.util.errors import NoRoomError
 
@@ -55,49 +54,21 @@ class SceneCache:
         with self.watch.timed("bake"):
             each_with = zip(self.volumes, scenes, strict=True)
             scenes = tuple(cache.coarser_scene(alone, scene, settings) for cache, alone in each_with)
-            light_transmittance = self._shadows.prepare(scenes, settings.slab_thickness)
+            shadows = self._shadows.prepare(scenes, settings.slab_thickness)
+            for alone, cache, shadow in zip(scenes, self.volumes, shadows, strict=True):
+                cache.prepare(_stored(alone), size, settings, shadow.transmittance if shadow else None)
         projection = projection_of(scenes[0], depth=depth)
-        drawn = []
-        for number, (alone, cache) in enumerate(zip(scenes, self.volumes, strict=True)):
-            left = light_transmittance[number] if light_transmittance else None
-            drawn.append(self._drawn(alone, cache, size, settings, projection, left, number))
+        each_with = zip(scenes, self.volumes, shadows, strict=True)
+        drawn = tuple(_drawn(alone, cache, settings, projection, shadow) for alone, cache, shadow in each_with)
         view = View(scenes[0].camera, size, settings.slab_thickness, scene.volume.centre)
         return Drawing(
             view,
-            tuple(drawn),
+            drawn,
             color_scale=1.0 if projection else _color_scale_of(scenes),
             least_transmittance=settings.early_termination / _most_light_of(scenes),
             cutting=scene.cutting,
             depth_cue=scenes[0].depth_cue if not projection or projection.lighting else None,
             projection=projection,
-        )
-
-    def _drawn(
-        self,
-        alone: CompleteScene,
-        cache: VolumeCache,
-        size: tuple[int, int],
-        settings: Settings,
-        projection: ValueProjection | None,
-        light_transmittance: LightTransmittance | None,
-        number: int,
-    ) -> DrawnVolume:
-        """Return one volume with its textures."""
-        with self.watch.timed("bake"):
-            baked = cache.prepare(_stored(alone), size, settings, light_transmittance)
-        skips = cache.empty_space.skips if settings.skips(alone) else None
-        lit_when_drawn = isinstance(baked, ValueTexture) and not projection
-        return DrawnVolume(
-            alone.volume,
-            baked,
-            cache.textures,
-            cache.visible_part(alone, settings),
-            skips,
-            cache.empty_space.cells_per_box if skips else (1.0, 1.0, 1.0),
-            lighting=projection.lighting if projection else alone.lighting if lit_when_drawn else None,
-            light_transmittance=self._shadows.textures[number]
-            if light_transmittance is not None and lit_when_drawn
-            else None,
         )
 
     def surfaces(self, scene: CompleteScene, size: tuple[int, int], settings: Settings) -> Surfaces | None:
@@ -136,6 +107,29 @@ class SceneCache:
         self._shadows.release()
         if self._surfaces is not None:
             self._surfaces.release()
+
+
+def _drawn(
+    alone: CompleteScene,
+    cache: VolumeCache,
+    settings: Settings,
+    projection: ValueProjection | None,
+    shadow: Shadow | None,
+) -> DrawnVolume:
+    """Return one volume with its textures."""
+    assert cache.baked is not None
+    skips = cache.empty_space.skips if settings.skips(alone) else None
+    lit_when_drawn = isinstance(cache.baked, ValueTexture) and not projection
+    return DrawnVolume(
+        alone.volume,
+        cache.baked,
+        cache.textures,
+        cache.visible_part(alone, settings),
+        skips,
+        cache.empty_space.cells_per_box if skips else (1.0, 1.0, 1.0),
+        lighting=projection.lighting if projection else alone.lighting if lit_when_drawn else None,
+        light_transmittance=shadow.texture if shadow and lit_when_drawn else None,
+    )
 
 
 def _stored(scene: CompleteScene) -> CompleteScene:

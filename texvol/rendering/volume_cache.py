@@ -44,7 +44,8 @@ class VolumeCache:
         self._context, self._budget, self._watch = context, budget, watch
         self.empty_space = EmptySpace(context.gl)
         self.textures = TextureStore(context, budget, watch)
-        self.baked: tuple[Recipe, BakedTexture] | None = None
+        self.baked: BakedTexture | None = None
+        self._recipe: Recipe = ()
         self._chosen: tuple[Recipe, str] | None = None
         self._source: Volume | None = None  # the full volume if a halved one is drawn
         self._coarsest: tuple[Recipe, dict[float, Volume]] | None = None  # by slab thickness
@@ -57,7 +58,7 @@ class VolumeCache:
         if scene.added or settings.texture_format != "auto":
             return alone
         medium, thickness = scene.medium, settings.slab_thickness
-        if not coarser.may_be_coarser(scene, medium, thickness):
+        if not coarser.may_be_coarser(scene, thickness):
             return scene
         if self._coarsest is None or not same(self._coarsest[0], (scene.volume, medium)):
             self._coarsest = (scene.volume, medium), {}
@@ -75,7 +76,7 @@ class VolumeCache:
         size: tuple[int, int],
         settings: Settings,
         light_transmittance: LightTransmittance | None,
-    ) -> BakedTexture:
+    ) -> None:
         """Bake the texels of a scene of one volume and find its empty cells, unless they are there.
 
         `light_transmittance` is that from the nodes of the box to each light that casts shadows.
@@ -87,9 +88,9 @@ class VolumeCache:
             texture_format = "rgba32f"
         texels = _texels(scene, thickness, texture_format)
         recipe = (*texels, scene.medium, scene.classification, texture_format, scene.mode, scene.isovalue)
-        if self.baked is None or not same(self.baked[0], recipe):
-            self.baked = (recipe, bake(scene, thickness, texture_format, light_transmittance))
-        baked = self.baked[1]
+        if self.baked is None or not same(self._recipe, recipe):
+            self.baked, self._recipe = bake(scene, thickness, texture_format, light_transmittance), recipe
+        baked = self.baked
         if isinstance(baked, ValueTexture):
             texels = (*texels, baked.texel_format, baked.storage.offset, baked.storage.scale)
         if settings.skips(scene):
@@ -97,11 +98,10 @@ class VolumeCache:
             self.empty_space.prepare(scene.volume, *_shown(scene), scene.mask, steps)
         margin = bricks.margin(scene.volume, scene.camera, size, thickness)
         self.textures.prepare(baked, scene.volume, texels, margin)
-        return baked
 
     def halvings(self, volume: Volume) -> list[int]:
         """Numbers of halvings of the volume along x, y, z before it was drawn."""
-        return coarser.halvings(volume, self.baked[1].volume) if self.baked else [0, 0, 0]
+        return coarser.halvings(volume, self.baked.volume) if self.baked else [0, 0, 0]
 
     def visible_part(self, scene: CompleteScene, settings: Settings) -> VisiblePart:
         """Return the function that finds the visible part of a brick."""
@@ -114,12 +114,12 @@ class VolumeCache:
         Textures of exact values serve every thickness. Other texels are drawn from temporary textures, in bricks of at
         least an eighth of the volume within `most_bytes`, if that is given.
         """
-        if self.baked is None or (self._source is None and self._has_exact_values(self.baked[1])):
+        if self.baked is None or (self._source is None and _has_exact_values(self.baked)):
             yield
             return
-        kept, budget = (self.textures, self.baked, self.empty_space, self._source), self._budget
+        kept, budget = (self.textures, self.baked, self._recipe, self.empty_space, self._source), self._budget
         if most_bytes is not None:
-            samples = (self._source or self.baked[1].volume).values.size
+            samples = (self._source or self.baked.volume).values.size
             budget = min(budget, int(np.clip(2 * samples, most_bytes // 8, most_bytes)))
         self.textures = TextureStore(self._context, budget, self._watch)
         if self._source is not None:
@@ -128,21 +128,21 @@ class VolumeCache:
             yield
         finally:
             self.textures.release()
-            if self.empty_space is not kept[2]:
+            if self.empty_space is not kept[3]:
                 self.empty_space.release()
-            self.textures, self.baked, self.empty_space, self._source = kept
+            self.textures, self.baked, self._recipe, self.empty_space, self._source = kept
 
     @property
     def lost_digits(self) -> float:
         """Rounding of values, as a fraction of the narrowest interval of the transfer function."""
-        return self.baked[1].storage.condition * ULP if self.baked and isinstance(self.baked[1], ValueTexture) else 0.0
+        return self.baked.storage.condition * ULP if isinstance(self.baked, ValueTexture) else 0.0
 
     def rounding(self, scene: CompleteScene) -> float:
         """Upper bound of the error of a picture by the rounding of values.
 
         It is 0 if a picture of values with other rounding estimates that error better.
         """
-        baked = self.baked[1] if self.baked else None
+        baked = self.baked
         if not isinstance(baked, ValueTexture):
             return 0.0
         storage = baked.storage
@@ -156,13 +156,6 @@ class VolumeCache:
         attenuation = attenuation_of(scene.air)
         of_a_value *= 1.0 if attenuation is None else attenuation.per_value
         return of_a_value * (2 * scene.volume.radius if scene.mode == "xray" else 1.0)
-
-    @staticmethod
-    def _has_exact_values(baked: BakedTexture) -> bool:
-        if not isinstance(baked, ValueTexture):
-            return False
-        vouches = baked.storage.vouches_for_itself(baked.volume)
-        return baked.volume.labels or (baked.estimator is None and baked.steps is None and vouches)
 
     def release(self) -> None:
         """Release everything on the device."""
@@ -193,3 +186,10 @@ def _texels(scene: CompleteScene, thickness: float, texture_format: str) -> tupl
         medium = (scene.volume, scene.mask, scene.medium, scene.classification, baked_for, texture_format)
         return (*medium, *gradient, seen_from(scene)) if gradient else medium
     return (scene.volume, scene.mask, *gradient)
+
+
+def _has_exact_values(baked: BakedTexture) -> bool:
+    if not isinstance(baked, ValueTexture):
+        return False
+    vouches = baked.storage.vouches_for_itself(baked.volume)
+    return baked.volume.labels or (baked.estimator is None and baked.steps is None and vouches)

@@ -19,10 +19,17 @@ from numpy.typing import NDArray
 
 from texvol.opengl.compositor import Compositor
 from texvol.opengl.drawing import Drawing
-from texvol.opengl.light_uniforms import cue_uniforms, eye_uniforms, light_switches, light_uniforms
 from texvol.opengl.shaders import FOLDER, WHOLE_TARGET, Programs, bind, draw_triangles
 from texvol.opengl.surfaces.on_screen import Primitives, primitives_of
-from texvol.opengl.uniforms import NO_LIGHT, half_spaces_in_box, ray_uniforms
+from texvol.opengl.uniforms import (
+    NO_LIGHT,
+    cue_uniforms,
+    eye_uniforms,
+    half_spaces_in_box,
+    light_switches,
+    light_uniforms,
+    ray_uniforms,
+)
 from texvol.scene.appearance import surface_lighting
 from texvol.scene.lighting import Lighting
 from texvol.scene.scene import CompleteScene

@@ -144,11 +144,10 @@ def lit(lights, color, extinction, gradient, m, side, toward_eye, position):
     """Return the emission of a medium under all lights; the straight colour if the extinction is 1."""
     bright = min(m / lights.fade, 1.0)
     w = bright * bright * (3 - 2 * bright)
-    diffuse_red, diffuse_green, diffuse_blue = 0.0, 0.0, 0.0
-    shine_red, shine_green, shine_blue = 0.0, 0.0, 0.0
+    diffuse_light, shine_light = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
     for light in range(lights.rows.shape[0]):
         toward_light = unit(toward(lights, light, toward_eye, position))
-        red, green, blue = _color_of_light(lights, light, position, toward_light)
+        light_color = _color_of_light(lights, light, position, toward_light)
         diffuse, specular = 1.0, 0.0
         if w > 0.0:
             cosine = -side * dot(gradient, toward_light) / m
@@ -156,14 +155,13 @@ def lit(lights, color, extinction, gradient, m, side, toward_eye, position):
             if cosine > SQUARE and lights.specular > 0.0:
                 halfway = unit(added(toward_light, toward_eye))
                 specular = w * max(-side * dot(gradient, halfway) / m, 0.0) ** lights.shininess
-        diffuse_red, shine_red = diffuse_red + diffuse * red, shine_red + specular * red
-        diffuse_green, shine_green = diffuse_green + diffuse * green, shine_green + specular * green
-        diffuse_blue, shine_blue = diffuse_blue + diffuse * blue, shine_blue + specular * blue
+        diffuse_light = added(diffuse_light, scaled(light_color, diffuse))
+        shine_light = added(shine_light, scaled(light_color, specular))
     shine = lights.specular * extinction
     return (
-        color[0] * (lights.ambient + lights.diffuse * diffuse_red) + shine * shine_red,
-        color[1] * (lights.ambient + lights.diffuse * diffuse_green) + shine * shine_green,
-        color[2] * (lights.ambient + lights.diffuse * diffuse_blue) + shine * shine_blue,
+        color[0] * (lights.ambient + lights.diffuse * diffuse_light[0]) + shine * shine_light[0],
+        color[1] * (lights.ambient + lights.diffuse * diffuse_light[1]) + shine * shine_light[1],
+        color[2] * (lights.ambient + lights.diffuse * diffuse_light[2]) + shine * shine_light[2],
     )
 
 

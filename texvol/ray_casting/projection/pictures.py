@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.ray_casting.common.rays import Choose, Numbers, Rays, over_rows, position_rounding, rays_of
-from texvol.ray_casting.common.surface_lighting import gradients_at, reflected
+from texvol.ray_casting.common.surface_lighting import cued, gradients_at, reflected
 from texvol.ray_casting.projection.tracer import ABOVE, HIGHEST, INTEGRAL, SURFACE, project_rays
 from texvol.scene.air import attenuation_of
 from texvol.scene.display import isosurface_color
@@ -124,11 +124,7 @@ def _surface_picture(scene: CompleteScene, rays: Rays, s: Numbers, hit: NDArray[
     gradients = gradients_at(volume, scene.gradient, index)
     diffuse, specular = reflected(scene.lighting or Lighting(), volume, gradients, from_centre, to_eye)
     color = isosurface_color(scene) * diffuse + specular
-    cue = scene.depth_cue
-    if cue is not None:
-        near, far = cue.range_for(volume, scene.camera)
-        depth = _depth(scene, rays, s)[hit][:, np.newaxis]
-        t = cue.strength * np.clip((depth - near) / (far - near), 0, 1)
-        color = color * (1 - t) + t * np.array(cue.color)
+    if scene.depth_cue is not None:
+        color = cued(scene.depth_cue, volume, scene.camera, color, _depth(scene, rays, s)[hit])
     picture[hit, :3] = color
     return picture

@@ -58,7 +58,9 @@ def cross(several, starts, steps, ray, workspace, here, there, depth, light):
     if not anything:
         return depth
     if common.cued and workspace.mixed[3] > 0.0:
-        _cue_mixed(common.cue, ray, workspace, here)
+        mixed = workspace.mixed
+        fraction = cue_at(common.cue, (here - ray.eye) * ray.along)
+        mixed[0], mixed[1], mixed[2] = cued(common.cue, (mixed[0], mixed[1], mixed[2]), mixed[3], fraction)
     if posts > 0:
         return _cross_in_parts(several, ray, workspace, posts, here, length, depth, light)
     if workspace.mixed[3] > 0.0:
@@ -247,14 +249,6 @@ def _add_cubics(cued, cue, ray, cubics, start, end, here, length, depth, light):
 @woven_in
 def _cubic(row, start, end):
     return restricted((row[0], row[1], row[2], row[3]), start, end)
-
-
-@woven_in
-def _cue_mixed(cue, ray, workspace, here):
-    """Apply the depth cue to the opaque colour at the front of a piece."""
-    mixed = workspace.mixed
-    color = cued(cue, (mixed[0], mixed[1], mixed[2]), mixed[3], cue_at(cue, (here - ray.eye) * ray.along))
-    mixed[0], mixed[1], mixed[2] = color
 
 
 @woven_in

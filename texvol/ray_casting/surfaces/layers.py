@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.ray_casting.common.rays import Choose, Numbers
-from texvol.ray_casting.common.surface_lighting import reflected
+from texvol.ray_casting.common.surface_lighting import cued, reflected
 from texvol.ray_casting.surfaces.hits import hits_of_lines, hits_of_triangles
 from texvol.scene.appearance import surface_lighting
 from texvol.scene.scene import CompleteScene, Scene
@@ -195,12 +195,9 @@ def _colors(hits: _Hits, view: _View) -> Numbers:
         slopes = -_normals(hits, scene)
         diffuse, specular = reflected(lighting, scene.volume, slopes[is_lit], positions[is_lit], to_eye[is_lit])
         colors[is_lit, :3] = colors[is_lit, :3] * diffuse + specular
-    cue = scene.depth_cue
-    if cue is not None:
-        near, far = cue.range_for(scene.box, camera)
+    if scene.depth_cue is not None:
         depth = (hits.s - view.eye.reshape(-1)[hits.pixel]) * -(to_eye @ camera.forward)
-        fraction = cue.strength * np.clip((depth - near) / (far - near), 0, 1)[:, np.newaxis]
-        colors[:, :3] = colors[:, :3] * (1 - fraction) + fraction * np.array(cue.color)
+        colors[:, :3] = cued(scene.depth_cue, scene.box, camera, colors[:, :3], depth)
     return colors
 
 
