@@ -209,7 +209,8 @@ def test_shadows_fall_from_one_volume_on_another(renderer: Renderer, light: Ligh
     assert (
         max(
             np.abs(shadow.transmittance[..., 0] - each).max()
-            for shadow.transmittance, each in zip(found, alone, strict=True)
+            for shadow, each in zip(found, alone, strict=True)
+            if shadow is not None
         )
         > 0.02
     )
