@@ -9,15 +9,7 @@ from ctypes import POINTER, byref, c_char_p, c_int, c_void_p
 from functools import partial
 from typing import Any
 
-from texvol.opengl.contexts.native import (
-    LEFT_BEHIND,
-    OPENGL_VERSION,
-    VERSION_NAME,
-    Handle,
-    Library,
-    Restore,
-    integers,
-)
+from texvol.opengl.contexts.native import LEFT_BEHIND, OPENGL_VERSION, VERSION_NAME, Handle, Library, Restore, integers
 from texvol.util.errors import ContextError
 
 LIBRARIES = ("libEGL.so.1",)  # the plain .so name belongs to the development package

@@ -8,15 +8,7 @@ from collections.abc import Iterator
 from ctypes import c_char_p, c_int, c_ubyte, c_void_p, create_string_buffer
 from typing import Any
 
-from texvol.opengl.contexts.native import (
-    LEFT_BEHIND,
-    OPENGL_VERSION,
-    VERSION_NAME,
-    Handle,
-    Library,
-    Restore,
-    integers,
-)
+from texvol.opengl.contexts.native import LEFT_BEHIND, OPENGL_VERSION, VERSION_NAME, Handle, Library, Restore, integers
 from texvol.util.errors import ContextError
 
 LIBRARIES = "libOSMesa.so.8", "libOSMesa.so.6"  # the plain .so name belongs to the development package

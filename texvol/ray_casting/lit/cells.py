@@ -12,13 +12,7 @@ from math import inf, isfinite, isinf, isnan, nan, sqrt
 from texvol.ray_casting.common.bernstein import EPSILON, mix, restricted, trilinear
 from texvol.ray_casting.common.cells import JUST_INSIDE, color_of_opaque_corners, point_between, value_beside_gaps
 from texvol.ray_casting.common.compiling import compiled, woven_in
-from texvol.ray_casting.common.medium import (
-    OPAQUE_DEPTH,
-    add_opaque,
-    add_piece,
-    cued,
-    segment_of,
-)
+from texvol.ray_casting.common.medium import OPAQUE_DEPTH, add_opaque, add_piece, cued, segment_of
 from texvol.ray_casting.lit.collocation import add_interval, collocate, fields_at, shown
 from texvol.ray_casting.lit.cuts import find_cuts
 from texvol.ray_casting.lit.shading import (
