@@ -14,27 +14,42 @@ digits.
 
 Volumes that overlap add up, q = Σ q_v and τ = Σ τ_v. Light, depth cues and media that depend on the gradient make no
 polynomials; they are integrated over intervals that are halved until the halves agree with the whole.
+
+Where a clip plane or crop box cuts a medium open, the cut may be a *cap*: an opaque surface of the medium's colour. It
+has the colour of an interval too short for the medium to change, divided by its opacity; where several volumes overlap
+it is the colour of their sum.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.ray_casting.caps import caps_within, put_in_front, thin_ends
-from texvol.ray_casting.common.rays import Choose, Numbers, Trace, over_rows, position_rounding, rays_of
+from texvol.ray_casting.common.rays import (
+    Choose,
+    Numbers,
+    Rays,
+    Trace,
+    middle_of,
+    over_rows,
+    position_rounding,
+    rays_in,
+    rays_of,
+)
 from texvol.ray_casting.plain import tracer as plain
 from texvol.scene.lighting import casts_shadows
 from texvol.scene.scene import CompleteScene, Scene, checked_size
+from texvol.scene.volume import Volume
 
 if TYPE_CHECKING:
     from texvol.ray_casting.surfaces.layers import Layer
 
 _PACE: dict[tuple[object, ...], float] = {}  # least seconds per pixel of each kind of scene, so far
+_SHORT = 2.0**-26  # of a cap, in smallest spacings: half of float64's digits are left for the optical depth
 TraceInterval = Callable[[Numbers, Numbers], None]  # adds what lies between ends of rays to a picture of zeros
 
 
@@ -110,14 +125,14 @@ def _raycast(scene: CompleteScene, size: tuple[int, int], choose: Choose) -> Num
 
     def trace_rows(rows: slice) -> None:
         of_rows = rays_of(scene, eyes[rows], directions[rows])
-        thin = thin_ends(scene, of_rows) if scene.cutting.caps else None
+        thin = _thin_ends(scene, of_rows) if scene.cutting.caps else None
 
         def trace_interval(ends: Numbers, part: Numbers) -> None:
             trace(of_rows._replace(ends=ends), part)
             if thin is not None:
                 caps = np.zeros_like(part)
-                trace(of_rows._replace(ends=caps_within(thin, ends)), caps)
-                put_in_front(caps, part)
+                trace(of_rows._replace(ends=_caps_within(thin, ends)), caps)
+                _put_in_front(caps, part)
 
         layers = [layer.chosen(lambda array: array[rows]) for layer in surfaces]
         _trace_between(layers, of_rows.ends, trace_interval, picture[rows])
@@ -165,7 +180,12 @@ def tracer_for(scene: CompleteScene) -> Trace:
     """
     volume = scene.volume
     if scene.added or scene.mask is not None or volume.labels or volume.colors is not None:
-        return _tracer_for_several(scene)
+        from texvol.ray_casting.several import tracer as several
+
+        # Rays are found from the first volume's centre, which may be far from the other volumes.
+        farthest = np.abs(scene.camera.eye) + np.abs(volume.centre)
+        roundings = np.stack([position_rounding(each, farthest) for each in scene.volumes])
+        return several.tracer(scene, roundings, light_transmittances(scene))
     rounding = position_rounding(volume, scene.camera.eye)
     if scene.lighting is not None or scene.depth_cue is not None or scene.medium.needs_gradient:
         from texvol.ray_casting.lit import tracer as lit
@@ -195,10 +215,41 @@ def light_transmittances(scene: CompleteScene) -> list[Numbers]:
     return [transmittance_at_nodes(lighting, volume, depths) for volume in scene.volumes]
 
 
-def _tracer_for_several(scene: CompleteScene) -> Trace:
-    from texvol.ray_casting.several import tracer as several
+def _thin_ends(scene: Scene, rays: Rays) -> Numbers:
+    """Return the ends (…, 2) of a short interval behind each cut; empty where a ray begins at a box or the eye."""
+    first, last = rays.ends[..., 0], rays.ends[..., 1]
+    is_cut_open = np.zeros(first.shape, np.bool_)
+    for volume, start, step in _rays_of_volumes(scene, rays):
+        low, high = np.full(3, -0.5), np.array(volume.dimensions) - 0.5
+        with np.errstate(divide="ignore", invalid="ignore"):
+            faces = np.stack([(low - start) / step, (high - start) / step])
+        enters = np.nan_to_num(faces.min(axis=0), nan=-np.inf).max(axis=-1)
+        leaves = np.nan_to_num(faces.max(axis=0), nan=np.inf).min(axis=-1)
+        is_cut_open |= (first > np.maximum(enters, rays.eye)) & (first < leaves)
+    short = _SHORT * scene.smallest_spacing
+    return np.stack([first, np.where(is_cut_open, np.minimum(first + short, last), -np.inf)], axis=-1)
 
-    # Rays are found from the first volume's centre, which may be far from the other volumes.
-    farthest = np.abs(scene.camera.eye) + np.abs(scene.volume.centre)
-    rounding = np.stack([position_rounding(volume, farthest) for volume in scene.volumes])
-    return several.tracer(scene, rounding, light_transmittances(scene))
+
+def _rays_of_volumes(scene: Scene, rays: Rays) -> Iterator[tuple[Volume, Numbers, Numbers]]:
+    """Yield each volume with starts and steps of rays in its index space."""
+    first = scene.volume
+    yield first, rays.start, rays.step
+    if scene.added:
+        to_world = first.world_from_index.T
+        nearest, directions = (rays.start - middle_of(first)) @ to_world, rays.step @ to_world
+        for each in scene.added:
+            yield each.volume, *rays_in(each.volume, first, nearest, directions)
+
+
+def _caps_within(thin: Numbers, interval: Numbers) -> Numbers:
+    """Return those intervals of `_thin_ends` that begin in an interval of the ray, the others empty."""
+    first, last = thin[..., 0], thin[..., 1]
+    begins = (first >= interval[..., 0]) & (first < interval[..., 1])
+    return np.stack([first, np.where(begins, last, -np.inf)], axis=-1)
+
+
+def _put_in_front(caps: Numbers, picture: Numbers) -> None:
+    """Put opaque caps into a picture; both hold light and, in the last channel, optical depth."""
+    met = caps[..., 3] > 0
+    picture[met, :3] = caps[met, :3] / -np.expm1(-caps[met, 3:])
+    picture[met, 3] = np.inf

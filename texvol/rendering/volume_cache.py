@@ -83,7 +83,10 @@ class VolumeCache:
         """
         thickness, texture_format = settings.slab_thickness, settings.texture_format
         if texture_format == "auto":
-            texture_format = self._cheapest_format(scene, thickness)
+            asked = (scene.volume, scene.medium, scene.classification, thickness)
+            if self._chosen is None or not same(self._chosen[0], asked):
+                self._chosen = asked, texel_format.cheapest_texel_format(*asked)
+            texture_format = self._chosen[1]
         if texture_format == REFERENCE and scene.classification in ("slab", "extinction"):
             texture_format = "rgba32f"
         texels = _texels(scene, thickness, texture_format)
@@ -162,12 +165,6 @@ class VolumeCache:
         self.textures.release()
         self.empty_space.release()
         self._coarsest = None
-
-    def _cheapest_format(self, scene: CompleteScene, thickness: float) -> str:
-        asked = (scene.volume, scene.medium, scene.classification, thickness)
-        if self._chosen is None or not same(self._chosen[0], asked):
-            self._chosen = asked, texel_format.cheapest_texel_format(*asked)
-        return self._chosen[1]
 
 
 def _shown(scene: CompleteScene) -> tuple[Shown, int]:

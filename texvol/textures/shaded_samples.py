@@ -37,7 +37,7 @@ def medium_of_samples(
     Emission, shape (n, 3), and extinction are per world unit; where the extinction is infinite the emission is the
     colour that shows. `light_transmittance` is what shadows leave of each light, see `texvol.opengl.shadows`.
     """
-    volume, camera, transfer_function = scene.volume, scene.camera, scene.medium
+    volume, transfer_function = scene.volume, scene.medium
     values = volume.values[box]
     is_shown = visible(volume, transfer_function, values)
     if scene.mask is not None:
@@ -55,10 +55,7 @@ def medium_of_samples(
     lighting = scene.lighting
     if lighting is None:
         return shows, medium
-    positions = None
-    if _needs_positions(lighting, camera, light_transmittance):
-        positions = volume.world_from_index @ (index - (np.array(volume.dimensions)[:, np.newaxis] - 1) / 2)
-    diffuse, highlight = shade(lighting, volume, camera, normals, magnitudes, positions, light_transmittance)
+    diffuse, highlight = _shade(scene, lighting, normals, magnitudes, index, light_transmittance)
     glow = medium.emission * diffuse
     if highlight is not None:
         glow += np.where(np.isinf(medium.extinction), 1.0, medium.extinction)[:, np.newaxis] * highlight
@@ -114,28 +111,23 @@ def _directions(slopes: Numbers, smallest_spacing: float) -> tuple[Numbers, NDAr
     return slopes, largest.astype(np.float64) * length / smallest_spacing
 
 
-def _needs_positions(lighting: Lighting, camera: Camera, light_transmittance: LightTransmittance | None) -> bool:
-    has_points = any(light.kind == "point" for light in lighting.lights)
-    return (
-        has_points
-        or light_transmittance is not None
-        or (camera.projection == "perspective" and depends_on_eye(lighting))
-    )
-
-
-def shade(
+def _shade(
+    scene: CompleteScene,
     lighting: Lighting,
-    volume: Volume,
-    camera: Camera,
     normals: Numbers,
     magnitudes: NDArray[np.float64],
-    positions: NDArray[np.float64] | None = None,
-    light_transmittance: LightTransmittance | None = None,
+    index: NDArray[np.intp],
+    light_transmittance: LightTransmittance | None,
 ) -> tuple[Numbers, Numbers | None]:
-    """D and S of `texvol.scene.lighting`, both (n, 3); None where nothing has highlights.
+    """Return D and S of `texvol.scene.lighting`, both (n, 3), of samples with gradient `magnitudes` per world unit.
 
-    Gradients are `magnitudes` per world unit, `positions` relative to the middle of the box, for what depends on them.
+    S is None where nothing has highlights.
     """
+    volume, camera = scene.volume, scene.camera
+    positions = None  # relative to the middle of the box
+    sees_positions = camera.projection == "perspective" and depends_on_eye(lighting)
+    if sees_positions or light_transmittance is not None or any(light.kind == "point" for light in lighting.lights):
+        positions = volume.world_from_index @ (index - (np.array(volume.dimensions)[:, np.newaxis] - 1) / 2)
     with np.errstate(over="ignore"):
         fraction = np.minimum(magnitudes / lighting.fade_for(volume), 1).astype(normals.dtype)
     confidence = fraction * fraction * (3 - 2 * fraction)

@@ -77,7 +77,7 @@ def several(
     together = Several(
         kinds=np.array([_kind(scene) for scene in scenes]),
         shapes=np.array([volume.values.shape for volume in volumes]),
-        samples=_samples(scenes),
+        samples=Samples(*map(_ragged, zip(*map(_samples_of, scenes), strict=True))),
         scenes=_stacked_scenes(lit)._replace(masked=np.array([scene.mask is not None for scene in scenes])),
         nodes=np.array([each.lights.transmittance.shape for each in lit]),
         rounding=rounding,
@@ -93,19 +93,14 @@ def _kind(scene: Scene) -> int:
     return PRECLASSIFIED if before else POSTCLASSIFIED
 
 
-def _samples(scenes: Sequence[Scene]) -> Samples:
-    none, volumes = np.zeros((0, 3)), [scene.volume for scene in scenes]
-    return Samples(
-        values=_ragged([volume.values.reshape(-1).astype(np.float64) for volume in volumes]),
-        weights=_ragged(
-            [none[:, 0] if s.mask is None else s.mask.array.reshape(-1).astype(np.float64) for s in scenes]
-        ),
-        colors=_ragged(
-            [none if volume.colors is None else volume.colors.reshape(-1, 3).astype(np.float64) for volume in volumes]
-        ),
-        gradients=_ragged(
-            [gradients_of(s).reshape(-1, 3).astype(np.float64) if s.needs_gradient else none for s in scenes]
-        ),
+def _samples_of(scene: Scene) -> tuple[NDArray, ...]:
+    """Return the samples of one volume, in the order of `Samples`."""
+    volume, none = scene.volume, np.zeros((0, 3))
+    return (
+        volume.values.reshape(-1).astype(np.float64),
+        none[:, 0] if scene.mask is None else scene.mask.array.reshape(-1).astype(np.float64),
+        none if volume.colors is None else volume.colors.reshape(-1, 3).astype(np.float64),
+        gradients_of(scene).reshape(-1, 3).astype(np.float64) if scene.needs_gradient else none,
     )
 
 
