@@ -8,7 +8,9 @@ the machine if the driver is software.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+import time
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -18,7 +20,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.opengl.contexts import Context
-from texvol.opengl.stopwatch import Stopwatch
 from texvol.scene.volume import Volume
 from texvol.slicing.bricks import Brick, Triple, cut, texture_size, whole
 from texvol.textures.slab_texture import SlabTexture
@@ -45,6 +46,24 @@ _BRICKS_IN_BUDGET = 4  # at least: those that are drawn first are still there fo
 BakedTexture = SlabTexture | ValueTexture
 
 
+class Stopwatch:
+    """Adds up seconds by name."""
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
+
+    @contextmanager
+    def timed(self, what: str) -> Iterator[None]:
+        """Add the time that is spent inside."""
+        start = time.perf_counter()
+        yield
+        self.seconds[what] = self.seconds.get(what, 0.0) + time.perf_counter() - start
+
+    def of_textures(self) -> float:
+        """Seconds in which texels were made and uploaded."""
+        return self.seconds.get("bake", 0.0) + self.seconds.get("upload", 0.0)
+
+
 @dataclass
 class _Held:
     textures: dict[str, moderngl.Texture3D]  # by the names of their samplers
@@ -63,7 +82,7 @@ class TextureStore:
         self._watch = watch or Stopwatch()
         self.budget = budget
         self._longest = int(self._gl.info["GL_MAX_3D_TEXTURE_SIZE"])
-        self._largest = largest_texture(context)
+        self._largest = _SOFTWARE_TEXTURE if _is_software(context) else 1 << 62  # bytes
         self._held: dict[Triple, _Held] = {}
         self._tables: dict[str, moderngl.Texture] = {}
         self._tables_of: BakedTexture | None = None
@@ -217,11 +236,6 @@ def same(one: Sequence[Any], other: Sequence[Any]) -> bool:
 def default_budget(context: Context) -> int:
     """Bytes: half of what is free."""
     return int(_FRACTION * _free(context))
-
-
-def largest_texture(context: Context) -> int:
-    """Bytes of the largest texture to ask for."""
-    return _SOFTWARE_TEXTURE if _is_software(context) else 1 << 62
 
 
 def _free(context: Context) -> int:

@@ -148,11 +148,7 @@ def toward_eye(camera: Camera, positions: Numbers) -> Numbers:
     """Return the unit vectors (n, 3) from positions to the eye."""
     if camera.projection == "orthographic":
         return np.broadcast_to(-camera.forward, positions.shape)
-    return unit(np.array(camera.eye) - positions)
-
-
-def unit(vectors: Numbers) -> Numbers:
-    """Return vectors (…, 3) at length 1; 0 stays 0."""
+    vectors = np.array(camera.eye) - positions
     length = np.linalg.norm(vectors, axis=-1, keepdims=True)
     return np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0)
 

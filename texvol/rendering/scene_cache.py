@@ -12,7 +12,7 @@ from texvol.opengl.contexts import Context
 from texvol.opengl.drawing import Drawing, DrawnVolume, View
 from texvol.opengl.projection import ValueProjection, projection_of
 from texvol.opengl.shadows import Shadow, Shadows
-from texvol.opengl.stopwatch import Stopwatch
+from texvol.opengl.texture_store import Stopwatch
 from texvol.rendering.settings import Settings
 from texvol.rendering.volume_cache import VolumeCache
 from texvol.scene.lighting import Lighting
@@ -118,13 +118,14 @@ def _drawn(
 ) -> DrawnVolume:
     """Return one volume with its textures."""
     assert cache.baked is not None
-    skips = cache.empty_space.skips if settings.skips(alone) else None
+    empty_space = cache.empty_space if settings.skips(alone) else None
+    skips = empty_space.skips if empty_space else None
     lit_when_drawn = isinstance(cache.baked, ValueTexture) and not projection
     return DrawnVolume(
         alone.volume,
         cache.baked,
         cache.textures,
-        cache.visible_part(alone, settings),
+        empty_space.visible_part if empty_space else lambda brick: brick.stored_box,
         skips,
         cache.empty_space.cells_per_box if skips else (1.0, 1.0, 1.0),
         lighting=projection.lighting if projection else alone.lighting if lit_when_drawn else None,

@@ -10,11 +10,9 @@ from typing import Any
 import numpy as np
 
 from texvol.opengl.contexts import Context
-from texvol.opengl.drawing import VisiblePart
 from texvol.opengl.empty_space import EmptySpace
 from texvol.opengl.projection import Isovalue
-from texvol.opengl.stopwatch import Stopwatch
-from texvol.opengl.texture_store import BakedTexture, TextureStore, same
+from texvol.opengl.texture_store import BakedTexture, Stopwatch, TextureStore, same
 from texvol.rendering.render import bake
 from texvol.rendering.settings import Settings
 from texvol.scene.air import attenuation_of
@@ -27,7 +25,7 @@ from texvol.slicing.cells import Shown
 from texvol.textures import halving as coarser
 from texvol.textures import texel_format
 from texvol.textures.shaded_samples import LightTransmittance, seen_from
-from texvol.textures.value_storage import FAR, ULP
+from texvol.textures.value_storage import FAR, HOPELESS, ULP
 from texvol.textures.value_texture import REFERENCE, ValueTexture
 
 _OF_A_CUBIC = 3.0  # an extreme of a cubic, in roundings of the four values that determine it
@@ -106,10 +104,6 @@ class VolumeCache:
         """Numbers of halvings of the volume along x, y, z before it was drawn."""
         return coarser.halvings(volume, self.baked.volume) if self.baked else [0, 0, 0]
 
-    def visible_part(self, scene: CompleteScene, settings: Settings) -> VisiblePart:
-        """Return the function that finds the visible part of a brick."""
-        return self.empty_space.visible_part if settings.skips(scene) else lambda brick: brick.stored_box
-
     @contextmanager
     def set_aside(self, most_bytes: int | None) -> Iterator[None]:
         """Keep the last picture's textures while other pictures are drawn inside the context.
@@ -149,7 +143,7 @@ class VolumeCache:
         if not isinstance(baked, ValueTexture):
             return 0.0
         storage = baked.storage
-        if not (storage.vouches_for_itself(baked.volume) or storage.is_hopeless):
+        if not (storage.vouches_for_itself(baked.volume) or storage.condition >= HOPELESS):
             return 0.0
         if scene.mode not in NUMBER_MODES:
             return min(storage.condition * ULP, 1.0)

@@ -73,10 +73,7 @@ def _modulation(modulation: NDArray[np.float64], largest_gradient: float) -> dic
 def _graded(
     graded: tuple[Graded, ...], storage: Storage, length_unit: float, largest_gradient: float
 ) -> dict[str, Any]:
-    starts: list[Row] = []
-    ends: list[Row] = []
-    positions: list[Row] = []
-    slopes: list[Row] = []
+    rows: list[tuple[Row, ...]] = []
     for each in graded:
         numbers = np.column_stack([each.emissions, each.extinctions]) * length_unit
         edges = np.clip(storage.stored(each.values), -_FARTHEST, _FARTHEST)
@@ -88,11 +85,11 @@ def _graded(
         start -= STEP_MARGIN * start + _LEAST if width == 0 else 0.0
         for first, last in _pieces(each):
             is_closed = last == len(edges) - 1 and (first == last or not _ends_in_step(each))
-            starts.append(_row(numbers[first]))
-            ends.append(_row(numbers[last]))
-            positions.append(_row((bounds[first], beyond if is_closed else bounds[last], edges[first])))
-            slopes.append(_row((_slope(edges[last] - edges[first]), start, _slope(width))))
-    return {"graded_starts": starts, "graded_ends": ends, "graded_positions": positions, "graded_slopes": slopes}
+            positions = bounds[first], beyond if is_closed else bounds[last], edges[first]
+            slopes = _slope(edges[last] - edges[first]), start, _slope(width)
+            rows.append(tuple(map(_row, (numbers[first], numbers[last], positions, slopes))))
+    names = "graded_starts", "graded_ends", "graded_positions", "graded_slopes"
+    return {name: list(column) for name, column in zip(names, zip(*rows, strict=True), strict=True)}
 
 
 def _pieces(graded: Graded) -> list[tuple[int, int]]:

@@ -125,11 +125,6 @@ class Storage:
             ends = np.array(volume.finite_range or (0.0, 0.0)) / self.scale
             return float(np.abs(ends - self.offset / self.scale).max())
 
-    @property
-    def is_hopeless(self) -> bool:
-        """True if single precision cannot hold what is drawn, wherever the offset lies."""
-        return self.condition >= HOPELESS
-
 
 def storage_of(volume: Volume, features: Features) -> Storage:
     """Storage of a volume's values, none of them rounded more than to single precision."""

@@ -14,7 +14,6 @@ import ctypes
 import threading
 import weakref
 from contextlib import suppress
-from types import TracebackType
 from typing import Any
 
 import moderngl
@@ -61,9 +60,7 @@ class Context:
         self._handle.__enter__()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._handle.__exit__()
 
     def integer(self, name: int) -> int:

@@ -147,7 +147,11 @@ def _lay_fields(several, v, workspace, entry, leave):
     """Write the fields of volume v, classified after interpolation, to `workspace`; return True if it has values."""
     own, samples = workspace_of(workspace, v, 0), workspace.samples
     if several.kinds[v] == LABELS:
-        _lay_constants(own, samples.values[v, 0], samples.weights[v, 0])
+        own.corners[:] = samples.values[v, 0]
+        own.field[0, :] = samples.values[v, 0]
+        for axis in range(3):
+            own.field[1 + axis, :] = own.slopes[axis, 0]
+        own.weight[:] = samples.weights[v, 0]
         workspace.margins[v] = 0.0
         return True
     own.corners[:] = samples.values[v]
@@ -162,16 +166,6 @@ def _lay_fields(several, v, workspace, entry, leave):
         own.weight[0], own.weight[1], own.weight[2], own.weight[3] = trilinear(samples.weights[v], entry, leave)
     workspace.margins[v] = lay_fields(own, entry, leave, rounding)
     return not isnan(workspace.margins[v])
-
-
-@woven_in
-def _lay_constants(workspace, value, weight):
-    """Write the constant fields of a cell of labels to the `workspace` of one volume."""
-    workspace.corners[:] = value
-    workspace.field[0, :] = value
-    for axis in range(3):
-        workspace.field[1 + axis, :] = workspace.slopes[axis, 0]
-    workspace.weight[:] = weight
 
 
 @woven_in
