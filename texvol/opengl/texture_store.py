@@ -37,7 +37,6 @@ MODERNGL_TYPES = {
 }
 _BYTES = {"rgba8": 4, "rgba16f": 8, "rgba32f": 16, "rgba16": 8, "r16": 2, "r16f": 2, "r32f": 4}
 _SLICE_BYTES = 8 << 20
-_FRACTION = 0.5  # of what is free
 _UNKNOWN = 1 << 30  # where the driver does not tell
 _SOFTWARE_TEXTURE = (1 << 30) - 1  # Mesa's software driver refuses textures of a gibibyte and more
 _NVIDIA_FREE, _AMD_FREE = 0x9049, 0x87FC  # GL_NVX_gpu_memory_info, GL_ATI_meminfo: kibibytes
@@ -235,7 +234,7 @@ def same(one: Sequence[Any], other: Sequence[Any]) -> bool:
 
 def default_budget(context: Context) -> int:
     """Bytes: half of what is free."""
-    return int(_FRACTION * _free(context))
+    return _free(context) // 2
 
 
 def _free(context: Context) -> int:

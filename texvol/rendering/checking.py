@@ -47,7 +47,6 @@ _STEPS = 2048  # along each ray; together with the rays that are asked for some 
 _STEPS_BETWEEN = 2.0  # between two control points, where the value goes through most of its range in a voxel
 _STEPS_BEFORE = 512  # where eight samples are classified for each step
 
-
 Numbers = NDArray[np.float64]
 
 
@@ -209,11 +208,7 @@ def fraction_at_most(beyond: int, count: int) -> float:
 
 
 def _so_few(most: int, count: int, fraction: float) -> float:
-    """Probability of at most `most` of `count` independent events of probability `fraction`."""
-    if fraction >= 1:
-        return 0.0
-    if fraction <= 0:
-        return 1.0
+    """Probability of at most `most` of `count` independent events of probability `fraction`, between 0 and 1."""
     yes, no = math.log(fraction), math.log1p(-fraction)
     combinations = [math.lgamma(count + 1) - math.lgamma(i + 1) - math.lgamma(count - i + 1) for i in range(most + 1)]
     return math.fsum(math.exp(each + i * yes + (count - i) * no) for i, each in enumerate(combinations))

@@ -34,7 +34,7 @@ class OSMesa(Library):
 
     def __init__(self) -> None:
         super().__init__(LIBRARIES, SIGNATURES, "OSMesaGetProcAddress")
-        self._current = threading.local()  # .handle: the one that is current on the thread
+        self.current = threading.local()  # .handle: the one that is current on the thread
 
     def handles(self) -> Iterator[tuple[Handle, str]]:
         if self.process != os.getpid():
@@ -43,18 +43,12 @@ class OSMesa(Library):
 
     def leave_current(self) -> Restore:
         # OSMesaGetCurrentContext is not asked: it answers with whatever Mesa has current, an EGL context too.
-        handle: OSMesaHandle | None = getattr(self._current, "handle", None)
+        handle: OSMesaHandle | None = getattr(self.current, "handle", None)
         if handle is None:
             return lambda: None
         self.functions.OSMesaMakeCurrent(None, None, 0, 0, 0)
-        self._current.handle = None
+        self.current.handle = None
         return handle.bind
-
-    def make_current(self, handle: OSMesaHandle, context: int, pixel: Any) -> None:
-        """Make the handle's context, and the one pixel of memory that it draws to, current on this thread."""
-        if not self.functions.OSMesaMakeCurrent(context, pixel, GL_UNSIGNED_BYTE, 1, 1):
-            raise ContextError("OSMesaMakeCurrent failed")
-        self._current.handle = handle
 
 
 class OSMesaHandle(Handle):
@@ -73,7 +67,9 @@ class OSMesaHandle(Handle):
             raise ContextError(f"OSMesaCreateContextAttribs gives no OpenGL {VERSION_NAME}")
 
     def bind(self) -> None:
-        self._osmesa.make_current(self, self._context, self._pixel)
+        if not self._osmesa.functions.OSMesaMakeCurrent(self._context, self._pixel, GL_UNSIGNED_BYTE, 1, 1):
+            raise ContextError("OSMesaMakeCurrent failed")
+        self._osmesa.current.handle = self
 
     def destroy(self) -> None:
         self._osmesa.functions.OSMesaDestroyContext(self._context)

@@ -241,12 +241,10 @@ class _OnDevice:
         self.table = gl.texture((_TABLE_WIDTH, rows), 4, padded, dtype="f4")
         self.table.filter = moderngl.NEAREST, moderngl.NEAREST
         is_opaque = np.array([shape.opacity == 1 for shape in geometry])[primitives.shape]
-        self.opaque = self._buffer(gl, _vertices_of(primitives, is_opaque, size))
-        self.translucent = self._buffer(gl, _vertices_of(primitives, ~is_opaque, size))
-
-    @staticmethod
-    def _buffer(gl: moderngl.Context, vertices: NDArray[np.float32]) -> moderngl.Buffer | None:
-        return gl.buffer(vertices) if len(vertices) else None
+        self.opaque, self.translucent = (
+            gl.buffer(vertices) if len(vertices) else None
+            for vertices in (_vertices_of(primitives, kind, size) for kind in (is_opaque, ~is_opaque))
+        )
 
     def release(self) -> None:
         for each in (self.table, self.opaque, self.translucent):
