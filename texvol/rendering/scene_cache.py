@@ -52,13 +52,13 @@ class SceneCache:
         scenes = scene.each_alone()
         self._have_caches(len(scenes))
         with self.watch.timed("bake"):
-            each_with = zip(self.volumes, scenes, strict=True)
-            scenes = tuple(cache.coarser_scene(alone, scene, settings) for cache, alone in each_with)
+            each_alone = zip(self.volumes, scenes, strict=True)
+            scenes = tuple(cache.coarser_scene(alone, scene, settings) for cache, alone in each_alone)
             shadows = self._shadows.prepare(scenes, settings.slab_thickness)
-            for alone, cache, shadow in zip(scenes, self.volumes, shadows, strict=True):
+            each_with = list(zip(scenes, self.volumes, shadows, strict=True))
+            for alone, cache, shadow in each_with:
                 cache.prepare(_stored(alone), size, settings, shadow.transmittance if shadow else None)
         projection = projection_of(scenes[0], depth=depth)
-        each_with = zip(scenes, self.volumes, shadows, strict=True)
         drawn = tuple(_drawn(alone, cache, settings, projection, shadow) for alone, cache, shadow in each_with)
         view = View(scenes[0].camera, size, settings.slab_thickness, scene.volume.centre)
         return Drawing(
