@@ -57,7 +57,7 @@ class PlainFetch:
         with self._context:
             gl = self._context.gl
             dtype = MODERNGL_TYPES[baked.texel_format]
-            self._texture = gl.texture3d(scene.volume.dimensions, baked.components, alignment=1, dtype=dtype)
+            self._texture = gl.texture3d(scene.volume.dimensions, baked.formats["texels"][1], alignment=1, dtype=dtype)
             self._texture.repeat_x = self._texture.repeat_y = self._texture.repeat_z = False
             self._texture.filter = moderngl.LINEAR, moderngl.LINEAR
             self._texture.write(np.ascontiguousarray(baked.texels()), alignment=1)

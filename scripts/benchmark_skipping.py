@@ -12,7 +12,7 @@ from benchmark_timing import Run, columns, frame_seconds, heading, in_turns, mil
 from numpy.typing import NDArray
 
 from texvol import Renderer, Scene
-from texvol.rendering.accuracy import DEFAULT_EARLY_TERMINATION
+from texvol.rendering.settings import DEFAULT_EARLY_TERMINATION
 
 _RATE = 1.0
 

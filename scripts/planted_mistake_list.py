@@ -190,13 +190,13 @@ _LOWER = (
         "NUMBA_DISABLE_JIT=1 test_ray_casting.py -k 'chord and inside'",
     ),
     Mistake(
-        *("rendering", "accuracy:checked"),
+        *("rendering", "settings:checked"),
         *("if len(chosen) > 1:", "if len(chosen) > 2:"),
         "two ways to choose the slab thickness are accepted",
         "test_render.py test_error_control.py -k 'refused or given or wrong or choose'",
     ),
     Mistake(
-        *("rendering", "accuracy:checked"),
+        *("rendering", "settings:checked"),
         *("scene.smallest_spacing / (sampling_rate", "scene.smallest_spacing * (sampling_rate"),
         "a sampling rate makes slabs thicker",
         "test_render.py -k 'rate or thickness'",
@@ -214,13 +214,13 @@ _LOWER = (
         "test_render.py",
     ),
     Mistake(
-        *("opengl", "compositor:Compositor._program"),
+        *("opengl", "shaders:Programs.program"),
         *("key = (name, *sorted(switches.items()))", "key = (name,)"),
         "a program is kept whatever its switches",
         "test_nothing_modelled.py test_render.py",
     ),
     Mistake(
-        *("opengl", "light_uniforms:cue_uniforms"),
+        *("opengl", "uniforms:cue_uniforms"),
         *("(middle - near) / (far - near)", "(middle - far) / (far - near)"),
         "a depth cue begins at its far end",
         "test_light_drawn.py -k 'depth_cue'",
@@ -256,7 +256,7 @@ _LOWER = (
         "test_slab_texture.py",
     ),
     Mistake(
-        *("textures", "slab_texture:_texels_of_medium"),
+        *("textures", "slab_texture:_medium_encoder"),
         *("glow = emission * length_unit", "glow = emission"),
         "the emission of a texel is not that of its unit of length",
         "test_slab_texture.py",

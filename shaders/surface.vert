@@ -6,7 +6,7 @@
 in vec2 in_position;     // normalised device coordinates
 in vec2 in_numbers;      // of the primitive, and of the shape that it belongs to
 
-uniform sampler2D table; // two texels for each shape, then some for each primitive; see opengl/surfaces/table.py
+uniform sampler2D table; // two texels for each shape, then some for each primitive; see opengl/surfaces/surfaces.py
 uniform int table_width;
 uniform int shapes;
 

@@ -142,7 +142,7 @@ def test_lit_texels_are_as_large_as_others(renderer: Renderer, kind: Classificat
 
 def programs(renderer: Renderer) -> list[tuple[dict[str, int], set[str]]]:
     """Switches and uniforms of what has been compiled."""
-    return [(dict(key[1:]), set(program)) for key, program in renderer._compositor._programs.items()]
+    return [(dict(key[1:]), set(program)) for key, program in renderer._compositor._programs.kept.items()]
 
 
 @pytest.mark.parametrize("name", [name for name in PLAIN if "cue" not in name])
@@ -151,7 +151,7 @@ def test_no_code_of_light_is_compiled(name: str) -> None:
         renderer.render(PLAIN[name], SIZE)
         assert renderer.stats["samples"] > 0  # which compiles another program
         found = programs(renderer)
-        assert not renderer._cache._shadows._programs
+        assert not renderer._cache._shadows._programs.kept
     assert found
     for switches, uniforms in found:
         assert {name for name in OF_LIGHT | OF_GRADIENTS | {"CUE"} if switches.get(name)} == set()

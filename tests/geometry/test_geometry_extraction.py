@@ -157,7 +157,7 @@ def test_it_is_the_surface_that_the_mode_shows(renderer: Renderer) -> None:
     mesh, size = surface_of(volume, 0.6), (72, 64)
     scene = Scene(volume, None, camera, mode="isosurface", isovalue=0.6)
     of_mode = isosurface_depth(scene, size)
-    [first, *_] = surface_layers(replace(scene, geometry=(mesh,)), camera, size)
+    [first, *_] = surface_layers(replace(scene, geometry=(mesh,)).completed(size), size, lambda array: array)
     eyes, edges = camera.rays(size)
     of_mesh = (first.s - ((eyes - volume.centre) * edges).sum(axis=-1)) * (edges @ camera.forward)
     both = np.isfinite(of_mode) & np.isfinite(of_mesh)

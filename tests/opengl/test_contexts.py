@@ -49,7 +49,7 @@ def test_a_context_is_current_inside_with_only(backend: str) -> None:
     assert current() == [False, False]
     with context:
         assert current()[BACKENDS.index(backend)]
-        with context.current():
+        with context:
             assert current()[BACKENDS.index(backend)]
         assert current()[BACKENDS.index(backend)]
     assert current() == [False, False]

@@ -70,7 +70,9 @@ def test_a_texture_holds_the_texels_of_its_brick(
     for brick in store.bricks:
         texture = store.resources(brick)["texels"]
         nx, ny, nz = texture.size
-        held = np.frombuffer(texture.read(alignment=1), TYPES[texel_format]).reshape(nz, ny, nx, baked.components)
+        held = np.frombuffer(texture.read(alignment=1), TYPES[texel_format]).reshape(
+            nz, ny, nx, baked.formats["texels"][1]
+        )
         z, y, x = (slice(*ends) for ends in zip(brick.stored_first[::-1], brick.stored_last[::-1], strict=True))
         beyond = [(0, int(room)) for room in brick.has_room_beyond[::-1]] + [(0, 0)]
         expected = np.pad(whole[z, y, x], beyond, mode="edge")

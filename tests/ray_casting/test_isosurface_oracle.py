@@ -12,7 +12,7 @@ from support.scenes import path_lengths
 
 from texvol.ray_casting.common.surface_lighting import gradients_at
 from texvol.ray_casting.projection import isosurface_depth, project
-from texvol.ray_casting.projection.cells import first_hit
+from texvol.ray_casting.projection.tracer import first_hit
 from texvol.scene.camera import Camera
 from texvol.scene.display import ISOSURFACE_COLOR
 from texvol.scene.gradient import Estimator

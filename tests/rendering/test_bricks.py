@@ -242,7 +242,10 @@ def test_pictures_of_bricks_are_composited_in_visibility_order(
         compositor.finish()
         return compositor.picture().astype(np.float64)
 
-    stores = [TextureStore(own_context, budget) for budget in (1 << 30, 300_000 if baked.components == 4 else 80_000)]
+    stores = [
+        TextureStore(own_context, budget)
+        for budget in (1 << 30, 300_000 if baked.formats["texels"][1] == 4 else 80_000)
+    ]
     for store in stores:
         store.prepare(baked, volume, (volume,), bricks.margin(volume, camera, SIZE, 0.8))
     whole = picture_of(stores[0], stores[0].bricks[0])

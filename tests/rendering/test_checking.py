@@ -18,8 +18,16 @@ from support.picture_files import header
 from texvol import Renderer, Scene, TransferFunction, Volume, raycast
 from texvol.cli.command_line import main
 from texvol.ray_casting import raycast_pixels
-from texvol.rendering.checking import ATTRIBUTE, Check, check_picture, chosen_pixels, errors_of, fraction_at_most
-from texvol.rendering.marching import can_march, march_pixels
+from texvol.rendering.checking import (
+    ATTRIBUTE,
+    Check,
+    can_march,
+    check_picture,
+    chosen_pixels,
+    errors_of,
+    fraction_at_most,
+    march_pixels,
+)
 from texvol.util.errors import AccuracyWarning, InputError
 
 MISTAKE = ("vec4 texel_at(vec3 position)", "return texel_at_right(0.8 * position);")

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from support.scenes import BONE, FOG, inside, random_volume, smooth_volume
 
-from texvol.rendering.accuracy import DEFAULT_EARLY_TERMINATION
 from texvol.rendering.renderer import Renderer
+from texvol.rendering.settings import DEFAULT_EARLY_TERMINATION
 from texvol.scene.added_volume import AddedVolume
 from texvol.scene.camera import Camera, Projection
 from texvol.scene.scene import CLASSIFICATIONS, Classification, Scene

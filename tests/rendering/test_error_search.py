@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from texvol.ray_casting import raycast
-from texvol.rendering.error_search import smaller
+from texvol.rendering.error_control import smaller
 from texvol.rendering.renderer import Renderer
 from texvol.rendering.settings import Settings
 from texvol.scene.added_volume import AddedVolume

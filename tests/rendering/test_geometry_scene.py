@@ -224,8 +224,8 @@ def test_no_geometry_imports_compiles_and_allocates_nothing(tmp_path: Path) -> N
         "renderer = texvol.Renderer()\n"
         "renderer.render(texvol.Scene(texvol.Volume(np.random.rand(5, 5, 5)), mode='MODE', isovalue=VALUE), (8, 8))\n"
         "renderer.stats['estimated_error']\n"
-        "assert renderer._cache._surfaces._surfaces is None\n"
-        "assert all(not dict(key[1:])['INTERVAL'] for key in renderer._compositor._programs)\n"
+        "assert renderer._cache._surfaces is None\n"
+        "assert all(not dict(key[1:])['INTERVAL'] for key in renderer._compositor._programs.kept)\n"
         "texvol.raycast(texvol.Scene(texvol.Volume(np.random.rand(5, 5, 5)), mode='MODE', isovalue=VALUE), (4, 4))\n"
         "print(*sys.modules)\n"
     )
@@ -253,9 +253,9 @@ def test_no_geometry_imports_compiles_and_allocates_nothing(tmp_path: Path) -> N
 def test_what_the_shapes_do_without_is_not_compiled(renderer: Renderer) -> None:
     with Renderer() as fresh:
         fresh.render(Scene(VOLUME, constant(0.2), CAMERA, geometry=(walls()[0].mesh(),)), SIZE)
-        surfaces = fresh._cache._surfaces._surfaces
+        surfaces = fresh._cache._surfaces
         assert surfaces is not None
-        [switches] = [dict(key[1:]) for key in surfaces._programs if key[0] == "surface"]
+        [switches] = [dict(key[1:]) for key in surfaces._programs.kept if key[0] == "surface"]
     assert {name for name, value in switches.items() if value} == {"PERSPECTIVE"}
 
 
@@ -290,12 +290,11 @@ def test_drivers_without_double_precision_draw_it_too(tmp_path: Path, monkeypatc
     """Places are then known to float32 alone: a few 2^-23 of the box, in which the optical depth is 8 at most."""
     for file in FOLDER.iterdir():
         (tmp_path / file.name).write_text(file.read_text().replace("#ifdef GL_ARB_gpu_shader_fp64", "#if 0"))
-    for module in ("texvol.opengl.surfaces.surfaces", "texvol.opengl.compositor"):
 
-        def load(gl: Any, name: str, **more: Any) -> Any:
-            return load_program(gl, name, **(more | {"folder": tmp_path}))
+    def load(gl: Any, name: str, **more: Any) -> Any:
+        return load_program(gl, name, **(more | {"folder": tmp_path}))
 
-        monkeypatch.setattr(f"{module}.load_program", load)
+    monkeypatch.setattr("texvol.opengl.shaders.load_program", load)
     lines = Lines(VOLUME.corners_from_centre + VOLUME.centre, [range(8)], opacity=0.5, width=3)
     scene = Scene(VOLUME, constant(0.4, COLOR), CAMERA, geometry=(*(each.mesh(lit=True) for each in walls()), lines))
     with Renderer() as opened:

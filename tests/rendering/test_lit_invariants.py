@@ -293,7 +293,7 @@ def test_a_picture_does_not_depend_on_the_one_before(kind: Classification) -> No
 
 @pytest.mark.parametrize("kind", ["slab", "extinction"])
 def test_light_that_is_not_part_of_the_recipe_shows(kind: Classification) -> None:
-    with patch("texvol.rendering.settings.seen_from", lambda *_: ""), Renderer() as renderer:
+    with patch("texvol.rendering.volume_cache.seen_from", lambda *_: ""), Renderer() as renderer:
         assert set(stale(renderer, changes(kind)[:9])) >= {2, 3, 4, 5, 6, 7}
 
 

@@ -67,15 +67,15 @@ def test_frames_of_whole_volumes_leave_memory_as_it_was() -> None:
 def test_programs_are_kept_and_not_too_many_of_them() -> None:
     """Lights and clip planes of any number are programs of their own."""
     volume = smooth_volume(8)
-    most, compositor = 6, "texvol.opengl.compositor"
-    few, loading = patch(f"{compositor}._MOST_PROGRAMS", most), patch(f"{compositor}.load_program", wraps=load_program)
+    most, shaders = 6, "texvol.opengl.shaders"
+    few, loading = patch(f"{shaders}._MOST_PROGRAMS", most), patch(f"{shaders}.load_program", wraps=load_program)
     with Renderer() as renderer, few, loading as load:
         for planes in range(most + 4):
             clip = tuple(ClipPlane((1, 0, 0), -float(d)) for d in range(planes))
             renderer.render(Scene(volume, FOG, clip=clip), (8, 8))
             renderer.render(Scene(volume, FOG), (8, 8))
         assert load.call_count == most + 4
-        assert len(renderer._compositor._programs) == most
+        assert len(renderer._compositor._programs.kept) == most
         renderer.render(Scene(volume, FOG, clip=(ClipPlane((1, 0, 0), 0.0),)), (8, 8))
         assert load.call_count == most + 5
 

@@ -80,7 +80,9 @@ def test_halved_values_are_texels_of_16_bits_and_nothing_stays_nothing() -> None
     assert off[-3] <= 0.51 * step and off[-1] <= 3 * step  # its ends are moved on
     baked = bake_values(halved, FOG, "post", "r16")
     texels = baked.texels()[..., 0]
-    np.testing.assert_allclose(texels / 65535 * baked.scale + baked.offset, halved.values, rtol=0, atol=5e-7)
+    np.testing.assert_allclose(
+        texels / 65535 * baked.storage.scale + baked.storage.offset, halved.values, rtol=0, atol=5e-7
+    )
 
 
 def _noise(shape: tuple[int, int, int]) -> np.ndarray:

@@ -19,12 +19,11 @@ from texvol.scene.camera import Camera
 from texvol.scene.scene import Classification, Scene
 from texvol.scene.transfer import TransferFunction
 from texvol.scene.volume import Volume
-from texvol.textures.ramps import NUMBERS_OF_RAMPS, ramp_uniforms
+from texvol.textures.ramps import NUMBERS_OF_RAMPS, STEP_MARGIN, ramp_uniforms
 from texvol.textures.value_texture import bake_values
 
 SIZE = (32, 24)
 seeds = st.integers(0, 2**32 - 1)
-STEP_MARGIN = 2.0**-22
 
 
 def medium_of(random: np.random.Generator, segments: int, emissive: bool) -> TransferFunction:
@@ -56,7 +55,7 @@ def test_the_sum_is_the_transfer_function(seed: int, segments: int, scale: float
     plain = medium_of(random, segments, emissive=False)
     values = np.float32(np.sort(plain.values * scale)).astype(np.float64)
     medium = replace(plain, values=values)
-    ramps = ramp_uniforms(values, medium.numbers, True, STEP_MARGIN)
+    ramps = ramp_uniforms(values, medium.numbers, True)
     assume(ramps is not None)  # digits lost beside a much larger number
     span = np.ptp(values) or 1.0
     asked = np.concatenate([random.uniform(values[0] - span, values[-1] + span, 300), values])
@@ -79,7 +78,7 @@ def test_the_sum_is_zero_where_the_transfer_function_is(seed: int, segments: int
     random = np.random.default_rng(seed)
     medium = medium_of(random, segments, emissive=False)
     values = np.float32(medium.values).astype(np.float64)
-    ramps = ramp_uniforms(values, medium.numbers, True, STEP_MARGIN)
+    ramps = ramp_uniforms(values, medium.numbers, True)
     assume(ramps is not None)
     for first, last, one, other in zip(values[:-1], values[1:], medium.numbers[:-1], medium.numbers[1:], strict=True):
         if last - first > 1e-3:
@@ -171,7 +170,7 @@ def test_more_ramps_than_there_are_are_looked_up(classification: Classification,
 def test_a_flat_stretch_takes_no_ramp() -> None:
     values = np.linspace(0, 1, 41)
     numbers = np.repeat(np.arange(41)[:, np.newaxis] // 2, 4, axis=1)  # 20 rises, 20 flat ones
-    ramps = ramp_uniforms(values, numbers.astype(float), True, STEP_MARGIN)
+    ramps = ramp_uniforms(values, numbers.astype(float), True)
     assert ramps is not None
     assert len(ramps["ramp_rises"]) == len(ramps["ramp_positions"]) == 24
     assert np.count_nonzero(np.array(ramps["ramp_rises"]).any(axis=1)) == 20

@@ -62,7 +62,7 @@ def test_texels_of_a_box_are_those_of_the_whole_there(dtype: type) -> None:
         bake_values(Volume(values), medium, "post"),
     ):
         np.testing.assert_array_equal(texture.texels(box), texture.texels()[box])
-        assert texture.texels(box).shape == (6, 18, 1, texture.components)
+        assert texture.texels(box).shape == (6, 18, 1, texture.formats["texels"][1])
 
 
 @pytest.mark.parametrize("classification", ["slab", "extinction"])

@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.opengl.contexts import Context
-from texvol.opengl.drawing import Drawing
-from texvol.opengl.shaders import FOLDER, load_program, set_uniforms
+from texvol.opengl.drawing import AnyTexture, Drawing
+from texvol.opengl.shaders import FOLDER, Programs, bind, draw_triangles, release_target
 from texvol.opengl.texture_store import MODERNGL_TYPES
 from texvol.opengl.uniforms import picture_uniforms, single_switches, skip_uniforms, volume_uniforms
 from texvol.scene.scene import checked_size
@@ -26,35 +26,26 @@ from texvol.slicing.bricks import Brick
 from texvol.slicing.slabs import SlabStacks
 from texvol.util.errors import InputError
 
-_MOST_PROGRAMS = 64  # kept: some 4 MB each in Mesa's software driver; scenes that alternate use a few
-AnyTexture = moderngl.Texture | moderngl.Texture3D
-
 
 class Compositor:
     """Programs and targets on one context; every method needs the context to be current.
 
-    Programs are kept, the last used ones of them. `shaders` is the folder of the programs' files.
+    `shaders` is the folder of the programs' files.
     """
 
     under = (moderngl.ONE_MINUS_DST_ALPHA, moderngl.ONE)  # factors of what is drawn, and of what is there already
 
     def __init__(self, context: Context, shaders: Path = FOLDER) -> None:
         self._gl = context.gl
-        self._shaders = shaders
-        self._programs: dict[tuple[Any, ...], moderngl.Program] = {}
+        self._programs = Programs(context.gl, shaders)
         self._target: moderngl.Framebuffer | None = None
         self._target_key: tuple[tuple[int, int], str] | None = None
-
-    @property
-    def largest_picture(self) -> int:
-        """Most pixels of a picture along one side."""
-        info = self._gl.info
-        return int(min(info["GL_MAX_TEXTURE_SIZE"], *info["GL_MAX_VIEWPORT_DIMS"]))
 
     def checked_size(self, size: tuple[int, int]) -> tuple[int, int]:
         """(width, height) of a picture that the driver has room for, or InputError."""
         width, height = checked_size(size)
-        largest = self.largest_picture
+        info = self._gl.info
+        largest = int(min(info["GL_MAX_TEXTURE_SIZE"], *info["GL_MAX_VIEWPORT_DIMS"]))
         if not (width <= largest and height <= largest):
             raise InputError(f"size {width}x{height}: this driver draws 1 to {largest} pixels along each side")
         return width, height
@@ -82,15 +73,10 @@ class Compositor:
         if not stacks.first.size:
             return
         drawn = drawing.first
-        units: dict[str, AnyTexture] = dict(drawn.textures.resources(brick))
+        units = drawn.samplers(brick) | drawing.interval
         uniforms = picture_uniforms(drawing, stacks) | volume_uniforms(drawing, drawn, brick)
         if drawn.skips is not None:
-            units["skips"] = drawn.skips
             uniforms |= skip_uniforms(drawing)
-        if drawn.light_transmittance is not None:
-            units["light_transmittance"] = drawn.light_transmittance
-        if drawing.interval is not None:
-            units |= dict(zip(("near_positions", "far_positions"), drawing.interval, strict=True))
         blending = "add" if drawing.count else drawing.projection.blending if drawing.projection else "under"
         name = "projection" if drawing.projection else "slab_stack"
         self.draw_polygons(name, single_switches(drawing, brick), stacks, units, uniforms, blending)
@@ -106,10 +92,8 @@ class Compositor:
     ) -> None:
         """Draw the polygons of slab stacks by the program of that name; `units` are textures by their samplers."""
         self.target.use()
-        program = self._program(name, switches)
-        for unit, resource in enumerate(units.values()):
-            resource.use(unit)
-        set_uniforms(program, {name: unit for unit, name in enumerate(units)} | dict(uniforms))
+        program = self._programs.program(name, switches, "slab_stack.vert")
+        bind(program, units, uniforms)
         self._blend(program, stacks, blending)
 
     def _blend(self, program: moderngl.Program, stacks: SlabStacks, blending: str) -> None:
@@ -120,13 +104,7 @@ class Compositor:
         equation = moderngl.MAX if blending == "largest" else moderngl.FUNC_ADD
         gl.blend_equation = (equation, equation)
         gl.blend_func = self.under if blending == "under" else (moderngl.ONE, moderngl.ONE)
-        vertices = gl.buffer(_triangles(stacks))
-        array = gl.vertex_array(program, [(vertices, "2f 2f", "in_position", "in_slab_range")])
-        try:
-            array.render(moderngl.TRIANGLES)
-        finally:
-            array.release()
-            vertices.release()
+        draw_triangles(gl, program, _triangles(stacks), "2f 2f", "in_position", "in_slab_range")
 
     def finish(self) -> None:
         """Wait until everything asked for is drawn."""
@@ -134,10 +112,9 @@ class Compositor:
 
     def picture(self, color_scale: float = 1.0) -> NDArray[np.float32]:
         """Read the picture back: (height, width, 4), premultiplied, linear, top row first, without `color_scale`."""
-        assert self._target is not None and self._target_key is not None, "nothing has been drawn yet"
-        (width, height), _ = self._target_key
+        width, height = self.target.size
         pixels = np.empty((height, width, 4), np.float32)
-        self._target.read_into(pixels, components=4, dtype="f4", alignment=1)
+        self.target.read_into(pixels, components=4, dtype="f4", alignment=1)
         picture = np.ascontiguousarray(pixels[::-1])
         if color_scale != 1.0:
             picture[..., :3] /= color_scale
@@ -145,25 +122,8 @@ class Compositor:
 
     def release(self) -> None:
         """Release programs and targets."""
-        for program in self._programs.values():
-            program.release()
-        self._programs.clear()
+        self._programs.release()
         self._release_target()
-
-    def _program(self, name: str, switches: dict[str, int]) -> moderngl.Program:
-        key = (name, *sorted(switches.items()))
-        program = self._programs.pop(key, None) or load_program(
-            self._gl,
-            name,
-            defines=switches,
-            vertex="slab_stack.vert",
-            fragment=f"{name}.frag",
-            folder=self._shaders,
-        )
-        self._programs[key] = program  # the last one used is the last
-        if len(self._programs) > _MOST_PROGRAMS:
-            self._programs.pop(next(iter(self._programs))).release()
-        return program
 
     def _target_of(self, size: tuple[int, int], target_format: str) -> moderngl.Framebuffer:
         key = (size, target_format)
@@ -181,10 +141,7 @@ class Compositor:
 
     def _release_target(self) -> None:
         if self._target is not None:
-            self._gl.screen.use()  # moderngl binds the last framebuffer again, also one that is gone
-            for attachment in self._target.color_attachments:
-                attachment.release()
-            self._target.release()
+            release_target(self._gl, self._target)
         self._target = self._target_key = None
 
 

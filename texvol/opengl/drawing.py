@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field
 
 import moderngl
 import numpy as np
@@ -19,83 +19,52 @@ from texvol.slicing.bricks import Brick
 
 # Low and high corner of what a brick may show, in fractions of the box, shape (2, 3); None if it shows nothing.
 VisiblePart = Callable[[Brick], "NDArray[np.float64] | None"]
-# Depths at which each ray enters and leaves an interval, as textures; see surface.frag for their components.
-Interval = tuple[moderngl.Texture, moderngl.Texture]
+AnyTexture = moderngl.Texture | moderngl.Texture3D
 
 
 @dataclass(frozen=True)
 class View:
-    """Rays and slabs of a picture.
-
-    Attributes
-    ----------
-    size : (width, height)
-        Pixels.
-    slab_thickness : float
-        World units, plane to plane.
-    origin : array of shape (3,)
-        World point at depth 0, where slab 0 begins.
-    """
+    """Rays and slabs of a picture."""
 
     camera: Camera
-    size: tuple[int, int]
-    slab_thickness: float
-    origin: NDArray[np.float64]
+    size: tuple[int, int]  # width and height in pixels
+    slab_thickness: float  # world units, plane to plane
+    origin: NDArray[np.float64]  # world point at depth 0, where slab 0 begins
 
 
 @dataclass(frozen=True)
 class DrawnVolume:
-    """One volume on the device.
-
-    Attributes
-    ----------
-    skips : 3D texture, optional
-        Distances to the next change of occupancy, see `cells.Cells`; None where no cell is empty.
-    cells_per_box : (x, y, z)
-        Number of these cells along the edges of the box.
-    lighting : Lighting, optional
-        Light on a medium that the shader classifies; texels of other kinds are lit when they are baked.
-    light_transmittance : 3D texture, optional
-        Transmittance from the nodes of the box to each light that casts shadows.
-    """
+    """One volume on the device."""
 
     volume: Volume
     baked: BakedTexture
     textures: TextureStore
     visible_part: VisiblePart
-    skips: moderngl.Texture3D | None = None
-    cells_per_box: tuple[float, float, float] = (1.0, 1.0, 1.0)
-    lighting: Lighting | None = None
-    light_transmittance: moderngl.Texture3D | None = None
+    skips: moderngl.Texture3D | None = None  # distances to the next change of occupancy; None where no cell is empty
+    cells_per_box: tuple[float, float, float] = (1.0, 1.0, 1.0)  # number of these cells along x, y, z
+    lighting: Lighting | None = None  # on a medium that the shader classifies; other texels are lit when baked
+    light_transmittance: moderngl.Texture3D | None = None  # from the nodes of the box to each light that casts shadows
+
+    def samplers(self, brick: Brick) -> dict[str, AnyTexture]:
+        """Return the textures of a brick by the names of their samplers; they are uploaded if they are not there."""
+        own = {"skips": self.skips, "light_transmittance": self.light_transmittance}
+        return self.textures.resources(brick) | {name: texture for name, texture in own.items() if texture is not None}
 
 
 @dataclass(frozen=True)
 class Drawing:
-    """All volumes of a picture, and what they have in common.
-
-    Attributes
-    ----------
-    color_scale : float
-        Factor of the colours in the target.
-    least_transmittance : float
-        A ray that lets this fraction or less of the light through ends.
-    projection : ValueProjection, optional
-        Drawn in place of the medium.
-    interval : pair of textures, optional
-        Part of each ray that is drawn; the whole ray without it.
-    count : bool
-        True if the number of sampled slabs is drawn in place of the colours.
-    """
+    """All volumes of a picture, and what they have in common."""
 
     view: View
     volumes: tuple[DrawnVolume, ...]
-    color_scale: float = 1.0
-    least_transmittance: float = 0.0
+    color_scale: float = 1.0  # factor of the colours in the target
+    least_transmittance: float = 0.0  # a ray that lets this fraction or less of the light through ends
     cutting: Cutting = NOT_CUT
     depth_cue: DepthCue | None = None
-    projection: ValueProjection | None = None
-    interval: Interval | None = None
-    count: bool = False
+    projection: ValueProjection | None = None  # drawn in place of the medium
+    # Depths at which the drawn part of each ray begins and ends, by the names of their samplers; empty for whole rays.
+    interval: dict[str, AnyTexture] = field(default_factory=dict)
+    count: bool = False  # True if the number of sampled slabs is drawn in place of the colours
 
     @property
     def first(self) -> DrawnVolume:
@@ -106,7 +75,3 @@ class Drawing:
     def is_perspective(self) -> bool:
         """True if the rays diverge."""
         return self.view.camera.projection == "perspective"
-
-    def counting(self) -> Drawing:
-        """Return the drawing of the number of sampled slabs."""
-        return replace(self, count=True)

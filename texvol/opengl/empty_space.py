@@ -21,7 +21,7 @@ class EmptySpace:
         self._shown: tuple[Shown, int, Mask | None, tuple[float, float] | None] | None = None
         self._cells: Cells | None = None
         self._visible = np.zeros((0, 0, 0), np.bool_)
-        self._skips: moderngl.Texture3D | None = None
+        self.skips: moderngl.Texture3D | None = None  # of `Cells.skips`; None where every cell shows something
         self._parts: dict[Brick, NDArray[np.float64] | None] = {}
 
     def prepare(
@@ -50,14 +50,9 @@ class EmptySpace:
         if not self._visible.all():
             skips = self._cells.skips(self._visible)
             nz, ny, nx = skips.shape
-            self._skips = self._gl.texture3d((nx, ny, nz), 1, skips, alignment=1, dtype="u1")
-            self._skips.filter = moderngl.NEAREST, moderngl.NEAREST
+            self.skips = self._gl.texture3d((nx, ny, nz), 1, skips, alignment=1, dtype="u1")
+            self.skips.filter = moderngl.NEAREST, moderngl.NEAREST
         self._shown = shown, reach, mask, steps
-
-    @property
-    def skips(self) -> moderngl.Texture3D | None:
-        """`Cells.skips` as a texture, or None where every cell shows something."""
-        return self._skips
 
     @property
     def cells_per_box(self) -> tuple[float, float, float]:
@@ -95,6 +90,6 @@ class EmptySpace:
         self._volume = self._cells = None
 
     def _release_skips(self) -> None:
-        if self._skips is not None:
-            self._skips.release()
-        self._skips = self._shown = None
+        if self.skips is not None:
+            self.skips.release()
+        self.skips = self._shown = None

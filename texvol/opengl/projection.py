@@ -54,10 +54,7 @@ class Isovalue:
     def shows_between(
         self, lowest: ArrayLike, highest: ArrayLike, largest_magnitude: ArrayLike = np.inf
     ) -> NDArray[np.bool_]:
-        """True where the isovalue lies between the two, within rounding; False where either is NaN.
-
-        Whatever the gradient is.
-        """
+        """True where the isovalue lies between the two, within rounding, at any gradient; False where either is NaN."""
         lowest, highest = np.asarray(lowest, np.float64), np.asarray(highest, np.float64)
         with np.errstate(invalid="ignore", over="ignore"):
             margin = _ROUNDING * np.maximum(np.maximum(np.abs(lowest), np.abs(highest)), abs(self.value))
@@ -114,16 +111,16 @@ class ValueProjection:
         if self.measures_rays:
             bias = self._bias(baked)
             return uniforms | {"bias": bias, "least": -_ALL_FINITE if self.attenuation is None else bias}
+        if self._missing(baked):
+            uniforms["far_from"] = FAR * baked.storage.extent
         if self.mode in ("mip", "minip"):
             low, high = baked.volume.value_range or (0.0, 0.0)
             sign, end = (1.0, high) if self.mode == "mip" else (-1.0, low)
-            most = float(np.clip(sign * (end - baked.offset) / baked.scale, -2 * HUGE, _ALL_FINITE))
-            uniforms |= {"far_from": FAR * baked.storage.extent} if uniforms.keys() & {"missing_from"} else {}
+            most = float(np.clip(sign * (end - baked.storage.offset) / baked.storage.scale, -2 * HUGE, _ALL_FINITE))
             return uniforms | {"sign_of_largest": sign, "largest_of_all": most}
         assert self.isovalue is not None
         # No value that is stored lies beyond these.
-        stored = float(np.clip((self.isovalue - baked.offset) / baked.scale, -2 * HUGE, 2 * HUGE))
-        uniforms |= {"far_from": FAR * baked.storage.extent} if uniforms.keys() & {"missing_from"} else {}
+        stored = float(np.clip((self.isovalue - baked.storage.offset) / baked.storage.scale, -2 * HUGE, 2 * HUGE))
         uniforms |= {"isovalue": stored, "same": _SAME * abs(stored)}
         return uniforms if self.depth else uniforms | {"surface_color": self.color}
 
@@ -144,21 +141,19 @@ class ValueProjection:
         """Largest or least values, and where there are any."""
         red = drawn[..., 0].astype(np.float64)
         stored = red if self.mode == "mip" else -red
-        found = np.clip(baked.offset + baked.scale * stored, *(baked.volume.finite_range or (0.0, 0.0)))
+        found = np.clip(baked.storage.offset + baked.storage.scale * stored, *(baked.volume.finite_range or (0.0, 0.0)))
         infinite = np.abs(stored) > _largest_finite(baked)
         return np.where(infinite, np.copysign(np.inf, stored), found), red > NOTHING_YET / 2
 
     def _sums(self, drawn: NDArray[np.float32], baked: ValueTexture) -> tuple[Numbers, NDArray[np.bool_]]:
         """Integrals per slab thickness, or averages, and where there are any."""
         above, direction, infinite, minus_infinite = np.moveaxis(drawn.astype(np.float64), -1, 0)
-        base, per, finite = baked.offset + baked.scale * self._bias(baked), 1.0, direction
+        base, per, finite = baked.storage.offset + baked.storage.scale * self._bias(baked), 1.0, direction
         if self.attenuation is not None:
             base, per = max(base - self.attenuation.air, 0.0), self.attenuation.per_value
-            finite, minus_infinite = (
-                direction - minus_infinite,
-                np.zeros_like(direction),
-            )  # which lets all through as air does
-        found = per * (baked.scale * above + base * finite)
+            # Minus infinity lets all light through, as air does.
+            finite, minus_infinite = direction - minus_infinite, np.zeros_like(direction)
+        found = per * (baked.storage.scale * above + base * finite)
         if self.mode == "average":
             found = np.divide(found, direction, out=np.zeros_like(found), where=direction > 0)
         found[infinite > 0] = np.inf
@@ -180,7 +175,7 @@ class ValueProjection:
         if self.attenuation is not None:
             # Below all values by more than their range there is no number to sum up from.
             base = float(np.clip(self.attenuation.air, 2 * low - high, high))
-        return float(np.float32((base - baked.offset) / baked.scale))
+        return float(np.float32((base - baked.storage.offset) / baked.storage.scale))
 
 
 def projection_of(scene: Scene, *, depth: bool = False) -> ValueProjection | None:
@@ -207,4 +202,4 @@ def _largest_finite(baked: ValueTexture) -> float:
     volume = baked.volume
     if not _has_infinities(volume) or volume.finite_range is None:
         return _ALL_FINITE
-    return (1 + _ROUNDING) * max(abs((end - baked.offset) / baked.scale) for end in volume.finite_range)
+    return (1 + _ROUNDING) * max(abs((end - baked.storage.offset) / baked.storage.scale) for end in volume.finite_range)

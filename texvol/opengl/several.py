@@ -7,10 +7,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
 
-from texvol.opengl.compositor import AnyTexture, Compositor
-from texvol.opengl.drawing import Drawing, DrawnVolume
+from texvol.opengl.compositor import Compositor
+from texvol.opengl.drawing import AnyTexture, Drawing
 from texvol.opengl.uniforms import (
     NO_LIGHT,
     NOTHING_SPECIAL,
@@ -40,11 +39,14 @@ def draw_several(compositor: Compositor, drawing: Drawing, bricks: Sequence[Bric
     units: dict[str, AnyTexture] = {}
     uniforms = picture_uniforms(drawing, stacks)
     for number, (drawn, brick) in enumerate(zip(drawing.volumes, bricks, strict=True)):
-        textures, own = _of_volume(drawing, drawn, brick)
-        units |= {f"{name}_{number}": texture for name, texture in textures.items()}
+        units |= {f"{name}_{number}": texture for name, texture in drawn.samplers(brick).items()}
+        own = volume_uniforms(drawing, drawn, brick)
+        if drawn.volume.labels:
+            own["samples_per_edge"] = tuple(map(float, drawn.volume.dimensions))
+        if drawn.skips is not None:
+            own["cells_per_box"] = drawn.cells_per_box
         uniforms |= {name if name in _OF_ALL else f"{name}_{number}": value for name, value in own.items()}
-    if drawing.interval is not None:
-        units |= dict(zip(("near_positions", "far_positions"), drawing.interval, strict=True))
+    units |= drawing.interval
     if len(units) > compositor.most_textures:
         raise InputError(
             f"{len(drawing.volumes)} volumes need {len(units)} textures at once, and this driver has room for "
@@ -52,20 +54,6 @@ def draw_several(compositor: Compositor, drawing: Drawing, bricks: Sequence[Bric
         )
     blending = "add" if drawing.count else "under"
     compositor.draw_polygons("several", switches_of(drawing, bricks), stacks, units, uniforms, blending)
-
-
-def _of_volume(drawing: Drawing, drawn: DrawnVolume, brick: Brick) -> tuple[dict[str, AnyTexture], dict[str, Any]]:
-    """Return the textures and the uniforms of one volume, by their names without its number."""
-    textures: dict[str, AnyTexture] = dict(drawn.textures.resources(brick))
-    uniforms = volume_uniforms(drawing, drawn, brick)
-    if drawn.volume.labels:
-        uniforms["samples_per_edge"] = tuple(map(float, drawn.volume.dimensions))
-    if drawn.light_transmittance is not None:
-        textures["light_transmittance"] = drawn.light_transmittance
-    if drawn.skips is not None:
-        textures["skips"] = drawn.skips
-        uniforms["cells_per_box"] = drawn.cells_per_box
-    return textures, uniforms
 
 
 def switches_of(drawing: Drawing, bricks: Sequence[Brick]) -> dict[str, int]:

@@ -24,6 +24,8 @@ from types import MappingProxyType
 from typing import Any
 
 import moderngl
+import numpy as np
+from numpy.typing import NDArray
 
 from texvol.util.package import PACKAGE
 
@@ -52,8 +54,37 @@ _LINES_PER_FILE = 10_000
 _POSITION = re.compile(r"^(?:ERROR: )?\d+(?::(\d+)(?:\(\d+\))?|\((\d+)\)) ?: ?", re.MULTILINE)
 
 
+_MOST_PROGRAMS = 64  # kept: some 4 MB each in Mesa's software driver; scenes that alternate use a few
+WHOLE_TARGET = np.array([-1, -1, 3, -1, -1, 3], np.float32)  # `in_position` of a triangle that covers every pixel
+
+
 class ShaderError(RuntimeError):
     """A shader file, or the Python that uses it, is wrong; the message names the file and line where there is one."""
+
+
+class Programs:
+    """The programs of one context that were used last, by name and switches; `folder` is that of their files."""
+
+    def __init__(self, gl: moderngl.Context, folder: Path) -> None:
+        self._gl, self._folder = gl, folder
+        self.kept: dict[tuple[Any, ...], moderngl.Program] = {}
+
+    def program(self, name: str, switches: Mapping[str, int], vertex: str) -> moderngl.Program:
+        """Return the program of `name`.frag and a vertex shader."""
+        key = (name, *sorted(switches.items()))
+        program = self.kept.pop(key, None) or load_program(
+            self._gl, name, defines=switches, vertex=vertex, folder=self._folder
+        )
+        self.kept[key] = program  # the last one used is the last
+        if len(self.kept) > _MOST_PROGRAMS:
+            self.kept.pop(next(iter(self.kept))).release()
+        return program
+
+    def release(self) -> None:
+        """Release all programs."""
+        for program in self.kept.values():
+            program.release()
+        self.kept.clear()
 
 
 def load_program(
@@ -62,24 +93,23 @@ def load_program(
     *,
     defines: Mapping[str, int] = MappingProxyType({}),
     vertex: str | None = None,
-    fragment: str | None = None,
     folder: Path = FOLDER,
 ) -> moderngl.Program:
-    """Return the program made of `name`.vert and `name`.frag, which the caller releases; `gl` is current.
+    """Return the program made of `name`.frag and a vertex shader, which the caller releases; `gl` is current.
 
     Parameters
     ----------
     defines : mapping
         Switch and value; the two files together name exactly these.
-    vertex, fragment : str, optional
-        Other files than `name`.vert and `name`.frag.
+    vertex : str, optional
+        Another file than `name`.vert.
 
     Raises
     ------
     ShaderError
         A file is missing, a switch is unknown or has no value, or the driver refuses the source.
     """
-    names = vertex or f"{name}.vert", fragment or f"{name}.frag"
+    names = vertex or f"{name}.vert", f"{name}.frag"
     files: list[str] = []
     sources = [_source(folder, file, defines, files) for file in names]
     _check_switches(sources, defines, " and ".join(names))
@@ -112,6 +142,34 @@ def set_uniforms(program: moderngl.Program, values: Mapping[str, Any]) -> None:
             program[active[name]] = value[0] if isinstance(value, list) and len(value) == 1 else value
         except Exception as error:  # moderngl lets struct.error, TypeError and its own Error through
             raise ShaderError(f"uniform {name} cannot be {value!r}: {error}") from error
+
+
+def bind(program: moderngl.Program, textures: Mapping[str, Any], uniforms: Mapping[str, Any]) -> None:
+    """Set uniforms, and bind textures by the names of their samplers."""
+    for unit, texture in enumerate(textures.values()):
+        texture.use(unit)
+    set_uniforms(program, {name: unit for unit, name in enumerate(textures)} | dict(uniforms))
+
+
+def draw_triangles(
+    gl: moderngl.Context, program: moderngl.Program, vertices: NDArray[np.float32], layout: str, *attributes: str
+) -> None:
+    """Draw triangles whose vertices hold the attributes in a moderngl buffer format, such as "2f 2f"."""
+    buffer = gl.buffer(vertices)
+    array = gl.vertex_array(program, [(buffer, layout, *attributes)])
+    try:
+        array.render(moderngl.TRIANGLES)
+    finally:
+        array.release()
+        buffer.release()
+
+
+def release_target(gl: moderngl.Context, target: moderngl.Framebuffer) -> None:
+    """Release a framebuffer and its textures."""
+    gl.screen.use()  # moderngl binds the last framebuffer again, also one that is gone
+    for attachment in target.color_attachments:
+        attachment.release()
+    target.release()
 
 
 def _source(folder: Path, file: str, defines: Mapping[str, int], files: list[str]) -> str:

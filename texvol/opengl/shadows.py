@@ -8,17 +8,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
 from texvol.opengl.contexts import Context
-from texvol.opengl.light_uniforms import box_matrices
-from texvol.opengl.shaders import load_program, set_uniforms
+from texvol.opengl.shaders import FOLDER, WHOLE_TARGET, Programs, bind, draw_triangles, release_target
 from texvol.opengl.texture_store import TextureStore, same
-from texvol.opengl.uniforms import NOTHING_SPECIAL, brick_uniforms, half_spaces_in_box
+from texvol.opengl.uniforms import NOTHING_SPECIAL, box_matrices, brick_uniforms, half_spaces_in_box
 from texvol.scene.cutting import Cutting
 from texvol.scene.lighting import Light, Lighting, casts_shadows, position_of, shadow_nodes, unit
 from texvol.scene.scene import CompleteScene
@@ -30,31 +29,34 @@ from texvol.textures.value_texture import ValueTexture, bake_values
 _MOST_PARTS = 2048  # of a path through the box: more would take seconds
 
 
+class Shadow(NamedTuple):
+    """Transmittance from the nodes of a volume's box to each light that casts shadows."""
+
+    transmittance: LightTransmittance
+    texture: moderngl.Texture3D
+
+
 class Shadows:
     """Light transmittance of at most four lights, as textures; methods need the context to be current.
 
-    Parameters
-    ----------
-    budget : int
-        Bytes that the textures of the medium that casts them may take.
+    The textures of the medium that casts the shadows take at most `budget` bytes.
     """
 
     def __init__(self, context: Context, budget: int) -> None:
         self._context, self._budget = context, budget
         self._gl = context.gl
-        self._programs: dict[tuple[Any, ...], moderngl.Program] = {}
+        self._programs = Programs(context.gl, FOLDER)
         self._cast_for: tuple[Any, ...] | None = None
-        self._light_transmittance: list[LightTransmittance] = []
-        self.textures: list[moderngl.Texture3D] = []
+        self._shadows: list[Shadow] = []
 
-    def prepare(self, scenes: Sequence[CompleteScene], thickness: float) -> list[LightTransmittance] | None:
-        """Find the light transmittance at the nodes of each volume, by steps of about a slab's thickness.
+    def prepare(self, scenes: Sequence[CompleteScene], thickness: float) -> Sequence[Shadow | None]:
+        """Find the shadow in each volume, by steps of about a slab's thickness; None where no shadows are cast.
 
-        `scenes` are those of one volume each, see `CompleteScene.each_alone`. None where no shadows are cast.
+        `scenes` are those of one volume each, see `CompleteScene.each_alone`.
         """
         scene, lighting = scenes[0], scenes[0].lighting
         if lighting is None or not casts_shadows(lighting) or scene.mode != "composite":
-            return None
+            return [None] * len(scenes)
         volumes = [each.volume for each in scenes]
         part = max(thickness, 2 * max(volume.radius for volume in volumes) / _MOST_PARTS)
         estimators = [scene.gradient if each.medium.needs_gradient else None for each in scenes]
@@ -63,112 +65,55 @@ class Shadows:
         if self._cast_for is None or not same(self._cast_for, asked):
             self._cast_for = None
             self._release_textures()
-            self._light_transmittance = self._cast(lighting, scenes, estimators, asked, part)
-            self.textures = [self._uploaded(light_transmittance) for light_transmittance in self._light_transmittance]
+            self._shadows = [Shadow(each, self._uploaded(each)) for each in self._cast(lighting, scenes, part)]
             self._cast_for = asked
-        return self._light_transmittance
+        return self._shadows
 
     def _cast(
-        self,
-        lighting: Lighting,
-        scenes: Sequence[CompleteScene],
-        estimators: list[Any],
-        asked: tuple[Any, ...],
-        part_length: float,
+        self, lighting: Lighting, scenes: Sequence[CompleteScene], part_length: float
     ) -> list[LightTransmittance]:
         volumes = [scene.volume for scene in scenes]
         depths = [np.zeros((len(lighting.casting), *shadow_nodes(volume)[::-1]), np.float32) for volume in volumes]
-        for scene, estimator in zip(scenes, estimators, strict=True):
+        for scene in scenes:
+            estimator = scene.gradient if scene.medium.needs_gradient else None
             baked = bake_values(scene.volume, scene.medium, "post", "exact", estimator, scene.mask)
             textures = TextureStore(self._context, self._budget)
             try:
-                textures.prepare(baked, scene.volume, asked, (1, 1, 1))
+                textures.prepare(baked, scene.volume, (baked,), (1, 1, 1))
                 for volume, depth in zip(volumes, depths, strict=True):
                     for number, light in enumerate(lighting.casting):
-                        depth[number] += self._depths(light, baked, textures, volume, part_length, scene.cutting)
+                        casting = _Casting(light, baked, volume, part_length, scene.cutting)
+                        depth[number] += self._depths(casting, textures)
             finally:
                 textures.release()
         return [np.ascontiguousarray(np.moveaxis(np.exp(-depth), 0, -1)) for depth in depths]
 
-    def _depths(
-        self,
-        light: Light,
-        baked: ValueTexture,
-        textures: TextureStore,
-        receiving: Volume,
-        part_length: float,
-        cutting: Cutting,
-    ) -> NDArray[np.float32]:
-        """Optical depth between the nodes (z, y, x) of a volume and a light."""
-        nx, ny, nz = nodes = shadow_nodes(receiving)
+    def _depths(self, casting: _Casting, textures: TextureStore) -> NDArray[np.float32]:
+        """Return the optical depth between the nodes (z, y, x) of a volume and a light."""
+        nx, ny, nz = shadow_nodes(casting.receiving)
         target = self._gl.framebuffer([self._gl.texture((nx, ny * nz), 1, dtype="f4")])
         depth = np.zeros((nz, ny, nx), np.float32)
         try:
             target.use()
             target.clear()
+            self._gl.disable(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
+            self._gl.enable(moderngl.BLEND)
+            self._gl.blend_equation = (moderngl.FUNC_ADD, moderngl.FUNC_ADD)
+            self._gl.blend_func = (moderngl.ONE, moderngl.ONE)
             for brick in textures.bricks:
-                self._draw(light, baked, textures, brick, (nodes, receiving), part_length, cutting)
+                program = self._programs.program("shadow", casting.switches(brick), "corner.vert")
+                bind(program, textures.resources(brick), casting.uniforms(brick))
+                draw_triangles(self._gl, program, WHOLE_TARGET, "2f", "in_position")
             target.read_into(depth, components=1, dtype="f4", alignment=1)
         finally:
-            self._gl.screen.use()
-            for attachment in target.color_attachments:
-                attachment.release()
-            target.release()
+            release_target(self._gl, target)
         return depth
 
     def release(self) -> None:
         """Release everything on the device."""
-        for program in self._programs.values():
-            program.release()
-        self._programs.clear()
+        self._programs.release()
         self._release_textures()
         self._cast_for = None
-
-    def _draw(
-        self,
-        light: Light,
-        baked: ValueTexture,
-        textures: TextureStore,
-        brick: Brick,
-        receiving: tuple[tuple[int, int, int], Volume],
-        part_length: float,
-        cutting: Cutting,
-    ) -> None:
-        nodes, volume = receiving
-        uniforms = _uniforms(light, baked, brick, nodes, part_length)
-        if volume is not baked.volume:
-            uniforms |= _from_other_box(baked.volume, volume)
-        program = self._program(light, baked, brick, cutting, volume is not baked.volume)
-        if cutting:
-            uniforms["half_spaces"] = half_spaces_in_box(cutting, baked.volume)
-        units = textures.resources(brick)
-        for unit_number, resource in enumerate(units.values()):
-            resource.use(unit_number)
-        set_uniforms(program, {name: number for number, name in enumerate(units)} | uniforms)
-        self._gl.disable(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
-        self._gl.enable(moderngl.BLEND)
-        self._gl.blend_equation = (moderngl.FUNC_ADD, moderngl.FUNC_ADD)
-        self._gl.blend_func = (moderngl.ONE, moderngl.ONE)
-        corners = self._gl.buffer(np.array([-1, -1, 3, -1, -1, 3], np.float32))
-        array = self._gl.vertex_array(program, [(corners, "2f", "in_position")])
-        try:
-            array.render(moderngl.TRIANGLES)
-        finally:
-            array.release()
-            corners.release()
-
-    def _program(
-        self, light: Light, baked: ValueTexture, brick: Brick, cutting: Cutting, elsewhere: bool
-    ) -> moderngl.Program:
-        switches = NOTHING_SPECIAL | baked.switches(math.inf, 1.0)
-        for other in ("CLASSIFICATION", "WHOLE_SLABS"):
-            switches.pop(other)
-        switches |= {"POINT": int(light.kind == "point"), "BRICKS": int(not brick.is_whole)}
-        switches |= {"HALF_SPACES": len(cutting), "ELSEWHERE": int(elsewhere)}
-        key = tuple(sorted(switches.items()))
-        if key not in self._programs:
-            self._programs[key] = load_program(self._gl, "shadow", defines=switches, vertex="corner.vert")
-        return self._programs[key]
 
     def _uploaded(self, light_transmittance: LightTransmittance) -> moderngl.Texture3D:
         nz, ny, nx, lights = light_transmittance.shape
@@ -178,9 +123,53 @@ class Shadows:
         return texture
 
     def _release_textures(self) -> None:
-        for texture in self.textures:
-            texture.release()
-        self.textures, self._light_transmittance = [], []
+        for shadow in self._shadows:
+            shadow.texture.release()
+        self._shadows = []
+
+
+class _Casting(NamedTuple):
+    """One light, the medium of one volume that casts shadows, and the volume that receives them."""
+
+    light: Light
+    baked: ValueTexture
+    receiving: Volume
+    part_length: float
+    cutting: Cutting
+
+    def switches(self, brick: Brick) -> dict[str, int]:
+        """Switches of shadow.frag."""
+        switches = NOTHING_SPECIAL | self.baked.switches(math.inf, 1.0)
+        for other in ("CLASSIFICATION", "WHOLE_SLABS"):
+            switches.pop(other)
+        elsewhere = self.receiving is not self.baked.volume
+        switches |= {"POINT": int(self.light.kind == "point"), "BRICKS": int(not brick.is_whole)}
+        return switches | {"HALF_SPACES": len(self.cutting), "ELSEWHERE": int(elsewhere)}
+
+    def uniforms(self, brick: Brick) -> dict[str, Any]:
+        """Uniforms of shadow.frag."""
+        light, volume = self.light, self.baked.volume
+        position_from_box, box_from_position = box_matrices(volume)
+        assert light.vector is not None
+        to_light = position_of(light, volume) / volume.radius if light.kind == "point" else unit(light.vector)
+        uniforms: dict[str, Any] = {
+            "nodes": shadow_nodes(self.receiving),
+            "to_light": tuple(to_light),
+            "box_from_position": tuple(box_from_position.T.reshape(-1)),
+            "part_length": self.part_length / volume.radius,
+            "length_per_unit": volume.radius / self.baked.length_unit,
+        }
+        if light.kind == "point":
+            uniforms["position_from_box"] = tuple(position_from_box.T.reshape(-1))
+        if not brick.is_whole:
+            uniforms |= brick_uniforms(brick)
+        if self.receiving is not volume:
+            uniforms |= _from_other_box(volume, self.receiving)
+        if self.cutting:
+            uniforms["half_spaces"] = half_spaces_in_box(self.cutting, volume)
+        medium = self.baked.uniforms(1.0)
+        medium.pop("slab_length")
+        return uniforms | medium
 
 
 def _from_other_box(volume: Volume, other: Volume) -> dict[str, Any]:
@@ -189,25 +178,3 @@ def _from_other_box(volume: Volume, other: Volume) -> dict[str, Any]:
     matrix = to_box @ other.box_edges
     corner = 0.5 + to_box @ (other.centre - volume.centre) - matrix.sum(axis=1) / 2
     return {"box_from_other": tuple(matrix.T.reshape(-1)), "other_corner": tuple(corner)}
-
-
-def _uniforms(
-    light: Light, baked: ValueTexture, brick: Brick, nodes: tuple[int, int, int], part_length: float
-) -> dict[str, Any]:
-    volume = baked.volume
-    position_from_box, box_from_position = box_matrices(volume)
-    assert light.vector is not None
-    uniforms: dict[str, Any] = {
-        "nodes": nodes,
-        "to_light": tuple(position_of(light, volume) / volume.radius if light.kind == "point" else unit(light.vector)),
-        "box_from_position": tuple(box_from_position.T.reshape(-1)),
-        "part_length": part_length / volume.radius,
-        "length_per_unit": volume.radius / baked.length_unit,
-    }
-    if light.kind == "point":
-        uniforms["position_from_box"] = tuple(position_from_box.T.reshape(-1))
-    medium = baked.uniforms(1.0)
-    medium.pop("slab_length")
-    if not brick.is_whole:
-        uniforms |= brick_uniforms(brick)
-    return uniforms | medium

@@ -1,14 +1,18 @@
 """The textures of one volume on the device: baked and uploaded brick by brick, within a budget, when they are drawn.
 
 Texels go over in slices of a few megabytes, so that beside the texture no second copy of it exists. A texture whose
-texels have changed is written anew in its place.
+texels have changed is written anew in its place. The budget is half of the free memory of the device by default, or of
+the machine if the driver is software.
 """
 
 from __future__ import annotations
 
+import math
 import time
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import moderngl
@@ -16,7 +20,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.opengl.contexts import Context
-from texvol.opengl.texture_memory import largest_texture
 from texvol.scene.volume import Volume
 from texvol.slicing.bricks import Brick, Triple, cut, texture_size, whole
 from texvol.textures.slab_texture import SlabTexture
@@ -34,38 +37,51 @@ MODERNGL_TYPES = {
 }
 _BYTES = {"rgba8": 4, "rgba16f": 8, "rgba32f": 16, "rgba16": 8, "r16": 2, "r16f": 2, "r32f": 4}
 _SLICE_BYTES = 8 << 20
+_UNKNOWN = 1 << 30  # where the driver does not tell
+_SOFTWARE_TEXTURE = (1 << 30) - 1  # Mesa's software driver refuses textures of a gibibyte and more
+_NVIDIA_FREE, _AMD_FREE = 0x9049, 0x87FC  # GL_NVX_gpu_memory_info, GL_ATI_meminfo: kibibytes
 _BRICKS_IN_BUDGET = 4  # at least: those that are drawn first are still there for the next picture
 
 BakedTexture = SlabTexture | ValueTexture
 
 
+class Stopwatch:
+    """Adds up seconds by name."""
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
+
+    @contextmanager
+    def timed(self, what: str) -> Iterator[None]:
+        """Add the time that is spent inside."""
+        start = time.perf_counter()
+        yield
+        self.seconds[what] = self.seconds.get(what, 0.0) + time.perf_counter() - start
+
+    def of_textures(self) -> float:
+        """Seconds in which texels were made and uploaded."""
+        return self.seconds.get("bake", 0.0) + self.seconds.get("upload", 0.0)
+
+
 @dataclass
 class _Held:
-    texture: moderngl.Texture3D
-    weights: moderngl.Texture3D | None  # of a mask, beside texels that are values
-    texels: tuple[Any, ...] | None = None  # what its texels are made of
+    textures: dict[str, moderngl.Texture3D]  # by the names of their samplers
+    texels: tuple[Any, ...] | None = None  # what their texels are made of
     used: int = 0
-
-    @property
-    def textures(self) -> dict[str, moderngl.Texture3D]:
-        """By the names of their samplers."""
-        return {"texels": self.texture} | ({"weights": self.weights} if self.weights else {})
 
 
 class TextureStore:
-    """Textures of the bricks of one volume; every method needs the context to be current.
+    """Textures of the bricks of one volume, at most `budget` bytes; methods need the context to be current.
 
-    Parameters
-    ----------
-    budget : int
-        Bytes that the textures may take together.
+    `watch` takes the seconds of "bake" and "upload".
     """
 
-    def __init__(self, context: Context, budget: int) -> None:
+    def __init__(self, context: Context, budget: int, watch: Stopwatch | None = None) -> None:
         self._gl = context.gl
+        self._watch = watch or Stopwatch()
         self.budget = budget
         self._longest = int(self._gl.info["GL_MAX_3D_TEXTURE_SIZE"])
-        self._largest = largest_texture(context)
+        self._largest = _SOFTWARE_TEXTURE if _is_software(context) else 1 << 62  # bytes
         self._held: dict[Triple, _Held] = {}
         self._tables: dict[str, moderngl.Texture] = {}
         self._tables_of: BakedTexture | None = None
@@ -75,7 +91,6 @@ class TextureStore:
         self._clock = 0
         self.bricks: list[Brick] = []
         self.uploads = 0
-        self.seconds = {"bake": 0.0, "upload": 0.0}
 
     def prepare(self, baked: BakedTexture, volume: Volume, texels: tuple[Any, ...], margin: Triple) -> None:
         """Say what is drawn next: `texels` names what its texels are made of; `margin` is what a brick needs around it.
@@ -85,7 +100,7 @@ class TextureStore:
         NoRoomError
             If the budget has no room for any brick.
         """
-        layout = (volume.dimensions, baked.texel_format, baked.components, baked.weight_format, volume.labels)
+        layout = (volume.dimensions, baked.formats, volume.labels)
         bricks = self._cut(volume, _bytes_of(baked), margin)
         if layout != self._layout or bricks != self.bricks:
             self.release()
@@ -115,13 +130,12 @@ class TextureStore:
     @property
     def bytes(self) -> int:
         """Bytes of the textures on the device."""
-        return sum(self._size(held.texture) for held in self._held.values())
+        return self._bytes_of(held.textures["texels"].size for held in self._held.values())
 
     @property
     def bytes_of_all(self) -> int:
         """Bytes of the textures of all bricks together."""
-        assert self._baked is not None, "nothing has been prepared"
-        return sum(int(np.prod(brick.texture_size, dtype=np.int64)) for brick in self.bricks) * _bytes_of(self._baked)
+        return self._bytes_of(brick.texture_size for brick in self.bricks)
 
     def release(self) -> None:
         """Release all textures."""
@@ -149,20 +163,18 @@ class TextureStore:
         """Textures for a brick: new ones while there is room, or else those of another brick."""
         baked = self._baked
         assert baked is not None, "nothing has been prepared"
-        needed = int(np.prod(brick.texture_size, dtype=np.int64)) * _bytes_of(baked)
-        if self._held and self.bytes + needed > self.budget:
+        if self._held and self.bytes + self._bytes_of([brick.texture_size]) > self.budget:
             # All are wanted once a picture, so that the last one used is the one not wanted for longest.
-            held = self._held.pop(max(self._held, key=lambda position: self._held[position].used))
-            return _Held(held.texture, held.weights)
-        nearest = baked.volume.labels
-        texture = self._texture(brick.texture_size, baked.texel_format, baked.components, nearest)
-        if baked.weight_format is None:
-            return _Held(texture, None)
+            return _Held(self._held.pop(max(self._held, key=lambda position: self._held[position].used)).textures)
+        textures: dict[str, moderngl.Texture3D] = {}
         try:
-            return _Held(texture, self._texture(brick.texture_size, baked.weight_format, 1, nearest))
+            for name, (texel_format, components) in baked.formats.items():
+                textures[name] = self._texture(brick.texture_size, texel_format, components, baked.volume.labels)
         except InputError:
-            texture.release()
+            for texture in textures.values():
+                texture.release()
             raise
+        return _Held(textures)
 
     def _texture(self, size: Triple, texel_format: str, components: int, nearest: bool) -> moderngl.Texture3D:
         try:
@@ -186,29 +198,24 @@ class TextureStore:
         depth = max(1, _SLICE_BYTES // ((x1 - x0) * (y1 - y0) * _bytes_of(baked)))
         self.uploads += 1
         for z in range(z0, z1, depth):
-            begin = time.perf_counter()
             end = min(z + depth, z1)
             box = (slice(z, end), slice(y0, y1), slice(x0, x1))
-            written = [(held.texture, baked.texels(box))]
-            if held.weights is not None:
-                assert isinstance(baked, ValueTexture)
-                written.append((held.weights, baked.weights(box)))
-            baked_at = time.perf_counter()
-            for texture, texels in written:
-                texels = _with_room(texels, brick, end == z1)
-                nz, ny, nx, _ = texels.shape
-                texture.write(np.ascontiguousarray(texels), viewport=(0, 0, z - z0, nx, ny, nz), alignment=1)
-            self.seconds["bake"] += baked_at - begin
-            self.seconds["upload"] += time.perf_counter() - baked_at
+            with self._watch.timed("bake"):
+                baked_texels = baked.all_texels(box)
+            with self._watch.timed("upload"):
+                for name, texels in baked_texels.items():
+                    texels = np.ascontiguousarray(_with_room(texels, brick, end == z1))
+                    nz, ny, nx, _ = texels.shape
+                    held.textures[name].write(texels, viewport=(0, 0, z - z0, nx, ny, nz), alignment=1)
 
-    def _size(self, texture: moderngl.Texture3D) -> int:
-        assert self._baked is not None
-        return int(np.prod(texture.size, dtype=np.int64)) * _bytes_of(self._baked)
+    def _bytes_of(self, sizes: Iterable[Triple]) -> int:
+        assert self._baked is not None, "nothing has been prepared"
+        return sum(math.prod(size) for size in sizes) * _bytes_of(self._baked)
 
 
 def _bytes_of(baked: BakedTexture) -> int:
     """Return the bytes of one sample in all textures."""
-    return _BYTES[baked.texel_format] + (_BYTES[baked.weight_format] if baked.weight_format else 0)
+    return sum(_BYTES[texel_format] for texel_format, _ in baked.formats.values())
 
 
 def _with_room(texels: NDArray, brick: Brick, is_last: bool) -> NDArray:
@@ -223,3 +230,46 @@ def same(one: Sequence[Any], other: Sequence[Any]) -> bool:
     return len(one) == len(other) and all(
         a is b or (isinstance(a, float | str) and a == b) for a, b in zip(one, other, strict=True)
     )
+
+
+def default_budget(context: Context) -> int:
+    """Bytes: half of what is free."""
+    return _free(context) // 2
+
+
+def _free(context: Context) -> int:
+    if _is_software(context):
+        return _free_in_machine()
+    for extension, name in (("GL_NVX_gpu_memory_info", _NVIDIA_FREE), ("GL_ATI_meminfo", _AMD_FREE)):
+        if extension in context.gl.extensions:
+            kibibytes = context.integer(name)
+            if kibibytes > 0:
+                return kibibytes << 10
+    return _UNKNOWN
+
+
+def _is_software(context: Context) -> bool:
+    return any(name in context.renderer.lower() for name in ("llvmpipe", "softpipe", "swrast"))
+
+
+def _free_in_machine() -> int:
+    """Bytes that Linux says are available, and no more than what the control group has left."""
+    free = [_UNKNOWN]
+    meminfo = _text("/proc/meminfo")
+    free += [int(line.split()[1]) << 10 for line in meminfo.splitlines() if line.startswith("MemAvailable:")]
+    known = free[1:]
+    for most, used in (
+        ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory.current"),
+        ("/sys/fs/cgroup/memory/memory.limit_in_bytes", "/sys/fs/cgroup/memory/memory.usage_in_bytes"),
+    ):
+        limit, current = _text(most).strip(), _text(used).strip()
+        if limit.isdigit() and current.isdigit():
+            known.append(max(int(limit) - int(current), 64 << 20))
+    return min(known, default=_UNKNOWN)
+
+
+def _text(path: str) -> str:
+    try:
+        return Path(path).read_text()
+    except OSError:
+        return ""

@@ -13,8 +13,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.rendering import accuracy
-from texvol.rendering.settings import Settings
+from texvol.rendering.settings import Settings, checked_target, checked_termination
 from texvol.scene.cutting import ClipPlane
 from texvol.scene.lighting import Light, Lighting
 from texvol.scene.transfer import TransferFunction
@@ -46,8 +45,8 @@ def settings(content: Any) -> dict[str, Any]:
     thickness = found.get("slab_thickness", 1.0)
     if not 0 < thickness < np.inf:
         raise InputError(f"slab_thickness must be positive and finite, got {thickness:g}")
-    accuracy.checked_termination(found.get("early_termination"), None)
-    accuracy.checked_target(found.get("target_format", "auto"))
+    checked_termination(found.get("early_termination"), None)
+    checked_target(found.get("target_format", "auto"))
     if found.get("texture_format", "auto") not in ("auto", *TEXEL_FORMATS):
         formats = ", ".join(("auto", *TEXEL_FORMATS))
         raise InputError(f"texture_format must be one of {formats}, got {quoted(found['texture_format'])}")

@@ -173,11 +173,11 @@ def _expected(
 
 def _settings(candidate: Candidate, scene: Scene, options: Mapping[str, Any]) -> dict[str, Any]:
     """Return the settings of the drawing, or assumed ones."""
-    from texvol.rendering import accuracy
+    from texvol.rendering.settings import checked
 
     if candidate.settings.get("slab_thickness"):
         return dict(candidate.settings)
-    thickness = accuracy.checked(scene, options.get("slab_thickness"), options.get("sampling_rate"), None)
+    thickness = checked(scene, options.get("slab_thickness"), options.get("sampling_rate"), None)
     return {"slab_thickness": thickness, "texture_format": "rgba32f"}
 
 

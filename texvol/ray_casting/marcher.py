@@ -11,8 +11,8 @@ The marcher takes n steps of length h and evaluates q and τ at the middle of ea
 In a smooth medium the error falls with h²; a jump of τ by Δ along a ray is misplaced by up to h / 2, and so the optical
 depth is wrong by up to Δ h / 2. A scene of several volumes has the sum of their emissions and of their extinctions.
 
-This file holds all of it: interpolation, classification before or after it, light, masks, cuts and the depth cue.
-Geometry, shadows, caps, opaque media and the projection modes are left to `raycast`.
+This file holds all of it but the formulas of light (`surface_lighting`): interpolation, classification before or after
+it, masks, cuts and the depth cue. Geometry, shadows, caps, opaque media and the projection modes are left to `raycast`.
 """
 
 from __future__ import annotations
@@ -20,11 +20,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol.ray_casting.common.surface_lighting import reflected
 from texvol.scene.camera import Camera
 from texvol.scene.gradient import gradients
-from texvol.scene.lighting import Light, Lighting
 from texvol.scene.scene import CompleteScene, Scene, checked_size
-from texvol.scene.volume import Volume
 from texvol.util.errors import InputError
 
 Numbers = NDArray[np.float64]
@@ -125,7 +124,8 @@ class Medium:
             q = q * colors.reshape(-1, 3)
         if self.scene.lighting is not None:
             to_eye = toward_eye(self.scene.camera, positions)
-            diffuse, specular = reflected(self.scene.lighting, self.volume, slopes, positions, to_eye)
+            from_centre = positions - self.volume.centre
+            diffuse, specular = reflected(self.scene.lighting, self.volume, slopes, from_centre, to_eye)
             q = q * diffuse + tau[:, np.newaxis] * specular
         return np.column_stack([q, tau])
 
@@ -148,39 +148,7 @@ def toward_eye(camera: Camera, positions: Numbers) -> Numbers:
     """Return the unit vectors (n, 3) from positions to the eye."""
     if camera.projection == "orthographic":
         return np.broadcast_to(-camera.forward, positions.shape)
-    return unit(np.array(camera.eye) - positions)
-
-
-def reflected(
-    lighting: Lighting, volume: Volume, slopes: Numbers, positions: Numbers, to_eye: Numbers
-) -> tuple[Numbers, Numbers]:
-    """Return diffuse and specular factors (D, S), both (n, 3), by the formulas of `texvol.scene.lighting`."""
-    magnitude = np.linalg.norm(slopes, axis=1, keepdims=True) / volume.smallest_spacing
-    fraction = np.clip(magnitude / lighting.fade_for(volume), 0, 1)
-    w = fraction**2 * (3 - 2 * fraction)
-    normal = -unit(slopes)
-    if lighting.two_sided:
-        normal = np.where((normal * to_eye).sum(axis=1, keepdims=True) < 0, -normal, normal)
-    diffuse, specular = np.full(slopes.shape, lighting.ambient, np.float64), np.zeros(slopes.shape)
-    for light in lighting.lights:
-        to_light = toward_light(light, positions, to_eye)
-        facing = (normal * to_light).sum(axis=1, keepdims=True)
-        highlight = np.maximum((normal * unit(to_light + to_eye)).sum(axis=1, keepdims=True), 0) ** lighting.shininess
-        diffuse += lighting.diffuse * np.array(light.color) * ((1 - w) + w * np.maximum(facing, 0))
-        specular += lighting.specular * np.array(light.color) * w * highlight * (facing > 0)
-    return diffuse, specular
-
-
-def toward_light(light: Light, positions: Numbers, to_eye: Numbers) -> Numbers:
-    """Return the unit vectors (n, 3) from positions to a light; a head light is at the eye."""
-    if light.vector is None:
-        return to_eye
-    vector = np.array(light.vector, np.float64)
-    return unit(vector - positions) if light.kind == "point" else np.broadcast_to(unit(vector), positions.shape)
-
-
-def unit(vectors: Numbers) -> Numbers:
-    """Return vectors (…, 3) at length 1; 0 stays 0."""
+    vectors = np.array(camera.eye) - positions
     length = np.linalg.norm(vectors, axis=-1, keepdims=True)
     return np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0)
 

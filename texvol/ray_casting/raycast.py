@@ -1,10 +1,7 @@
 """The exact ray caster: emission and absorption integrated along each ray without a step length, in float64.
 
-    I = ∫ q(s) T(s) ds + T(s1) B,    T(s) = exp(-∫ τ(s) ds),    opacity = 1 - T(s1)
-
-q is the emission and τ the extinction per world unit, s the distance from the eye, s1 where the ray leaves the box,
-B the background. `marcher` approximates the same integral by many short steps. Here, each ray is cut at every face of
-the trilinear cells; a cell lies between eight sample centres. Between two faces any trilinear field is a cubic in s:
+`marcher` approximates the same integral by many short steps. Here, each ray is cut at every face of the trilinear
+cells; a cell lies between eight sample centres. Between two faces any trilinear field is a cubic in s:
 
 - *pre-classified* (`slab`, `extinction`): q and τ of the eight samples are interpolated, so both are cubics.
 - *post-classified* (`post`, `integrated`): the value is a cubic, and is cut again where it meets a control point of
@@ -17,22 +14,42 @@ digits.
 
 Volumes that overlap add up, q = Σ q_v and τ = Σ τ_v. Light, depth cues and media that depend on the gradient make no
 polynomials; they are integrated over intervals that are halved until the halves agree with the whole.
+
+Where a clip plane or crop box cuts a medium open, the cut may be a *cap*: an opaque surface of the medium's colour. It
+has the colour of an interval too short for the medium to change, divided by its opacity; where several volumes overlap
+it is the colour of their sum.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.ray_casting.caps import caps_within, put_in_front, thin_ends
-from texvol.ray_casting.common.rays import Choose, Numbers, over_rows, rays_of
-from texvol.ray_casting.tracing import tracer_for
+from texvol.ray_casting.common.rays import (
+    Choose,
+    Numbers,
+    Rays,
+    Trace,
+    middle_of,
+    over_rows,
+    position_rounding,
+    rays_in,
+    rays_of,
+)
+from texvol.ray_casting.plain import tracer as plain
+from texvol.scene.lighting import casts_shadows
 from texvol.scene.scene import CompleteScene, Scene, checked_size
+from texvol.scene.volume import Volume
+
+if TYPE_CHECKING:
+    from texvol.ray_casting.surfaces.layers import Layer
 
 _PACE: dict[tuple[object, ...], float] = {}  # least seconds per pixel of each kind of scene, so far
+_SHORT = 2.0**-26  # of a cap, in smallest spacings: half of float64's digits are left for the optical depth
 TraceInterval = Callable[[Numbers, Numbers], None]  # adds what lies between ends of rays to a picture of zeros
 
 
@@ -104,20 +121,21 @@ def _raycast(scene: CompleteScene, size: tuple[int, int], choose: Choose) -> Num
     trace = tracer_for(scene)
     eyes, directions = map(choose, scene.camera.rays(size))
     picture = np.zeros((*eyes.shape[:2], 4))
-    trace_between = _between_surfaces(scene, size, choose)
+    surfaces = _surfaces(scene, size, choose)
 
     def trace_rows(rows: slice) -> None:
         of_rows = rays_of(scene, eyes[rows], directions[rows])
-        thin = thin_ends(scene, of_rows) if scene.cutting.caps else None
+        thin = _thin_ends(scene, of_rows) if scene.cutting.caps else None
 
         def trace_interval(ends: Numbers, part: Numbers) -> None:
             trace(of_rows._replace(ends=ends), part)
             if thin is not None:
                 caps = np.zeros_like(part)
-                trace(of_rows._replace(ends=caps_within(thin, ends)), caps)
-                put_in_front(caps, part)
+                trace(of_rows._replace(ends=_caps_within(thin, ends)), caps)
+                _put_in_front(caps, part)
 
-        trace_between(rows, of_rows.ends, trace_interval, picture[rows])
+        layers = [layer.chosen(lambda array: array[rows]) for layer in surfaces]
+        _trace_between(layers, of_rows.ends, trace_interval, picture[rows])
 
     over_rows(trace_rows, len(picture))
     optical_depth = picture[..., 3].copy()
@@ -126,20 +144,112 @@ def _raycast(scene: CompleteScene, size: tuple[int, int], choose: Choose) -> Num
     return picture
 
 
-def _between_surfaces(
-    scene: CompleteScene, size: tuple[int, int], choose: Choose
-) -> Callable[[slice, Numbers, TraceInterval, Numbers], None]:
-    """Return the function that traces rows of rays from one surface of the scene's geometry to the next."""
+def _surfaces(scene: CompleteScene, size: tuple[int, int], choose: Choose) -> list[Layer]:
+    """Return the surfaces on all rays, see `surfaces.layers`, which is imported when a scene has geometry."""
     if not scene.geometry:
-        return lambda rows, ends, trace_interval, picture: trace_interval(ends, picture)
-    from texvol.ray_casting.surfaces import layers
+        return []
+    from texvol.ray_casting.surfaces.layers import surface_layers
 
-    all_layers = [
-        layers.Layer(choose(layer.s), choose(layer.color)) for layer in layers.surface_layers(scene, scene.camera, size)
-    ]
+    return surface_layers(scene, size, choose)
 
-    def trace_between(rows: slice, ends: Numbers, trace_interval: TraceInterval, picture: Numbers) -> None:
-        of_rows = [layers.Layer(layer.s[rows], layer.color[rows]) for layer in all_layers]
-        layers.trace_between(of_rows, ends, trace_interval, picture)
 
-    return trace_between
+def _trace_between(layers: list[Layer], ends: Numbers, trace_interval: TraceInterval, picture: Numbers) -> None:
+    """Write light and, in the last channel, optical depth of rays through medium and surfaces to a picture of zeros."""
+    here = np.full(ends.shape[:2], -np.inf)
+    for layer in [*layers, None]:
+        there = np.full_like(here, np.inf) if layer is None else layer.s
+        interval = np.zeros_like(picture)
+        trace_interval(np.stack([np.maximum(ends[..., 0], here), np.minimum(ends[..., 1], there)], axis=-1), interval)
+        _put_behind(interval[..., :3], interval[..., 3], picture)
+        if layer is not None:
+            alpha = layer.color[..., 3]
+            with np.errstate(divide="ignore"):
+                _put_behind(layer.color[..., :3] * alpha[..., np.newaxis], -np.log1p(-alpha), picture)
+        here = there
+
+
+def _put_behind(light: Numbers, depth: Numbers, picture: Numbers) -> None:
+    picture[..., :3] += np.exp(-picture[..., 3:]) * light
+    picture[..., 3] += depth
+
+
+def tracer_for(scene: CompleteScene) -> Trace:
+    """Return the function that traces rays through the volumes of a scene, without geometry and caps.
+
+    `lit` and `several` are imported, and compiled, when the first scene needs them.
+    """
+    volume = scene.volume
+    if scene.added or scene.mask is not None or volume.labels or volume.colors is not None:
+        from texvol.ray_casting.several import tracer as several
+
+        # Rays are found from the first volume's centre, which may be far from the other volumes.
+        farthest = np.abs(scene.camera.eye) + np.abs(volume.centre)
+        roundings = np.stack([position_rounding(each, farthest) for each in scene.volumes])
+        return several.tracer(scene, roundings, light_transmittances(scene))
+    rounding = position_rounding(volume, scene.camera.eye)
+    if scene.lighting is not None or scene.depth_cue is not None or scene.medium.needs_gradient:
+        from texvol.ray_casting.lit import tracer as lit
+
+        return lit.tracer(scene, rounding, light_transmittances(scene)[0])
+    return plain.tracer(scene, rounding)
+
+
+def light_transmittances(scene: CompleteScene) -> list[Numbers]:
+    """Return, for each volume, the transmittance of the lights that cast shadows, see `lit.shadows`.
+
+    The arrays have the shape (lights, z, y, x) of the nodes in the volume's box. Each volume casts shadows on all.
+    """
+    from texvol.ray_casting.lit.shadows import NO_LIGHTS, casting_scene, transmittance_at_nodes
+
+    lighting = scene.lighting
+    if lighting is None or not casts_shadows(lighting):
+        return [NO_LIGHTS for _ in scene.volumes]
+    casting = casting_scene(scene)
+    trace = tracer_for(casting)
+
+    def depths(origins: Numbers, directions: Numbers) -> Numbers:
+        picture = np.zeros((*origins.shape[:2], 4))
+        trace(rays_of(casting, origins, np.ascontiguousarray(directions)), picture)
+        return picture[..., 3]
+
+    return [transmittance_at_nodes(lighting, volume, depths) for volume in scene.volumes]
+
+
+def _thin_ends(scene: Scene, rays: Rays) -> Numbers:
+    """Return the ends (…, 2) of a short interval behind each cut; empty where a ray begins at a box or the eye."""
+    first, last = rays.ends[..., 0], rays.ends[..., 1]
+    is_cut_open = np.zeros(first.shape, np.bool_)
+    for volume, start, step in _rays_of_volumes(scene, rays):
+        low, high = np.full(3, -0.5), np.array(volume.dimensions) - 0.5
+        with np.errstate(divide="ignore", invalid="ignore"):
+            faces = np.stack([(low - start) / step, (high - start) / step])
+        enters = np.nan_to_num(faces.min(axis=0), nan=-np.inf).max(axis=-1)
+        leaves = np.nan_to_num(faces.max(axis=0), nan=np.inf).min(axis=-1)
+        is_cut_open |= (first > np.maximum(enters, rays.eye)) & (first < leaves)
+    short = _SHORT * scene.smallest_spacing
+    return np.stack([first, np.where(is_cut_open, np.minimum(first + short, last), -np.inf)], axis=-1)
+
+
+def _rays_of_volumes(scene: Scene, rays: Rays) -> Iterator[tuple[Volume, Numbers, Numbers]]:
+    """Yield each volume with starts and steps of rays in its index space."""
+    first = scene.volume
+    yield first, rays.start, rays.step
+    if scene.added:
+        to_world = first.world_from_index.T
+        nearest, directions = (rays.start - middle_of(first)) @ to_world, rays.step @ to_world
+        for each in scene.added:
+            yield each.volume, *rays_in(each.volume, first, nearest, directions)
+
+
+def _caps_within(thin: Numbers, interval: Numbers) -> Numbers:
+    """Return those intervals of `_thin_ends` that begin in an interval of the ray, the others empty."""
+    first, last = thin[..., 0], thin[..., 1]
+    begins = (first >= interval[..., 0]) & (first < interval[..., 1])
+    return np.stack([first, np.where(begins, last, -np.inf)], axis=-1)
+
+
+def _put_in_front(caps: Numbers, picture: Numbers) -> None:
+    """Put opaque caps into a picture; both hold light and, in the last channel, optical depth."""
+    met = caps[..., 3] > 0
+    picture[met, :3] = caps[met, :3] / -np.expm1(-caps[met, 3:])
+    picture[met, 3] = np.inf

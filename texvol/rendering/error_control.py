@@ -17,11 +17,12 @@ thickness. It is drawn just finely enough for its own error, known from its last
 
     e(d) <= max |I(d) - J(f)| + max |J(f) - J(2f)| · 2^-p / (1 - 2^-p)
 
-The search begins at the rates found for a picture of a sixteenth of the pixels.
+`ErrorSearch` begins at the rates found for a picture of a sixteenth of the pixels.
 """
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TypeVar
@@ -29,9 +30,10 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol.rendering.settings import Settings
 from texvol.scene.scene import CompleteScene, Scene
 from texvol.slicing.slabs import MOST_SLABS
-from texvol.util.errors import NoRoomError
+from texvol.util.errors import AccuracyWarning, NoRoomError
 
 ORDER = 1.0
 # For rounding, and for pictures in which steps break order 1 here and there: it keeps the error in 99 % of 200 random
@@ -41,10 +43,13 @@ ROUNDING = 2e-6  # of a picture in float32, relative to its largest number, or 1
 SURFACE_ROUNDING = 2e-5
 EXTREME_ROUNDING = 4e-6
 _MOST_HALVINGS = 6  # of the slabs of an estimate, which then takes a few times as long as the picture
+_LEAST_ESTIMATED = 48  # pixels along each side of a small picture: fewer may miss the largest error
 _COARSEST_RATE, _FINEST_RATE = 1 / 16, 64  # slabs per smallest spacing
 
 AnyScene = TypeVar("AnyScene", bound=Scene)
 Draw = Callable[[float], NDArray[np.float32]]  # slab thickness → picture
+Size = tuple[int, int]
+DrawScene = Callable[[CompleteScene, Size, Settings], NDArray[np.float32]]
 
 
 @dataclass(frozen=True)
@@ -86,14 +91,6 @@ def converging(scene: AnyScene) -> AnyScene:
     if scene.mode == "composite" and scene.classification == "slab":
         return replace(scene, classification="extinction")
     return reference_for(scene)
-
-
-def halvings_to(reference: Scene, scene: Scene) -> float:
-    """Number of halvings that `estimate` assumes for a reference of half the slab thickness.
-
-    `extinction` is so much nearer to the integral than `slab` that its own error is within the safety factor.
-    """
-    return np.inf if (scene.classification, reference.classification) == ("slab", "extinction") else 1.0
 
 
 def thickness_for_error(
@@ -147,9 +144,11 @@ def thickness_for_error(
         held = _HeldAgainstItsFiner(reference_at, rounding, relative)
     rate = max(begin.rate, 1.0)  # with thicker slabs, samples could lie between two of them
     while (error := held.error(at(rate), rate)) > wanted and rate < finest:
-        rate = min(rate * 2 ** _fewest_halvings(held.of_the_picture(error), held.of_the_picture(wanted)), finest)
+        # Only the other part of the estimate depends on the slabs of the picture.
+        rate = min(rate * 2 ** _fewest_halvings(error - held.own_error, wanted - held.own_error), finest)
     found = Choice(smallest_spacing / rate, error, error <= wanted, at(rate), Begin(rate, held.rate))
-    while found.reached and rate > _COARSEST_RATE and held.least_of_coarser(error) <= wanted:
+    # As long as a lower bound of the estimate at twice the thickness is within the limit.
+    while found.reached and rate > _COARSEST_RATE and 2.0**ORDER * (error - held.own_error) + held.own_error <= wanted:
         rate /= 2
         try:
             picture = at(rate)
@@ -170,6 +169,8 @@ def _fewest_halvings(error: float, wanted: float) -> int:
 class _HeldAgainstItsFiner:
     """Estimate from a reference of half the slab thickness."""
 
+    own_error = 0.0  # of the reference, as part of an estimate
+
     def __init__(self, draw: Draw, rounding: Callable[[], float], relative: float) -> None:
         self._draw, self._rounding, self._relative = draw, rounding, relative
         self.rate = 0.0  # of the reference
@@ -183,14 +184,6 @@ class _HeldAgainstItsFiner:
     def error_of_coarser(self, picture: NDArray[np.float32], rate: float) -> float:
         """Return the estimate for a picture that is coarser than the last one."""
         return estimate(picture, self._finer, round(np.log2(self.rate / rate)), self._relative) + self._rounding()
-
-    def least_of_coarser(self, error: float) -> float:
-        """Lower bound of the estimate at twice the thickness, given the estimate `error` at this one."""
-        return 2.0**ORDER * error
-
-    def of_the_picture(self, error: float) -> float:
-        """Part of an estimate that depends on the slabs of the picture."""
-        return error
 
 
 class _HeldAgainstAnother:
@@ -206,31 +199,23 @@ class _HeldAgainstAnother:
         """Return the estimate for a picture at any rate; refine the reference if its own error dominates."""
         error = self.error_of_coarser(picture, rate)
         # Finer slabs do not help while most of the estimate is the error of the reference.
-        while error > self._wanted and error <= 3 * self._off and self.rate < self._finest:
+        while error > self._wanted and error <= 3 * self.own_error and self.rate < self._finest:
             self._refine()
             error = self.error_of_coarser(picture, rate)
         return error
 
     def error_of_coarser(self, picture: NDArray[np.float32], rate: float) -> float:
         """Return the estimate from the reference as it is."""
-        known = self._off + _rounding_in(self._picture) + self._rounding()
+        known = self.own_error + _rounding_in(self._picture) + self._rounding()
         return largest_difference(picture, self._picture) + known
-
-    def least_of_coarser(self, error: float) -> float:
-        """Lower bound of the estimate at twice the thickness, given the estimate `error` at this one."""
-        return 2.0**ORDER * (error - self._off) + self._off
-
-    def of_the_picture(self, error: float) -> float:
-        """Part of an estimate that depends on the slabs of the picture."""
-        return error - self._off
 
     def _refine(self) -> None:
         """Halve the slabs of the reference, at least once, until its error is at most half of the limit."""
         while True:
             self.rate, coarser = 2 * self.rate, self._picture
             self._picture = self._draw(self.rate)
-            self._off = SAFETY * largest_difference(coarser, self._picture) * 2.0**-ORDER / (1 - 2.0**-ORDER)
-            if self._off <= self._wanted / 2 or self.rate >= self._finest:
+            self.own_error = SAFETY * largest_difference(coarser, self._picture) * 2.0**-ORDER / (1 - 2.0**-ORDER)
+            if self.own_error <= self._wanted / 2 or self.rate >= self._finest:
                 return
 
 
@@ -284,7 +269,9 @@ def estimate_by_finer(
             finer = draw(reference, thickness / 2**halvings)
         except NoRoomError:
             continue
-        return estimate(picture, finer, max(halvings, halvings_to(reference, scene)), rounding_of(scene))
+        # `extinction` is so much nearer to the integral than `slab` that its own error is within the safety factor.
+        is_exact = (scene.classification, reference.classification) == ("slab", "extinction")
+        return estimate(picture, finer, np.inf if is_exact else halvings, rounding_of(scene))
     return np.inf
 
 
@@ -303,3 +290,69 @@ def _rounding_in(picture: NDArray[np.float32], rounding: float = ROUNDING) -> fl
 def if_finite(estimate: float | None) -> float | None:
     """Return the estimate, or None if it is not finite, for JSON."""
     return estimate if estimate is not None and np.isfinite(estimate) else None
+
+
+def smaller(size: Size) -> Size:
+    """Return a size of a sixteenth of the pixels, with at least _LEAST_ESTIMATED along each side."""
+    width, height = (max(side // 4, min(side, _LEAST_ESTIMATED)) for side in size)
+    return width, height
+
+
+class ErrorSearch:
+    """Search for slab thicknesses; it remembers the last rates found with a small picture.
+
+    `draw` draws a scene with the settings, `draw_exactly` without the rounding and early termination in them;
+    `rounding` returns the error that the rounding of values adds to the scene that was drawn last.
+    """
+
+    def __init__(self, draw: DrawScene, draw_exactly: DrawScene, rounding: Callable[[CompleteScene], float]) -> None:
+        self._draw, self._draw_exactly, self._rounding = draw, draw_exactly, rounding
+        self._last: tuple[CompleteScene, tuple[Size, Settings, float], Choice] | None = None
+
+    def foresee(self, scene: CompleteScene, size: Size, settings: Settings, wanted: float) -> Choice:
+        """Return the choice for a picture of a sixteenth of the pixels.
+
+        The largest error of all pixels is hardly more than twice that of a sixteenth of them, so half of the error is
+        requested of the small picture.
+        """
+        asked = size, replace(settings, slab_thickness=0.0), wanted
+        if self._last is None or self._last[0] is not scene or self._last[1] != asked:
+            found = self._search(scene, smaller(size), settings, wanted / 2)
+            # A reference is expensive and refines itself if it has to, so it begins as for twice the error.
+            begin = replace(found.begin, reference=found.begin.reference / 2)
+            self._last = scene, asked, replace(found, estimated_error=2 * found.estimated_error, begin=begin)
+        return self._last[2]
+
+    def choose(self, scene: CompleteScene, size: Size, settings: Settings, wanted: float) -> Choice:
+        """Return the picture of the coarsest slabs that keep the error; the search begins with `foresee`.
+
+        Warns
+        -----
+        AccuracyWarning
+            If the error cannot be reached.
+        """
+        choice = self._search(scene, size, settings, wanted, self.foresee(scene, size, settings, wanted).begin)
+        if not choice.reached:
+            warnings.warn(
+                f"requested error of {wanted:g} not reached: {choice.estimated_error:.2g} by estimate, "
+                f"at slab thickness {choice.slab_thickness:g}",
+                AccuracyWarning,
+                stacklevel=4,
+            )
+        return choice
+
+    def _search(
+        self, scene: CompleteScene, size: Size, settings: Settings, wanted: float, begin: Begin | None = None
+    ) -> Choice:
+        reference = converging(scene)
+        return thickness_for_error(
+            lambda thickness: self._draw(scene, size, replace(settings, slab_thickness=thickness)),
+            lambda thickness: self._draw_exactly(reference, size, replace(settings, slab_thickness=thickness)),
+            scene.smallest_spacing,
+            wanted,
+            begin,
+            converges_alone=reference is not scene,
+            finest=finest_rate(scene),
+            rounding=lambda: self._rounding(scene),
+            relative=rounding_of(scene),
+        )

@@ -34,10 +34,8 @@ def modelled(scene: CompleteScene) -> list[str]:
     return [name for name, is_modelled in names.items() if is_modelled]
 
 
-def _medium(scene: Scene) -> dict[str, bool]:
-    medium = scene.transfer_function
-    if medium is None:
-        return {}
+def _medium(scene: CompleteScene) -> dict[str, bool]:
+    medium = scene.medium
     return {
         "emissive": medium.emissive,
         "gradient modulation": medium.modulation is not None,

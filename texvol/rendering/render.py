@@ -58,9 +58,9 @@ def bake(
         how = classification, texel_format, estimator, scene.mask, features
         return value_texture.bake_values(volume, transfer_function, *how)
     recipe = volume, transfer_function, classification, slab_thickness, texel_format
-    if not needs_samples(scene, transfer_function):
+    if not needs_samples(scene):
         return slab_texture.bake(*recipe, hidden=scene.mask.hidden if scene.mask else None)
-    samples = partial(medium_of_samples, scene, transfer_function, scene.camera, light_transmittance)
+    samples = partial(medium_of_samples, scene, light_transmittance)
     return slab_texture.bake(*recipe, samples, scene.lighting)
 
 

@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 from texvol.opengl.compositor import Compositor
 from texvol.opengl.contexts import Context, open_context
 from texvol.opengl.projection import depth_of
-from texvol.opengl.texture_memory import default_budget
-from texvol.rendering import accuracy, checking, error_control
-from texvol.rendering.error_search import ErrorSearch, smaller
+from texvol.opengl.texture_store import default_budget
+from texvol.rendering import checking, error_control
+from texvol.rendering.error_control import ErrorSearch, smaller
 from texvol.rendering.modelled import modelled
 from texvol.rendering.render import draw, over_background, read
 from texvol.rendering.scene_cache import SceneCache
-from texvol.rendering.settings import Settings
+from texvol.rendering.settings import Settings, checked, checked_target, checked_termination
 from texvol.scene.display import NUMBER_MODES
 from texvol.scene.scene import CompleteScene, Scene
 from texvol.slicing import slabs as slicing
@@ -143,9 +143,9 @@ class Renderer:
         scene.check_unchanged()
         if texture_format not in ("auto", *slab_texture.TEXEL_FORMATS):
             raise InputError(f"texture format must be auto, rgba8, rgba16f or rgba32f, got {texture_format!r}")
-        wanted = accuracy.checked(scene, slab_thickness, sampling_rate, max_error)
-        termination = accuracy.checked_termination(early_termination, max_error)
-        target = accuracy.checked_target(target_format, scene.mode)
+        wanted = checked(scene, slab_thickness, sampling_rate, max_error)
+        termination = checked_termination(early_termination, max_error)
+        target = checked_target(target_format, scene.mode)
         settings = Settings(wanted, texture_format, target, termination, skip_empty)
         complete = scene.completed(size)
         self._watch.seconds, self._stats, self._notes, self._estimate, self._check = {}, {}, {}, None, None
@@ -169,7 +169,7 @@ class Renderer:
 
     def foresee(self, scene: Scene, size: Size, max_error: float) -> error_control.Choice:
         """Return the rate at which `render` begins to search for an error, from a sixteenth of the pixels."""
-        termination, target = accuracy.checked_termination(None, max_error), accuracy.checked_target("auto")
+        termination, target = checked_termination(None, max_error), checked_target("auto")
         settings = Settings(0.0, "rgba32f", target, termination, skip_empty=True)
         size = self._compositor.checked_size(size)
         with self._context:
@@ -287,18 +287,16 @@ class Renderer:
         self, scene: CompleteScene, size: Size, settings: Settings, repeat: int = 1, depth: bool = False
     ) -> NDArray[np.float32]:
         """Draw the picture, without background; or the depth of its isosurface."""
-        with self._watch.baking():
-            drawing = self._cache.drawing(scene, size, settings, depth)
-            surfaces = None if depth else self._cache.surfaces(scene, size, settings)
-            self._cache.check_room(drawing)
-            for drawn in drawing.volumes:
-                if len(drawn.textures.bricks) == 1 and drawn.visible_part(drawn.textures.bricks[0]) is not None:
-                    drawn.textures.resources(drawn.textures.bricks[0])
+        drawing = self._cache.drawing(scene, size, settings, depth)
+        surfaces = None if depth else self._cache.surfaces(scene, size, settings)
+        self._cache.check_room(drawing)
+        for drawn in drawing.volumes:
+            if len(drawn.textures.bricks) == 1 and drawn.visible_part(drawn.textures.bricks[0]) is not None:
+                drawn.textures.resources(drawn.textures.bricks[0])
         times = []
         for _ in range(max(repeat, 1)):
             start, spent = time.perf_counter(), self._watch.of_textures()
-            with self._watch.baking():
-                self._bricks_drawn = draw(self._compositor, drawing, surfaces, settings.target_format)
+            self._bricks_drawn = draw(self._compositor, drawing, surfaces, settings.target_format)
             times.append(time.perf_counter() - start - (self._watch.of_textures() - spent))
         # The first draw compiles the programs: warm draws are the others.
         self._watch.seconds["draw"] = median(times[1:] or times)
@@ -331,7 +329,7 @@ class Renderer:
             "slab_thickness": settings.slab_thickness,
             "slabs": slicing.slab_stacks(scene.box, scene.camera, settings.slab_thickness, size).slab_count,
             "classification": scene.classification,
-            "texture_format": ", ".join(medium.baked[1].texel_format for medium in self._cache.volumes if medium.baked),
+            "texture_format": ", ".join(medium.baked.texel_format for medium in self._cache.volumes if medium.baked),
             "halvings": self._cache.volumes[0].halvings(scene.volume),
             "target_format": settings.target_format,
             "bricks_total": sum(len(each.bricks) for each in textures),
@@ -366,7 +364,7 @@ class Renderer:
         return drawn, slicing.slabs_crossed(scene.volume, scene.camera, settings.slab_thickness, size)
 
     def _counted(self, scene: CompleteScene, size: Size, settings: Settings) -> int:
-        drawing = self._cache.drawing(scene, size, settings).counting()
+        drawing = replace(self._cache.drawing(scene, size, settings), count=True)
         draw(self._compositor, drawing, self._cache.surfaces(scene, size, settings), "rgba32f")
         return int(self._compositor.picture()[..., 0].sum(dtype=np.float64))
 

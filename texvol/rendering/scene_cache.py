@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from texvol.opengl.contexts import Context
 from texvol.opengl.drawing import Drawing, DrawnVolume, View
 from texvol.opengl.projection import ValueProjection, projection_of
-from texvol.opengl.shadows import Shadows
-from texvol.opengl.stopwatch import Stopwatch
-from texvol.opengl.surfaces.cache import SurfacesCache
-from texvol.rendering.settings import Settings, color_scale_of, most_light_of, stored_scene
+from texvol.opengl.shadows import Shadow, Shadows
+from texvol.opengl.texture_store import Stopwatch
+from texvol.rendering.settings import Settings
 from texvol.rendering.volume_cache import VolumeCache
+from texvol.scene.lighting import Lighting
 from texvol.scene.scene import CompleteScene
-from texvol.textures.shaded_samples import LightTransmittance
+from texvol.scene.transfer import NO_MEDIUM
 from texvol.textures.value_texture import ValueTexture
 from texvol.util.errors import NoRoomError
 
@@ -24,18 +28,15 @@ if TYPE_CHECKING:
 class SceneCache:
     """GPU cache of the scene that was drawn last; its methods need the context to be current.
 
-    Parameters
-    ----------
-    budget : int
-        Bytes that the textures of a volume may take.
+    The textures of each volume take at most `budget` bytes.
     """
 
     def __init__(self, context: Context, budget: int) -> None:
         self._context, self._budget = context, budget
-        self.volumes = [VolumeCache(context, budget)]
+        self.watch = Stopwatch()
+        self.volumes = [VolumeCache(context, budget, self.watch)]
         self._shadows = Shadows(context, budget)
-        self._surfaces = SurfacesCache(context)
-        self.watch = Stopwatch(lambda: [cache.textures for cache in self.volumes])
+        self._surfaces: Surfaces | None = None  # made when a scene first has some
 
     @property
     def lost_digits(self) -> float:
@@ -51,56 +52,35 @@ class SceneCache:
         scenes = scene.each_alone()
         self._have_caches(len(scenes))
         with self.watch.timed("bake"):
-            each_with = zip(self.volumes, scenes, strict=True)
-            scenes = tuple(cache.coarser_scene(alone, scene, settings) for cache, alone in each_with)
-            light_transmittance = self._shadows.prepare(scenes, settings.slab_thickness)
+            each_alone = zip(self.volumes, scenes, strict=True)
+            scenes = tuple(cache.coarser_scene(alone, scene, settings) for cache, alone in each_alone)
+            shadows = self._shadows.prepare(scenes, settings.slab_thickness)
+            each_with = list(zip(scenes, self.volumes, shadows, strict=True))
+            for alone, cache, shadow in each_with:
+                cache.prepare(_stored(alone), size, settings, shadow.transmittance if shadow else None)
         projection = projection_of(scenes[0], depth=depth)
-        drawn = []
-        for number, (alone, cache) in enumerate(zip(scenes, self.volumes, strict=True)):
-            left = light_transmittance[number] if light_transmittance else None
-            drawn.append(self._drawn(alone, cache, size, settings, projection, left, number))
+        drawn = tuple(_drawn(alone, cache, settings, projection, shadow) for alone, cache, shadow in each_with)
         view = View(scenes[0].camera, size, settings.slab_thickness, scene.volume.centre)
         return Drawing(
             view,
-            tuple(drawn),
-            color_scale=1.0 if projection else color_scale_of(scenes),
-            least_transmittance=settings.early_termination / most_light_of(scenes),
+            drawn,
+            color_scale=1.0 if projection else _color_scale_of(scenes),
+            least_transmittance=settings.early_termination / _most_light_of(scenes),
             cutting=scene.cutting,
             depth_cue=scenes[0].depth_cue if not projection or projection.lighting else None,
             projection=projection,
         )
 
-    def _drawn(
-        self,
-        alone: CompleteScene,
-        cache: VolumeCache,
-        size: tuple[int, int],
-        settings: Settings,
-        projection: ValueProjection | None,
-        light_transmittance: LightTransmittance | None,
-        number: int,
-    ) -> DrawnVolume:
-        """Return one volume with its textures."""
-        with self.watch.timed("bake"):
-            baked = cache.prepare(stored_scene(alone), size, settings, light_transmittance)
-        skips = cache.empty_space.skips if settings.skips(alone) else None
-        lit_when_drawn = isinstance(baked, ValueTexture) and not projection
-        return DrawnVolume(
-            alone.volume,
-            baked,
-            cache.textures,
-            cache.visible_part(alone, settings),
-            skips,
-            cache.empty_space.cells_per_box if skips else (1.0, 1.0, 1.0),
-            lighting=projection.lighting if projection else alone.lighting if lit_when_drawn else None,
-            light_transmittance=self._shadows.textures[number]
-            if light_transmittance is not None and lit_when_drawn
-            else None,
-        )
-
     def surfaces(self, scene: CompleteScene, size: tuple[int, int], settings: Settings) -> Surfaces | None:
         """Return the surfaces and lines of the scene, ready to be drawn; None if it has none."""
-        return self._surfaces.prepare(scene, size, settings.slab_thickness)
+        if not scene.geometry:
+            return None
+        if self._surfaces is None:
+            from texvol.opengl.surfaces.surfaces import Surfaces
+
+            self._surfaces = Surfaces(self._context.gl)
+        self._surfaces.prepare(scene, size, settings.slab_thickness)
+        return self._surfaces
 
     def check_room(self, drawing: Drawing) -> None:
         """Raise NoRoomError if several volumes do not fit on the device at once, each as a single brick."""
@@ -118,11 +98,78 @@ class SceneCache:
         while len(self.volumes) > count:
             self.volumes.pop().release()
         while len(self.volumes) < count:
-            self.volumes.append(VolumeCache(self._context, self._budget))
+            self.volumes.append(VolumeCache(self._context, self._budget, self.watch))
 
     def release(self) -> None:
         """Release everything on the device."""
         for cache in self.volumes:
             cache.release()
         self._shadows.release()
-        self._surfaces.release()
+        if self._surfaces is not None:
+            self._surfaces.release()
+
+
+def _drawn(
+    alone: CompleteScene,
+    cache: VolumeCache,
+    settings: Settings,
+    projection: ValueProjection | None,
+    shadow: Shadow | None,
+) -> DrawnVolume:
+    """Return one volume with its textures."""
+    assert cache.baked is not None
+    empty_space = cache.empty_space if settings.skips(alone) else None
+    skips = empty_space.skips if empty_space else None
+    lit_when_drawn = isinstance(cache.baked, ValueTexture) and not projection
+    return DrawnVolume(
+        alone.volume,
+        cache.baked,
+        cache.textures,
+        empty_space.visible_part if empty_space else lambda brick: brick.stored_box,
+        skips,
+        cache.empty_space.cells_per_box if skips else (1.0, 1.0, 1.0),
+        lighting=projection.lighting if projection else alone.lighting if lit_when_drawn else None,
+        light_transmittance=shadow.texture if shadow and lit_when_drawn else None,
+    )
+
+
+def _stored(scene: CompleteScene) -> CompleteScene:
+    """Return the scene whose texels are stored: in every mode but composite they are the values.
+
+    Labels are stored as values and classified when they are sampled, which takes least memory. Samples with colours
+    of their own are classified before.
+    """
+    if scene.mode == "composite":
+        if scene.volume.labels:
+            return replace(scene, classification="post")
+        if scene.volume.colors is not None and scene.classification in ("post", "integrated"):
+            return replace(scene, classification="extinction")
+        return scene
+    return replace(scene, transfer_function=NO_MEDIUM, classification="post", depth_cue=None)
+
+
+def _color_scale_of(scenes: Sequence[CompleteScene]) -> float:
+    """Power of two that scales the colours of a picture to at most about 1, for targets of small range.
+
+    Associated colours are at most 1 in white light of strength 1. An emission of E per world unit adds up to at most E
+    times the longest ray; emissions of several volumes add up.
+    """
+    glowing = sum(scene.medium.emissive for scene in scenes)
+    return min(map(_color_scale, scenes)) / 2 ** max(glowing - 1, 0)
+
+
+def _color_scale(scene: CompleteScene) -> float:
+    """Return the factor for the medium of one volume and for surfaces in it."""
+    brightest = 1.0 if scene.lighting is None else max(scene.lighting.brightest, 1.0)
+    if scene.medium.emissive:
+        brightest = float(scene.medium.colors.max()) * 2 * scene.volume.radius
+    if scene.geometry:
+        brightest = max(brightest, (scene.lighting or Lighting()).brightest, 1.0)
+    return float(np.exp2(np.clip(-np.ceil(np.log2(brightest)), -120, 120))) if brightest > 0 else 1.0
+
+
+def _most_light_of(scenes: Sequence[CompleteScene]) -> float:
+    """Upper bound of the light from behind a point: of a white medium in all lights, and of emission beyond that."""
+    glow = sum(2 * scene.volume.radius * scene.medium.excess_emission for scene in scenes)
+    lighting = scenes[0].lighting
+    return (1.0 + glow) * max(lighting.brightest if lighting else 1.0, 1.0)

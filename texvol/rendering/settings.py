@@ -1,18 +1,21 @@
-"""Render settings and texture cache keys."""
+"""Arguments of `Renderer.render` for accuracy, checked, with every choice made."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass
 
-from texvol.opengl.projection import Isovalue
-from texvol.rendering import accuracy
-from texvol.scene.lighting import Lighting, casts_shadows
-from texvol.scene.scene import CompleteScene, Scene
-from texvol.scene.transfer import NO_MEDIUM
-from texvol.slicing.cells import Shown
-from texvol.textures.shaded_samples import seen_from
+import numpy as np
+
+from texvol.scene.display import NUMBER_MODES
+from texvol.scene.scene import Scene
+from texvol.textures.slab_texture import TEXEL_FORMATS
+from texvol.util.errors import InputError
+
+DEFAULT_SAMPLING_RATE = 1.0
+# In a dense medium it costs a tenth more time than 1/1024, and its error is below the rounding of a float32 picture.
+# With a coarser default it would be the largest error of every fine picture.
+DEFAULT_EARLY_TERMINATION = 2.0**-22
+_TERMINATION_FRACTION, _MOST_TERMINATION = 1 / 16, 1 / 1024  # fraction of a requested error, and the most
 
 
 @dataclass(frozen=True)
@@ -30,52 +33,56 @@ class Settings:
         return self.skip_empty and scene.mode in ("composite", "isosurface")
 
 
-def stored_scene(scene: CompleteScene) -> CompleteScene:
-    """Return the scene whose texels are stored: in every mode but composite they are the values.
+def checked(scene: Scene, slab_thickness: float | None, sampling_rate: float | None, max_error: float | None) -> float:
+    """Return the slab thickness in world units; NaN if `max_error` is to decide it.
 
-    Labels are stored as values and classified when they are sampled, which takes least memory. Samples with colours
-    of their own are classified before.
+    Raises
+    ------
+    InputError
+        If more than one argument is given, or one is not positive and finite.
     """
-    if scene.mode == "composite":
-        if scene.volume.labels:
-            return replace(scene, classification="post")
-        if scene.volume.colors is not None and scene.classification in ("post", "integrated"):
-            return replace(scene, classification="extinction")
-        return scene
-    return replace(scene, transfer_function=NO_MEDIUM, classification="post", depth_cue=None)
+    given = {"slab thickness": slab_thickness, "sampling rate": sampling_rate, "maximum error": max_error}
+    chosen = {name: number for name, number in given.items() if number is not None}
+    if len(chosen) > 1:
+        raise InputError(f"{' and '.join(chosen)} all decide the slab thickness: give only one of them")
+    for name, number in chosen.items():
+        if not 0 < number < np.inf:
+            raise InputError(f"{name} must be positive and finite, got {number:g}")
+    if max_error is not None:
+        return float("nan")
+    thickness = slab_thickness or scene.smallest_spacing / (sampling_rate or DEFAULT_SAMPLING_RATE)
+    return min(thickness, 2 * scene.box.radius)  # the box is no thicker
 
 
-def shown_of(scene: CompleteScene) -> tuple[Shown, int]:
-    """Return what shows anything, and the reach in samples of the gradients that it depends on, 0 for none."""
-    if scene.isovalue is not None:
-        return Isovalue(scene.isovalue), 0
-    return scene.medium, scene.gradient.reach if scene.medium.needs_gradient else 0
+def checked_termination(early_termination: float | None, max_error: float | None) -> float:
+    """Return the transmittance at which a ray ends: the argument, a fraction of the requested error, or the default.
+
+    Raises
+    ------
+    InputError
+        If it is not from 0 to below 1.
+    """
+    if early_termination is None:
+        return min(_TERMINATION_FRACTION * max_error, _MOST_TERMINATION) if max_error else DEFAULT_EARLY_TERMINATION
+    if not 0 <= early_termination < 1:
+        raise InputError(f"early termination must be a transmittance from 0 to below 1, got {early_termination:g}")
+    return early_termination
 
 
-def color_scale_of(scenes: Sequence[CompleteScene]) -> float:
-    """Factor of the colours while a picture is drawn, small enough for the media of all volumes and for surfaces."""
-    scales = []
-    for scene in scenes:
-        brightest = max((scene.lighting or Lighting()).brightest, 1.0) if scene.geometry else 0.0
-        scales.append(accuracy.color_scale(scene.volume, scene.medium, scene.lighting, brightest))
-    # Emissions add up beyond the brightest of them.
-    glowing = sum(scene.medium.emissive for scene in scenes)
-    return min(scales) / 2 ** max(glowing - 1, 0)
+def checked_target(target_format: str, mode: str = "composite") -> str:
+    """Return the format of the target: the argument, or single precision for "auto".
 
+    A smaller target rounds each blend to 2^-11 or worse, which is more than the usual error of a whole picture, and
+    saves no time that shows.
 
-def most_light_of(scenes: Sequence[CompleteScene]) -> float:
-    """Upper bound of the light from behind a point: of a white medium in all lights, and of emission beyond that."""
-    glow = sum(2 * scene.volume.radius * scene.medium.excess_emission for scene in scenes)
-    lighting = scenes[0].lighting
-    return (1.0 + glow) * max(lighting.brightest if lighting else 1.0, 1.0)
-
-
-def texels_of(scene: CompleteScene, thickness: float, texture_format: str) -> tuple[Any, ...]:
-    """Cache key of a scene's texels, without the storage of values."""
-    gradient = (repr(scene.gradient),) if scene.needs_gradient else ()
-    if scene.classification in ("slab", "extinction"):
-        # Shadows are cast through parts of the slabs' thickness.
-        baked_for = thickness if scene.classification == "slab" or casts_shadows(scene.lighting) else 0.0
-        medium = (scene.volume, scene.mask, scene.medium, scene.classification, baked_for, texture_format)
-        return (*medium, *gradient, seen_from(scene, scene.camera)) if gradient else medium
-    return (scene.volume, scene.mask, *gradient)
+    Raises
+    ------
+    InputError
+        If there is no such format, or it is too small for the numbers of the mode.
+    """
+    if target_format not in ("auto", *TEXEL_FORMATS):
+        raise InputError(f"target format must be auto, rgba8, rgba16f or rgba32f, got {target_format!r}")
+    if mode in NUMBER_MODES and target_format not in ("auto", "rgba32f"):
+        wanted = f"target format must be auto or rgba32f in mode {mode}, whose numbers need digits"
+        raise InputError(f"{wanted}, got {target_format}")
+    return "rgba32f" if target_format == "auto" else target_format

@@ -10,20 +10,22 @@ from typing import Any
 import numpy as np
 
 from texvol.opengl.contexts import Context
-from texvol.opengl.drawing import VisiblePart
 from texvol.opengl.empty_space import EmptySpace
-from texvol.opengl.texture_store import BakedTexture, TextureStore, same
+from texvol.opengl.projection import Isovalue
+from texvol.opengl.texture_store import BakedTexture, Stopwatch, TextureStore, same
 from texvol.rendering.render import bake
-from texvol.rendering.settings import Settings, shown_of, texels_of
+from texvol.rendering.settings import Settings
 from texvol.scene.air import attenuation_of
 from texvol.scene.display import NUMBER_MODES
+from texvol.scene.lighting import casts_shadows
 from texvol.scene.scene import CompleteScene
 from texvol.scene.volume import Volume
 from texvol.slicing import bricks
+from texvol.slicing.cells import Shown
 from texvol.textures import halving as coarser
 from texvol.textures import texel_format
-from texvol.textures.shaded_samples import LightTransmittance
-from texvol.textures.value_storage import FAR, ULP
+from texvol.textures.shaded_samples import LightTransmittance, seen_from
+from texvol.textures.value_storage import FAR, HOPELESS, ULP
 from texvol.textures.value_texture import REFERENCE, ValueTexture
 
 _OF_A_CUBIC = 3.0  # an extreme of a cubic, in roundings of the four values that determine it
@@ -31,19 +33,17 @@ Recipe = tuple[Any, ...]
 
 
 class VolumeCache:
-    """GPU cache of one volume of a scene; its methods need the context to be current.
+    """GPU cache of one volume of a scene, at most `budget` bytes of textures; methods need the context to be current.
 
-    Parameters
-    ----------
-    budget : int
-        Bytes that the textures may take.
+    `watch` takes the seconds in which textures are made and uploaded.
     """
 
-    def __init__(self, context: Context, budget: int) -> None:
-        self._context, self._budget = context, budget
+    def __init__(self, context: Context, budget: int, watch: Stopwatch) -> None:
+        self._context, self._budget, self._watch = context, budget, watch
         self.empty_space = EmptySpace(context.gl)
-        self.textures = TextureStore(context, budget)
-        self.baked: tuple[Recipe, BakedTexture] | None = None
+        self.textures = TextureStore(context, budget, watch)
+        self.baked: BakedTexture | None = None
+        self._recipe: Recipe = ()
         self._chosen: tuple[Recipe, str] | None = None
         self._source: Volume | None = None  # the full volume if a halved one is drawn
         self._coarsest: tuple[Recipe, dict[float, Volume]] | None = None  # by slab thickness
@@ -56,7 +56,7 @@ class VolumeCache:
         if scene.added or settings.texture_format != "auto":
             return alone
         medium, thickness = scene.medium, settings.slab_thickness
-        if not coarser.may_be_coarser(scene, medium, thickness):
+        if not coarser.may_be_coarser(scene, thickness):
             return scene
         if self._coarsest is None or not same(self._coarsest[0], (scene.volume, medium)):
             self._coarsest = (scene.volume, medium), {}
@@ -74,42 +74,35 @@ class VolumeCache:
         size: tuple[int, int],
         settings: Settings,
         light_transmittance: LightTransmittance | None,
-    ) -> BakedTexture:
+    ) -> None:
         """Bake the texels of a scene of one volume and find its empty cells, unless they are there.
 
-        Parameters
-        ----------
-        scene : CompleteScene
-            The result of `stored_scene`.
-        light_transmittance : array, optional
-            Transmittance from the nodes of the box to each light that casts shadows.
+        `light_transmittance` is that from the nodes of the box to each light that casts shadows.
         """
         thickness, texture_format = settings.slab_thickness, settings.texture_format
         if texture_format == "auto":
-            texture_format = self._cheapest_format(scene, thickness)
+            asked = (scene.volume, scene.medium, scene.classification, thickness)
+            if self._chosen is None or not same(self._chosen[0], asked):
+                self._chosen = asked, texel_format.cheapest_texel_format(*asked)
+            texture_format = self._chosen[1]
         if texture_format == REFERENCE and scene.classification in ("slab", "extinction"):
             texture_format = "rgba32f"
-        texels = texels_of(scene, thickness, texture_format)
+        texels = _texels(scene, thickness, texture_format)
         recipe = (*texels, scene.medium, scene.classification, texture_format, scene.mode, scene.isovalue)
-        if self.baked is None or not same(self.baked[0], recipe):
-            self.baked = (recipe, bake(scene, thickness, texture_format, light_transmittance))
-        baked = self.baked[1]
+        if self.baked is None or not same(self._recipe, recipe):
+            self.baked, self._recipe = bake(scene, thickness, texture_format, light_transmittance), recipe
+        baked = self.baked
         if isinstance(baked, ValueTexture):
-            texels = (*texels, baked.texel_format, baked.offset, baked.scale)
+            texels = (*texels, baked.texel_format, baked.storage.offset, baked.storage.scale)
         if settings.skips(scene):
             steps = baked.steps if isinstance(baked, ValueTexture) else None
-            self.empty_space.prepare(scene.volume, *shown_of(scene), scene.mask, steps)
+            self.empty_space.prepare(scene.volume, *_shown(scene), scene.mask, steps)
         margin = bricks.margin(scene.volume, scene.camera, size, thickness)
         self.textures.prepare(baked, scene.volume, texels, margin)
-        return baked
 
     def halvings(self, volume: Volume) -> list[int]:
         """Numbers of halvings of the volume along x, y, z before it was drawn."""
-        return coarser.halvings(volume, self.baked[1].volume) if self.baked else [0, 0, 0]
-
-    def visible_part(self, scene: CompleteScene, settings: Settings) -> VisiblePart:
-        """Return the function that finds the visible part of a brick."""
-        return self.empty_space.visible_part if settings.skips(scene) else lambda brick: brick.stored_box
+        return coarser.halvings(volume, self.baked.volume) if self.baked else [0, 0, 0]
 
     @contextmanager
     def set_aside(self, most_bytes: int | None) -> Iterator[None]:
@@ -118,40 +111,42 @@ class VolumeCache:
         Textures of exact values serve every thickness. Other texels are drawn from temporary textures, in bricks of at
         least an eighth of the volume within `most_bytes`, if that is given.
         """
-        if self.baked is None or (self._source is None and self._has_exact_values(self.baked[1])):
+        if self.baked is None or (self._source is None and _has_exact_values(self.baked)):
             yield
             return
-        kept, budget = (self.textures, self.baked, self.empty_space, self._source), self._budget
+        kept, budget = (self.textures, self.baked, self._recipe, self.empty_space, self._source), self._budget
         if most_bytes is not None:
-            samples = (self._source or self.baked[1].volume).values.size
+            samples = (self._source or self.baked.volume).values.size
             budget = min(budget, int(np.clip(2 * samples, most_bytes // 8, most_bytes)))
-        self.textures = TextureStore(self._context, budget)
+        self.textures = TextureStore(self._context, budget, self._watch)
         if self._source is not None:
             self.empty_space = EmptySpace(self._context.gl)
         try:
             yield
         finally:
             self.textures.release()
-            if self.empty_space is not kept[2]:
+            if self.empty_space is not kept[3]:
                 self.empty_space.release()
-            self.textures, self.baked, self.empty_space, self._source = kept
+            self.textures, self.baked, self._recipe, self.empty_space, self._source = kept
 
     @property
     def lost_digits(self) -> float:
         """Rounding of values, as a fraction of the narrowest interval of the transfer function."""
-        return self.baked[1].storage.condition * ULP if self.baked and isinstance(self.baked[1], ValueTexture) else 0.0
+        return self.baked.storage.condition * ULP if isinstance(self.baked, ValueTexture) else 0.0
 
     def rounding(self, scene: CompleteScene) -> float:
         """Upper bound of the error of a picture by the rounding of values.
 
         It is 0 if a picture of values with other rounding estimates that error better.
         """
-        baked = self.baked[1] if self.baked else None
-        if not isinstance(baked, ValueTexture) or not (baked.vouches_for_itself or baked.storage.is_hopeless):
+        baked = self.baked
+        if not isinstance(baked, ValueTexture):
+            return 0.0
+        storage = baked.storage
+        if not (storage.vouches_for_itself(baked.volume) or storage.condition >= HOPELESS):
             return 0.0
         if scene.mode not in NUMBER_MODES:
-            return min(baked.storage.condition * ULP, 1.0)
-        storage = baked.storage
+            return min(storage.condition * ULP, 1.0)
         of_a_value = storage.extent * storage.scale * ULP
         if scene.mode in ("mip", "minip"):
             return _OF_A_CUBIC * min(storage.farthest(baked.volume), FAR * storage.extent) * storage.scale * ULP
@@ -159,20 +154,33 @@ class VolumeCache:
         of_a_value *= 1.0 if attenuation is None else attenuation.per_value
         return of_a_value * (2 * scene.volume.radius if scene.mode == "xray" else 1.0)
 
-    @staticmethod
-    def _has_exact_values(baked: BakedTexture) -> bool:
-        if not isinstance(baked, ValueTexture):
-            return False
-        return baked.volume.labels or (baked.estimator is None and baked.steps is None and baked.vouches_for_itself)
-
     def release(self) -> None:
         """Release everything on the device."""
         self.textures.release()
         self.empty_space.release()
         self._coarsest = None
 
-    def _cheapest_format(self, scene: CompleteScene, thickness: float) -> str:
-        asked = (scene.volume, scene.medium, scene.classification, thickness)
-        if self._chosen is None or not same(self._chosen[0], asked):
-            self._chosen = asked, texel_format.cheapest_texel_format(*asked)
-        return self._chosen[1]
+
+def _shown(scene: CompleteScene) -> tuple[Shown, int]:
+    """Return what shows anything, and the reach in samples of the gradients that it depends on, 0 for none."""
+    if scene.isovalue is not None:
+        return Isovalue(scene.isovalue), 0
+    return scene.medium, scene.gradient.reach if scene.medium.needs_gradient else 0
+
+
+def _texels(scene: CompleteScene, thickness: float, texture_format: str) -> tuple[Any, ...]:
+    """Cache key of a scene's texels, without the storage of values."""
+    gradient = (repr(scene.gradient),) if scene.needs_gradient else ()
+    if scene.classification in ("slab", "extinction"):
+        # Shadows are cast through parts of the slabs' thickness.
+        baked_for = thickness if scene.classification == "slab" or casts_shadows(scene.lighting) else 0.0
+        medium = (scene.volume, scene.mask, scene.medium, scene.classification, baked_for, texture_format)
+        return (*medium, *gradient, seen_from(scene)) if gradient else medium
+    return (scene.volume, scene.mask, *gradient)
+
+
+def _has_exact_values(baked: BakedTexture) -> bool:
+    if not isinstance(baked, ValueTexture):
+        return False
+    vouches = baked.storage.vouches_for_itself(baked.volume)
+    return baked.volume.labels or (baked.estimator is None and baked.steps is None and vouches)

@@ -125,7 +125,7 @@ def fingerprint(renderer: Renderer) -> dict[str, str]:
     """Return driver, versions of libraries, processor and load, in words."""
     context = open_context(renderer.backend)
     try:
-        with context.current():
+        with context:
             info = context.gl.info
             vendor, version = info["GL_VENDOR"], info["GL_VERSION"]
     finally:

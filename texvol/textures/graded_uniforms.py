@@ -5,7 +5,7 @@ Magnitudes are relative to `largest_gradient`, lengths in `length_unit`, values 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from itertools import pairwise
 from typing import Any
 
@@ -14,11 +14,12 @@ from numpy.typing import NDArray
 
 from texvol.scene.transfer import TransferFunction
 from texvol.scene.transfer.graded import Contour, Graded
+from texvol.textures.ramps import STEP_MARGIN
+from texvol.textures.value_storage import Storage
 
 _UPRIGHT = 1e37  # the slope of a step: times a distance of 10 still a float32
 _LEAST = 1e-30
 _FARTHEST = 3e37  # a position beyond all values that are stored
-Stored = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 Row = tuple[float, ...]
 
 
@@ -33,37 +34,26 @@ def graded_switches(transfer_function: TransferFunction) -> dict[str, int]:
 
 
 def graded_uniforms(
-    transfer_function: TransferFunction,
-    stored: Stored,
-    value_scale: float,
-    length_unit: float,
-    largest_gradient: float,
-    step_margin: float,
+    transfer_function: TransferFunction, storage: Storage, length_unit: float, largest_gradient: float
 ) -> dict[str, Any]:
     """Uniforms of graded.glsl.
 
     Parameters
     ----------
-    stored : callable
-        Takes values to those that the texture holds.
-    value_scale : float
-        What a difference of 1 between stored values stands for, data units.
+    storage : Storage
+        Of the values.
     length_unit : float
         World units that emission and extinction are counted per.
     largest_gradient : float
         Data units per world unit that a gradient of 1 in the shader stands for.
-    step_margin : float
-        How much lower a step is put, in fractions of its position: interpolation may round equal texels down.
     """
     uniforms: dict[str, Any] = {}
     if transfer_function.modulation is not None:
         uniforms |= _modulation(transfer_function.modulation, largest_gradient)
     if any(_pieces(each) for each in transfer_function.graded):
-        uniforms |= _graded(transfer_function.graded, stored, length_unit, largest_gradient, step_margin)
+        uniforms |= _graded(transfer_function.graded, storage, length_unit, largest_gradient)
     if transfer_function.contours:
-        uniforms |= _contours(
-            transfer_function.contours, stored, value_scale, length_unit, largest_gradient, step_margin
-        )
+        uniforms |= _contours(transfer_function.contours, storage, length_unit, largest_gradient)
     return uniforms
 
 
@@ -81,28 +71,25 @@ def _modulation(modulation: NDArray[np.float64], largest_gradient: float) -> dic
 
 
 def _graded(
-    graded: tuple[Graded, ...], stored: Stored, length_unit: float, largest_gradient: float, step_margin: float
+    graded: tuple[Graded, ...], storage: Storage, length_unit: float, largest_gradient: float
 ) -> dict[str, Any]:
-    starts: list[Row] = []
-    ends: list[Row] = []
-    positions: list[Row] = []
-    slopes: list[Row] = []
+    rows: list[tuple[Row, ...]] = []
     for each in graded:
         numbers = np.column_stack([each.emissions, each.extinctions]) * length_unit
-        edges = np.clip(stored(each.values), -_FARTHEST, _FARTHEST)
-        margins = step_margin * np.abs(edges) + _LEAST
+        edges = np.clip(storage.stored(each.values), -_FARTHEST, _FARTHEST)
+        margins = STEP_MARGIN * np.abs(edges) + _LEAST
         # A value on a point lies in the piece that begins there; on the last, in the last piece.
         bounds = edges - margins
         beyond = edges[-1] + margins[-1]
         start, width = each.start / largest_gradient, (each.full - each.start) / largest_gradient
-        start -= step_margin * start + _LEAST if width == 0 else 0.0
+        start -= STEP_MARGIN * start + _LEAST if width == 0 else 0.0
         for first, last in _pieces(each):
             is_closed = last == len(edges) - 1 and (first == last or not _ends_in_step(each))
-            starts.append(_row(numbers[first]))
-            ends.append(_row(numbers[last]))
-            positions.append(_row((bounds[first], beyond if is_closed else bounds[last], edges[first])))
-            slopes.append(_row((_slope(edges[last] - edges[first]), start, _slope(width))))
-    return {"graded_starts": starts, "graded_ends": ends, "graded_positions": positions, "graded_slopes": slopes}
+            positions = bounds[first], beyond if is_closed else bounds[last], edges[first]
+            slopes = _slope(edges[last] - edges[first]), start, _slope(width)
+            rows.append(tuple(map(_row, (numbers[first], numbers[last], positions, slopes))))
+    names = "graded_starts", "graded_ends", "graded_positions", "graded_slopes"
+    return {name: list(column) for name, column in zip(names, zip(*rows, strict=True), strict=True)}
 
 
 def _pieces(graded: Graded) -> list[tuple[int, int]]:
@@ -124,19 +111,14 @@ def _slope(width: float) -> float:
 
 
 def _contours(
-    contours: tuple[Contour, ...],
-    stored: Stored,
-    value_scale: float,
-    length_unit: float,
-    largest_gradient: float,
-    step_margin: float,
+    contours: tuple[Contour, ...], storage: Storage, length_unit: float, largest_gradient: float
 ) -> dict[str, Any]:
     positions: list[Row] = []
     for each in contours:
-        position = float(np.clip(stored(np.array(each.value)), -_FARTHEST, _FARTHEST))
+        position = float(np.clip(storage.stored(np.array(each.value)), -_FARTHEST, _FARTHEST))
         # What is no farther away than rounding is there, also where nothing rises.
-        per_value = _slope(each.thickness * largest_gradient / value_scale)
-        positions.append(_row((position, step_margin * abs(position), per_value)))
+        per_value = _slope(each.thickness * largest_gradient / storage.scale)
+        positions.append(_row((position, STEP_MARGIN * abs(position), per_value)))
     media = [_row(np.array([*each.emission, each.extinction]) * length_unit) for each in contours]
     return {"contour_media": media, "contour_positions": positions}
 

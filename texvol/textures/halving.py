@@ -39,7 +39,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.scene import optics
-from texvol.scene.scene import Scene
+from texvol.scene.scene import CompleteScene
 from texvol.scene.transfer import TransferFunction
 from texvol.scene.volume import Volume
 from texvol.textures.slab_texture import texel_classifier
@@ -63,27 +63,32 @@ _LAYERS = 8  # halved at once: few enough for the cache
 _HALVED: WeakKeyDictionary[Volume, dict[Axes, Volume]] = WeakKeyDictionary()
 
 
-def may_be_coarser(scene: Scene, transfer_function: TransferFunction, slab_thickness: float) -> bool:
-    """True if a scene may be drawn from a halved volume: a single one, plain, classified by its value alone.
+def is_plain(scene: CompleteScene) -> bool:
+    """True for finite values without mask, colours and light, and a medium of finite extinction that they decide."""
+    volume, medium = scene.volume, scene.medium
+    if scene.mode != "composite" or scene.geometry or scene.mask is not None or scene.cutting.caps:
+        return False
+    if scene.lighting is not None or medium.needs_gradient or volume.labels or volume.colors is not None:
+        return False
+    # Last of all what takes a look at every value.
+    if np.isinf(medium.extinctions).any() or volume.has_missing or volume.value_range is None:
+        return False
+    return bool(np.isfinite(volume.value_range).all())
+
+
+def may_be_coarser(scene: CompleteScene, slab_thickness: float) -> bool:
+    """True if a scene of one volume may be drawn from a halved one.
 
     What caps and surfaces show in one position no slab's thickness hides, nor where an opaque medium begins. How many
     bricks the volume has does not matter: in bricks it is the same picture.
     """
     volume = scene.volume
-    if scene.mode != "composite" or scene.classification != "post" or scene.geometry:
+    if scene.classification != "post" or not _axes_to_halve(volume, slab_thickness) or not is_plain(scene):
         return False
-    if volume.labels or volume.colors is not None or scene.mask is not None or scene.cutting.caps:
-        return False
-    if scene.lighting is not None or transfer_function.needs_gradient:
-        return False
-    if np.isinf(transfer_function.extinctions).any() or not _axes_to_halve(volume, slab_thickness):
-        return False
-    # Last of all what takes a look at every value.
-    if volume.has_missing or volume.value_range is None:
-        return False
+    assert volume.value_range is not None
     low, high = volume.value_range
     # Halved values are rounded to 65536 steps of their range; a far-off sample leaves few for all others.
-    fine = features_of_medium(transfer_function, volume).finest < _LEAST_WIDTH * (high - low)
+    fine = features_of_medium(scene.medium, volume).finest < _LEAST_WIDTH * (high - low)
     return max(abs(low), abs(high)) < _LARGEST and not fine
 
 

@@ -16,11 +16,14 @@ from numpy.typing import NDArray
 # What shaders/each_ramp.glsl has; each ramp costs a thirtieth of a texture fetch in Mesa's software driver.
 NUMBERS_OF_RAMPS = (2, 3, 4, 6, 8, 12, 16, 24)
 _UPRIGHT, _LEAST = 1e38, 1e-36  # the slope of a step, and how far below its position it begins at least
+# How much lower a step is put, in fractions of its position: interpolation may round equal texels down by half an ulp
+# or two, and a flat region that lies exactly on a step would fall to its left side.
+STEP_MARGIN = 2.0**-22
 _LOST = 1e-6  # largest rounding of a number, relative to itself
 
 
 def ramp_uniforms(
-    positions: NDArray[np.float64], numbers: NDArray[np.float64], emissive: bool, step_margin: float
+    positions: NDArray[np.float64], numbers: NDArray[np.float64], emissive: bool
 ) -> dict[str, Any] | None:
     """The shader's `ramp_base`, `ramp_rises`, `ramp_places` (start, 1 / width, end); None where there is no such sum.
 
@@ -31,9 +34,7 @@ def ramp_uniforms(
     numbers : array of shape (n, 4)
         Colour or emission and extinction of each.
     emissive : bool
-        Whether what glows is a number of its own, and shows where there is no extinction.
-    step_margin : float
-        How much lower a step is put, in fractions of its position: interpolation may round equal texels down.
+        True if what glows is a number of its own, and shows where there is no extinction.
     """
     if emissive or not numbers[:, 3].any():
         first, last = 0, len(positions) - 1
@@ -47,7 +48,7 @@ def ramp_uniforms(
     with np.errstate(divide="ignore"):
         # A little steeper, so that the ramp has ended at its end whatever rounding says.
         per_width = np.where(is_step, _UPRIGHT, (1 + 2.0**-22) / (ends.astype(np.float64) - starts))
-    starts = np.where(is_step, starts - np.maximum(step_margin * np.abs(starts), _LEAST), starts).astype(np.float32)
+    starts = np.where(is_step, starts - np.maximum(STEP_MARGIN * np.abs(starts), _LEAST), starts).astype(np.float32)
     # Each rise goes to the next point from where float32's sum of those before it has come.
     sums, rises = wanted[0], []
     for number in wanted[1:]:

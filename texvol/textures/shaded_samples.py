@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from texvol.scene.camera import Camera
 from texvol.scene.gradient import Box, gradients
 from texvol.scene.lighting import MOST, Light, Lighting, depends_on_eye, position_of, shadow_distance, unit
-from texvol.scene.scene import Scene
-from texvol.scene.transfer import Classified, TransferFunction
+from texvol.scene.scene import CompleteScene, Scene
+from texvol.scene.transfer import Classified
 from texvol.scene.volume import Volume
 from texvol.textures.visible_values import visible
 
@@ -30,18 +30,14 @@ _SQUARE = 1e-6
 
 
 def medium_of_samples(
-    scene: Scene,
-    transfer_function: TransferFunction,
-    camera: Camera,
-    light_transmittance: LightTransmittance | None,
-    box: Box,
+    scene: CompleteScene, light_transmittance: LightTransmittance | None, box: Box
 ) -> tuple[NDArray[np.intp], Classified]:
     """Return the flat indices of the samples of a box that show, ascending, and their lit emission and extinction.
 
     Emission, shape (n, 3), and extinction are per world unit; where the extinction is infinite the emission is the
     colour that shows. `light_transmittance` is what shadows leave of each light, see `texvol.opengl.shadows`.
     """
-    volume = scene.volume
+    volume, transfer_function = scene.volume, scene.medium
     values = volume.values[box]
     is_shown = visible(volume, transfer_function, values)
     if scene.mask is not None:
@@ -59,20 +55,17 @@ def medium_of_samples(
     lighting = scene.lighting
     if lighting is None:
         return shows, medium
-    positions = None
-    if _needs_positions(lighting, camera, light_transmittance):
-        positions = volume.world_from_index @ (index - (np.array(volume.dimensions)[:, np.newaxis] - 1) / 2)
-    diffuse, highlight = shade(lighting, volume, camera, normals, magnitudes, positions, light_transmittance)
+    diffuse, highlight = _shade(scene, lighting, normals, magnitudes, index, light_transmittance)
     glow = medium.emission * diffuse
     if highlight is not None:
         glow += np.where(np.isinf(medium.extinction), 1.0, medium.extinction)[:, np.newaxis] * highlight
     return shows, Classified(glow, medium.extinction)
 
 
-def needs_samples(scene: Scene, transfer_function: TransferFunction) -> bool:
+def needs_samples(scene: CompleteScene) -> bool:
     """True if the medium at a sample depends on more than its value."""
     fades = scene.mask is not None and scene.mask.array.dtype != np.bool_
-    return bool(scene.lighting or transfer_function.needs_gradient or scene.volume.colors is not None or fades)
+    return bool(scene.lighting or scene.medium.needs_gradient or scene.volume.colors is not None or fades)
 
 
 def _there(scene: Scene, medium: Classified, box: Box, shows: NDArray[np.intp]) -> Classified:
@@ -118,28 +111,23 @@ def _directions(slopes: Numbers, smallest_spacing: float) -> tuple[Numbers, NDAr
     return slopes, largest.astype(np.float64) * length / smallest_spacing
 
 
-def _needs_positions(lighting: Lighting, camera: Camera, light_transmittance: LightTransmittance | None) -> bool:
-    has_points = any(light.kind == "point" for light in lighting.lights)
-    return (
-        has_points
-        or light_transmittance is not None
-        or (camera.projection == "perspective" and depends_on_eye(lighting))
-    )
-
-
-def shade(
+def _shade(
+    scene: CompleteScene,
     lighting: Lighting,
-    volume: Volume,
-    camera: Camera,
     normals: Numbers,
     magnitudes: NDArray[np.float64],
-    positions: NDArray[np.float64] | None = None,
-    light_transmittance: LightTransmittance | None = None,
+    index: NDArray[np.intp],
+    light_transmittance: LightTransmittance | None,
 ) -> tuple[Numbers, Numbers | None]:
-    """D and S of `texvol.scene.lighting`, both (n, 3); None where nothing has highlights.
+    """Return D and S of `texvol.scene.lighting`, both (n, 3), of samples with gradient `magnitudes` per world unit.
 
-    Gradients are `magnitudes` per world unit, `positions` relative to the middle of the box, for what depends on them.
+    S is None where nothing has highlights.
     """
+    volume, camera = scene.volume, scene.camera
+    positions = None  # relative to the middle of the box
+    sees_positions = camera.projection == "perspective" and depends_on_eye(lighting)
+    if sees_positions or light_transmittance is not None or any(light.kind == "point" for light in lighting.lights):
+        positions = volume.world_from_index @ (index - (np.array(volume.dimensions)[:, np.newaxis] - 1) / 2)
     with np.errstate(over="ignore"):
         fraction = np.minimum(magnitudes / lighting.fade_for(volume), 1).astype(normals.dtype)
     confidence = fraction * fraction * (3 - 2 * fraction)
@@ -193,8 +181,9 @@ def _left_at(left: NDArray[np.float32], volume: Volume, positions: NDArray[np.fl
     return total
 
 
-def seen_from(scene: Scene, camera: Camera) -> str:
-    """A name of all that the light at the samples depends on; two views of one name have the same texels."""
+def seen_from(scene: CompleteScene) -> str:
+    """Return a name of all that the light at the samples depends on; two views of one name have the same texels."""
+    camera = scene.camera
     if scene.lighting is None:
         return ""
     if not depends_on_eye(scene.lighting):

@@ -49,6 +49,7 @@ _CHUNK = 1 << 15  # samples classified at once: few enough for the cache, many e
 _LARGEST_PART = 1 << 18  # samples lit at once, so that each thread takes some 20 MB
 
 Classifier = Callable[[NDArray], NDArray[np.float64]]  # values (n,) → texels (n, 4), unscaled
+OfMedium = Callable[[NDArray[np.float64], NDArray[np.float64]], NDArray[np.float64]]  # see `_medium_encoder`
 Samples = Callable[[Box], tuple[NDArray[np.intp], Classified]]  # a box → which samples show anything, and their medium
 
 
@@ -66,8 +67,8 @@ class SlabTexture:
     classification: Classification
     length_unit: float
     texel_format: str
-    emissive: bool
     classifier: Classifier
+    of_medium: OfMedium
     samples: Samples | None = None  # where values alone don't tell
     hidden: NDArray[np.bool_] | None = None  # (nz, ny, nx)
 
@@ -89,22 +90,19 @@ class SlabTexture:
         """Write what shows of some layers and rows of a box."""
         z, y, x = box[0][part[0]], box[1][part[1]], box[2]
         shows, medium = samples((slice(z.start, z.stop), slice(y.start, y.stop), slice(x.start, x.stop)))
-        numbers = _texels_of_medium(
-            *medium, self.classification, self.length_unit, _OPAQUE_EXTINCTION[self.texel_format], self.emissive
-        )
+        numbers = self.of_medium(*medium)
         rows, columns = np.divmod(shows, len(x))
         layers, rows = np.divmod(rows, len(y))
         texels[part][layers, rows, columns] = self._rounded(numbers)
 
-    @property
-    def components(self) -> int:
-        """Numbers in a texel."""
-        return 4
+    def all_texels(self, box: Box) -> dict[str, NDArray]:
+        """Texels of a box of samples, by the name of the sampler."""
+        return {"texels": self.texels(box)}
 
     @property
-    def weight_format(self) -> None:
-        """None: the weights of a mask are in the texels."""
-        return None
+    def formats(self) -> dict[str, tuple[str, int]]:
+        """Texel format and numbers in a texel of each texture, by the name of its sampler."""
+        return {"texels": (self.texel_format, 4)}
 
     @property
     def slabs_per_stack(self) -> int:
@@ -175,14 +173,13 @@ def bake(
     if classification == "slab":
         largest_extinction = _largest_extinction(volume, transfer_function)
         length_unit = min(slab_thickness, _DEEPEST_SLAB / largest_extinction if largest_extinction > 0 else np.inf)
-    classifier = texel_classifier(transfer_function, classification, length_unit, _OPAQUE_EXTINCTION[texel_format])
+    opaque = _OPAQUE_EXTINCTION[texel_format]
+    classifier = texel_classifier(transfer_function, classification, length_unit, opaque)
+    of_medium = _medium_encoder(transfer_function, classification, length_unit, opaque)
     largest = classifier(_positions(volume, transfer_function)).max(axis=0)
     if samples is not None:
         emission, extinction = _most_medium(volume, transfer_function)
-        opaque = _OPAQUE_EXTINCTION[texel_format]
-        texels = _texels_of_medium(
-            emission, extinction, classification, length_unit, opaque, transfer_function.emissive
-        )
+        texels = of_medium(emission, extinction)
         if classification == "slab":
             # Not all of it has to be there, and what glows is brighter without what absorbs.
             texels[:, :3] = emission * np.where(np.isinf(extinction), 1.0, length_unit)[:, np.newaxis]
@@ -191,10 +188,8 @@ def bake(
             diffuse, highlight = lighting.most
             largest[:3] = diffuse * largest[:3] + highlight * largest[3]
     scale = _texel_scale(largest, TEXEL_TYPES[texel_format])
-    emissive = transfer_function.emissive
-    most = float(largest[3])
-    recipe = classification, length_unit, texel_format, emissive, classifier, samples, hidden
-    return SlabTexture(volume, scale, most, *recipe)
+    recipe = classification, length_unit, texel_format, classifier, of_medium, samples, hidden
+    return SlabTexture(volume, scale, float(largest[3]), *recipe)
 
 
 def texel_classifier(
@@ -205,12 +200,11 @@ def texel_classifier(
     Of matter that depends on the gradient it knows nothing.
     """
     points = _points_alone(transfer_function)
+    of_medium = _medium_encoder(transfer_function, classification, length_unit, opaque_extinction)
 
     def classify(values: NDArray) -> NDArray[np.float64]:
         if classification == "extinction" or transfer_function.glows:
-            emission, extinction = points.classify(values)
-            emissive = transfer_function.emissive
-            return _texels_of_medium(emission, extinction, classification, length_unit, opaque_extinction, emissive)
+            return of_medium(*points.classify(values))
         # q = cτ makes C = c A, and the colour is at hand: a third less work.
         texels = transfer_function.at(values)
         opacity = optics.opacity_from_depth(texels[:, 3] * length_unit)
@@ -221,28 +215,27 @@ def texel_classifier(
     return classify
 
 
-def _texels_of_medium(
-    emission: NDArray[np.float64],
-    extinction: NDArray[np.float64],
-    classification: Classification,
-    length_unit: float,
-    opaque_extinction: float,
-    emissive: bool,
-) -> NDArray[np.float64]:
-    """Texels (n, 4), unscaled, of a medium as `TransferFunction.classify` has it."""
-    if classification == "slab":
-        color, opacity = optics.slab_integral(emission, extinction, length_unit)
-        return np.concatenate([color, opacity[:, np.newaxis]], axis=1)
-    depth = (extinction * length_unit)[:, np.newaxis]
-    glow = emission * length_unit
-    opaque = depth[:, 0] > opaque_extinction
-    if opaque.any():
-        depth[opaque] = opaque_extinction
-        if not emissive:
-            # q = cτ with what stands for τ; where τ is infinite `emission` is the colour c that shows.
-            finite = np.where(np.isinf(extinction), 1.0, extinction)[opaque, np.newaxis]
-            glow[opaque] = emission[opaque] / finite * opaque_extinction
-    return np.concatenate([glow, depth], axis=1)
+def _medium_encoder(
+    transfer_function: TransferFunction, classification: Classification, length_unit: float, opaque_extinction: float
+) -> OfMedium:
+    """Return the function that takes a medium, as `TransferFunction.classify` has it, to texels (n, 4), unscaled."""
+
+    def encode(emission: NDArray[np.float64], extinction: NDArray[np.float64]) -> NDArray[np.float64]:
+        if classification == "slab":
+            color, opacity = optics.slab_integral(emission, extinction, length_unit)
+            return np.concatenate([color, opacity[:, np.newaxis]], axis=1)
+        depth = (extinction * length_unit)[:, np.newaxis]
+        glow = emission * length_unit
+        opaque = depth[:, 0] > opaque_extinction
+        if opaque.any():
+            depth[opaque] = opaque_extinction
+            if not transfer_function.emissive:
+                # q = cτ with what stands for τ; where τ is infinite `emission` is the colour c that shows.
+                finite = np.where(np.isinf(extinction), 1.0, extinction)[opaque, np.newaxis]
+                glow[opaque] = emission[opaque] / finite * opaque_extinction
+        return np.concatenate([glow, depth], axis=1)
+
+    return encode
 
 
 def _points_alone(transfer_function: TransferFunction) -> TransferFunction:

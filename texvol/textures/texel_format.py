@@ -10,6 +10,7 @@ from texvol.scene.transfer import TransferFunction
 from texvol.scene.volume import Volume
 from texvol.textures import value_texture
 from texvol.textures.slab_texture import TEXEL_TYPES, Classifier, texel_classifier
+from texvol.textures.value_storage import spread_samples
 from texvol.util.statistics import on_steps, rms
 
 EXACT_VALUES = "exact"
@@ -53,13 +54,10 @@ def cheapest_texel_format(
     discretisation = 0.06 * (after - 2 * middle + before) * d**2
     if classification == "slab":
         discretisation = np.abs(discretisation) + ((after - before) / 2) ** 2 * d / 12
-    allowed = rms(discretisation) / 4
     scale = texels.max(axis=(0, 1))
     scale[:3] = scale[:3].max()
-    on_the_ray = float(np.mean(volume.dimensions))
     for texel_format in ("rgba8", "rgba16f"):
-        rounding = _rounded(middle, scale, texel_format) - middle
-        if rms(rounding) + np.abs(rounding.mean(axis=0)).max() * np.sqrt(on_the_ray) <= allowed:
+        if _hides(_rounded(middle, scale, texel_format) - middle, discretisation, volume):
             return texel_format
     return "rgba32f"
 
@@ -86,21 +84,20 @@ def _cheapest_value_format(
         return EXACT_VALUES
     middle, before, after = texels[shows, :1], texels[shows, 1::2], texels[shows, 2::2]
     discretisation = 0.06 * (after - 2 * middle + before) * (slab_thickness / volume.smallest_spacing) ** 2
-    rounding = rounded[shows, 0] - middle[:, 0]
-    on_the_ray = float(np.mean(volume.dimensions))
-    moved = rms(rounding) + np.abs(rounding.mean(axis=0)).max() * np.sqrt(on_the_ray)
-    return "r16" if moved <= rms(discretisation) / 4 else EXACT_VALUES
+    return "r16" if _hides(rounded[shows, 0] - middle[:, 0], discretisation, volume) else EXACT_VALUES
+
+
+def _hides(rounding: NDArray, discretisation: NDArray, volume: Volume) -> bool:
+    """True if the rounding along a ray stays under a quarter of the discretisation error."""
+    of_one_sign = np.abs(rounding.mean(axis=0)).max() * np.sqrt(float(np.mean(volume.dimensions)))
+    return bool(rms(rounding) + of_one_sign <= rms(discretisation) / 4)
 
 
 def _stencil_values(volume: Volume) -> NDArray:
     """Values of spread voxels and their neighbours: (voxels, 7), the voxel, then before and after along x, y, z."""
-    dimensions = np.array(volume.dimensions)
-    # Multiples of 1/g, 1/g², 1/g³ with g⁴ = g + 1 fill the cube evenly, without the time that numpy.random takes
-    # to import (Roberts 2018, the R3 sequence).
-    steps = 1.2207440846057596 ** -np.arange(1.0, 4.0)
-    voxels = (np.arange(1, _STENCILS + 1)[:, np.newaxis] * steps % 1 * dimensions).astype(int)
+    voxels = spread_samples(volume, _STENCILS)
     offsets = np.array([(0, 0, 0), *(sign * step for step in np.eye(3, dtype=int) for sign in (-1, 1))])
-    x, y, z = np.moveaxis(np.clip(voxels[:, np.newaxis] + offsets, 0, dimensions - 1), 2, 0)
+    x, y, z = np.moveaxis(np.clip(voxels[:, np.newaxis] + offsets, 0, np.array(volume.dimensions) - 1), 2, 0)
     return volume.values[z, y, x]
 
 

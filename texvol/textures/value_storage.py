@@ -16,7 +16,6 @@ as κ is small; else as float32 about the offset that makes κ least.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from weakref import WeakKeyDictionary
 
@@ -64,7 +63,9 @@ class Features:
 
     def condition(self, offset: float) -> float:
         """Condition number of values stored relative to an offset."""
-        return float(self._reach(offset).max(initial=0.0))
+        with np.errstate(over="ignore"):
+            reach = np.maximum(abs(self.lowest - offset), abs(self.highest - offset)) / self.widths
+        return float(reach.max(initial=0.0))
 
     def best_offset(self) -> float:
         """Offset of the least condition number, among the ends and middles of the steepest intervals."""
@@ -89,10 +90,6 @@ class Features:
         """Smallest of all widths; infinite without any interval."""
         return float(self.widths.min(initial=np.inf))
 
-    def _reach(self, offset: float) -> NDArray[np.float64]:
-        with np.errstate(over="ignore"):
-            return np.maximum(abs(self.lowest - offset), abs(self.highest - offset)) / self.widths
-
 
 @dataclass(frozen=True)
 class Storage:
@@ -104,6 +101,10 @@ class Storage:
     condition: float = 0.0
     extent: float = np.inf  # of the features, in texels
     largest: float = _LARGEST  # magnitude of a finite texel
+
+    def stored(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the texels that stand for values."""
+        return (values - self.offset) / self.scale
 
     def vouches_for_itself(self, volume: Volume) -> bool:
         """True if two pictures of the same texels cannot both be wrong by rounding: it is far below what shows.
@@ -123,11 +124,6 @@ class Storage:
         with np.errstate(over="ignore"):
             ends = np.array(volume.finite_range or (0.0, 0.0)) / self.scale
             return float(np.abs(ends - self.offset / self.scale).max())
-
-    @property
-    def is_hopeless(self) -> bool:
-        """True if single precision cannot hold what is drawn, wherever the offset lies."""
-        return self.condition >= HOPELESS
 
 
 def storage_of(volume: Volume, features: Features) -> Storage:
@@ -186,14 +182,12 @@ def features_of_medium(transfer_function: TransferFunction, volume: Volume) -> F
     contours = np.array([each.value for each in transfer_function.contours])
     low, high = np.append(low, contours), np.append(high, contours)
     fraction = np.append(fraction, np.ones(contours.size))
-    if not low.size:
-        return _features([], [], [])
     widths = (high - low) / fraction
     steps = ~(widths > 0)
     if steps.any():
         first, last = bulk_of(volume)
         widths[steps] = (last - first) or max(abs(last), 1.0)
-    return _features(low, high, widths)
+    return Features(low, high, widths)
 
 
 def features_about(volume: Volume, isovalue: float | None) -> Features:
@@ -202,8 +196,9 @@ def features_about(volume: Volume, isovalue: float | None) -> Features:
     width = (high - low) or max(abs(high), abs(isovalue or 0.0)) or 1.0
     if isovalue is not None:
         width = max(width, isovalue - high, low - isovalue)
-        return _features([isovalue], [isovalue], [width])
-    return replace(_features([low], [high], [width]), all_shows=True)
+        low = high = isovalue
+    lowest, highest, widths = np.array([[low], [high], [width]], np.float64)
+    return Features(lowest, highest, widths, all_shows=isovalue is None)
 
 
 def bulk_of(volume: Volume) -> tuple[float, float]:
@@ -296,11 +291,6 @@ def _changes(values: NDArray[np.float64], numbers: NDArray[np.float64]) -> tuple
     fraction = np.abs(np.diff(relative, axis=0)).max(axis=1)
     changing = fraction > 0
     return values[:-1][changing], values[1:][changing], fraction[changing]
-
-
-def _features(low: Iterable[float], high: Iterable[float], widths: Iterable[float]) -> Features:
-    lowest, highest, over = (np.array(each, np.float64) for each in (low, high, widths))
-    return Features(lowest, highest, over)
 
 
 def _finite(texels: NDArray) -> NDArray:

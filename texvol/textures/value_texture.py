@@ -34,7 +34,7 @@ from texvol.scene.transfer import TransferFunction
 from texvol.scene.volume import Volume
 from texvol.slicing.slabs import SLABS_PER_STACK
 from texvol.textures.graded_uniforms import graded_switches, graded_uniforms
-from texvol.textures.ramps import ramp_uniforms
+from texvol.textures.ramps import STEP_MARGIN, ramp_uniforms
 from texvol.textures.slab_texture import Box
 from texvol.textures.value_storage import (
     Features,
@@ -52,9 +52,6 @@ _MOST_CELLS = 4096
 _MOST_RAMPS = 12  # for `integrated`: with twice as many segments are as fast
 _PAST_HUGE = 1e31  # what infinities are not mistaken for: there a missing neighbour needs a weight of 3e-8 to be seen
 _PAST_ALL = 2.0  # times the largest stored value, if that is not 0
-# Interpolation may round equal texels down by half an ulp or two: without this a flat region that lies exactly on a
-# step would fall to its left side. In fractions of the stored value.
-_STEP_MARGIN = 2.0**-22
 # 16 bits of a gradient's component: 0 is a number of its own, so that nothing leans anywhere in a flat region.
 _NO_GRADIENT = 32767
 _MOST_GRADIENTS = 128.0  # the largest gradient in features, of which 16 bits still tell directions by a 256th
@@ -98,53 +95,36 @@ class ValueTexture:
         texels[..., 3] = values
         return texels
 
-    def weights(self, box: Box = (slice(None),) * 3) -> NDArray:
-        """Mask weights of a box of samples, shape (nz, ny, nx, 1), in `weight_format`."""
-        assert self.mask is not None
-        weights = self.mask.array[box][..., np.newaxis]
-        return weights.astype(np.uint16) * np.uint16(65535) if weights.dtype == np.bool_ else weights
+    def all_texels(self, box: Box) -> dict[str, NDArray]:
+        """Texels of a box of samples, and its mask weights, shape (nz, ny, nx, 1), by the names of the samplers."""
+        texels = {"texels": self.texels(box)}
+        if self.mask is not None:
+            weights = self.mask.array[box][..., np.newaxis]
+            texels["weights"] = weights.astype(np.uint16) * np.uint16(65535) if weights.dtype == np.bool_ else weights
+        return texels
 
     @property
-    def offset(self) -> float:
-        """Value that a texel of 0 stands for, data units."""
-        return self.storage.offset
-
-    @property
-    def scale(self) -> float:
-        """Difference of values that a difference of 1 between texels stands for, data units."""
-        return self.storage.scale
+    def formats(self) -> dict[str, tuple[str, int]]:
+        """Texel format and numbers in a texel of each texture, by the name of its sampler."""
+        formats = {"texels": (self.texel_format, 1 if self.estimator is None else 4)}
+        if self.mask is not None:
+            # Mesa interpolates 8-bit texels with 8-bit weights.
+            formats["weights"] = ("r16" if self.mask.array.dtype == np.bool_ else "r32f"), 1
+        return formats
 
     @property
     def steps(self) -> tuple[float, float] | None:
         """The first of the values that texels can hold, and how far apart they are; None where they hold them all."""
         rounds = self.texel_format in ("r16", "rgba16") and self.volume.values.dtype.itemsize > 2
-        return (self.offset, self.scale / 65535) if rounds else None
-
-    @property
-    def vouches_for_itself(self) -> bool:
-        """True if two pictures of these texels cannot both be wrong by the rounding of values."""
-        return self.storage.vouches_for_itself(self.volume)
+        return (self.storage.offset, self.storage.scale / 65535) if rounds else None
 
     @property
     def missing_from(self) -> float:
         """Magnitude of stored values beyond which there is none."""
         if self.volume.value_range != self.volume.finite_range:
             return _PAST_HUGE
-        largest = max(abs(float(end)) for end in self._stored(np.array(self.volume.finite_range or (0.0, 0.0))))
+        largest = max(abs(float(end)) for end in self.storage.stored(np.array(self.volume.finite_range or (0.0, 0.0))))
         return _PAST_ALL * largest or 1.0
-
-    @property
-    def weight_format(self) -> str | None:
-        """The texel format of `weights`; None where there is no mask."""
-        if self.mask is None:
-            return None
-        # Mesa interpolates 8-bit texels with 8-bit weights.
-        return "r16" if self.mask.array.dtype == np.bool_ else "r32f"
-
-    @property
-    def components(self) -> int:
-        """Numbers in a texel."""
-        return 1 if self.estimator is None else 4
 
     @property
     def largest_gradient(self) -> float:
@@ -179,9 +159,7 @@ class ValueTexture:
         if self.volume.has_missing:
             length["missing_from"] = self.missing_from
         if self.estimator is not None:
-            length |= graded_uniforms(
-                self.transfer_function, self._stored, self.scale, self.length_unit, self.largest_gradient, _STEP_MARGIN
-            )
+            length |= graded_uniforms(self.transfer_function, self.storage, self.length_unit, self.largest_gradient)
         if self._ramps:
             return length | self._ramps
         low, high = self._grid_range
@@ -210,13 +188,13 @@ class ValueTexture:
             return {}
         left, right, opaque = self.transfer_function.segment_ends
         numbers = self._numbers
-        stored = self._stored(self.transfer_function.values)
+        stored = self.storage.stored(self.transfer_function.values)
         # A value that lies exactly on a step is to its right, one on the point before an infinite one is not opaque.
         infinite = np.isinf(self.transfer_function.extinctions)
         same = np.diff(stored) == 0
         lower = np.append(same, False) | np.append(False, same) | infinite
         upper = np.append(infinite[1:], False) & ~infinite
-        margin = _STEP_MARGIN * np.abs(stored)
+        margin = STEP_MARGIN * np.abs(stored)
         points = (stored + np.where(upper, margin, np.where(lower, -margin, 0.0))).astype(np.float32)
         points = np.maximum.accumulate(points)
         start, end = points[left], points[right]
@@ -253,8 +231,8 @@ class ValueTexture:
         """The transfer function as ramps, where that is possible; few of them for `integrated`."""
         if np.isinf(self.transfer_function.extinctions).any():
             return None
-        positions = self._stored(self.transfer_function.values)
-        ramps = ramp_uniforms(positions, self._numbers, self.transfer_function.glows, _STEP_MARGIN)
+        positions = self.storage.stored(self.transfer_function.values)
+        ramps = ramp_uniforms(positions, self._numbers, self.transfer_function.glows)
         if ramps and self.classification == "integrated" and len(ramps["ramp_rises"]) > _MOST_RAMPS:
             return None
         return ramps
@@ -277,11 +255,8 @@ class ValueTexture:
 
     @property
     def _grid_range(self) -> tuple[float, float]:
-        low, high = (float(end) for end in self._stored(self.transfer_function.values[[0, -1]]))
+        low, high = (float(end) for end in self.storage.stored(self.transfer_function.values[[0, -1]]))
         return (low, high) if high > low else (low - 1.0, low + 1.0)
-
-    def _stored(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
-        return (values - self.offset) / self.scale
 
 
 def bake_values(

@@ -25,10 +25,9 @@ from texvol.opengl.compositor import Compositor
 from texvol.opengl.contexts import Context
 from texvol.output.export import PictureExport
 from texvol.rendering import error_control
-from texvol.rendering.accuracy import checked_termination
 from texvol.rendering.modelled import modelled
 from texvol.rendering.renderer import Renderer, Size
-from texvol.rendering.settings import Settings
+from texvol.rendering.settings import Settings, checked_termination
 from texvol.scene.display import NUMBER_MODES, found_window
 from texvol.scene.scene import CompleteScene, Scene
 from texvol.slicing import slabs as slicing

@@ -14,7 +14,6 @@ import ctypes
 import threading
 import weakref
 from contextlib import suppress
-from types import TracebackType
 from typing import Any
 
 import moderngl
@@ -34,7 +33,7 @@ _opening = threading.RLock()  # a finaliser may open and close contexts too
 
 
 class Context:
-    """An OpenGL context and where it comes from; current inside `with context:`, or `with context.current():`.
+    """An OpenGL context and where it comes from; current inside `with context:`.
 
     Attributes
     ----------
@@ -61,9 +60,7 @@ class Context:
         self._handle.__enter__()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._handle.__exit__()
 
     def integer(self, name: int) -> int:
@@ -74,10 +71,6 @@ class Context:
         numbers = (ctypes.c_int * 4)()  # some have four
         ctypes.CFUNCTYPE(None, ctypes.c_uint, ctypes.POINTER(ctypes.c_int))(address)(name, numbers)
         return int(numbers[0])
-
-    def current(self) -> Context:
-        """Return itself: `with context.current():` reads better where the context is not released at the end."""
-        return self
 
     @property
     def released(self) -> bool:

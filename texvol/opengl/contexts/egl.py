@@ -9,16 +9,7 @@ from ctypes import POINTER, byref, c_char_p, c_int, c_void_p
 from functools import partial
 from typing import Any
 
-from texvol.opengl.contexts.native import (
-    LEFT_BEHIND,
-    OPENGL_VERSION,
-    VERSION_NAME,
-    Handle,
-    Library,
-    Restore,
-    integers,
-    open_library,
-)
+from texvol.opengl.contexts.native import LEFT_BEHIND, OPENGL_VERSION, VERSION_NAME, Handle, Library, Restore, integers
 from texvol.util.errors import ContextError
 
 LIBRARIES = ("libEGL.so.1",)  # the plain .so name belongs to the development package
@@ -73,10 +64,9 @@ class Egl(Library):
     packages = "Debian, Ubuntu: libegl1 libgl1-mesa-dri; Fedora: mesa-libEGL mesa-dri-drivers"
 
     def __init__(self) -> None:
-        super().__init__()
         # Mesa writes to stderr about every display that it cannot open; the reasons are in our error.
         os.environ.setdefault("EGL_LOG_LEVEL", "fatal")
-        self.functions = open_library(LIBRARIES, SIGNATURES)
+        super().__init__(LIBRARIES, SIGNATURES, "eglGetProcAddress")
         self._displays: dict[str, tuple[int, int]] = {}  # name: display, process that initialised it
 
     def handles(self) -> Iterator[tuple[Handle, str]]:
@@ -105,10 +95,6 @@ class Egl(Library):
         """Make the context and its surfaces current on this thread."""
         if not self.functions.eglMakeCurrent(display, draw, read, context):
             raise self.failure("eglMakeCurrent")
-
-    def get_proc_address(self, name: bytes) -> int | None:
-        address: int | None = self.functions.eglGetProcAddress(name)
-        return address
 
     def failure(self, function: str) -> ContextError:
         """Return the error of an EGL function that has just failed."""

@@ -25,8 +25,12 @@ class Library:
     backend: str
     packages: str  # what to install where it is missing
 
-    def __init__(self) -> None:
+    def __init__(
+        self, libraries: tuple[str, ...], signatures: dict[str, tuple[Any, ...]], get_proc_address: str
+    ) -> None:
         self.process = os.getpid()
+        self.functions = open_library(libraries, signatures)
+        self._get_proc_address = getattr(self.functions, get_proc_address)
         # The same for all contexts of a library. moderngl 5.13 never lets go of an address that it was given, 21 KiB
         # for each context if they were all new.
         self._addresses = {"glGetStringi": ctypes.cast(_no_string, ctypes.c_void_p).value or 0}
@@ -34,12 +38,8 @@ class Library:
     def opengl_function(self, name: str) -> int:
         """Return the address of an OpenGL function, 0 if the driver lacks it."""
         if name not in self._addresses:
-            self._addresses[name] = self.get_proc_address(name.encode()) or 0
+            self._addresses[name] = self._get_proc_address(name.encode()) or 0
         return self._addresses[name]
-
-    def get_proc_address(self, name: bytes) -> int | None:
-        """Ask the library for the address of an OpenGL function."""
-        raise NotImplementedError
 
     def handles(self) -> Iterator[tuple[Handle, str]]:
         """Yield a context on each display that has one, with the display's name; raise the reasons of the others."""

@@ -8,16 +8,7 @@ from collections.abc import Iterator
 from ctypes import c_char_p, c_int, c_ubyte, c_void_p, create_string_buffer
 from typing import Any
 
-from texvol.opengl.contexts.native import (
-    LEFT_BEHIND,
-    OPENGL_VERSION,
-    VERSION_NAME,
-    Handle,
-    Library,
-    Restore,
-    integers,
-    open_library,
-)
+from texvol.opengl.contexts.native import LEFT_BEHIND, OPENGL_VERSION, VERSION_NAME, Handle, Library, Restore, integers
 from texvol.util.errors import ContextError
 
 LIBRARIES = "libOSMesa.so.8", "libOSMesa.so.6"  # the plain .so name belongs to the development package
@@ -42,33 +33,22 @@ class OSMesa(Library):
     packages = "Debian, Ubuntu: libosmesa6; Fedora: mesa-libOSMesa"
 
     def __init__(self) -> None:
-        super().__init__()
-        self.functions = open_library(LIBRARIES, SIGNATURES)
-        self._current = threading.local()  # .handle: the one that is current on the thread
+        super().__init__(LIBRARIES, SIGNATURES, "OSMesaGetProcAddress")
+        self.current = threading.local()  # .handle: the one that is current on the thread
 
     def handles(self) -> Iterator[tuple[Handle, str]]:
         if self.process != os.getpid():
             raise ContextError(f"libOSMesa {LEFT_BEHIND}")
         yield OSMesaHandle(self), "memory"
 
-    def get_proc_address(self, name: bytes) -> int | None:
-        address: int | None = self.functions.OSMesaGetProcAddress(name)
-        return address
-
     def leave_current(self) -> Restore:
         # OSMesaGetCurrentContext is not asked: it answers with whatever Mesa has current, an EGL context too.
-        handle: OSMesaHandle | None = getattr(self._current, "handle", None)
+        handle: OSMesaHandle | None = getattr(self.current, "handle", None)
         if handle is None:
             return lambda: None
         self.functions.OSMesaMakeCurrent(None, None, 0, 0, 0)
-        self._current.handle = None
+        self.current.handle = None
         return handle.bind
-
-    def make_current(self, handle: OSMesaHandle, context: int, pixel: Any) -> None:
-        """Make the handle's context, and the one pixel of memory that it draws to, current on this thread."""
-        if not self.functions.OSMesaMakeCurrent(context, pixel, GL_UNSIGNED_BYTE, 1, 1):
-            raise ContextError("OSMesaMakeCurrent failed")
-        self._current.handle = handle
 
 
 class OSMesaHandle(Handle):
@@ -87,7 +67,9 @@ class OSMesaHandle(Handle):
             raise ContextError(f"OSMesaCreateContextAttribs gives no OpenGL {VERSION_NAME}")
 
     def bind(self) -> None:
-        self._osmesa.make_current(self, self._context, self._pixel)
+        if not self._osmesa.functions.OSMesaMakeCurrent(self._context, self._pixel, GL_UNSIGNED_BYTE, 1, 1):
+            raise ContextError("OSMesaMakeCurrent failed")
+        self._osmesa.current.handle = self
 
     def destroy(self) -> None:
         self._osmesa.functions.OSMesaDestroyContext(self._context)

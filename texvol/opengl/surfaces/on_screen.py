@@ -29,26 +29,16 @@ _DEEPEST = 1e30  # slabs
 
 
 class Primitives(NamedTuple):
-    """Triangles and lines that the picture may show, in the order of the scene.
+    """Triangles and lines that the picture may show, in the order of the scene."""
 
-    Attributes
-    ----------
-    numbers : array of shape (n, 3, 4)
-        Of a triangle the rows (a, b, c, d): its e_i is a x + b y + c, and its corner is at depth d. Of a line the ends
-        (x, y, 1 / W, depth) and, in the third row, half the width.
-    normals : array of shape (n, 3, 3)
-        At the corners, of length 1 or 0.
-    covers : array of shape (n, 6, 2)
-        Corners of two triangles, in pixels from the middle, that cover it together; in the order of the primitives the
-        fragments of a pixel come.
-    shape : array of shape (n,)
-        Which of the shapes it belongs to.
-    """
-
+    # Of a triangle the rows (a, b, c, d), shape (n, 3, 4): its e_i is a x + b y + c, and its corner is at depth d. Of a
+    # line the ends (x, y, 1 / W, depth) and, in the third row, half the width.
     numbers: Numbers
-    normals: Numbers
+    normals: Numbers  # at the corners, of length 1 or 0, (n, 3, 3)
+    # Corners of two triangles, in pixels from the middle, that cover the primitive, shape (n, 6, 2); the fragments of a
+    # pixel come in the order of the primitives.
     covers: Numbers
-    shape: NDArray[np.int64]
+    shape: NDArray[np.int64]  # number of the shape that the primitive belongs to, (n)
 
 
 class _View(NamedTuple):

@@ -9,9 +9,8 @@ and all of it is composited front to back. Imported, compiled and allocated when
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import moderngl
@@ -20,31 +19,37 @@ from numpy.typing import NDArray
 
 from texvol.opengl.compositor import Compositor
 from texvol.opengl.drawing import Drawing
-from texvol.opengl.light_uniforms import cue_uniforms, eye_uniforms, light_switches, light_uniforms
-from texvol.opengl.shaders import FOLDER, load_program, set_uniforms
-from texvol.opengl.surfaces.on_screen import primitives_of
-from texvol.opengl.surfaces.table import TABLE_WIDTH, rows_of, shapes_of, vertices_of
-from texvol.opengl.uniforms import NO_LIGHT, half_spaces_in_box, ray_uniforms
+from texvol.opengl.shaders import FOLDER, WHOLE_TARGET, Programs, bind, draw_triangles
+from texvol.opengl.surfaces.on_screen import Primitives, primitives_of
+from texvol.opengl.uniforms import (
+    NO_LIGHT,
+    cue_uniforms,
+    eye_uniforms,
+    half_spaces_in_box,
+    light_switches,
+    light_uniforms,
+    ray_uniforms,
+)
 from texvol.scene.lighting import Lighting
 from texvol.scene.scene import CompleteScene
-from texvol.scene.shapes import Lines
+from texvol.scene.shapes import Lines, Mesh, Shape
 from texvol.util.errors import InputError
 
 _BEYOND = 1e30  # slabs
+_TABLE_WIDTH = 4096
+# Translucent lines are seen once on a ray; which it has passed are bits of a float32's whole numbers.
+_MOST_TRANSLUCENT_LINES = 24
 # Places, see surface.frag: before and behind all others.
 _BEFORE_ALL = (-1.0, -_BEYOND, 0.0, 0.0)
 _BEHIND_ALL = (float(1 << 24), _BEYOND, 0.0, 0.0)
 
 
 class Surfaces:
-    """Programs, targets and the last scene's shapes on one context; every method needs the context to be current.
+    """Programs, targets and the last scene's shapes on one context; every method needs the context to be current."""
 
-    `shaders` is the folder of the programs' files.
-    """
-
-    def __init__(self, gl: moderngl.Context, shaders: Path = FOLDER) -> None:
-        self._gl, self._shaders = gl, shaders
-        self._programs: dict[tuple[Any, ...], moderngl.Program] = {}
+    def __init__(self, gl: moderngl.Context) -> None:
+        self._gl = gl
+        self._programs = Programs(gl, FOLDER)
         self._targets: _Targets | None = None
         self._shapes: _OnDevice | None = None
         self._shapes_for: tuple[Any, ...] | None = None
@@ -79,10 +84,10 @@ class Surfaces:
             layer.positions_only.clear(*position)
         any_opaque = self._finds_next(drawing, shapes.opaque, here, there, last)
         while self._finds_next(drawing, shapes.translucent, here, last, there):
-            yield replace(drawing, interval=(here.positions, there.positions))
+            yield _between(drawing, here, there)
             self._composite(there, drawing, compositor)
             here, there = there, here
-        yield replace(drawing, interval=(here.positions, last.positions))
+        yield _between(drawing, here, last)
         if any_opaque:
             self._composite(last, drawing, compositor)
 
@@ -105,7 +110,7 @@ class Surfaces:
             gl.enable(moderngl.BLEND)
             gl.blend_equation = (moderngl.MIN, moderngl.MIN)
             # No texture may be read and written at once: while the nearest are found, another stands for them.
-            _bind(program, textures | {"nearest": behind.positions}, uniforms | {"finds_depth": True})
+            bind(program, textures | {"nearest": behind.positions}, uniforms | {"finds_depth": True})
             with self._query:
                 array.render(moderngl.TRIANGLES)
             if not self._query.samples:
@@ -117,7 +122,7 @@ class Surfaces:
             gl.disable(moderngl.BLEND)
             gl.enable(moderngl.DEPTH_TEST)
             gl.depth_func = "<"
-            _bind(program, textures | {"nearest": nearest}, uniforms | {"finds_depth": False})
+            bind(program, textures | {"nearest": nearest}, uniforms | {"finds_depth": False})
             array.render(moderngl.TRIANGLES)
             return True
         finally:
@@ -144,15 +149,9 @@ class Surfaces:
         gl = self._gl
         target.use()
         gl.disable(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
-        program = self._loaded("texels", "corner.vert", {})
-        _bind(program, {"source": source}, {"factor": factor})
-        corners = gl.buffer(np.array([-1, -1, 3, -1, -1, 3], np.float32))
-        array = gl.vertex_array(program, [(corners, "2f", "in_position")])
-        try:
-            array.render(moderngl.TRIANGLES)
-        finally:
-            array.release()
-            corners.release()
+        program = self._programs.program("texels", {}, "corner.vert")
+        bind(program, {"source": source}, {"factor": factor})
+        draw_triangles(gl, program, WHOLE_TARGET, "2f", "in_position")
 
     def _program(self, drawing: Drawing) -> moderngl.Program:
         assert self._shapes is not None
@@ -162,21 +161,12 @@ class Surfaces:
             "LINES": int(self._shapes.any_lines),
             "CUE": int(drawing.depth_cue is not None),
         }
-        return self._loaded("surface", "surface.vert", NO_LIGHT | light_switches(self._lighting) | switches)
-
-    def _loaded(self, name: str, vertex: str, switches: dict[str, int]) -> moderngl.Program:
-        key = (name, *sorted(switches.items()))
-        if key not in self._programs:
-            self._programs[key] = load_program(
-                self._gl, name, defines=switches, vertex=vertex, fragment=f"{name}.frag", folder=self._shaders
-            )
-        return self._programs[key]
+        switches = NO_LIGHT | light_switches(self._lighting) | switches
+        return self._programs.program("surface", switches, "surface.vert")
 
     def release(self) -> None:
         """Release everything on the device."""
-        for program in self._programs.values():
-            program.release()
-        self._programs.clear()
+        self._programs.release()
         self._release_shapes()
         self._release_targets()
 
@@ -238,28 +228,63 @@ class _OnDevice:
         primitives = primitives_of(geometry, scene.volume, scene.camera, size, slab_thickness)
         self.count = len(geometry)
         self.any_lines = any(isinstance(shape, Lines) for shape in geometry)
-        table = np.concatenate([shapes_of(geometry), rows_of(primitives, scene.surface_lighting is not None)])
-        rows = -(-len(table) // TABLE_WIDTH)
+        lit = scene.surface_lighting is not None
+        table = np.concatenate([_texels_of_shapes(geometry), _texels_of_primitives(primitives, lit)])
+        rows = -(-len(table) // _TABLE_WIDTH)
         longest = int(gl.info["GL_MAX_TEXTURE_SIZE"])
         if rows > longest or len(primitives.shape) >= 1 << 24:
             count = len(primitives.shape)
             raise InputError(f"{count} triangles and lines are in view, more than this driver has memory for")
-        padded = np.zeros((rows * TABLE_WIDTH, 4), np.float32)
+        padded = np.zeros((rows * _TABLE_WIDTH, 4), np.float32)
         padded[: len(table)] = table
-        self.table = gl.texture((TABLE_WIDTH, rows), 4, padded, dtype="f4")
+        self.table = gl.texture((_TABLE_WIDTH, rows), 4, padded, dtype="f4")
         self.table.filter = moderngl.NEAREST, moderngl.NEAREST
         is_opaque = np.array([shape.opacity == 1 for shape in geometry])[primitives.shape]
-        self.opaque = self._buffer(gl, vertices_of(primitives, is_opaque, size))
-        self.translucent = self._buffer(gl, vertices_of(primitives, ~is_opaque, size))
-
-    @staticmethod
-    def _buffer(gl: moderngl.Context, vertices: NDArray[np.float32]) -> moderngl.Buffer | None:
-        return gl.buffer(vertices) if len(vertices) else None
+        self.opaque, self.translucent = (
+            gl.buffer(vertices) if len(vertices) else None
+            for vertices in (_vertices_of(primitives, kind, size) for kind in (is_opaque, ~is_opaque))
+        )
 
     def release(self) -> None:
         for each in (self.table, self.opaque, self.translucent):
             if each is not None:
                 each.release()
+
+
+def _between(drawing: Drawing, near: _Layer, far: _Layer) -> Drawing:
+    return replace(drawing, interval={"near_positions": near.positions, "far_positions": far.positions})
+
+
+def _texels_of_shapes(shapes: Sequence[Shape]) -> NDArray[np.float32]:
+    """Return two texels for each shape: colour and opacity; 1 if it is lit, cut, lines, and the bit that it has."""
+    texels = np.zeros((len(shapes), 2, 4), np.float32)
+    once = [number for number, shape in enumerate(shapes) if isinstance(shape, Lines) and shape.opacity < 1]
+    if len(once) > _MOST_TRANSLUCENT_LINES:
+        raise InputError(f"scene: at most {_MOST_TRANSLUCENT_LINES} Lines can be translucent, got {len(once)}")
+    for number, shape in enumerate(shapes):
+        texels[number, 0] = *shape.color, shape.opacity
+        bit = float(1 << once.index(number)) if number in once else 0.0
+        texels[number, 1] = isinstance(shape, Mesh) and shape.lit, shape.cut, isinstance(shape, Lines), bit
+    return texels.reshape(-1, 4)
+
+
+def _texels_of_primitives(primitives: Primitives, lit: bool) -> NDArray[np.float32]:
+    """Return six texels for each primitive, its numbers in float32 and what that leaves; three more for normals."""
+    high = primitives.numbers.astype(np.float32)
+    low = (primitives.numbers - high).astype(np.float32)
+    parts = [high, low]
+    if lit:
+        parts.append(np.pad(primitives.normals.astype(np.float32), [(0, 0), (0, 0), (0, 1)]))
+    return np.concatenate(parts, axis=1).reshape(-1, 4)
+
+
+def _vertices_of(primitives: Primitives, which: NDArray[np.bool_], size: tuple[int, int]) -> NDArray[np.float32]:
+    """Return the corners of the covers of chosen primitives: x, y, number of the primitive, number of its shape."""
+    vertices = np.empty((int(which.sum()), 6, 4), np.float32)
+    vertices[..., :2] = primitives.covers[which] / (np.array(size) / 2)
+    vertices[..., 2] = np.flatnonzero(which)[:, np.newaxis]
+    vertices[..., 3] = primitives.shape[which, np.newaxis]
+    return vertices
 
 
 def _uniforms(drawing: Drawing, lighting: Lighting | None, shapes: int) -> dict[str, Any]:
@@ -268,7 +293,7 @@ def _uniforms(drawing: Drawing, lighting: Lighting | None, shapes: int) -> dict[
     camera, size, thickness = view.camera, view.size, view.slab_thickness
     middle = float(camera.forward @ (volume.centre - camera.eye))
     uniforms: dict[str, Any] = {
-        "table_width": TABLE_WIDTH,
+        "table_width": _TABLE_WIDTH,
         "shapes": shapes,
         "picture_middle": (size[0] / 2, size[1] / 2),
         "eye_depth": -middle / thickness,
@@ -282,9 +307,3 @@ def _uniforms(drawing: Drawing, lighting: Lighting | None, shapes: int) -> dict[
     if drawing.depth_cue is not None:
         uniforms |= cue_uniforms(drawing.depth_cue, volume, camera, thickness, view.origin)
     return uniforms
-
-
-def _bind(program: moderngl.Program, textures: dict[str, moderngl.Texture], uniforms: dict[str, Any]) -> None:
-    for unit, texture in enumerate(textures.values()):
-        texture.use(unit)
-    set_uniforms(program, {name: unit for unit, name in enumerate(textures)} | uniforms)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.ray_casting.common.bernstein import mix, quartic_at, value_at
-from texvol.ray_casting.common.compiling import compiled
+from texvol.ray_casting.common.compiling import compiled, inlined, woven_in
 from texvol.scene.transfer import TransferFunction
 
 OPAQUE_DEPTH = 46.0  # e^-46 = 1e-20: light from behind it changes no float64
@@ -57,6 +57,20 @@ def segment_of(points, value):
     return low
 
 
+@inlined
+def points_around(points, first, end, value, margin):
+    """Return the points of first … end - 1 left and right of a value; one point twice on a point or beyond the ends."""
+    segment = first + segment_of(points[first:end], value)
+    left, right = max(segment - 1, first), min(segment, end - 1)
+    width = points[right] - points[left]
+    # Halfway, a monotone cubic is at least 1/15 of its rise from either end: no whole segment is taken for a point.
+    margin = min(margin, width / 32) if width > 0 else margin
+    if segment < end and points[right] - value <= margin:
+        left = first + segment_of(points[first:end], points[right]) - 1  # at a step, the right one of its two points
+        return left, left
+    return (left, left) if width == 0 or value - points[left] <= margin else (left, right)
+
+
 @compiled
 def classified(medium, value):
     """Return emission (3) and extinction of a value, as `TransferFunction.classify`; the straight colour if opaque."""
@@ -93,12 +107,24 @@ def add_opaque(color, depth, light):
     return inf
 
 
+@woven_in
+def cued(cue, color, extinction, t):
+    """Return the emission mixed with the cue's colour by the fraction t; the straight colour if the extinction is 1."""
+    shown = t * extinction
+    return (
+        color[0] * (1 - t) + shown * cue.color[0],
+        color[1] * (1 - t) + shown * cue.color[1],
+        color[2] * (1 - t) + shown * cue.color[2],
+    )
+
+
 @compiled
-def add_piece(color, extinction, straight, length, depth, light):
+def add_piece(color, extinction, straight, cue, length, depth, light):
     """Add the emission of a piece behind `depth` to `light`; return the optical depth behind the piece.
 
     `color` is three cubics: the emission, or, if `straight`, the straight colour, which times `extinction` is the
-    emission. `length` is in world units.
+    emission. `cue` is None, or a depth cue and the fractions of its colour at both ends, which are linear in between.
+    `length` is in world units.
     """
     # The integral of a Bernstein polynomial of degree n has the running sums of its coefficients over n + 1.
     d1 = length / 4 * extinction[0]
@@ -120,9 +146,13 @@ def add_piece(color, extinction, straight, length, depth, light):
             seen = GAUSS_WEIGHTS[point] * width * length * exp(-depth - quartic_at(d1, d2, d3, d4, t))
             if straight:
                 seen *= value_at(extinction, t)
-            light[0] += seen * value_at(red, t)
-            light[1] += seen * value_at(green, t)
-            light[2] += seen * value_at(blue, t)
+            glow = value_at(red, t), value_at(green, t), value_at(blue, t)
+            if cue is not None:
+                depth_cue, first, last = cue
+                glow = cued(depth_cue, glow, value_at(extinction, t), mix(first, last, t))
+            light[0] += seen * glow[0]
+            light[1] += seen * glow[1]
+            light[2] += seen * glow[2]
         start, reached = start + width, following
         width = min(2 * width, 1 - start)
     return depth + max(d4, 0.0)

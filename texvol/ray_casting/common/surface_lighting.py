@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from texvol.ray_casting.common.rays import Numbers
+from texvol.scene.camera import Camera
 from texvol.scene.gradient import Estimator, gradients
-from texvol.scene.lighting import Light, Lighting, unit
+from texvol.scene.lighting import DepthCue, Light, Lighting, unit
 from texvol.scene.volume import Volume
 
 _LAYERS_AT_ONCE = 32  # layers of samples along z whose gradients are in memory at a time
@@ -66,6 +67,13 @@ def reflected(
         shine = np.maximum(_dot(normal, halfway), 0) ** lighting.shininess
         specular += lighting.specular * color * np.where(facing > 0, confidence * shine, 0.0)
     return diffuse, specular
+
+
+def cued(cue: DepthCue, box: Volume, camera: Camera, color: Numbers, depth: Numbers) -> Numbers:
+    """Return straight colours (n, 3) under a depth cue, at depths (n) along the view."""
+    near, far = cue.range_for(box, camera)
+    t = cue.strength * np.clip((depth - near) / (far - near), 0, 1)[:, np.newaxis]
+    return color * (1 - t) + t * np.array(cue.color)
 
 
 def _normals(volume: Volume, slopes: Numbers, fade: float) -> tuple[Numbers, Numbers]:

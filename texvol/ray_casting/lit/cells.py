@@ -7,19 +7,12 @@ without light; only the depth cue is that of each position, and linear along the
 
 from __future__ import annotations
 
-from math import exp, inf, isfinite, isinf, isnan, nan, sqrt
+from math import inf, isfinite, isinf, isnan, nan, sqrt
 
-from texvol.ray_casting.common.bernstein import EPSILON, mix, quartic_at, restricted, trilinear, value_at
+from texvol.ray_casting.common.bernstein import EPSILON, mix, restricted, trilinear
 from texvol.ray_casting.common.cells import JUST_INSIDE, color_of_opaque_corners, point_between, value_beside_gaps
 from texvol.ray_casting.common.compiling import compiled, woven_in
-from texvol.ray_casting.common.medium import (
-    GAUSS_POINTS,
-    GAUSS_WEIGHTS,
-    OPAQUE_DEPTH,
-    add_opaque,
-    add_piece,
-    segment_of,
-)
+from texvol.ray_casting.common.medium import OPAQUE_DEPTH, add_opaque, add_piece, cued, segment_of
 from texvol.ray_casting.lit.collocation import add_interval, collocate, fields_at, shown
 from texvol.ray_casting.lit.cuts import find_cuts
 from texvol.ray_casting.lit.shading import (
@@ -27,7 +20,6 @@ from texvol.ray_casting.lit.shading import (
     OPAQUE,
     choose,
     cue_at,
-    cued,
     dot,
     facing,
     lit,
@@ -186,7 +178,7 @@ def cross_preclassified(scene, ray, workspace, cell, entry, leave, here, length,
 def add_cubics(cued, cue, ray, color, extinction, here, length, depth, light):
     """Add a piece of cubic emission and extinction, with or without a depth cue; return the optical depth behind it."""
     if not cued:
-        return add_piece(color, extinction, False, length, depth, light)
+        return add_piece(color, extinction, False, None, length, depth, light)
     return _add_cued(cue, ray, color, extinction, here, length, depth, light)
 
 
@@ -250,33 +242,6 @@ def _add_cued(cue, ray, color, extinction, here, length, depth, light):
             colors = restricted(red, start, end), restricted(green, start, end), restricted(blue, start, end)
             first = cue_at(cue, (here + start * length - ray.eye) * ray.along)
             last = cue_at(cue, (here + end * length - ray.eye) * ray.along)
-            depth = _add_mixed(cue, first, last, colors, part, (end - start) * length, depth, light)
+            depth = add_piece(colors, part, False, (cue, first, last), (end - start) * length, depth, light)
             start = end
     return depth
-
-
-@compiled
-def _add_mixed(cue, first, last, color, extinction, length, depth, light):
-    """Add a piece as `add_piece` does, with the fraction of the cue's colour linear from `first` to `last`."""
-    d1 = length / 4 * extinction[0]
-    d2 = d1 + length / 4 * extinction[1]
-    d3 = d2 + length / 4 * extinction[2]
-    d4 = d3 + length / 4 * extinction[3]
-    red, green, blue = color
-    start, width, reached = 0.0, 1.0, 0.0
-    while start < 1.0 and depth + reached < OPAQUE_DEPTH:
-        # Halve until an interval is at most 1 deep: e^-x over it is then a polynomial of low degree, to rounding.
-        following = quartic_at(d1, d2, d3, d4, start + width)
-        while following - reached > 1.0 and start + width / 2 > start:
-            width /= 2
-            following = quartic_at(d1, d2, d3, d4, start + width)
-        for point in range(GAUSS_POINTS.size):
-            t = start + width * GAUSS_POINTS[point]
-            seen = GAUSS_WEIGHTS[point] * width * length * exp(-depth - quartic_at(d1, d2, d3, d4, t))
-            glow = value_at(red, t), value_at(green, t), value_at(blue, t)
-            glow = cued(cue, glow, value_at(extinction, t), mix(first, last, t))
-            for channel in range(3):
-                light[channel] += seen * glow[channel]
-        start, reached = start + width, following
-        width = min(2 * width, 1 - start)
-    return depth + max(d4, 0.0)

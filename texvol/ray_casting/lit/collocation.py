@@ -13,9 +13,9 @@ import numpy as np
 
 from texvol.ray_casting.common.bernstein import value_at
 from texvol.ray_casting.common.compiling import compiled, inlined, woven_in
-from texvol.ray_casting.common.medium import OPAQUE_DEPTH
-from texvol.ray_casting.lit.shading import FACING, cue_at, cued, dot, lit, medium_at
-from texvol.ray_casting.lit.workspace import MOST_LEVELS, NODE_COUNT, position_at
+from texvol.ray_casting.common.medium import OPAQUE_DEPTH, cued
+from texvol.ray_casting.lit.arrays import MOST_LEVELS, NODE_COUNT, position_at
+from texvol.ray_casting.lit.shading import FACING, cue_at, dot, lit, medium_at
 
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(NODE_COUNT)
 NODES, WEIGHTS = (1 + _POINTS) / 2, _WEIGHTS / 2  # over 0 … 1

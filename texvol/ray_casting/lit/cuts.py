@@ -12,9 +12,9 @@ from math import sqrt
 from texvol.ray_casting.common.bernstein import EPSILON
 from texvol.ray_casting.common.compiling import compiled, inlined, woven_in
 from texvol.ray_casting.common.medium import segment_of
+from texvol.ray_casting.lit.arrays import position_at
 from texvol.ray_casting.lit.roots import add_roots
 from texvol.ray_casting.lit.shading import SQUARE, added, dot, toward, unit
-from texvol.ray_casting.lit.workspace import position_at
 
 _OF_3, _OF_6 = (1.0, 3.0, 3.0, 1.0), (1.0, 6.0, 15.0, 20.0, 15.0, 6.0, 1.0)  # binomials
 NOISE = 32 * EPSILON  # rounding error of a coefficient, relative to the numbers that it is computed from

@@ -11,7 +11,7 @@ from math import isinf, sqrt
 
 from texvol.ray_casting.common.bernstein import mix
 from texvol.ray_casting.common.compiling import inlined, woven_in
-from texvol.ray_casting.common.medium import mixed_color, segment_of
+from texvol.ray_casting.common.medium import mixed_color, points_around, segment_of
 from texvol.ray_casting.lit.arrays import DIRECTIONAL, HEAD
 
 # Indices in `chosen`; a point of -1 is none. Two indices for each graded medium follow, then one for each contour.
@@ -27,7 +27,7 @@ def choose(scene, value, m, margin, chosen):
     Values no farther apart than `margin` may be one value before rounding: beside a step, its right side holds.
     """
     medium, graded = scene.medium, scene.graded
-    left, right = _points_around(medium.points, 0, medium.points.size, value, margin)
+    left, right = points_around(medium.points, 0, medium.points.size, value, margin)
     factor = 1.0
     if scene.modulation.shape[0] > 0:
         chosen[MODULATION] = segment_of(scene.modulation[:, 0], m)
@@ -42,7 +42,7 @@ def choose(scene, value, m, margin, chosen):
         left = NONE
         is_in_ramp = m > graded.start[k] or (m == graded.start[k] and m == graded.full[k])
         if is_in_ramp and graded.values[first] - margin <= value <= graded.values[end - 1] + margin:
-            left, right = _points_around(graded.values, first, end, value, margin)
+            left, right = points_around(graded.values, first, end, value, margin)
             any_medium = True
         chosen[FURTHER + 2 * k], chosen[FURTHER + 2 * k + 1] = left, right
     for k in range(scene.contours.shape[0]):
@@ -57,20 +57,6 @@ def choose(scene, value, m, margin, chosen):
 def _is_medium(medium, point):
     color = medium.colors[point]
     return medium.extinctions[point] > 0 or (medium.glows and max(color[0], color[1], color[2]) > 0)
-
-
-@inlined
-def _points_around(points, first, end, value, margin):
-    """Return the points of first … end - 1 left and right of a value; one point twice on a point or beyond the ends."""
-    segment = first + segment_of(points[first:end], value)
-    left, right = max(segment - 1, first), min(segment, end - 1)
-    width = points[right] - points[left]
-    # Halfway, a monotone cubic is at least 1/15 of its rise from either end: no whole segment is taken for a point.
-    margin = min(margin, width / 32) if width > 0 else margin
-    if segment < end and points[right] - value <= margin:
-        left = first + segment_of(points[first:end], points[right]) - 1  # at a step, the right one of its two points
-        return left, left
-    return (left, left) if width == 0 or value - points[left] <= margin else (left, right)
 
 
 @woven_in
@@ -158,11 +144,10 @@ def lit(lights, color, extinction, gradient, m, side, toward_eye, position):
     """Return the emission of a medium under all lights; the straight colour if the extinction is 1."""
     bright = min(m / lights.fade, 1.0)
     w = bright * bright * (3 - 2 * bright)
-    diffuse_red, diffuse_green, diffuse_blue = 0.0, 0.0, 0.0
-    shine_red, shine_green, shine_blue = 0.0, 0.0, 0.0
+    diffuse_light, shine_light = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
     for light in range(lights.rows.shape[0]):
         toward_light = unit(toward(lights, light, toward_eye, position))
-        red, green, blue = _color_of_light(lights, light, position, toward_light)
+        light_color = _color_of_light(lights, light, position, toward_light)
         diffuse, specular = 1.0, 0.0
         if w > 0.0:
             cosine = -side * dot(gradient, toward_light) / m
@@ -170,14 +155,13 @@ def lit(lights, color, extinction, gradient, m, side, toward_eye, position):
             if cosine > SQUARE and lights.specular > 0.0:
                 halfway = unit(added(toward_light, toward_eye))
                 specular = w * max(-side * dot(gradient, halfway) / m, 0.0) ** lights.shininess
-        diffuse_red, shine_red = diffuse_red + diffuse * red, shine_red + specular * red
-        diffuse_green, shine_green = diffuse_green + diffuse * green, shine_green + specular * green
-        diffuse_blue, shine_blue = diffuse_blue + diffuse * blue, shine_blue + specular * blue
+        diffuse_light = added(diffuse_light, scaled(light_color, diffuse))
+        shine_light = added(shine_light, scaled(light_color, specular))
     shine = lights.specular * extinction
     return (
-        color[0] * (lights.ambient + lights.diffuse * diffuse_red) + shine * shine_red,
-        color[1] * (lights.ambient + lights.diffuse * diffuse_green) + shine * shine_green,
-        color[2] * (lights.ambient + lights.diffuse * diffuse_blue) + shine * shine_blue,
+        color[0] * (lights.ambient + lights.diffuse * diffuse_light[0]) + shine * shine_light[0],
+        color[1] * (lights.ambient + lights.diffuse * diffuse_light[1]) + shine * shine_light[1],
+        color[2] * (lights.ambient + lights.diffuse * diffuse_light[2]) + shine * shine_light[2],
     )
 
 
@@ -232,17 +216,6 @@ def toward(lights, light, toward_eye, position):
 def cue_at(cue, depth):
     """Return the fraction of the cue's colour at a depth."""
     return cue.strength * min(max((depth - cue.near) / (cue.far - cue.near), 0.0), 1.0)
-
-
-@woven_in
-def cued(cue, color, extinction, t):
-    """Return the emission mixed with the cue's colour by the fraction t; the straight colour if the extinction is 1."""
-    shown = t * extinction
-    return (
-        color[0] * (1 - t) + shown * cue.color[0],
-        color[1] * (1 - t) + shown * cue.color[1],
-        color[2] * (1 - t) + shown * cue.color[2],
-    )
 
 
 @woven_in

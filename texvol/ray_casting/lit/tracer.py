@@ -12,11 +12,10 @@ from texvol.ray_casting.common.compiling import compiled_and_cached, sources, un
 from texvol.ray_casting.common.medium import OPAQUE_DEPTH
 from texvol.ray_casting.common.rays import Numbers, Rays, Trace
 from texvol.ray_casting.common.walk import walk_grid
-from texvol.ray_casting.lit.arrays import LitScene, gradients_of, lit_scene
+from texvol.ray_casting.lit.arrays import LitScene, Ray, Workspace, gradients_of, lit_scene, workspace_for, world_rays
 from texvol.ray_casting.lit.cells import cross_postclassified, cross_preclassified, load_cell
 from texvol.ray_casting.lit.cuts import most_cuts
 from texvol.ray_casting.lit.shading import FURTHER
-from texvol.ray_casting.lit.workspace import Ray, Workspace, workspace_for, world_rays
 from texvol.scene.scene import CompleteScene
 from texvol.util.kept_arrays import read_only
 
@@ -78,15 +77,7 @@ trace_lit_rays = _tracer(sources())
 
 
 def tracer(scene: CompleteScene, rounding: Numbers, transmittance: Numbers) -> Trace:
-    """Return the function that traces rays of a scene.
-
-    Parameters
-    ----------
-    rounding : array of shape (3,)
-        See `position_rounding`.
-    transmittance : array of shape (lights, z, y, x)
-        Transmittance of the lights that cast shadows at the nodes of the box, see `shadows`.
-    """
+    """Return the function that traces rays of a scene, see `position_rounding` and `light_transmittances`."""
     lit = lit_scene(scene, scene.volume, transmittance)
     values, gradients = read_only(scene.volume.values.astype(np.float64, copy=False)), gradients_of(scene)
     preclassified = scene.classification in ("slab", "extinction")

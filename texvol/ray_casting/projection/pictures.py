@@ -16,13 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.ray_casting.common.rays import Choose, Numbers, Rays, over_rows, position_rounding, rays_of
-from texvol.ray_casting.common.surface_lighting import gradients_at, reflected
+from texvol.ray_casting.common.surface_lighting import cued, gradients_at, reflected
 from texvol.ray_casting.projection.tracer import ABOVE, HIGHEST, INTEGRAL, SURFACE, project_rays
 from texvol.scene.air import attenuation_of
-from texvol.scene.camera import Camera
 from texvol.scene.display import isosurface_color
 from texvol.scene.lighting import Lighting
-from texvol.scene.scene import Scene, checked_size
+from texvol.scene.scene import CompleteScene, Scene, checked_size
 from texvol.util.errors import InputError
 from texvol.util.kept_arrays import read_only
 
@@ -48,17 +47,14 @@ def project(scene: Scene, size: tuple[int, int] = (512, 512), choose: Choose = l
         If the mode is composite, or the size is not at least one pixel in each direction.
     """
     scene = scene.completed(checked_size(size))
-    camera = scene.camera
-    rays, numbers = _traced(scene, camera, size, choose)
+    rays, numbers = _traced(scene, size, choose)
     number, length = numbers[..., 0], numbers[..., 1]
     if scene.mode == "isosurface":
-        picture = _surface_picture(scene, camera, rays, number, length >= 0)
+        picture = _surface_picture(scene, rays, number, length >= 0)
         if scene.geometry:
-            from texvol.ray_casting.surfaces.layers import Layer, put_before, surface_layers
+            from texvol.ray_casting.surfaces.layers import put_before, surface_layers
 
-            until = np.where(length >= 0, number, np.inf)
-            layers = surface_layers(scene, camera, size)
-            put_before([Layer(choose(layer.s), choose(layer.color)) for layer in layers], until, picture)
+            put_before(surface_layers(scene, size, choose), np.where(length >= 0, number, np.inf), picture)
         return picture
     if (attenuation := attenuation_of(scene.air)) is not None:
         number = attenuation.per_value * number
@@ -83,20 +79,19 @@ def isosurface_depth(scene: Scene, size: tuple[int, int] = (512, 512)) -> Number
     if scene.mode != "isosurface":
         raise InputError(f"mode must be isosurface for a depth, got {scene.mode}")
     scene = scene.completed(checked_size(size))
-    camera = scene.camera
-    rays, numbers = _traced(scene, camera, size, lambda array: array)
-    return np.where(numbers[..., 1] >= 0, _depth(scene, camera, rays, numbers[..., 0]), np.inf)
+    rays, numbers = _traced(scene, size, lambda array: array)
+    return np.where(numbers[..., 1] >= 0, _depth(scene, rays, numbers[..., 0]), np.inf)
 
 
-def _traced(scene: Scene, camera: Camera, size: tuple[int, int], choose: Choose) -> tuple[Rays, Numbers]:
+def _traced(scene: CompleteScene, size: tuple[int, int], choose: Choose) -> tuple[Rays, Numbers]:
     """Return the rays of a picture, and the numbers of `project_rays` for each, shape (height, width, 2)."""
     if scene.mode not in _KINDS:
         raise InputError(f"mode must be one of {', '.join(_KINDS)} for a projection, got {scene.mode}")
     kind, sign = _KINDS[scene.mode]
     volume = scene.volume
     values = read_only(volume.values.astype(np.float32)) if volume.values.dtype == np.float16 else volume.values
-    rays = rays_of(scene, *map(choose, camera.rays(size)))
-    rounding = position_rounding(volume, camera.eye)
+    rays = rays_of(scene, *map(choose, scene.camera.rays(size)))
+    rounding = position_rounding(volume, scene.camera.eye)
     level = 0.0 if scene.isovalue is None else float(scene.isovalue)
     if (attenuation := attenuation_of(scene.air)) is not None:
         kind, level = ABOVE, attenuation.air
@@ -110,12 +105,12 @@ def _traced(scene: Scene, camera: Camera, size: tuple[int, int], choose: Choose)
     return rays, numbers
 
 
-def _depth(scene: Scene, camera: Camera, rays: Rays, s: Numbers) -> Numbers:
-    along_view = scene.volume.world_from_index.T @ camera.forward
+def _depth(scene: CompleteScene, rays: Rays, s: Numbers) -> Numbers:
+    along_view = scene.volume.world_from_index.T @ scene.camera.forward
     return (s - rays.eye) * (rays.step @ along_view)
 
 
-def _surface_picture(scene: Scene, camera: Camera, rays: Rays, s: Numbers, hit: NDArray[np.bool_]) -> Numbers:
+def _surface_picture(scene: CompleteScene, rays: Rays, s: Numbers, hit: NDArray[np.bool_]) -> Numbers:
     """Return the lit surface, opaque, in front of the background."""
     picture = np.zeros((*hit.shape, 4))
     picture[..., :3] = scene.background
@@ -129,11 +124,7 @@ def _surface_picture(scene: Scene, camera: Camera, rays: Rays, s: Numbers, hit: 
     gradients = gradients_at(volume, scene.gradient, index)
     diffuse, specular = reflected(scene.lighting or Lighting(), volume, gradients, from_centre, to_eye)
     color = isosurface_color(scene) * diffuse + specular
-    cue = scene.depth_cue
-    if cue is not None:
-        near, far = cue.range_for(volume, camera)
-        depth = _depth(scene, camera, rays, s)[hit][:, np.newaxis]
-        t = cue.strength * np.clip((depth - near) / (far - near), 0, 1)
-        color = color * (1 - t) + t * np.array(cue.color)
+    if scene.depth_cue is not None:
+        color = cued(scene.depth_cue, volume, scene.camera, color, _depth(scene, rays, s)[hit])
     picture[hit, :3] = color
     return picture

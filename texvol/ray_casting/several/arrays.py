@@ -1,8 +1,9 @@
-"""Scenes with several volumes, masks, labels or colours, as arrays for compiled code.
+"""Scenes with several volumes, masks, labels or colours, and scratch memory, as arrays for compiled code.
 
 The parts of the volumes are stacked, so that the same compiled code serves any number of volumes: a number of each
 volume becomes an array, and arrays of different lengths lie one behind the other (`Ragged`). `scene_of` returns the
-`LitScene` of one volume. Positions are in world units, relative to the centre of the first volume.
+`LitScene` of one volume, `workspace_of` its `Workspace`. Positions are in world units, relative to the centre of the
+first volume.
 """
 
 from __future__ import annotations
@@ -17,7 +18,16 @@ from texvol.ray_casting.common.bernstein import EPSILON
 from texvol.ray_casting.common.compiling import inlined, woven_in
 from texvol.ray_casting.common.medium import Medium
 from texvol.ray_casting.common.rays import Numbers
-from texvol.ray_casting.lit.arrays import Graded, Lights, LitScene, gradients_of, lit_scene
+from texvol.ray_casting.lit.arrays import (
+    Graded,
+    Intervals,
+    Lights,
+    LitScene,
+    Workspace,
+    gradients_of,
+    lit_scene,
+    workspace_for,
+)
 from texvol.scene.scene import CompleteScene, Scene
 
 # Order of classification and interpolation: samples are classified first, values are interpolated first, or the
@@ -25,6 +35,7 @@ from texvol.scene.scene import CompleteScene, Scene
 PRECLASSIFIED, POSTCLASSIFIED, LABELS = 0, 1, 2
 
 Indices = NDArray[np.int64]
+Flags = NDArray[np.bool_]
 
 
 class Ragged(NamedTuple):
@@ -66,7 +77,7 @@ def several(
     together = Several(
         kinds=np.array([_kind(scene) for scene in scenes]),
         shapes=np.array([volume.values.shape for volume in volumes]),
-        samples=_samples(scenes),
+        samples=Samples(*map(_ragged, zip(*map(_samples_of, scenes), strict=True))),
         scenes=_stacked_scenes(lit)._replace(masked=np.array([scene.mask is not None for scene in scenes])),
         nodes=np.array([each.lights.transmittance.shape for each in lit]),
         rounding=rounding,
@@ -82,19 +93,14 @@ def _kind(scene: Scene) -> int:
     return PRECLASSIFIED if before else POSTCLASSIFIED
 
 
-def _samples(scenes: Sequence[Scene]) -> Samples:
-    none, volumes = np.zeros((0, 3)), [scene.volume for scene in scenes]
-    return Samples(
-        values=_ragged([volume.values.reshape(-1).astype(np.float64) for volume in volumes]),
-        weights=_ragged(
-            [none[:, 0] if s.mask is None else s.mask.array.reshape(-1).astype(np.float64) for s in scenes]
-        ),
-        colors=_ragged(
-            [none if volume.colors is None else volume.colors.reshape(-1, 3).astype(np.float64) for volume in volumes]
-        ),
-        gradients=_ragged(
-            [gradients_of(s).reshape(-1, 3).astype(np.float64) if s.needs_gradient else none for s in scenes]
-        ),
+def _samples_of(scene: Scene) -> tuple[NDArray, ...]:
+    """Return the samples of one volume, in the order of `Samples`."""
+    volume, none = scene.volume, np.zeros((0, 3))
+    return (
+        volume.values.reshape(-1).astype(np.float64),
+        none[:, 0] if scene.mask is None else scene.mask.array.reshape(-1).astype(np.float64),
+        none if volume.colors is None else volume.colors.reshape(-1, 3).astype(np.float64),
+        gradients_of(scene).reshape(-1, 3).astype(np.float64) if scene.needs_gradient else none,
     )
 
 
@@ -200,4 +206,93 @@ def _lights_of(several, v):
         part_of(lights.transmittance, v).reshape((nodes[0], nodes[1], nodes[2], nodes[3])),
         lights.box_from_world[v],
         lights.shadow_distance[v],
+    )
+
+
+class Progress(NamedTuple):
+    """How far a ray is in the grid of each volume."""
+
+    spans: Numbers  # s where the ray enters and leaves the box, (volumes, 2); the first is larger behind the box
+    inside: Flags  # True while the ray is in the box
+    cells: Indices  # the cell that the ray is in, (volumes, 3)
+    faces: Numbers  # s where the ray leaves the cell along each axis, (volumes, 3)
+    fresh: Flags  # True if the samples of the cell have not been loaded yet
+
+
+class CellSamples(NamedTuple):
+    """Samples of the present cell of each volume."""
+
+    visible: Flags  # True if the cell may show anything
+    opaque: Flags  # True if any sample is opaque
+    values: Numbers  # (volumes, 8)
+    weights: Numbers  # of the mask, (volumes, 8)
+
+
+class SeveralWorkspace(NamedTuple):
+    """Scratch memory of one thread."""
+
+    progress: Progress
+    samples: CellSamples
+    each: Workspace  # the arrays of a cell and its fields have a first axis of volumes; the others are shared
+    intervals: Intervals  # the same as `each.intervals`
+    margins: Numbers  # values nearer to each other than this may be one value before rounding, (volumes)
+    posts: Indices  # volumes in a piece that are classified after interpolation
+    seen: Indices  # volumes of `posts` that show in a part of the piece
+    counts: Indices  # length of `seen`, (1)
+    cubics: Numbers  # emission and extinction of all other volumes together, (4, 4)
+    mixed: Numbers  # colour and weight of opaque volumes at one position, (4)
+    mended: Numbers  # `channels` of one volume, without the opaque corners that have no weight, (4, 8)
+
+
+def several_workspace(volumes: int, most_cuts: int, most_chosen: int) -> SeveralWorkspace:
+    """Return a workspace for so many volumes, cuts in a piece, and indices in `chosen`."""
+
+    def numbers(*shape: int) -> Numbers:
+        return np.zeros((volumes, *shape))
+
+    def flags() -> Flags:
+        return np.zeros(volumes, np.bool_)
+
+    def indices(*shape: int) -> Indices:
+        return np.zeros((volumes, *shape), np.int64)
+
+    one = workspace_for(most_cuts, most_chosen)
+    return SeveralWorkspace(
+        progress=Progress(numbers(2), flags(), indices(3), numbers(3), flags()),
+        samples=CellSamples(flags(), flags(), numbers(8), numbers(8)),
+        each=one._replace(
+            corners=numbers(8),
+            slopes=numbers(3, 8),
+            channels=numbers(4, 8),
+            field=numbers(4, 4),
+            weight=numbers(4),
+            chosen=indices(most_chosen),
+        ),
+        intervals=one.intervals,
+        margins=numbers(),
+        posts=indices(),
+        seen=indices(),
+        counts=np.zeros(1, np.int64),
+        cubics=np.zeros((4, 4)),
+        mixed=np.zeros(4),
+        mended=np.zeros((4, 8)),
+    )
+
+
+@inlined
+def workspace_of(workspace, v, first_cut):
+    """Return the `Workspace` of volume v, whose cuts are written behind the first `first_cut`."""
+    each = workspace.each
+    return Workspace(
+        each.corners[v],
+        each.slopes[v],
+        each.channels[v],
+        each.field[v],
+        each.weight[v],
+        each.square,
+        each.polynomial,
+        each.root_stack,
+        each.cuts[first_cut:],
+        each.chosen[v],
+        each.intervals,
     )

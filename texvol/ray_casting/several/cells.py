@@ -12,7 +12,8 @@ from math import isinf, isnan
 from texvol.ray_casting.common.bernstein import restricted, trilinear, value_at
 from texvol.ray_casting.common.cells import color_of_opaque_corners, has_weight, in_cell, point_between
 from texvol.ray_casting.common.compiling import compiled, inlined, woven_in
-from texvol.ray_casting.common.medium import OPAQUE_DEPTH, add_opaque
+from texvol.ray_casting.common.medium import OPAQUE_DEPTH, add_opaque, cued
+from texvol.ray_casting.lit.arrays import NODE_COUNT
 from texvol.ray_casting.lit.cells import (
     add_cubics,
     choose_between,
@@ -24,10 +25,8 @@ from texvol.ray_casting.lit.cells import (
 )
 from texvol.ray_casting.lit.collocation import NODES, add_glows, add_interval, integrate
 from texvol.ray_casting.lit.cuts import find_cuts, sort_cuts
-from texvol.ray_casting.lit.shading import OPAQUE, cue_at, cued
-from texvol.ray_casting.lit.workspace import NODE_COUNT
-from texvol.ray_casting.several.arrays import LABELS, PRECLASSIFIED, part_of, scene_of
-from texvol.ray_casting.several.workspace import workspace_of
+from texvol.ray_casting.lit.shading import OPAQUE, cue_at
+from texvol.ray_casting.several.arrays import LABELS, PRECLASSIFIED, part_of, scene_of, workspace_of
 
 EXTINCTION = 3  # the channel behind red, green and blue
 
@@ -59,7 +58,9 @@ def cross(several, starts, steps, ray, workspace, here, there, depth, light):
     if not anything:
         return depth
     if common.cued and workspace.mixed[3] > 0.0:
-        _cue_mixed(common.cue, ray, workspace, here)
+        mixed = workspace.mixed
+        fraction = cue_at(common.cue, (here - ray.eye) * ray.along)
+        mixed[0], mixed[1], mixed[2] = cued(common.cue, (mixed[0], mixed[1], mixed[2]), mixed[3], fraction)
     if posts > 0:
         return _cross_in_parts(several, ray, workspace, posts, here, length, depth, light)
     if workspace.mixed[3] > 0.0:
@@ -146,7 +147,11 @@ def _lay_fields(several, v, workspace, entry, leave):
     """Write the fields of volume v, classified after interpolation, to `workspace`; return True if it has values."""
     own, samples = workspace_of(workspace, v, 0), workspace.samples
     if several.kinds[v] == LABELS:
-        _lay_constants(own, samples.values[v, 0], samples.weights[v, 0])
+        own.corners[:] = samples.values[v, 0]
+        own.field[0, :] = samples.values[v, 0]
+        for axis in range(3):
+            own.field[1 + axis, :] = own.slopes[axis, 0]
+        own.weight[:] = samples.weights[v, 0]
         workspace.margins[v] = 0.0
         return True
     own.corners[:] = samples.values[v]
@@ -161,16 +166,6 @@ def _lay_fields(several, v, workspace, entry, leave):
         own.weight[0], own.weight[1], own.weight[2], own.weight[3] = trilinear(samples.weights[v], entry, leave)
     workspace.margins[v] = lay_fields(own, entry, leave, rounding)
     return not isnan(workspace.margins[v])
-
-
-@woven_in
-def _lay_constants(workspace, value, weight):
-    """Write the constant fields of a cell of labels to the `workspace` of one volume."""
-    workspace.corners[:] = value
-    workspace.field[0, :] = value
-    for axis in range(3):
-        workspace.field[1 + axis, :] = workspace.slopes[axis, 0]
-    workspace.weight[:] = weight
 
 
 @woven_in
@@ -248,14 +243,6 @@ def _add_cubics(cued, cue, ray, cubics, start, end, here, length, depth, light):
 @woven_in
 def _cubic(row, start, end):
     return restricted((row[0], row[1], row[2], row[3]), start, end)
-
-
-@woven_in
-def _cue_mixed(cue, ray, workspace, here):
-    """Apply the depth cue to the opaque colour at the front of a piece."""
-    mixed = workspace.mixed
-    color = cued(cue, (mixed[0], mixed[1], mixed[2]), mixed[3], cue_at(cue, (here - ray.eye) * ray.along))
-    mixed[0], mixed[1], mixed[2] = color
 
 
 @woven_in

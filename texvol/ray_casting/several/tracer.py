@@ -15,12 +15,11 @@ from texvol.ray_casting.common.compiling import compiled_and_cached, sources, un
 from texvol.ray_casting.common.medium import OPAQUE_DEPTH
 from texvol.ray_casting.common.rays import Numbers, Rays, Trace, rays_in
 from texvol.ray_casting.common.walk import clipped, first_cell, next_cell, walk
+from texvol.ray_casting.lit.arrays import Ray, world_rays
 from texvol.ray_casting.lit.cuts import most_cuts
 from texvol.ray_casting.lit.shading import FURTHER
-from texvol.ray_casting.lit.workspace import Ray, world_rays
-from texvol.ray_casting.several.arrays import LABELS, Several, several
+from texvol.ray_casting.several.arrays import LABELS, Several, SeveralWorkspace, several, several_workspace
 from texvol.ray_casting.several.cells import cross
-from texvol.ray_casting.several.workspace import SeveralWorkspace, several_workspace
 from texvol.scene.scene import CompleteScene
 
 
@@ -122,15 +121,7 @@ trace_several_rays = _tracer(sources())
 
 
 def tracer(scene: CompleteScene, rounding: Numbers, transmittances: Sequence[Numbers]) -> Trace:
-    """Return the function that traces rays of a scene.
-
-    Parameters
-    ----------
-    rounding : array of shape (volumes, 3)
-        See `position_rounding`.
-    transmittances : sequence of arrays of shape (lights, z, y, x)
-        For each volume, the transmittance of the lights that cast shadows at the nodes of its box, see `lit.shadows`.
-    """
+    """Return the function that traces rays of a scene, see `position_rounding` and `light_transmittances`."""
     scenes, volumes = scene.each_alone(), scene.volumes
     together, lit = several(scenes, rounding, transmittances)
     cuts = sum(map(most_cuts, lit))

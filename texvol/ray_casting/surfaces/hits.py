@@ -110,13 +110,8 @@ find_triangles, find_lines = _finders(sources())
 def hits_of_triangles(corners: NDArray, boxes: NDArray, nearest: NDArray, directions: NDArray) -> tuple[NDArray, ...]:
     """Return pixel, s, weights of the corners and number of the triangle of each hit.
 
-    Parameters
-    ----------
-    corners : array of shape (m, 3, 3)
-    boxes : array of shape (m, 4)
-        First column and row, and last column and row, of the pixels whose rays may meet a triangle.
-    nearest, directions : arrays of shape (height, width, 3)
-        Rays are nearest + s directions; the two vectors are perpendicular to each other.
+    Triangles have `corners` (m, 3, 3), and `boxes` (m, 4) around them: first column and row, last column and row. Rays
+    are nearest + s directions (height, width, 3); the two vectors are perpendicular to each other.
     """
 
     def found(count: int, keeps: bool) -> tuple[int, tuple[NDArray, ...]]:
@@ -134,11 +129,7 @@ def hits_of_lines(table: NDArray, boxes: NDArray, radius: float, size: tuple[int
 
     A line covers a pixel if the pixel's centre is less than `radius` to one side of the line, or at most `radius` to
     the other; both bounds are moved by 2^-12 pixels, as rounding would else decide between rows exactly on both.
-
-    Parameters
-    ----------
-    table : array of shape (m, 2, 4)
-        Column, row, weight and depth of the two ends; depths between them are weighted means.
+    `table` (m, 2, 4) has column, row, weight and depth of the two ends; depths between them are weighted means.
     """
 
     def found(count: int, keeps: bool) -> tuple[int, tuple[NDArray, ...]]:

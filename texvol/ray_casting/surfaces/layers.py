@@ -1,4 +1,4 @@
-"""Layers of surfaces on rays: order and colour of the hits, and the medium between them.
+"""Layers of surfaces on rays: order and colour of the hits.
 
 A ray x = p + s w, p perpendicular to w, meets a triangle abc if the volumes w · (b - p) × (c - p), one for each edge,
 have one sign; they are the weights of the corners, and s is the mean of the corners' x · w with these weights. The
@@ -9,17 +9,15 @@ the centre of a pixel lies near it in the picture. All numbers are float64.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.ray_casting.common.rays import Numbers
-from texvol.ray_casting.common.surface_lighting import reflected
+from texvol.ray_casting.common.rays import Choose, Numbers
+from texvol.ray_casting.common.surface_lighting import cued, reflected
 from texvol.ray_casting.surfaces.hits import hits_of_lines, hits_of_triangles
-from texvol.scene.camera import Camera
-from texvol.scene.scene import Scene
+from texvol.scene.scene import CompleteScene, Scene
 from texvol.scene.shapes import Lines, Mesh
 
 # Fraction of distance plus the box's radius: surfaces nearer to each other than this are at one position, and are in
@@ -34,6 +32,10 @@ class Layer(NamedTuple):
     s: Numbers  # as in `Rays`, (height, width); infinite where there is no surface
     color: Numbers  # straight colour and opacity, (height, width, 4)
 
+    def chosen(self, choose: Choose) -> Layer:
+        """Return the layer of some rays."""
+        return Layer(choose(self.s), choose(self.color))
+
 
 class _Hits(NamedTuple):
     pixel: NDArray[np.int64]
@@ -46,50 +48,44 @@ class _Hits(NamedTuple):
         return _Hits(*(each[index] for each in self))
 
 
-def surface_layers(scene: Scene, camera: Camera, size: tuple[int, int]) -> list[Layer]:
-    """Return the surfaces in front of the eye on all rays of a picture, front to back, up to the first opaque one."""
-    eyes, directions = camera.rays(size)
+class _View(NamedTuple):
+    """The rays of a picture, see `Rays`, relative to the centre of the scene's volume: shapes (height, width, …)."""
+
+    scene: CompleteScene
+    size: tuple[int, int]
+    nearest: Numbers
+    directions: Numbers
+    eye: Numbers
+
+    @property
+    def diverges(self) -> bool:
+        return self.scene.camera.projection == "perspective"
+
+    def in_eye_space(self, points: Numbers) -> Numbers:
+        """Return right, up and depth (n, 3) of points relative to the centre of the volume."""
+        return self.scene.camera.in_eye_space(points, self.scene.volume.centre)
+
+    def pixels(self, across: Numbers) -> Numbers:
+        """Return columns and rows, from the centre of the first pixel, of right and up at depth 1."""
+        scale = self.size[1] / 2 / self.scene.camera.half_height
+        return across * (scale, -scale) + (np.array(self.size) - 1) / 2
+
+
+def surface_layers(scene: CompleteScene, size: tuple[int, int], choose: Choose) -> list[Layer]:
+    """Return the surfaces in front of the eye on chosen rays, front to back, up to the first opaque one."""
+    eyes, directions = scene.camera.rays(size)
     from_centre = eyes - scene.volume.centre
     eye = (from_centre * directions).sum(axis=-1)
-    nearest = from_centre - eye[..., np.newaxis] * directions
+    view = _View(scene, size, from_centre - eye[..., np.newaxis] * directions, directions, eye)
     parts, count = [], 0
     for number, shape in enumerate(scene.geometry):
-        if isinstance(shape, Mesh):
-            found = _on_mesh(shape, scene, camera, size, nearest, directions)
-        else:
-            found = _on_lines(shape, scene, camera, size, eye, directions)
+        found = _on_mesh(shape, view) if isinstance(shape, Mesh) else _on_lines(shape, view)
         pixel, s, weights, primitive = found
         parts.append(_Hits(pixel, s, weights, primitive + count, np.full(len(pixel), number)))
         count += len(shape.triangles if isinstance(shape, Mesh) else shape.segments)
     hits = _Hits(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True)))
-    hits = _in_order(_seen(hits, scene, nearest, directions, eye), scene)
-    colors = _colors(hits, scene, camera, nearest, directions, eye)
-    return _in_layers(hits, colors, size)
-
-
-def trace_between(
-    layers: list[Layer], ends: Numbers, trace_interval: Callable[[Numbers, Numbers], None], picture: Numbers
-) -> None:
-    """Write light and, in the last channel, optical depth of rays through medium and surfaces to `picture`.
-
-    Parameters
-    ----------
-    ends : array of shape (rows, columns, 2)
-        As in `Rays`.
-    trace_interval : callable
-        Adds what lies between ends to a picture of zeros.
-    """
-    here = np.full(ends.shape[:2], -np.inf)
-    for layer in [*layers, None]:
-        there = np.full_like(here, np.inf) if layer is None else layer.s
-        interval = np.zeros_like(picture)
-        trace_interval(np.stack([np.maximum(ends[..., 0], here), np.minimum(ends[..., 1], there)], axis=-1), interval)
-        _put_behind(interval[..., :3], interval[..., 3], picture)
-        if layer is not None:
-            alpha = layer.color[..., 3]
-            with np.errstate(divide="ignore"):
-                _put_behind(layer.color[..., :3] * alpha[..., np.newaxis], -np.log1p(-alpha), picture)
-        here = there
+    hits = _in_order(_seen(hits, view), scene)
+    return [layer.chosen(choose) for layer in _in_layers(hits, _colors(hits, view), size)]
 
 
 def put_before(layers: list[Layer], until: Numbers, picture: Numbers) -> None:
@@ -103,45 +99,36 @@ def put_before(layers: list[Layer], until: Numbers, picture: Numbers) -> None:
     picture[..., 3:] = 1 - left * (1 - picture[..., 3:])
 
 
-def _put_behind(light: Numbers, depth: Numbers, picture: Numbers) -> None:
-    picture[..., :3] += np.exp(-picture[..., 3:]) * light
-    picture[..., 3] += depth
-
-
-def _on_mesh(
-    mesh: Mesh, scene: Scene, camera: Camera, size: tuple[int, int], nearest: Numbers, directions: Numbers
-) -> tuple[NDArray, ...]:
+def _on_mesh(mesh: Mesh, view: _View) -> tuple[NDArray, ...]:
     """Return pixels, s, weights and triangles of all hits of rays with a mesh, in front of the eye or behind it."""
-    vertices = mesh.vertices - scene.volume.centre
-    positions, depths = _positions(vertices, scene, camera, size)
-    corners = positions[mesh.triangles]
+    vertices = mesh.vertices - view.scene.volume.centre
+    in_eye_space = view.in_eye_space(vertices)
+    across, depths = in_eye_space[:, :2], in_eye_space[:, 2]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        corners = view.pixels(across / depths[:, np.newaxis] if view.diverges else across)[mesh.triangles]
     boxes = np.concatenate([corners.min(axis=1), corners.max(axis=1)], axis=1)
-    if camera.projection == "perspective":
+    if view.diverges:
         through_eye = ~(depths[mesh.triangles] > 0).all(axis=1)
-        boxes[through_eye] = 0, 0, size[0] - 1, size[1] - 1
-    return hits_of_triangles(vertices[mesh.triangles], _whole(boxes, 1.0, size), nearest, directions)
+        boxes[through_eye] = 0, 0, view.size[0] - 1, view.size[1] - 1
+    return hits_of_triangles(vertices[mesh.triangles], _whole(boxes, 1.0, view.size), view.nearest, view.directions)
 
 
-def _on_lines(
-    lines: Lines, scene: Scene, camera: Camera, size: tuple[int, int], eye: Numbers, directions: Numbers
-) -> tuple[NDArray, ...]:
+def _on_lines(lines: Lines, view: _View) -> tuple[NDArray, ...]:
     """Return pixels, s, weights and segments of all hits of rays with lines."""
-    points = lines.points - scene.volume.centre
-    ends = camera.in_eye_space(points, scene.volume.centre)[lines.segments]  # (m, 2, 3): right, up, depth
+    ends = view.in_eye_space(lines.points - view.scene.volume.centre)[lines.segments]  # (m, 2, 3)
     kept = np.arange(len(ends))
-    if camera.projection == "perspective":
+    if view.diverges:
         least = _BEFORE_THE_EYE * np.abs(ends[..., 2]).max(axis=1)
         kept = np.flatnonzero((ends[..., 2] > least[:, np.newaxis]).any(axis=1))
         ends = np.stack([_cut_off(ends[kept], least[kept]), _cut_off(ends[kept, ::-1], least[kept])], axis=1)
-    scale = size[1] / 2 / camera.half_height
-    weights = 1 / ends[..., 2:] if camera.projection == "perspective" else np.ones((len(ends), 2, 1))
-    # Columns to the right and rows down, from the centre of the first pixel.
-    positions = ends[..., :2] * weights * (scale, -scale) + (np.array(size) - 1) / 2
+    weights = 1 / ends[..., 2:] if view.diverges else np.ones((len(ends), 2, 1))
+    positions = view.pixels(ends[..., :2] * weights)
     boxes = np.concatenate([positions.min(axis=1), positions.max(axis=1)], axis=1)
     table = np.concatenate([positions, weights, ends[..., 2:]], axis=-1)
-    pixel, depth, segment = hits_of_lines(table, _whole(boxes, lines.width / 2 + 1, size), lines.width / 2, size)
-    along = (directions.reshape(-1, 3) @ camera.forward)[pixel]
-    s = eye.reshape(-1)[pixel] + depth / along
+    boxes = _whole(boxes, lines.width / 2 + 1, view.size)
+    pixel, depth, segment = hits_of_lines(table, boxes, lines.width / 2, view.size)
+    along = (view.directions.reshape(-1, 3) @ view.scene.camera.forward)[pixel]
+    s = view.eye.reshape(-1)[pixel] + depth / along
     return pixel, s, np.zeros((len(pixel), 3)), kept[segment]
 
 
@@ -154,16 +141,6 @@ def _cut_off(ends: Numbers, least: Numbers) -> Numbers:
     return a + fraction[:, np.newaxis] * (b - a)
 
 
-def _positions(points: Numbers, scene: Scene, camera: Camera, size: tuple[int, int]) -> tuple[Numbers, Numbers]:
-    """Return columns and rows in the picture, and depths, of points relative to the centre of the volume."""
-    in_eye_space = camera.in_eye_space(points, scene.volume.centre)
-    depths = in_eye_space[:, 2]
-    scale = size[1] / 2 / camera.half_height
-    with np.errstate(divide="ignore", invalid="ignore"):
-        across = in_eye_space[:, :2] * scale / (depths[:, np.newaxis] if camera.projection == "perspective" else 1.0)
-    return across * (1, -1) + (np.array(size) - 1) / 2, depths
-
-
 def _whole(boxes: Numbers, margin: float, size: tuple[int, int]) -> NDArray[np.int64]:
     """Return first column and row and last column and row (n, 4) of pixels that boxes of positions may touch."""
     most = np.array([*size, *size]) - 1
@@ -173,12 +150,12 @@ def _whole(boxes: Numbers, margin: float, size: tuple[int, int]) -> NDArray[np.i
     return np.concatenate([low, high], axis=1).astype(np.int64)
 
 
-def _seen(hits: _Hits, scene: Scene, nearest: Numbers, directions: Numbers, eye: Numbers) -> _Hits:
+def _seen(hits: _Hits, view: _View) -> _Hits:
     """Return the hits in front of the eye that are not cut away."""
-    is_seen = hits.s >= eye.reshape(-1)[hits.pixel]
+    scene, is_seen = view.scene, hits.s >= view.eye.reshape(-1)[hits.pixel]
     if scene.cutting:
         is_cut = np.array([shape.cut for shape in scene.geometry])[hits.shape]
-        first, last = scene.cutting.interval(scene.volume, nearest, directions)
+        first, last = scene.cutting.interval(scene.volume, view.nearest, view.directions)
         inside = (first.reshape(-1)[hits.pixel] <= hits.s) & (hits.s <= last.reshape(-1)[hits.pixel])
         is_seen &= inside | ~is_cut
     return hits.at(is_seen)
@@ -204,24 +181,22 @@ def _first_of_pixel(hits: _Hits) -> NDArray[np.int64]:
     return np.repeat(starts, np.diff(starts, append=len(hits.pixel)))
 
 
-def _colors(hits: _Hits, scene: Scene, camera: Camera, nearest: Numbers, directions: Numbers, eye: Numbers) -> Numbers:
+def _colors(hits: _Hits, view: _View) -> Numbers:
     """Return straight colour, lit and cued, and opacity of hits, shape (n, 4)."""
+    scene, camera = view.scene, view.scene.camera
     looks = np.array([(*shape.color, shape.opacity) for shape in scene.geometry])
     colors = looks[hits.shape]
-    to_eye = -directions.reshape(-1, 3)[hits.pixel]
+    to_eye = -view.directions.reshape(-1, 3)[hits.pixel]
     lighting = scene.surface_lighting
     if lighting is not None:
         is_lit = np.array([isinstance(shape, Mesh) and shape.lit for shape in scene.geometry])[hits.shape]
-        positions = nearest.reshape(-1, 3)[hits.pixel] - hits.s[:, np.newaxis] * to_eye
+        positions = view.nearest.reshape(-1, 3)[hits.pixel] - hits.s[:, np.newaxis] * to_eye
         slopes = -_normals(hits, scene)
         diffuse, specular = reflected(lighting, scene.volume, slopes[is_lit], positions[is_lit], to_eye[is_lit])
         colors[is_lit, :3] = colors[is_lit, :3] * diffuse + specular
-    cue = scene.depth_cue
-    if cue is not None:
-        near, far = cue.range_for(scene.box, camera)
-        depth = (hits.s - eye.reshape(-1)[hits.pixel]) * -(to_eye @ camera.forward)
-        fraction = cue.strength * np.clip((depth - near) / (far - near), 0, 1)[:, np.newaxis]
-        colors[:, :3] = colors[:, :3] * (1 - fraction) + fraction * np.array(cue.color)
+    if scene.depth_cue is not None:
+        depth = (hits.s - view.eye.reshape(-1)[hits.pixel]) * -(to_eye @ camera.forward)
+        colors[:, :3] = cued(scene.depth_cue, scene.box, camera, colors[:, :3], depth)
     return colors
 
 
