@@ -142,7 +142,7 @@ class Maker:
             raise InputError(
                 f"picture must be an array, a path, a Scene or a function that returns these, got {_what(thing)}"
             )
-        return Candidate(_with_scene(_labelled(picture, request), request.scene), scene=request.scene)
+        return Candidate(_labelled(picture, request), scene=request.scene)
 
     def _drawn(self, scene: Scene, request: Request) -> Candidate:
         from texvol.provenance.scene_metadata import scene_metadata
@@ -158,21 +158,15 @@ class Maker:
         return Candidate(picture, (), scene, renderer.settings, {}, renderer)
 
 
-def _with_scene(picture: Picture, scene: Scene | None) -> Picture:
-    """Return the picture with the scene that the test names, if its header holds no scene."""
+def _labelled(picture: Picture, request: Request) -> Picture:
+    """Return the picture with the driver that the test names, and with its scene if the header holds no scene."""
     from texvol.provenance.scene_metadata import ATTRIBUTE, scene_metadata
 
-    if scene is None or ATTRIBUTE in picture.attributes:
-        return picture
-    metadata = scene_metadata(scene.volume.name, scene, checksum=True)
-    return replace(picture, attributes={**picture.attributes, ATTRIBUTE: metadata[ATTRIBUTE]})
-
-
-def _labelled(picture: Picture, request: Request) -> Picture:
-    """Return the picture with the driver that the test names."""
-    if request.driver is None:
-        return picture
-    return replace(picture, attributes={**picture.attributes, DRIVER_ATTRIBUTE: request.driver})
+    named = {} if request.driver is None else {DRIVER_ATTRIBUTE: request.driver}
+    scene = request.scene
+    if scene is not None and ATTRIBUTE not in picture.attributes:
+        named[ATTRIBUTE] = scene_metadata(scene.volume.name, scene, checksum=True)[ATTRIBUTE]
+    return replace(picture, attributes={**picture.attributes, **named})
 
 
 def _mean(pictures: list[Picture]) -> Picture:

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
-from texvol.comparison.outcome import Outcome
+if TYPE_CHECKING:
+    from texvol.comparison.outcome import Outcome
 
 _MOST_LINES = 3  # of each list; the page has the rest
 
 
 def difference(outcome: Outcome, repeats: str) -> list[str]:
     """Lines on a picture that is different or broken."""
-    lines = [f"picture {outcome.name!r} is {outcome.status}", *_some(outcome.violations), *outcome.scene_words]
-    lines += _some(tuple(kind.words for kind in outcome.kinds))
+    lines = [
+        f"picture {outcome.name!r} is {outcome.status}",
+        *first(outcome.violations, _MOST_LINES),
+        *outcome.scene_words,
+    ]
+    lines += first([kind.words for kind in outcome.kinds], _MOST_LINES)
     if outcome.measures is not None and outcome.measures.max_error > 0:
         (column, row), (ours, theirs) = outcome.measures.worst_pixel, outcome.measures.worst_values
         lines.append(f"worst pixel: column {column}, row {row}, {_rgba(ours)}, reference {_rgba(theirs)}")
@@ -22,7 +28,7 @@ def difference(outcome: Outcome, repeats: str) -> list[str]:
     return [*lines, *([repeats] if repeats else [])]
 
 
-def positions(candidate: Path | None, reference: str, page: Path | None) -> list[str]:
+def positions(candidate: str | None, reference: str, page: str | None) -> list[str]:
     """Lines with the paths of candidate, reference and page."""
     found = {"candidate": candidate, "reference": reference, "page": page}
     return [f"{what + ':':11}{position}" for what, position in found.items() if position]
@@ -30,15 +36,14 @@ def positions(candidate: Path | None, reference: str, page: Path | None) -> list
 
 def how_to_update(test: str) -> str:
     """Line with the command that makes the candidate the reference."""
-    path, _, rest = test.partition("::")
-    chosen = f"{path}::{rest}" if rest else path
-    quoted = f"'{chosen}'" if any(each in chosen for each in " []()") else chosen
+    quoted = f"'{test}'" if any(each in test for each in " []()") else test
     return f"look at the candidate, and if it is right: pytest --texvol-update {quoted}"
 
 
-def _some(lines: tuple[str, ...]) -> list[str]:
-    more = len(lines) - _MOST_LINES
-    return [*lines[:_MOST_LINES], *([f"and {more} more"] if more > 0 else [])]
+def first(lines: Sequence[str], most: int) -> list[str]:
+    """Return the first lines, and a line that counts the rest."""
+    more = len(lines) - most
+    return [*lines[:most], *([f"and {more} more"] if more > 0 else [])]
 
 
 def _rgba(values: tuple[float, ...]) -> str:

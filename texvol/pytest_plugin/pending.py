@@ -8,14 +8,12 @@ parameters made another picture of that name.
 
 from __future__ import annotations
 
-import hashlib
 import json
 import os
-import tempfile
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
+from texvol.pytest_plugin import names
 from texvol.pytest_plugin.references import Reference
 from texvol.util import writing
 from texvol.util.errors import InputError
@@ -33,21 +31,15 @@ class Committed:
 
 
 class Pending:
-    """Pictures that wait in a folder, each under the name that its test claimed.
+    """Pictures that wait in the folder of a run, each under the name that its test claimed."""
 
-    Parameters
-    ----------
-    folder : path
-        Created when needed.
-    """
-
-    def __init__(self, folder: Path) -> None:
-        self._folder = folder
+    def __init__(self, shared: Path) -> None:
+        self._folder = shared / "references"
 
     def of(self, key: str) -> Reference | None:
         """Return the waiting picture of a claimed name, or None."""
-        info = self._read(self._file(key, _INFO))
-        return Reference(Path(info["picture"]), True) if info else None
+        info = _content(self._file(key, _INFO))
+        return Reference(Path(json.loads(info)["picture"]), True) if info else None
 
     def keep(self, key: str, target: Path, replaced: Path | None, content: bytes) -> bool:
         """Keep a picture for the path `target`; return False if another process has kept one already.
@@ -62,29 +54,29 @@ class Pending:
         picture = self._file(key, f"-{os.urandom(4).hex()}{target.suffix}")
         writing.write_files({picture: content})
         old = str(replaced) if replaced else None
-        info = {"key": key, "picture": str(picture), "target": str(target), "replaced": old}
-        if self._put(self._file(key, _INFO), json.dumps(info)):
-            return True
-        picture.unlink()
-        return False
+        info = json.dumps({"key": key, "picture": str(picture), "target": str(target), "replaced": old})
+        is_first = names.put_once(self._file(key, _INFO), info) == info
+        if not is_first:
+            picture.unlink()
+        return is_first
 
     def refuse(self, key: str, reason: str) -> None:
         """Mark a name that two tests share: its picture is not written."""
-        self._put(self._file(key, _SHARED), json.dumps({"reason": reason}))
+        names.put_once(self._file(key, _SHARED), reason)
 
     def doubt(self, key: str, test: str) -> None:
         """Mark a name for which a test made another picture than the waiting one: no reference is replaced."""
-        self._put(self._file(key, _UNLIKE), json.dumps({"reason": f"{test} gives another picture of that name"}))
+        names.put_once(self._file(key, _UNLIKE), f"{test} gives another picture of that name")
 
     def commit(self) -> Committed:
         """Move the pictures to their places."""
         written, refused, faults = [], {}, []
         for file in sorted(self._folder.glob(f"*{_INFO}")):
-            info = self._read(file)
+            info = json.loads(file.read_text("utf-8"))
             key, target = info["key"], Path(info["target"])
-            shared, unlike = (self._read(self._file(key, each)) for each in (_SHARED, _UNLIKE))
-            if shared or (unlike and info["replaced"]):
-                refused[key] = (shared or unlike)["reason"]
+            unlike = info["replaced"] and _content(self._file(key, _UNLIKE))
+            if reason := _content(self._file(key, _SHARED)) or unlike:
+                refused[key] = reason
                 continue
             try:
                 _put_in_place(Path(info["picture"]), target, Path(info["replaced"]) if info["replaced"] else None)
@@ -95,26 +87,12 @@ class Pending:
         return Committed(tuple(written), refused, tuple(faults))
 
     def _file(self, key: str, ending: str) -> Path:
-        return self._folder / f"{hashlib.sha256(key.encode()).hexdigest()}{ending}"
+        return self._folder / f"{names.file_name(key)}{ending}"
 
-    def _put(self, file: Path, text: str) -> bool:
-        """Write a file whole, and only once; False if it is there."""
-        self._folder.mkdir(exist_ok=True, mode=0o700, parents=True)
-        with tempfile.NamedTemporaryFile("w", dir=self._folder, delete=False, encoding="utf-8") as scratch:
-            scratch.write(text)
-        try:
-            file.hardlink_to(scratch.name)
-        except FileExistsError:
-            return False
-        finally:
-            Path(scratch.name).unlink()
-        return True
 
-    @staticmethod
-    def _read(file: Path) -> dict[str, str]:
-        with suppress(FileNotFoundError):
-            return dict(json.loads(file.read_text("utf-8")))
-        return {}
+def _content(file: Path) -> str:
+    """Return the text of a file; empty if it does not exist."""
+    return file.read_text("utf-8") if file.exists() else ""
 
 
 def _check_position(target: Path) -> None:

@@ -47,7 +47,7 @@ class _Rays:
     first_plane: Numbers
     per_slab: Numbers
 
-    def part(self, part: slice) -> _Rays:
+    def part(self, part: slice | NDArray[np.intp]) -> _Rays:
         return _Rays(*(getattr(self, name)[part] for name in self.__dataclass_fields__))
 
 
@@ -60,13 +60,10 @@ def can_draw(scene: Scene) -> bool:
 
 def _is_plain(scene: CompleteScene) -> bool:
     """True if a volume's medium is finite, smooth between samples, and depends on the value alone."""
-    if scene.volume.labels:
+    volume, medium = scene.volume, scene.medium
+    if volume.labels or medium.needs_gradient:
         return False
-    medium = scene.medium
-    return (
-        bool(np.isfinite(medium.extinctions).all() and np.isfinite(scene.volume.values).all())
-        and not medium.needs_gradient
-    )
+    return bool(np.isfinite(medium.extinctions).all() and np.isfinite(volume.values).all())
 
 
 def knows_color(scene: Scene) -> bool:
@@ -122,12 +119,7 @@ class _Field:
     """Medium of one volume as a function of position: emission and extinction, or texels of slabs."""
 
     def __init__(
-        self,
-        grid: NDArray,
-        medium: TransferFunction | None,
-        length_unit: float = 0.0,
-        *,
-        halves: bool = False,
+        self, grid: NDArray, medium: TransferFunction | None, length_unit: float = 0.0, *, halves: bool = False
     ) -> None:
         self._grid = grid  # (nz, ny, nx, channels)
         self._medium = medium  # classifies interpolated values; None: the grid holds the medium
@@ -222,7 +214,7 @@ def _composited(volumes: Sequence[tuple[_Rays, _Field]], part: slice, steps: int
             for rays, (_, field) in zip(all_rays, volumes, strict=True):
                 inside = np.flatnonzero((front < back) & (rays.enters <= front) & (back <= rays.leaves))
                 if inside.size:
-                    amounts[:, inside] += field.parts(count, _taken(rays, inside), front[inside], back[inside], steps)
+                    amounts[:, inside] += field.parts(count, rays.part(inside), front[inside], back[inside], steps)
             for each in amounts if amounts.any() else ():
                 color += (1 - color[:, 3:]) * _slab_color(each)
     return color
@@ -249,7 +241,3 @@ def _slabs_of(all_rays: Sequence[_Rays]) -> range:
         first += np.floor((rays.enters - rays.first_plane) / rays.per_slab)[hit].tolist()
         last += np.ceil((rays.leaves - rays.first_plane) / rays.per_slab)[hit].tolist()
     return range(int(min(first)), int(max(last))) if first else range(0)
-
-
-def _taken(rays: _Rays, chosen: NDArray[np.intp]) -> _Rays:
-    return _Rays(*(getattr(rays, name)[chosen] for name in rays.__dataclass_fields__))

@@ -46,17 +46,16 @@ def prepare(folder: Path) -> None:
             _remove(folder)
         folder.mkdir(parents=True, exist_ok=True)
         # Marks the folder as a report, even if the run is killed.
-        _write(folder / FILE, json.dumps({"program": _PROGRAM, "finished": False}))
+        writing.write_files({folder / FILE: json.dumps({"program": _PROGRAM, "finished": False}).encode()})
     except OSError as error:
         raise InputError(f"{folder}: cannot hold a report: {error.strerror}") from None
 
 
-def write_page(path: Path, outcome: Outcome, metadata: Mapping[str, str], index: str | None) -> None:
-    """Write one picture's page."""
+def page_of(outcome: Outcome, metadata: Mapping[str, str], index: str | None) -> bytes:
+    """Return the content of one picture's page; `index` is the relative path of the report's index."""
     from texvol.comparison.page import comparison_page
 
-    text = comparison_page(outcome, metadata=metadata, index=index)
-    writing.write_files({path: text.encode() + b"\n" + _MARK})
+    return comparison_page(outcome, metadata=metadata, index=index).encode() + b"\n" + _MARK
 
 
 def entry(record: Record, outcome: Outcome | None, metadata: Mapping[str, str], page: str) -> dict[str, Any]:
@@ -180,7 +179,3 @@ def _is_candidate(path: Path) -> bool:
     """True if the file is a candidate of this plugin: an EXR with a fingerprint in its header."""
     with path.open("rb") as file:
         return b"texvol:fingerprint" in file.read(1 << 20)
-
-
-def _write(path: Path, text: str) -> None:
-    writing.write_files({path: text.encode()})

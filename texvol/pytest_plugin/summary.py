@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from texvol.pytest_plugin import exit_status, options
+from texvol.pytest_plugin import messages, options
 from texvol.pytest_plugin.records import Gathered, counted
 from texvol.util.errors import InputError
 from texvol.util.shown_text import shown_line
@@ -17,6 +18,24 @@ if TYPE_CHECKING:
     from texvol.pytest_plugin.records import Record
 
 _MOST_LINES = 20  # on written references
+
+
+def status_of(status: int, picture_failures: Sequence[str], other_failures: int) -> int:
+    """Return the run's status from pytest's, the statuses of failed pictures, and the number of other failures.
+
+        0    everything passed
+        1    a test failed for another reason than a picture, or a picture is different
+        10   all failures are pictures without a reference: new
+        11   all failures are pictures, none of them different, and some broken: not finite, of another size or another
+             number of channels, or unreadable
+
+    A different picture is certainly a mistake, so 1 takes precedence over the others, as do pytest's 2 to 5
+    (interrupted, internal error, usage, no tests). A broken picture is probably a mistake, so 11 takes precedence over
+    10.
+    """
+    if status != 1 or other_failures or not picture_failures or "different" in picture_failures:
+        return status
+    return options.BROKEN if "broken" in picture_failures else options.NEW
 
 
 class Reporter:
@@ -52,9 +71,7 @@ class Reporter:
         gathered, config = self._gathered, self._config
         self._write_references(session)
         if options.own_exit_status(config):
-            session.exitstatus = exit_status.status_of(
-                int(session.exitstatus), gathered.picture_failures, gathered.other_failures
-            )
+            session.exitstatus = status_of(int(session.exitstatus), gathered.picture_failures, gathered.other_failures)
         folder = options.report_folder(config)
         try:
             if folder is not None and not config.option.collectonly and folder.is_dir():
@@ -69,7 +86,7 @@ class Reporter:
             self._notes.append(str(error))
             session.exitstatus = int(session.exitstatus) or 1
         if gathered:
-            from texvol.pytest_plugin.stale import stale_tables
+            from texvol.pytest_plugin.tables import stale_tables
 
             self._notes += stale_tables(session, gathered.records)
 
@@ -77,9 +94,9 @@ class Reporter:
         """Move the pictures of --texvol-update to their places, now that all tests have run."""
         if not options.updates(self._config):
             return
-        from texvol.pytest_plugin import workers
+        from texvol.pytest_plugin.pending import Pending
 
-        done = workers.pending_of(workers.shared_folder(self._config)).commit()
+        done = Pending(options.shared_folder(self._config)).commit()
         self._gathered.refuse(done.refused)
         self._notes += [f"not written: {reason}" for reason in done.refused.values()]
         if done.faults:
@@ -110,5 +127,4 @@ class Reporter:
 
 def _written(records: list[Record]) -> list[str]:
     lines = [line for record in records if record["status"] == "updated" for line in record["message"]]
-    more = len(lines) - _MOST_LINES
-    return lines if more <= 0 else [*lines[:_MOST_LINES], f"and {more} more"]
+    return messages.first(lines, _MOST_LINES)
