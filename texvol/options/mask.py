@@ -3,22 +3,19 @@
 from __future__ import annotations
 
 import argparse
-import os
-import re
 import warnings
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from texvol.options import texts
 from texvol.scene.mask import Mask
 from texvol.scene.spaces import turned
 from texvol.scene.volume import Volume
 from texvol.util.shown_text import shown
 
-_NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
-_FORM = re.compile(rf"(?P<path>.+?)(?::(?P<low>{_NUMBER}),(?P<high>{_NUMBER}))?")
+_FADE = rf"(?::(?P<low>{texts.NUMBER}),(?P<high>{texts.NUMBER}))?"
 _OFF = 0.5  # voxels; a mask that is farther off belongs to other samples
 
 
@@ -27,10 +24,6 @@ class MaskChoice(NamedTuple):
 
     path: str
     fade: tuple[float, float] | None = None
-
-    def beside(self, folder: str | os.PathLike[str]) -> MaskChoice:
-        """Return the choice with its path relative to a folder."""
-        return self._replace(path=str(Path(folder) / self.path))
 
     def load(self, volume: Volume) -> Mask:
         """Return the mask of `volume`; warn if its file gives it another position.
@@ -52,31 +45,22 @@ class MaskChoice(NamedTuple):
 
 def mask(text: str) -> MaskChoice:
     """Return the choice of "FILE" or "FILE:LOW,HIGH"."""
-    if os.path.exists(text):  # a name may have colons
-        return MaskChoice(text)
-    found = _FORM.fullmatch(text)
-    if not found:
-        raise argparse.ArgumentTypeError(f"must be FILE[:LOW,HIGH], got {text!r}")
-    fade = (float(found["low"]), float(found["high"])) if found["low"] else None
-    return _checked(MaskChoice(found["path"], fade))
-
-
-def mask_table(table: Mapping[str, Any]) -> MaskChoice:
-    """Return the choice of a scene file's {file = …, fade = [LOW, HIGH]}."""
-    fade = table.get("fade")
-    is_fade = fade is None or (isinstance(fade, list) and len(fade) == 2 and all(map(_is_number, fade)))
-    if not isinstance(table.get("file"), str) or not is_fade or set(table) - {"file", "fade"}:
-        raise argparse.ArgumentTypeError(f"must be {{file = FILE, fade = [LOW, HIGH]}}, got {dict(table)!r}")
-    return _checked(MaskChoice(table["file"], None if fade is None else (float(fade[0]), float(fade[1]))))
+    path, fade = texts.file_and_look(text, _FADE, "FILE[:LOW,HIGH]")
+    return _checked(MaskChoice(path, (float(fade["low"]), float(fade["high"])) if fade else None))
 
 
 def mask_value(value: Any) -> MaskChoice:
-    """Return the choice of a scene file's text or table."""
-    if isinstance(value, Mapping):
-        return mask_table(value)
-    if not isinstance(value, str):
-        raise argparse.ArgumentTypeError(f"must be a file, or {{file = FILE, fade = [LOW, HIGH]}}, got {value!r}")
-    return mask(value)
+    """Return the choice of a scene file's text, or table {file = …, fade = [LOW, HIGH]}."""
+    if isinstance(value, str):
+        return mask(value)
+    form = "{file = FILE, fade = [LOW, HIGH]}"
+    if not isinstance(value, Mapping):
+        raise argparse.ArgumentTypeError(f"must be a file, or {form}, got {value!r}")
+    fade = value.get("fade")
+    is_fade = fade is None or texts.are_numbers(fade, 2)
+    if not isinstance(value.get("file"), str) or not is_fade or set(value) - {"file", "fade"}:
+        raise argparse.ArgumentTypeError(f"must be {form}, got {dict(value)!r}")
+    return _checked(MaskChoice(value["file"], None if fade is None else (float(fade[0]), float(fade[1]))))
 
 
 def _warn_if_elsewhere(found: Volume, volume: Volume) -> None:
@@ -109,7 +93,3 @@ def _checked(choice: MaskChoice) -> MaskChoice:
     if choice.fade is not None and not (np.isfinite(choice.fade).all() and choice.fade[0] != choice.fade[1]):
         raise argparse.ArgumentTypeError(f"LOW,HIGH must be two different finite numbers, got {choice.fade}")
     return choice
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)

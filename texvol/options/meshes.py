@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import argparse
-import os
-import re
 from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
 from texvol.geometry import load_mesh
+from texvol.options import texts
 from texvol.scene.shapes import Mesh
 
-_NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
-_LOOK = re.compile(rf"(?P<path>.+?)(?::(?P<color>{_NUMBER},{_NUMBER},{_NUMBER}))?(?::(?P<opacity>{_NUMBER}))?")
+_LOOK = rf"(?::(?P<color>{texts.NUMBER},{texts.NUMBER},{texts.NUMBER}))?(?::(?P<opacity>{texts.NUMBER}))?"
 
 
 class MeshChoice(NamedTuple):
@@ -22,27 +20,19 @@ class MeshChoice(NamedTuple):
     color: tuple[float, float, float] | None = None
     opacity: float = 1.0
 
-    def beside(self, folder: str | os.PathLike[str]) -> MeshChoice:
-        """Return the choice with its path relative to a folder."""
-        return self._replace(path=os.path.join(folder, self.path))
-
 
 def mesh(text: str) -> MeshChoice:
     """Return the choice of "FILE", "FILE:R,G,B", "FILE:OPACITY" or "FILE:R,G,B:OPACITY"."""
-    if os.path.exists(text):  # a name may have colons
-        return MeshChoice(text)
-    found = _LOOK.fullmatch(text)
-    if not found:
-        raise argparse.ArgumentTypeError(f"must be FILE[:R,G,B][:OPACITY], got {text!r}")
-    color = tuple(map(float, found["color"].split(","))) if found["color"] else None
-    return _checked(MeshChoice(found["path"], color, float(found["opacity"] or 1)))  # type: ignore[arg-type]
+    path, look = texts.file_and_look(text, _LOOK, "FILE[:R,G,B][:OPACITY]")
+    color = tuple(map(float, look["color"].split(","))) if "color" in look else None
+    return _checked(MeshChoice(path, color, float(look.get("opacity", 1))))  # type: ignore[arg-type]
 
 
 def mesh_table(table: Mapping[str, Any]) -> MeshChoice:
     """Return the choice of a scene file's {file = …, color = [R, G, B], opacity = A}."""
     color, opacity = table.get("color"), table.get("opacity", 1.0)
-    is_color = color is None or (isinstance(color, list) and len(color) == 3 and all(map(_is_number, color)))
-    is_mesh = isinstance(table.get("file"), str) and is_color and _is_number(opacity)
+    is_color = color is None or texts.are_numbers(color, 3)
+    is_mesh = isinstance(table.get("file"), str) and is_color and texts.is_number(opacity)
     if not is_mesh or set(table) - {"file", "color", "opacity"}:
         raise argparse.ArgumentTypeError(
             f"must be {{file = FILE, color = [R, G, B], opacity = A}}, got {dict(table)!r}"
@@ -61,7 +51,3 @@ def _checked(choice: MeshChoice) -> MeshChoice:
     if choice.color is not None and not all(0 <= each <= 1 for each in choice.color):
         raise argparse.ArgumentTypeError(f"colour must be three numbers in [0, 1], got {choice.color}")
     return choice
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)

@@ -6,12 +6,12 @@ import argparse
 import math
 import os
 import re
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol.options import texts
 from texvol.util import text_files
 from texvol.util.errors import InputError
 
@@ -25,10 +25,6 @@ class TransformChoice(NamedTuple):
 
     numbers: tuple[float, ...] = ()
     path: str = ""
-
-    def beside(self, folder: str | os.PathLike[str]) -> TransformChoice:
-        """Return the choice with its path relative to a folder."""
-        return self._replace(path=str(Path(folder) / self.path)) if self.path else self
 
     def matrix(self) -> NDArray[np.float64]:
         """Return the matrix, shape (4, 4).
@@ -60,9 +56,7 @@ def transform_value(value: Any) -> TransformChoice:
         return transform(value)
     rows = value if isinstance(value, list) else []
     flat = [number for row in rows for number in row] if all(isinstance(row, list) for row in rows) else rows
-    if not all(isinstance(number, int | float) and not isinstance(number, bool) for number in flat):
-        flat = []
-    if len(flat) not in (12, 16):
+    if not (texts.are_numbers(flat, 12) or texts.are_numbers(flat, 16)):
         raise argparse.ArgumentTypeError(f"must be {_FORMS}, got {value!r}")
     return TransformChoice(tuple(map(float, flat)))
 

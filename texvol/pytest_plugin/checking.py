@@ -189,14 +189,16 @@ class _Run:
         """Make the picture the reference that is missing, or unreadable by that fault, or raise its failure."""
         __tracebackhide__ = True
         picture, name = candidate.picture, self._name
-        status, violations = ("broken", (fault,)) if fault else ("new", ("there is no reference yet",))
-        lines = [f"picture {name!r} has a broken reference", fault]
-        if not fault:
+        status, reason = "broken", fault
+        if fault:
+            lines = [f"picture {name!r} has a broken reference", fault]
+        elif candidate.is_finite:
+            status, reason = "new", "there is no reference yet"
             lines = [f"picture {name!r} is new: there is no reference {self._said(self._reference.path)} yet"]
-            if not candidate.is_finite:
-                status, violations = "broken", examine(picture, picture, ONE_DRIVER, name=name).violations[:1]
-                lines = [f"picture {name!r} is broken, and has no reference", *violations]
-        outcome = Outcome(name, picture, picture, None, ONE_DRIVER, violations, status)
+        else:
+            reason = examine(picture, picture, ONE_DRIVER, name=name).violations[0]
+            lines = [f"picture {name!r} is broken, and has no reference", reason]
+        outcome = Outcome(name, picture, picture, None, ONE_DRIVER, (reason,), status)
         if self._may_write(candidate):
             return self._written(candidate, outcome, rules)
         raise self._failed(candidate, outcome, lines, "")
