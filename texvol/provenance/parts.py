@@ -97,6 +97,17 @@ def switch(content: Any) -> bool:
     return content
 
 
+def one_of(*words: str) -> Callable[[Any], str]:
+    """Return a converter that accepts only these words."""
+
+    def chosen(content: Any) -> str:
+        if content not in words:
+            raise InputError(f"must be {' or '.join(words)}, got {quoted(content)}")
+        return str(content)
+
+    return chosen
+
+
 def made(kind: Callable[..., T], content: Any) -> T:
     """Return a data class from its fields by name; fields without a default are required."""
     known = {each.name: each for each in fields(kind)}  # type: ignore[arg-type]
