@@ -126,7 +126,8 @@ def run(arguments: argparse.Namespace) -> None:
         files[arguments.depth] = depth_picture.encoded(arguments.depth, depth)
     if arguments.stats:
         seconds = {"load": loaded - start, "upload": 0.0} | stats["seconds"]
-        files[arguments.stats] = _json(stats | {"seconds": seconds} | sequence_stats)
+        content = stats | {"seconds": seconds} | sequence_stats
+        files[arguments.stats] = (json.dumps(content, indent=2, allow_nan=False) + "\n").encode()
     writing.write_files(files)
     if check is not None and arguments.check:
         say(check.sentence)
@@ -171,10 +172,6 @@ def _draw_frames(
     target = (scene_options.size, _accuracy(arguments), export, arguments.output)
     how = {"transparent": scene_options.transparent, "fps": arguments.fps}
     return {kind: sequences.draw_frames(frames, renderer, *target, **how)}
-
-
-def _json(content: dict[str, Any]) -> bytes:
-    return (json.dumps(content, indent=2, allow_nan=False) + "\n").encode()
 
 
 def _check(arguments: argparse.Namespace, scene_options: options.SceneOptions) -> None:

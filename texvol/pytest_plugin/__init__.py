@@ -14,8 +14,7 @@ when a picture is checked. The other modules:
     oracle, plain_slabs            bound of a picture without a stored reference
     records, session, report       results of all checks, and the report's folder
     options                        pytest's options, and folders of the run, also for the workers of pytest-xdist
-    summary                        exit status and terminal
-    junit                          attachments
+    summary                        exit status, terminal and attachments
 """
 
 from __future__ import annotations

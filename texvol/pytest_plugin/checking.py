@@ -13,9 +13,9 @@ from texvol.comparison.judged import judged
 from texvol.comparison.limits import ONE_DRIVER, Limits
 from texvol.comparison.outcome import Outcome, examine, explained
 from texvol.comparison.pictures import Picture
-from texvol.pytest_plugin import messages, names, options, oracle, references
+from texvol.pytest_plugin import names, options, oracle, references
 from texvol.pytest_plugin.candidates import Candidate, Request, UnreadableError
-from texvol.pytest_plugin.records import PictureError, Record
+from texvol.pytest_plugin.records import PictureError, Record, first
 from texvol.pytest_plugin.references import Reference
 from texvol.pytest_plugin.repeats import Repeats, repeats_of
 from texvol.pytest_plugin.tables import Rules, Tables
@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 
     from texvol.pytest_plugin.session import PictureSession
     from texvol.scene.scene import Scene
+
+_MOST_REASONS = 3  # of each list in a message; the page has the rest
 
 
 class Check:
@@ -227,7 +229,7 @@ class _Run:
         __tracebackhide__ = True
         repeats = repeats_of(candidate.repeats, candidate.picture, outcome.reference)
         if not outcome.passed:
-            lines = messages.difference(outcome, repeats.words if repeats else "")
+            lines = _difference(outcome, repeats.words if repeats else "")
             raise self._failed(candidate, outcome, lines, reference, repeats)
         self._keep("same", [], outcome, candidate, repeats)
         return outcome
@@ -237,9 +239,9 @@ class _Run:
     ) -> PictureError:
         """Return the failure, after reporting it to the session."""
         record = self._keep(outcome.status, lines, outcome, candidate, repeats)
-        lines = [*lines, *messages.positions(record["candidate"], reference, record["page"])]
+        lines = [*lines, *_positions(record["candidate"], reference, record["page"])]
         if reference != "the oracle" and candidate.is_finite:
-            lines.append(messages.how_to_update(self._test))
+            lines.append(_how_to_update(self._test))
         return PictureError("\n".join(lines), outcome.status)
 
     def _said(self, path: Path) -> str:
@@ -284,3 +286,36 @@ class _Run:
         if status == "updated":
             metadata |= {"reference": lines[0]}
         return self._session.keep(self._item, record, outcome, metadata)
+
+
+def _difference(outcome: Outcome, repeats: str) -> list[str]:
+    """Lines on a picture that is different or broken."""
+    lines = [
+        f"picture {outcome.name!r} is {outcome.status}",
+        *first(outcome.violations, _MOST_REASONS),
+        *outcome.scene_words,
+    ]
+    lines += first([kind.words for kind in outcome.kinds], _MOST_REASONS)
+    if outcome.measures is not None and outcome.measures.max_error > 0:
+        (column, row), (ours, theirs) = outcome.measures.worst_pixel, outcome.measures.worst_values
+        lines.append(f"worst pixel: column {column}, row {row}, {_rgba(ours)}, reference {_rgba(theirs)}")
+    if outcome.three_way is not None:
+        lines.append(outcome.three_way.words)
+    lines += outcome.notes
+    return [*lines, *([repeats] if repeats else [])]
+
+
+def _positions(candidate: str | None, reference: str, page: str | None) -> list[str]:
+    """Lines with the paths of candidate, reference and page."""
+    found = {"candidate": candidate, "reference": reference, "page": page}
+    return [f"{what + ':':11}{position}" for what, position in found.items() if position]
+
+
+def _how_to_update(test: str) -> str:
+    """Line with the command that makes the candidate the reference."""
+    quoted = f"'{test}'" if any(each in test for each in " []()") else test
+    return f"look at the candidate, and if it is right: pytest --texvol-update {quoted}"
+
+
+def _rgba(values: tuple[float, ...]) -> str:
+    return "(" + ", ".join(f"{each:.4g}" for each in values) + ")"

@@ -15,7 +15,7 @@ Numbers that are not finite are None.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import pytest
@@ -111,3 +111,9 @@ def counted(records: Iterable[Record]) -> str:
     for record in records:
         counts[record["status"]] = counts.get(record["status"], 0) + 1
     return ", ".join(f"{counts[status]} {status}" for status in STATUSES if status in counts)
+
+
+def first(lines: Sequence[str], most: int) -> list[str]:
+    """Return the first lines, and a line that counts the rest."""
+    more = len(lines) - most
+    return [*lines[:most], *([f"and {more} more"] if more > 0 else [])]

@@ -101,7 +101,9 @@ def finish(folder: Path, records: Sequence[Record], status: int) -> None:
         "finished": True,
         "exit_status": status,
         "counts": counted(records),
-        "pictures": [_inside(folder, record) for record in shown],
+        "pictures": [
+            record | {name: _relative(folder, record[name]) for name in ("page", "candidate")} for record in shown
+        ],
     }
     files = {
         _INDEX: page.encode() + b"\n" + _MARK,
@@ -126,7 +128,7 @@ def result_of(record: Record, folder: Path | None = None) -> Any:
         test=record["test"],
         file=record["file"],
         line=record["line"],
-        page=_relative(folder, page) if folder and page else page,
+        page=_relative(folder, page) if folder else page,
         attachments=tuple(path for path in (record.get("candidate"), page) if path),
     )
 
@@ -138,14 +140,9 @@ def _common_metadata(records: Sequence[Record]) -> dict[str, str]:
     return {name: fact for name, fact in first.items() if all(each.get(name) == fact for each in fingerprints)}
 
 
-def _inside(folder: Path, record: Record) -> Record:
-    """Return the record with paths relative to the report."""
-    paths = {name: _relative(folder, record[name]) for name in ("page", "candidate") if record.get(name)}
-    return record | paths
-
-
-def _relative(folder: Path, path: str) -> str:
-    return Path(path).relative_to(folder).as_posix() if Path(path).is_relative_to(folder) else path
+def _relative(folder: Path, path: str | None) -> str | None:
+    """Return a path in the folder relative to the folder, and other paths as they are."""
+    return Path(path).relative_to(folder).as_posix() if path and Path(path).is_relative_to(folder) else path
 
 
 def _is_report(folder: Path) -> bool:

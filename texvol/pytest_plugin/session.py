@@ -8,11 +8,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from texvol.comparison import ci
-from texvol.pytest_plugin import junit, options, references, report
+from texvol.pytest_plugin import options, references, report
 from texvol.pytest_plugin.candidates import Maker
 from texvol.pytest_plugin.names import Claims
 from texvol.pytest_plugin.pending import Pending
 from texvol.pytest_plugin.records import FAILING, RECORDS, Record, plain
+from texvol.pytest_plugin.summary import ATTACHMENT
 from texvol.util import writing
 from texvol.util.errors import InputError, TexvolError
 
@@ -75,7 +76,7 @@ class PictureSession:
         result = report.result_of(record)
         item.user_properties.extend(ci.properties(result))
         if getattr(item.config.option, "xmlpath", None) and failed:
-            item.user_properties.extend((junit.PROPERTY, path) for path in result.attachments)
+            item.user_properties.extend((ATTACHMENT, path) for path in result.attachments)
         return record
 
 

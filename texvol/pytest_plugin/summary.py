@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from texvol.pytest_plugin import messages, options
-from texvol.pytest_plugin.records import Gathered, counted
+from texvol.pytest_plugin import options
+from texvol.pytest_plugin.records import Gathered, counted, first
+from texvol.util import writing
 from texvol.util.errors import InputError
 from texvol.util.shown_text import shown_line
 
 if TYPE_CHECKING:
+    from xml.etree.ElementTree import Element
+
     from texvol.pytest_plugin.records import Record
 
+ATTACHMENT = "texvol_attachment"  # property of a test case
 _MOST_LINES = 20  # on written references
 
 
@@ -79,9 +83,7 @@ class Reporter:
 
                 report.finish(folder, gathered.records, int(session.exitstatus))
             if gathered and getattr(config.option, "xmlpath", None):
-                from texvol.pytest_plugin.junit import add_attachments
-
-                add_attachments(Path(os.path.expandvars(os.path.expanduser(config.option.xmlpath))))
+                _add_attachments(Path(os.path.expandvars(os.path.expanduser(config.option.xmlpath))))
         except InputError as error:
             self._notes.append(str(error))
             session.exitstatus = int(session.exitstatus) or 1
@@ -127,4 +129,43 @@ class Reporter:
 
 def _written(records: list[Record]) -> list[str]:
     lines = [line for record in records if record["status"] == "updated" for line in record["message"]]
-    return messages.first(lines, _MOST_LINES)
+    return first(lines, _MOST_LINES)
+
+
+def _add_attachments(path: Path) -> None:
+    """Move the attachments of each test case in a JUnit file from its properties to its output.
+
+    A pytest plugin cannot write `system-out`, so the file is changed after pytest has written it.
+
+    Raises
+    ------
+    InputError
+        If the file can't be written.
+    """
+    from xml.etree import ElementTree
+
+    from texvol.comparison.ci import attachment
+
+    try:
+        tree = ElementTree.parse(path)
+    except (OSError, ElementTree.ParseError):
+        return  # pytest wrote none
+    changed = False
+    for case in tree.iter("testcase"):
+        lines = [attachment(file) for file in _taken(case)]
+        if lines:
+            output = case.find("system-out")
+            output = ElementTree.SubElement(case, "system-out") if output is None else output
+            output.text = "\n".join([*([output.text] if output.text else []), *lines, ""])
+            changed = True
+    if changed:
+        content = ElementTree.tostring(tree.getroot(), encoding="utf-8", xml_declaration=True)
+        writing.write_files({path: content})
+
+
+def _taken(case: Element) -> Iterator[str]:
+    """Remove the attachments from the properties of a test case, and yield them."""
+    for properties in case.findall("properties"):
+        for each in [each for each in properties if each.get("name") == ATTACHMENT]:
+            properties.remove(each)
+            yield each.get("value", "")
