@@ -16,7 +16,7 @@ from texvol.annotation.lettering import Lettering
 from texvol.cli import command_line
 from texvol.comparison import limits
 from texvol.geometry import load_mesh
-from texvol.options import transform as transform_options
+from texvol.options import files
 from texvol.options.scene_options import SceneOptions
 from texvol.provenance.scene_metadata import ATTRIBUTE
 from texvol.provenance.stored_scene import stored_scene_of
@@ -37,7 +37,7 @@ JSON: dict[str, Read] = {
     "script": lambda path: script.read(path),
 }
 OTHERS: dict[str, Read] = {
-    "transform": lambda path: transform_options.transform(str(path)).matrix(),
+    "transform": lambda path: files.transform(str(path)).matrix(),
     "mesh": lambda path: load_mesh(path),
     "font": lambda path: Lettering(path),
 }

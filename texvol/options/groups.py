@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from texvol.annotation import PARTS
 from texvol.options import cutting as cut
+from texvol.options import files, texts
 from texvol.options import light as lit
-from texvol.options import meshes as geometry
-from texvol.options import texts
 from texvol.options.scene_option import SceneOption
 from texvol.options.volumes import ADD, LOOK, OF_ADDED, POSITION, OfAdded
 from texvol.scene.lighting import Lighting
@@ -122,10 +121,10 @@ GROUPS: tuple[tuple[str, str | None, tuple[SceneOption | OfAdded, ...]], ...] = 
         None,
         (
             SceneOption(
-                "mesh", geometry.mesh, "FILE[:R,G,B][:A]",
+                "mesh", files.mesh, "FILE[:R,G,B][:A]",
                 "surface in the volume, PLY, STL, OBJ or VTP, world units; with a linear colour and an opacity that "
                 "replace those of the file; repeat it for more meshes",
-                geometry.mesh_table,
+                files.mesh_table,
             ),
         ),
     ),

@@ -26,9 +26,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from texvol.annotation import Annotation
+from texvol.options import files, reading, texts
 from texvol.options import light as lit
-from texvol.options import meshes as geometry
-from texvol.options import reading, texts
 from texvol.options import volumes as volume_options
 from texvol.options.groups import GROUPS, SCENE_OPTIONS
 from texvol.scene import orbit as turning
@@ -209,7 +208,7 @@ class SceneOptions:
             clip=tuple(chosen.get("clip", ())),
             crop=chosen.get("crop"),
             caps=chosen.get("caps", False),
-            geometry=geometry.meshes(chosen.get("mesh", ())),
+            geometry=files.meshes(chosen.get("mesh", ())),
             mask=volume_options.masked(chosen, volume),
             added=added,
         )

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import argparse
 import math
-import os
 import re
 from collections.abc import Callable
 from typing import Any, TypeVar
@@ -18,7 +17,6 @@ from texvol.scene.air import HOUNSFIELD, Air, checked_air
 from texvol.util.errors import InputError
 
 ALL = "all"  # time steps, or pixels
-NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"  # pattern, for `file_and_look`
 
 T = TypeVar("T")
 
@@ -47,17 +45,6 @@ def are_numbers(value: Any, count: int) -> bool:
 def as_text(value: Any) -> str:
     """Return a scene-file value as the text of the command line."""
     return ",".join(str(part) for part in value) if isinstance(value, list) else str(value)
-
-
-def file_and_look(text: str, look: str, form: str) -> tuple[str, dict[str, str]]:
-    """Return the path that `text` begins with, and the named groups of the pattern `look` found behind the path."""
-    if os.path.exists(text):  # a name may have colons
-        return text, {}
-    found = re.fullmatch(f"(?P<path>.+?){look}", text)
-    if not found:
-        raise argparse.ArgumentTypeError(f"must be {form}, got {text!r}")
-    parts = found.groupdict()
-    return parts.pop("path"), {name: part for name, part in parts.items() if part}
 
 
 def made(make: Callable[[], T], *, names_option: bool = False) -> T:

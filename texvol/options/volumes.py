@@ -19,12 +19,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from texvol.options import files, reading, texts
 from texvol.options import light as lit
-from texvol.options import mask as mask_options
-from texvol.options import reading, texts
-from texvol.options.meshes import MeshChoice
 from texvol.options.scene_option import SceneOption
-from texvol.options.transform import TransformChoice, transform, transform_value
 from texvol.scene import transfer
 from texvol.scene.added_volume import AddedVolume
 from texvol.scene.spaces import turned
@@ -57,15 +54,15 @@ LOOK = (
 POSITION = (
     SceneOption("spacing", texts.triple, "X,Y,Z", "distance of samples, overrides the file's spacing"),
     SceneOption(
-        "transform", transform, "M",
+        "transform", files.transform, "M",
         "moves the volume: 4 x 4 matrix of the world, 12 or 16 numbers row by row, or a file of 4 rows",
-        from_value=transform_value,
+        from_value=files.transform_value,
     ),
     SceneOption(
-        "mask", mask_options.mask, "FILE[:LOW,HIGH]",
+        "mask", files.mask, "FILE[:LOW,HIGH]",
         "mask file on the volume's grid: of integers, 0 hides a sample; other numbers are weights from 0 to 1; with "
         "LOW,HIGH, weights rise from 0 at LOW to 1 at HIGH",
-        from_value=mask_options.mask_value,
+        from_value=files.mask_value,
     ),
 )  # fmt: skip
 _TIME = SceneOption("time", texts.index, "N", "time step, from 0")
@@ -187,7 +184,8 @@ def _moved(value: Any, folder: str | os.PathLike[str]) -> Any:
         return [_moved(each, folder) for each in value]
     if isinstance(value, AddedChoice):
         return AddedChoice(str(Path(folder) / value.file), beside(value.chosen, folder))
-    if isinstance(value, mask_options.MaskChoice | MeshChoice) or (isinstance(value, TransformChoice) and value.path):
+    names_file = isinstance(value, files.TransformChoice) and bool(value.path)
+    if names_file or isinstance(value, files.MaskChoice | files.MeshChoice):
         return value._replace(path=str(Path(folder) / value.path))
     return value
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import json
 import os
-from dataclasses import dataclass
 from pathlib import Path
 
 from texvol.pytest_plugin import names
@@ -19,15 +18,6 @@ from texvol.util import writing
 from texvol.util.errors import InputError
 
 _INFO, _SHARED, _UNLIKE = ".json", ".shared", ".unlike"
-
-
-@dataclass(frozen=True)
-class Committed:
-    """References that were written, and the reasons why others were not, by claimed name."""
-
-    written: tuple[Path, ...]
-    refused: dict[str, str]
-    faults: tuple[str, ...]  # errors of writing
 
 
 class Pending:
@@ -68,9 +58,17 @@ class Pending:
         """Mark a name for which a test made another picture than the waiting one: no reference is replaced."""
         names.put_once(self._file(key, _UNLIKE), f"{test} gives another picture of that name")
 
-    def commit(self) -> Committed:
-        """Move the pictures to their places."""
-        written, refused, faults = [], {}, []
+    def commit(self) -> tuple[dict[str, str], bool]:
+        """Move the pictures to their places.
+
+        Returns
+        -------
+        dict
+            Reasons why pictures were not moved, by claimed name.
+        bool
+            True if all others were written without an error.
+        """
+        refused, no_errors = {}, True
         for file in sorted(self._folder.glob(f"*{_INFO}")):
             info = json.loads(file.read_text("utf-8"))
             key, target = info["key"], Path(info["target"])
@@ -80,11 +78,9 @@ class Pending:
                 continue
             try:
                 _put_in_place(Path(info["picture"]), target, Path(info["replaced"]) if info["replaced"] else None)
-                written.append(target)
             except InputError as error:
-                refused[key] = str(error)
-                faults.append(str(error))
-        return Committed(tuple(written), refused, tuple(faults))
+                refused[key], no_errors = str(error), False
+        return refused, no_errors
 
     def _file(self, key: str, ending: str) -> Path:
         return self._folder / f"{names.file_name(key)}{ending}"

@@ -98,10 +98,10 @@ class Reporter:
             return
         from texvol.pytest_plugin.pending import Pending
 
-        done = Pending(options.shared_folder(self._config)).commit()
-        self._gathered.refuse(done.refused)
-        self._notes += [f"not written: {reason}" for reason in done.refused.values()]
-        if done.faults:
+        refused, no_errors = Pending(options.shared_folder(self._config)).commit()
+        self._gathered.refuse(refused)
+        self._notes += [f"not written: {reason}" for reason in refused.values()]
+        if not no_errors:
             session.exitstatus = int(session.exitstatus) or 1
 
     def pytest_terminal_summary(self, terminalreporter: Any) -> None:

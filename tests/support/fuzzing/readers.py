@@ -22,7 +22,7 @@ from texvol.comparison.pictures import Picture, read_picture
 from texvol.formats.readers import TimeSeries, load
 from texvol.geometry.reading import load_mesh
 from texvol.options import scene_options as options
-from texvol.options.transform import transform
+from texvol.options.files import transform
 from texvol.provenance.scene_metadata import ATTRIBUTE
 from texvol.provenance.stored_scene import stored_scene_of
 from texvol.pytest_plugin.references import fingerprint_of
