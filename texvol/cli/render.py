@@ -7,7 +7,7 @@ import json
 import time
 from typing import TYPE_CHECKING, Any
 
-from texvol.cli.common import add_backend, add_depth, check_depth, check_outputs_apart
+from texvol.cli.common import add_backend, add_depth, check_outputs
 from texvol.formats.films import containers as film_formats
 from texvol.formats.films import film
 from texvol.formats.pictures import depth as depth_picture
@@ -24,7 +24,6 @@ from texvol.util.terminal import say
 
 if TYPE_CHECKING:
     from texvol.formats.readers import TimeSeries
-    from texvol.rendering.renderer import Renderer
     from texvol.scene.volume import Volume
 
 _FORMATS = ("auto", "rgba8", "rgba16f", "rgba32f")
@@ -182,8 +181,7 @@ def _check(arguments: argparse.Namespace, scene_options: options.SceneOptions) -
         raise InputError("--time all draws every step once: leave --orbit, --depth and --repeat out")
     if arguments.stats:
         writing.check_writable(arguments.stats)
-    check_depth(arguments, scene_options)
-    check_outputs_apart(arguments, scene_options)
+    check_outputs(arguments, scene_options)
     if arguments.repeat < 1:
         raise InputError(f"--repeat must be at least 1, got {arguments.repeat}")
     if arguments.check and (arguments.orbit is not None or scene_options.all_times):

@@ -97,15 +97,11 @@ def switch(content: Any) -> bool:
     return content
 
 
-def one_of(*words: str) -> Callable[[Any], str]:
-    """Return a converter that accepts only these words."""
-
-    def chosen(content: Any) -> str:
-        if content not in words:
-            raise InputError(f"must be {' or '.join(words)}, got {quoted(content)}")
-        return str(content)
-
-    return chosen
+def word(content: Any, *words: str) -> str:
+    """Return one of these words."""
+    if content not in words:
+        raise InputError(f"must be {' or '.join(words)}, got {quoted(content)}")
+    return str(content)
 
 
 def made(kind: Callable[..., T], content: Any) -> T:

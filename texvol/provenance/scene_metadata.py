@@ -134,6 +134,8 @@ def _medium(transfer_function: TransferFunction | None, volume: Volume) -> Trans
 
 def _shown(scene: Scene) -> dict[str, Any]:
     """Return the looks of the scene: everything but volumes and masks."""
+    from texvol.provenance.geometry import geometry_metadata
+
     is_composite = scene.mode == "composite"
     is_colored = scene.mode in NUMBER_MODES and scene.coloring == "tf"
     medium = scene.transfer_function
@@ -151,19 +153,11 @@ def _shown(scene: Scene) -> dict[str, Any]:
         depth_cue=scene.depth_cue and asdict(scene.depth_cue),
         camera=scene.camera and asdict(scene.camera),
         transfer_function=None if medium is None else medium.as_json(),
-        geometry=_geometry(scene),
+        geometry=geometry_metadata(scene.geometry) or None,
         clip=[asdict(plane) for plane in scene.clip] or None,
         crop=scene.crop,
         caps=scene.caps or None,
     )
-
-
-def _geometry(scene: Scene) -> list[dict[str, Any]] | None:
-    if not scene.geometry:
-        return None
-    from texvol.provenance.geometry import geometry_metadata
-
-    return geometry_metadata(scene.geometry)
 
 
 def _known(**entries: Any) -> dict[str, Any]:

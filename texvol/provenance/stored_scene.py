@@ -131,7 +131,7 @@ def _described(metadata: Metadata, folder: str | os.PathLike[str] | None) -> dic
         "background": metadata.part("background", lambda each: parts.numbers(each, 3)),
         "isovalue": metadata.part("isovalue", parts.number),
         "air": metadata.part("air", checked_air),
-        "coloring": "tf" if metadata.part("colors", parts.one_of(BY_TRANSFER_FUNCTION)) else "grey",
+        "coloring": "tf" if metadata.part("colors", lambda each: parts.word(each, BY_TRANSFER_FUNCTION)) else "grey",
         "gradient": metadata.part("gradient", lambda each: parts.made(Estimator, each)) or Estimator(),
         "clip": metadata.part("clip", parts.clip_planes) or (),
         "crop": metadata.part("crop", checked_crop),

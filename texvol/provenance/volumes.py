@@ -109,10 +109,8 @@ def found_added(
 def _added(metadata: Metadata, given: AddedVolume | AnyVolume, folder: Folder) -> AddedVolume:
     metadata.check_keys(_ADDED_KEYS, (*ALWAYS, "source"))
     medium = metadata.part("transfer_function", parts.transfer_function)
-    if isinstance(given, AddedVolume):
-        volume, mask = found_volume(metadata, given.volume, folder), given.mask
-    else:
-        volume, mask = found_volume(metadata, given, folder), None
+    drawn, mask = (given.volume, given.mask) if isinstance(given, AddedVolume) else (given, None)
+    volume = found_volume(metadata, drawn, folder)
     return AddedVolume(volume, medium, found_mask(metadata, volume, mask, folder))
 
 
@@ -165,7 +163,7 @@ def _same_volume(metadata: Metadata, volume: Volume) -> Volume:
     _check_position(metadata, volume, "spacing", (3,), volume.smallest_spacing)
     _check_position(metadata, volume, "origin", (3,), float(volume.spacing.max() + np.abs(volume.origin).max()))
     _check_position(metadata, volume, "direction", (3, 3), float(np.abs(volume.direction).max()))
-    kind = metadata.part("kind", parts.one_of(LABELS, COLORS)) or ""
+    kind = metadata.part("kind", lambda each: parts.word(each, LABELS, COLORS)) or ""
     if kind != kind_of(volume):
         then, since = (each or "values" for each in (kind, kind_of(volume)))
         raise metadata.fault(f"needs a volume of {then}, got {since} in {volume.name}")

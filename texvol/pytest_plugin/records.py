@@ -15,6 +15,7 @@ Numbers that are not finite are None.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
@@ -68,11 +69,11 @@ class Gathered:
 
     def add(self, report: Any) -> None:
         """Add the records of a report of pytest."""
-        seen: dict[str, int] = {}
+        seen: Counter[str] = Counter()
         for record in getattr(report, "texvol_pictures", ()):
             # The last run of a repeated test counts.
-            number = seen[record["name"]] = seen.get(record["name"], 0) + 1
-            self._records[record["test"], record["name"], number] = record
+            seen[record["name"]] += 1
+            self._records[record["test"], record["name"], seen[record["name"]]] = record
         if report.failed:
             status = getattr(report, "texvol_failure", None)
             if status in ("different", "broken", "new"):
@@ -107,9 +108,7 @@ def _badness(record: Record) -> tuple[Any, ...]:
 
 def counted(records: Iterable[Record]) -> str:
     """Return the number of records of each status: "1 different, 3 same"."""
-    counts: dict[str, int] = {}
-    for record in records:
-        counts[record["status"]] = counts.get(record["status"], 0) + 1
+    counts = Counter(record["status"] for record in records)
     return ", ".join(f"{counts[status]} {status}" for status in STATUSES if status in counts)
 
 

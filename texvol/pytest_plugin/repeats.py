@@ -57,14 +57,13 @@ def repeats_of(pictures: Sequence[Picture], mean: Picture, reference: Picture) -
     if len(pictures) < 2 or mean.pixels.shape != reference.pixels.shape:
         return None
     middle = mean.pixels.astype(np.float64)
-    off = [np.abs(each.pixels - middle) for each in pictures]
     noise = noise_of(pictures, mean)
     square = float(np.square(middle - reference.pixels).mean())
     expected = noise**2 / len(pictures) + _noise_of_mean(reference) ** 2
     return Repeats(
         len(pictures),
         noise,
-        float(max(each.max() for each in off)),
+        float(max(np.abs(each.pixels - middle).max() for each in pictures)),
         float(np.sqrt(square)),
         float(np.sqrt(expected)),
         float(np.sqrt(max(square - expected, 0.0))),

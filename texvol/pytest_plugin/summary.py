@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,8 +16,6 @@ from texvol.util.errors import InputError
 from texvol.util.shown_text import shown_line
 
 if TYPE_CHECKING:
-    from xml.etree.ElementTree import Element
-
     from texvol.pytest_plugin.records import Record
 
 ATTACHMENT = "texvol_attachment"  # property of a test case
@@ -152,20 +150,17 @@ def _add_attachments(path: Path) -> None:
         return  # pytest wrote none
     changed = False
     for case in tree.iter("testcase"):
-        lines = [attachment(file) for file in _taken(case)]
-        if lines:
+        found = [
+            (group, each) for group in case.findall("properties") for each in group if each.get("name") == ATTACHMENT
+        ]
+        for group, each in found:
+            group.remove(each)
+        if found:
             output = case.find("system-out")
             output = ElementTree.SubElement(case, "system-out") if output is None else output
+            lines = [attachment(each.get("value", "")) for _, each in found]
             output.text = "\n".join([*([output.text] if output.text else []), *lines, ""])
             changed = True
     if changed:
         content = ElementTree.tostring(tree.getroot(), encoding="utf-8", xml_declaration=True)
         writing.write_files({path: content})
-
-
-def _taken(case: Element) -> Iterator[str]:
-    """Remove the attachments from the properties of a test case, and yield them."""
-    for properties in case.findall("properties"):
-        for each in [each for each in properties if each.get("name") == ATTACHMENT]:
-            properties.remove(each)
-            yield each.get("value", "")

@@ -81,7 +81,10 @@ class Tables:
             if key not in (*_KEYS, "reason", "drivers"):
                 keys = ", ".join((*_KEYS, "reason", "drivers"))
                 raise InputError(f"{where}: key {key!r} not found; the keys are {keys}")
-        _check_drivers(table.get("drivers", "any"), where)
+        drivers = table.get("drivers", "any")
+        are_parts = isinstance(drivers, list) and all(isinstance(each, str) and each.strip() for each in drivers)
+        if drivers != "any" and not (drivers and are_parts):
+            raise InputError(f'{where}: drivers must be "any" or a list of parts of drivers\' names, got {drivers!r}')
         try:
             limits = changed_limits(base, {key: table[key] for key in table if key in _KEYS}, where)
         except InputError as error:
@@ -128,12 +131,6 @@ class Rules:
         if self.drivers == "any":
             return True
         return driver is not None and any(part.lower() in driver.lower() for part in self.drivers or ())
-
-
-def _check_drivers(drivers: Any, where: str) -> None:
-    good = isinstance(drivers, list) and drivers and all(isinstance(each, str) and each.strip() for each in drivers)
-    if drivers != "any" and not good:
-        raise InputError(f'{where}: drivers must be "any" or a list of parts of drivers\' names, got {drivers!r}')
 
 
 def _is_reason(reason: Any) -> bool:
