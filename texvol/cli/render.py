@@ -24,6 +24,7 @@ from texvol.util.terminal import say
 
 if TYPE_CHECKING:
     from texvol.formats.readers import TimeSeries
+    from texvol.rendering.renderer import Renderer
     from texvol.scene.volume import Volume
 
 _FORMATS = ("auto", "rgba8", "rgba16f", "rgba32f")

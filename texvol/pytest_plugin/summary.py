@@ -150,9 +150,8 @@ def _add_attachments(path: Path) -> None:
         return  # pytest wrote none
     changed = False
     for case in tree.iter("testcase"):
-        found = [
-            (group, each) for group in case.findall("properties") for each in group if each.get("name") == ATTACHMENT
-        ]
+        all_properties = [(group, each) for group in case.findall("properties") for each in group]
+        found = [(group, each) for group, each in all_properties if each.get("name") == ATTACHMENT]
         for group, each in found:
             group.remove(each)
         if found:
