@@ -205,10 +205,8 @@ def _percentiles(values: NDArray[Any]) -> tuple[dict[str, float | None], int]:
     samples = _finite(values.reshape(-1)[::step])
     if samples.dtype == np.float16:
         samples = samples.astype(np.float32)
-    if not samples.size:
-        return {f"{percentage:g}": None for percentage in PERCENTAGES}, 0
     with np.errstate(over="ignore", invalid="ignore"):
-        found = np.percentile(samples, PERCENTAGES)
+        found = np.percentile(samples, PERCENTAGES) if samples.size else [None] * len(PERCENTAGES)
     by_name = {f"{percentage:g}": _number(number) for percentage, number in zip(PERCENTAGES, found, strict=True)}
     return by_name, samples.size
 

@@ -75,9 +75,7 @@ def light_table(table: Mapping[str, Any]) -> Light | str:
             f"unknown key {unknown[0]!r} for kind {kind}; keys are {', '.join(('kind', *known))}"
         )
     parts = [texts.as_text(table.get(key, "")) for key in known]
-    while parts and not parts[-1]:
-        parts.pop()
-    return light(":".join([kind, *parts]))
+    return light(":".join([kind, *parts]).rstrip(":"))
 
 
 def fraction(text: str) -> float:

@@ -8,12 +8,13 @@ from __future__ import annotations
 import argparse
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, TypeVar
 
 import numpy as np
 
 from texvol.scene.air import HOUNSFIELD, Air, checked_air
+from texvol.scene.cutting import ClipPlane, Range, checked_crop
 from texvol.util.errors import InputError
 
 ALL = "all"  # time steps, or pixels
@@ -183,6 +184,32 @@ def file_name(text: str) -> str:
     if not text:
         raise argparse.ArgumentTypeError("must be the name of a file, got ''")
     return text
+
+
+def clip_plane(text: str) -> ClipPlane:
+    """Return the plane of "NX,NY,NZ,D"."""
+    x, y, z, offset = numbers(text, "four numbers NX,NY,NZ,D", 4, finite=False)
+    return made(lambda: ClipPlane((x, y, z), offset))
+
+
+def clip_plane_table(table: Mapping[str, Any]) -> ClipPlane:
+    """Return the plane of a scene file's {normal = [NX, NY, NZ], offset = D}."""
+    if set(table) != {"normal", "offset"}:
+        raise argparse.ArgumentTypeError(f"must be {{normal = [X, Y, Z], offset = D}}, got {dict(table)!r}")
+    normal, offset = table["normal"], table["offset"]
+    if not isinstance(normal, list) or len(normal) != 3:
+        raise argparse.ArgumentTypeError(f"clip plane: normal must be three numbers, got {normal!r}")
+    for each in (*normal, offset):
+        if not is_number(each):
+            raise argparse.ArgumentTypeError(f"clip plane: normal and offset must be numbers, got {each!r}")
+    x, y, z = map(float, normal)
+    return made(lambda: ClipPlane((x, y, z), float(offset)))
+
+
+def crop_box(text: str) -> tuple[Range, Range, Range]:
+    """Return the three ranges of "X0,X1,Y0,Y1,Z0,Z1"."""
+    ends = numbers(text, "six numbers X0,X1,Y0,Y1,Z0,Z1", 6, finite=False)
+    return made(lambda: checked_crop((ends[0:2], ends[2:4], ends[4:6])))
 
 
 def choice(*allowed: str) -> Callable[[str], str]:

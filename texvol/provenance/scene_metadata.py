@@ -88,7 +88,7 @@ def crc32_of(*arrays: NDArray | None) -> str:
     for array in arrays:
         if array is not None:
             values = array if sys.byteorder == "little" else array.byteswap()
-            found = zlib.crc32(np.ascontiguousarray(values), found)
+            found = zlib.crc32(np.ascontiguousarray(values).data, found)
     return f"crc32 {found:08x}"
 
 

@@ -59,11 +59,6 @@ class StoredScene:
     name: str = "scene"
 
     @property
-    def slab_thickness(self) -> float | None:
-        """World units; None if the picture was not drawn in slabs, or its header does not say."""
-        return self.settings.get("slab_thickness")
-
-    @property
     def shows_numbers(self) -> bool:
         """True if the pixels of the picture are data, not light."""
         return self.scene.mode in NUMBER_MODES
@@ -123,7 +118,7 @@ def stored_scene_of(
 
 def _described(metadata: Metadata, folder: str | os.PathLike[str] | None) -> dict[str, Any]:
     """Return all arguments of the scene but volumes and masks."""
-    return {
+    described: dict[str, Any] = {
         "transfer_function": metadata.part("transfer_function", parts.transfer_function),
         "camera": metadata.part("camera", lambda each: parts.made(Camera, each)),
         "lighting": metadata.part("lighting", parts.lighting),
@@ -137,4 +132,5 @@ def _described(metadata: Metadata, folder: str | os.PathLike[str] | None) -> dic
         "crop": metadata.part("crop", checked_crop),
         "caps": metadata.part("caps", parts.switch) or False,
         "geometry": metadata.part("geometry", lambda each: geometry_from_metadata(each, folder)) or (),
-    } | {key: metadata.content[key] for key in ("classification", "mode") if key in metadata.content}
+    }
+    return described | {key: metadata.content[key] for key in ("classification", "mode") if key in metadata.content}

@@ -114,7 +114,7 @@ class Maker:
             return made
         if not callable(thing) and not isinstance(thing, Scene):
             raise InputError(
-                f"picture must be a scene or a function if repeat is {request.repeat}, got {_what(thing)}; "
+                f"picture must be a scene or a function if repeat is {request.repeat}, got {type(thing).__name__}; "
                 "pass a function without arguments that returns a picture"
             )
         pictures = [made.picture, *(self._made(thing, request).picture for _ in range(request.repeat - 1))]
@@ -128,7 +128,9 @@ class Maker:
         if isinstance(thing, Scene):
             return self._drawn(thing, request)
         if unknown := set(request.options) - set(request.of_any):
-            raise InputError(f"{', '.join(sorted(unknown))}: options of drawing need a scene, got {_what(thing)}")
+            raise InputError(
+                f"{', '.join(sorted(unknown))}: options of drawing need a scene, got {type(thing).__name__}"
+            )
         if isinstance(thing, Picture):
             picture = thing
         elif isinstance(thing, str | os.PathLike):
@@ -140,7 +142,7 @@ class Maker:
             picture = Picture.of_array(np.asarray(thing), request.name)
         else:
             raise InputError(
-                f"picture must be an array, a path, a Scene or a function that returns these, got {_what(thing)}"
+                f"picture must be an array, a path, a Scene or a function that returns these, got {type(thing).__name__}"
             )
         return Candidate(_labelled(picture, request), scene=request.scene)
 
@@ -176,7 +178,3 @@ def _mean(pictures: list[Picture]) -> Picture:
         return pictures[0]
     mean = replace(pictures[0], pixels=np.asarray(pixels, np.float32))
     return replace(mean, attributes={**mean.attributes, **repeats.header_of(pictures, mean)})
-
-
-def _what(thing: Any) -> str:
-    return type(thing).__name__

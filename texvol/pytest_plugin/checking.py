@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 import warnings
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -280,7 +280,7 @@ class _Run:
             "page": None,
             "candidate": None,
             **(self._session.self_test(candidate, outcome) if candidate and outcome else {}),
-            **({"repeats": repeats.as_json()} if repeats else {}),
+            **({"repeats": asdict(repeats) | {"words": repeats.words}} if repeats else {}),
         }
         metadata = fingerprint | ({"repeats": repeats.words} if repeats else {})
         if status == "updated":

@@ -60,13 +60,14 @@ def own_exit_status(config: pytest.Config) -> bool:
 
 def check(config: pytest.Config) -> None:
     """Raise UsageError if options contradict each other."""
-    if config.option.texvol_update and not config.option.texvol_force_update and _in_ci():
+    in_ci = os.environ.get("CI", "").lower() not in ("", "0", "false")
+    if in_ci and config.option.texvol_update and not config.option.texvol_force_update:
         raise pytest.UsageError(
             "--texvol-update in CI would make any picture of this machine a reference; "
             "run it locally, look at the pictures and commit them (or --texvol-force-update)"
         )
-    if config.getini("texvol_exit_status") not in ("pictures", "pytest"):
-        given = config.getini("texvol_exit_status")
+    given = config.getini("texvol_exit_status")
+    if given not in ("pictures", "pytest"):
         raise pytest.UsageError(f"texvol_exit_status must be pictures or pytest, got {given}")
     if config.option.texvol_self_test and not config.option.texvol_report:
         raise pytest.UsageError("--texvol-self-test needs --texvol-report DIR")
@@ -107,7 +108,3 @@ def is_worker(config: pytest.Config) -> bool:
 def _sent(config: Any) -> dict[str, Any]:
     """Return the folders that the controller has sent to this worker."""
     return dict(config.workerinput["texvol"])
-
-
-def _in_ci() -> bool:
-    return os.environ.get("CI", "").lower() not in ("", "0", "false")

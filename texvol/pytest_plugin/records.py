@@ -95,9 +95,6 @@ class Gathered:
         """The records, worst first: by status, error and name."""
         return sorted(self._records.values(), key=_badness)
 
-    def __bool__(self) -> bool:
-        return bool(self._records)
-
 
 def _badness(record: Record) -> tuple[Any, ...]:
     # An unknown or infinite error is the worst.

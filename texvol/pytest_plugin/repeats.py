@@ -13,8 +13,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -47,9 +46,6 @@ class Repeats:
                 f"{noise}; their mean is off by {self.difference_rms:.2g}, {self.systematic_rms:.2g} of it systematic"
             )
         return f"{noise}; their mean is off by {self.difference_rms:.2g}, which the noise explains"
-
-    def as_json(self) -> dict[str, Any]:
-        return asdict(self) | {"words": self.words}
 
 
 def repeats_of(pictures: Sequence[Picture], mean: Picture, reference: Picture) -> Repeats | None:

@@ -166,10 +166,7 @@ def _remove(folder: Path) -> None:
 
 
 def _is_ours(path: Path) -> bool:
-    with path.open("rb") as file:
-        file.seek(0, 2)
-        file.seek(max(file.tell() - len(_MARK), 0))
-        return file.read() == _MARK
+    return path.read_bytes().endswith(_MARK)
 
 
 def _is_candidate(path: Path) -> bool:

@@ -16,7 +16,7 @@ from texvol.util.errors import InputError
 from texvol.util.shown_text import shown_line
 
 if TYPE_CHECKING:
-    from texvol.pytest_plugin.records import Record
+    pass
 
 ATTACHMENT = "texvol_attachment"  # property of a test case
 _MOST_LINES = 20  # on written references
@@ -80,12 +80,12 @@ class Reporter:
                 from texvol.pytest_plugin import report
 
                 report.finish(folder, gathered.records, int(session.exitstatus))
-            if gathered and getattr(config.option, "xmlpath", None):
+            if gathered.records and getattr(config.option, "xmlpath", None):
                 _add_attachments(Path(os.path.expandvars(os.path.expanduser(config.option.xmlpath))))
         except InputError as error:
             self._notes.append(str(error))
             session.exitstatus = int(session.exitstatus) or 1
-        if gathered:
+        if gathered.records:
             from texvol.pytest_plugin.tables import stale_tables
 
             self._notes += stale_tables(session, gathered.records)
@@ -111,7 +111,8 @@ class Reporter:
         terminalreporter.section("pictures")
         drivers = sorted({record["driver"] for record in records if record.get("driver")})
         drawn_by = ", ".join(drivers) or "an unknown driver"
-        lines = [f"{counted(records)}; drawn by {drawn_by}", *_written(records), *notes]
+        written = [line for record in records if record["status"] == "updated" for line in record["message"]]
+        lines = [f"{counted(records)}; drawn by {drawn_by}", *first(written, _MOST_LINES), *notes]
         if folder is not None:
             lines.append(f"report: {folder / 'index.html'}")
         for line in lines:
@@ -123,11 +124,6 @@ class Reporter:
 
             for line in ci.tell([result_of(record, folder) for record in records]):
                 terminalreporter.write_line(line)
-
-
-def _written(records: list[Record]) -> list[str]:
-    lines = [line for record in records if record["status"] == "updated" for line in record["message"]]
-    return first(lines, _MOST_LINES)
 
 
 def _add_attachments(path: Path) -> None:
