@@ -33,7 +33,9 @@ def add_view(commands: Any) -> None:
     played = parser.add_argument_group("recorded input")
     played.add_argument("--script", metavar="FILE", help="play this input back")
     played.add_argument("--record", type=texts.file_name, metavar="FILE", help="write the input as a script")
-    played.add_argument("--frames", type=texts.frames, metavar="N", help="close the window after N frames")
+    played.add_argument(
+        "--frames", type=lambda text: texts.count(text, "frames"), metavar="N", help="close the window after N frames"
+    )
     played.add_argument(
         "--screenshot", type=texts.file_name, metavar="FILE", help="picture of the window before it closes"
     )

@@ -146,17 +146,8 @@ def _number_if(text: str, is_valid: Callable[[float], bool], form: str) -> float
     return value
 
 
-def views(text: str) -> int:
-    """Return the number of views of an orbit."""
-    return _count(text, "views")
-
-
-def frames(text: str) -> int:
-    """Return the number of frames that a window shows."""
-    return _count(text, "frames")
-
-
-def _count(text: str, what: str) -> int:
+def count(text: str, what: str) -> int:
+    """Return a number of things, at least 1."""
     if not re.fullmatch(r"\s*\+?\d{1,9}\s*", text) or int(text) < 1:
         raise argparse.ArgumentTypeError(f"must be a number of {what}, at least 1, got {text!r}")
     return int(text)
@@ -164,7 +155,7 @@ def _count(text: str, what: str) -> int:
 
 def pixels(text: str) -> int | str:
     """Return a number of pixels, at least 1, or "all"."""
-    return ALL if text.strip().lower() == ALL else _count(text, "pixels")
+    return ALL if text.strip().lower() == ALL else count(text, "pixels")
 
 
 def index(text: str) -> int:

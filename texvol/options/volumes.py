@@ -66,9 +66,7 @@ POSITION = (
     ),
 )  # fmt: skip
 _TIME = SceneOption("time", texts.index, "N", "time step, from 0")
-_OF_ADDED = {
-    option.name: option for option in (*LOOK, *POSITION, *(reading.READING | {"time": _TIME}).values())
-}  # fmt: skip
+_OF_ADDED = {each.name: each for each in (*LOOK, *POSITION, *(reading.READING | {"time": _TIME}).values())}
 
 
 @dataclass(frozen=True)

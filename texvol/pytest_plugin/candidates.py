@@ -95,7 +95,6 @@ class Maker:
         """Close the renderer."""
         if self._renderer is not None:
             self._renderer.close()
-            self._renderer = None
 
     def candidate(self, thing: Any, request: Request) -> Candidate:
         """Return the candidate of what a test passes.
@@ -127,10 +126,9 @@ class Maker:
             thing = thing()
         if isinstance(thing, Scene):
             return self._drawn(thing, request)
+        kind = type(thing).__name__
         if unknown := set(request.options) - set(request.of_any):
-            raise InputError(
-                f"{', '.join(sorted(unknown))}: options of drawing need a scene, got {type(thing).__name__}"
-            )
+            raise InputError(f"{', '.join(sorted(unknown))}: options of drawing need a scene, got {kind}")
         if isinstance(thing, Picture):
             picture = thing
         elif isinstance(thing, str | os.PathLike):
@@ -141,9 +139,7 @@ class Maker:
         elif isinstance(thing, np.ndarray) or hasattr(thing, "__array__") or hasattr(thing, "__array_interface__"):
             picture = Picture.of_array(np.asarray(thing), request.name)
         else:
-            raise InputError(
-                f"picture must be an array, a path, a Scene or a function that returns these, got {type(thing).__name__}"
-            )
+            raise InputError(f"picture must be an array, a path, a Scene or a function that returns these, got {kind}")
         return Candidate(_labelled(picture, request), scene=request.scene)
 
     def _drawn(self, scene: Scene, request: Request) -> Candidate:
