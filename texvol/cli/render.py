@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import time
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from texvol.cli.common import add_backend, add_depth, check_outputs
@@ -88,9 +89,8 @@ def _add_orbit(parser: argparse.ArgumentParser) -> None:
         "The camera turns once around the target, about --up. Without --eye and --height all views have the same "
         "framing, and the whole box is visible in each. --max-error applies to the first view.",
     )
-    group.add_argument(
-        "--orbit", type=lambda text: texts.count(text, "views"), metavar="N", help="N views, 360/N degrees apart"
-    )
+    views = partial(texts.count, what="views")
+    group.add_argument("--orbit", type=views, metavar="N", help="N views, 360/N degrees apart")
     group.add_argument("--fps", type=texts.frames_per_second, metavar="F", help="frames per second of a film (30)")
 
 

@@ -258,10 +258,19 @@ class _Run:
         repeats: Repeats | None = None,
     ) -> Record:
         """Report the result to the session, and return its record."""
+        record = self._record(status, lines, outcome, candidate)
+        metadata = dict(record["fingerprint"])
+        if repeats:
+            record["repeats"] = asdict(repeats) | {"words": repeats.words}
+            metadata["repeats"] = repeats.words
+        if status == "updated":
+            metadata["reference"] = lines[0]
+        return self._session.keep(self._item, record, outcome, metadata)
+
+    def _record(self, status: str, lines: list[str], outcome: Outcome | None, candidate: Candidate | None) -> Record:
         measures = outcome.measures if outcome else None
         picture = candidate.picture if candidate else None
-        fingerprint = references.fingerprint_of(picture) if picture else {}
-        record = {
+        return {
             "test": self._test,
             "name": self._name,
             "file": self._position[0],
@@ -272,7 +281,7 @@ class _Run:
             "rms_error": measures.rms_error if measures else None,
             "kinds": [*outcome.scene_words, *(kind.words for kind in outcome.kinds)] if outcome else [],
             "driver": references.driver_of(picture.attributes) if picture else None,
-            "fingerprint": fingerprint,
+            "fingerprint": references.fingerprint_of(picture) if picture else {},
             "reference": self._said(self._reference.path),
             "limits": str(self._limits_file),
             "folder": str(self._folder),
@@ -280,12 +289,7 @@ class _Run:
             "page": None,
             "candidate": None,
             **(self._session.self_test(candidate, outcome) if candidate and outcome else {}),
-            **({"repeats": asdict(repeats) | {"words": repeats.words}} if repeats else {}),
         }
-        metadata = fingerprint | ({"repeats": repeats.words} if repeats else {})
-        if status == "updated":
-            metadata |= {"reference": lines[0]}
-        return self._session.keep(self._item, record, outcome, metadata)
 
 
 def _difference(outcome: Outcome, repeats: str) -> list[str]:
