@@ -47,9 +47,6 @@ def metadata(volume: Volume) -> dict[str, Any]:
     is_whole = volume.values.dtype.kind in "iu"
     percentiles, used = _percentiles(volume.values)
     edges, bins = _histogram(volume.values, low, high)
-    samples = volume.values.size
-    # A texel of value and gradient has four numbers: of 16 bits for 8- and 16-bit integers, else of 32 bits.
-    gradient_texel = 4 * (2 if is_whole and volume.values.itemsize <= 2 else 4)
     return {
         "name": volume.name,
         "dimensions": list(volume.dimensions),
@@ -69,21 +66,15 @@ def metadata(volume: Volume) -> dict[str, Any]:
         "labels": _labels(volume),
         "color": volume.colors is not None,
         "extinction_unit": f"per {volume.unit or 'world unit'}",
-        "samples": samples,
-        "finite_count": counts["finite"],
-        "nan_count": counts["nan"],
-        "inf_count": counts["inf"],
+        "samples": volume.values.size,
+        **counts,
         "value_range": None if low is None or high is None else [_number(low, is_whole), _number(high, is_whole)],
         "mean": _number(mean),
         "lone_extremes": [_lone(each) for each in lone_extremes(volume)],
         "percentiles": percentiles,
         "percentile_samples": used,
         "histogram": {"edges": edges, "counts": bins},
-        "memory": {
-            "data_bytes": volume.values.nbytes + (0 if volume.colors is None else volume.colors.nbytes),
-            "texture_bytes": {name: samples * size for name, size in _TEXEL_BYTES.items()},
-            "gradient_bytes": samples * gradient_texel,
-        },
+        "memory": _memory(volume),
     }
 
 
@@ -116,6 +107,18 @@ def text(metadata: dict[str, Any]) -> str:
     if metadata["value_range"] is not None and not metadata["labels"]:
         page += ["", *_percentile_lines(metadata), "", *_histogram_lines(metadata["histogram"])]
     return "\n".join(map(shown_line, page))
+
+
+def _memory(volume: Volume) -> dict[str, Any]:
+    """Return bytes of the samples, and of their textures without gradients, by texel format, and with gradients."""
+    values, colors = volume.values, volume.colors
+    # A texel of value and gradient has four numbers: of 16 bits for 8- and 16-bit integers, else of 32 bits.
+    gradient_texel = 4 * (2 if values.dtype.kind in "iu" and values.itemsize <= 2 else 4)
+    return {
+        "data_bytes": values.nbytes + (0 if colors is None else colors.nbytes),
+        "texture_bytes": {name: values.size * size for name, size in _TEXEL_BYTES.items()},
+        "gradient_bytes": values.size * gradient_texel,
+    }
 
 
 def _labels(volume: Volume) -> dict[str, Any] | None:
@@ -192,7 +195,7 @@ def _summary(values: NDArray[Any]) -> tuple[Any, Any, float | None, dict[str, in
         seen += finite.size
         # Divided before it is summed: the sum of values near 1e308 would be infinite.
         mean += float((finite.astype(np.float64) / finite.size).sum() - mean) * (finite.size / seen)
-    counts = {"finite": seen, "nan": nans, "inf": values.size - seen - nans}
+    counts = {"finite_count": seen, "nan_count": nans, "inf_count": values.size - seen - nans}
     return low, high, mean if seen else None, counts
 
 

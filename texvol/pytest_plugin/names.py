@@ -67,13 +67,7 @@ def name_key(folder: Path, name: str) -> str:
 
 
 class Claims:
-    """Owners of names, kept in files that all processes of the run share.
-
-    Parameters
-    ----------
-    shared : path
-        Folder for the files, created when needed.
-    """
+    """Owners of names, kept in files that all processes of the run share; their folder is created when needed."""
 
     def __init__(self, shared: Path) -> None:
         self._shared = shared

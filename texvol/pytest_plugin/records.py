@@ -25,7 +25,6 @@ from texvol.util.shown_text import shown
 
 # Worst first.
 STATUSES = ("broken", "different", "new", "refused", "updated", "same")
-FAILING = frozenset(STATUSES[:4])
 Record = dict[str, Any]
 RECORDS = pytest.StashKey[list[Record]]()
 

@@ -12,7 +12,7 @@ from texvol.pytest_plugin import options, references, report
 from texvol.pytest_plugin.candidates import Maker
 from texvol.pytest_plugin.names import Claims
 from texvol.pytest_plugin.pending import Pending
-from texvol.pytest_plugin.records import FAILING, RECORDS, Record, plain
+from texvol.pytest_plugin.records import RECORDS, Record, plain
 from texvol.pytest_plugin.summary import ATTACHMENT
 from texvol.util import writing
 from texvol.util.errors import InputError, TexvolError
@@ -60,7 +60,7 @@ class PictureSession:
             The record with the paths `candidate` and `page`.
         """
         page = self.claims.page(item.nodeid, record["name"])
-        failed = record["status"] in FAILING
+        failed = record["status"] in ci.FAILING
         if outcome is not None and failed:
             path = self._root / f"{page}.exr"
             record = record | {"candidate": _write(path, references.encoded(path, outcome.candidate))}
