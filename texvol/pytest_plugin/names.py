@@ -120,18 +120,23 @@ class Claims:
 
 def file_name(key: str) -> str:
     """Return the name of the file about a key."""
-    return hashlib.sha256(key.encode()).hexdigest()
+    return hashlib.sha256(key.encode(errors="surrogateescape")).hexdigest()
+
+
+def content_of(file: Path) -> str:
+    """Return the text of a file that `put_once` wrote; empty if it does not exist."""
+    return file.read_bytes().decode(errors="surrogateescape") if file.exists() else ""
 
 
 def put_once(file: Path, text: str) -> str:
     """Write a file whole, unless another process has written it; return its content."""
     file.parent.mkdir(exist_ok=True, mode=0o700, parents=True)
-    with tempfile.NamedTemporaryFile("w", dir=file.parent, delete=False, encoding="utf-8") as scratch:
-        scratch.write(text)
+    with tempfile.NamedTemporaryFile(dir=file.parent, delete=False) as scratch:
+        scratch.write(text.encode(errors="surrogateescape"))  # paths may not be UTF-8
     try:
         file.hardlink_to(scratch.name)  # atomic
     except FileExistsError:
-        return file.read_text("utf-8")
+        return content_of(file)
     finally:
         Path(scratch.name).unlink()
     return text

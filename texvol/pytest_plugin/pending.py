@@ -28,7 +28,7 @@ class Pending:
 
     def of(self, key: str) -> Reference | None:
         """Return the waiting picture of a claimed name, or None."""
-        info = _content(self._file(key, _INFO))
+        info = names.content_of(self._file(key, _INFO))
         return Reference(Path(json.loads(info)["picture"]), True) if info else None
 
     def keep(self, key: str, target: Path, replaced: Path | None, content: bytes) -> bool:
@@ -70,10 +70,10 @@ class Pending:
         """
         refused, no_errors = {}, True
         for file in sorted(self._folder.glob(f"*{_INFO}")):
-            info = json.loads(file.read_text("utf-8"))
+            info = json.loads(names.content_of(file))
             key, target = info["key"], Path(info["target"])
-            unlike = info["replaced"] and _content(self._file(key, _UNLIKE))
-            if reason := _content(self._file(key, _SHARED)) or unlike:
+            unlike = info["replaced"] and names.content_of(self._file(key, _UNLIKE))
+            if reason := names.content_of(self._file(key, _SHARED)) or unlike:
                 refused[key] = reason
                 continue
             try:
@@ -84,11 +84,6 @@ class Pending:
 
     def _file(self, key: str, ending: str) -> Path:
         return self._folder / f"{names.file_name(key)}{ending}"
-
-
-def _content(file: Path) -> str:
-    """Return the text of a file; empty if it does not exist."""
-    return file.read_text("utf-8") if file.exists() else ""
 
 
 def _check_position(target: Path) -> None:
