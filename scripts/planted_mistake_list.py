@@ -169,8 +169,8 @@ _UPPER = (
         "test_stored_volumes.py -k 'beside'",
     ),
     Mistake(
-        *("provenance", "scene_metadata:checksum_of"),
-        *('values.data.cast("B")', 'values[:1].data.cast("B")'),
+        *("provenance", "scene_metadata:_crc32_of"),
+        *("np.ascontiguousarray(values)", "np.ascontiguousarray(values[:1])"),
         "the checksum is of the first layer alone",
         "test_stored_volumes.py -k 'checksum'",
     ),

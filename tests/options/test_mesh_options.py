@@ -12,7 +12,7 @@ from texvol.__main__ import main
 from texvol.comparison.pictures import read_picture
 from texvol.formats.pictures import image
 from texvol.geometry import load_mesh
-from texvol.options.meshes import MeshChoice, mesh
+from texvol.options.files import MeshChoice, mesh
 from texvol.provenance.stored_scene import stored_scene_of
 from texvol.rendering.renderer import Renderer
 from texvol.util.errors import InputError

@@ -20,7 +20,7 @@ from texvol.formats.pictures import image
 from texvol.formats.readers import ARGUMENTS, load
 from texvol.provenance.parts import SOURCE
 from texvol.provenance.scene_metadata import ATTRIBUTE, scene_metadata
-from texvol.provenance.stored_scene import StoredScene, scene_from_metadata, stored_scene_of
+from texvol.provenance.stored_scene import StoredScene, stored_scene_of
 from texvol.rendering.renderer import Renderer
 from texvol.scene.scene import Scene
 from texvol.scene.volume import Volume
@@ -73,7 +73,7 @@ def test_the_scene_in_a_header_gives_the_same_picture_bit_for_bit(
     found = stored(tmp_path / "picture.exr", volume=scene.volume, mask=scene.mask, added=scene.added)
     assert picture.any()
     assert found.settings == renderer.settings
-    assert found.slab_thickness == 0.37
+    assert found.settings["slab_thickness"] == 0.37
     again = renderer.render(found.scene, SIZE, **found.settings)
     np.testing.assert_array_equal(again, picture)
 
@@ -140,7 +140,7 @@ def test_the_oracle_s_picture_has_a_scene_and_no_slabs(tmp_path, monkeypatch):
     np.save("noise.npy", VOLUME.values)
     assert main(["raycast", "noise.npy", "-o", "noise.exr", "--size", "24x20"]) == 0
     found = stored("noise.exr")
-    assert found.slab_thickness is None
+    assert "slab_thickness" not in found.settings
     np.testing.assert_array_equal(
         texvol.raycast(found.scene, SIZE).astype(np.float32), read_picture("noise.exr").pixels
     )
@@ -207,8 +207,8 @@ def test_a_volume_may_be_given(drawn: Path) -> None:
 def test_a_volume_without_a_file_has_to_be_given() -> None:
     text = scene_metadata("noise", SCENES["slab"], checksum=True)[ATTRIBUTE]
     with pytest.raises(InputError, match="p: .*without a file, 'noise': give the volume"):
-        scene_from_metadata(text, name="p")
-    assert scene_from_metadata(text, name="p", volume=VOLUME).scene.volume is VOLUME
+        stored_scene_of({ATTRIBUTE: text}, name="p")
+    assert stored_scene_of({ATTRIBUTE: text}, name="p", volume=VOLUME).scene.volume is VOLUME
 
 
 @pytest.mark.parametrize(
@@ -224,7 +224,7 @@ def test_a_volume_without_a_file_has_to_be_given() -> None:
 def test_another_volume_than_the_one_drawn_is_refused(other: Volume, message: str) -> None:
     text = scene_metadata("noise", SCENES["slab"], checksum=True)[ATTRIBUTE]
     with pytest.raises(InputError, match=f"^p: .*{message}"):
-        scene_from_metadata(text, name="p", volume=other)
+        stored_scene_of({ATTRIBUTE: text}, name="p", volume=other)
 
 
 # Headers of texvol 0.3, which said less.
@@ -234,10 +234,10 @@ def test_a_header_of_texvol_0_3_still_serves(drawn: Path, renderer: Renderer) ->
     text = read_picture("noise.exr").attributes[ATTRIBUTE]
     new = ("format", "source", "origin", "direction", "type", "checksum", "settings")
     old = changed(text, **dict.fromkeys(new))
-    found = scene_from_metadata(old, name="noise.exr")
-    assert found.slab_thickness is None
+    found = stored_scene_of({ATTRIBUTE: old}, name="noise.exr")
+    assert "slab_thickness" not in found.settings
     np.testing.assert_array_equal(renderer.render(found.scene, SIZE), read_picture("noise.exr").pixels)
-    wide = scene_from_metadata(changed(old, spacing=[2, 1, 1]), name="noise.exr")  # what --spacing left in it
+    wide = stored_scene_of({ATTRIBUTE: changed(old, spacing=[2, 1, 1])}, name="noise.exr")  # what --spacing left in it
     np.testing.assert_array_equal(wide.scene.volume.spacing, (2, 1, 1))
 
 
@@ -308,7 +308,7 @@ def test_a_header_that_was_tampered_with_is_one_clear_line(what: str, drawn: Pat
     changes, message = WRONG[what]
     text = changed(read_picture("noise.exr").attributes[ATTRIBUTE], **changes)
     with pytest.raises(InputError) as caught:
-        scene_from_metadata(text, name="noise.exr", folder=drawn)
+        stored_scene_of({ATTRIBUTE: text}, name="noise.exr", folder=drawn)
     one_line(caught, "noise.exr", message)
 
 
@@ -317,7 +317,7 @@ def test_a_header_that_was_tampered_with_is_one_clear_line(what: str, drawn: Pat
 )
 def test_a_header_that_is_none_is_one_clear_line(text: str) -> None:
     with pytest.raises(InputError) as caught:
-        scene_from_metadata(text, name="noise.exr")
+        stored_scene_of({ATTRIBUTE: text}, name="noise.exr")
     one_line(caught, "noise.exr", "the scene in its header")
 
 

@@ -15,7 +15,7 @@ from support.scenes import BONE, FOG, random_volume
 from texvol.__main__ import main
 from texvol.comparison.pictures import read_picture
 from texvol.provenance.scene_metadata import ATTRIBUTE, checksum_of, scene_metadata
-from texvol.provenance.stored_scene import StoredScene, scene_from_metadata, stored_scene_of
+from texvol.provenance.stored_scene import StoredScene, stored_scene_of
 from texvol.rendering.renderer import Renderer
 from texvol.scene.added_volume import AddedVolume
 from texvol.scene.mask import Mask
@@ -120,7 +120,7 @@ def test_another_place_of_an_added_volume_is_refused(drawn: Path) -> None:
     metadata = json.loads(text)
     metadata["added"][1]["source"].pop("transform")
     with pytest.raises(InputError, match="added volume 2 of the scene in its header needs a volume of origin 5, 0, 0"):
-        scene_from_metadata(json.dumps(metadata), name="p")
+        stored_scene_of({ATTRIBUTE: json.dumps(metadata)}, name="p")
 
 
 IN_MEMORY = Scene(
@@ -135,18 +135,18 @@ def test_what_has_no_file_has_to_be_given() -> None:
     text = scene_metadata("noise", IN_MEMORY, checksum=True)[ATTRIBUTE]
     given: dict[str, Any] = {"volume": FIRST}
     with pytest.raises(InputError, match="p: the mask of the scene in its header has no file, 'a mask': give"):
-        scene_from_metadata(text, name="p", **given)
+        stored_scene_of({ATTRIBUTE: text}, name="p", **given)
     given["mask"] = IN_MEMORY.mask
     with pytest.raises(InputError, match="p: added volume 1 of .* without a file, 'noise 4': give the volume"):
-        scene_from_metadata(text, name="p", **given)
+        stored_scene_of({ATTRIBUTE: text}, name="p", **given)
     with pytest.raises(InputError, match="p: the mask of added volume 1 of .* has no file, 'other': give"):
-        scene_from_metadata(text, name="p", **given, added=[SECOND])
-    found = scene_from_metadata(text, name="p", **given, added=IN_MEMORY.added).scene
+        stored_scene_of({ATTRIBUTE: text}, name="p", **given, added=[SECOND])
+    found = stored_scene_of({ATTRIBUTE: text}, name="p", **given, added=IN_MEMORY.added).scene
     assert found.mask is IN_MEMORY.mask and found.added[0].mask is IN_MEMORY.added[0].mask
     assert found.added[0].volume is SECOND
     wrong = {"mask": Mask(FIRST.values > 0.4)}
     with pytest.raises(InputError, match="other weights than those of mask"):
-        scene_from_metadata(text, name="p", **given | wrong, added=IN_MEMORY.added)
+        stored_scene_of({ATTRIBUTE: text}, name="p", **given | wrong, added=IN_MEMORY.added)
 
 
 @pytest.mark.parametrize(
@@ -161,8 +161,8 @@ def test_what_has_no_file_has_to_be_given() -> None:
 def test_what_samples_are_is_part_of_a_volume(drawn_as: dict[str, Any], given_as: dict[str, Any], words: str) -> None:
     text = scene_metadata("v", Scene(Volume(LABELS, **drawn_as)), checksum=True)[ATTRIBUTE]
     with pytest.raises(InputError, match=words):
-        scene_from_metadata(text, name="p", volume=Volume(LABELS, **given_as))
-    assert scene_from_metadata(text, name="p", volume=Volume(LABELS, **drawn_as))
+        stored_scene_of({ATTRIBUTE: text}, name="p", volume=Volume(LABELS, **given_as))
+    assert stored_scene_of({ATTRIBUTE: text}, name="p", volume=Volume(LABELS, **drawn_as))
 
 
 def test_a_volume_that_is_moved_twice_is_found_where_it_went(folder: Path) -> None:
@@ -173,7 +173,7 @@ def test_a_volume_that_is_moved_twice_is_found_where_it_went(folder: Path) -> No
     turn[:2, :2] = [[0, -1], [1, 0]]
     scene = Scene(load("first.npy").moved(shift).moved(turn))
     np.testing.assert_array_equal(scene.volume.origin, (-2, 1, 3))
-    found = scene_from_metadata(scene_metadata("first.npy", scene)[ATTRIBUTE], name="p").scene.volume
+    found = stored_scene_of({ATTRIBUTE: scene_metadata("first.npy", scene)[ATTRIBUTE]}, name="p").scene.volume
     np.testing.assert_allclose(found.origin, (-2, 1, 3), atol=1e-12)
     np.testing.assert_allclose(found.world_from_index, turn[:3, :3], atol=1e-12)
 
@@ -216,7 +216,7 @@ def test_a_wrong_header_is_one_line(drawn: Path, keys: list[Any], value: Any, wo
     else:
         at[keys[-1]] = value
     with pytest.raises(InputError, match=words) as caught:
-        scene_from_metadata(json.dumps(metadata), name="p")
+        stored_scene_of({ATTRIBUTE: json.dumps(metadata)}, name="p")
     assert str(caught.value).startswith("p: ") and "\n" not in str(caught.value) and len(str(caught.value)) < 500
 
 

@@ -11,7 +11,7 @@ import pytest
 from support.picture_project import Project, said, waves
 
 from texvol.formats.pictures import image
-from texvol.pytest_plugin.exit_status import status_of
+from texvol.pytest_plugin.summary import status_of
 from texvol.util.version import __version__
 
 pytest_plugins = ("pytester", "support.picture_project")

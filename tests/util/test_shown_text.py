@@ -205,7 +205,7 @@ def test_the_page_of_a_report_may_ask_for_nothing() -> None:
 def test_a_python_warning_of_a_mask_is_safe(folder: Path) -> None:
     """Printed by Python itself, which shows whatever it is given."""
     code = (
-        "import numpy as np, texvol; from texvol.options.mask import _warn_if_elsewhere as w;"
+        "import numpy as np, texvol; from texvol.options.files import _warn_if_elsewhere as w;"
         f"a = texvol.Volume(np.zeros((4, 4, 4)), origin=(9, 9, 9), name={EVIL!r});"
         "w(a, texvol.Volume(np.zeros((4, 4, 4))))"
     )

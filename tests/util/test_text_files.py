@@ -16,9 +16,10 @@ from texvol.annotation.lettering import Lettering
 from texvol.cli import command_line
 from texvol.comparison import limits
 from texvol.geometry import load_mesh
-from texvol.options import transform as transform_options
+from texvol.options import files
 from texvol.options.scene_options import SceneOptions
-from texvol.provenance.stored_scene import scene_from_metadata
+from texvol.provenance.scene_metadata import ATTRIBUTE
+from texvol.provenance.stored_scene import stored_scene_of
 from texvol.pytest_plugin.tables import Tables
 from texvol.scene.transfer import TransferFunction
 from texvol.util import text_files
@@ -36,7 +37,7 @@ JSON: dict[str, Read] = {
     "script": lambda path: script.read(path),
 }
 OTHERS: dict[str, Read] = {
-    "transform": lambda path: transform_options.transform(str(path)).matrix(),
+    "transform": lambda path: files.transform(str(path)).matrix(),
     "mesh": lambda path: load_mesh(path),
     "font": lambda path: Lettering(path),
 }
@@ -116,7 +117,7 @@ def test_json_that_cannot_be_used_is_refused(tmp_path: Path, kind: str, what: st
 @pytest.mark.parametrize("what", BAD_JSON)
 def test_headers_that_cannot_be_used_are_refused(what: str) -> None:
     with pytest.raises(InputError, match="^a.exr: the scene in its header"):
-        scene_from_metadata(BAD_JSON[what], name="a.exr")
+        stored_scene_of({ATTRIBUTE: BAD_JSON[what]}, name="a.exr")
 
 
 @pytest.mark.parametrize("number", ["NaN", "Infinity", "-Infinity", "1" + "0" * 400, "1e999"])

@@ -30,18 +30,13 @@ def add_depth(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
 
 
-def check_depth(arguments: argparse.Namespace, scene_options: options.SceneOptions) -> None:
-    """Raise InputError if --depth does not fit the other options, or its file can't be written."""
-    if not arguments.depth:
-        return
-    if scene_options.mode != "isosurface":
-        raise InputError(f"--depth needs --mode isosurface, got --mode {scene_options.mode}")
-    if vars(arguments).get("orbit") is not None:
-        raise InputError("--depth needs a single picture: leave --orbit out")
-    depth_picture.check_writable(arguments.depth)
-
-
-def check_outputs_apart(arguments: argparse.Namespace, scene_options: options.SceneOptions) -> None:
-    """Raise InputError if two outputs are one file, or an output is also an input."""
+def check_outputs(arguments: argparse.Namespace, scene_options: options.SceneOptions) -> None:
+    """Raise InputError if --depth does not fit the other options, or two outputs, or output and input, are one file."""
+    if arguments.depth:
+        if scene_options.mode != "isosurface":
+            raise InputError(f"--depth needs --mode isosurface, got --mode {scene_options.mode}")
+        if vars(arguments).get("orbit") is not None:
+            raise InputError("--depth needs a single picture: leave --orbit out")
+        depth_picture.check_writable(arguments.depth)
     outputs = {"--output": arguments.output, "--depth": arguments.depth, "--stats": vars(arguments).get("stats")}
     writing.check_apart(outputs, (scene_options.volume, arguments.scene, scene_options.transfer_function))

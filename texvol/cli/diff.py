@@ -81,7 +81,9 @@ def _add_output(parser: argparse.ArgumentParser) -> None:
     output.add_argument(
         "--output", type=texts.file_name, metavar="FILE", help="picture of the absolute difference: EXR, PNG or JPEG"
     )
-    output.add_argument("--gain", type=_limit, metavar="G", help="factor on the difference in --output (1)")
+    output.add_argument(
+        "--gain", type=_limit, metavar="G", default=1.0, help="factor on the difference in --output (1)"
+    )
     output.add_argument(
         "--detailed-exitcode", action="store_true",
         help=f"status {NEW}: no reference yet, {WORSE}: farther from the oracle, {BETTER}: closer to the oracle, "
@@ -90,10 +92,7 @@ def _add_output(parser: argparse.ArgumentParser) -> None:
 
 
 def _limit(text: str) -> float:
-    try:
-        number = float(text)
-    except ValueError:
-        number = float("nan")
+    (number,) = texts.numbers(text, "a number of at least 0", 1, finite=False)
     if not number >= 0:
         raise argparse.ArgumentTypeError(f"must be a number of at least 0, got {text!r}")
     return number
@@ -189,7 +188,7 @@ def _write(arguments: argparse.Namespace, outcome: Outcome) -> None:
     writing.write_files(files)
 
 
-def _difference_picture(path: str, outcome: Outcome, gain: float | None) -> bytes:
+def _difference_picture(path: str, outcome: Outcome, gain: float) -> bytes:
     """Return the file of the absolute differences in linear light; EXR also has the difference of the opacity."""
     import numpy as np
 
@@ -197,8 +196,7 @@ def _difference_picture(path: str, outcome: Outcome, gain: float | None) -> byte
     from texvol.formats.pictures import image
 
     ours, theirs = compared_pixels(outcome)
-    difference = np.abs(ours - theirs) * np.float32(1 if gain is None else gain)
-    return image.encoded(path, difference, {"texvol:gain": f"{1 if gain is None else gain:g}"})
+    return image.encoded(path, np.abs(ours - theirs) * np.float32(gain), {"texvol:gain": f"{gain:g}"})
 
 
 def _status(outcome: Outcome, *, detailed: bool) -> int:
@@ -216,16 +214,14 @@ def in_words(outcome: Outcome) -> str:
     """Return the outcome as text for a terminal."""
     lines = [f"{outcome.status}: {outcome.candidate.name}, held against {outcome.reference.name}"]
     lines += [f"  {each}" for each in (*outcome.violations, *outcome.scene_words)]
-    lines += [f"  {each.words}{_fraction(each.explained)}" for each in outcome.kinds]
+    for each in outcome.kinds:
+        fraction = f" ({100 * each.explained:.3g}% of the squared difference)" if each.explained > 0 else ""
+        lines.append(f"  {each.words}{fraction}")
     lines += [f"  {outcome.three_way.words}"] if outcome.three_way and not outcome.is_equal else []
     lines += [f"  {each}" for each in outcome.notes]
     if outcome.measures is not None:
         lines += ["", *_table(outcome)]
     return "\n".join(map(shown_line, lines))
-
-
-def _fraction(explained: float) -> str:
-    return f" ({100 * explained:.3g}% of the squared difference)" if explained > 0 else ""
 
 
 def _table(outcome: Outcome) -> list[str]:
@@ -246,12 +242,10 @@ def _table(outcome: Outcome) -> list[str]:
     if measures.max_error > 0:
         both = f"{_rgba(values[0])}, the reference {_rgba(values[1])}"
         lines.append(f"{'worst pixel':16}column {column}, row {row}: {both}")
-    shown = ", ".join(f"{name} {number:.3g}" for name, number in limits.as_json().items() if _is_number(number))
+    shown = ", ".join(
+        f"{name} {number:.3g}" for name, number in limits.as_json().items() if isinstance(number, int | float)
+    )
     return [*lines, f"{'limits':16}{limits.source}: {shown}"]
-
-
-def _is_number(number: object) -> bool:
-    return isinstance(number, int | float)
 
 
 def _rgba(values: tuple[float, ...]) -> str:

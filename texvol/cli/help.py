@@ -13,9 +13,11 @@ import sys
 from typing import Any
 
 from texvol.util.errors import InputError
+from texvol.util.package import PACKAGE
 from texvol.util.terminal import say
 
 INDEX = "index"
+_FOLDER = PACKAGE / "docs"
 _LISTED = re.compile(r"^- \[(?P<title>.+?)\]\((?P<topic>[\w-]+)\.md\): (?P<line>.+?)\.?$", re.MULTILINE)
 _WIDEST = 100  # columns of a terminal that a page is laid out for
 
@@ -34,13 +36,13 @@ def add_help_command(commands: Any) -> None:
 def topics() -> dict[str, str]:
     """Names of the pages and their line in the index, in its order; pages that it does not list come last."""
     listed = {found["topic"]: found["line"] for found in _LISTED.finditer(page(INDEX))}
-    names = sorted(each.name.removesuffix(".md") for each in _folder().iterdir() if each.name.endswith(".md"))
-    return listed | {name: _title(name) for name in names if name not in listed and name != INDEX}
+    further = sorted({each.stem for each in _FOLDER.glob("*.md")} - {*listed, INDEX})
+    return listed | {name: page(name).split("\n", 1)[0].lstrip("# ") for name in further}
 
 
 def page(topic: str) -> str:
     """Markdown of a page."""
-    return str((_folder() / f"{topic}.md").read_text(encoding="utf-8"))
+    return (_FOLDER / f"{topic}.md").read_text(encoding="utf-8")
 
 
 def contents() -> str:
@@ -64,16 +66,6 @@ def _run(topic: str | None, commands: dict[str, argparse.ArgumentParser]) -> Non
         near = difflib.get_close_matches(topic, [*topics(), *commands], n=1)
         hint = f"did you mean {near[0]!r}?" if near else "texvol help lists the topics"
         raise InputError(f"topic {topic!r} not found; {hint}")
-
-
-def _folder() -> Any:
-    from importlib.resources import files
-
-    return files("texvol") / "docs"
-
-
-def _title(topic: str) -> str:
-    return page(topic).split("\n", 1)[0].lstrip("# ")
 
 
 def _show(markdown: str) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from math import gcd
 from typing import Any
 
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 
 from texvol.formats.readers import resampling
 from texvol.scene.air import hounsfield_by
-from texvol.scene.lone_extremes import lone_extremes
+from texvol.scene.lone_extremes import LoneExtreme, lone_extremes
 from texvol.scene.volume import Volume
 from texvol.util.shown_text import shown_line
 from texvol.util.statistics import chunks, finite
@@ -46,13 +47,14 @@ def metadata(volume: Volume) -> dict[str, Any]:
     is_whole = volume.values.dtype.kind in "iu"
     percentiles, used = _percentiles(volume.values)
     edges, bins = _histogram(volume.values, low, high)
-    samples = volume.values.size
     return {
         "name": volume.name,
         "dimensions": list(volume.dimensions),
         "type": volume.values.dtype.name,
         "spacing": _numbers(volume.spacing),
-        **_units(volume),
+        "unit": volume.unit,
+        "value_unit": volume.value_unit,
+        "hounsfield": hounsfield_by(volume) or None,
         "space": volume.space,
         "origin": _numbers(volume.origin),
         "direction": [_numbers(row) for row in volume.direction],
@@ -64,55 +66,42 @@ def metadata(volume: Volume) -> dict[str, Any]:
         "labels": _labels(volume),
         "color": volume.colors is not None,
         "extinction_unit": f"per {volume.unit or 'world unit'}",
-        "samples": samples,
-        "finite_count": counts["finite"],
-        "nan_count": counts["nan"],
-        "inf_count": counts["inf"],
+        "samples": volume.values.size,
+        **counts,
         "value_range": None if low is None or high is None else [_number(low, is_whole), _number(high, is_whole)],
         "mean": _number(mean),
-        "lone_extremes": _lone(volume),
+        "lone_extremes": [_lone(each) for each in lone_extremes(volume)],
         "percentiles": percentiles,
         "percentile_samples": used,
         "histogram": {"edges": edges, "counts": bins},
-        "memory": {
-            "data_bytes": volume.values.nbytes + (0 if volume.colors is None else volume.colors.nbytes),
-            "texture_bytes": {name: samples * size for name, size in _TEXEL_BYTES.items()},
-            "gradient_bytes": samples * _gradient_texel_bytes(volume.values.dtype),
-        },
+        "memory": _memory(volume),
     }
 
 
 def text(metadata: dict[str, Any]) -> str:
     """Return a page of text about the volume from its `metadata`."""
-    unit = metadata["unit"]
-    unit_name = unit or "world units (the file names none)"
-    memory = metadata["memory"]
+    unit, memory = metadata["unit"], metadata["memory"]
     textures = ", ".join(f"{name} {_bytes(size)}" for name, size in memory["texture_bytes"].items())
     with_gradients = f"{_bytes(memory['gradient_bytes'])} (light, contours in post and integrated)"
     rows = [
         ("dimensions", f"{_row(metadata['dimensions'], ' x ')}  ({metadata['samples']} samples of {metadata['type']})"),
-        ("spacing", f"{_row(metadata['spacing'], ' x ')} {unit_name}"),
+        ("spacing", f"{_row(metadata['spacing'], ' x ')} {unit or 'world units (the file names none)'}"),
         ("extent", f"{_row(metadata['extent'], ' x ')} {unit}".rstrip()),
         ("world", f"{_row(metadata['box_min'])}  to  {_row(metadata['box_max'])}"),
         ("axes", metadata["space"] or "the file does not name the directions of the world axes"),
         ("origin", _row(metadata["origin"])),
         ("direction", "; ".join(_row(row) for row in metadata["direction"])),
         ("extinction", metadata["extinction_unit"]),
-        *(_label_rows(metadata) if metadata["labels"] else [_value_row(metadata)]),
+        *(_titled("labels", _label_lines(metadata)) if metadata["labels"] else [("values", _values(metadata))]),
         *([("value unit", _unit_row(metadata))] if metadata["value_unit"] or metadata["hounsfield"] else []),
         *([("colour", "each sample has its own; the value is its amount")] if metadata["color"] else []),
-        *(
-            (
-                ("alone" if number == 0 else "", line)
-                for number, line in enumerate(_lone_lines(metadata["lone_extremes"]))
-            )
-        ),
+        *_titled("alone", map(_lone_line, metadata["lone_extremes"])),
         ("not finite", f"{metadata['nan_count']} NaN, {metadata['inf_count']} infinite"),
         ("memory", f"data {_bytes(memory['data_bytes'])}; texture {textures}"),
         ("", f"texture with gradients {with_gradients}"),
     ]
-    lines = [] if metadata["resampling"] is None else resampling.text(metadata["resampling"])
-    rows += [("resampled" if number == 0 else "", line) for number, line in enumerate(lines)]
+    if metadata["resampling"] is not None:
+        rows += _titled("resampled", resampling.text(metadata["resampling"]))
     rows += [("note", note) for note in metadata["notes"]]
     page = [metadata["name"], "", *(f"{name:<12}{value}" for name, value in rows)]
     if metadata["value_range"] is not None and not metadata["labels"]:
@@ -120,8 +109,16 @@ def text(metadata: dict[str, Any]) -> str:
     return "\n".join(map(shown_line, page))
 
 
-def _units(volume: Volume) -> dict[str, str | None]:
-    return {"unit": volume.unit, "value_unit": volume.value_unit, "hounsfield": hounsfield_by(volume) or None}
+def _memory(volume: Volume) -> dict[str, Any]:
+    """Return bytes of the samples, and of their textures without gradients, by texel format, and with gradients."""
+    values, colors = volume.values, volume.colors
+    # A texel of value and gradient has four numbers: of 16 bits for 8- and 16-bit integers, else of 32 bits.
+    gradient_texel = 4 * (2 if values.dtype.kind in "iu" and values.itemsize <= 2 else 4)
+    return {
+        "data_bytes": values.nbytes + (0 if colors is None else colors.nbytes),
+        "texture_bytes": {name: values.size * size for name, size in _TEXEL_BYTES.items()},
+        "gradient_bytes": values.size * gradient_texel,
+    }
 
 
 def _labels(volume: Volume) -> dict[str, Any] | None:
@@ -134,16 +131,14 @@ def _labels(volume: Volume) -> dict[str, Any] | None:
     return {"count": len(found.labels), "first": [{"label": label, "samples": count} for label, count in first]}
 
 
-def _lone(volume: Volume) -> list[dict[str, Any]]:
-    return [
-        {"missing" if key == "text" else key: value for key, value in each._asdict().items()}
-        for each in lone_extremes(volume)
-    ]
+def _lone(extreme: LoneExtreme) -> dict[str, Any]:
+    found = extreme._asdict()
+    return {("missing" if key == "text" else key): value for key, value in found.items()}
 
 
-def _value_row(metadata: dict[str, Any]) -> tuple[str, str]:
+def _values(metadata: dict[str, Any]) -> str:
     extent = metadata["value_range"]
-    return "values", f"{_row(extent, ' to ')}, mean {_digits(metadata['mean'])}" if extent else "none is finite"
+    return f"{_row(extent, ' to ')}, mean {_digits(metadata['mean'])}" if extent else "none is finite"
 
 
 def _unit_row(metadata: dict[str, Any]) -> str:
@@ -152,32 +147,27 @@ def _unit_row(metadata: dict[str, Any]) -> str:
     return "HU, Hounsfield units" if metadata["hounsfield"] else metadata["value_unit"]
 
 
-def _lone_lines(lone: list[dict[str, Any]]) -> list[str]:
-    """Return a line for each value that is far from all others."""
-    lines = []
-    for each in lone:
-        count = "1 sample" if each["samples"] == 1 else f"{each['samples']} samples"
-        low, high = each["others"]
-        far = f"far from all others ({_digits(low)} to {_digits(high)})"
-        lines.append(f"{each['missing']} in {count}, {far}: if it marks missing samples, --missing {each['missing']}")
-    return lines
+def _titled(title: str, lines: Iterable[str]) -> Iterator[tuple[str, str]]:
+    """Yield rows of lines under one title."""
+    for number, line in enumerate(lines):
+        yield "" if number else title, line
 
 
-def _label_rows(metadata: dict[str, Any]) -> list[tuple[str, str]]:
-    """Return the number of labels, and lines that list the first labels."""
+def _lone_line(lone: dict[str, Any]) -> str:
+    count = "1 sample" if lone["samples"] == 1 else f"{lone['samples']} samples"
+    low, high = map(_digits, lone["others"])
+    far = f"far from all others ({low} to {high})"
+    return f"{lone['missing']} in {count}, {far}: if it marks missing samples, --missing {lone['missing']}"
+
+
+def _label_lines(metadata: dict[str, Any]) -> list[str]:
+    """Return a line with the number of labels, and lines that list the first labels."""
     labels = metadata["labels"]
     named = [f"{each['label']}: {each['samples']}" for each in labels["first"]]
-    lines = [", ".join(named[at : at + _LABELS_A_ROW]) for at in range(0, len(named), _LABELS_A_ROW)]
     more = labels["count"] - len(named)
-    extent = _row(metadata["value_range"], " to ")
-    count = f"{labels['count']}, from {extent}, with numbers of samples"
+    count = f"{labels['count']}, from {_row(metadata['value_range'], ' to ')}, with numbers of samples"
     count += f"; {more} more are not listed" if more else ""
-    return [("labels", count), *(("", line) for line in lines)]
-
-
-def _gradient_texel_bytes(dtype: np.dtype[Any]) -> int:
-    """Return bytes per texel of value and gradient: 16-bit numbers for 8- and 16-bit integers, else 32-bit."""
-    return 4 * (2 if dtype.kind in "iu" and dtype.itemsize <= 2 else 4)
+    return [count, *(", ".join(named[at : at + _LABELS_A_ROW]) for at in range(0, len(named), _LABELS_A_ROW))]
 
 
 def _summary(values: NDArray[Any]) -> tuple[Any, Any, float | None, dict[str, int]]:
@@ -195,7 +185,7 @@ def _summary(values: NDArray[Any]) -> tuple[Any, Any, float | None, dict[str, in
         seen += known.size
         # Divided before it is summed: the sum of values near 1e308 would be infinite.
         mean += float((known.astype(np.float64) / known.size).sum() - mean) * (known.size / seen)
-    counts = {"finite": seen, "nan": nans, "inf": values.size - seen - nans}
+    counts = {"finite_count": seen, "nan_count": nans, "inf_count": values.size - seen - nans}
     return low, high, mean if seen else None, counts
 
 
@@ -208,10 +198,8 @@ def _percentiles(values: NDArray[Any]) -> tuple[dict[str, float | None], int]:
     samples = finite(values.reshape(-1)[::step])
     if samples.dtype == np.float16:
         samples = samples.astype(np.float32)
-    if not samples.size:
-        return {f"{percentage:g}": None for percentage in PERCENTAGES}, 0
     with np.errstate(over="ignore", invalid="ignore"):
-        found = np.percentile(samples, PERCENTAGES)
+        found = np.percentile(samples, PERCENTAGES) if samples.size else [None] * len(PERCENTAGES)
     by_name = {f"{percentage:g}": _number(number) for percentage, number in zip(PERCENTAGES, found, strict=True)}
     return by_name, samples.size
 
@@ -246,14 +234,14 @@ def _number(number: Any, is_whole: bool = False) -> float | int | None:
 
 
 def _percentile_lines(metadata: dict[str, Any]) -> list[str]:
-    names, numbers = list(metadata["percentiles"]), [_digits(number) for number in metadata["percentiles"].values()]
-    widths = [max(len(name) + 1, len(number)) for name, number in zip(names, numbers, strict=True)]
+    columns = [(f"{name}%", _digits(number)) for name, number in metadata["percentiles"].items()]
+    widths = [max(map(len, column)) for column in columns]
     lines = [
-        "percentile  " + "  ".join(f"{name + '%':>{width}}" for name, width in zip(names, widths, strict=True)),
-        "value       " + "  ".join(f"{number:>{width}}" for number, width in zip(numbers, widths, strict=True)),
+        f"{title:12}" + "  ".join(f"{cell:>{width}}" for cell, width in zip(cells, widths, strict=True))
+        for title, cells in zip(("percentile", "value"), zip(*columns, strict=True), strict=True)
     ]
-    if metadata["percentile_samples"] < metadata["finite_count"]:
-        used, finite = metadata["percentile_samples"], metadata["finite_count"]
+    used, finite = metadata["percentile_samples"], metadata["finite_count"]
+    if used < finite:
         lines.append(f"            from {used} of {finite} samples, evenly spread")
     return lines
 

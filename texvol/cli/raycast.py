@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from texvol.cli.common import add_depth, check_depth, check_outputs_apart
+from texvol.cli.common import add_depth, check_outputs
 from texvol.formats.pictures import depth as depth_picture
 from texvol.formats.pictures import image
 from texvol.options import reading as reading_options
@@ -28,8 +28,7 @@ def run(arguments: argparse.Namespace) -> None:
     """Ray cast the scene and write the picture."""
     scene_options = options.SceneOptions(arguments)
     image.check_writable(arguments.output)
-    check_depth(arguments, scene_options)
-    check_outputs_apart(arguments, scene_options)
+    check_outputs(arguments, scene_options)
     scene = scene_options.scene(scene_options.load(), in_8_bits=not is_exact(arguments.output))
 
     from texvol.ray_casting import raycast

@@ -5,9 +5,10 @@ from __future__ import annotations
 import argparse
 import json
 import time
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from texvol.cli.common import add_backend, add_depth, check_depth, check_outputs_apart
+from texvol.cli.common import add_backend, add_depth, check_outputs
 from texvol.formats.films import containers as film_formats
 from texvol.formats.films import film
 from texvol.formats.pictures import depth as depth_picture
@@ -88,7 +89,8 @@ def _add_orbit(parser: argparse.ArgumentParser) -> None:
         "The camera turns once around the target, about --up. Without --eye and --height all views have the same "
         "framing, and the whole box is visible in each. --max-error applies to the first view.",
     )
-    group.add_argument("--orbit", type=texts.views, metavar="N", help="N views, 360/N degrees apart")
+    views = partial(texts.count, what="views")
+    group.add_argument("--orbit", type=views, metavar="N", help="N views, 360/N degrees apart")
     group.add_argument("--fps", type=texts.frames_per_second, metavar="F", help="frames per second of a film (30)")
 
 
@@ -126,7 +128,8 @@ def run(arguments: argparse.Namespace) -> None:
         files[arguments.depth] = depth_picture.encoded(arguments.depth, depth)
     if arguments.stats:
         seconds = {"load": loaded - start, "upload": 0.0} | stats["seconds"]
-        files[arguments.stats] = _json(stats | {"seconds": seconds} | sequence_stats)
+        content = stats | {"seconds": seconds} | sequence_stats
+        files[arguments.stats] = (json.dumps(content, indent=2, allow_nan=False) + "\n").encode()
     writing.write_files(files)
     if check is not None and arguments.check:
         say(check.sentence)
@@ -173,10 +176,6 @@ def _draw_frames(
     return {kind: sequences.draw_frames(frames, renderer, *target, **how)}
 
 
-def _json(content: dict[str, Any]) -> bytes:
-    return (json.dumps(content, indent=2, allow_nan=False) + "\n").encode()
-
-
 def _check(arguments: argparse.Namespace, scene_options: options.SceneOptions) -> None:
     """Raise InputError, before the volume is loaded, if options conflict or an output can't be written."""
     if not scene_options.all_times:
@@ -185,8 +184,7 @@ def _check(arguments: argparse.Namespace, scene_options: options.SceneOptions) -
         raise InputError("--time all draws every step once: leave --orbit, --depth and --repeat out")
     if arguments.stats:
         writing.check_writable(arguments.stats)
-    check_depth(arguments, scene_options)
-    check_outputs_apart(arguments, scene_options)
+    check_outputs(arguments, scene_options)
     if arguments.repeat < 1:
         raise InputError(f"--repeat must be at least 1, got {arguments.repeat}")
     if arguments.check and (arguments.orbit is not None or scene_options.all_times):

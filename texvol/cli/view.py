@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 from texvol.formats.pictures import image
@@ -33,7 +34,8 @@ def add_view(commands: Any) -> None:
     played = parser.add_argument_group("recorded input")
     played.add_argument("--script", metavar="FILE", help="play this input back")
     played.add_argument("--record", type=texts.file_name, metavar="FILE", help="write the input as a script")
-    played.add_argument("--frames", type=texts.frames, metavar="N", help="close the window after N frames")
+    frames = partial(texts.count, what="frames")
+    played.add_argument("--frames", type=frames, metavar="N", help="close the window after N frames")
     played.add_argument(
         "--screenshot", type=texts.file_name, metavar="FILE", help="picture of the window before it closes"
     )

@@ -154,7 +154,7 @@ def _says_how(header: Mapping[str, Any]) -> bool:
 def _shown_as(header: Mapping[str, Any], name: str) -> StoredScene:
     """Return the display of a header as a stored scene, whose volume is a single sample and means nothing."""
     from texvol.provenance.scene_metadata import scene_metadata
-    from texvol.provenance.stored_scene import scene_from_metadata
+    from texvol.provenance.stored_scene import stored_scene_of
     from texvol.scene.scene import Scene
     from texvol.scene.volume import Volume
 
@@ -162,7 +162,7 @@ def _shown_as(header: Mapping[str, Any], name: str) -> StoredScene:
     plain = json.loads(scene_metadata("", Scene(volume, mode="mip"))[SCENE_ATTRIBUTE])
     kept = ("mode", "background", "transfer_function", *SHOWING)
     text = json.dumps(plain | {key: header[key] for key in kept if key in header})
-    return scene_from_metadata(text, name=name, volume=volume)
+    return stored_scene_of({SCENE_ATTRIBUTE: text}, name=name, volume=volume)
 
 
 def _as_found(numbers: Picture) -> StoredScene:

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from texvol.annotation import PARTS
-from texvol.options import cutting as cut
+from texvol.options import files, texts
 from texvol.options import light as lit
-from texvol.options import meshes as geometry
-from texvol.options import texts
 from texvol.options.scene_option import SceneOption
 from texvol.options.volumes import ADD, LOOK, OF_ADDED, POSITION, OfAdded
 from texvol.scene.lighting import Lighting
@@ -107,11 +105,11 @@ GROUPS: tuple[tuple[str, str | None, tuple[SceneOption | OfAdded, ...]], ...] = 
         "Only the part of the volume inside all of these is visible.",
         (
             SceneOption(
-                "clip", cut.clip_plane, "NX,NY,NZ,D",
+                "clip", texts.clip_plane, "NX,NY,NZ,D",
                 "keep points with NX x + NY y + NZ z >= D, world units; repeat it for more planes",
-                cut.clip_plane_table,
+                texts.clip_plane_table,
             ),
-            SceneOption("crop", cut.crop_box, "X0,X1,Y0,Y1,Z0,Z1", "keep this box, world units"),
+            SceneOption("crop", texts.crop_box, "X0,X1,Y0,Y1,Z0,Z1", "keep this box, world units"),
             SceneOption(
                 "caps", bool, "", "cut faces of the medium are opaque, in its own colour (default: no)"
             ),
@@ -122,10 +120,10 @@ GROUPS: tuple[tuple[str, str | None, tuple[SceneOption | OfAdded, ...]], ...] = 
         None,
         (
             SceneOption(
-                "mesh", geometry.mesh, "FILE[:R,G,B][:A]",
+                "mesh", files.mesh, "FILE[:R,G,B][:A]",
                 "surface in the volume, PLY, STL, OBJ or VTP, world units; with a linear colour and an opacity that "
                 "replace those of the file; repeat it for more meshes",
-                geometry.mesh_table,
+                files.mesh_table,
             ),
         ),
     ),

@@ -7,21 +7,18 @@ only; `depth`, shading by depth; and `none`. In a scene file a light may be a ta
 
 A depth cue is `S` or `S,R,G,B`, each with `:NEAR,FAR` for the depths between which it grows, one of which may be left
 out; in a scene file also {strength = 0.5, color = [0, 0, 0], near = 100, far = 300}.
-
-Converters raise argparse.ArgumentTypeError; the caller adds the name of the option.
 """
 
 from __future__ import annotations
 
 import argparse
-import math
-from collections.abc import Callable, Mapping
-from typing import Any, TypeVar, cast
+from collections.abc import Mapping
+from typing import Any, cast
 
+from texvol.options import texts
 from texvol.scene.display import NUMBER_MODES, Window, checked_window
 from texvol.scene.gradient import Estimator, EstimatorKind
 from texvol.scene.lighting import LIGHT_KINDS, DepthCue, Light, Lighting, LightKind, Triple
-from texvol.scene.scene import MODES
 from texvol.util.errors import InputError
 
 AMBIENT, DEPTH, NO_LIGHT = "ambient", "depth", "none"
@@ -46,8 +43,8 @@ _FOR_MODES = {
     "window": NUMBER_MODES,
     **dict.fromkeys(("caps", "add", "label-look"), ("composite",)),
 }
-
-T = TypeVar("T")
+# Options of a scene file that are dropped if the command line has this option.
+_REPLACED_BY = {"tf": ("coloring", "label-look"), "window": ("coloring",), "label-look": ("tf", "materials")}
 
 
 def light(text: str) -> Light | str:
@@ -61,9 +58,9 @@ def light(text: str) -> Light | str:
         raise argparse.ArgumentTypeError(f"must be {_LIGHT_FORMS}, got {text!r}")
     key = _TABLE_KEYS[kind][0] if kind != "head" else ""
     triple = parts.pop(0) if key and parts else ""
-    vector = cast(Triple, _numbers(triple, f"a {key} X,Y,Z", 3)) if triple else None
+    vector = cast(Triple, texts.numbers(triple, f"a {key} X,Y,Z", 3)) if triple else None
     color = _light_color(parts[0]) if parts else Light.color
-    return _checked(lambda: Light(cast(LightKind, kind), vector, color))
+    return texts.made(lambda: Light(cast(LightKind, kind), vector, color), names_option=True)
 
 
 def light_table(table: Mapping[str, Any]) -> Light | str:
@@ -77,20 +74,13 @@ def light_table(table: Mapping[str, Any]) -> Light | str:
         raise argparse.ArgumentTypeError(
             f"unknown key {unknown[0]!r} for kind {kind}; keys are {', '.join(('kind', *known))}"
         )
-    parts = [as_text(table.get(key, "")) for key in known]
-    while parts and not parts[-1]:
-        parts.pop()
-    return light(":".join([kind, *parts]))
-
-
-def as_text(value: Any) -> str:
-    """Return a scene-file value as the text of the command line."""
-    return ",".join(str(part) for part in value) if isinstance(value, list) else str(value)
+    parts = [texts.as_text(table.get(key, "")) for key in known]
+    return light(":".join([kind, *parts]).rstrip(":"))
 
 
 def fraction(text: str) -> float:
     """Return a number of at least 0."""
-    (value,) = _numbers(text, "a number of at least 0", 1)
+    (value,) = texts.numbers(text, "a number of at least 0", 1)
     if value < 0:
         raise argparse.ArgumentTypeError(f"must be a number of at least 0, got {text!r}")
     return value
@@ -98,7 +88,7 @@ def fraction(text: str) -> float:
 
 def finite(text: str) -> float:
     """Return a finite number."""
-    return _numbers(text, "a finite number", 1)[0]
+    return texts.numbers(text, "a finite number", 1)[0]
 
 
 def gradient(text: str) -> Estimator:
@@ -106,17 +96,17 @@ def gradient(text: str) -> Estimator:
     kind, colon, scale = (part.strip() for part in text.partition(":"))
     if colon and kind != "gaussian":
         raise argparse.ArgumentTypeError(f"must be central, zucker-hummel or gaussian[:SCALE], got {text!r}")
-    numbers = _numbers(scale, "gaussian:SCALE, with SCALE a number of samples", 1) if colon else ()
-    return _checked(lambda: Estimator(cast(EstimatorKind, kind), *numbers))
+    numbers = texts.numbers(scale, "gaussian:SCALE, with SCALE a number of samples", 1) if colon else ()
+    return texts.made(lambda: Estimator(cast(EstimatorKind, kind), *numbers), names_option=True)
 
 
 def depth_cue(text: str) -> DepthCue:
     """Return the depth cue of "S[,R,G,B][:NEAR,FAR]"."""
     look, _, ends = text.partition(":")
-    numbers = _numbers(look, "a strength S, or S,R,G,B", 1, 4)
+    numbers = texts.numbers(look, "a strength S, or S,R,G,B", 1, 4)
     color = cast(Triple, numbers[1:]) if len(numbers) > 1 else DepthCue.color
     near, far = _ends(ends) if ":" in text else (None, None)
-    return _checked(lambda: DepthCue(numbers[0], color, near, far))
+    return texts.made(lambda: DepthCue(numbers[0], color, near, far), names_option=True)
 
 
 def depth_cue_value(value: Any) -> DepthCue:
@@ -124,7 +114,7 @@ def depth_cue_value(value: Any) -> DepthCue:
     if isinstance(value, bool):
         raise argparse.ArgumentTypeError(f"must be a strength S, or S,R,G,B, got {value!r}")
     if not isinstance(value, Mapping):
-        return depth_cue(as_text(value))
+        return depth_cue(texts.as_text(value))
     unknown = [key for key in value if key not in ("strength", "color", "near", "far")]
     if unknown or "strength" not in value:
         raise argparse.ArgumentTypeError(f"keys must be strength, color, near and far, got {dict(value)!r}")
@@ -132,9 +122,9 @@ def depth_cue_value(value: Any) -> DepthCue:
     parts: dict[str, Any] = {}
     for key, each in value.items():
         form, count = expected.get(key, (f"{key}, a depth in world units", 1))
-        numbers = _numbers(as_text(each), form, count)
+        numbers = texts.numbers(texts.as_text(each), form, count)
         parts[key] = numbers if key == "color" else numbers[0]
-    return _checked(lambda: DepthCue(**parts))
+    return texts.made(lambda: DepthCue(**parts), names_option=True)
 
 
 def _ends(text: str) -> tuple[float | None, float | None]:
@@ -142,7 +132,7 @@ def _ends(text: str) -> tuple[float | None, float | None]:
     form = ":NEAR,FAR, depths in world units, one of which may be left out"
     if len(parts) != 2 or not text.strip(", "):
         raise argparse.ArgumentTypeError(f"must be {form}, got {text!r}")
-    near, far = (_numbers(part, form, 1)[0] if part.strip() else None for part in parts)
+    near, far = (texts.numbers(part, form, 1)[0] if part.strip() else None for part in parts)
     return near, far
 
 
@@ -156,7 +146,7 @@ def materials(text: str) -> tuple[str, ...]:
 
 def window(text: str) -> Window:
     """Return (centre, width) in data units."""
-    return _checked(lambda: checked_window(text))
+    return texts.made(lambda: checked_window(text), names_option=True)
 
 
 def with_head_light(chosen: Mapping[str, Any]) -> dict[str, Any]:
@@ -191,16 +181,15 @@ def depth_cue_of(chosen: Mapping[str, Any]) -> DepthCue | None:
 def overridden(file: Mapping[str, Any], line: Mapping[str, Any]) -> dict[str, Any]:
     """Return the options of scene file and command line, without those of the file that the line makes meaningless.
 
-    These are options for another mode, and the other way to show numbers (grey or in colours).
+    These are options for another mode, the other look of a volume (transfer function or look of labels), and the other
+    way to show numbers (grey or in colours).
     """
-    kept = dict(file)
-    if "tf" in line or "window" in line:
-        kept.pop("coloring", None)
+    dropped = {name for option in line for name in _REPLACED_BY.get(option, ())}
     if line.get("coloring") == "tf":
-        kept.pop("window", None)
+        dropped.add("window")
     if "mode" in line:
-        kept = {name: kept[name] for name in kept if line["mode"] in _FOR_MODES.get(name, MODES)}
-    return kept | dict(line)
+        dropped |= {name for name, modes in _FOR_MODES.items() if line["mode"] not in modes}
+    return {name: value for name, value in file.items() if name not in dropped} | dict(line)
 
 
 def check_mode(chosen: Mapping[str, Any]) -> None:
@@ -216,24 +205,5 @@ def check_mode(chosen: Mapping[str, Any]) -> None:
 
 
 def _light_color(text: str) -> Triple:
-    numbers = _numbers(text, "a colour R,G,B or a brightness I", 1, 3)
+    numbers = texts.numbers(text, "a colour R,G,B or a brightness I", 1, 3)
     return cast(Triple, numbers * 3 if len(numbers) == 1 else numbers)
-
-
-def _numbers(text: str, form: str, *counts: int) -> tuple[float, ...]:
-    """Return finite numbers separated by commas, as many as one of `counts`; `form` describes them in the error."""
-    try:
-        numbers = tuple(float(part) for part in text.split(","))
-    except ValueError:
-        numbers = ()
-    if len(numbers) not in counts or not all(map(math.isfinite, numbers)):
-        raise argparse.ArgumentTypeError(f"must be {form}, got {text!r}")
-    return numbers
-
-
-def _checked(make: Callable[[], T]) -> T:
-    """Return `make()`; drop the first word of its InputError, which repeats the option's name."""
-    try:
-        return make()
-    except InputError as error:
-        raise argparse.ArgumentTypeError(str(error).partition(": ")[2]) from None

@@ -39,10 +39,8 @@ READING = {option.name: option for option in _OPTIONS}
 def add_volume_options(parser: argparse.ArgumentParser, *, in_scene_file: bool = False) -> None:
     """Add VOLUME and how it is read; with `in_scene_file`, VOLUME may be left out. --spacing is a scene option."""
     formats = "NRRD, NIfTI, MetaImage, DICOM folder, TIFF, MRC, VTI, VTR, VTS, netCDF, NPY, RAW"
-    if in_scene_file:
-        parser.add_argument("volume", metavar="VOLUME", nargs="?", help=f"{formats}; or the scene file's `volume`")
-    else:
-        parser.add_argument("volume", metavar="VOLUME", help=formats)
+    shown = f"{formats}; or the scene file's `volume`" if in_scene_file else formats
+    parser.add_argument("volume", metavar="VOLUME", nargs="?" if in_scene_file else None, help=shown)
     group = parser.add_argument_group("reading the volume")
     for option in READING.values():
         option.add_to(group)

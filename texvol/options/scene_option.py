@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
-from texvol.options import light as lit
+from texvol.options import texts
 from texvol.util.errors import InputError
 
 
@@ -50,4 +50,4 @@ class SceneOption(NamedTuple):
             return self.table(value)
         if isinstance(value, bool | dict):
             raise InputError(f"{self.name} must be text, a number or an array of numbers, got {value!r}")
-        return self.convert(lit.as_text(value))
+        return self.convert(texts.as_text(value))

@@ -22,12 +22,12 @@ import argparse
 import re
 from collections.abc import Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from texvol.annotation import Annotation
+from texvol.options import files, reading, texts
 from texvol.options import light as lit
-from texvol.options import meshes as geometry
-from texvol.options import reading, scene_file, texts
 from texvol.options import volumes as volume_options
 from texvol.options.groups import GROUPS, SCENE_OPTIONS
 from texvol.scene import orbit as turning
@@ -39,6 +39,7 @@ from texvol.scene.gradient import CENTRAL
 from texvol.scene.scene import Scene
 from texvol.scene.transfer import TransferFunction
 from texvol.scene.volume import Volume
+from texvol.util import text_files
 from texvol.util.errors import InputError
 
 if TYPE_CHECKING:
@@ -81,12 +82,11 @@ class SceneOptions:
         line = {name: given[name] for name in SCENE_OPTIONS if name in given}
         file, self._reading = {}, {"volume": given.get("volume")} | reading.chosen(given)
         if arguments.scene is not None:
-            content = scene_file.read(arguments.scene, SCENE_OPTIONS, reading.READING)
-            file = lit.with_head_light(content.chosen)
+            in_file, reading_in_file = _read(Path(arguments.scene))
+            file = lit.with_head_light(in_file)
             if self._reading["volume"] is None:
-                self._reading = content.reading | reading.chosen(given)
-        file = volume_options.without_other_look(lit.overridden(file, line), line)
-        chosen = self._chosen = lit.with_head_light(file | line)
+                self._reading = reading_in_file | reading.chosen(given)
+        chosen = self._chosen = lit.with_head_light(lit.overridden(file, line))
         self.size: tuple[int, int] = chosen.get("size", DEFAULT_SIZE)
         if min(self.size) < 1:
             raise InputError(f"size must be at least 1x1, got {self.size[0]}x{self.size[1]}")
@@ -129,11 +129,6 @@ class SceneOptions:
     def chose_view(self) -> bool:
         """True if the camera's position or height is given."""
         return "eye" in self._chosen or "height" in self._chosen
-
-    @property
-    def meshes(self) -> tuple[geometry.MeshChoice, ...]:
-        """Files of meshes."""
-        return tuple(self._chosen.get("mesh", ()))
 
     @property
     def transfer_function(self) -> str | None:
@@ -213,7 +208,7 @@ class SceneOptions:
             clip=tuple(chosen.get("clip", ())),
             crop=chosen.get("crop"),
             caps=chosen.get("caps", False),
-            geometry=geometry.meshes(chosen.get("mesh", ())),
+            geometry=files.meshes(chosen.get("mesh", ())),
             mask=volume_options.masked(chosen, volume),
             added=added,
         )
@@ -228,6 +223,39 @@ class SceneOptions:
         medium = volume_options.medium_of(self._chosen, volume)
         # The other modes do not classify.
         return transfer.proposed_for(volume) if medium is None and self.mode == "composite" else medium
+
+
+def _read(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return the scene options of a scene file by name, and `volume` with the options for reading it.
+
+    Paths in a scene file are relative to its folder.
+
+    Raises
+    ------
+    InputError
+        If the file can't be read, is not TOML, or has an unknown key or a wrong value.
+    """
+    chosen: dict[str, Any] = {}
+    told: dict[str, Any] = {}
+    for key, value in text_files.read_toml(path).items():
+        name = key.replace("_", "-")
+        if name == "volume":
+            if not isinstance(value, str) or not value:
+                raise InputError(f"{path}: volume must be the path of a file or folder, got {value!r}")
+            told[name] = str(path.parent / value)
+        elif option := reading.READING.get(name) or SCENE_OPTIONS.get(name):
+            try:
+                (told if name in reading.READING else chosen)[name] = option.from_file(value)
+            except argparse.ArgumentTypeError as error:
+                raise InputError(f"{path}: {key}: {error}") from None
+            except InputError as error:
+                raise InputError(f"{path}: {error}") from None
+        else:
+            known = ", ".join((*SCENE_OPTIONS, "volume", *reading.READING))
+            raise InputError(f"{path}: unknown scene option {key!r}; scene options are {known}")
+    if told and "volume" not in told:
+        raise InputError(f"{path}: {', '.join(told)} needs a volume: name it (volume = …)")
+    return volume_options.beside(chosen, path.parent), told
 
 
 def with_negative_values(line: Sequence[str]) -> list[str]:

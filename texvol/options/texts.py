@@ -1,16 +1,60 @@
-"""Converters of plain option values; each raises argparse.ArgumentTypeError that says what the value must be."""
+"""Converters of plain option values, and their parts that other converters share.
+
+Converters raise argparse.ArgumentTypeError, which says what the value must be; the caller adds the name of the option.
+"""
 
 from __future__ import annotations
 
 import argparse
+import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from typing import Any, TypeVar
 
 import numpy as np
 
 from texvol.scene.air import HOUNSFIELD, Air, checked_air
+from texvol.scene.cutting import ClipPlane, Range, checked_crop
+from texvol.util.errors import InputError
 
 ALL = "all"  # time steps, or pixels
+
+T = TypeVar("T")
+
+
+def numbers(text: str, form: str, *counts: int, finite: bool = True) -> tuple[float, ...]:
+    """Return numbers separated by commas, as many as one of `counts`; `form` describes them in the error."""
+    try:
+        found = tuple(float(part) for part in text.split(","))
+    except ValueError:
+        found = ()
+    if len(found) not in counts or (finite and not all(map(math.isfinite, found))):
+        raise argparse.ArgumentTypeError(f"must be {form}, got {text!r}")
+    return found
+
+
+def is_number(value: Any) -> bool:
+    """True for a number of a scene file."""
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def are_numbers(value: Any, count: int) -> bool:
+    """True for an array of `count` numbers of a scene file."""
+    return isinstance(value, list) and len(value) == count and all(map(is_number, value))
+
+
+def as_text(value: Any) -> str:
+    """Return a scene-file value as the text of the command line."""
+    return ",".join(str(part) for part in value) if isinstance(value, list) else str(value)
+
+
+def made(make: Callable[[], T], *, names_option: bool = False) -> T:
+    """Return `make()`; drop the first word of its InputError if it repeats the option's name."""
+    try:
+        return make()
+    except InputError as error:
+        reason = str(error)
+        raise argparse.ArgumentTypeError(reason.partition(": ")[2] if names_option else reason) from None
 
 
 def size(text: str) -> tuple[int, int]:
@@ -23,23 +67,18 @@ def size(text: str) -> tuple[int, int]:
 
 def triple(text: str) -> tuple[float, float, float]:
     """Return the three numbers of "X,Y,Z"."""
-    try:
-        numbers = tuple(float(part) for part in text.split(","))
-    except ValueError:
-        numbers = ()
-    if len(numbers) != 3:
-        raise argparse.ArgumentTypeError(f"must be three numbers X,Y,Z, got {text!r}")
-    return numbers
+    x, y, z = numbers(text, "three numbers X,Y,Z", 3, finite=False)
+    return x, y, z
 
 
 def color(text: str) -> tuple[float, float, float] | None:
     """Return linear RGB of "R,G,B", or None for "transparent"."""
     if text.strip().lower() in ("transparent", "none"):
         return None
-    numbers = triple(text)
-    if not all(0 <= number < np.inf for number in numbers):
+    rgb = triple(text)
+    if not all(0 <= each < np.inf for each in rgb):
         raise argparse.ArgumentTypeError(f"must be three numbers of at least 0, R,G,B, got {text!r}")
-    return numbers
+    return rgb
 
 
 def dimensions(text: str) -> tuple[int, int, int]:
@@ -52,10 +91,7 @@ def dimensions(text: str) -> tuple[int, int, int]:
 
 def number(text: str) -> float:
     """Return a number."""
-    try:
-        return float(text)
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"must be a number, got {text!r}") from None
+    return numbers(text, "a number", 1, finite=False)[0]
 
 
 def air(text: str) -> Air:
@@ -89,31 +125,29 @@ def sample_values(value: object) -> list[int | float]:
 
 def megabytes(text: str) -> float:
     """Return megabytes of texture memory."""
-    value = number(text)
-    if not 0 < value < 1e12:  # an exabyte: more than any device has, and still exact in bytes
-        raise argparse.ArgumentTypeError(f"must be a number of megabytes over 0 and under 1e12, got {text!r}")
-    return value
+    # An exabyte is more than any device has, and still exact in bytes.
+    return _number_if(text, lambda value: 0 < value < 1e12, "a number of megabytes over 0 and under 1e12")
 
 
 def transmittance(text: str) -> float:
     """Return a transmittance, at least 0 and under 1."""
+    return _number_if(text, lambda value: 0 <= value < 1, "a transmittance of at least 0 and under 1")
+
+
+def frames_per_second(text: str) -> float:
+    """Return frames per second of a film."""
+    return _number_if(text, lambda value: 0.1 <= value <= 1000, "frames per second from 0.1 to 1000")
+
+
+def _number_if(text: str, is_valid: Callable[[float], bool], form: str) -> float:
     value = number(text)
-    if not 0 <= value < 1:
-        raise argparse.ArgumentTypeError(f"must be a transmittance of at least 0 and under 1, got {text!r}")
+    if not is_valid(value):
+        raise argparse.ArgumentTypeError(f"must be {form}, got {text!r}")
     return value
 
 
-def views(text: str) -> int:
-    """Return the number of views of an orbit."""
-    return _count(text, "views")
-
-
-def frames(text: str) -> int:
-    """Return the number of frames that a window shows."""
-    return _count(text, "frames")
-
-
-def _count(text: str, what: str) -> int:
+def count(text: str, what: str) -> int:
+    """Return a number of things, at least 1."""
     if not re.fullmatch(r"\s*\+?\d{1,9}\s*", text) or int(text) < 1:
         raise argparse.ArgumentTypeError(f"must be a number of {what}, at least 1, got {text!r}")
     return int(text)
@@ -121,15 +155,7 @@ def _count(text: str, what: str) -> int:
 
 def pixels(text: str) -> int | str:
     """Return a number of pixels, at least 1, or "all"."""
-    return ALL if text.strip().lower() == ALL else _count(text, "pixels")
-
-
-def frames_per_second(text: str) -> float:
-    """Return frames per second of a film."""
-    value = number(text)
-    if not 0.1 <= value <= 1000:
-        raise argparse.ArgumentTypeError(f"must be frames per second from 0.1 to 1000, got {text!r}")
-    return value
+    return ALL if text.strip().lower() == ALL else count(text, "pixels")
 
 
 def index(text: str) -> int:
@@ -149,6 +175,32 @@ def file_name(text: str) -> str:
     if not text:
         raise argparse.ArgumentTypeError("must be the name of a file, got ''")
     return text
+
+
+def clip_plane(text: str) -> ClipPlane:
+    """Return the plane of "NX,NY,NZ,D"."""
+    x, y, z, offset = numbers(text, "four numbers NX,NY,NZ,D", 4, finite=False)
+    return made(lambda: ClipPlane((x, y, z), offset))
+
+
+def clip_plane_table(table: Mapping[str, Any]) -> ClipPlane:
+    """Return the plane of a scene file's {normal = [NX, NY, NZ], offset = D}."""
+    if set(table) != {"normal", "offset"}:
+        raise argparse.ArgumentTypeError(f"must be {{normal = [X, Y, Z], offset = D}}, got {dict(table)!r}")
+    normal, offset = table["normal"], table["offset"]
+    if not isinstance(normal, list) or len(normal) != 3:
+        raise argparse.ArgumentTypeError(f"clip plane: normal must be three numbers, got {normal!r}")
+    for each in (*normal, offset):
+        if not is_number(each):
+            raise argparse.ArgumentTypeError(f"clip plane: normal and offset must be numbers, got {each!r}")
+    x, y, z = map(float, normal)
+    return made(lambda: ClipPlane((x, y, z), float(offset)))
+
+
+def crop_box(text: str) -> tuple[Range, Range, Range]:
+    """Return the three ranges of "X0,X1,Y0,Y1,Z0,Z1"."""
+    ends = numbers(text, "six numbers X0,X1,Y0,Y1,Z0,Z1", 6, finite=False)
+    return made(lambda: checked_crop((ends[0:2], ends[2:4], ends[4:6])))
 
 
 def choice(*allowed: str) -> Callable[[str], str]:

@@ -14,16 +14,13 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from texvol.options import files, reading, texts
 from texvol.options import light as lit
-from texvol.options import mask as mask_options
-from texvol.options import texts
-from texvol.options import transform as transform_options
-from texvol.options.reading import READING
 from texvol.options.scene_option import SceneOption
 from texvol.scene import transfer
 from texvol.scene.added_volume import AddedVolume
@@ -41,10 +38,7 @@ def _look(text: str) -> LabelLook:
     """Return the look of labels."""
     from texvol.scene.transfer.labels import parse_labels
 
-    try:
-        return parse_labels(text)
-    except InputError as error:
-        raise argparse.ArgumentTypeError(str(error)) from None
+    return texts.made(lambda: parse_labels(text))
 
 
 # Options that each volume of a scene has of its own, beside those for reading it.
@@ -60,21 +54,19 @@ LOOK = (
 POSITION = (
     SceneOption("spacing", texts.triple, "X,Y,Z", "distance of samples, overrides the file's spacing"),
     SceneOption(
-        "transform", transform_options.transform, "M",
+        "transform", files.transform, "M",
         "moves the volume: 4 x 4 matrix of the world, 12 or 16 numbers row by row, or a file of 4 rows",
-        from_value=transform_options.transform_value,
+        from_value=files.transform_value,
     ),
     SceneOption(
-        "mask", mask_options.mask, "FILE[:LOW,HIGH]",
+        "mask", files.mask, "FILE[:LOW,HIGH]",
         "mask file on the volume's grid: of integers, 0 hides a sample; other numbers are weights from 0 to 1; with "
         "LOW,HIGH, weights rise from 0 at LOW to 1 at HIGH",
-        from_value=mask_options.mask_value,
+        from_value=files.mask_value,
     ),
 )  # fmt: skip
 _TIME = SceneOption("time", texts.index, "N", "time step, from 0")
-_OF_ADDED = {
-    option.name: option for option in (*LOOK, *POSITION, *(READING | {"time": _TIME}).values())
-}  # fmt: skip
+_OF_ADDED = {each.name: each for each in (*LOOK, *POSITION, *(reading.READING | {"time": _TIME}).values())}
 
 
 @dataclass(frozen=True)
@@ -83,14 +75,6 @@ class AddedChoice:
 
     file: str
     chosen: Mapping[str, Any] = field(default_factory=dict)
-
-    def with_option(self, name: str, value: Any) -> AddedChoice:
-        """Return the choice with one more option."""
-        return replace(self, chosen={**self.chosen, name: value})
-
-    def beside(self, folder: str | os.PathLike[str]) -> AddedChoice:
-        """Return the choice with its paths relative to a folder."""
-        return AddedChoice(str(Path(folder) / self.file), beside(self.chosen, folder))
 
     def load(self) -> Volume:
         """Return the volume as stored in its file.
@@ -102,8 +86,7 @@ class AddedChoice:
         """
         from texvol.formats.readers import load
 
-        told = {name: self.chosen[name] for name in READING if name in self.chosen}
-        return load(self.file, spacing=self.chosen.get("spacing"), **told)
+        return load(self.file, spacing=self.chosen.get("spacing"), **reading.chosen(self.chosen))
 
     def added_to(self, first: Volume, loaded: Volume, number: int) -> AddedVolume:
         """Return the loaded volume with transfer function and mask, in the world of the scene's first volume.
@@ -132,7 +115,7 @@ def added_table(table: Mapping[str, Any]) -> AddedChoice:
     """Return the choice of a scene file's table."""
     if not isinstance(table.get("file"), str) or not table["file"]:
         raise argparse.ArgumentTypeError(f"must have a file (file = FILE), got {dict(table)!r}")
-    choice = AddedChoice(table["file"])
+    chosen: dict[str, Any] = {}
     for key, value in table.items():
         name = key.replace("_", "-")
         if name == "file":
@@ -140,11 +123,11 @@ def added_table(table: Mapping[str, Any]) -> AddedChoice:
         if name not in _OF_ADDED:
             raise argparse.ArgumentTypeError(f"unknown key {key!r}; keys are file, {', '.join(_OF_ADDED)}")
         try:
-            choice = choice.with_option(name, _OF_ADDED[name].from_file(value))
+            chosen[name] = _OF_ADDED[name].from_file(value)
         except argparse.ArgumentTypeError as error:
             raise argparse.ArgumentTypeError(f"{key}: {error}") from None
-    check_look(choice.chosen)
-    return choice
+    check_look(chosen)
+    return AddedChoice(table["file"], chosen)
 
 
 ADD = SceneOption("add", added, "FILE", "further volume; repeat it for more", added_table)
@@ -160,14 +143,13 @@ class _Amend(argparse.Action):
         values: str | Sequence[Any] | None,
         option_string: str | None = None,
     ) -> None:
-        so_far: list[AddedChoice] = list(getattr(namespace, "add", []))
+        so_far: list[AddedChoice] = getattr(namespace, "add", [])
         if not so_far:
             raise argparse.ArgumentError(self, "needs a volume to apply to: give --add FILE before it")
         value = not (option_string or "").startswith("--no-") if self.nargs == 0 else values
         if _OF_ADDED[self.const].repeated:
             value = [*so_far[-1].chosen.get(self.const, ()), value]
-        so_far[-1] = so_far[-1].with_option(self.const, value)
-        namespace.add = so_far
+        namespace.add = [*so_far[:-1], AddedChoice(so_far[-1].file, {**so_far[-1].chosen, self.const: value})]
 
 
 class OfAdded(NamedTuple):
@@ -198,14 +180,12 @@ def beside(chosen: Mapping[str, Any], folder: str | os.PathLike[str]) -> dict[st
 def _moved(value: Any, folder: str | os.PathLike[str]) -> Any:
     if isinstance(value, list):
         return [_moved(each, folder) for each in value]
-    move: Callable[[str | os.PathLike[str]], Any] | None = getattr(value, "beside", None)
-    return value if move is None else move(folder)
-
-
-def without_other_look(file: Mapping[str, Any], line: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the scene file's options without the kind of look that the command line replaces."""
-    dropped = {"tf", "materials"} if "label-look" in line else {"label-look"} if "tf" in line else set()
-    return {name: value for name, value in file.items() if name not in dropped}
+    if isinstance(value, AddedChoice):
+        return AddedChoice(str(Path(folder) / value.file), beside(value.chosen, folder))
+    names_file = isinstance(value, files.TransformChoice) and bool(value.path)
+    if names_file or isinstance(value, files.MaskChoice | files.MeshChoice):
+        return value._replace(path=str(Path(folder) / value.path))
+    return value
 
 
 def check_look(chosen: Mapping[str, Any]) -> None:
@@ -223,10 +203,7 @@ def placed(volume: Volume, chosen: Mapping[str, Any]) -> Volume:
 
 def masked(chosen: Mapping[str, Any], volume: Volume) -> Mask | None:
     """Return the volume's mask, or None."""
-    if "mask" not in chosen:
-        return None
-    choice: mask_options.MaskChoice = chosen["mask"]
-    return choice.load(volume)
+    return chosen["mask"].load(volume) if "mask" in chosen else None
 
 
 def medium_of(chosen: Mapping[str, Any], volume: Volume) -> TransferFunction | None:

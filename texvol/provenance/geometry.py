@@ -1,4 +1,4 @@
-"""Geometry in a picture's header: file, look and checksum of each mesh.
+"""Meshes of a picture's header, read again: file, look and checksum of each mesh.
 
     geometry    [{"path", "absolute", "color", "opacity", "lit", "cut", "checksum"}, …]
 
@@ -7,36 +7,21 @@ Lines, and meshes without a file, have an entry as well, but can't be drawn agai
 
 from __future__ import annotations
 
-import os
-import zlib
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any
 
-import numpy as np
-
 from texvol.geometry import load_mesh
-from texvol.scene.shapes import Lines, Mesh
+from texvol.provenance.scene_metadata import checksum_of_mesh
+from texvol.provenance.volumes import Folder, positions
+from texvol.scene.shapes import Mesh
 from texvol.util.errors import InputError
 
 _LOOK = {"color": list, "opacity": (int, float), "lit": bool, "cut": bool}
 _KEYS = {*_LOOK, "path", "absolute", "checksum"}
 
 
-def geometry_metadata(geometry: Iterable[Mesh | Lines]) -> list[dict[str, Any]]:
-    """Return the header's entry for each shape."""
-    entries = []
-    for shape in geometry:
-        entry: dict[str, Any] = {"color": list(shape.color), "opacity": shape.opacity}
-        if isinstance(shape, Mesh):
-            entry |= {"lit": shape.lit, "cut": shape.cut, "checksum": _checksum(shape)}
-            if os.path.isfile(shape.name):
-                entry |= {"path": shape.name, "absolute": os.path.abspath(shape.name)}
-        entries.append(entry)
-    return entries
-
-
-def geometry_from_metadata(content: Any, positions: Callable[[Mapping[str, Any]], Iterator[str]]) -> tuple[Mesh, ...]:
-    """Return the meshes of the header's entries; `positions` yields the paths at which a file may be.
+def geometry_from_metadata(content: Any, folder: Folder) -> tuple[Mesh, ...]:
+    """Return the meshes of the header's entries; `folder` is that of the picture, in which their files may be.
 
     Raises
     ------
@@ -45,16 +30,16 @@ def geometry_from_metadata(content: Any, positions: Callable[[Mapping[str, Any]]
     """
     if not isinstance(content, list) or not all(isinstance(each, dict) and set(each) <= _KEYS for each in content):
         raise InputError("must be a list of meshes")
-    return tuple(_mesh(each, positions) for each in content)
+    return tuple(_mesh(each, folder) for each in content)
 
 
-def _mesh(entry: Mapping[str, Any], positions: Callable[[Mapping[str, Any]], Iterator[str]]) -> Mesh:
+def _mesh(entry: Mapping[str, Any], folder: Folder) -> Mesh:
     for key, kind in _LOOK.items():
         if key in entry and not isinstance(entry[key], kind):  # type: ignore[arg-type]
             raise InputError(f"{key} has the wrong type")
     if not isinstance(entry.get("path"), str) or not isinstance(entry.get("absolute", ""), str):
         raise InputError("lines, and meshes without a file, can't be drawn again")
-    path = next(positions(entry), None)
+    path = next(positions(entry, folder), None)
     if path is None:
         raise InputError(f"the mesh {entry['path']!r} is neither here nor beside the picture")
     color = entry.get("color")
@@ -64,14 +49,6 @@ def _mesh(entry: Mapping[str, Any], positions: Callable[[Mapping[str, Any]], Ite
         opacity=entry.get("opacity", 1.0),
         lit=entry.get("lit", True),
     )
-    if entry.get("checksum", _checksum(mesh)) != _checksum(mesh):
+    if entry.get("checksum", checksum_of_mesh(mesh)) != checksum_of_mesh(mesh):
         raise InputError(f"the mesh {path} has changed since it was drawn")
     return mesh
-
-
-def _checksum(mesh: Mesh) -> str:
-    arrays = [mesh.vertices, mesh.triangles, *([] if mesh.normals is None else [mesh.normals])]
-    found = 0
-    for array in arrays:
-        found = zlib.crc32(np.ascontiguousarray(array).tobytes(), found)
-    return f"crc32 {found:08x}"

@@ -75,9 +75,8 @@ class Metadata:
 
     def part(self, key: str, make: Callable[[Any], T]) -> T | None:
         """Return `make` of the content of a key, or None if the key is missing."""
-        if self.content.get(key) is None:
-            return None
-        return self.checked(lambda: _named(key, make, self.content[key]))
+        content = self.content.get(key)
+        return None if content is None else self.checked(lambda: _named(key, make, content))
 
 
 def _named(key: str, make: Callable[[Any], T], content: Any) -> T:

@@ -96,6 +96,13 @@ def switch(content: Any) -> bool:
     return content
 
 
+def word(content: Any, *words: str) -> str:
+    """Return one of these words."""
+    if content not in words:
+        raise InputError(f"must be {' or '.join(words)}, got {quoted(content)}")
+    return str(content)
+
+
 def made(kind: Callable[..., T], content: Any) -> T:
     """Return a data class from its fields by name; fields without a default are required."""
     known = {each.name: each for each in fields(kind)}  # type: ignore[arg-type]

@@ -19,19 +19,22 @@ Positions are those of the moved volume; `source` has its transform. Keys withou
 from __future__ import annotations
 
 import json
+import os
 import sys
 import zlib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict
 from types import MappingProxyType
 from typing import Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
+from numpy.typing import NDArray
 
 from texvol.scene.added_volume import AddedVolume
 from texvol.scene.mask import Mask
 from texvol.scene.scene import NUMBER_MODES, Scene
+from texvol.scene.shapes import Lines, Mesh
 from texvol.scene.transfer import TransferFunction
 from texvol.scene.volume import Volume
 from texvol.util.version import __version__
@@ -75,15 +78,25 @@ def scene_metadata(
 
 
 def checksum_of(held: Volume | Mask) -> str:
-    """Return the CRC-32 of the little-endian values, and colours if any; cached while the object lives."""
+    """Return the checksum of the values, and colours if any; cached while the object lives."""
     if held not in _CHECKSUMS:
-        arrays = [held.array] if isinstance(held, Mask) else [held.values, held.colors]
-        found = 0
-        for array in (each for each in arrays if each is not None):
-            values = array if sys.byteorder == "little" else array.byteswap()
-            found = zlib.crc32(values.data.cast("B"), found)
-        _CHECKSUMS[held] = f"crc32 {found:08x}"
+        _CHECKSUMS[held] = _crc32_of(held.array) if isinstance(held, Mask) else _crc32_of(held.values, held.colors)
     return _CHECKSUMS[held]
+
+
+def _crc32_of(*arrays: NDArray | None) -> str:
+    """Return the CRC-32 of the little-endian values of all arrays that are not None."""
+    found = 0
+    for array in arrays:
+        if array is not None:
+            values = array if sys.byteorder == "little" else array.byteswap()
+            found = zlib.crc32(np.ascontiguousarray(values).data, found)
+    return f"crc32 {found:08x}"
+
+
+def checksum_of_mesh(mesh: Mesh) -> str:
+    """Return the checksum of vertices, triangles, and normals if any."""
+    return _crc32_of(mesh.vertices, mesh.triangles, mesh.normals)
 
 
 def kind_of(volume: Volume) -> str:
@@ -93,23 +106,22 @@ def kind_of(volume: Volume) -> str:
 
 def _volume(name: str, volume: Volume, mask: Mask | None, checksum: bool) -> dict[str, Any]:
     """Return name, source and position of a volume, and its mask."""
-    metadata: dict[str, Any] = {
-        "volume": name,
-        "source": dict(volume.source),
-        "dimensions": volume.dimensions,
-        "spacing": volume.spacing,
-        "origin": volume.origin,
-        "direction": volume.direction,
-        "type": volume.values.dtype.name,
-    }
-    if kind_of(volume):
-        metadata["kind"] = kind_of(volume)
-    if checksum:
-        metadata["checksum"] = checksum_of(volume)
+    drawn_mask = None
     if mask is not None:
-        metadata["mask"] = {"name": mask.name, "source": dict(mask.source)}
-        metadata["mask"] |= {"checksum": checksum_of(mask)} if checksum else {}
-    return metadata
+        drawn_mask = {"name": mask.name, "source": dict(mask.source)}
+        drawn_mask |= {"checksum": checksum_of(mask)} if checksum else {}
+    return _known(
+        volume=name,
+        source=dict(volume.source),
+        dimensions=volume.dimensions,
+        spacing=volume.spacing,
+        origin=volume.origin,
+        direction=volume.direction,
+        type=volume.values.dtype.name,
+        kind=kind_of(volume) or None,
+        checksum=checksum_of(volume) if checksum else None,
+        mask=drawn_mask,
+    )
 
 
 def _added(added: AddedVolume, checksum: bool) -> dict[str, Any]:
@@ -121,7 +133,8 @@ def _added(added: AddedVolume, checksum: bool) -> dict[str, Any]:
 def _medium(transfer_function: TransferFunction | None, volume: Volume) -> TransferFunction:
     """Return the transfer function or the proposed one: another version of texvol may propose another."""
     if transfer_function is None:
-        from texvol.scene.transfer import proposed_for
+        from texvol.scene.shapes import Lines, Mesh
+from texvol.scene.transfer import proposed_for
 
         return proposed_for(volume)
     return transfer_function
@@ -129,30 +142,46 @@ def _medium(transfer_function: TransferFunction | None, volume: Volume) -> Trans
 
 def _shown(scene: Scene) -> dict[str, Any]:
     """Return the looks of the scene: everything but volumes and masks."""
-    metadata: dict[str, Any] = {"classification": scene.classification, "background": scene.background}
-    if scene.mode != "composite":
-        metadata |= {"mode": scene.mode} | ({"isovalue": scene.isovalue} if scene.isovalue is not None else {})
-        metadata |= {"air": scene.air} if scene.air is not None else {}
-    transfer_function = scene.transfer_function
+    is_composite = scene.mode == "composite"
     is_colored = scene.mode in NUMBER_MODES and scene.coloring == "tf"
-    if scene.mode == "composite" or is_colored:
-        transfer_function = _medium(transfer_function, scene.volume)
-    if is_colored:
-        metadata["colors"] = BY_TRANSFER_FUNCTION
-    if scene.needs_gradient or _medium_needs_gradient(scene):
-        metadata["gradient"] = asdict(scene.gradient)
-    metadata |= {
-        name: asdict(part)
-        for name, part in (("lighting", scene.lighting), ("depth_cue", scene.depth_cue), ("camera", scene.camera))
-        if part is not None
-    }
-    if transfer_function is not None:
-        metadata["transfer_function"] = transfer_function.as_json()
-    if scene.geometry:
-        from texvol.provenance.geometry import geometry_metadata
+    medium = scene.transfer_function
+    if is_composite or is_colored:
+        medium = _medium(medium, scene.volume)
+    return _known(
+        classification=scene.classification,
+        background=scene.background,
+        mode=None if is_composite else scene.mode,
+        isovalue=None if is_composite else scene.isovalue,
+        air=None if is_composite else scene.air,
+        colors=BY_TRANSFER_FUNCTION if is_colored else None,
+        gradient=asdict(scene.gradient) if scene.needs_gradient or _medium_needs_gradient(scene) else None,
+        lighting=scene.lighting and asdict(scene.lighting),
+        depth_cue=scene.depth_cue and asdict(scene.depth_cue),
+        camera=scene.camera and asdict(scene.camera),
+        transfer_function=None if medium is None else medium.as_json(),
+        geometry=_geometry(scene.geometry) or None,
+        clip=[asdict(plane) for plane in scene.clip] or None,
+        crop=scene.crop,
+        caps=scene.caps or None,
+    )
 
-        metadata["geometry"] = geometry_metadata(scene.geometry)
-    return metadata | _cutting(scene)
+
+def _geometry(geometry: Iterable[Mesh | Lines]) -> list[dict[str, Any]]:
+    """Return the header's entry for each shape."""
+    entries = []
+    for shape in geometry:
+        entry: dict[str, Any] = {"color": list(shape.color), "opacity": shape.opacity}
+        if isinstance(shape, Mesh):
+            entry |= {"lit": shape.lit, "cut": shape.cut, "checksum": checksum_of_mesh(shape)}
+            if os.path.isfile(shape.name):
+                entry |= {"path": shape.name, "absolute": os.path.abspath(shape.name)}
+        entries.append(entry)
+    return entries
+
+
+def _known(**entries: Any) -> dict[str, Any]:
+    """Return the entries that are not None."""
+    return {key: content for key, content in entries.items() if content is not None}
 
 
 def _medium_needs_gradient(scene: Scene) -> bool:
@@ -161,12 +190,6 @@ def _medium_needs_gradient(scene: Scene) -> bool:
         return False
     parts = [(scene.transfer_function, scene.volume), *((each.transfer_function, each.volume) for each in scene.added)]
     return any(_medium(*part).needs_gradient for part in parts)
-
-
-def _cutting(scene: Scene) -> dict[str, Any]:
-    """Return clip planes, crop box and caps."""
-    metadata: dict[str, Any] = {"clip": [asdict(plane) for plane in scene.clip]} if scene.clip else {}
-    return metadata | ({"crop": scene.crop} if scene.crop else {}) | ({"caps": True} if scene.caps else {})
 
 
 def _plain(thing: Any) -> Any:

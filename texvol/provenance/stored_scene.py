@@ -18,7 +18,7 @@ from texvol.provenance import parts
 from texvol.provenance.geometry import geometry_from_metadata
 from texvol.provenance.metadata import Metadata
 from texvol.provenance.scene_metadata import ATTRIBUTE, BY_TRANSFER_FUNCTION
-from texvol.provenance.volumes import ALWAYS, KEYS, AnyVolume, found_added, found_mask, found_volume, positions
+from texvol.provenance.volumes import ALWAYS, KEYS, AnyVolume, found_added, found_mask, found_volume
 from texvol.scene.added_volume import AddedVolume
 from texvol.scene.air import checked_air
 from texvol.scene.camera import Camera
@@ -28,11 +28,9 @@ from texvol.scene.gradient import Estimator
 from texvol.scene.lighting import DepthCue
 from texvol.scene.mask import Mask
 from texvol.scene.scene import Scene
-from texvol.scene.shapes import Mesh
-from texvol.scene.transfer import TransferFunction
 from texvol.util.errors import InputError
 
-__all__ = ["AnyVolume", "StoredScene", "scene_from_metadata", "stored_scene_of"]
+__all__ = ["AnyVolume", "StoredScene", "stored_scene_of"]
 _ALWAYS = (*ALWAYS, "classification", "background")
 _KEYS = dict.fromkeys(
     (*KEYS, "classification", "background", "format", "added", "mode", "isovalue", "air", "gradient", "lighting")
@@ -61,11 +59,6 @@ class StoredScene:
     name: str = "scene"
 
     @property
-    def slab_thickness(self) -> float | None:
-        """World units; None if the picture was not drawn in slabs, or its header does not say."""
-        return self.settings.get("slab_thickness")
-
-    @property
     def shows_numbers(self) -> bool:
         """True if the pixels of the picture are data, not light."""
         return self.scene.mode in NUMBER_MODES
@@ -86,33 +79,12 @@ def stored_scene_of(
     mask: Mask | None = None,
     added: Sequence[AddedVolume | AnyVolume] = (),
 ) -> StoredScene:
-    """Return the scene of a picture's attributes; see `scene_from_metadata`.
-
-    Raises
-    ------
-    InputError
-        If the attributes have no scene.
-    """
-    if ATTRIBUTE not in attributes:
-        raise InputError(f"{name}: has no scene in its header ({ATTRIBUTE}), where texvol writes it in EXR and PNG")
-    return scene_from_metadata(attributes[ATTRIBUTE], name=name, folder=folder, volume=volume, mask=mask, added=added)
-
-
-def scene_from_metadata(
-    text: str,
-    *,
-    name: str,
-    folder: str | os.PathLike[str] | None = None,
-    volume: AnyVolume = None,
-    mask: Mask | None = None,
-    added: Sequence[AddedVolume | AnyVolume] = (),
-) -> StoredScene:
     """Return the scene that a picture's header describes.
 
     Parameters
     ----------
-    text : str
-        The attribute "texvol:scene".
+    attributes : mapping
+        The header, of which "texvol:scene" is read.
     name : str
         Name of the picture in messages.
     folder : path, optional
@@ -129,9 +101,11 @@ def scene_from_metadata(
     Raises
     ------
     InputError
-        If the text is malformed, or a volume or a mask is not found or has changed.
+        If the header has no scene or is malformed, or a volume or a mask is not found or has changed.
     """
-    metadata = Metadata.of(text, name, _KEYS, _ALWAYS)
+    if ATTRIBUTE not in attributes:
+        raise InputError(f"{name}: has no scene in its header ({ATTRIBUTE}), where texvol writes it in EXR and PNG")
+    metadata = Metadata.of(attributes[ATTRIBUTE], name, _KEYS, _ALWAYS)
     settings = metadata.part("settings", parts.settings) or {}
     window = metadata.part("window", lambda each: checked_window(parts.numbers(each, 2)))
     described = _described(metadata, folder)
@@ -144,34 +118,19 @@ def scene_from_metadata(
 
 def _described(metadata: Metadata, folder: str | os.PathLike[str] | None) -> dict[str, Any]:
     """Return all arguments of the scene but volumes and masks."""
-
-    def meshes(content: Any) -> tuple[Mesh, ...]:
-        return geometry_from_metadata(content, lambda entry: positions(entry, folder))
-
-    return {
-        "transfer_function": metadata.part(
-            "transfer_function", lambda each: TransferFunction.from_content(each, "transfer function")
-        ),
+    described: dict[str, Any] = {
+        "transfer_function": metadata.part("transfer_function", parts.transfer_function),
         "camera": metadata.part("camera", lambda each: parts.made(Camera, each)),
         "lighting": metadata.part("lighting", parts.lighting),
         "depth_cue": metadata.part("depth_cue", lambda each: parts.made(DepthCue, each)),
         "background": metadata.part("background", lambda each: parts.numbers(each, 3)),
         "isovalue": metadata.part("isovalue", parts.number),
-        "air": metadata.part("air", _air),
-        "coloring": metadata.part("colors", _coloring) or "grey",
+        "air": metadata.part("air", checked_air),
+        "coloring": "tf" if metadata.part("colors", lambda each: parts.word(each, BY_TRANSFER_FUNCTION)) else "grey",
         "gradient": metadata.part("gradient", lambda each: parts.made(Estimator, each)) or Estimator(),
         "clip": metadata.part("clip", parts.clip_planes) or (),
         "crop": metadata.part("crop", checked_crop),
         "caps": metadata.part("caps", parts.switch) or False,
-        "geometry": metadata.part("geometry", meshes) or (),
-    } | {key: metadata.content[key] for key in ("classification", "mode") if key in metadata.content}
-
-
-def _air(content: Any) -> Any:
-    return checked_air(content)
-
-
-def _coloring(content: Any) -> str:
-    if content != BY_TRANSFER_FUNCTION:
-        raise InputError(f"must be {BY_TRANSFER_FUNCTION}, got {parts.quoted(content)}")
-    return "tf"
+        "geometry": metadata.part("geometry", lambda each: geometry_from_metadata(each, folder)) or (),
+    }
+    return described | {key: metadata.content[key] for key in ("classification", "mode") if key in metadata.content}

@@ -7,8 +7,8 @@ its values agree; a mask if it fits its volume and the checksum of its weights a
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -29,6 +29,7 @@ _MOST_DEMO_SAMPLES = 512  # along each axis, 0.5 GB: limits what a header can as
 _SAME_POSITION = 1e-9  # of the spacing: rounding of different library versions
 
 Folder = str | os.PathLike[str] | None
+T = TypeVar("T")
 
 
 def found_volume(metadata: Metadata, given: AnyVolume, folder: Folder) -> Volume:
@@ -43,16 +44,12 @@ def found_volume(metadata: Metadata, given: AnyVolume, folder: Folder) -> Volume
     name = str(metadata.content["volume"])
     if metadata.told_how_to_read and not source:
         raise metadata.fault(f"names a volume without a file, {parts.quoted(name)}: give the volume as well")
-    first_fault: InputError | None = None
-    for path in positions(source or {"path": name}, folder):
-        try:
-            return _same_volume(metadata, _loaded(metadata, path, source))
-        except InputError as error:  # another file of that name may fit
-            first_fault = first_fault or error
-    if first_fault is not None:
-        raise first_fault
-    wanted = parts.quoted(source.get("path", name))
-    raise metadata.fault(f"names the volume {wanted}, which is neither here nor beside the picture: give its path")
+    source = source or {"path": name}
+    found = _first_accepted(metadata, source, folder, lambda volume: _same_volume(metadata, volume))
+    if found is None:
+        wanted = parts.quoted(source.get("path", name))
+        raise metadata.fault(f"names the volume {wanted}, which is neither here nor beside the picture: give its path")
+    return found
 
 
 def found_mask(metadata: Metadata, volume: Volume, given: Mask | None, folder: Folder) -> Mask | None:
@@ -68,14 +65,29 @@ def found_mask(metadata: Metadata, volume: Volume, given: Mask | None, folder: F
     name = parts.quoted(source.get("path", mask.content["name"]))
     if not source:
         raise mask.fault(f"has no file, {name}: give the mask as well")
+
+    def accepted(found: Volume) -> Mask:
+        return _same_mask(mask, mask.checked(lambda: Mask.of(found, fade)), volume)
+
+    found = _first_accepted(mask, source, folder, accepted)
+    if found is None:
+        raise mask.fault(f"names {name}, which is neither here nor beside the picture: give it as well")
+    return found
+
+
+def _first_accepted(
+    metadata: Metadata, source: Mapping[str, Any], folder: Folder, accepted: Callable[[Volume], T]
+) -> T | None:
+    """Return `accepted` of the first file that fits the header, or None without files; raise the first file's fault."""
     first_fault: InputError | None = None
     for path in positions(source, folder):
         try:
-            found = _loaded(mask, path, source)
-            return _same_mask(mask, mask.checked(lambda found=found: Mask.of(found, fade)), volume)  # type: ignore[misc]
-        except InputError as error:
+            return accepted(_loaded(metadata, path, source))
+        except InputError as error:  # another file of that name may fit
             first_fault = first_fault or error
-    raise first_fault or mask.fault(f"names {name}, which is neither here nor beside the picture: give it as well")
+    if first_fault is not None:
+        raise first_fault
+    return None
 
 
 def found_added(
@@ -97,10 +109,8 @@ def found_added(
 def _added(metadata: Metadata, given: AddedVolume | AnyVolume, folder: Folder) -> AddedVolume:
     metadata.check_keys(_ADDED_KEYS, (*ALWAYS, "source"))
     medium = metadata.part("transfer_function", parts.transfer_function)
-    if isinstance(given, AddedVolume):
-        volume, mask = found_volume(metadata, given.volume, folder), given.mask
-    else:
-        volume, mask = found_volume(metadata, given, folder), None
+    drawn, mask = (given.volume, given.mask) if isinstance(given, AddedVolume) else (given, None)
+    volume = found_volume(metadata, drawn, folder)
     return AddedVolume(volume, medium, found_mask(metadata, volume, mask, folder))
 
 
@@ -153,7 +163,7 @@ def _same_volume(metadata: Metadata, volume: Volume) -> Volume:
     _check_position(metadata, volume, "spacing", (3,), volume.smallest_spacing)
     _check_position(metadata, volume, "origin", (3,), float(volume.spacing.max() + np.abs(volume.origin).max()))
     _check_position(metadata, volume, "direction", (3, 3), float(np.abs(volume.direction).max()))
-    kind = metadata.part("kind", _kind) or ""
+    kind = metadata.part("kind", lambda each: parts.word(each, LABELS, COLORS)) or ""
     if kind != kind_of(volume):
         then, since = (each or "values" for each in (kind, kind_of(volume)))
         raise metadata.fault(f"needs a volume of {then}, got {since} in {volume.name}")
@@ -179,9 +189,3 @@ def _check_position(metadata: Metadata, volume: Volume, what: str, shape: tuple[
     if was is not None and not (np.abs(was - now) <= _SAME_POSITION * scale).all():
         then, since = (", ".join(f"{number:.12g}" for number in each.reshape(-1)) for each in (was, now))
         raise metadata.fault(f"needs a volume of {what} {then}, got {since} in {volume.name}")
-
-
-def _kind(content: Any) -> str:
-    if content not in (LABELS, COLORS):
-        raise InputError(f"must be {LABELS} or {COLORS}, got {parts.quoted(content)}")
-    return str(content)

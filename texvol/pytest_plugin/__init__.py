@@ -13,9 +13,8 @@ when a picture is checked. The other modules:
     checking                       one check
     oracle, plain_slabs            bound of a picture without a stored reference
     records, session, report       results of all checks, and the report's folder
-    options, exit_status, summary  pytest's options, exit status and terminal
-    workers                        processes of pytest-xdist: each checks pictures, and one writes the report
-    junit                          attachments
+    options                        pytest's options, and folders of the run, also for the workers of pytest-xdist
+    summary                        exit status, terminal and attachments
 """
 
 from __future__ import annotations
@@ -42,23 +41,18 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def pytest_configure(config: pytest.Config) -> None:
     options.check(config)
-    if not hasattr(config, "workerinput"):
+    if not options.is_worker(config):
         config.pluginmanager.register(Reporter(config), "texvol-reporter")
 
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_configure_node(node: Any) -> None:
-    """Send a worker of pytest-xdist the report's folder and the folder that workers share."""
-    from texvol.pytest_plugin import workers
-
-    node.workerinput["texvol"] = workers.told(node.config)
+    """Send a worker of pytest-xdist the folders of the run."""
+    node.workerinput["texvol"] = options.for_worker(node.config)
 
 
 def pytest_unconfigure(config: pytest.Config) -> None:
-    if not hasattr(config, "workerinput"):
-        from texvol.pytest_plugin import workers
-
-        workers.clean(config)
+    options.remove_shared_folder(config)
 
 
 @pytest.hookimpl(wrapper=True)
@@ -74,11 +68,11 @@ def pytest_runtest_makereport(
 def _texvol_session(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 ) -> Iterator[PictureSession]:
-    from texvol.pytest_plugin import workers
+    from texvol.pytest_plugin.session import PictureSession
 
-    opened = workers.open_session(request.config, tmp_path_factory)
-    yield opened
-    opened.close()
+    session = PictureSession(request.config, tmp_path_factory.getbasetemp() / "pictures-of-texvol")
+    yield session
+    session.maker.close()
 
 
 @pytest.fixture

@@ -95,7 +95,6 @@ class Maker:
         """Close the renderer."""
         if self._renderer is not None:
             self._renderer.close()
-            self._renderer = None
 
     def candidate(self, thing: Any, request: Request) -> Candidate:
         """Return the candidate of what a test passes.
@@ -114,7 +113,7 @@ class Maker:
             return made
         if not callable(thing) and not isinstance(thing, Scene):
             raise InputError(
-                f"picture must be a scene or a function if repeat is {request.repeat}, got {_what(thing)}; "
+                f"picture must be a scene or a function if repeat is {request.repeat}, got {type(thing).__name__}; "
                 "pass a function without arguments that returns a picture"
             )
         pictures = [made.picture, *(self._made(thing, request).picture for _ in range(request.repeat - 1))]
@@ -127,8 +126,9 @@ class Maker:
             thing = thing()
         if isinstance(thing, Scene):
             return self._drawn(thing, request)
+        kind = type(thing).__name__
         if unknown := set(request.options) - set(request.of_any):
-            raise InputError(f"{', '.join(sorted(unknown))}: options of drawing need a scene, got {_what(thing)}")
+            raise InputError(f"{', '.join(sorted(unknown))}: options of drawing need a scene, got {kind}")
         if isinstance(thing, Picture):
             picture = thing
         elif isinstance(thing, str | os.PathLike):
@@ -139,10 +139,8 @@ class Maker:
         elif isinstance(thing, np.ndarray) or hasattr(thing, "__array__") or hasattr(thing, "__array_interface__"):
             picture = Picture.of_array(np.asarray(thing), request.name)
         else:
-            raise InputError(
-                f"picture must be an array, a path, a Scene or a function that returns these, got {_what(thing)}"
-            )
-        return Candidate(_with_scene(_labelled(picture, request), request.scene), scene=request.scene)
+            raise InputError(f"picture must be an array, a path, a Scene or a function that returns these, got {kind}")
+        return Candidate(_labelled(picture, request), scene=request.scene)
 
     def _drawn(self, scene: Scene, request: Request) -> Candidate:
         from texvol.provenance.scene_metadata import scene_metadata
@@ -158,21 +156,15 @@ class Maker:
         return Candidate(picture, (), scene, renderer.settings, {}, renderer)
 
 
-def _with_scene(picture: Picture, scene: Scene | None) -> Picture:
-    """Return the picture with the scene that the test names, if its header holds no scene."""
+def _labelled(picture: Picture, request: Request) -> Picture:
+    """Return the picture with the driver that the test names, and with its scene if the header holds no scene."""
     from texvol.provenance.scene_metadata import ATTRIBUTE, scene_metadata
 
-    if scene is None or ATTRIBUTE in picture.attributes:
-        return picture
-    metadata = scene_metadata(scene.volume.name, scene, checksum=True)
-    return replace(picture, attributes={**picture.attributes, ATTRIBUTE: metadata[ATTRIBUTE]})
-
-
-def _labelled(picture: Picture, request: Request) -> Picture:
-    """Return the picture with the driver that the test names."""
-    if request.driver is None:
-        return picture
-    return replace(picture, attributes={**picture.attributes, DRIVER_ATTRIBUTE: request.driver})
+    named = {} if request.driver is None else {DRIVER_ATTRIBUTE: request.driver}
+    scene = request.scene
+    if scene is not None and ATTRIBUTE not in picture.attributes:
+        named[ATTRIBUTE] = scene_metadata(scene.volume.name, scene, checksum=True)[ATTRIBUTE]
+    return replace(picture, attributes={**picture.attributes, **named})
 
 
 def _mean(pictures: list[Picture]) -> Picture:
@@ -182,7 +174,3 @@ def _mean(pictures: list[Picture]) -> Picture:
         return pictures[0]
     mean = replace(pictures[0], pixels=np.asarray(pixels, np.float32))
     return replace(mean, attributes={**mean.attributes, **repeats.header_of(pictures, mean)})
-
-
-def _what(thing: Any) -> str:
-    return type(thing).__name__

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import warnings
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,9 +13,9 @@ from texvol.comparison.judged import judged
 from texvol.comparison.limits import ONE_DRIVER, Limits
 from texvol.comparison.outcome import Outcome, examine, explained
 from texvol.comparison.pictures import Picture
-from texvol.pytest_plugin import messages, names, options, oracle, references
+from texvol.pytest_plugin import names, options, oracle, references
 from texvol.pytest_plugin.candidates import Candidate, Request, UnreadableError
-from texvol.pytest_plugin.records import PictureError
+from texvol.pytest_plugin.records import PictureError, Record, first
 from texvol.pytest_plugin.references import Reference
 from texvol.pytest_plugin.repeats import Repeats, repeats_of
 from texvol.pytest_plugin.tables import Rules, Tables
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
 
     from texvol.pytest_plugin.session import PictureSession
     from texvol.scene.scene import Scene
+
+_MOST_REASONS = 3  # of each list in a message; the page has the rest
 
 
 class Check:
@@ -81,10 +84,7 @@ class Check:
         __tracebackhide__ = True
         where = sys._getframe(1)
         position = (where.f_code.co_filename, where.f_lineno)
-        try:
-            names.checked(name)
-        except InputError as error:
-            raise InputError(str(error)) from None  # without the plugin's frames
+        names.check(name)
         request = Request(name, repeat, driver, scene, renderer, options)
         return _Run(self._item, self._session, request, position).outcome_of(picture, against_oracle=oracle)
 
@@ -104,16 +104,18 @@ class _Run:
         """Return the outcome of the check and report it to the session, or raise its failure."""
         __tracebackhide__ = True
         try:
-            self._key = self._session.claims.claim(self._folder, self._name, self._test)
+            self._session.claims.claim(self._key, self._name, self._test)
             if against_oracle:
                 return self._held_against_oracle(thing)
             return self._held_against_stored(thing)
         except UnreadableError as error:
-            raise self._failed_alone("broken", [f"picture {self._name!r} is broken", str(error)]) from None
+            lines = [f"picture {self._name!r} is broken", str(error)]
+            self._keep("broken", lines)
+            raise PictureError("\n".join(lines), "broken") from None
         except (InputError, MissingExtraError) as error:
             if isinstance(error, names.SharedNameError) and options.updates(self._item.config):
                 self._session.pending.refuse(self._key, str(error))
-            self._session.keep(self._item, self._record("refused", [str(error)]))
+            self._keep("refused", [str(error)])
             if callable(thing):
                 raise  # may be the test's own error
             raise type(error)(str(error)) from None
@@ -127,7 +129,7 @@ class _Run:
         accuracy = {key: self._request.options[key] for key in oracle.ACCURACY if key in self._request.options}
         candidate = self._session.maker.candidate(thing, replace(self._request, of_any=oracle.ACCURACY))
         outcome = oracle.examined(candidate, accuracy, self._session.maker, self._name)
-        outcome = self._told(candidate, outcome, None, "the oracle")
+        outcome = self._told(candidate, outcome, "the oracle")
         if words := oracle.loose_words(outcome):
             warnings.warn_explicit(words, AccuracyWarning, *self._position)
         return outcome
@@ -143,11 +145,11 @@ class _Run:
         __tracebackhide__ = True
         reference = self._waiting() or self._reference
         if not reference.exists:
-            return self._new(candidate, rules)
+            return self._alone(candidate, rules)
         try:
             stored = reference.read()
         except InputError as error:
-            return self._unreadable_reference(candidate, str(error), rules)
+            return self._alone(candidate, rules, str(error))
         try:
             limits = self._limits(rules, candidate.picture, stored)
         except InputError:
@@ -161,7 +163,7 @@ class _Run:
             return self._written(candidate, outcome, rules)
         if not outcome.passed and self._waiting():
             self._session.pending.doubt(self._key, self._test)
-        return self._told(candidate, outcome, stored, self._said(self._reference.path))
+        return self._told(candidate, outcome, self._said(self._reference.path))
 
     def _limits(self, rules: Rules, picture: Picture, stored: Picture) -> Limits:
         drivers = [references.driver_of(each.attributes) for each in (picture, stored)]
@@ -185,29 +187,23 @@ class _Run:
             return outcome
         return judged(outcome, scene=candidate.scene, explain=False)
 
-    def _new(self, candidate: Candidate, rules: Rules) -> Outcome:
+    def _alone(self, candidate: Candidate, rules: Rules, fault: str = "") -> Outcome:
+        """Make the picture the reference that is missing, or unreadable by that fault, or raise its failure."""
         __tracebackhide__ = True
-        alone = self._alone(candidate.picture, "new", ("there is no reference yet",))
-        if not candidate.is_finite:
-            broken = examine(candidate.picture, candidate.picture, ONE_DRIVER, name=self._name)
-            alone = replace(alone, status="broken", violations=broken.violations[:1])
-            lines = [f"picture {self._name!r} is broken, and has no reference", *broken.violations[:1]]
-            raise self._failed(candidate, alone, lines, "")
+        picture, name = candidate.picture, self._name
+        status, reason = "broken", fault
+        if fault:
+            lines = [f"picture {name!r} has a broken reference", fault]
+        elif candidate.is_finite:
+            status, reason = "new", "there is no reference yet"
+            lines = [f"picture {name!r} is new: there is no reference {self._said(self._reference.path)} yet"]
+        else:
+            reason = examine(picture, picture, ONE_DRIVER, name=name).violations[0]
+            lines = [f"picture {name!r} is broken, and has no reference", reason]
+        outcome = Outcome(name, picture, picture, None, ONE_DRIVER, (reason,), status)
         if self._may_write(candidate):
-            return self._written(candidate, alone, rules)
-        lines = [f"picture {self._name!r} is new: there is no reference {self._said(self._reference.path)} yet"]
-        raise self._failed(candidate, alone, lines, "")
-
-    def _unreadable_reference(self, candidate: Candidate, reason: str, rules: Rules) -> Outcome:
-        __tracebackhide__ = True
-        alone = self._alone(candidate.picture, "broken", (reason,))
-        if self._may_write(candidate):
-            return self._written(candidate, alone, rules)
-        raise self._failed(candidate, alone, [f"picture {self._name!r} has a broken reference", reason], "")
-
-    def _alone(self, picture: Picture, status: str, violations: tuple[str, ...]) -> Outcome:
-        """Return the outcome of a picture without a counterpart."""
-        return Outcome(self._name, picture, picture, None, ONE_DRIVER, violations, status)
+            return self._written(candidate, outcome, rules)
+        raise self._failed(candidate, outcome, lines, "")
 
     def _may_write(self, candidate: Candidate) -> bool:
         """True if the reference is to be written: at the user's request, once, and never with a NaN or an infinity."""
@@ -225,50 +221,53 @@ class _Run:
         content = references.encoded(path, candidate.picture)
         if not self._session.pending.keep(self._key, path, replaced, content):
             return self._held_against(candidate, rules)  # another process has written it
-        words = f"wrote {self._said(path)}"
-        record = self._record("updated", [words], outcome, candidate)
-        self._session.keep(self._item, record, outcome, self._metadata(candidate, None, words))
+        self._keep("updated", [f"wrote {self._said(path)}"], outcome, candidate)
         return outcome
 
-    def _told(self, candidate: Candidate, outcome: Outcome, stored: Picture | None, reference: str) -> Outcome:
+    def _told(self, candidate: Candidate, outcome: Outcome, reference: str) -> Outcome:
         """Return the outcome and keep it for the report, or raise its failure."""
         __tracebackhide__ = True
-        against = stored or outcome.reference
-        repeats = repeats_of(candidate.repeats, candidate.picture, against)
+        repeats = repeats_of(candidate.repeats, candidate.picture, outcome.reference)
         if not outcome.passed:
-            lines = messages.difference(outcome, repeats.words if repeats else "")
+            lines = _difference(outcome, repeats.words if repeats else "")
             raise self._failed(candidate, outcome, lines, reference, repeats)
-        record = self._record("same", [], outcome, candidate) | _noise(repeats)
-        self._session.keep(self._item, record, outcome, self._metadata(candidate, repeats))
+        self._keep("same", [], outcome, candidate, repeats)
         return outcome
 
     def _failed(
         self, candidate: Candidate, outcome: Outcome, lines: list[str], reference: str, repeats: Repeats | None = None
     ) -> PictureError:
         """Return the failure, after reporting it to the session."""
-        record = self._record(outcome.status, lines, outcome, candidate) | _noise(repeats)
-        kept = self._session.keep(self._item, record, outcome, self._metadata(candidate, repeats), candidate.picture)
-        lines = [*lines, *messages.positions(kept.candidate, reference, kept.page)]
+        record = self._keep(outcome.status, lines, outcome, candidate, repeats)
+        lines = [*lines, *_positions(record["candidate"], reference, record["page"])]
         if reference != "the oracle" and candidate.is_finite:
-            lines.append(messages.how_to_update(self._test))
+            lines.append(_how_to_update(self._test))
         return PictureError("\n".join(lines), outcome.status)
 
-    def _failed_alone(self, status: str, lines: list[str]) -> PictureError:
-        """Return the failure of a check without a candidate."""
-        self._session.keep(self._item, self._record(status, lines))
-        return PictureError("\n".join(lines), status)
-
     def _said(self, path: Path) -> str:
-        """Return a path as short as possible from the folder where pytest was started."""
-        return self._session.said(path)
+        """Return a path relative to the folder where pytest was started, if it is in that folder."""
+        relative = os.path.relpath(path, self._item.config.invocation_params.dir)
+        return str(path) if relative.startswith("..") else relative
 
-    def _metadata(self, candidate: Candidate, repeats: Repeats | None, words: str = "") -> dict[str, str]:
-        metadata = references.fingerprint_of(candidate.picture)
-        return metadata | ({"repeats": repeats.words} if repeats else {}) | ({"reference": words} if words else {})
+    def _keep(
+        self,
+        status: str,
+        lines: list[str],
+        outcome: Outcome | None = None,
+        candidate: Candidate | None = None,
+        repeats: Repeats | None = None,
+    ) -> Record:
+        """Report the result to the session, and return its record."""
+        record = self._record(status, lines, outcome, candidate)
+        metadata = dict(record["fingerprint"])
+        if repeats:
+            record["repeats"] = asdict(repeats) | {"words": repeats.words}
+            metadata["repeats"] = repeats.words
+        if status == "updated":
+            metadata["reference"] = lines[0]
+        return self._session.keep(self._item, record, outcome, metadata)
 
-    def _record(
-        self, status: str, lines: list[str], outcome: Outcome | None = None, candidate: Candidate | None = None
-    ) -> dict[str, Any]:
+    def _record(self, status: str, lines: list[str], outcome: Outcome | None, candidate: Candidate | None) -> Record:
         measures = outcome.measures if outcome else None
         picture = candidate.picture if candidate else None
         return {
@@ -293,5 +292,34 @@ class _Run:
         }
 
 
-def _noise(repeats: Repeats | None) -> dict[str, Any]:
-    return {"repeats": repeats.as_json()} if repeats else {}
+def _difference(outcome: Outcome, repeats: str) -> list[str]:
+    """Lines on a picture that is different or broken."""
+    lines = [
+        f"picture {outcome.name!r} is {outcome.status}",
+        *first(outcome.violations, _MOST_REASONS),
+        *outcome.scene_words,
+    ]
+    lines += first([kind.words for kind in outcome.kinds], _MOST_REASONS)
+    if outcome.measures is not None and outcome.measures.max_error > 0:
+        (column, row), (ours, theirs) = outcome.measures.worst_pixel, outcome.measures.worst_values
+        lines.append(f"worst pixel: column {column}, row {row}, {_rgba(ours)}, reference {_rgba(theirs)}")
+    if outcome.three_way is not None:
+        lines.append(outcome.three_way.words)
+    lines += outcome.notes
+    return [*lines, *([repeats] if repeats else [])]
+
+
+def _positions(candidate: str | None, reference: str, page: str | None) -> list[str]:
+    """Lines with the paths of candidate, reference and page."""
+    found = {"candidate": candidate, "reference": reference, "page": page}
+    return [f"{what + ':':11}{position}" for what, position in found.items() if position]
+
+
+def _how_to_update(test: str) -> str:
+    """Line with the command that makes the candidate the reference."""
+    quoted = f"'{test}'" if any(each in test for each in " []()") else test
+    return f"look at the candidate, and if it is right: pytest --texvol-update {quoted}"
+
+
+def _rgba(values: tuple[float, ...]) -> str:
+    return "(" + ", ".join(f"{each:.4g}" for each in values) + ")"

@@ -8,9 +8,11 @@ are one name.
 
 from __future__ import annotations
 
+import hashlib
 import os
 import re
 import tempfile
+import zlib
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -26,8 +28,9 @@ _MOST_CHARACTERS = 200  # of a name with its folders; file systems allow 255, wi
 _RESERVED = re.compile(r"(?i)(con|prn|aux|nul|com\d|lpt\d)(\..*)?")
 
 
-def checked(name: object) -> str:
-    """Return the name; raise InputError if it is not valid."""
+def check(name: object) -> None:
+    """Raise InputError if the name is not valid."""
+    __tracebackhide__ = True
     if not isinstance(name, str):
         kind = type(name).__name__
         raise InputError(f"name must be a str, got {kind}; call check_picture(picture, name)")
@@ -40,7 +43,6 @@ def checked(name: object) -> str:
             f"picture {name!r}: the name must consist of letters a-z, digits, - _ . and / for subfolders, "
             f"begin with a letter, a digit or _ in each folder, and have at most {_MOST_CHARACTERS} characters"
         )
-    return name
 
 
 def references_of(path: Path, config: pytest.Config) -> Path:
@@ -65,37 +67,24 @@ def name_key(folder: Path, name: str) -> str:
 
 
 class Claims:
-    """Owners of names, in this process and, through files, in the other processes of the run.
+    """Owners of names, kept in files that all processes of the run share; their folder is created when needed."""
 
-    Parameters
-    ----------
-    shared : path or None
-        Folder for the files, created when needed.
-    """
-
-    def __init__(self, shared: Path | None = None) -> None:
+    def __init__(self, shared: Path) -> None:
         self._shared = shared
         self._owners: dict[str, str] = {}
         self._pages: dict[str, int] = {}
 
-    def claim(self, folder: Path, name: str, test: str) -> str:
-        """Give a reference's name to the test, and return the name's key in this run.
-
-        Names that differ only in case are one name, since some systems store them in one file; folders are compared by
-        their real paths.
+    def claim(self, key: str, name: str, test: str) -> None:
+        """Give the reference's name with that `name_key` to the test.
 
         Raises
         ------
         SharedNameError
             If another test has the name, or the same test has it in another spelling.
         """
-        key = name_key(folder, name)
         path, _, rest = test.partition("::")
         function = f"{path}::{rest.split('[', 1)[0]}"
-        mine = f"{function}\n{name}"
-        owned = self._owners.get(key) or self._owner_elsewhere(key, mine)
-        self._owners[key] = owned
-        owner, _, spelled = owned.partition("\n")
+        owner, _, spelled = self._owner(key, f"{function}\n{name}").partition("\n")
         if spelled != name:
             raise SharedNameError(
                 f"pictures {spelled!r} and {name!r} differ only in case, and are one file on some systems "
@@ -103,47 +92,51 @@ class Claims:
             )
         if owner != function:
             raise SharedNameError(f"picture {name!r} is checked by two tests, {owner} and {function}: rename one")
-        return key
 
-    def first(self, key: str) -> bool:
-        """True if no process of the run has asked for that key before."""
+    def is_mine(self, key: str) -> bool:
+        """True in the first process of the run that asks for that key."""
         mine = f"{os.getpid()} {id(self)}"
-        fresh = key not in self._owners and self._owner_elsewhere(key, mine) == mine
-        self._owners.setdefault(key, mine)
-        return fresh
+        return self._owner(key, mine) == mine
 
     def page(self, test: str, name: str) -> str:
         """Return the path of a check's page, without suffix: the test's folder and the picture's name.
 
         Pages of a test that checks a name again, with other parameters or in a loop, are numbered.
         """
-        import zlib
-
         folder = str(Path(test.split("::", 1)[0]).parent)
         page = f"pages/{name}" if folder == "." else f"pages/{folder}/{name}"
         page = re.sub(r"[^A-Za-z0-9_./\-]|\.\.", "_", page)
-        key = f"page {page}"
-        owner = self._owners.get(key) or self._owner_elsewhere(key, test)
-        self._owners[key] = owner
-        if owner != test:
+        if self._owner(f"page {page}", test) != test:
             page += f"-{zlib.crc32(test.encode()):08x}"
         self._pages[page] = self._pages.get(page, 0) + 1
         return page if self._pages[page] == 1 else f"{page}-{self._pages[page]}"
 
-    def _owner_elsewhere(self, key: str, function: str) -> str:
-        if self._shared is None:
-            return function
-        import hashlib
+    def _owner(self, key: str, candidate: str) -> str:
+        """Return the owner of a key, which is the candidate if it has none."""
+        if key not in self._owners:
+            self._owners[key] = put_once(self._shared / file_name(key), candidate)
+        return self._owners[key]
 
-        file = self._shared / hashlib.sha256(key.encode()).hexdigest()
-        self._shared.mkdir(exist_ok=True, mode=0o700)
-        scratch = tempfile.NamedTemporaryFile("w", dir=self._shared, delete=False, encoding="utf-8")  # noqa: SIM115
-        with scratch:
-            scratch.write(function)
-        try:
-            file.hardlink_to(scratch.name)  # atomic, and only once
-        except FileExistsError:
-            return file.read_text("utf-8")
-        finally:
-            Path(scratch.name).unlink()
-        return function
+
+def file_name(key: str) -> str:
+    """Return the name of the file about a key."""
+    return hashlib.sha256(key.encode(errors="surrogateescape")).hexdigest()
+
+
+def content_of(file: Path) -> str:
+    """Return the text of a file that `put_once` wrote; empty if it does not exist."""
+    return file.read_bytes().decode(errors="surrogateescape") if file.exists() else ""
+
+
+def put_once(file: Path, text: str) -> str:
+    """Write a file whole, unless another process has written it; return its content."""
+    file.parent.mkdir(exist_ok=True, mode=0o700, parents=True)
+    with tempfile.NamedTemporaryFile(dir=file.parent, delete=False) as scratch:
+        scratch.write(text.encode(errors="surrogateescape"))  # paths may not be UTF-8
+    try:
+        file.hardlink_to(scratch.name)  # atomic
+    except FileExistsError:
+        return content_of(file)
+    finally:
+        Path(scratch.name).unlink()
+    return text

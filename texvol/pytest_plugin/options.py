@@ -1,14 +1,19 @@
-"""Options and settings of the plugin, as `pytest --help` shows them."""
+"""Options and settings of the plugin, as `pytest --help` shows them, and the folders of a run.
+
+The controller of pytest-xdist sends the folders to its workers, which may have another current folder.
+"""
 
 from __future__ import annotations
 
 import os
+import shutil
+import tempfile
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
-if TYPE_CHECKING:
-    import pytest
+import pytest
 
+_SHARED = pytest.StashKey[Path]()
 # Above pytest's own statuses, which end at 5, and below those of shells and signals, which begin at 124.
 NEW, BROKEN = 10, 11
 
@@ -55,25 +60,51 @@ def own_exit_status(config: pytest.Config) -> bool:
 
 def check(config: pytest.Config) -> None:
     """Raise UsageError if options contradict each other."""
-    import pytest
-
-    if config.option.texvol_update and not config.option.texvol_force_update and _in_ci():
+    in_ci = os.environ.get("CI", "").lower() not in ("", "0", "false")
+    if in_ci and config.option.texvol_update and not config.option.texvol_force_update:
         raise pytest.UsageError(
             "--texvol-update in CI would make any picture of this machine a reference; "
             "run it locally, look at the pictures and commit them (or --texvol-force-update)"
         )
-    if config.getini("texvol_exit_status") not in ("pictures", "pytest"):
-        given = config.getini("texvol_exit_status")
+    given = config.getini("texvol_exit_status")
+    if given not in ("pictures", "pytest"):
         raise pytest.UsageError(f"texvol_exit_status must be pictures or pytest, got {given}")
     if config.option.texvol_self_test and not config.option.texvol_report:
         raise pytest.UsageError("--texvol-self-test needs --texvol-report DIR")
 
 
+def for_worker(config: pytest.Config) -> dict[str, str | None]:
+    """Return the folders of the run that the controller sends to a worker."""
+    folder = report_folder(config)
+    return {"report": str(folder) if folder else None, "shared": str(shared_folder(config))}
+
+
 def report_folder(config: pytest.Config) -> Path | None:
-    """Return the folder of the report as an absolute path, since workers may have another current folder."""
-    given = config.option.texvol_report
+    """Return the folder of the report as an absolute path, or None."""
+    given = _sent(config)["report"] if is_worker(config) else config.option.texvol_report
     return Path(os.path.abspath(config.invocation_params.dir / given)) if given else None
 
 
-def _in_ci() -> bool:
-    return os.environ.get("CI", "").lower() not in ("", "0", "false")
+def shared_folder(config: pytest.Config) -> Path:
+    """Return the folder that all processes of the run share; it is created when first written to."""
+    if is_worker(config):
+        return Path(_sent(config)["shared"])
+    if _SHARED not in config.stash:
+        config.stash[_SHARED] = Path(tempfile.gettempdir(), f"texvol-pictures-{os.urandom(12).hex()}")
+    return config.stash[_SHARED]
+
+
+def remove_shared_folder(config: pytest.Config) -> None:
+    """Remove the folder that the processes of the run shared."""
+    if _SHARED in config.stash:
+        shutil.rmtree(config.stash[_SHARED], ignore_errors=True)
+
+
+def is_worker(config: pytest.Config) -> bool:
+    """True in a worker of pytest-xdist."""
+    return hasattr(config, "workerinput")
+
+
+def _sent(config: Any) -> dict[str, Any]:
+    """Return the folders that the controller has sent to this worker."""
+    return dict(config.workerinput["texvol"])

@@ -84,7 +84,9 @@ def examined(candidate: Candidate, options: Mapping[str, Any], maker: Maker, nam
     most = max(bound.color, bound.opacity) / scale
     limits = Limits(most, 0.0, most, np.inf, most, np.inf, bound.words)
     outcome = examine(candidate.picture, reference, limits, name=name)
-    return _with_note(_parts_apart(outcome, bound, scale))
+    outcome = _parts_apart(outcome, bound, scale)
+    words = loose_words(outcome)
+    return replace(outcome, notes=(*outcome.notes, words)) if words else outcome
 
 
 def loose_words(outcome: Outcome) -> str:
@@ -97,11 +99,6 @@ def loose_words(outcome: Outcome) -> str:
         f"the bound of picture {outcome.name!r} is {limits.max_abs:.2g}{unit} ({limits.source}), which allows "
         f"visible errors (from {LOOSE:.2g} on); draw the scene with a larger sampling_rate, or with max_error"
     )
-
-
-def _with_note(outcome: Outcome) -> Outcome:
-    words = loose_words(outcome)
-    return replace(outcome, notes=(*outcome.notes, words)) if words else outcome
 
 
 def truth_of(scene: Scene, size: tuple[int, int]) -> NDArray[np.float64]:
@@ -135,40 +132,35 @@ def _like(picture: Picture, reference: Picture) -> Picture:
 
 
 def _bound(candidate: Candidate, scene: Scene, truth: NDArray, options: Mapping[str, Any], maker: Maker) -> Bound:
-    settings = _settings(candidate, scene, options)
     wanted = options.get("max_error")
     if wanted is not None and not 0 < wanted < np.inf:
         raise InputError(f"max_error must be positive and finite, got {wanted!r}")
     if wanted is not None and candidate.renderer is None:
         return Bound(wanted, wanted, f"max_error={wanted:g} of the test")
-    color, opacity, words = _expected(candidate, scene, truth, settings, maker)
+    found = _expected(candidate, scene, truth, _settings(candidate, scene, options), maker)
     if wanted is None:
-        return Bound(color, opacity, words)
-    return Bound(min(color, wanted), min(opacity, wanted), f"{words}, and max_error={wanted:g}")
+        return found
+    return Bound(min(found.color, wanted), min(found.opacity, wanted), f"{found.words}, and max_error={wanted:g}")
 
 
-def _expected(
-    candidate: Candidate, scene: Scene, truth: NDArray, settings: Mapping[str, Any], maker: Maker
-) -> tuple[float, float, str]:
-    """Return the bounds of colour and opacity, and their origin."""
+def _expected(candidate: Candidate, scene: Scene, truth: NDArray, settings: Mapping[str, Any], maker: Maker) -> Bound:
+    """Return the bound that the thickness of the slabs sets."""
     thickness, size = settings["slab_thickness"], candidate.size
     allowance = _rounding(candidate, scene, truth, settings)
-    color = opacity = None
+    words, opacity = f"the error of plain slabs {thickness:.4g} thick", None
     if plain_slabs.can_draw(scene):
         texel_format = candidate.stats.get("texture_format", settings.get("texture_format", "auto"))
         plain, coarse = plain_slabs.pictures_of_slabs(scene, size, thickness, texel_format)
         off = np.maximum(np.abs(plain - truth), np.abs(coarse - truth)) + np.abs(coarse - plain)
         expected = error_control.SAFETY * off + allowance
         opacity = float(expected[..., 3].max())
-        color = float(expected[..., :3].max()) if plain_slabs.knows_color(scene) else None
-    words = f"the error of plain slabs {thickness:.4g} thick"
-    if color is None:
-        estimate = _estimate(candidate, scene, settings, maker) + allowance
-        change = f"the change from slabs {thickness:.4g} to half as thick"
-        words = change + ("; of opacity, " + words if opacity else "")
-        color, opacity = estimate, estimate if opacity is None else opacity
-    assert opacity is not None
-    return color, opacity, words
+        if plain_slabs.knows_color(scene):
+            return Bound(float(expected[..., :3].max()), opacity, words)
+    estimate = _estimate(candidate, scene, settings, maker) + allowance
+    change = f"the change from slabs {thickness:.4g} to half as thick"
+    if opacity is None:
+        return Bound(estimate, estimate, change)
+    return Bound(estimate, opacity, f"{change}; of opacity, {words}" if opacity else change)
 
 
 def _settings(candidate: Candidate, scene: Scene, options: Mapping[str, Any]) -> dict[str, Any]:

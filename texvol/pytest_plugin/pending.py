@@ -8,14 +8,11 @@ parameters made another picture of that name.
 
 from __future__ import annotations
 
-import hashlib
 import json
 import os
-import tempfile
-from contextlib import suppress
-from dataclasses import dataclass
 from pathlib import Path
 
+from texvol.pytest_plugin import names
 from texvol.pytest_plugin.references import Reference
 from texvol.util import writing
 from texvol.util.errors import InputError
@@ -23,31 +20,16 @@ from texvol.util.errors import InputError
 _INFO, _SHARED, _UNLIKE = ".json", ".shared", ".unlike"
 
 
-@dataclass(frozen=True)
-class Committed:
-    """References that were written, and the reasons why others were not, by claimed name."""
-
-    written: tuple[Path, ...]
-    refused: dict[str, str]
-    faults: tuple[str, ...]  # errors of writing
-
-
 class Pending:
-    """Pictures that wait in a folder, each under the name that its test claimed.
+    """Pictures that wait in the folder of a run, each under the name that its test claimed."""
 
-    Parameters
-    ----------
-    folder : path
-        Created when needed.
-    """
-
-    def __init__(self, folder: Path) -> None:
-        self._folder = folder
+    def __init__(self, shared: Path) -> None:
+        self._folder = shared / "references"
 
     def of(self, key: str) -> Reference | None:
         """Return the waiting picture of a claimed name, or None."""
-        info = self._read(self._file(key, _INFO))
-        return Reference(Path(info["picture"]), True) if info else None
+        info = names.content_of(self._file(key, _INFO))
+        return Reference(Path(json.loads(info)["picture"]), True) if info else None
 
     def keep(self, key: str, target: Path, replaced: Path | None, content: bytes) -> bool:
         """Keep a picture for the path `target`; return False if another process has kept one already.
@@ -62,59 +44,46 @@ class Pending:
         picture = self._file(key, f"-{os.urandom(4).hex()}{target.suffix}")
         writing.write_files({picture: content})
         old = str(replaced) if replaced else None
-        info = {"key": key, "picture": str(picture), "target": str(target), "replaced": old}
-        if self._put(self._file(key, _INFO), json.dumps(info)):
-            return True
-        picture.unlink()
-        return False
+        info = json.dumps({"key": key, "picture": str(picture), "target": str(target), "replaced": old})
+        is_first = names.put_once(self._file(key, _INFO), info) == info
+        if not is_first:
+            picture.unlink()
+        return is_first
 
     def refuse(self, key: str, reason: str) -> None:
         """Mark a name that two tests share: its picture is not written."""
-        self._put(self._file(key, _SHARED), json.dumps({"reason": reason}))
+        names.put_once(self._file(key, _SHARED), reason)
 
     def doubt(self, key: str, test: str) -> None:
         """Mark a name for which a test made another picture than the waiting one: no reference is replaced."""
-        self._put(self._file(key, _UNLIKE), json.dumps({"reason": f"{test} gives another picture of that name"}))
+        names.put_once(self._file(key, _UNLIKE), f"{test} gives another picture of that name")
 
-    def commit(self) -> Committed:
-        """Move the pictures to their places."""
-        written, refused, faults = [], {}, []
+    def commit(self) -> tuple[dict[str, str], bool]:
+        """Move the pictures to their places.
+
+        Returns
+        -------
+        dict
+            Reasons why pictures were not moved, by claimed name.
+        bool
+            True if all others were written without an error.
+        """
+        refused, no_errors = {}, True
         for file in sorted(self._folder.glob(f"*{_INFO}")):
-            info = self._read(file)
+            info = json.loads(names.content_of(file))
             key, target = info["key"], Path(info["target"])
-            shared, unlike = (self._read(self._file(key, each)) for each in (_SHARED, _UNLIKE))
-            if shared or (unlike and info["replaced"]):
-                refused[key] = (shared or unlike)["reason"]
+            unlike = info["replaced"] and names.content_of(self._file(key, _UNLIKE))
+            if reason := names.content_of(self._file(key, _SHARED)) or unlike:
+                refused[key] = reason
                 continue
             try:
                 _put_in_place(Path(info["picture"]), target, Path(info["replaced"]) if info["replaced"] else None)
-                written.append(target)
             except InputError as error:
-                refused[key] = str(error)
-                faults.append(str(error))
-        return Committed(tuple(written), refused, tuple(faults))
+                refused[key], no_errors = str(error), False
+        return refused, no_errors
 
     def _file(self, key: str, ending: str) -> Path:
-        return self._folder / f"{hashlib.sha256(key.encode()).hexdigest()}{ending}"
-
-    def _put(self, file: Path, text: str) -> bool:
-        """Write a file whole, and only once; False if it is there."""
-        self._folder.mkdir(exist_ok=True, mode=0o700, parents=True)
-        with tempfile.NamedTemporaryFile("w", dir=self._folder, delete=False, encoding="utf-8") as scratch:
-            scratch.write(text)
-        try:
-            file.hardlink_to(scratch.name)
-        except FileExistsError:
-            return False
-        finally:
-            Path(scratch.name).unlink()
-        return True
-
-    @staticmethod
-    def _read(file: Path) -> dict[str, str]:
-        with suppress(FileNotFoundError):
-            return dict(json.loads(file.read_text("utf-8")))
-        return {}
+        return self._folder / f"{names.file_name(key)}{ending}"
 
 
 def _check_position(target: Path) -> None:

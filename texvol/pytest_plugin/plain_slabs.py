@@ -47,7 +47,7 @@ class _Rays:
     first_plane: Numbers
     per_slab: Numbers
 
-    def part(self, part: slice) -> _Rays:
+    def part(self, part: slice | NDArray[np.intp]) -> _Rays:
         return _Rays(*(getattr(self, name)[part] for name in self.__dataclass_fields__))
 
 
@@ -60,13 +60,10 @@ def can_draw(scene: Scene) -> bool:
 
 def _is_plain(scene: CompleteScene) -> bool:
     """True if a volume's medium is finite, smooth between samples, and depends on the value alone."""
-    if scene.volume.labels:
+    volume, medium = scene.volume, scene.medium
+    if volume.labels or medium.needs_gradient:
         return False
-    medium = scene.medium
-    return (
-        bool(np.isfinite(medium.extinctions).all() and np.isfinite(scene.volume.values).all())
-        and not medium.needs_gradient
-    )
+    return bool(np.isfinite(medium.extinctions).all() and np.isfinite(volume.values).all())
 
 
 def knows_color(scene: Scene) -> bool:
@@ -118,21 +115,14 @@ def _rays_of(volume: Volume, camera: Camera, middle: Numbers, size: tuple[int, i
     )
 
 
+@dataclass(frozen=True)
 class _Field:
     """Medium of one volume as a function of position: emission and extinction, or texels of slabs."""
 
-    def __init__(
-        self,
-        grid: NDArray,
-        medium: TransferFunction | None,
-        length_unit: float = 0.0,
-        *,
-        halves: bool = False,
-    ) -> None:
-        self._grid = grid  # (nz, ny, nx, channels)
-        self._medium = medium  # classifies interpolated values; None: the grid holds the medium
-        self._length_unit = length_unit  # of texels of colour and opacity; 0: texels of emission and extinction
-        self.halves = halves
+    grid: NDArray  # (nz, ny, nx, channels)
+    medium: TransferFunction | None = None  # classifies interpolated values; None: the grid holds the medium
+    length_unit: float = 0.0  # of texels of colour and opacity; 0: texels of emission and extinction
+    halves: bool = False  # True to integrate each half of a slab
 
     def parts(self, count: int, rays: _Rays, front: Numbers, back: Numbers, steps: int) -> Numbers:
         """Emission and extinction times length (count, n, 4) of `count` equal parts of slabs from `front` to `back`."""
@@ -149,30 +139,30 @@ class _Field:
 
     def _medium_of(self, texels: Numbers) -> Numbers:
         """Emission and extinction (n, 4)."""
-        if self._medium is not None:
-            emission, extinction = self._medium.classify(texels[:, 0])
+        if self.medium is not None:
+            emission, extinction = self.medium.classify(texels[:, 0])
             return np.column_stack([emission, extinction]) * texels[:, 1:]
-        if not self._length_unit:
+        if not self.length_unit:
             return texels
         depth = -np.log1p(-np.minimum(texels[:, 3], 1 - 2.0**-53))
         emission = texels[:, :3] / _mean_transmittance(depth)[:, np.newaxis]
-        return np.column_stack([emission, depth]) / self._length_unit
+        return np.column_stack([emission, depth]) / self.length_unit
 
     def _at(self, rays: _Rays, distance: Numbers, steps: int) -> Numbers:
         """Return the stored numbers, interpolated trilinearly (n, channels); constant beyond the outermost samples."""
         position = rays.start + distance[:, np.newaxis] * rays.direction
         if steps:
             position = np.rint(position * steps) / steps
-        counts = np.array(self._grid.shape[2::-1])
+        counts = np.array(self.grid.shape[2::-1])
         position = np.clip(position, 0, counts - 1)
         low = np.minimum(position.astype(np.intp), np.maximum(counts - 2, 0))
         fraction = position - low
         high = np.minimum(low + 1, counts - 1)
-        found = np.zeros((len(position), self._grid.shape[3]))
+        found = np.zeros((len(position), self.grid.shape[3]))
         for corner in range(8):
             x, y, z = (high[:, axis] if corner >> axis & 1 else low[:, axis] for axis in range(3))
             weights = [fraction[:, axis] if corner >> axis & 1 else 1 - fraction[:, axis] for axis in range(3)]
-            found += (weights[0] * weights[1] * weights[2])[:, np.newaxis] * self._grid[z, y, x]
+            found += (weights[0] * weights[1] * weights[2])[:, np.newaxis] * self.grid[z, y, x]
         return found
 
 
@@ -190,7 +180,7 @@ def _field_of(scene: CompleteScene, slab_thickness: float, texel_format: str) ->
     if scene.classification == "slab":
         length_unit = min(slab_thickness, _DEEPEST_SLAB / max(float(extinction.max()), 1e-300))
         texels = _slab_color(texels.reshape(-1, 4) * length_unit).reshape(texels.shape)
-    return _Field(_rounded(texels, texel_format), None, length_unit)
+    return _Field(_rounded(texels, texel_format), length_unit=length_unit)
 
 
 def _slab_color(amounts: Numbers) -> Numbers:
@@ -222,7 +212,7 @@ def _composited(volumes: Sequence[tuple[_Rays, _Field]], part: slice, steps: int
             for rays, (_, field) in zip(all_rays, volumes, strict=True):
                 inside = np.flatnonzero((front < back) & (rays.enters <= front) & (back <= rays.leaves))
                 if inside.size:
-                    amounts[:, inside] += field.parts(count, _taken(rays, inside), front[inside], back[inside], steps)
+                    amounts[:, inside] += field.parts(count, rays.part(inside), front[inside], back[inside], steps)
             for each in amounts if amounts.any() else ():
                 color += (1 - color[:, 3:]) * _slab_color(each)
     return color
@@ -249,7 +239,3 @@ def _slabs_of(all_rays: Sequence[_Rays]) -> range:
         first += np.floor((rays.enters - rays.first_plane) / rays.per_slab)[hit].tolist()
         last += np.ceil((rays.leaves - rays.first_plane) / rays.per_slab)[hit].tolist()
     return range(int(min(first)), int(max(last))) if first else range(0)
-
-
-def _taken(rays: _Rays, chosen: NDArray[np.intp]) -> _Rays:
-    return _Rays(*(getattr(rays, name)[chosen] for name in rays.__dataclass_fields__))

@@ -15,7 +15,8 @@ Numbers that are not finite are None.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import pytest
@@ -24,7 +25,6 @@ from texvol.util.shown_text import shown
 
 # Worst first.
 STATUSES = ("broken", "different", "new", "refused", "updated", "same")
-FAILING = frozenset(STATUSES[:4])
 Record = dict[str, Any]
 RECORDS = pytest.StashKey[list[Record]]()
 
@@ -68,11 +68,11 @@ class Gathered:
 
     def add(self, report: Any) -> None:
         """Add the records of a report of pytest."""
-        seen: dict[str, int] = {}
+        seen: Counter[str] = Counter()
         for record in getattr(report, "texvol_pictures", ()):
             # The last run of a repeated test counts.
-            number = seen[record["name"]] = seen.get(record["name"], 0) + 1
-            self._records[record["test"], record["name"], number] = record
+            seen[record["name"]] += 1
+            self._records[record["test"], record["name"], seen[record["name"]]] = record
         if report.failed:
             status = getattr(report, "texvol_failure", None)
             if status in ("different", "broken", "new"):
@@ -94,9 +94,6 @@ class Gathered:
         """The records, worst first: by status, error and name."""
         return sorted(self._records.values(), key=_badness)
 
-    def __bool__(self) -> bool:
-        return bool(self._records)
-
 
 def _badness(record: Record) -> tuple[Any, ...]:
     # An unknown or infinite error is the worst.
@@ -107,7 +104,11 @@ def _badness(record: Record) -> tuple[Any, ...]:
 
 def counted(records: Iterable[Record]) -> str:
     """Return the number of records of each status: "1 different, 3 same"."""
-    counts: dict[str, int] = {}
-    for record in records:
-        counts[record["status"]] = counts.get(record["status"], 0) + 1
+    counts = Counter(record["status"] for record in records)
     return ", ".join(f"{counts[status]} {status}" for status in STATUSES if status in counts)
+
+
+def first(lines: Sequence[str], most: int) -> list[str]:
+    """Return the first lines, and a line that counts the rest."""
+    more = len(lines) - most
+    return [*lines[:most], *([f"and {more} more"] if more > 0 else [])]

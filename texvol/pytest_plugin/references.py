@@ -10,7 +10,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from texvol.comparison.limits import DRIVER_ATTRIBUTE
 from texvol.comparison.pictures import Picture, read_picture
@@ -67,9 +66,11 @@ def position_of(reference: Reference, picture: Picture) -> Path:
 
 def encoded(path: Path, picture: Picture) -> bytes:
     """Return a picture file with the picture's channels and its fingerprint."""
-    transparent = path.suffix.lower() == ".png" and picture.has_opacity
-    pixels = picture.pixels if path.suffix.lower() == ".png" else _channels(picture)
-    return image.encoded(path, pixels, attributes_of(picture), transparent=transparent)
+    if path.suffix.lower() == ".png":
+        return image.encoded(path, picture.pixels, attributes_of(picture), transparent=picture.has_opacity)
+    # EXR has no grey with opacity: it becomes RGBA.
+    chosen = {1: [0], 3: [0, 1, 2]}.get(picture.channels, [0, 1, 2, 3])
+    return image.encoded(path, np.ascontiguousarray(picture.pixels[..., chosen]), attributes_of(picture))
 
 
 def attributes_of(picture: Picture) -> dict[str, str]:
@@ -98,9 +99,3 @@ def like_stored(picture: Picture, stored: Picture) -> Picture:
 def driver_of(attributes: Mapping[str, str]) -> str | None:
     """Return the driver in a picture's header, or None."""
     return attributes.get(DRIVER_ATTRIBUTE) or None
-
-
-def _channels(picture: Picture) -> NDArray[np.float32]:
-    """Return the pixels in the picture's channels; grey with opacity, which EXR lacks, as RGBA."""
-    chosen = {1: [0], 2: [0, 1, 2, 3], 3: [0, 1, 2], 4: [0, 1, 2, 3]}[picture.channels]
-    return np.ascontiguousarray(picture.pixels[..., chosen])

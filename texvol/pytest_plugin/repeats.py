@@ -13,8 +13,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -48,23 +47,19 @@ class Repeats:
             )
         return f"{noise}; their mean is off by {self.difference_rms:.2g}, which the noise explains"
 
-    def as_json(self) -> dict[str, Any]:
-        return asdict(self) | {"words": self.words}
-
 
 def repeats_of(pictures: Sequence[Picture], mean: Picture, reference: Picture) -> Repeats | None:
     """Return the numbers of the repeats; None without repeats, or without a reference of the same size."""
     if len(pictures) < 2 or mean.pixels.shape != reference.pixels.shape:
         return None
     middle = mean.pixels.astype(np.float64)
-    off = [np.abs(each.pixels - middle) for each in pictures]
     noise = noise_of(pictures, mean)
     square = float(np.square(middle - reference.pixels).mean())
     expected = noise**2 / len(pictures) + _noise_of_mean(reference) ** 2
     return Repeats(
         len(pictures),
         noise,
-        float(max(each.max() for each in off)),
+        float(max(np.abs(each.pixels - middle).max() for each in pictures)),
         float(np.sqrt(square)),
         float(np.sqrt(expected)),
         float(np.sqrt(max(square - expected, 0.0))),

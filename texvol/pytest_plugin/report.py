@@ -46,17 +46,16 @@ def prepare(folder: Path) -> None:
             _remove(folder)
         folder.mkdir(parents=True, exist_ok=True)
         # Marks the folder as a report, even if the run is killed.
-        _write(folder / FILE, json.dumps({"program": _PROGRAM, "finished": False}))
+        writing.write_files({folder / FILE: json.dumps({"program": _PROGRAM, "finished": False}).encode()})
     except OSError as error:
         raise InputError(f"{folder}: cannot hold a report: {error.strerror}") from None
 
 
-def write_page(path: Path, outcome: Outcome, metadata: Mapping[str, str], index: str | None) -> None:
-    """Write one picture's page."""
+def page_of(outcome: Outcome, metadata: Mapping[str, str], index: str | None) -> bytes:
+    """Return the content of one picture's page; `index` is the relative path of the report's index."""
     from texvol.comparison.page import comparison_page
 
-    text = comparison_page(outcome, metadata=metadata, index=index)
-    writing.write_files({path: text.encode() + b"\n" + _MARK})
+    return comparison_page(outcome, metadata=metadata, index=index).encode() + b"\n" + _MARK
 
 
 def entry(record: Record, outcome: Outcome | None, metadata: Mapping[str, str], page: str) -> dict[str, Any]:
@@ -102,7 +101,9 @@ def finish(folder: Path, records: Sequence[Record], status: int) -> None:
         "finished": True,
         "exit_status": status,
         "counts": counted(records),
-        "pictures": [_inside(folder, record) for record in shown],
+        "pictures": [
+            record | {name: _relative(folder, record[name]) for name in ("page", "candidate")} for record in shown
+        ],
     }
     files = {
         _INDEX: page.encode() + b"\n" + _MARK,
@@ -127,7 +128,7 @@ def result_of(record: Record, folder: Path | None = None) -> Any:
         test=record["test"],
         file=record["file"],
         line=record["line"],
-        page=_relative(folder, page) if folder and page else page,
+        page=_relative(folder, page) if folder else page,
         attachments=tuple(path for path in (record.get("candidate"), page) if path),
     )
 
@@ -139,14 +140,9 @@ def _common_metadata(records: Sequence[Record]) -> dict[str, str]:
     return {name: fact for name, fact in first.items() if all(each.get(name) == fact for each in fingerprints)}
 
 
-def _inside(folder: Path, record: Record) -> Record:
-    """Return the record with paths relative to the report."""
-    paths = {name: _relative(folder, record[name]) for name in ("page", "candidate") if record.get(name)}
-    return record | paths
-
-
-def _relative(folder: Path, path: str) -> str:
-    return Path(path).relative_to(folder).as_posix() if Path(path).is_relative_to(folder) else path
+def _relative(folder: Path, path: str | None) -> str | None:
+    """Return a path in the folder relative to the folder, and other paths as they are."""
+    return Path(path).relative_to(folder).as_posix() if path and Path(path).is_relative_to(folder) else path
 
 
 def _is_report(folder: Path) -> bool:
@@ -170,17 +166,10 @@ def _remove(folder: Path) -> None:
 
 
 def _is_ours(path: Path) -> bool:
-    with path.open("rb") as file:
-        file.seek(0, 2)
-        file.seek(max(file.tell() - len(_MARK), 0))
-        return file.read() == _MARK
+    return path.read_bytes().endswith(_MARK)
 
 
 def _is_candidate(path: Path) -> bool:
     """True if the file is a candidate of this plugin: an EXR with a fingerprint in its header."""
     with path.open("rb") as file:
         return b"texvol:fingerprint" in file.read(1 << 20)
-
-
-def _write(path: Path, text: str) -> None:
-    writing.write_files({path: text.encode()})

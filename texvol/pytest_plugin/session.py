@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from texvol.comparison import ci
-from texvol.pytest_plugin import junit, references, report
+from texvol.pytest_plugin import options, references, report
 from texvol.pytest_plugin.candidates import Maker
 from texvol.pytest_plugin.names import Claims
 from texvol.pytest_plugin.pending import Pending
-from texvol.pytest_plugin.records import FAILING, RECORDS, plain
+from texvol.pytest_plugin.records import RECORDS, Record, plain
+from texvol.pytest_plugin.summary import ATTACHMENT
 from texvol.util import writing
 from texvol.util.errors import InputError, TexvolError
 
@@ -21,48 +21,24 @@ if TYPE_CHECKING:
     import pytest
 
     from texvol.comparison.outcome import Outcome
-    from texvol.comparison.pictures import Picture
     from texvol.pytest_plugin.candidates import Candidate
 
 
-@dataclass(frozen=True)
-class Kept:
-    """Paths of the candidate and the page that were written."""
-
-    candidate: Path | None = None
-    page: Path | None = None
-
-
 class PictureSession:
-    """State of one process that runs tests.
+    """State of one process that runs tests; without a report, pictures and pages are written to `scratch`."""
 
-    Parameters
-    ----------
-    folder : path or None
-        Folder of the report.
-    shared : path or None
-        Folder for messages between workers.
-    pending : Pending
-        References to be written.
-    """
-
-    def __init__(
-        self, config: pytest.Config, scratch: Path, folder: Path | None, shared: Path | None, pending: Pending
-    ) -> None:
-        self._start = config.invocation_params.dir
-        self._scratch, self._folder = scratch, folder
+    def __init__(self, config: pytest.Config, scratch: Path) -> None:
+        shared = options.shared_folder(config)
+        self._has_report = options.report_folder(config) is not None
+        self._root = options.report_folder(config) or scratch
         self._self_tests = bool(config.option.texvol_self_test)
-        self.claims = Claims(shared)
+        self.claims = Claims(shared if options.is_worker(config) else scratch)
         self.maker = Maker()
-        self.pending = pending
-
-    def close(self) -> None:
-        """Close the renderer."""
-        self.maker.close()
+        self.pending = Pending(shared)
 
     def self_test(self, candidate: Candidate, outcome: Outcome) -> dict[str, str]:
         """Return the HTML of the self-test of a picture's limits, for the first scene of the run if requested."""
-        if not self._self_tests or candidate.scene is None or not self.claims.first("self-test"):
+        if not self._self_tests or candidate.scene is None or not self.claims.is_mine("self-test"):
             return {}
         self._self_tests = False
         from texvol.comparison import self_test, self_test_page
@@ -75,56 +51,40 @@ class PictureSession:
             return {"self_test": self_test_page.failure(outcome.name, error)}
         return {"self_test": self_test_page.fragment(found)}
 
-    def said(self, path: Path) -> str:
-        """Return a path relative to the folder where pytest was started."""
-        relative = os.path.relpath(path, self._start)
-        return str(path) if relative.startswith("..") else relative
+    def keep(self, item: pytest.Item, record: Record, outcome: Outcome | None, metadata: Mapping[str, str]) -> Record:
+        """Keep the record of a check for pytest's report; write the candidate of a failed check, and a page of a pair.
 
-    def keep(
-        self,
-        item: pytest.Item,
-        record: dict[str, Any],
-        outcome: Outcome | None = None,
-        metadata: Mapping[str, str] = {},
-        picture: Picture | None = None,
-    ) -> Kept:
-        """Keep the result of a check for pytest's report; write the candidate and the page.
-
-        `picture` is the candidate of a failed check.
+        Returns
+        -------
+        dict
+            The record with the paths `candidate` and `page`.
         """
         page = self.claims.page(item.nodeid, record["name"])
-        root = self._folder or self._scratch
-        kept = Kept(root / f"{page}.exr" if picture is not None else None)
-        if picture is not None:
-            assert kept.candidate is not None
-            _make_folder(kept.candidate.parent)
-            writing.write_files({kept.candidate: references.encoded(kept.candidate, picture)})
-            record = record | {"candidate": str(kept.candidate)}
-        # A page shows a pair.
+        failed = record["status"] in ci.FAILING
+        if outcome is not None and failed:
+            path = self._root / f"{page}.exr"
+            record = record | {"candidate": _write(path, references.encoded(path, outcome.candidate))}
         has_page = outcome is not None and outcome.candidate is not outcome.reference
-        if outcome is not None and has_page and (self._folder or record["status"] in FAILING):
-            kept = Kept(kept.candidate, root / f"{page}.html")
-            assert kept.page is not None
-            _make_folder(kept.page.parent)
-            back = os.path.relpath(root / "index.html", kept.page.parent) if self._folder else None
-            report.write_page(kept.page, outcome, metadata, back)
-            record = record | {"page": str(kept.page)}
-        if self._folder:
+        if outcome is not None and has_page and (self._has_report or failed):
+            path = self._root / f"{page}.html"
+            back = os.path.relpath(self._root / "index.html", path.parent) if self._has_report else None
+            record = record | {"page": _write(path, report.page_of(outcome, metadata, back))}
+        if self._has_report:
             record = record | report.entry(record, outcome, metadata, f"{page}.html" if has_page else "")
         record = plain(record)
         item.stash.setdefault(RECORDS, []).append(record)
-        self._tell_junit(item, record)
-        return kept
-
-    def _tell_junit(self, item: pytest.Item, record: dict[str, Any]) -> None:
         result = report.result_of(record)
         item.user_properties.extend(ci.properties(result))
-        if getattr(item.config.option, "xmlpath", None) and record["status"] in FAILING:
-            item.user_properties.extend((junit.PROPERTY, path) for path in result.attachments)
+        if getattr(item.config.option, "xmlpath", None) and failed:
+            item.user_properties.extend((ATTACHMENT, path) for path in result.attachments)
+        return record
 
 
-def _make_folder(folder: Path) -> None:
+def _write(path: Path, content: bytes) -> str:
+    """Write a file into a folder that is created if missing, and return its path."""
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise InputError(f"{folder}: cannot be created: {error.strerror}") from None
+        raise InputError(f"{path.parent}: cannot be created: {error.strerror}") from None
+    writing.write_files({path: content})
+    return str(path)

@@ -11,24 +11,35 @@
 
 Limits that are looser than the defaults need a reason. A table's limits hold for the driver that drew the reference,
 and for other drivers as far as `drivers` says: "any", or parts of their names.
+
+Stale tables, of pictures that no longer exist, are reported after a run of all tests.
 """
 
 from __future__ import annotations
 
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from texvol.comparison.limits import NAMES, ONE_DRIVER, TWO_DRIVERS, Limits, changed_limits, read_limits
+from texvol.pytest_plugin.references import find
 from texvol.util.errors import InputError
+
+if TYPE_CHECKING:
+    import pytest
+
+    from texvol.pytest_plugin.records import Record
 
 DEFAULT = "default"
 _KEYS = tuple(name.replace("_", "-") for name in NAMES)
 # Shorter texts are no reasons: "flaky", "TODO", "see above".
 _FEWEST_WORDS = 3
+# Options of pytest that select tests.
+_NARROWING = ("keyword", "markexpr", "lf", "failedfirst", "deselect", "ignore", "ignore_glob", "stepwise")
 
 
 @dataclass(frozen=True)
@@ -70,7 +81,10 @@ class Tables:
             if key not in (*_KEYS, "reason", "drivers"):
                 keys = ", ".join((*_KEYS, "reason", "drivers"))
                 raise InputError(f"{where}: key {key!r} not found; the keys are {keys}")
-        _check_drivers(table.get("drivers", "any"), where)
+        drivers = table.get("drivers", "any")
+        are_parts = isinstance(drivers, list) and all(isinstance(each, str) and each.strip() for each in drivers)
+        if drivers != "any" and not (drivers and are_parts):
+            raise InputError(f'{where}: drivers must be "any" or a list of parts of drivers\' names, got {drivers!r}')
         try:
             limits = changed_limits(base, {key: table[key] for key in table if key in _KEYS}, where)
         except InputError as error:
@@ -119,11 +133,41 @@ class Rules:
         return driver is not None and any(part.lower() in driver.lower() for part in self.drivers or ())
 
 
-def _check_drivers(drivers: Any, where: str) -> None:
-    good = isinstance(drivers, list) and drivers and all(isinstance(each, str) and each.strip() for each in drivers)
-    if drivers != "any" and not good:
-        raise InputError(f'{where}: drivers must be "any" or a list of parts of drivers\' names, got {drivers!r}')
-
-
 def _is_reason(reason: Any) -> bool:
     return isinstance(reason, str) and len(re.findall(r"\w*[^\W\d_]{2,}\w*", reason)) >= _FEWEST_WORDS
+
+
+def stale_tables(session: pytest.Session, records: Sequence[Record]) -> list[str]:
+    """Return a sentence for each table whose picture is neither checked nor stored; none if tests were left out."""
+    if int(session.exitstatus) in (2, 3, 4, 5) or session.shouldstop or session.shouldfail:
+        return []
+    if any(getattr(session.config.option, name, None) for name in _NARROWING):
+        return []
+    sentences = []
+    for file in sorted({record["limits"] for record in records}):
+        checked = [record for record in records if record["limits"] == file]
+        folders = {Path(record["folder"]) for record in checked}
+        if not _ran_all_of(session.config, Path(file), folders):
+            continue
+        known = {DEFAULT, *(record["name"] for record in checked)}
+        with suppress(InputError):  # the tests have reported it
+            stale = [name for name in Tables.read(Path(file)).tables if not _exists(name, known, folders)]
+            sentences += [f"{file}: [{name}]: the picture no longer exists; remove the table" for name in stale]
+    return sentences
+
+
+def _exists(name: str, known: set[str], folders: set[Path]) -> bool:
+    """True if a name is known, or a picture of that name is stored once or several times."""
+    try:
+        return name in known or any(find(folder, name).exists for folder in folders)
+    except InputError:
+        return True
+
+
+def _ran_all_of(config: pytest.Config, file: Path, folders: set[Path]) -> bool:
+    """True if all tests ran that the file of limits may apply to: those below its folder and below the references'."""
+    if config.args_source.name != "ARGS":
+        return True
+    below = {file.parent, *(folder.parent for folder in folders)}
+    given = [Path(config.invocation_params.dir / arg) for arg in config.args if "::" not in arg]
+    return all(any(part == each or each in part.parents for each in given if each.is_dir()) for part in below)

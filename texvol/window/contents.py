@@ -16,9 +16,9 @@ from dataclasses import replace
 from typing import Any, NoReturn
 
 from texvol.formats.readers import load
-from texvol.options import mask as mask_options
 from texvol.options import reading as reading_options
 from texvol.options import scene_options as options
+from texvol.options.files import MaskChoice
 from texvol.options.volumes import OF_ADDED, AddedChoice
 from texvol.scene.added_volume import AddedVolume
 from texvol.scene.mask import Mask
@@ -81,12 +81,12 @@ def read_volume(path: str, scene: Scene, chosen: Mapping[str, Any]) -> AddedVolu
 def read_mask(path: str, volume: Volume, fade: tuple[float, float] | None = None) -> Mask:
     """Read a mask of a volume; values outside [0, 1] are mapped by `fade`, by default from their range to [0, 1]."""
     try:
-        return mask_options.MaskChoice(path, fade).load(volume)
+        return MaskChoice(path, fade).load(volume)
     except InputError:
         ends = load(path).finite_range if fade is None else None
         if ends is None or (ends[0] >= 0 and ends[1] <= 1):  # the values are weights: the error has another cause
             raise
-        return mask_options.MaskChoice(path, ends).load(volume)
+        return MaskChoice(path, ends).load(volume)
 
 
 def mask_of(scene: Scene, number: int) -> Mask | None:

@@ -22,9 +22,9 @@ from texvol.comparison.pictures import Picture, read_picture
 from texvol.formats.readers import TimeSeries, load
 from texvol.geometry.reading import load_mesh
 from texvol.options import scene_options as options
-from texvol.options.transform import transform
+from texvol.options.files import transform
 from texvol.provenance.scene_metadata import ATTRIBUTE
-from texvol.provenance.stored_scene import scene_from_metadata, stored_scene_of
+from texvol.provenance.stored_scene import stored_scene_of
 from texvol.pytest_plugin.references import fingerprint_of
 from texvol.pytest_plugin.repeats import repeats_of
 from texvol.scene import transfer
@@ -125,7 +125,7 @@ def _header(path: str) -> int:
     with open(path, "rb") as file:
         text = file.read().decode("utf-8", "replace")
     added = (_FURTHER,) if '"added"' in text else ()
-    scene_from_metadata(text, name=path, volume=_VOLUME, mask=_MASK if '"mask"' in text else None, added=added)
+    stored_scene_of({ATTRIBUTE: text}, name=path, volume=_VOLUME, mask=_MASK if '"mask"' in text else None, added=added)
     return len(text)
 
 
