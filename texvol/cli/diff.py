@@ -193,11 +193,10 @@ def _difference_picture(path: str, outcome: Outcome, gain: float | None) -> byte
     """Return the file of the absolute differences in linear light; EXR also has the difference of the opacity."""
     import numpy as np
 
-    from texvol.comparison.compared import compared_pixels
     from texvol.formats.pictures import image
 
-    ours, theirs = compared_pixels(outcome)
-    difference = np.abs(ours - theirs) * np.float32(1 if gain is None else gain)
+    ours, theirs = outcome.in_common_form()
+    difference = np.abs(ours.pixels - theirs.pixels) * np.float32(1 if gain is None else gain)
     return image.encoded(path, difference, {"texvol:gain": f"{1 if gain is None else gain:g}"})
 
 

@@ -1,4 +1,4 @@
-"""Pixels that were compared, and their differences, for pages."""
+"""Differences of pixels, and their range, for pages."""
 
 from __future__ import annotations
 
@@ -6,15 +6,6 @@ from functools import reduce
 
 import numpy as np
 from numpy.typing import NDArray
-
-from texvol.comparison.common_form import on_common_form
-from texvol.comparison.outcome import Outcome
-
-
-def compared_pixels(outcome: Outcome) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Return the pixels of candidate and reference in their common form."""
-    ours, theirs = on_common_form(outcome.candidate, outcome.reference)
-    return ours.pixels, theirs.pixels
 
 
 def pixel_differences(candidate: NDArray, reference: NDArray) -> NDArray[np.float32]:

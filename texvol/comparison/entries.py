@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.comparison.compared import compared_pixels, largest_finite, pixel_differences, shown_range
-from texvol.comparison.limits import Limits
-from texvol.comparison.measures import Measures, without_infinities
+from texvol.comparison.compared import largest_finite, pixel_differences, shown_range
+from texvol.comparison.limits import Limits, checks
+from texvol.comparison.measures import Measures, extreme_around, without_infinities
 from texvol.comparison.outcome import Outcome
 from texvol.comparison.pictures import Picture
 from texvol.formats.pictures import image
@@ -21,6 +21,7 @@ from texvol.util import color
 _THUMB = 128  # pixels of the longer side
 _MOST_EXCESS = 1e12  # of a limit of 0; JSON has no infinity
 THUMBNAIL_DECADES = 2  # of differences, below and above the limit
+_MEASURES = ("max_error", "rms_error", "percent_over", "ssim", "flip", "beyond_rms", "beyond_max")
 _MAGENTA = 1.0, 0.0, 1.0
 
 
@@ -48,7 +49,7 @@ def entry_of(outcome: Outcome, *, test: str = "", page: str = "", metadata: Mapp
         **_start(outcome.name, outcome.status, test, page, metadata),
         "excess": excess(measures, outcome.limits),
         "size": _size(outcome.candidate),
-        "measures": None if measures is None else without_infinities(_few(measures)),
+        "measures": measures and without_infinities({name: getattr(measures, name) for name in _MEASURES}),
         "limits": outcome.limits.as_json(),
         "violations": list(outcome.violations),
         "kinds": [each.words for each in outcome.kinds],
@@ -69,18 +70,10 @@ def entry_without_reference(
     metadata: Mapping[str, str] = {},
 ) -> dict[str, Any]:
     """Return the entry of a picture without a reference ("new"), or with an unreadable one ("broken")."""
-    return {
-        **_start(name, status, test, page, metadata),
-        "excess": None,
-        "size": _size(candidate) if candidate else "",
-        "measures": None,
-        "limits": None,
-        "violations": list(violations),
-        "kinds": [],
-        "oracle": None,
-        "notes": [],
-        "thumbnails": {"candidate": _thumbnail(candidate.pixels, 1.0)} if candidate else {},
-    }
+    found = _start(name, status, test, page, metadata) | {"violations": list(violations)}
+    if candidate:
+        found |= {"size": _size(candidate), "thumbnails": {"candidate": _thumbnail(candidate.pixels, 1.0)}}
+    return found
 
 
 def _start(name: str, status: str, test: str, page: str, metadata: Mapping[str, str]) -> dict[str, Any]:
@@ -93,23 +86,13 @@ def _size(picture: Picture) -> str:
     return f"{width} × {height}"
 
 
-def _few(measures: Measures) -> dict[str, float]:
-    names = ("max_error", "rms_error", "percent_over", "ssim", "flip", "beyond_rms", "beyond_max")
-    return {name: float(getattr(measures, name)) for name in names}
-
-
 def excess(measures: Measures | None, limits: Limits) -> float | None:
     """Return the largest measure as a multiple of its limit; None without measures."""
     if measures is None:
         return None
-    # A limit of 0 % has no multiples: the largest difference takes its place.
-    pairs = (
-        (measures.percent_over, limits.fail_percent) if limits.fail_percent else (measures.beyond_max, limits.max_abs),
-        (measures.beyond_max, limits.hard_max),
-        (measures.outlier, limits.outlier),
-        (measures.beyond_rms, limits.rms),
-        (measures.beyond_flip, limits.flip),
-    )
+    pairs = [(each.measure, each.limit) for each in checks(measures, limits)]
+    if not limits.fail_percent:  # 0 % has no multiples: the largest difference takes its place
+        pairs[0] = measures.beyond_max, limits.max_abs
     fractions = [_fraction(number, limit) for number, limit in pairs if limit < np.inf]
     return max(fractions, default=0.0)
 
@@ -127,7 +110,7 @@ def _thumbnails(outcome: Outcome) -> dict[str, str]:
             name: _thumbnail(each.pixels, 1.0)
             for name, each in (("candidate", outcome.candidate), ("reference", outcome.reference))
         }
-    ours, theirs = compared_pixels(outcome)
+    ours, theirs = (each.pixels for each in outcome.in_common_form())
     low, scale = shown_range(theirs, measures.scale)[0], measures.scale
     found = {"candidate": _thumbnail(ours, scale, low)}
     if measures.max_error > 0:
@@ -138,17 +121,11 @@ def _thumbnails(outcome: Outcome) -> dict[str, str]:
     return found
 
 
-def _blocks(size: int, most: int) -> NDArray[np.intp]:
-    """Return the starts of at most `most` blocks of `size` pixels."""
-    count = min(size, most)
-    return np.arange(count) * size // count
-
-
 def _reduced(numbers: NDArray, how: np.ufunc) -> NDArray:
     """Reduce blocks of (height, width, …) to a pixel each, by sum or maximum; the longer side has `_THUMB` blocks."""
-    height, width = numbers.shape[:2]
-    longer = max(height, width)
-    rows, columns = (_blocks(each, max(1, each * _THUMB // longer)) for each in (height, width))
+    longer = max(numbers.shape[:2])
+    counts = [min(side, max(1, side * _THUMB // longer)) for side in numbers.shape[:2]]
+    rows, columns = (np.arange(count) * side // count for count, side in zip(counts, numbers.shape, strict=False))
     return np.asarray(how.reduceat(how.reduceat(numbers, rows, axis=0), columns, axis=1))
 
 
@@ -178,12 +155,7 @@ def _difference_thumbnail(differences: NDArray, limit: float) -> str:
 
 def _grown(small: NDArray) -> NDArray:
     """Return each pixel's largest neighbour, in thumbnails so large that a single pixel would be missed."""
-    if max(small.shape) < _THUMB:
-        return small
-    for axis in (0, 1):
-        low, high = (np.roll(np.pad(small, 1), step, axis)[1:-1, 1:-1] for step in (-1, 1))
-        small = np.maximum(np.maximum(small, low), high)
-    return small
+    return small if max(small.shape) < _THUMB else extreme_around(np.maximum, small)
 
 
 def _encoded(small: NDArray) -> str:

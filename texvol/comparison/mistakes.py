@@ -137,7 +137,7 @@ class MistakeTrial:
 
 @dataclass(frozen=True)
 class Mistake:
-    """A mistake, and the function that draws it.
+    """A mistake, and the function that draws it, which raises DoesNotApply for other scenes.
 
     `guessed` is True if the mistake gives the same picture each time, so that it can be recognised.
     """
@@ -147,22 +147,12 @@ class Mistake:
     draw: Callable[[MistakeTrial], Pixels]
     guessed: bool = True
 
-    def picture(self, trial: MistakeTrial) -> Pixels:
-        """Return the picture of the trial's scene with the mistake.
-
-        Raises
-        ------
-        DoesNotApply
-            If the mistake does not apply to the scene.
-        """
-        return self.draw(trial)
-
 
 def drawn(trial: MistakeTrial) -> Iterator[tuple[Mistake, Pixels | str]]:
     """Yield every mistake with its picture, or with the reason why it does not apply."""
     for mistake in CATALOGUE:
         try:
-            yield mistake, mistake.picture(trial)
+            yield mistake, mistake.draw(trial)
         except DoesNotApply as reason:
             yield mistake, str(reason)
 
@@ -173,18 +163,22 @@ def _dropped_slab(trial: MistakeTrial) -> Pixels:
     return trial.without(trial.slab)
 
 
-def _swapped_order(trial: MistakeTrial) -> Pixels:
-    trial.needs_medium()
-    return trial.draw(Planted(((_OVER, "return over_right(back, front);"),), under=OVER_WHAT_IS_THERE))
+def _with(function: WrongFunction) -> Callable[[MistakeTrial], Pixels]:
+    return lambda trial: trial.draw(Planted((function,)))
 
 
-def _alpha_of_the_back(trial: MistakeTrial) -> Pixels:
-    trial.needs_medium()
-    return trial.draw(Planted((ALPHA_OF_THE_BACK,), under=UNDER_BY_ITS_OWN_ALPHA))
+def _composited(function: WrongFunction, under: tuple[int, int]) -> Callable[[MistakeTrial], Pixels]:
+    """Return the drawing with a wrong function `over` and the blending that makes the same mistake."""
+
+    def draw(trial: MistakeTrial) -> Pixels:
+        trial.needs_medium()
+        return trial.draw(Planted((function,), under=under))
+
+    return draw
 
 
-def _half_a_texel(trial: MistakeTrial) -> Pixels:
-    return trial.draw(Planted((HALF_A_TEXEL,)))
+_swapped_order = _composited((_OVER, "return over_right(back, front);"), OVER_WHAT_IS_THERE)
+_alpha_of_the_back = _composited(ALPHA_OF_THE_BACK, UNDER_BY_ITS_OWN_ALPHA)
 
 
 def _other_axis(trial: MistakeTrial) -> Pixels:
@@ -194,10 +188,6 @@ def _other_axis(trial: MistakeTrial) -> Pixels:
         if not trial.is_right(picture):
             break
     return picture
-
-
-def _unclipped_end_slabs(trial: MistakeTrial) -> Pixels:
-    return trial.draw(Planted((UNCLIPPED_END_SLABS,)))
 
 
 def _missing_cosine(trial: MistakeTrial) -> Pixels:
@@ -255,13 +245,13 @@ def _wrong_pixel(trial: MistakeTrial) -> Pixels:
 CATALOGUE = (
     Mistake("dropped slab", "a visible slab is not drawn", _dropped_slab, guessed=False),
     Mistake("swapped order", "slabs are composited from back to front", _swapped_order),
-    Mistake("half a texel", "texels are looked up half a texel off along each axis", _half_a_texel),
+    Mistake("half a texel", "texels are looked up half a texel off along each axis", _with(HALF_A_TEXEL)),
     Mistake("wrong gamma", "colours are encoded as sRGB instead of linear", _wrong_gamma),
     Mistake("straight colour", "colours are not multiplied with opacity", _straight_colour),
     Mistake("linear opacity", "the opacity of a slab is its optical depth, at most 1", _linear_opacity),
     Mistake("other axis", "two axes of the volume are swapped", _other_axis),
     Mistake("one wrong pixel", f"one pixel is off by {WRONG_BY:g}", _wrong_pixel, guessed=False),
-    Mistake("unclipped end slabs", "slabs at the box's faces count whole", _unclipped_end_slabs),
+    Mistake("unclipped end slabs", "slabs at the box's faces count whole", _with(UNCLIPPED_END_SLABS)),
     Mistake("double thickness", "opacity is that of slabs twice as thick", _double_thickness),
     Mistake("missing cosine", "oblique rays cross slabs no longer than the middle one", _missing_cosine),
     Mistake("alpha of the back", "over weights the back with its own opacity", _alpha_of_the_back),

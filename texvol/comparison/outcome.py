@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
@@ -14,7 +15,7 @@ from texvol.comparison.limits import DRIVER_ATTRIBUTE, Limits, default_limits, v
 from texvol.comparison.measures import Measures, measure, without_infinities
 from texvol.comparison.pictures import Picture
 from texvol.comparison.scene_changes import SceneChange, drawing_changes, in_words, listed, scene_changes
-from texvol.comparison.three_way import OracleVerdict, three_way
+from texvol.comparison.three_way import OracleVerdict, each_by_its_own, three_way
 
 _SEEN_LIGHT = 1 / 255  # a level of 8 bits
 
@@ -62,6 +63,12 @@ class Outcome:
     @property
     def passed(self) -> bool:
         return self.status == "same"
+
+    def in_common_form(self) -> tuple[Picture, Picture]:
+        """Return candidate and reference as they were compared; unchanged if their sizes differ."""
+        if self.measures is None:
+            return self.candidate, self.reference
+        return on_common_form(self.candidate, self.reference)
 
     def as_json(self) -> dict[str, Any]:
         """The outcome without the pixels."""
@@ -122,7 +129,7 @@ def examine(
         name, candidate, reference, measures, limits, broken + over, status, notes=notes, scene_changes=changes
     )
     found = explained(found) if explain else found
-    return found if truth is None else with_truth(found, truth)
+    return found if truth is None else with_truths(found, [truth])
 
 
 def explained(outcome: Outcome) -> Outcome:
@@ -130,8 +137,8 @@ def explained(outcome: Outcome) -> Outcome:
     measures = outcome.measures
     if measures is None or not measures.max_error > 0:
         return outcome
-    ours, theirs = on_common_form(outcome.candidate, outcome.reference)
-    scale = np.float32(measures.scale)
+    ours, theirs = outcome.in_common_form()
+    scale = measures.scale
     kinds = kinds_of(
         ours.pixels / scale,
         theirs.pixels / scale,
@@ -141,15 +148,26 @@ def explained(outcome: Outcome) -> Outcome:
     return replace(outcome, kinds=kinds)
 
 
-def with_truth(outcome: Outcome, truth: NDArray) -> Outcome:
-    """Return the outcome with the oracle's verdict; `truth` has the form of the pictures, see `CommonForm.of_truth`."""
+def with_truths(outcome: Outcome, truths: Sequence[NDArray | None], reasons: Sequence[str] = ()) -> Outcome:
+    """Return the outcome with the oracle's verdict.
+
+    Parameters
+    ----------
+    truths : sequence of array or None
+        The oracle's picture of the scene of both pictures; or two, that of each picture's own scene, None if it can't
+        be drawn. They have the form of the pictures, see `CommonForm.of_truth`.
+    reasons : sequence of str
+        Why a picture can't be drawn.
+    """
     if outcome.measures is None:
         return outcome
-    ours, theirs = on_common_form(outcome.candidate, outcome.reference)
-    scale = outcome.measures.scale
-    both = ours.has_opacity and theirs.has_opacity
-    said = three_way(ours.pixels / scale, theirs.pixels / scale, truth / scale, has_opacity=both)
-    return replace(outcome, three_way=said)
+    ours, theirs = outcome.in_common_form()
+    scale, both = outcome.measures.scale, ours.has_opacity and theirs.has_opacity
+    pair = ours.pixels / scale, theirs.pixels / scale
+    known = [None if each is None else each / scale for each in truths]
+    if len(known) == 1 and known[0] is not None:
+        return replace(outcome, three_way=three_way(*pair, known[0], has_opacity=both))
+    return replace(outcome, three_way=each_by_its_own(*pair, known, has_opacity=both, reasons=reasons))
 
 
 def number_range(picture: Picture) -> float:

@@ -9,19 +9,28 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.comparison.compared import compared_pixels, largest_finite, pixel_differences, shown_range
-from texvol.comparison.entries import entry_of
+from texvol.comparison.compared import largest_finite, pixel_differences, shown_range
 from texvol.comparison.histogram import histogram
-from texvol.comparison.measures import flip_map
-from texvol.comparison.number_table import DIFFERENCE_ROWS, file_rows, limit_rows, worst_pixel_words
+from texvol.comparison.limits import DRIVER_ATTRIBUTE, checks
+from texvol.comparison.measures import Measures, flip_map
 from texvol.comparison.outcome import Outcome
 from texvol.comparison.pixel_data import candidate_data, level_data, reference_data
 from texvol.comparison.templates import number, rendered
 from texvol.formats.pictures.page_pictures import color_table
 
-__all__ = ["comparison_page", "entry_of"]
-
 _MOST_GAIN = 30  # powers of two; float32 pictures differ by more than 1e-9, or not at all
+_DIFFERENCE_ROWS = {
+    "maximum": "max_error",
+    "rms": "rms_error",
+    "mean": "mean_error",
+    "PSNR, dB": "psnr",
+    "99th percentile": "percentile_99",
+    "99.9th percentile": "percentile_99_9",
+}
+_LIMIT_ROWS = (
+    *("pixels off by more than {}, %", "largest difference", "farthest outside of its neighbours"),
+    *("rms", "ꟻLIP, mean"),
+)
 
 
 def comparison_page(
@@ -38,7 +47,10 @@ def comparison_page(
     flip : bool
         True to show the map of ꟻLIP, which doubles the time.
     """
-    measures, limits = outcome.measures, outcome.limits
+    measures = outcome.measures
+    ours, theirs = (each.pixels for each in outcome.in_common_form())
+    scale = measures.scale if measures else 1.0
+    differences = pixel_differences(ours, theirs) if measures else np.zeros((1, 1))
     return rendered(
         "comparison.html",
         outcome=outcome,
@@ -46,13 +58,13 @@ def comparison_page(
         metadata=metadata,
         index=index,
         lead=_lead(outcome),
-        worst=worst_pixel_words(measures) if measures and measures.max_error > 0 else "",
-        histogram=_histogram(outcome),
-        limit_rows=limit_rows(measures, limits) if measures else (),
-        difference_rows=DIFFERENCE_ROWS,
-        file_rows=file_rows(outcome),
+        worst=_worst_pixel_words(measures) if measures and measures.max_error > 0 else "",
+        histogram=histogram(differences / scale, outcome.limits.max_abs) if measures else "",
+        limit_rows=_limit_rows(outcome),
+        difference_rows=_DIFFERENCE_ROWS,
+        file_rows=_file_rows(outcome),
         infinity=float("inf"),
-        viewer=_viewer_data(outcome, flip),
+        viewer=_viewer_data(outcome, ours, theirs, largest_finite(differences) / scale, flip),
     )
 
 
@@ -66,28 +78,49 @@ def _lead(outcome: Outcome) -> str:
     return f"{most}; all limits are kept." if not broken else f"{most}. Broken limits and faults:"
 
 
-def _histogram(outcome: Outcome) -> str:
+def _worst_pixel_words(measures: Measures) -> str:
+    """Position of the largest difference, and both pixels there."""
+    column, row = measures.worst_pixel
+    ours, theirs = (", ".join(number(each) for each in values) for values in measures.worst_values)
+    return f"column {column}, row {row}: candidate ({ours}), reference ({theirs}) of red, green, blue, opacity"
+
+
+def _limit_rows(outcome: Outcome) -> list[tuple[str, float, float]]:
+    """Name, measure and limit of each number that has a limit."""
     if outcome.measures is None:
-        return ""
-    candidate, reference = compared_pixels(outcome)
-    return histogram(pixel_differences(candidate, reference) / outcome.measures.scale, outcome.limits.max_abs)
+        return []
+    names = [each.format(number(outcome.limits.max_abs)) for each in _LIMIT_ROWS]
+    found = zip(names, checks(outcome.measures, outcome.limits), strict=True)
+    return [(name, each.measure, each.limit) for name, each in found]
 
 
-def _viewer_data(outcome: Outcome, flip: bool) -> dict[str, Any]:
-    """Return the data of the page's script."""
-    measures, limits = outcome.measures, outcome.limits
-    if measures is None:
-        ours, theirs = outcome.candidate.pixels, outcome.reference.pixels
-        pictures = {"oneSize": False, "reference": reference_data(theirs), "candidate": reference_data(ours)}
-        largest, scale = 0.0, 1.0
-    else:
-        ours, theirs = compared_pixels(outcome)
-        data = candidate_data(ours, theirs)
-        pictures = {"oneSize": True, "reference": reference_data(theirs), "candidate": data, "flip": None}
+def _file_rows(outcome: Outcome) -> tuple[tuple[str, list[str]], ...]:
+    """Name of each property of the files, and its two texts."""
+    pair = outcome.candidate, outcome.reference
+    sizes = [each.pixels.shape for each in pair]
+    return (
+        ("file", [each.name for each in pair]),
+        ("pixels", [f"{width} × {height}" for height, width, _ in sizes]),
+        ("format", [each.words for each in pair]),
+        ("driver", [each.attributes.get(DRIVER_ATTRIBUTE, "–") for each in pair]),
+        ("software", [each.attributes.get("Software", "–") for each in pair]),
+    )
+
+
+def _viewer_data(
+    outcome: Outcome, ours: NDArray[np.float32], theirs: NDArray[np.float32], largest: float, flip: bool
+) -> dict[str, Any]:
+    """Return the data of the page's script; `largest` is the largest finite difference."""
+    measures = outcome.measures
+    scale = measures.scale if measures else 1.0
+    data = candidate_data(ours, theirs) if measures else reference_data(ours)
+    pictures = {"oneSize": measures is not None, "reference": reference_data(theirs), "candidate": data}
+    if measures:
+        pictures["flip"] = None
         if flip and data:
-            seen = (np.nan_to_num(each / np.float32(measures.scale)) for each in (ours, theirs))
-            pictures["flip"] = level_data(np.rint(255 * np.clip(flip_map(*seen), 0, 1)).astype(np.uint8))
-        largest, scale = largest_finite(pixel_differences(ours, theirs)) / measures.scale, measures.scale
+            ours_seen, theirs_seen = (np.nan_to_num(each / np.float32(scale)) for each in (ours, theirs))
+            perceived = np.clip(flip_map(ours_seen, theirs_seen), 0, 1)
+            pictures["flip"] = level_data(np.rint(255 * perceived).astype(np.uint8))
     top = int(np.ceil(np.log10(largest))) if largest > 0 else 0
     differs = bool(measures and measures.max_error > 0)
     return {
@@ -97,7 +130,7 @@ def _viewer_data(outcome: Outcome, flip: bool) -> dict[str, Any]:
         "gain": int(np.clip(np.floor(-np.log2(largest)), 0, _MOST_GAIN)) if largest > 0 else 0,
         "scale": scale,
         "range": shown_range(theirs, scale),
-        "limit": limits.max_abs,
+        "limit": outcome.limits.max_abs,
         "worst": list(measures.worst_pixel) if measures and differs else None,
         "isEqual": not differs,
         "hasOpacity": any(_is_seen_through(each) for each in (ours, theirs)) and scale == 1,

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.comparison.limits import NONE, Limits, violations
+from texvol.comparison.limits import Limits, checks
 from texvol.comparison.measures import Measures, without_infinities
 from texvol.comparison.mistakes import MistakeTrial, drawn
 from texvol.comparison.outcome import Outcome, examine
@@ -31,6 +31,7 @@ from texvol.util.shown_text import shown_line
 DEFAULT_SIZE = (256, 256)
 CAUGHT, MISSED, NOTHING, NO_MEANING = "caught", "missed", "changes nothing here", "does not apply"
 SAME, FALSE_ALARM, NOT_THERE = "same", "false alarm", "not available"
+_NUMBERS = ("max_error", "rms_error", "flip", "percent_over")
 _COLUMNS = ("mistake", "outcome", "by", "max", "rms", "FLIP", "% over", "kinds told from the pictures")
 
 
@@ -72,14 +73,19 @@ class Row:
         return None if self.outcome is None else self.outcome.measures
 
     @property
+    def numbers(self) -> dict[str, float]:
+        """The measures that a table shows; empty without a picture."""
+        measures = self.measures
+        return {name: getattr(measures, name) for name in _NUMBERS} if measures else {}
+
+    @property
     def told(self) -> str:
         """Names of the kinds of difference that the pictures alone tell."""
         return ", ".join(each.name for each in self.outcome.kinds) if self.outcome else ""
 
     def as_json(self) -> dict[str, Any]:
         """The row without the pixels."""
-        measures, outcome = self.measures, self.outcome
-        numbers = {} if measures is None else _numbers(measures)
+        outcome = self.outcome
         return {
             "name": self.name,
             "words": self.words,
@@ -88,7 +94,7 @@ class Row:
             "caught_by": list(self.caught_by),
             "violations": list(outcome.violations) if outcome else [],
             "kinds": [{"name": each.name, "words": each.words} for each in outcome.kinds] if outcome else [],
-        } | {name: without_infinities(number) for name, number in numbers.items()}
+        } | without_infinities(self.numbers)
 
 
 @dataclass(frozen=True)
@@ -130,7 +136,10 @@ class SelfTest:
     def as_text(self) -> str:
         """The result as a table for a terminal."""
         width, height = self.size
-        cells = [_COLUMNS, *map(_cells, self.rows)]
+        cells: list[tuple[str, ...]] = [_COLUMNS]
+        for row in self.rows:
+            numbers = [f"{each:.2g}" for each in row.numbers.values()] or [""] * len(_NUMBERS)
+            cells.append((row.name, row.status, ", ".join(row.caught_by), *numbers, row.told))
         widths = [max(len(row[column]) for row in cells) for column in range(len(_COLUMNS))]
         table = [
             "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in cells
@@ -230,25 +239,5 @@ def _caught_by(outcome: Outcome) -> tuple[str, ...]:
     """Return the names of the limits that a pair breaks."""
     if outcome.status == "broken":
         return ("not finite",)
-    limits, measures = outcome.limits, outcome.measures
-    assert measures is not None
-    without = replace(NONE, fail_percent=100.0)
-    alone = {"max-abs": replace(NONE, max_abs=limits.max_abs, fail_percent=limits.fail_percent)}
-    for name in ("hard_max", "outlier", "rms", "flip"):
-        alone[name.replace("_", "-")] = replace(without, **{name: getattr(limits, name)})
-    return tuple(name for name, each in alone.items() if violations(measures, each))
-
-
-def _numbers(measures: Measures) -> dict[str, float]:
-    return {
-        "max_error": measures.max_error,
-        "rms_error": measures.rms_error,
-        "flip": measures.flip,
-        "percent_over": measures.percent_over,
-    }
-
-
-def _cells(row: Row) -> tuple[str, ...]:
-    numbers = [f"{each:.2g}" for each in _numbers(row.measures).values()] if row.measures else [""] * 4
-    by = ", ".join(row.caught_by)
-    return (row.name, row.status, by, *numbers, row.told)
+    assert outcome.measures is not None
+    return tuple(each.key for each in checks(outcome.measures, outcome.limits) if each.is_broken)

@@ -246,24 +246,18 @@ def predicted_seconds(setting: Setting, done: Iterable[Measurement]) -> float | 
     return nearest.seconds * setting.sampling_rate / nearest.setting.sampling_rate
 
 
-def total_max(measurement: Measurement) -> float | None:
-    """Largest distance from the post-classified integral."""
-    return measurement.total.max_error if measurement.total else None
+def _error_of(against: str, name: str) -> ErrorOf:
+    def error_of(measurement: Measurement) -> float | None:
+        difference: Difference | None = getattr(measurement, against)
+        return getattr(difference, name) if difference else None
+
+    return error_of
 
 
-def total_rms(measurement: Measurement) -> float | None:
-    """Root mean square distance from the post-classified integral."""
-    return measurement.total.rms_error if measurement.total else None
-
-
-def discretisation_max(measurement: Measurement) -> float | None:
-    """Largest distance from the integral of the setting's own classification."""
-    return measurement.discretisation.max_error if measurement.discretisation else None
-
-
-def discretisation_rms(measurement: Measurement) -> float | None:
-    """Root mean square distance from the integral of the setting's own classification."""
-    return measurement.discretisation.rms_error if measurement.discretisation else None
+# Largest and root mean square distance, from the post-classified integral, and from that of the own classification.
+total_max, total_rms = _error_of("total", "max_error"), _error_of("total", "rms_error")
+discretisation_max = _error_of("discretisation", "max_error")
+discretisation_rms = _error_of("discretisation", "rms_error")
 
 
 def pareto_front(measurements: Iterable[Measurement], error_of: ErrorOf) -> list[Measurement]:

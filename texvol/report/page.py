@@ -28,6 +28,7 @@ def html(findings: Findings, plots: Plots) -> str:
     """Return the page's HTML."""
     scene = findings.scene
     on_max, on_rms = fronts(findings)
+    columns = (total_max, total_rms, discretisation_max)  # of the table of recommendations
     order = list(dict.fromkeys(each.setting.name for each in findings.measurements))
     rows = sorted(findings.measurements, key=lambda each: order.index(each.setting.name))  # stable: coarse to fine
     return rendered(
@@ -42,7 +43,10 @@ def html(findings: Findings, plots: Plots) -> str:
         spacing=scene.smallest_spacing,
         answer=_answer(findings),
         metadata=_metadata(findings),
-        recommendations=[(limit, _recommended(findings, limit)) for limit in words.LIMITS],
+        recommendations=[
+            (limit, [words.recommendation(findings.ours, each, limit, findings.asked) for each in columns])
+            for limit in words.LIMITS
+        ],
         plots={metric: {theme: data_url(plot) for theme, plot in each.items()} for metric, each in plots.items()},
         captions=_CAPTIONS,
         orders=_order_rows(findings),
@@ -94,12 +98,6 @@ def _volume_metadata(scene: Scene) -> list[tuple[str, str]]:
         ("transfer function", f"{transfer_function.name}, {len(transfer_function.values)} points"),
     ]
     return metadata + ([("mask", scene.mask.name)] if scene.mask is not None else [])
-
-
-def _recommended(findings: Findings, limit: float) -> list[str]:
-    """Recommended settings for each column of the table of recommendations."""
-    columns = (total_max, total_rms, discretisation_max)
-    return [words.recommendation(findings.ours, each, limit, findings.asked) for each in columns]
 
 
 def _order_rows(findings: Findings) -> list[tuple[str, str, str]]:

@@ -50,7 +50,7 @@ class Progress:
         if self._bar is not None:
             self._bar.update(self._task, description=one_line(what, _LONGEST_LINE))
         else:
-            self._line(what)
+            complain(what)
 
     def step(self, what: str) -> None:
         """Count a finished step, and show its result."""
@@ -58,7 +58,4 @@ class Progress:
         if self._bar is not None:
             self._bar.update(self._task, advance=1, description=one_line(what, _LONGEST_LINE))
         else:
-            self._line(f"{self._done}/{self._total} {what}")
-
-    def _line(self, text: str) -> None:
-        complain(text)
+            complain(f"{self._done}/{self._total} {what}")

@@ -23,7 +23,7 @@ import sys
 import tempfile
 import threading
 from collections.abc import Iterable, Iterator
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -156,12 +156,7 @@ def _request(scene: Scene, soft: Scene, size: Size, mapper: str, rates: list[flo
         },
         "points": _vtk_points(scene.transfer_function, volume, unit),
         "check": {"rate": _CHECK_RATE, "points": _vtk_points(soft.transfer_function, volume, unit)},
-        "limits": {
-            "setting_seconds": limits.setting_seconds,
-            "least_frames": limits.least_frames,
-            "most_frames": limits.most_frames,
-            "frames_seconds": limits.frames_seconds,
-        },
+        "limits": asdict(replace(limits, sweep_seconds=float("inf"))),  # the end of the sweep kills the process
     }
 
 
@@ -189,10 +184,9 @@ def _vtk_points(transfer_function: TransferFunction, volume: Volume, unit: float
     beside = (high - low) * 1e-7
     grid = np.unique(np.concatenate([np.linspace(low, high, _POINTS), points, points - beside]))
     emission, extinction = transfer_function.classify(grid)
-    with np.errstate(invalid="ignore"):
-        weight = np.where(np.isinf(extinction) | (extinction == 0), 1, extinction)
-    colors = np.where((extinction == 0)[:, np.newaxis], 0, emission / weight[:, np.newaxis])
-    bare = extinction == 0  # VTK interpolates colour also where extinction is 0: the transfer function's own colour
+    bare = extinction == 0
+    colors = emission / np.where(np.isinf(extinction) | bare, 1, extinction)[:, np.newaxis]
+    # VTK interpolates colour also where extinction is 0: the transfer function's own colour.
     colors[bare] = np.stack([np.interp(grid[bare], points, transfer_function.colors[:, c]) for c in range(3)], axis=1)
     opacity = -np.expm1(-extinction * unit)
     return np.column_stack([grid - _middle(volume), colors, opacity]).tolist()

@@ -17,6 +17,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol.report.convergence import Limits
+
 
 class Scene:
     """A VTK window with one volume."""
@@ -158,25 +160,21 @@ def main(folder: Path) -> None:
     scene.classify(request["check"]["points"])
     answer(what="check", picture=save("check", scene.draw(1 / request["check"]["rate"])))
     scene.classify(request["points"])
-    limits, predicted, last_rate = request["limits"], 0.0, 0.0
+    limits, predicted, last_rate = Limits(**request["limits"]), 0.0, 1.0
     for rate in request["rates"]:
-        predicted *= rate / last_rate if last_rate else 0.0
-        if predicted * (limits["least_frames"] + 1) > limits["setting_seconds"]:
-            reason = f"about {predicted:.1f} s a frame: more than {limits['setting_seconds']:g} s for its frames"
+        predicted, last_rate = predicted * rate / last_rate, rate
+        reason = limits.reason_to_skip(predicted)
+        if reason:
             answer(what="picture", rate=rate, skipped=reason)
-            last_rate = rate
             continue
-        frames = limits["least_frames"]
-        if predicted:
-            frames = int(np.clip(limits["frames_seconds"] / predicted, frames, limits["most_frames"]))
         scene.draw(1 / rate)
         times = []
-        for _ in range(frames):
+        for _ in range(limits.frames(predicted)):
             start = time.perf_counter()
             picture = scene.draw(1 / rate)
             times.append(time.perf_counter() - start)
-        predicted, last_rate = statistics.median(times), rate
-        answer(what="picture", rate=rate, seconds=predicted, frames=frames, picture=save(f"rate-{rate:g}", picture))
+        predicted, path = statistics.median(times), save(f"rate-{rate:g}", picture)
+        answer(what="picture", rate=rate, seconds=predicted, frames=len(times), picture=path)
 
 
 if __name__ == "__main__":

@@ -40,12 +40,12 @@ def to_the_power(exponent: float) -> Curve:
     return curve
 
 
-def on_premultiplied(curve: Curve) -> Curve:
-    """Apply a curve to the colour of premultiplied pixels (…, 4) without dividing by opacity."""
+def on_premultiplied(curve: Curve, channels: slice = np.s_[:3]) -> Curve:
+    """Apply a curve to the colour, or other channels, of premultiplied pixels (…, 4) without dividing by opacity."""
 
     def apply(pixels: NDArray) -> NDArray:
         changed = pixels.copy()
-        changed[..., :3] = curve(pixels[..., :3])
+        changed[..., channels] = curve(pixels[..., channels])
         return changed
 
     return apply
@@ -66,11 +66,6 @@ def on_straight(curve: Curve) -> Curve:
         return changed
 
     return apply
-
-
-def on_all(curve: Curve) -> Curve:
-    """Apply a curve to all four channels."""
-    return lambda pixels: curve(pixels)
 
 
 def straight(pixels: NDArray) -> NDArray:

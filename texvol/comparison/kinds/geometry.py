@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.comparison.kinds import registration
-from texvol.comparison.kinds.finding import Finding, goes_with
 from texvol.comparison.kinds.isolated import isolated, isolated_pixels
-from texvol.comparison.kinds.kind import Kind
+from texvol.comparison.kinds.kind import Finding, Kind, goes_with
 from texvol.comparison.kinds.noise import noise
 from texvol.comparison.kinds.pair import GREY, Pair, Pixels
 
@@ -76,7 +75,7 @@ def shift(pair: Pair) -> Finding | None:
     if not (explained >= (_MOST_FAR if is_far else _MOST) or jumps) and (is_far or not _leaves_noise(before, left)):
         return None
     parameters = {"dx": dx, "dy": dy, "explained_of_means": of_means}
-    return Finding(Kind("shifted", explained, _words(dx, dy), parameters), left, fitted=2)
+    return Finding(Kind("shifted", explained, _words(dx, dy), parameters), left)
 
 
 def _leaves_noise(before: Pair, left: Pair) -> bool:

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.comparison.kinds.finding import Finding
-from texvol.comparison.kinds.kind import CHANNELS, Kind
+from texvol.comparison.kinds.kind import CHANNELS, Finding, Kind
 from texvol.comparison.kinds.pair import Pair
 
 _MOST = 16  # more pixels are noise
@@ -57,9 +56,9 @@ def isolated(pair: Pair, pixels: Isolated) -> Finding:
     order = np.argsort(-np.abs(differences).max(axis=1), kind="stable")
     found = []
     for i in order:
-        channel = int(np.abs(differences[i]).argmax())
-        at = (int(pixels.columns[i]) + pair.corner[0], int(pixels.rows[i]) + pair.corner[1])
         by = [float(each) for each in differences[i, : pair.channels]]
+        channel = int(np.abs(by).argmax())
+        at = (int(pixels.columns[i]) + pair.corner[0], int(pixels.rows[i]) + pair.corner[1])
         found.append({"column": at[0], "row": at[1], "channel": CHANNELS[channel], "by": by[channel], "all": by})
     named = "; ".join(f"column {p['column']}, row {p['row']}: {p['channel']} {p['by']:+.3g}" for p in found[:_NAMED])
     count = "one pixel is" if len(found) == 1 else f"{len(found)} single pixels are"

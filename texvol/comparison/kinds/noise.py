@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from texvol.comparison.kinds.finding import Finding
-from texvol.comparison.kinds.kind import Kind, number
+from texvol.comparison.kinds.kind import Finding, Kind, number
 from texvol.comparison.kinds.pair import Pair, Pixels
 
 MOST_GAUSSIAN = 4.5  # fourth moment; that of a Gaussian is 3

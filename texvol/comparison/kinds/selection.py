@@ -20,11 +20,9 @@ from texvol.comparison.kinds import (
     opacity,
     order,
     posterised,
-    tone_curve,
     unexplained,
 )
-from texvol.comparison.kinds.finding import Change, Finding, goes_with
-from texvol.comparison.kinds.kind import Kind
+from texvol.comparison.kinds.kind import Change, Finding, Kind, goes_with
 from texvol.comparison.kinds.noise import MOST_GAUSSIAN, noise
 from texvol.comparison.kinds.pair import Pair
 
@@ -147,7 +145,7 @@ def _pixelwise(pair: Pair) -> list[Found]:
         if two is not None and two[0] < min(_SECOND * score, 1 - _CURVE):
             return [_measured(pair, two[1])]
         if score > 1 - _CURVE:
-            curve = _tried(sample, tone_curve.changes(sample))
+            curve = _tried(sample, gamma.tone_curves(sample))
             if curve and curve[0][0] < _SECOND * score:
                 return [_measured(pair, (curve[0][1],))]
     proven = [c for _, c in tried if c.name == "scaled opacity" and opacity.proves(sample, c)]
@@ -208,7 +206,7 @@ def _measured(pair: Pair, chain: tuple[Change, ...]) -> Found:
         left = change.undone(left)
         explained = pair.explained_by(left)
         kind = Kind(change.name, explained - before, change.words, change.parameters)
-        findings.append(Finding(kind, left, change.fitted))
+        findings.append(Finding(kind, left))
         before = explained
     return Found(tuple(findings))
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.comparison.kinds.finding import Finding
-from texvol.comparison.kinds.kind import CHANNELS, Kind, number
+from texvol.comparison.kinds.kind import CHANNELS, Finding, Kind, number
 from texvol.comparison.kinds.pair import Pair
 
 _BOX_FRACTION = 0.9
