@@ -50,7 +50,7 @@ def test_a_picture_of_nothing_but_nan() -> None:
 def test_within_the_allowance_it_is_rounding_of_bits_and_nothing_grander(steps: int, bits: str) -> None:
     reference = planted.cloud()
     candidate = planted.quantised(steps)(reference)
-    (kind,) = kinds_of(candidate, reference, allowance=0.5 / steps)
+    (kind,) = kinds_of(candidate, reference, roundings=(0.5 / steps, 0))
     assert (kind.name, kind.words) == ("banding", f"within the rounding of {bits}")
 
 
@@ -58,7 +58,7 @@ def test_within_the_allowance_even_a_shift_is_none() -> None:
     reference = planted.cloud()
     candidate = planted.moved(0.01, 0)(reference)
     assert kinds_of(candidate, reference)[0].name == "shifted"
-    (kind,) = kinds_of(candidate, reference, allowance=np.full_like(reference, np.abs(candidate - reference).max()))
+    (kind,) = kinds_of(candidate, reference, roundings=(np.abs(candidate - reference).max(), 0))
     assert kind.name == "rounding"
 
 

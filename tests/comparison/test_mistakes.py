@@ -81,7 +81,7 @@ def test_double_thickness_is_the_picture_of_a_volume_twice_as_large(renderer: Pl
         *(2 * np.array(each) for each in (camera.eye, camera.target)), camera.up, 2 * camera.height
     )
     # Gradients are half as steep there: what asks for them has to ask for half.
-    medium = _of_half_gradients(bench.medium)
+    medium = _of_half_gradients(bench.scene.medium)
     lighting = scene.lighting and replace(scene.lighting, fade=scene.lighting.fade / 2, lights=_twice_as_far(scene))
     twice = replace(scene, volume=large, camera=wide, transfer_function=medium, lighting=lighting)
     settings = bench.settings | {"slab_thickness": 0.7}

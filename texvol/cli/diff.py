@@ -119,7 +119,7 @@ def run(arguments: argparse.Namespace) -> int:
         outcome = replace(outcome, notes=(*outcome.notes, none))
     _write(arguments, outcome)
     say(json.dumps(outcome.as_json(), indent=2, allow_nan=False) if arguments.json else in_words(outcome))
-    for line in ci.told([outcome]):
+    for line in ci.tell([ci.Result.of(outcome)]):
         print(line, file=sys.stderr if arguments.json else sys.stdout)
     return _status(outcome, detailed=arguments.detailed_exitcode)
 
@@ -163,12 +163,14 @@ def _new(arguments: argparse.Namespace) -> int:
 
 def _self_test(arguments: argparse.Namespace, chosen: Limits | None) -> int:
     from texvol.comparison import limits, self_test
+    from texvol.comparison.scene_source import scene_of
 
     if arguments.candidate is not None:
         raise InputError("--self-test takes no CANDIDATE and REFERENCE: leave them out")
     if arguments.output:
         raise InputError("--output needs two pictures: with --self-test use --html")
-    found = self_test.self_test_of(arguments.self_test, chosen or limits.ONE_DRIVER, volume=arguments.volume)
+    stored, size = scene_of(arguments.self_test, volume=arguments.volume)
+    found = self_test.self_test(stored, size, chosen or limits.ONE_DRIVER)
     if arguments.html:
         from texvol.comparison import self_test_page
 

@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.comparison.compared import largest_finite, pixel_differences, shown_range
 from texvol.comparison.limits import Limits, checks
-from texvol.comparison.measures import Measures, extreme_around, without_infinities
-from texvol.comparison.outcome import Outcome
+from texvol.comparison.measures import Measures, extreme_around, largest_finite, pixel_differences, without_infinities
+from texvol.comparison.outcome import Outcome, shown_range
 from texvol.comparison.pictures import Picture
 from texvol.formats.pictures import image
 from texvol.formats.pictures.page_pictures import color_table, data_url
@@ -66,11 +65,10 @@ def entry_without_reference(
     *,
     status: str = "new",
     test: str = "",
-    page: str = "",
     metadata: Mapping[str, str] = {},
 ) -> dict[str, Any]:
     """Return the entry of a picture without a reference ("new"), or with an unreadable one ("broken")."""
-    found = _start(name, status, test, page, metadata) | {"violations": list(violations)}
+    found = _start(name, status, test, "", metadata) | {"violations": list(violations)}
     if candidate:
         found |= {"size": _size(candidate), "thumbnails": {"candidate": _thumbnail(candidate.pixels, 1.0)}}
     return found

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from numpy.typing import NDArray
 
 from texvol.comparison.common_form import SCENE_ATTRIBUTE, CommonForm, header_of
-from texvol.comparison.kinds.pair import SIDES, other
+from texvol.comparison.kinds.pair import SIDES
 from texvol.comparison.outcome import Outcome, with_truths
 from texvol.comparison.pictures import Picture
 from texvol.comparison.three_way import supposing
@@ -114,7 +114,7 @@ def _with_verdict(outcome: Outcome, found: Mapping[str, StoredScene], faults: Ma
     outcome = with_truths(outcome, [_truth(outcome, found[who])])
     if outcome.three_way is None or changes is not None or len(found) == 2:
         return outcome
-    return replace(outcome, three_way=supposing(outcome.three_way, f"the {who}", f"the {other(who)}"))
+    return replace(outcome, three_way=supposing(outcome.three_way, who))
 
 
 def _taken_as_they_are(outcome: Outcome) -> list[str]:

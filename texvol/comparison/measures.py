@@ -8,6 +8,7 @@ pictures.
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
+from functools import reduce
 from typing import Any
 
 import numpy as np
@@ -86,10 +87,6 @@ class Measures:
     @property
     def rms_error(self) -> float:
         return self.parts["all"].rms_error
-
-    @property
-    def mean_error(self) -> float:
-        return self.parts["all"].mean_error
 
     def as_json(self) -> dict[str, Any]:
         """The measures by name; None for NaN and infinities, which JSON lacks."""
@@ -251,6 +248,19 @@ def flip_map(candidate: NDArray[np.float32], reference: NDArray[np.float32]) -> 
 
     found = oiio.ImageBufAlgo.FLIP_diff(buffer(reference), buffer(candidate), hdr=0)
     return np.asarray(found.get_pixels(oiio.FLOAT))[..., 0]
+
+
+def pixel_differences(candidate: NDArray, reference: NDArray) -> NDArray[np.float32]:
+    """Return each pixel's largest absolute difference; infinite if either pixel is not finite."""
+    with np.errstate(invalid="ignore", over="ignore"):
+        channels = np.moveaxis(np.abs(candidate - reference), 2, 0)
+    difference = reduce(np.maximum, channels)  # takes a fifth of the time of max(axis=2)
+    return np.where(np.isnan(difference), np.float32(np.inf), difference)
+
+
+def largest_finite(numbers: NDArray) -> float:
+    """Return the largest finite number, or 0."""
+    return float(numbers[np.isfinite(numbers)].max(initial=0))
 
 
 def structural_similarity(candidate: NDArray, reference: NDArray) -> float:

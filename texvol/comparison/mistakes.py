@@ -26,7 +26,6 @@ from texvol.comparison.three_way import ROUNDING
 from texvol.comparison.wrong_functions import WrongFunction
 from texvol.provenance.stored_scene import StoredScene
 from texvol.scene.scene import Scene
-from texvol.scene.transfer import TransferFunction
 from texvol.util.color import srgb_from_linear
 
 Pixels = NDArray[np.float32]
@@ -92,16 +91,6 @@ class MistakeTrial:
         if not np.array_equal(picture[~finite], self.right[~finite], equal_nan=True) or not finite.any():
             return not finite.any()
         return bool((np.abs(picture - self.right)[finite] <= self.rounding).all())
-
-    @property
-    def medium(self) -> TransferFunction:
-        """Transfer function of the scene."""
-        return self.scene.medium
-
-    @property
-    def draws_pieces(self) -> bool:
-        """True if rays are walked piece by piece, through several volumes or from label to label."""
-        return bool(self.scene.added) or self.scene.volume.labels
 
     @cached_property
     def slab(self) -> Slabs:
@@ -198,16 +187,18 @@ def _missing_cosine(trial: MistakeTrial) -> Pixels:
 
 def _linear_opacity(trial: MistakeTrial) -> Pixels:
     trial.needs_medium()
-    if trial.scene.classification != "slab" or trial.draws_pieces:
+    scene = trial.scene
+    # Rays through several volumes, or from label to label, are walked piece by piece.
+    if scene.classification != "slab" or scene.added or scene.volume.labels:
         return trial.draw(Planted((LINEAR_OPACITY,)))
-    medium = linear_in_depth(trial.medium, float(trial.settings["slab_thickness"]))
-    return trial.draw(scene=replace(trial.scene, transfer_function=medium))
+    medium = linear_in_depth(scene.medium, float(trial.settings["slab_thickness"]))
+    return trial.draw(scene=replace(scene, transfer_function=medium))
 
 
 def _double_thickness(trial: MistakeTrial) -> Pixels:
     trial.needs_medium()
     added = tuple(replace(each, transfer_function=times(each.medium, 2.0)) for each in trial.scene.added)
-    return trial.draw(scene=replace(trial.scene, transfer_function=times(trial.medium, 2.0), added=added))
+    return trial.draw(scene=replace(trial.scene, transfer_function=times(trial.scene.medium, 2.0), added=added))
 
 
 def _eight_bit_target(trial: MistakeTrial) -> Pixels:

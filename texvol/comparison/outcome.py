@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.comparison.common_form import CommonForm, header_of, holds_numbers, on_common_form
+from texvol.comparison.common_form import CommonForm, header_of, holds_numbers
 from texvol.comparison.kinds import Kind, kinds_of
 from texvol.comparison.limits import DRIVER_ATTRIBUTE, Limits, default_limits, violations
 from texvol.comparison.measures import Measures, measure, without_infinities
@@ -68,7 +68,8 @@ class Outcome:
         """Return candidate and reference as they were compared; unchanged if their sizes differ."""
         if self.measures is None:
             return self.candidate, self.reference
-        return on_common_form(self.candidate, self.reference)
+        form = CommonForm.of_pair(self.candidate, self.reference)
+        return form.of(self.candidate), form.of(self.reference)
 
     def as_json(self) -> dict[str, Any]:
         """The outcome without the pixels."""
@@ -93,7 +94,6 @@ def examine(
     limits: Limits | None = None,
     *,
     name: str | None = None,
-    truth: NDArray | None = None,
     explain: bool = True,
 ) -> Outcome:
     """Compare a candidate with its reference.
@@ -102,8 +102,6 @@ def examine(
     ----------
     limits : Limits, optional
         By default those of the pair, see `default_limits`.
-    truth : array of shape (height, width, 4), optional
-        The oracle's picture of the same scene, which tells which of the two is nearer to it.
     explain : bool
         True to find the kinds of difference.
     """
@@ -128,8 +126,7 @@ def examine(
     found = Outcome(
         name, candidate, reference, measures, limits, broken + over, status, notes=notes, scene_changes=changes
     )
-    found = explained(found) if explain else found
-    return found if truth is None else with_truths(found, [truth])
+    return explained(found) if explain else found
 
 
 def explained(outcome: Outcome) -> Outcome:
@@ -175,6 +172,15 @@ def number_range(picture: Picture) -> float:
     numbers = picture.pixels[..., :3]
     numbers = numbers[np.isfinite(numbers)]
     return float(np.ptp(numbers)) or float(np.abs(numbers).max(initial=0.0)) or 1.0 if numbers.size else 1.0
+
+
+def shown_range(reference: NDArray, scale: float) -> list[float]:
+    """Return the values that are shown black and white: 0 and 1 for light, the range of the reference for numbers."""
+    if scale == 1:
+        return [0.0, 1.0]
+    colors = reference[..., :3]
+    low = float(colors[np.isfinite(colors)].min(initial=np.inf))
+    return [low, low + scale] if np.isfinite(low) else [0.0, scale]
 
 
 def _lost_channels(candidate: Picture, reference: Picture) -> tuple[str, ...]:

@@ -9,11 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.comparison.compared import largest_finite, pixel_differences, shown_range
 from texvol.comparison.histogram import histogram
 from texvol.comparison.limits import DRIVER_ATTRIBUTE, checks
-from texvol.comparison.measures import Measures, flip_map
-from texvol.comparison.outcome import Outcome
+from texvol.comparison.measures import Measures, flip_map, largest_finite, pixel_differences
+from texvol.comparison.outcome import Outcome, shown_range
 from texvol.comparison.pixel_data import candidate_data, level_data, reference_data
 from texvol.comparison.templates import number, rendered
 from texvol.formats.pictures.page_pictures import color_table
@@ -133,14 +132,10 @@ def _viewer_data(
         "limit": outcome.limits.max_abs,
         "worst": list(measures.worst_pixel) if measures and differs else None,
         "isEqual": not differs,
-        "hasOpacity": any(_is_seen_through(each) for each in (ours, theirs)) and scale == 1,
+        "hasOpacity": any((each[..., 3] < 1).any() for each in (ours, theirs)) and scale == 1,
         "notFinite": not all(np.isfinite(each).all() for each in (ours, theirs)),
         "clipped": _clipped_words(outcome) if scale == 1 else f"Black to white is a range of {scale:.6g}.",
     }
-
-
-def _is_seen_through(pixels: NDArray) -> bool:
-    return bool((pixels[..., 3] < 1).any())
 
 
 def _clipped_words(outcome: Outcome) -> str:

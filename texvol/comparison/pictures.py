@@ -74,13 +74,11 @@ class Picture:
     name: str = "picture"
 
     @classmethod
-    def of_array(
-        cls, array: ArrayLike, name: str = "picture", attributes: Mapping[str, str] | None = None, *, srgb: bool = False
-    ) -> Picture:
+    def of_array(cls, array: ArrayLike, name: str = "picture", attributes: Mapping[str, str] | None = None) -> Picture:
         """Return the picture of an array (height, width) or (height, width, 1 to 4 channels).
 
-        Floating point is linear and premultiplied, as `texvol.render` returns it, or with `srgb` straight and encoded.
-        uint8 and uint16 are always straight and encoded.
+        Floating point is linear and premultiplied, as `texvol.render` returns it; uint8 and uint16 are straight
+        and encoded.
 
         Raises
         ------
@@ -96,8 +94,6 @@ class Picture:
         kind = _Kind("array", pixels.dtype.name, pixels.shape[2] in (2, 4))
         if kind.steps:
             pixels, kind.is_srgb, kind.is_straight = pixels / kind.steps, True, True
-        elif srgb:
-            kind.is_srgb, kind.is_straight = True, True
         return _decoded(pixels, kind, name, attributes or {})
 
 

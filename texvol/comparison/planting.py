@@ -77,9 +77,6 @@ class PlantedRenderer(Renderer):
             assert isinstance(wrong, PlantedCompositor)
             yield wrong
 
-    def __enter__(self) -> PlantedRenderer:
-        return self
-
     def slab_range(self) -> Slabs:
         """Return the first slab of the last picture and the one after its last; (0, 0) for none."""
         if self._last is None:

@@ -7,7 +7,6 @@ Mistakes that change nothing in the scene, or do not apply to it, do not count.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -17,18 +16,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.comparison.limits import Limits, checks
-from texvol.comparison.measures import Measures, without_infinities
+from texvol.comparison.measures import without_infinities
 from texvol.comparison.mistakes import MistakeTrial, drawn
 from texvol.comparison.outcome import Outcome, examine
 from texvol.comparison.pictures import Picture
 from texvol.comparison.planting import PlantedRenderer
 from texvol.provenance.scene_metadata import scene_metadata
-from texvol.provenance.stored_scene import AnyVolume, StoredScene
+from texvol.provenance.stored_scene import StoredScene
 from texvol.rendering.renderer import Renderer
 from texvol.util.errors import ContextError
 from texvol.util.shown_text import shown_line
 
-DEFAULT_SIZE = (256, 256)
 CAUGHT, MISSED, NOTHING, NO_MEANING = "caught", "missed", "changes nothing here", "does not apply"
 SAME, FALSE_ALARM, NOT_THERE = "same", "false alarm", "not available"
 _NUMBERS = ("max_error", "rms_error", "flip", "percent_over")
@@ -68,14 +66,9 @@ class Row:
         return self.status in (SAME, FALSE_ALARM, NOT_THERE)
 
     @property
-    def measures(self) -> Measures | None:
-        """Measures of the difference from the right picture."""
-        return None if self.outcome is None else self.outcome.measures
-
-    @property
     def numbers(self) -> dict[str, float]:
         """The measures that a table shows; empty without a picture."""
-        measures = self.measures
+        measures = self.outcome and self.outcome.measures
         return {name: getattr(measures, name) for name in _NUMBERS} if measures else {}
 
     @property
@@ -147,21 +140,6 @@ class SelfTest:
         heading = f"{self.name}, {width}x{height}, drawn by {self.driver}, limits {self.limits.source}"
         reasons = [f"{row.name}: {row.reason}" for row in self.rows if row.reason]
         return "\n".join(map(shown_line, [heading, "", *table, "", *reasons, self.words]))
-
-
-def self_test_of(
-    path: str | os.PathLike[str],
-    limits: Limits,
-    *,
-    size: tuple[int, int] | None = None,
-    volume: AnyVolume = None,
-    backend: str = "auto",
-) -> SelfTest:
-    """Test limits in the scene of a file; see `scene_source` and `self_test`."""
-    from texvol.comparison.scene_source import scene_of
-
-    stored, found_size = scene_of(path, volume=volume)
-    return self_test(stored, size or found_size or DEFAULT_SIZE, limits, backend=backend)
 
 
 def self_test(

@@ -25,6 +25,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from texvol.comparison.difference import Difference, compare
+from texvol.comparison.kinds.pair import SIDES, other
 
 RMS_CHANGE, MAX_CHANGE = 0.05, 0.2
 # Fraction of the brightest pixel: sums of some hundreds of slabs in float32, by two drivers, 2^-22 each.
@@ -110,16 +111,16 @@ def each_by_its_own(
     said = [
         f"the {role} differs from the oracle of its own scene by rms {error.rms_error:.2g}, "
         f"at most {error.max_error:.2g}"
-        for role, error in zip(("candidate", "reference"), errors, strict=True)
+        for role, error in zip(SIDES, errors, strict=True)
         if error is not None
     ]
     words = "the scenes differ, so there is no verdict: " + "; ".join([*said, *reasons])
     return OracleVerdict(errors[0], errors[1], OTHER_SCENE, words)
 
 
-def supposing(found: OracleVerdict, who: str, other: str) -> OracleVerdict:
-    """Return the verdict for a pair of which only `who` names its scene: `other` may show another one."""
-    words = f"{other} names no scene, so there is no verdict; if its scene is that of {who}: "
+def supposing(found: OracleVerdict, side: str) -> OracleVerdict:
+    """Return the verdict for a pair of which only one side names its scene: the other may show another one."""
+    words = f"the {other(side)} names no scene, so there is no verdict; if its scene is that of the {side}: "
     return replace(found, verdict=UNKNOWN, words=words + found.words.partition(": ")[2])
 
 

@@ -9,7 +9,7 @@ difference. `selection` tries the hypotheses, cheap ones first; each other modul
     light                   brightness, exchanged channels, cut values
     geometry                shifted (by `registration`), turned or mirrored
     order                   front and back exchanged
-    isolated, noise, edges, end_slabs, unexplained     recognised by their traits
+    isolated, noise, edges, end_slabs    recognised by their traits
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from texvol.comparison.kinds import levels, posterised, selection
 from texvol.comparison.kinds.kind import NAMES, Kind, number
@@ -36,8 +36,7 @@ def kinds_of(
     reference: NDArray,
     *,
     has_opacity: bool = True,
-    allowance: NDArray | float = 0.0,
-    roundings: tuple[NDArray, NDArray] | None = None,
+    roundings: tuple[ArrayLike, ArrayLike] = (0.0, 0.0),
 ) -> tuple[Kind, ...]:
     """Return the kinds of difference, best explanation first, at most three; empty for equal pictures.
 
@@ -51,11 +50,9 @@ def kinds_of(
         Premultiplied, linear.
     has_opacity : bool
         True if both have an opacity; otherwise the fourth channel is ignored.
-    allowance : float or array that broadcasts to the pictures
-        Difference that the number formats explain. A difference that is nowhere larger is banding or rounding, unless
-        the difference follows the content, as that of a shift does.
-    roundings : pair of arrays that broadcast to the pictures, optional
-        Half a step of the candidate's and of the reference's number format; replaces `allowance`.
+    roundings : pair of float or array that broadcasts to the pictures
+        Half a step of the candidate's and of the reference's number format. A difference that is nowhere larger than
+        both together is banding or rounding, unless the difference follows the content, as that of a shift does.
 
     Raises
     ------
@@ -74,20 +71,13 @@ def kinds_of(
     if pair.is_rounding:
         words = f"rounding: differences of at most {number(pair.largest)}, as in sums of float32"
         return (*found, Kind("rounding", 1.0, words, {"largest": pair.largest}))
-    pair = _rounded(pair, allowance, roundings)
+    if any(map(np.any, roundings)):
+        shape = pair.candidate.shape
+        one, two = (np.broadcast_to(np.asarray(each, np.float32), shape) for each in roundings)
+        pair = replace(pair, roundings=(np.nan_to_num(one, posinf=0.0), np.nan_to_num(two, posinf=0.0)))
     if pair.is_within_allowance:
         return (*found, *(_systematic(pair) or [levels.within_formats(pair)]))[: selection.MOST_KINDS]
     return (*found, *selection.explain(pair))[: selection.MOST_KINDS]
-
-
-def _rounded(pair: Pair, allowance: NDArray | float, roundings: tuple[NDArray, NDArray] | None) -> Pair:
-    """Return the pair with the roundings of its number formats."""
-    one, two = roundings if roundings is not None else (np.asarray(allowance), np.zeros(()))
-    if not (np.any(one) or np.any(two)):
-        return pair
-    shape = pair.candidate.shape
-    one, two = (np.nan_to_num(np.broadcast_to(np.asarray(each, np.float32), shape), posinf=0.0) for each in (one, two))
-    return replace(pair, roundings=(one, two))
 
 
 def _systematic(pair: Pair) -> list[Kind]:

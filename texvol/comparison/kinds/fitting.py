@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,17 +18,15 @@ def least(cost: Callable[[float], float], low: float, high: float, tries: int = 
     The search samples `tries` numbers of equal ratios, then takes golden sections about the best, and last a parabola:
     near its minimum a sum of squares is parabolic, so that a bracket of 1 % gives the number to about 1e-5.
     """
-    logarithms = np.linspace(np.log(low), np.log(high), tries)
-    costs = [_number(cost(float(np.exp(each)))) for each in logarithms]
-    best = int(np.argmin(costs))
-    a, b = float(logarithms[max(best - 1, 0)]), float(logarithms[min(best + 1, tries - 1)])
-    known = {float(at): value for at, value in zip(logarithms, costs, strict=True) if a <= at <= b}
 
+    @cache
     def value(at: float) -> float:
-        if at not in known:
-            known[at] = _number(cost(float(np.exp(at))))
-        return known[at]
+        found = cost(float(np.exp(at)))
+        return found if np.isfinite(found) else np.inf
 
+    logarithms = np.linspace(np.log(low), np.log(high), tries).tolist()
+    best = int(np.argmin([value(each) for each in logarithms]))
+    a, b = logarithms[max(best - 1, 0)], logarithms[min(best + 1, tries - 1)]
     while b - a > _BRACKET:
         left, right = b - _GOLDEN * (b - a), a + _GOLDEN * (b - a)
         a, b = (a, right) if value(left) < value(right) else (left, b)
@@ -43,7 +42,3 @@ def ratio(of: NDArray, to: NDArray, weights: NDArray) -> float:
     of, to = of.astype(np.float64), to.astype(np.float64)
     below = float((weights * to * to).sum())
     return float((weights * of * to).sum()) / below if below > 0 else 1.0
-
-
-def _number(cost: float) -> float:
-    return cost if np.isfinite(cost) else np.inf

@@ -100,9 +100,7 @@ class Change:
 
     def _on(self, pair: Pair, side: str) -> Pair:
         changed, rounding = self.apply(pair.of(side)), pair.rounding_of(side)
-        if rounding is None or not rounding.any():
-            return pair.with_side(side, changed)
-        if self.is_idempotent:
+        if self.is_idempotent or rounding is None or not rounding.any():
             return pair.with_side(side, changed)
         # Half a step of the format, changed like the pixels.
         moved = self.apply(pair.of(side) + rounding) - changed

@@ -62,7 +62,7 @@ class Lattice:
         color = straight(pixels) if self.is_straight else pixels[..., :3]
         return (srgb_encoded(color) if self.is_srgb else color) * self.steps
 
-    def rounded(self, pixels: NDArray, mode: str = "rint") -> NDArray:
+    def rounded(self, pixels: NDArray, mode: str) -> NDArray:
         """Round premultiplied pixels (…, 4) to this lattice."""
         if self.is_half:
             return _to_half(pixels)

@@ -37,14 +37,14 @@ def changes(sample: Pair) -> Iterator[Change]:
             yield from _flattened(sample, side)
 
 
-def rescaled(ratio: float, light: NDArray | None = None) -> Curve:
+def rescaled(ratio: float, light: NDArray) -> Curve:
     """Return the curve of a medium that is `ratio` times as thick, with the same straight colour.
 
     `light` is the light of a background, which enters as (1 - opacity) · light and is no part of the medium.
     """
 
     def apply(pixels: NDArray) -> NDArray:
-        behind = np.zeros(3, pixels.dtype) if light is None else light.astype(pixels.dtype)
+        behind = light.astype(pixels.dtype)
         opacity = np.clip(pixels[..., 3:], 0, 1)
         with np.errstate(divide="ignore", over="ignore"):
             # log1p and expm1 keep the digits of a small opacity.
@@ -80,7 +80,7 @@ def _scaled(sample: Pair) -> Iterator[Change]:
     words = f"the candidate's opacity is that of a medium, or of slabs, {number(ratio, 4)} times as thick"
     clear = sample.reference[sample.reference[..., 3] < _CLEAR]
     light = clear[:, :3].astype(np.float64).mean(axis=0) if len(clear) else np.zeros(3)
-    for behind in (None, light) if light.max() > ROUNDING * sample.scale else (None,):
+    for behind in (np.zeros(3), light) if light.max() > ROUNDING * sample.scale else (np.zeros(3),):
         yield Change("scaled opacity", "reference", rescaled(ratio, behind), words, {"ratio": ratio}, fitted=1)
 
 
