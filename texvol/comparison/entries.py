@@ -47,7 +47,7 @@ def entry_of(outcome: Outcome, *, test: str = "", page: str = "", metadata: Mapp
     return {
         **_start(outcome.name, outcome.status, test, page, metadata),
         "excess": excess(measures, outcome.limits),
-        "size": _size(outcome.candidate),
+        "size": outcome.candidate.size_in_words,
         "measures": measures and without_infinities({name: getattr(measures, name) for name in _MEASURES}),
         "limits": outcome.limits.as_json(),
         "violations": list(outcome.violations),
@@ -70,18 +70,13 @@ def entry_without_reference(
     """Return the entry of a picture without a reference ("new"), or with an unreadable one ("broken")."""
     found = _start(name, status, test, "", metadata) | {"violations": list(violations)}
     if candidate:
-        found |= {"size": _size(candidate), "thumbnails": {"candidate": _thumbnail(candidate.pixels, 1.0)}}
+        found |= {"size": candidate.size_in_words, "thumbnails": {"candidate": _thumbnail(candidate.pixels, 1.0)}}
     return found
 
 
 def _start(name: str, status: str, test: str, page: str, metadata: Mapping[str, str]) -> dict[str, Any]:
     page = PurePath(page).as_posix() if page else ""
     return {"name": name, "status": status, "test": test, "page": page, "facts": dict(metadata)}
-
-
-def _size(picture: Picture) -> str:
-    height, width = picture.pixels.shape[:2]
-    return f"{width} × {height}"
 
 
 def excess(measures: Measures | None, limits: Limits) -> float | None:

@@ -109,8 +109,7 @@ def examine(
     name = name or candidate.name
     changes = scene_changes(candidate, reference)
     if candidate.pixels.shape != reference.pixels.shape:
-        sizes = [f"{each.pixels.shape[1]} × {each.pixels.shape[0]}" for each in (candidate, reference)]
-        unlike = (f"the candidate has {sizes[0]} pixels, the reference {sizes[1]}",)
+        unlike = (f"the candidate has {candidate.size_in_words} pixels, the reference {reference.size_in_words}",)
         notes = _notes(candidate, reference)
         return Outcome(name, candidate, reference, None, limits, unlike, "broken", notes=notes, scene_changes=changes)
     form = CommonForm.of_pair(candidate, reference)

@@ -10,26 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.comparison.histogram import histogram
-from texvol.comparison.limits import DRIVER_ATTRIBUTE, checks
-from texvol.comparison.measures import Measures, flip_map, largest_finite, pixel_differences
+from texvol.comparison.limits import checks
+from texvol.comparison.measures import flip_map, largest_finite, pixel_differences
 from texvol.comparison.outcome import Outcome, shown_range
 from texvol.comparison.pixel_data import candidate_data, level_data, reference_data
-from texvol.comparison.templates import number, rendered
+from texvol.comparison.templates import rendered
 from texvol.formats.pictures.page_pictures import color_table
 
 _MOST_GAIN = 30  # powers of two; float32 pictures differ by more than 1e-9, or not at all
-_DIFFERENCE_ROWS = {
-    "maximum": "max_error",
-    "rms": "rms_error",
-    "mean": "mean_error",
-    "PSNR, dB": "psnr",
-    "99th percentile": "percentile_99",
-    "99.9th percentile": "percentile_99_9",
-}
-_LIMIT_ROWS = (
-    *("pixels off by more than {}, %", "largest difference", "farthest outside of its neighbours"),
-    *("rms", "ꟻLIP, mean"),
-)
 
 
 def comparison_page(
@@ -56,53 +44,10 @@ def comparison_page(
         measures=measures,
         metadata=metadata,
         index=index,
-        lead=_lead(outcome),
-        worst=_worst_pixel_words(measures) if measures and measures.max_error > 0 else "",
         histogram=histogram(differences / scale, outcome.limits.max_abs) if measures else "",
-        limit_rows=_limit_rows(outcome),
-        difference_rows=_DIFFERENCE_ROWS,
-        file_rows=_file_rows(outcome),
+        checks=checks(measures, outcome.limits) if measures else (),
         infinity=float("inf"),
         viewer=_viewer_data(outcome, ours, theirs, largest_finite(differences) / scale, flip),
-    )
-
-
-def _lead(outcome: Outcome) -> str:
-    measures, broken = outcome.measures, len(outcome.violations)
-    if measures is None:
-        return "Pictures of different sizes cannot be compared."
-    if measures.max_error == 0:
-        return "Every number is equal, but:" if broken else "Every number of every pixel is equal."
-    most = f"Largest difference {number(measures.max_error)}, rms {number(measures.rms_error)}"
-    return f"{most}; all limits are kept." if not broken else f"{most}. Broken limits and faults:"
-
-
-def _worst_pixel_words(measures: Measures) -> str:
-    """Position of the largest difference, and both pixels there."""
-    column, row = measures.worst_pixel
-    ours, theirs = (", ".join(number(each) for each in values) for values in measures.worst_values)
-    return f"column {column}, row {row}: candidate ({ours}), reference ({theirs}) of red, green, blue, opacity"
-
-
-def _limit_rows(outcome: Outcome) -> list[tuple[str, float, float]]:
-    """Name, measure and limit of each number that has a limit."""
-    if outcome.measures is None:
-        return []
-    names = [each.format(number(outcome.limits.max_abs)) for each in _LIMIT_ROWS]
-    found = zip(names, checks(outcome.measures, outcome.limits), strict=True)
-    return [(name, each.measure, each.limit) for name, each in found]
-
-
-def _file_rows(outcome: Outcome) -> tuple[tuple[str, list[str]], ...]:
-    """Name of each property of the files, and its two texts."""
-    pair = outcome.candidate, outcome.reference
-    sizes = [each.pixels.shape for each in pair]
-    return (
-        ("file", [each.name for each in pair]),
-        ("pixels", [f"{width} × {height}" for height, width, _ in sizes]),
-        ("format", [each.words for each in pair]),
-        ("driver", [each.attributes.get(DRIVER_ATTRIBUTE, "–") for each in pair]),
-        ("software", [each.attributes.get("Software", "–") for each in pair]),
     )
 
 

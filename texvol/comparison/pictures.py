@@ -73,6 +73,11 @@ class Picture:
     attributes: Mapping[str, str] = field(default_factory=dict)
     name: str = "picture"
 
+    @property
+    def size_in_words(self) -> str:
+        """Width × height."""
+        return f"{self.pixels.shape[1]} × {self.pixels.shape[0]}"
+
     @classmethod
     def of_array(cls, array: ArrayLike, name: str = "picture", attributes: Mapping[str, str] | None = None) -> Picture:
         """Return the picture of an array (height, width) or (height, width, 1 to 4 channels).

@@ -66,7 +66,8 @@ def scene_changes(candidate: Picture, reference: Picture) -> tuple[SceneChange, 
     if candidate.attributes[SCENE_ATTRIBUTE] == reference.attributes[SCENE_ATTRIBUTE]:
         return ()
     try:
-        return _changes(*_seen(candidate, reference))
+        ours, theirs = _seen(candidate, reference)
+        return _changes(ours, theirs)
     except RecursionError:  # a header of texvol is never so deep
         return None
 

@@ -24,7 +24,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from texvol.comparison.difference import Difference, compare
+from texvol.comparison import Difference, compare
 from texvol.comparison.kinds.pair import SIDES, other
 
 RMS_CHANGE, MAX_CHANGE = 0.05, 0.2

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.comparison.kinds import registration
-from texvol.comparison.kinds.isolated import isolated, isolated_pixels
+from texvol.comparison.kinds.isolated import isolated
 from texvol.comparison.kinds.kind import Finding, Kind, goes_with
 from texvol.comparison.kinds.noise import noise
 from texvol.comparison.kinds.pair import GREY, Pair, Pixels
@@ -119,8 +119,8 @@ def _without_shift(pair: Pair, dx: float, dy: float) -> tuple[Pair, Pair] | None
         if moved is None:
             continue
         explained = moved[0].explained_by(moved[1])
-        alone = isolated_pixels(moved[1])
-        if alone is not None and isolated(moved[1], alone).kind.explained > _ALONE:
+        alone = isolated(moved[1])
+        if alone is not None and alone.kind.explained > _ALONE:
             explained = 1.0
         if explained > best_explained:
             best, best_explained = direction, explained

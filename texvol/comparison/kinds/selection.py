@@ -18,13 +18,13 @@ from texvol.comparison.kinds import (
     end_slabs,
     gamma,
     geometry,
-    isolated,
     levels,
     light,
     opacity,
     order,
     posterised,
 )
+from texvol.comparison.kinds.isolated import isolated
 from texvol.comparison.kinds.kind import CHANNELS, Change, Finding, Kind, goes_with, number
 from texvol.comparison.kinds.noise import MOST_GAUSSIAN, noise
 from texvol.comparison.kinds.pair import Pair
@@ -109,11 +109,9 @@ def explain_systematic(pair: Pair) -> list[Kind]:
 
 def _next(pair: Pair, before: set[str]) -> Found | None:
     """Return the best explanation of the difference that the kinds `before` left."""
-    alone = isolated.isolated_pixels(pair.beyond) if "isolated pixels" not in before else None
-    if alone is not None:
-        finding = isolated.isolated(pair, alone)
-        if finding.kind.explained >= _ALONE:
-            return Found((finding,))
+    alone = isolated(pair, pair.beyond) if "isolated pixels" not in before else None
+    if alone is not None and alone.kind.explained >= _ALONE:
+        return Found((alone,))
     few = posterised.posterised(pair) if "banding" not in before else None
     if few is not None:
         return Found((few,))
@@ -244,11 +242,11 @@ def _described(pair: Pair, before: set[str]) -> Found | None:
         if dimmed is not None:
             return dimmed
     if random is not None:
-        alone = isolated.isolated_pixels(pair) if "isolated pixels" not in before else None
-        rest = noise(alone.left_out(pair)) if alone is not None else None
+        alone = isolated(pair) if "isolated pixels" not in before else None
+        rest = noise(alone.left) if alone is not None else None
         # In noise that is even everywhere, a pixel that stands out is an isolated pixel.
         if alone is not None and rest is not None and rest.kind.parameters["kurtosis"] < MOST_GAUSSIAN:
-            return Found((rest, replace(isolated.isolated(pair, alone), left=random.left)))
+            return Found((rest, replace(alone, left=random.left)))
         return Found((random,))
     if "shifted" in before:
         return None  # the rest of resampling
