@@ -27,6 +27,8 @@ def histogram(largest: NDArray, limit: float) -> Markup:
         Largest difference that is allowed.
     """
     numbers = largest[np.isfinite(largest) & (largest > 0)]
+    broken = int((~np.isfinite(largest)).sum())
+    counted = {"total": largest.size, "differing": numbers.size, "equal": int((largest == 0).sum()), "broken": broken}
     drawings = []
     if numbers.size:
         low, high = _decades(numbers, limit)
@@ -35,15 +37,7 @@ def histogram(largest: NDArray, limit: float) -> Markup:
         )
         mark = float(np.log10(limit)) if limit > 0 else -np.inf
         drawings = [_drawing(kind, counts, edges, mark) for kind in _WIDTHS]
-    return Markup(rendered("histogram.html", drawings=drawings, caption=_caption(largest, numbers.size), limit=limit))
-
-
-def _caption(largest: NDArray, differing: int) -> str:
-    equal, wrong = int((largest == 0).sum()), int((~np.isfinite(largest)).sum())
-    parts = [f"{differing:,} of {largest.size:,} pixels differ", f"{equal:,} are equal"]
-    if wrong:
-        parts.append(f"{wrong:,} hold a NaN or an infinity and are not drawn")
-    return "; ".join(parts) + "."
+    return Markup(rendered("histogram.html", drawings=drawings, **counted, limit=limit))
 
 
 def _decades(numbers: NDArray, limit: float) -> tuple[int, int]:

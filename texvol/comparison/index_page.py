@@ -63,11 +63,7 @@ def _completed(entry: Mapping[str, Any], common: Mapping[str, str]) -> dict[str,
 def _badness(entry: Mapping[str, Any]) -> tuple[int, float, str]:
     """Sorting key, worst first: status, then distance from the limits, then name."""
     status = entry["status"]
-    excess = _rms_fraction(entry) if status == "same" else entry.get("excess") or 0.0
-    return _STATUSES.index(status), -excess, str(entry["name"])
-
-
-def _rms_fraction(entry: Mapping[str, Any]) -> float:
-    """Return the rms difference as a fraction of its limit."""
     measures, limits = entry["measures"] or {}, entry.get("limits") or {}
-    return float((measures.get("beyond_rms") or 0.0) / (limits.get("rms") or 1.0))
+    rms = (measures.get("beyond_rms") or 0.0) / (limits.get("rms") or 1.0)
+    excess = rms if status == "same" else entry.get("excess") or 0.0
+    return _STATUSES.index(status), -excess, str(entry["name"])

@@ -213,14 +213,11 @@ def _outlier(ours: NDArray[np.float32], theirs: NDArray[np.float32], beyond: NDA
 
     An edge that moves by a part of a pixel stays in the range; a wrong pixel in an even area does not.
     """
-    (low, high), (other_low, other_high) = _neighbourhood(theirs), _neighbourhood(ours)
-    outside = np.maximum(np.maximum(low - ours, ours - high), np.maximum(other_low - theirs, theirs - other_high))
-    return float(np.minimum(np.maximum(outside, 0), beyond).max())
-
-
-def _neighbourhood(picture: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Least and largest number of each pixel and its eight neighbours."""
-    return extreme_around(np.minimum, picture), extreme_around(np.maximum, picture)
+    outside = [
+        np.maximum(extreme_around(np.minimum, other) - one, one - extreme_around(np.maximum, other))
+        for one, other in ((ours, theirs), (theirs, ours))
+    ]
+    return float(np.minimum(np.maximum(np.maximum(*outside), 0), beyond).max())
 
 
 def extreme_around(extreme: np.ufunc, picture: NDArray) -> NDArray:

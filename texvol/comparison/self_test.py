@@ -107,6 +107,11 @@ class SelfTest:
         return not any(row.status in (MISSED, FALSE_ALARM) for row in self.rows)
 
     @property
+    def reasons(self) -> list[str]:
+        """Why mistakes do not apply, or controls are not available."""
+        return [f"{row.name}: {row.reason}" for row in self.rows if row.reason]
+
+    @property
     def words(self) -> str:
         """The result in a line."""
         count = {status: sum(row.status == status for row in self.rows) for status in (CAUGHT, MISSED, FALSE_ALARM)}
@@ -138,8 +143,7 @@ class SelfTest:
             "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in cells
         ]
         heading = f"{self.name}, {width}x{height}, drawn by {self.driver}, limits {self.limits.source}"
-        reasons = [f"{row.name}: {row.reason}" for row in self.rows if row.reason]
-        return "\n".join(map(shown_line, [heading, "", *table, "", *reasons, self.words]))
+        return "\n".join(map(shown_line, [heading, "", *table, "", *self.reasons, self.words]))
 
 
 def self_test(

@@ -37,17 +37,19 @@ def error_pictures(findings: Findings) -> dict[str, Any] | None:
 def chosen_settings(findings: Findings) -> list[tuple[str, Measurement]]:
     """Return role and setting of each picture: texvol's best first, then VTK's best, then the worst."""
     ours, error = findings.ours, discretisation_max
-    chosen = [("Most accurate", most_accurate(ours, error))]
-    chosen += [
-        (f"Fastest within {limit:g} of its own integral", fastest_within(ours, error, limit))
-        for limit in reversed(words.LIMITS)
-    ]
     default = Setting(findings.scene.classification, 1.0)
-    chosen += [("Default", next((each for each in ours if each.setting == default), None))]
     theirs = [each for each in findings.measurements if each.setting.renderer != OURS]
-    chosen += [("VTK's most accurate", most_accurate(theirs, error))]
     measured = (each for each in ours if error(each) is not None)
-    chosen += [("Worst", max(measured, key=lambda each: error(each) or 0.0, default=None))]
+    chosen = [
+        ("Most accurate", most_accurate(ours, error)),
+        *(
+            (f"Fastest within {limit:g} of its own integral", fastest_within(ours, error, limit))
+            for limit in reversed(words.LIMITS)
+        ),
+        ("Default", next((each for each in ours if each.setting == default), None)),
+        ("VTK's most accurate", most_accurate(theirs, error)),
+        ("Worst", max(measured, key=lambda each: error(each) or 0.0, default=None)),
+    ]
     merged: dict[Measurement, str] = {}
     for role, each in chosen:
         if each is not None and each.setting in findings.error_maps:

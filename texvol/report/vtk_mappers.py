@@ -68,7 +68,9 @@ def sweep(
         ours = renderer.render(replace(soft, classification="post"), size, sampling_rate=_CHECK_RATE)
         for answer in _answers(Path(folder), limits.sweep_seconds):
             if answer["what"] == "check":
-                _check(np.load(answer["picture"]), ours, mapper)
+                rms = compare(np.load(answer["picture"]), ours).rms_error
+                if not rms <= MOST_DIFFERENT:
+                    raise VtkError(f"{mapper} and texvol draw a soft version of this scene differently (rms {rms:.2g})")
                 continue
             setting = Setting("post", answer["rate"], renderer=mapper)
             measurement = Measurement(setting, thickness / answer["rate"], skipped=answer.get("skipped", ""))
@@ -102,12 +104,6 @@ def over_background(picture: NDArray, background: tuple[float, float, float]) ->
     picture = picture.astype(np.float32)
     picture[..., :3] += (1 - picture[..., 3:]) * np.asarray(background, np.float32)
     return picture
-
-
-def _check(theirs: NDArray, ours: NDArray, mapper: str) -> None:
-    rms = compare(theirs, ours).rms_error
-    if not rms <= MOST_DIFFERENT:
-        raise VtkError(f"{mapper} and texvol draw a soft version of this scene differently (rms {rms:.2g})")
 
 
 def _check_drawable(scene: Scene, medium: TransferFunction) -> None:

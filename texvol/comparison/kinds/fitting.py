@@ -1,4 +1,4 @@
-"""Least squares of one parameter, and of factors, over the pixels of a sample."""
+"""Search for the parameter of a hypothesis that leaves least."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ from collections.abc import Callable
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 _GOLDEN = (np.sqrt(5) - 1) / 2
 _BRACKET = 0.01
@@ -35,10 +34,3 @@ def least(cost: Callable[[float], float], low: float, high: float, tries: int = 
     step = -0.25 * (b - a) * rise / bend if np.isfinite(bend) and bend > 0 else 0.0
     at = middle + float(np.clip(step, a - middle, b - middle))
     return float(np.exp(min((at, middle), key=value)))
-
-
-def ratio(of: NDArray, to: NDArray, weights: NDArray) -> float:
-    """Return the factor k that minimises the weighted |of - k·to|²; 1 where `to` is 0 everywhere."""
-    of, to = of.astype(np.float64), to.astype(np.float64)
-    below = float((weights * to * to).sum())
-    return float((weights * of * to).sum()) / below if below > 0 else 1.0

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.comparison.kinds.encodings import Curve, on_premultiplied
-from texvol.comparison.kinds.fitting import ratio
 from texvol.comparison.kinds.kind import Change, number
 from texvol.comparison.kinds.pair import ROUNDING, SIDES, Pair, other
 
@@ -31,7 +30,7 @@ def _factors(sample: Pair) -> Iterator[Change]:
     if sample.has_opacity:
         parts |= {"opacity": slice(3, 4), "all four channels": slice(0, 4)}
     for part, channels in parts.items():
-        factor = ratio(sample.candidate[..., channels], sample.reference[..., channels], weights)
+        factor = _ratio(sample.candidate[..., channels], sample.reference[..., channels], weights)
         verb = "are" if part == "all four channels" else "is"
         words = f"the candidate's {part} {verb} {number(factor, 4)} times the reference's"
         name = "scaled opacity" if part == "opacity" else "brightness"
@@ -41,7 +40,7 @@ def _factors(sample: Pair) -> Iterator[Change]:
         yield Change(name, "reference", _times(factor, channels), words, parameters, fitted=1)
     if sample.has_opacity:
         yield from _opacity_with_color(sample)
-    each = [ratio(sample.candidate[..., [i]], sample.reference[..., [i]], weights) for i in range(3)]
+    each = [_ratio(sample.candidate[..., [i]], sample.reference[..., [i]], weights) for i in range(3)]
     shown = ", ".join(number(one, 4) for one in each)
     words = f"the candidate's red, green and blue are ({shown}) times the reference's"
     yield Change("brightness", "reference", _times(each), words, {"factors": each}, fitted=3)
@@ -74,7 +73,7 @@ def _opacity_with_color(sample: Pair) -> Iterator[Change]:
     """Opacity times a factor, cut at 1, with the same straight colour."""
     opacity = sample.candidate[..., 3:], sample.reference[..., 3:]
     thin = sample.pixel_weights[..., np.newaxis] * (np.maximum(*opacity) < 1 - ROUNDING)
-    factor = ratio(*opacity, thin)
+    factor = _ratio(*opacity, thin)
     # Undoing scales the smaller opacity up; the larger opacity may have been cut.
     side, by = ("reference", factor) if factor >= 1 else ("candidate", 1 / max(factor, 1e-6))
 
@@ -144,6 +143,13 @@ def _ends(pair: Pair, side: str) -> tuple[float, float]:
     many = at_top.any(axis=2).sum() >= max(4, at_top.shape[0] * at_top.shape[1] // 10_000)
     flat = largest == float(pixels[..., :3].min())
     return low, largest if many and not flat else np.inf
+
+
+def _ratio(of: NDArray, to: NDArray, weights: NDArray) -> float:
+    """Return the factor k that minimises the weighted |of - k·to|²; 1 where `to` is 0 everywhere."""
+    of, to = of.astype(np.float64), to.astype(np.float64)
+    below = float((weights * to * to).sum())
+    return float((weights * of * to).sum()) / below if below > 0 else 1.0
 
 
 def _times(factor: float | list[float], channels: slice = np.s_[:3]) -> Curve:

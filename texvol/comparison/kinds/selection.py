@@ -13,17 +13,7 @@ from operator import itemgetter
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.comparison.kinds import (
-    edges,
-    end_slabs,
-    gamma,
-    geometry,
-    levels,
-    light,
-    opacity,
-    order,
-    posterised,
-)
+from texvol.comparison.kinds import edges, end_slabs, gamma, geometry, levels, light, opacity, order, posterised
 from texvol.comparison.kinds.isolated import isolated
 from texvol.comparison.kinds.kind import CHANNELS, Change, Finding, Kind, goes_with, number
 from texvol.comparison.kinds.noise import MOST_GAUSSIAN, noise
