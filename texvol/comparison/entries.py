@@ -86,24 +86,18 @@ def excess(measures: Measures | None, limits: Limits) -> float | None:
     pairs = [(each.measure, each.limit) for each in checks(measures, limits)]
     if not limits.fail_percent:  # 0 % has no multiples: the largest difference takes its place
         pairs[0] = measures.beyond_max, limits.max_abs
-    fractions = [_fraction(number, limit) for number, limit in pairs if limit < np.inf]
-    return max(fractions, default=0.0)
-
-
-def _fraction(number: float, limit: float) -> float:
-    if not number > 0:
-        return 0.0 if number == 0 else _MOST_EXCESS
-    return float(min(number / limit, _MOST_EXCESS)) if limit else _MOST_EXCESS
+    fractions = [0.0]
+    for number, limit in pairs:
+        if limit < np.inf and number != 0:
+            fractions.append(number / limit if number > 0 and limit else _MOST_EXCESS)
+    return float(min(max(fractions), _MOST_EXCESS))
 
 
 def _thumbnails(outcome: Outcome) -> dict[str, str]:
     measures = outcome.measures
-    if measures is None:
-        return {
-            name: _thumbnail(each.pixels, 1.0)
-            for name, each in (("candidate", outcome.candidate), ("reference", outcome.reference))
-        }
     ours, theirs = (each.pixels for each in outcome.in_common_form())
+    if measures is None:
+        return {"candidate": _thumbnail(ours, 1.0), "reference": _thumbnail(theirs, 1.0)}
     low, scale = shown_range(theirs, measures.scale)[0], measures.scale
     found = {"candidate": _thumbnail(ours, scale, low)}
     if measures.max_error > 0:

@@ -15,7 +15,7 @@ from texvol.comparison.common_form import CommonForm
 from texvol.comparison.kinds import Kind
 from texvol.comparison.mistakes import MistakeTrial, distance, drawn
 from texvol.comparison.pictures import Picture
-from texvol.comparison.planting import PlantedRenderer
+from texvol.comparison.planting import Planted, PlantedRenderer
 from texvol.comparison.three_way import ROUNDING
 from texvol.provenance.stored_scene import StoredScene
 
@@ -63,7 +63,7 @@ def _dropped_slab(trial: MistakeTrial, seen: Callable[[NDArray], NDArray], ours:
     rows = slice(start, start + band)
     trial.renderer.render(trial.scene, trial.size, **trial.settings)
     first, end = trial.renderer.slab_range()
-    with trial.renderer.dropping() as compositor:
+    with trial.renderer.planted(Planted()) as compositor:
         compositor.keep_rows((rows.start, rows.stop))
         left = []
         for slab in range(first, end):

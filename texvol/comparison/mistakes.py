@@ -98,7 +98,7 @@ class MistakeTrial:
         longest = max(self.size)
         small = tuple(max(1, round(side * min(1.0, _SEARCHED_AT / longest))) for side in self.size)
         render = self.renderer.render
-        with self.renderer.dropping() as compositor:
+        with self.renderer.planted(Planted()) as compositor:
             right = render(self.scene, small, **self.settings)  # type: ignore[arg-type]
             first, end = self.renderer.slab_range()
             while end - first > 1:

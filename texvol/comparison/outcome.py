@@ -116,12 +116,11 @@ def examine(
     ours, theirs = form.of(candidate), form.of(reference)
     are_numbers = form.display is None and (holds_numbers(candidate) or holds_numbers(reference))
     measures = measure(ours, theirs, limits.max_abs, number_range(theirs) if are_numbers else None)
-    scale = measures.scale
     shown = (ours, theirs) if form.display else (candidate, reference)
     broken = (*_lost_channels(candidate, reference), *_not_finite(*shown), *filter(None, [form.reason]))
     over = violations(measures, limits)
     status = "broken" if broken else "different" if over else "same"
-    notes = _notes(candidate, reference, scale, form)
+    notes = _notes(candidate, reference, measures.scale, form)
     found = Outcome(
         name, candidate, reference, measures, limits, broken + over, status, notes=notes, scene_changes=changes
     )
@@ -133,14 +132,10 @@ def explained(outcome: Outcome) -> Outcome:
     measures = outcome.measures
     if measures is None or not measures.max_error > 0:
         return outcome
-    ours, theirs = outcome.in_common_form()
-    scale = measures.scale
-    kinds = kinds_of(
-        ours.pixels / scale,
-        theirs.pixels / scale,
-        has_opacity=ours.has_opacity and theirs.has_opacity,
-        roundings=(ours.rounding / scale, theirs.rounding / scale),
-    )
+    (ours, theirs), scale = outcome.in_common_form(), measures.scale
+    roundings = ours.rounding / scale, theirs.rounding / scale
+    has_opacity = ours.has_opacity and theirs.has_opacity
+    kinds = kinds_of(ours.pixels / scale, theirs.pixels / scale, has_opacity=has_opacity, roundings=roundings)
     return replace(outcome, kinds=kinds)
 
 

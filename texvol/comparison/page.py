@@ -13,7 +13,7 @@ from texvol.comparison.histogram import histogram
 from texvol.comparison.limits import checks
 from texvol.comparison.measures import flip_map, largest_finite, pixel_differences
 from texvol.comparison.outcome import Outcome, shown_range
-from texvol.comparison.pixel_data import candidate_data, level_data, reference_data
+from texvol.comparison.pixel_data import candidate_data, packed_text, reference_data
 from texvol.comparison.templates import rendered
 from texvol.formats.pictures.page_pictures import color_table
 
@@ -64,7 +64,7 @@ def _viewer_data(
         if flip and data:
             ours_seen, theirs_seen = (np.nan_to_num(each / np.float32(scale)) for each in (ours, theirs))
             perceived = np.clip(flip_map(ours_seen, theirs_seen), 0, 1)
-            pictures["flip"] = level_data(np.rint(255 * perceived).astype(np.uint8))
+            pictures["flip"] = packed_text(np.rint(255 * perceived).astype(np.uint8).tobytes())
     top = int(np.ceil(np.log10(largest))) if largest > 0 else 0
     differs = bool(measures and measures.max_error > 0)
     return {
@@ -89,8 +89,6 @@ def _clipped_words(outcome: Outcome) -> str:
     for each in (outcome.candidate.pixels, outcome.reference.pixels):
         bright = (each[..., :3] > 1) & np.isfinite(each[..., :3])
         fraction = max(fraction, float(bright.any(axis=2).mean()) if bright.any() else 0.0)
-    return (
-        f"{100 * fraction:.2g}% of the pixels are brighter than 1 and shown as 1: lower the exposure."
-        if fraction
-        else ""
-    )
+    if not fraction:
+        return ""
+    return f"{100 * fraction:.2g}% of the pixels are brighter than 1 and shown as 1: lower the exposure."

@@ -234,15 +234,14 @@ def with_errors(measurement: Measurement, picture: NDArray, truths: Truths) -> M
 
 def predicted_seconds(setting: Setting, done: Iterable[Measurement]) -> float | None:
     """Return the expected time of a frame, from the same setting at a lower rate: time grows at most with the slabs."""
-    alike = [
+    alike = (
         each
         for each in done
         if each.seconds and each.setting.name == setting.name and each.setting.sampling_rate <= setting.sampling_rate
-    ]
-    if not alike:
+    )
+    nearest = max(alike, key=lambda each: (each.setting.sampling_rate, each.seconds), default=None)
+    if nearest is None or nearest.seconds is None:
         return None
-    nearest = max(alike, key=lambda each: (each.setting.sampling_rate, each.seconds))
-    assert nearest.seconds is not None
     return nearest.seconds * setting.sampling_rate / nearest.setting.sampling_rate
 
 

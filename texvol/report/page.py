@@ -39,7 +39,7 @@ def html(findings: Findings, plots: Plots) -> str:
         title=f"Speed against error: {', '.join(Path(volume.name).name for volume in scene.volumes)}",
         version=__version__,
         picture=data_url(png(findings.picture)),
-        size=_size(findings),
+        size="{} × {}".format(*findings.size),
         spacing=scene.smallest_spacing,
         answer=_answer(findings),
         metadata=_metadata(findings),
@@ -67,15 +67,13 @@ def _metadata(findings: Findings) -> list[tuple[str, str]]:
     volume, camera = findings.scene.volume, findings.scene.camera
     assert camera is not None
     unit = volume.unit or "world units"
-    view = (
-        f"{camera.fov:g}° from bottom to top"
-        if camera.projection == "perspective"
-        else f"{camera.height:.5g} {unit} high"
-    )
+    view = f"{camera.fov:g}° from bottom to top"
+    if camera.projection != "perspective":
+        view = f"{camera.height:.5g} {unit} high"
     metadata = [
         *(fact for each in findings.scene.completed(findings.size).each_alone() for fact in _volume_metadata(each)),
         ("camera", f"{camera.projection}, {view}, eye {_triple(camera.eye)}, target {_triple(camera.target)}"),
-        ("picture", f"{_size(findings)} pixels"),
+        ("picture", "{} × {} pixels".format(*findings.size)),
     ]
     model = findings.truths.model_error
     if model is not None:
@@ -110,10 +108,6 @@ def _order_rows(findings: Findings) -> list[tuple[str, str, str]]:
         rows.append(("grid of a trilinear field", "0", f"no change (at most {findings.grid_change:.0e})"))
         rows.append(("grid of a smooth field", "2", f"{findings.grid_order:.2f}"))
     return rows
-
-
-def _size(findings: Findings) -> str:
-    return f"{findings.size[0]} × {findings.size[1]}"
 
 
 def _triple(numbers: tuple[float, float, float]) -> str:

@@ -85,12 +85,17 @@ def _style(colors: dict[str, str]) -> dict[Any, Any]:
 
 
 def _draw_panel(panel: Any, measurements: list[Measurement], error_of: ErrorOf, front_color: str) -> None:
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
     panel.set(xscale="log", yscale="log")
     if not any(any(_shown(measurements, name, error_of)) for name in _LOOKS):
         panel.set(xlim=(1e-3, 1), ylim=(1e-7, 1))
         panel.text(0.5, 0.5, "no setting has an error", ha="center", transform=panel.transAxes)
     panel.margins(0.06, 0.08)
-    _name_times(panel)
+    # Times are 50 ms, 100 ms, 200 ms … instead of powers of ten.
+    panel.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    panel.xaxis.set_major_formatter(FuncFormatter(lambda time, _: seconds(time)))
+    panel.xaxis.set_minor_formatter(NullFormatter())
     panel.grid(True, which="minor", linewidth=0.3)
     front = [(each.seconds, error_of(each)) for each in pareto_front(measurements, error_of) if error_of(each)]
     if front:
@@ -104,15 +109,6 @@ def _draw_panel(panel: Any, measurements: list[Measurement], error_of: ErrorOf, 
             panel.plot(*zip(*plain, strict=True), color=color, marker=mark, markersize=7, linewidth=1.3, label=name)
         if formats:
             panel.plot(*zip(*formats, strict=True), mark, color=color, markersize=7, markerfacecolor="none")
-
-
-def _name_times(panel: Any) -> None:
-    """Label times as 50 ms, 100 ms, 200 ms … instead of powers of ten."""
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
-
-    panel.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
-    panel.xaxis.set_major_formatter(FuncFormatter(lambda time, _: seconds(time)))
-    panel.xaxis.set_minor_formatter(NullFormatter())
 
 
 def _draw_model_error(panel: Any, findings: Findings, metric: str, ink: str) -> None:

@@ -31,6 +31,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.comparison import compare
+from texvol.rendering.render import over_background
 from texvol.rendering.renderer import Renderer, Size
 from texvol.report.convergence import Limits, Measurement, Outcome, Setting, Truths, with_errors
 from texvol.scene.scene import Scene
@@ -97,13 +98,6 @@ def soft_scene(scene: Scene) -> Scene:
         transfer_function=TransferFunction(np.array([low, high]), colors, extinctions),
         background=(0.0, 0.0, 0.0),
     )
-
-
-def over_background(picture: NDArray, background: tuple[float, float, float]) -> NDArray[np.float32]:
-    """Return a premultiplied picture over its background."""
-    picture = picture.astype(np.float32)
-    picture[..., :3] += (1 - picture[..., 3:]) * np.asarray(background, np.float32)
-    return picture
 
 
 def _check_drawable(scene: Scene, medium: TransferFunction) -> None:

@@ -96,11 +96,10 @@ def _seen_of_difference(pair: Pair, before: Pair, dx: float, dy: float) -> float
 
 
 def _words(dx: float, dy: float) -> str:
-    horizontally = "right" if dx > 0 else "left"
-    vertically = "down" if dy > 0 else "up"
     digits = 2 if max(abs(dx), abs(dy)) >= _IN_HUNDREDTHS else 3
     pixels = f"({round(dx, digits) + 0.0:+.{digits}f}, {round(dy, digits) + 0.0:+.{digits}f})"  # + 0: no -0
-    said = [word for word, by in ((horizontally, dx), (vertically, dy)) if round(abs(by), digits) > 0]
+    ways = ("right" if dx > 0 else "left", dx), ("down" if dy > 0 else "up", dy)
+    said = [word for word, by in ways if round(abs(by), digits) > 0]
     return f"the candidate is shifted by {pixels} pixels, {' and '.join(said) or 'hardly'} (x to the right, y down)"
 
 

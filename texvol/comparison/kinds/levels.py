@@ -87,9 +87,8 @@ class Lattice:
         parts = []
         if self.steps:
             apart = np.abs(self.in_steps(pair.candidate) - self.in_steps(pair.reference)).max(axis=2)
-            parts.append(
-                apart * np.maximum(pair.candidate[..., 3], pair.reference[..., 3]) if self.is_straight else apart
-            )
+            opacity = np.maximum(pair.candidate[..., 3], pair.reference[..., 3])
+            parts.append(apart * opacity if self.is_straight else apart)
         if self.opacity_steps:
             parts.append(np.abs(pair.difference[..., 3]) * self.opacity_steps)
         return np.maximum.reduce(parts)
