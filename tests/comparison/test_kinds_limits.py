@@ -41,6 +41,14 @@ def test_what_is_not_finite_is_counted_and_the_rest_is_looked_at() -> None:
     assert np.isnan(candidate[30, 7, 2]), "pictures that came stay as they are"
 
 
+def test_a_pixel_that_is_not_finite_hides_no_shift_of_pictures_without_opacity() -> None:
+    reference = planted.cloud()
+    candidate = planted.moved(1, 2)(reference)
+    candidate[5, 6] = np.nan
+    found = kinds_of(candidate, reference, has_opacity=False)
+    assert [each.name for each in found[:2]] == ["not finite", "shifted"]
+
+
 def test_a_picture_of_nothing_but_nan() -> None:
     (kind,) = kinds_of(np.full((4, 5, 4), np.nan), np.zeros((4, 5, 4)))
     assert kind.name == "not finite" and kind.parameters["pixels"] == 20

@@ -75,7 +75,7 @@ def entry_without_reference(
 
 
 def _start(name: str, status: str, test: str, page: str, metadata: Mapping[str, str]) -> dict[str, Any]:
-    page = PurePath(page).as_posix() if page else ""
+    page = page and PurePath(page).as_posix()
     return {"name": name, "status": status, "test": test, "page": page, "facts": dict(metadata)}
 
 

@@ -163,8 +163,7 @@ def self_test(
         rows = [judge.control("no mistake", "the same picture, drawn again", trial.draw())]
         if controls:
             rows += _other_back_ends(judge, renderer.backend)
-        for mistake, picture in drawn(trial):
-            rows.append(judge.row(mistake.name, mistake.words, picture))
+        rows += [judge.row(mistake.name, mistake.words, picture) for mistake, picture in drawn(trial)]
         name, driver = Path(stored.name).name, f"{renderer.renderer_name} ({renderer.backend})"
         return SelfTest(name, size, limits, driver, tuple(rows), judge.shown(trial.right))
 
