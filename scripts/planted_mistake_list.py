@@ -97,8 +97,8 @@ _UPPER = (
         "test_measures.py",
     ),
     Mistake(
-        *("comparison", "limits:violations"),
-        *("if not number <= limit", "if number > limit"),
+        *("comparison", "limits:Check.is_broken"),
+        *("not self.measure <= self.limit", "self.measure > self.limit"),
         "what is no number breaks no limit",
         "test_limits.py",
     ),

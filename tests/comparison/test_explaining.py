@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from support.benches import SIZE, planted
 
 from texvol.comparison.explaining import mistakes_that_explain
 from texvol.comparison.mistakes import CATALOGUE
+from texvol.comparison.pictures import Picture
 from texvol.comparison.planting import PlantedRenderer
 from texvol.provenance.stored_scene import StoredScene
 from texvol.scene.demo import demo_scene
@@ -25,12 +28,15 @@ def renderer():
 )
 def test_a_planted_mistake_is_told_from_the_scene(name: str, eight_bits: bool, renderer: PlantedRenderer) -> None:
     bench, pictures = planted(renderer, demo_scene())
-    candidate, allowance = pictures[name], 0.0
+    candidate, rounding = pictures[name], 0.0
     if eight_bits:
         if name in ("8-bit target", "missing cosine"):  # lost in what 8 bits round away
             return
-        candidate, allowance = np.rint(np.clip(candidate, 0, 1) * 255) / 255, 0.5 / 255
-    found = mistakes_that_explain(candidate, StoredScene(bench.scene), eight_bits=eight_bits, allowance=allowance)
+        candidate, rounding = np.rint(np.clip(candidate, 0, 1) * 255) / 255, 0.5 / 255
+    picture = replace(
+        Picture.of_array(candidate), whole_numbers=eight_bits, rounding=np.full(candidate.shape, rounding, np.float32)
+    )
+    found = mistakes_that_explain(picture, StoredScene(bench.scene))
     assert found[0].name == name
     assert found[0].explained > 0.9
     assert "the candidate equals the scene drawn with a mistake" in found[0].words
@@ -42,7 +48,8 @@ def test_any_dropped_slab_is_found_and_which(renderer: PlantedRenderer) -> None:
     first, end = renderer.slab_range()
     chosen = bench.slab[0] - 5
     assert np.abs(bench.without((chosen, chosen + 1)) - bench.right).max() > 1e-3
-    (found,) = mistakes_that_explain(bench.without((chosen, chosen + 1)), StoredScene(bench.scene, bench.settings))
+    candidate = Picture.of_array(bench.without((chosen, chosen + 1)))
+    (found,) = mistakes_that_explain(candidate, StoredScene(bench.scene, bench.settings))
     assert found.name == "dropped slab"
     assert found.parameters == {"slab": chosen - first, "slabs": end - first}
 
@@ -51,11 +58,11 @@ def test_what_no_mistake_explains_is_not_explained(renderer: PlantedRenderer) ->
     bench, _ = planted(renderer, demo_scene())
     noise = np.random.default_rng(0).normal(0, 0.01, bench.right.shape)
     for candidate in (bench.right, bench.right + 1e-7, bench.right + noise, np.roll(bench.right, 1, axis=1)):
-        assert mistakes_that_explain(candidate, StoredScene(bench.scene)) == ()
+        assert mistakes_that_explain(Picture.of_array(candidate), StoredScene(bench.scene)) == ()
 
 
 def test_a_mistake_is_told_in_spite_of_a_pixel_that_is_not_finite(renderer: PlantedRenderer) -> None:
     bench, pictures = planted(renderer, demo_scene())
     candidate = pictures["half a texel"].copy()
     candidate[3, 4] = np.nan
-    assert mistakes_that_explain(candidate, StoredScene(bench.scene))[0].name == "half a texel"
+    assert mistakes_that_explain(Picture.of_array(candidate), StoredScene(bench.scene))[0].name == "half a texel"

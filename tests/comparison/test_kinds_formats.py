@@ -8,7 +8,7 @@ from scipy import ndimage
 from support import planted_differences as planted
 from support.compared_pictures import eight_bits, held, opaque
 
-from texvol.comparison.kinds import Kind, kinds_of
+from texvol.comparison.kinds import Kind
 from texvol.comparison.outcome import examine
 from texvol.comparison.pictures import Picture
 from texvol.util.color import linear_from_srgb
@@ -144,13 +144,6 @@ def test_half_floats_of_a_picture_of_8_bits_are_half_floats() -> None:
     reference = planted.decoded(numbers).astype(np.float32)
     (kind,) = held(reference.astype(np.float16), reference)
     assert (kind.name, kind.words) == ("banding", "within the rounding of half floats")
-
-
-def test_roundings_and_allowance_say_the_same() -> None:
-    reference = planted.cloud()
-    candidate = planted.quantised(255)(reference)
-    roundings = np.full_like(reference, 0.5 / 255), np.zeros_like(reference)
-    assert kinds_of(candidate, reference, roundings=roundings) == kinds_of(candidate, reference, allowance=0.5 / 255)
 
 
 def test_blur_of_8_bits() -> None:

@@ -41,6 +41,14 @@ def test_what_is_not_finite_is_counted_and_the_rest_is_looked_at() -> None:
     assert np.isnan(candidate[30, 7, 2]), "pictures that came stay as they are"
 
 
+def test_a_pixel_that_is_not_finite_hides_no_shift_of_pictures_without_opacity() -> None:
+    reference = planted.cloud()
+    candidate = planted.moved(1, 2)(reference)
+    candidate[5, 6] = np.nan
+    found = kinds_of(candidate, reference, has_opacity=False)
+    assert [each.name for each in found[:2]] == ["not finite", "shifted"]
+
+
 def test_a_picture_of_nothing_but_nan() -> None:
     (kind,) = kinds_of(np.full((4, 5, 4), np.nan), np.zeros((4, 5, 4)))
     assert kind.name == "not finite" and kind.parameters["pixels"] == 20
@@ -50,7 +58,7 @@ def test_a_picture_of_nothing_but_nan() -> None:
 def test_within_the_allowance_it_is_rounding_of_bits_and_nothing_grander(steps: int, bits: str) -> None:
     reference = planted.cloud()
     candidate = planted.quantised(steps)(reference)
-    (kind,) = kinds_of(candidate, reference, allowance=0.5 / steps)
+    (kind,) = kinds_of(candidate, reference, roundings=(0.5 / steps, 0))
     assert (kind.name, kind.words) == ("banding", f"within the rounding of {bits}")
 
 
@@ -58,7 +66,7 @@ def test_within_the_allowance_even_a_shift_is_none() -> None:
     reference = planted.cloud()
     candidate = planted.moved(0.01, 0)(reference)
     assert kinds_of(candidate, reference)[0].name == "shifted"
-    (kind,) = kinds_of(candidate, reference, allowance=np.full_like(reference, np.abs(candidate - reference).max()))
+    (kind,) = kinds_of(candidate, reference, roundings=(np.abs(candidate - reference).max(), 0))
     assert kind.name == "rounding"
 
 

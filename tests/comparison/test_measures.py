@@ -26,7 +26,7 @@ def test_one_pixel_is_found_and_measured() -> None:
     assert found.rms_error == pytest.approx(0.5 / np.sqrt(4 * count), rel=1e-5)
     assert found.parts["color"].rms_error == pytest.approx(0.5 / np.sqrt(3 * count), rel=1e-5)
     assert found.parts["opacity"].max_error == 0 and found.parts["opacity"].psnr == np.inf
-    assert found.mean_error == pytest.approx(0.5 / (4 * count), rel=1e-5)
+    assert found.parts["all"].mean_error == pytest.approx(0.5 / (4 * count), rel=1e-5)
     assert found.parts["all"].psnr == pytest.approx(-20 * np.log10(found.rms_error))
     assert found.parts["all"].percentile_99 == 0
     assert found.percent_over == pytest.approx(100 / count)

@@ -81,7 +81,7 @@ def test_double_thickness_is_the_picture_of_a_volume_twice_as_large(renderer: Pl
         *(2 * np.array(each) for each in (camera.eye, camera.target)), camera.up, 2 * camera.height
     )
     # Gradients are half as steep there: what asks for them has to ask for half.
-    medium = _of_half_gradients(bench.medium)
+    medium = _of_half_gradients(bench.scene.medium)
     lighting = scene.lighting and replace(scene.lighting, fade=scene.lighting.fade / 2, lights=_twice_as_far(scene))
     twice = replace(scene, volume=large, camera=wide, transfer_function=medium, lighting=lighting)
     settings = bench.settings | {"slab_thickness": 0.7}
@@ -129,11 +129,11 @@ def test_swapped_order_goes_through_all_stacks_and_bricks(renderer: PlantedRende
     whole = MistakeTrial(renderer, stored, SIZE)
     with PlantedRenderer(texture_memory=0.1) as other:
         in_bricks = MistakeTrial(other, stored, SIZE)
-        wrong = swapped.picture(in_bricks)
+        wrong = swapped.draw(in_bricks)
         assert other.stats["bricks_total"] > 1
     # A slab at the face of two bricks is drawn in one of them, whose rays are rounded otherwise.
     np.testing.assert_allclose(in_bricks.right, whole.right, atol=1e-4)
-    np.testing.assert_allclose(wrong, swapped.picture(whole), atol=1e-4)
+    np.testing.assert_allclose(wrong, swapped.draw(whole), atol=1e-4)
     assert np.abs(wrong - whole.right).max() > 0.05
 
 

@@ -7,7 +7,8 @@ import pytest
 from support.scenes import BONE, FOG, random_volume
 
 import texvol
-from texvol.comparison.three_way import MAX_CHANGE, RMS_CHANGE, ROUNDING, three_way, truth_of
+from texvol.comparison.common_form import CommonForm
+from texvol.comparison.three_way import MAX_CHANGE, RMS_CHANGE, ROUNDING, three_way
 from texvol.provenance.stored_scene import StoredScene
 from texvol.rendering.renderer import Renderer
 from texvol.scene.display import shown
@@ -121,23 +122,24 @@ SIZE = (24, 20)
 def test_thinner_slabs_are_for_the_better(classification: str, renderer: Renderer) -> None:
     scene = Scene(random_volume(3), FOG, classification=classification)  # type: ignore[arg-type]
     coarse, fine = (renderer.render(scene, SIZE, slab_thickness=each) for each in (1.0, 0.25))
-    truth = truth_of(StoredScene(scene), SIZE)
+    truth = texvol.raycast(scene, SIZE)
     assert (verdict(fine, coarse, truth), verdict(coarse, fine, truth)) == ("better", "worse")
 
 
 def test_the_truth_of_eight_bits_is_what_they_can_hold() -> None:
     bright = Scene(random_volume(3), BONE, background=(3.0, 0.5, 0))
-    stored = StoredScene(bright)
-    np.testing.assert_array_equal(truth_of(stored, SIZE), texvol.raycast(bright, SIZE))
-    eight = truth_of(stored, SIZE, eight_bits=True)
-    np.testing.assert_array_equal(eight, np.clip(texvol.raycast(bright, SIZE), 0, 1))
-    assert truth_of(stored, SIZE).max() > 1
-    assert (truth_of(stored, SIZE, has_opacity=False)[..., 3] == 1).all()
+    stored, truth = StoredScene(bright), texvol.raycast(bright, SIZE)
+    assert truth.max() > 1
+    for ends_at_one, expected in ((False, truth), (True, np.clip(truth, 0, 1))):
+        form = CommonForm(ends_at_one, has_opacity=True)
+        np.testing.assert_array_equal(form.of_truth(truth, stored), expected)
+    assert (CommonForm(False, has_opacity=False).of_truth(truth, stored)[..., 3] == 1).all()
 
 
 def test_the_truth_of_numbers_in_eight_bits_is_grey_in_the_window() -> None:
     scene = Scene(random_volume(3), mode="average")
     stored = StoredScene(scene, window=(0.5, 0.25))
-    expected = shown(texvol.raycast(scene, SIZE), scene, window=(0.5, 0.25))
-    np.testing.assert_array_equal(truth_of(stored, SIZE, eight_bits=True), expected)
+    truth = texvol.raycast(scene, SIZE)
+    expected = shown(truth, scene, window=(0.5, 0.25))
+    np.testing.assert_array_equal(CommonForm(ends_at_one=True, has_opacity=True).of_truth(truth, stored), expected)
     assert np.unique(expected[..., 0]).size > 20  # and it is no flat picture

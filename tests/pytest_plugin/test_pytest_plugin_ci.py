@@ -66,11 +66,11 @@ def test_outcomes_of_the_command_are_told_only_on_github(tmp_path: Path) -> None
     reference = Picture.of_array(np.zeros((4, 4, 4), np.float32))
     outcome = examine(Picture.of_array(np.ones((4, 4, 4), np.float32)), reference, name="ones")
     path = tmp_path / "summary.md"
-    assert ci.told([outcome], {"GITHUB_STEP_SUMMARY": str(path)}) == [] and not path.exists()
-    (line,) = ci.told([outcome], {"GITHUB_ACTIONS": "true", "GITHUB_STEP_SUMMARY": str(path)})
+    assert ci.tell([Result.of(outcome)], {"GITHUB_STEP_SUMMARY": str(path)}) == [] and not path.exists()
+    (line,) = ci.tell([Result.of(outcome)], {"GITHUB_ACTIONS": "true", "GITHUB_STEP_SUMMARY": str(path)})
     assert line.startswith("::error title=picture ones is different::")
     assert "| ones |" in path.read_text("utf-8")
-    assert ci.told([outcome], {"GITHUB_ACTIONS": "true", "GITHUB_STEP_SUMMARY": "/nowhere/at/all"}) == [line]
+    assert ci.tell([Result.of(outcome)], {"GITHUB_ACTIONS": "true", "GITHUB_STEP_SUMMARY": "/nowhere/at/all"}) == [line]
 
 
 @pytest.mark.parametrize("status", ["same", "new", "broken"])

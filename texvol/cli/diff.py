@@ -118,7 +118,7 @@ def run(arguments: argparse.Namespace) -> int:
         outcome = replace(outcome, notes=(*outcome.notes, none))
     _write(arguments, outcome)
     say(json.dumps(outcome.as_json(), indent=2, allow_nan=False) if arguments.json else in_words(outcome))
-    for line in ci.told([outcome]):
+    for line in ci.tell([ci.Result.of(outcome)]):
         print(line, file=sys.stderr if arguments.json else sys.stdout)
     return _status(outcome, detailed=arguments.detailed_exitcode)
 
@@ -162,12 +162,14 @@ def _new(arguments: argparse.Namespace) -> int:
 
 def _self_test(arguments: argparse.Namespace, chosen: Limits | None) -> int:
     from texvol.comparison import limits, self_test
+    from texvol.comparison.scene_source import scene_of
 
     if arguments.candidate is not None:
         raise InputError("--self-test takes no CANDIDATE and REFERENCE: leave them out")
     if arguments.output:
         raise InputError("--output needs two pictures: with --self-test use --html")
-    found = self_test.self_test_of(arguments.self_test, chosen or limits.ONE_DRIVER, volume=arguments.volume)
+    stored, size = scene_of(arguments.self_test, volume=arguments.volume)
+    found = self_test.self_test(stored, size, chosen or limits.ONE_DRIVER)
     if arguments.html:
         from texvol.comparison import self_test_page
 
@@ -192,11 +194,11 @@ def _difference_picture(path: str, outcome: Outcome, gain: float) -> bytes:
     """Return the file of the absolute differences in linear light; EXR also has the difference of the opacity."""
     import numpy as np
 
-    from texvol.comparison.compared import compared_pixels
     from texvol.formats.pictures import image
 
-    ours, theirs = compared_pixels(outcome)
-    return image.encoded(path, np.abs(ours - theirs) * np.float32(gain), {"texvol:gain": f"{gain:g}"})
+    ours, theirs = outcome.in_common_form()
+    difference = np.abs(ours.pixels - theirs.pixels) * np.float32(gain)
+    return image.encoded(path, difference, {"texvol:gain": f"{gain:g}"})
 
 
 def _status(outcome: Outcome, *, detailed: bool) -> int:

@@ -39,8 +39,8 @@ class Result:
         Reasons of the failure.
     kinds : tuple of str
         Kinds of difference.
-    test, file, line : str, str, int
-        Test that checks the picture, and its position.
+    file, line : str, int
+        Position of the test that checks the picture.
     page : str
         Path of the picture's page.
     attachments : tuple of str
@@ -53,7 +53,6 @@ class Result:
     kinds: tuple[str, ...] = ()
     max_error: float | None = None
     rms_error: float | None = None
-    test: str = ""
     file: str | None = None
     line: int | None = None
     page: str | None = None
@@ -77,11 +76,6 @@ class Result:
 def on_github(environment: Mapping[str, str] = os.environ) -> bool:
     """True in a workflow of GitHub Actions."""
     return environment.get("GITHUB_ACTIONS") == "true"
-
-
-def told(outcomes: Iterable[Outcome], environment: Mapping[str, str] = os.environ) -> list[str]:
-    """Return annotations of outcomes to print, and write their table to the job summary; empty outside of GitHub."""
-    return tell([Result.of(outcome) for outcome in outcomes], environment)
 
 
 def tell(results: Sequence[Result], environment: Mapping[str, str] = os.environ) -> list[str]:
@@ -118,11 +112,11 @@ def add_to_summary(markdown: str, environment: Mapping[str, str] = os.environ) -
                 file.write(content)
 
 
-def job_summary(results: Sequence[Result], title: str = "Pictures") -> str:
+def job_summary(results: Sequence[Result]) -> str:
     """Return a Markdown table in the order of the results; rows beyond GitHub's limit are counted."""
     failed = sum(result.status in FAILING for result in results)
     lines = [
-        f"### {_cell(title)}: " + (f"{failed} of {len(results)} failed" if failed else f"all {len(results)} fine"),
+        "### Pictures: " + (f"{failed} of {len(results)} failed" if failed else f"all {len(results)} fine"),
         "",
         "| picture | status | what | max | rms |",
         "|---|---|---|---:|---:|",
@@ -183,18 +177,9 @@ def _row(result: Result) -> str:
     what = "; ".join(result.kinds or result.words[1:] or result.words) if result.status in FAILING else ""
     if result.status == "updated":
         what = "; ".join(result.words)
-    cells = (
-        _cell(result.name),
-        f"{_SIGNS.get(result.status, '')} {_cell(result.status)}",
-        _cell(what),
-        _number(result.max_error),
-        _number(result.rms_error),
-    )
-    return f"| {' | '.join(cells)} |"
-
-
-def _number(number: float | None) -> str:
-    return "" if number is None else f"{number:.3g}"
+    numbers = ["" if each is None else f"{each:.3g}" for each in (result.max_error, result.rms_error)]
+    status = f"{_SIGNS.get(result.status, '')} {_cell(result.status)}"
+    return f"| {' | '.join((_cell(result.name), status, _cell(what), *numbers))} |"
 
 
 def _cell(text: str) -> str:

@@ -101,12 +101,6 @@ class CommonForm:
         return pixels
 
 
-def on_common_form(candidate: Picture, reference: Picture) -> tuple[Picture, Picture]:
-    """Return both pictures in their common form."""
-    form = CommonForm.of_pair(candidate, reference)
-    return form.of(candidate), form.of(reference)
-
-
 def header_of(picture: Picture) -> dict[str, Any] | None:
     """Return the scene in a picture's header as it is stored; None if there is none, or no JSON object."""
     try:

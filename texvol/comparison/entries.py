@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.comparison.compared import compared_pixels, largest_finite, pixel_differences, shown_range
-from texvol.comparison.limits import Limits
-from texvol.comparison.measures import Measures, without_infinities
-from texvol.comparison.outcome import Outcome
+from texvol.comparison.limits import Limits, checks
+from texvol.comparison.measures import Measures, extreme_around, largest_finite, pixel_differences, without_infinities
+from texvol.comparison.outcome import Outcome, shown_range
 from texvol.comparison.pictures import Picture
 from texvol.formats.pictures import image
 from texvol.formats.pictures.page_pictures import color_table, data_url
@@ -21,6 +20,7 @@ from texvol.util import color
 _THUMB = 128  # pixels of the longer side
 _MOST_EXCESS = 1e12  # of a limit of 0; JSON has no infinity
 THUMBNAIL_DECADES = 2  # of differences, below and above the limit
+_MEASURES = ("max_error", "rms_error", "percent_over", "ssim", "flip", "beyond_rms", "beyond_max")
 _MAGENTA = 1.0, 0.0, 1.0
 
 
@@ -47,8 +47,8 @@ def entry_of(outcome: Outcome, *, test: str = "", page: str = "", metadata: Mapp
     return {
         **_start(outcome.name, outcome.status, test, page, metadata),
         "excess": excess(measures, outcome.limits),
-        "size": _size(outcome.candidate),
-        "measures": None if measures is None else without_infinities(_few(measures)),
+        "size": outcome.candidate.size_in_words,
+        "measures": measures and without_infinities({name: getattr(measures, name) for name in _MEASURES}),
         "limits": outcome.limits.as_json(),
         "violations": list(outcome.violations),
         "kinds": [each.words for each in outcome.kinds],
@@ -65,69 +65,39 @@ def entry_without_reference(
     *,
     status: str = "new",
     test: str = "",
-    page: str = "",
     metadata: Mapping[str, str] = {},
 ) -> dict[str, Any]:
     """Return the entry of a picture without a reference ("new"), or with an unreadable one ("broken")."""
-    return {
-        **_start(name, status, test, page, metadata),
-        "excess": None,
-        "size": _size(candidate) if candidate else "",
-        "measures": None,
-        "limits": None,
-        "violations": list(violations),
-        "kinds": [],
-        "oracle": None,
-        "notes": [],
-        "thumbnails": {"candidate": _thumbnail(candidate.pixels, 1.0)} if candidate else {},
-    }
+    found = _start(name, status, test, "", metadata) | {"violations": list(violations)}
+    if candidate:
+        found |= {"size": candidate.size_in_words, "thumbnails": {"candidate": _thumbnail(candidate.pixels, 1.0)}}
+    return found
 
 
 def _start(name: str, status: str, test: str, page: str, metadata: Mapping[str, str]) -> dict[str, Any]:
-    page = PurePath(page).as_posix() if page else ""
+    page = page and PurePath(page).as_posix()
     return {"name": name, "status": status, "test": test, "page": page, "facts": dict(metadata)}
-
-
-def _size(picture: Picture) -> str:
-    height, width = picture.pixels.shape[:2]
-    return f"{width} × {height}"
-
-
-def _few(measures: Measures) -> dict[str, float]:
-    names = ("max_error", "rms_error", "percent_over", "ssim", "flip", "beyond_rms", "beyond_max")
-    return {name: float(getattr(measures, name)) for name in names}
 
 
 def excess(measures: Measures | None, limits: Limits) -> float | None:
     """Return the largest measure as a multiple of its limit; None without measures."""
     if measures is None:
         return None
-    # A limit of 0 % has no multiples: the largest difference takes its place.
-    pairs = (
-        (measures.percent_over, limits.fail_percent) if limits.fail_percent else (measures.beyond_max, limits.max_abs),
-        (measures.beyond_max, limits.hard_max),
-        (measures.outlier, limits.outlier),
-        (measures.beyond_rms, limits.rms),
-        (measures.beyond_flip, limits.flip),
-    )
-    fractions = [_fraction(number, limit) for number, limit in pairs if limit < np.inf]
-    return max(fractions, default=0.0)
-
-
-def _fraction(number: float, limit: float) -> float:
-    if not number > 0:
-        return 0.0 if number == 0 else _MOST_EXCESS
-    return float(min(number / limit, _MOST_EXCESS)) if limit else _MOST_EXCESS
+    pairs = [(each.measure, each.limit) for each in checks(measures, limits)]
+    if not limits.fail_percent:  # 0 % has no multiples: the largest difference takes its place
+        pairs[0] = measures.beyond_max, limits.max_abs
+    fractions = [0.0]
+    for number, limit in pairs:
+        if limit < np.inf and number != 0:
+            fractions.append(number / limit if number > 0 and limit else _MOST_EXCESS)
+    return float(min(max(fractions), _MOST_EXCESS))
 
 
 def _thumbnails(outcome: Outcome) -> dict[str, str]:
     measures = outcome.measures
+    ours, theirs = (each.pixels for each in outcome.in_common_form())
     if measures is None:
-        return {
-            name: _thumbnail(each.pixels, 1.0)
-            for name, each in (("candidate", outcome.candidate), ("reference", outcome.reference))
-        }
-    ours, theirs = compared_pixels(outcome)
+        return {"candidate": _thumbnail(ours, 1.0), "reference": _thumbnail(theirs, 1.0)}
     low, scale = shown_range(theirs, measures.scale)[0], measures.scale
     found = {"candidate": _thumbnail(ours, scale, low)}
     if measures.max_error > 0:
@@ -138,17 +108,11 @@ def _thumbnails(outcome: Outcome) -> dict[str, str]:
     return found
 
 
-def _blocks(size: int, most: int) -> NDArray[np.intp]:
-    """Return the starts of at most `most` blocks of `size` pixels."""
-    count = min(size, most)
-    return np.arange(count) * size // count
-
-
 def _reduced(numbers: NDArray, how: np.ufunc) -> NDArray:
     """Reduce blocks of (height, width, …) to a pixel each, by sum or maximum; the longer side has `_THUMB` blocks."""
-    height, width = numbers.shape[:2]
-    longer = max(height, width)
-    rows, columns = (_blocks(each, max(1, each * _THUMB // longer)) for each in (height, width))
+    longer = max(numbers.shape[:2])
+    counts = [min(side, max(1, side * _THUMB // longer)) for side in numbers.shape[:2]]
+    rows, columns = (np.arange(count) * side // count for count, side in zip(counts, numbers.shape, strict=False))
     return np.asarray(how.reduceat(how.reduceat(numbers, rows, axis=0), columns, axis=1))
 
 
@@ -178,12 +142,7 @@ def _difference_thumbnail(differences: NDArray, limit: float) -> str:
 
 def _grown(small: NDArray) -> NDArray:
     """Return each pixel's largest neighbour, in thumbnails so large that a single pixel would be missed."""
-    if max(small.shape) < _THUMB:
-        return small
-    for axis in (0, 1):
-        low, high = (np.roll(np.pad(small, 1), step, axis)[1:-1, 1:-1] for step in (-1, 1))
-        small = np.maximum(np.maximum(small, low), high)
-    return small
+    return small if max(small.shape) < _THUMB else extreme_around(np.maximum, small)
 
 
 def _encoded(small: NDArray) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from markupsafe import Markup
@@ -27,23 +27,17 @@ def histogram(largest: NDArray, limit: float) -> Markup:
         Largest difference that is allowed.
     """
     numbers = largest[np.isfinite(largest) & (largest > 0)]
-    drawings: list[_Drawing] = []
+    broken = int((~np.isfinite(largest)).sum())
+    counted = {"total": largest.size, "differing": numbers.size, "equal": int((largest == 0).sum()), "broken": broken}
+    drawings = []
     if numbers.size:
         low, high = _decades(numbers, limit)
         counts, edges = np.histogram(
             np.clip(np.log10(numbers), low, high), bins=(high - low) * _BINS_PER_DECADE, range=(low, high)
         )
         mark = float(np.log10(limit)) if limit > 0 else -np.inf
-        drawings = [_Drawing(kind, width, counts, edges, mark) for kind, width in _WIDTHS.items()]
-    return Markup(rendered("histogram.html", drawings=drawings, caption=_caption(largest, numbers.size), limit=limit))
-
-
-def _caption(largest: NDArray, differing: int) -> str:
-    equal, wrong = int((largest == 0).sum()), int((~np.isfinite(largest)).sum())
-    parts = [f"{differing:,} of {largest.size:,} pixels differ", f"{equal:,} are equal"]
-    if wrong:
-        parts.append(f"{wrong:,} hold a NaN or an infinity and are not drawn")
-    return "; ".join(parts) + "."
+        drawings = [_drawing(kind, counts, edges, mark) for kind in _WIDTHS]
+    return Markup(rendered("histogram.html", drawings=drawings, **counted, limit=limit))
 
 
 def _decades(numbers: NDArray, limit: float) -> tuple[int, int]:
@@ -55,65 +49,39 @@ def _decades(numbers: NDArray, limit: float) -> tuple[int, int]:
     return max(low, high - _MOST_DECADES), high
 
 
-@dataclass(frozen=True)
-class _Drawing:
-    """Positions in one drawing of the histogram, in units of its view box."""
+def _drawing(kind: str, counts: NDArray, edges: NDArray, mark: float) -> dict[str, Any]:
+    """Return positions in one drawing of the histogram, in units of its view box.
 
-    kind: str
-    width: int
-    counts: NDArray
-    edges: NDArray  # of the bins, decimal logarithms
-    mark: float  # decimal logarithm of the limit
-    height = _HEIGHT
-    left = _LEFT
-    top = _TOP
-    bottom = _HEIGHT - _BOTTOM
+    `edges` of the bins and `mark`, the limit, are decimal logarithms.
+    """
+    width, bottom = _WIDTHS[kind], _HEIGHT - _BOTTOM
+    low, high = int(edges[0]), int(edges[-1])
+    count_decades = max(int(np.ceil(np.log10(counts.max()))), 1)
 
-    @property
-    def right(self) -> int:
-        return self.width - _RIGHT
+    def x(decade: float) -> float:
+        return float(_LEFT + (width - _RIGHT - _LEFT) * (decade - low) / (high - low))
 
-    @property
-    def has_mark(self) -> bool:
-        """True if the limit lies on the axis."""
-        return bool(self.edges[0] <= self.mark <= self.edges[-1])
-
-    @property
-    def count_decades(self) -> int:
-        return max(int(np.ceil(np.log10(self.counts.max()))), 1)
-
-    @property
-    def count_ticks(self) -> list[tuple[float, str]]:
-        """Position and text of each tick of the axis of counts."""
-        return [(self.y(10.0**decade), _power(decade)) for decade in range(self.count_decades + 1)]
-
-    @property
-    def difference_ticks(self) -> list[tuple[float, str, str]]:
-        """Position, text and anchor of each tick of the axis of differences."""
-        low, high = int(self.edges[0]), int(self.edges[-1])
-        every = 2 if self.width < 500 and high - low > 5 else 1
-        return [
-            (self.x(decade), _power(decade), "end" if decade == high else "middle")
-            for decade in range(low, high + 1, every)
-        ]
-
-    def x(self, decade: float) -> float:
-        low, high = self.edges[0], self.edges[-1]
-        return float(_LEFT + (self.right - _LEFT) * (decade - low) / (high - low))
-
-    def y(self, count: float) -> float:
+    def y(count: float) -> float:
         # The axis begins at a half, so that a count of one has a visible height.
-        fraction = np.log10(2 * count) / (self.count_decades + np.log10(2)) if count else 0.0
-        return float(self.bottom - (self.bottom - _TOP) * fraction)
+        fraction = np.log10(2 * count) / (count_decades + np.log10(2))
+        return float(bottom - (bottom - _TOP) * fraction)
 
-    def columns(self, over: bool) -> str:
-        """SVG path of the columns over the limit, or of the others."""
-        is_over = (self.edges[1:] + self.edges[:-1]) / 2 > self.mark
+    def columns(chosen: NDArray) -> str:
         return "".join(
-            f"M{self.x(self.edges[i]) + 0.5:.1f} {self.bottom}V{self.y(self.counts[i]):.1f}"
-            f"H{self.x(self.edges[i + 1]) - 0.5:.1f}V{self.bottom}Z"
-            for i in np.flatnonzero((is_over == over) & (self.counts > 0))
+            f"M{x(edges[i]) + 0.5:.1f} {bottom}V{y(counts[i]):.1f}H{x(edges[i + 1]) - 0.5:.1f}V{bottom}Z"
+            for i in np.flatnonzero(chosen & (counts > 0))
         )
+
+    is_over = (edges[1:] + edges[:-1]) / 2 > mark
+    shown_decades = range(low, high + 1, 2 if width < 500 and high - low > 5 else 1)
+    return {
+        **{"kind": kind, "width": width, "height": _HEIGHT},
+        **{"left": _LEFT, "top": _TOP, "right": width - _RIGHT, "bottom": bottom},
+        "mark": x(mark) if low <= mark <= high else None,
+        "count_ticks": [(y(10.0**decade), _power(decade)) for decade in range(count_decades + 1)],
+        "difference_ticks": [(x(each), _power(each), "end" if each == high else "middle") for each in shown_decades],
+        **{"columns": columns(~is_over), "columns_over": columns(is_over)},
+    }
 
 
 def _power(decade: int) -> str:

@@ -12,13 +12,6 @@ from texvol.comparison.entries import THUMBNAIL_DECADES
 from texvol.comparison.templates import SIGNS, rendered
 
 _STATUSES = tuple(SIGNS)
-_COLUMNS = (
-    ("max", "max_error"),
-    ("rms", "rms_error"),
-    ("pixels over, %", "percent_over"),
-    ("SSIM", "ssim"),
-    ("ꟻLIP", "flip"),
-)
 _EMPTY: dict[str, Any] = {
     **{"name": "picture", "test": "", "page": "", "size": "", "oracle": None, "measures": None},
     **{"violations": (), "kinds": (), "notes": (), "thumbnails": {}, "facts": {}},
@@ -50,10 +43,9 @@ def index_page(
         "index.html",
         title=f"{failed} failed: {title}" if failed else title,
         heading=title,
-        summary=_summary(len(ordered), failed),
+        failed=failed,
         entries=ordered,
         counts=counts,
-        columns=_COLUMNS,
         scale=10**THUMBNAIL_DECADES,
         self_test=Markup(self_test),
         metadata=metadata,
@@ -71,20 +63,7 @@ def _completed(entry: Mapping[str, Any], common: Mapping[str, str]) -> dict[str,
 def _badness(entry: Mapping[str, Any]) -> tuple[int, float, str]:
     """Sorting key, worst first: status, then distance from the limits, then name."""
     status = entry["status"]
-    excess = _rms_fraction(entry) if status == "same" else entry.get("excess") or 0.0
-    return _STATUSES.index(status), -excess, str(entry["name"])
-
-
-def _rms_fraction(entry: Mapping[str, Any]) -> float:
-    """Return the rms difference as a fraction of its limit."""
     measures, limits = entry["measures"] or {}, entry.get("limits") or {}
-    return float((measures.get("beyond_rms") or 0.0) / (limits.get("rms") or 1.0))
-
-
-def _summary(total: int, failed: int) -> str:
-    if not total:
-        return "No pictures were compared."
-    pictures = "1 picture" if total == 1 else f"{total} pictures"
-    if failed:
-        return f"{failed} of {pictures} failed."
-    return f"{pictures}: the same as " + ("its reference." if total == 1 else "their references.")
+    rms = (measures.get("beyond_rms") or 0.0) / (limits.get("rms") or 1.0)
+    excess = rms if status == "same" else entry.get("excess") or 0.0
+    return _STATUSES.index(status), -excess, str(entry["name"])

@@ -13,17 +13,16 @@ from typing import TYPE_CHECKING, Any
 
 from numpy.typing import NDArray
 
-from texvol.comparison.common_form import SCENE_ATTRIBUTE, CommonForm, header_of, on_common_form
-from texvol.comparison.outcome import Outcome, with_truth
+from texvol.comparison.common_form import SCENE_ATTRIBUTE, CommonForm, header_of
+from texvol.comparison.kinds.pair import SIDES
+from texvol.comparison.outcome import Outcome, with_truths
 from texvol.comparison.pictures import Picture
-from texvol.comparison.three_way import each_by_its_own, supposing, truth_of
+from texvol.comparison.three_way import supposing
 from texvol.util.errors import InputError, TexvolError
 
 if TYPE_CHECKING:
     from texvol.provenance.stored_scene import StoredScene
     from texvol.scene.scene import Scene
-
-_ROLES = ("candidate", "reference")
 
 
 def judged(
@@ -59,8 +58,6 @@ def judged(
     if not any(has_scene) or outcome.measures is None:
         return outcome
     found, faults = _scenes(outcome, volume, scene)
-    if not found and required:
-        raise next(iter(faults.values()))
     try:
         if not found:
             raise next(iter(faults.values()))
@@ -81,7 +78,7 @@ def _scenes(
     """Return the scenes of candidate and reference by role, and the errors of scenes that are not found."""
     found: dict[str, StoredScene] = {}
     faults: dict[str, TexvolError] = {}
-    for role, picture in zip(_ROLES, (outcome.candidate, outcome.reference), strict=True):
+    for role, picture in zip(SIDES, (outcome.candidate, outcome.reference), strict=True):
         if SCENE_ATTRIBUTE not in picture.attributes:
             continue
         try:
@@ -110,27 +107,14 @@ def _stored(picture: Picture, volume: str | None, scene: Scene | None) -> Stored
 
 def _with_verdict(outcome: Outcome, found: Mapping[str, StoredScene], faults: Mapping[str, TexvolError]) -> Outcome:
     changes = outcome.scene_changes
-    if changes is None:
-        who = next(iter(found))
-        outcome = with_truth(outcome, _truth(outcome, found[who]))
-        if outcome.three_way is None or len(found) == 2:
-            return outcome
-        other = _ROLES[1 - _ROLES.index(who)]
-        return replace(outcome, three_way=supposing(outcome.three_way, f"the {who}", f"the {other}"))
-    if not changes:
-        return with_truth(outcome, _truth(outcome, found.get("reference") or found["candidate"]))
-    truths = [_truth(outcome, found[role]) if role in found else None for role in _ROLES]
-    reasons = [f"the {role} was not judged: {fault}" for role, fault in faults.items()]
-    ours, theirs = on_common_form(outcome.candidate, outcome.reference)
-    scale = outcome.measures.scale if outcome.measures else 1.0
-    said = each_by_its_own(
-        ours.pixels / scale,
-        theirs.pixels / scale,
-        [None if truth is None else truth / scale for truth in truths],
-        has_opacity=ours.has_opacity and theirs.has_opacity,
-        reasons=reasons,
-    )
-    return replace(outcome, three_way=said)
+    if changes:
+        truths = [_truth(outcome, found[role]) if role in found else None for role in SIDES]
+        return with_truths(outcome, truths, [f"the {role} was not judged: {fault}" for role, fault in faults.items()])
+    who = list(found)[0 if changes is None else -1]  # of equal scenes that of the reference
+    outcome = with_truths(outcome, [_truth(outcome, found[who])])
+    if outcome.three_way is None or changes is not None or len(found) == 2:
+        return outcome
+    return replace(outcome, three_way=supposing(outcome.three_way, who))
 
 
 def _taken_as_they_are(outcome: Outcome) -> list[str]:
@@ -148,8 +132,12 @@ def _may_have_changed(header: Mapping[str, Any]) -> bool:
 
 
 def _truth(outcome: Outcome, stored: StoredScene) -> NDArray:
+    """Return the oracle's picture of a scene in the form of the compared pictures."""
+    from texvol.ray_casting import raycast
+
     height, width = outcome.reference.pixels.shape[:2]
-    return truth_of(stored, (width, height), form=CommonForm.of_pair(outcome.candidate, outcome.reference))
+    form = CommonForm.of_pair(outcome.candidate, outcome.reference)
+    return form.of_truth(raycast(stored.scene, (width, height)), stored)
 
 
 def _explained(outcome: Outcome, own: StoredScene | None) -> tuple[Any, ...]:
@@ -159,11 +147,4 @@ def _explained(outcome: Outcome, own: StoredScene | None) -> tuple[Any, ...]:
         return ()
     from texvol.comparison.explaining import mistakes_that_explain
 
-    return mistakes_that_explain(
-        candidate.pixels,
-        own,
-        eight_bits=candidate.whole_numbers,
-        has_opacity=candidate.has_opacity,
-        is_straight=candidate.is_straight,
-        allowance=candidate.rounding,
-    )
+    return mistakes_that_explain(candidate, own)

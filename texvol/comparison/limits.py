@@ -131,7 +131,7 @@ def named_limits(name: str) -> Limits:
         return NAMED[name]
     if not name.lower().endswith(".toml") and not os.path.exists(name):
         raise InputError(f"--limits must be a TOML file or one of {', '.join(NAMED)}, got {name!r}")
-    content = read_limits(name)
+    content = text_files.read_toml(name)
     base = content.pop("base", "one-driver")
     if not isinstance(base, str) or base not in NAMED:
         raise InputError(f"{name}: base must be one of {', '.join(NAMED)}, got {base!r}")
@@ -141,38 +141,44 @@ def named_limits(name: str) -> Limits:
         raise InputError(f"{name}: {error}") from None
 
 
-def read_limits(path: str | os.PathLike[str]) -> dict[str, Any]:
-    """Return the content of a TOML file of limits.
+@dataclass(frozen=True)
+class Check:
+    """A measure beside its limit, and a sentence for a broken limit; `key` is the limit's name on the command line."""
 
-    Raises
-    ------
-    InputError
-        If the file can't be read or is no TOML.
-    """
-    return text_files.read_toml(path)
+    key: str
+    measure: float
+    limit: float
+    words: str
+
+    @property
+    def is_broken(self) -> bool:
+        """True if the measure exceeds the limit, or is NaN."""
+        return not self.measure <= self.limit
+
+
+# Limit: measure, and words before its number.
+_LIMITED = {
+    "hard_max": ("beyond_max", "a pixel differs by"),
+    "outlier": ("outlier", "a pixel is outside the range of its neighbours by"),
+    "rms": ("beyond_rms", "the rms difference is"),
+    "flip": ("beyond_flip", "FLIP is"),
+}
+
+
+def checks(measures: Measures, limits: Limits) -> list[Check]:
+    """Return each measure that has a limit beside that limit."""
+    percent, allowed = measures.percent_over, limits.fail_percent
+    words = f"{percent:.3g}% of the pixels differ by more than {measures.limit:.3g}"
+    found = [Check("max-abs", percent, allowed, f"{words}, the limit is {allowed:g}% (max-abs, fail-percent)")]
+    for name, (measured, words) in _LIMITED.items():
+        measure, limit, key = getattr(measures, measured), getattr(limits, name), _key(name)
+        found.append(Check(key, measure, limit, f"{words} {measure:.3g}, the limit is {limit:.3g} ({key})"))
+    return found
 
 
 def violations(measures: Measures, limits: Limits) -> tuple[str, ...]:
-    """Return a sentence for each broken limit; NaN breaks every limit."""
-    found = (
-        (
-            measures.percent_over, limits.fail_percent,
-            f"{measures.percent_over:.3g}% of the pixels differ by more than {measures.limit:.3g}, "
-            f"the limit is {limits.fail_percent:g}% (max-abs, fail-percent)",
-        ),
-        (measures.beyond_max, limits.hard_max, _over("a pixel differs by", measures.beyond_max, limits, "hard_max")),
-        (
-            measures.outlier, limits.outlier,
-            _over("a pixel is outside the range of its neighbours by", measures.outlier, limits, "outlier"),
-        ),
-        (measures.beyond_rms, limits.rms, _over("the rms difference is", measures.beyond_rms, limits, "rms")),
-        (measures.beyond_flip, limits.flip, _over("FLIP is", measures.beyond_flip, limits, "flip")),
-    )  # fmt: skip
-    return tuple(words for number, limit, words in found if not number <= limit)
-
-
-def _over(words: str, number: float, limits: Limits, name: str) -> str:
-    return f"{words} {number:.3g}, the limit is {getattr(limits, name):.3g} ({_key(name)})"
+    """Return a sentence for each broken limit."""
+    return tuple(each.words for each in checks(measures, limits) if each.is_broken)
 
 
 def _key(name: str) -> str:

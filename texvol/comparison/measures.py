@@ -8,6 +8,7 @@ pictures.
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
+from functools import reduce
 from typing import Any
 
 import numpy as np
@@ -15,8 +16,7 @@ from numpy.typing import NDArray
 
 from texvol.comparison.pictures import Picture
 
-PARTS = {"color": slice(0, 3), "opacity": slice(3, 4)}
-_LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)  # of linear sRGB (IEC 61966-2-1)
+_WEIGHTS = np.array([0.2126, 0.7152, 0.0722, 0], np.float32)  # luminance of linear sRGB (IEC 61966-2-1)
 _SIGMA, _REACH = 1.5, 5  # pixels; window and constants of SSIM are those of its authors
 _SSIM_CONSTANTS = 0.01**2, 0.03**2  # for a range of 1
 # A few roundings of numbers of about 1: decoding 8 bits, encoding them, float32 itself.
@@ -39,9 +39,9 @@ class Channelwise:
     percentile_99_9: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Measures:
-    """All measures of a pair; numbers without a part's name are those of all channels.
+    """All measures of a pair, by default of equal pictures; numbers without a part's name are those of all channels.
 
     Attributes
     ----------
@@ -66,19 +66,19 @@ class Measures:
     """
 
     parts: dict[str, Channelwise]
-    beyond_max: float
-    beyond_rms: float
-    outlier: float
+    beyond_max: float = 0.0
+    beyond_rms: float = 0.0
+    outlier: float = 0.0
     limit: float
-    percent_over: float
-    ssim: float
-    flip: float
-    beyond_flip: float
-    worst_pixel: tuple[int, int]
+    percent_over: float = 0.0
+    ssim: float = 1.0
+    flip: float = 0.0
+    beyond_flip: float = 0.0
+    worst_pixel: tuple[int, int] = (0, 0)
     worst_values: tuple[tuple[float, ...], tuple[float, ...]]
-    non_finite: int
+    non_finite: int = 0
     pixels: int
-    scale: float = 1.0
+    scale: float
 
     @property
     def max_error(self) -> float:
@@ -87,10 +87,6 @@ class Measures:
     @property
     def rms_error(self) -> float:
         return self.parts["all"].rms_error
-
-    @property
-    def mean_error(self) -> float:
-        return self.parts["all"].mean_error
 
     def as_json(self) -> dict[str, Any]:
         """The measures by name; None for NaN and infinities, which JSON lacks."""
@@ -112,14 +108,16 @@ def measure(candidate: Picture, reference: Picture, limit: float, scale: float |
     With a `scale` the pictures hold numbers, and differences are fractions of the scale.
     """
     are_numbers, scale = scale is not None, scale or 1.0
+    channels = 4 if candidate.has_opacity and reference.has_opacity else 3
     if np.array_equal(candidate.pixels, reference.pixels) and np.isfinite(candidate.pixels).all():
-        return _no_difference(candidate, reference, limit, scale)
+        parts = _parts(np.zeros((1, 1, 4)), channels)
+        values, pixels = (_values(candidate, 0, 0), _values(reference, 0, 0)), candidate.pixels[..., 0].size
+        return Measures(parts=parts, limit=limit, worst_values=values, pixels=pixels, scale=scale)
     ours, theirs = candidate.pixels / np.float32(scale), reference.pixels / np.float32(scale)
     broken = ~(np.isfinite(ours) & np.isfinite(theirs)).all(axis=2)
     with np.errstate(invalid="ignore"):
         difference = np.abs(ours.astype(np.float64) - theirs)
     difference[broken] = np.inf
-    channels = 4 if candidate.has_opacity and reference.has_opacity else 3
     rounding = candidate.rounding / scale, reference.rounding / scale
     with np.errstate(invalid="ignore"):
         beyond = np.maximum(difference - rounding[0] - rounding[1] - _SLACK * np.maximum(1, np.abs(theirs)), 0)
@@ -150,42 +148,16 @@ def measure(candidate: Picture, reference: Picture, limit: float, scale: float |
     )
 
 
-_WEIGHTS = np.append(_LUMINANCE, np.float32(0))
-
-
-def _no_difference(candidate: Picture, reference: Picture, limit: float, scale: float) -> Measures:
-    """Return the measures of equal pictures without computing them."""
-    names = ("all", "color", *(["opacity"] if candidate.has_opacity and reference.has_opacity else []))
-    nothing = Channelwise(0.0, 0.0, 0.0, np.inf, 0.0, 0.0)
-    height, width = candidate.pixels.shape[:2]
-    return Measures(
-        parts=dict.fromkeys(names, nothing),
-        beyond_max=0.0,
-        beyond_rms=0.0,
-        outlier=0.0,
-        limit=limit,
-        percent_over=0.0,
-        ssim=1.0,
-        flip=0.0,
-        beyond_flip=0.0,
-        worst_pixel=(0, 0),
-        worst_values=(_values(candidate, 0, 0), _values(reference, 0, 0)),
-        non_finite=0,
-        pixels=height * width,
-        scale=scale,
-    )
-
-
 def _values(picture: Picture, row: int, column: int) -> tuple[float, ...]:
     return tuple(map(float, picture.pixels[row, column]))
 
 
 def _parts(difference: NDArray[np.float64], channels: int) -> dict[str, Channelwise]:
     """Differences of all channels, of colour, and of opacity if there is one."""
-    color = _channelwise(difference[..., PARTS["color"]])
+    color = _channelwise(difference[..., :3])
     if channels == 3:
         return {"all": color, "color": color}
-    return {"all": _channelwise(difference), "color": color, "opacity": _channelwise(difference[..., PARTS["opacity"]])}
+    return {"all": _channelwise(difference), "color": color, "opacity": _channelwise(difference[..., 3:])}
 
 
 def _filled(pixels: NDArray[np.float32], broken: NDArray[np.bool_]) -> NDArray[np.float32]:
@@ -196,8 +168,8 @@ def _filled(pixels: NDArray[np.float32], broken: NDArray[np.bool_]) -> NDArray[n
 def _channelwise(difference: NDArray[np.float64]) -> Channelwise:
     rms = float(np.sqrt(np.square(difference).mean()))
     largest = difference.max(axis=2).ravel()
-    finite = bool(np.isfinite(largest).all())
-    percentiles = np.quantile(largest, (0.99, 0.999)) if finite else _quantiles_with_infinities(largest)
+    # Between infinities an interpolated quantile would be NaN.
+    percentiles = np.quantile(largest, (0.99, 0.999), method="linear" if np.isfinite(largest).all() else "higher")
     return Channelwise(
         max_error=float(largest.max()),
         rms_error=rms,
@@ -208,12 +180,7 @@ def _channelwise(difference: NDArray[np.float64]) -> Channelwise:
     )
 
 
-def _quantiles_with_infinities(numbers: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Quantiles 0.99 and 0.999 without interpolation, which would be NaN between infinities."""
-    return np.quantile(numbers, (0.99, 0.999), method="higher")
-
-
-def _beyond_rms(difference: NDArray[np.float64], ours: NDArray, theirs: NDArray, *, is_one_grid: bool = True) -> float:
+def _beyond_rms(difference: NDArray[np.float64], ours: NDArray, theirs: NDArray, *, is_one_grid: bool) -> float:
     """Return the rms difference beyond rounding.
 
     Rounding to steps of 2q adds q²/3 on average, and at most q², to the squared difference if only one picture is
@@ -246,23 +213,22 @@ def _outlier(ours: NDArray[np.float32], theirs: NDArray[np.float32], beyond: NDA
 
     An edge that moves by a part of a pixel stays in the range; a wrong pixel in an even area does not.
     """
-    (low, high), (other_low, other_high) = _neighbourhood(theirs), _neighbourhood(ours)
-    outside = np.maximum(np.maximum(low - ours, ours - high), np.maximum(other_low - theirs, theirs - other_high))
-    return float(np.minimum(np.maximum(outside, 0), beyond).max())
+    outside = [
+        np.maximum(extreme_around(np.minimum, other) - one, one - extreme_around(np.maximum, other))
+        for one, other in ((ours, theirs), (theirs, ours))
+    ]
+    return float(np.minimum(np.maximum(np.maximum(*outside), 0), beyond).max())
 
 
-def _neighbourhood(picture: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Least and largest number of each pixel and its eight neighbours."""
-    low = high = picture
+def extreme_around(extreme: np.ufunc, picture: NDArray) -> NDArray:
+    """Return np.minimum or np.maximum of each pixel and its eight neighbours, (height, width, …)."""
     for axis in (0, 1):
-        padding = [(1, 1) if each == axis else (0, 0) for each in range(3)]
-        least, most = np.pad(low, padding, mode="edge"), np.pad(high, padding, mode="edge")
-        before, at, after = (np.s_[:-2], np.s_[1:-1], np.s_[2:])
-        if axis == 1:
-            before, at, after = (np.s_[:, :-2], np.s_[:, 1:-1], np.s_[:, 2:])  # type: ignore[assignment]
-        low = np.minimum(np.minimum(least[before], least[at]), least[after])
-        high = np.maximum(np.maximum(most[before], most[at]), most[after])
-    return low, high
+        rows = picture.swapaxes(0, axis)
+        result = rows.copy()
+        extreme(result[1:], rows[:-1], out=result[1:])
+        extreme(result[:-1], rows[1:], out=result[:-1])
+        picture = result.swapaxes(0, axis)
+    return picture
 
 
 def flip(candidate: NDArray[np.float32], reference: NDArray[np.float32]) -> float:
@@ -279,6 +245,19 @@ def flip_map(candidate: NDArray[np.float32], reference: NDArray[np.float32]) -> 
 
     found = oiio.ImageBufAlgo.FLIP_diff(buffer(reference), buffer(candidate), hdr=0)
     return np.asarray(found.get_pixels(oiio.FLOAT))[..., 0]
+
+
+def pixel_differences(candidate: NDArray, reference: NDArray) -> NDArray[np.float32]:
+    """Return each pixel's largest absolute difference; infinite if either pixel is not finite."""
+    with np.errstate(invalid="ignore", over="ignore"):
+        channels = np.moveaxis(np.abs(candidate - reference), 2, 0)
+    difference = reduce(np.maximum, channels)  # takes a fifth of the time of max(axis=2)
+    return np.where(np.isnan(difference), np.float32(np.inf), difference)
+
+
+def largest_finite(numbers: NDArray) -> float:
+    """Return the largest finite number, or 0."""
+    return float(numbers[np.isfinite(numbers)].max(initial=0))
 
 
 def structural_similarity(candidate: NDArray, reference: NDArray) -> float:

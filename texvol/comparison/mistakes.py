@@ -26,7 +26,6 @@ from texvol.comparison.three_way import ROUNDING
 from texvol.comparison.wrong_functions import WrongFunction
 from texvol.provenance.stored_scene import StoredScene
 from texvol.scene.scene import Scene
-from texvol.scene.transfer import TransferFunction
 from texvol.util.color import srgb_from_linear
 
 Pixels = NDArray[np.float32]
@@ -93,23 +92,13 @@ class MistakeTrial:
             return not finite.any()
         return bool((np.abs(picture - self.right)[finite] <= self.rounding).all())
 
-    @property
-    def medium(self) -> TransferFunction:
-        """Transfer function of the scene."""
-        return self.scene.medium
-
-    @property
-    def draws_pieces(self) -> bool:
-        """True if rays are walked piece by piece, through several volumes or from label to label."""
-        return bool(self.scene.added) or self.scene.volume.labels
-
     @cached_property
     def slab(self) -> Slabs:
         """A visible slab, found by bisection: the half whose absence changes the picture more is kept."""
         longest = max(self.size)
         small = tuple(max(1, round(side * min(1.0, _SEARCHED_AT / longest))) for side in self.size)
         render = self.renderer.render
-        with self.renderer.dropping() as compositor:
+        with self.renderer.planted(Planted()) as compositor:
             right = render(self.scene, small, **self.settings)  # type: ignore[arg-type]
             first, end = self.renderer.slab_range()
             while end - first > 1:
@@ -137,7 +126,7 @@ class MistakeTrial:
 
 @dataclass(frozen=True)
 class Mistake:
-    """A mistake, and the function that draws it.
+    """A mistake, and the function that draws it, which raises DoesNotApply for other scenes.
 
     `guessed` is True if the mistake gives the same picture each time, so that it can be recognised.
     """
@@ -147,22 +136,12 @@ class Mistake:
     draw: Callable[[MistakeTrial], Pixels]
     guessed: bool = True
 
-    def picture(self, trial: MistakeTrial) -> Pixels:
-        """Return the picture of the trial's scene with the mistake.
-
-        Raises
-        ------
-        DoesNotApply
-            If the mistake does not apply to the scene.
-        """
-        return self.draw(trial)
-
 
 def drawn(trial: MistakeTrial) -> Iterator[tuple[Mistake, Pixels | str]]:
     """Yield every mistake with its picture, or with the reason why it does not apply."""
     for mistake in CATALOGUE:
         try:
-            yield mistake, mistake.picture(trial)
+            yield mistake, mistake.draw(trial)
         except DoesNotApply as reason:
             yield mistake, str(reason)
 
@@ -173,18 +152,22 @@ def _dropped_slab(trial: MistakeTrial) -> Pixels:
     return trial.without(trial.slab)
 
 
-def _swapped_order(trial: MistakeTrial) -> Pixels:
-    trial.needs_medium()
-    return trial.draw(Planted(((_OVER, "return over_right(back, front);"),), under=OVER_WHAT_IS_THERE))
+def _with(function: WrongFunction) -> Callable[[MistakeTrial], Pixels]:
+    return lambda trial: trial.draw(Planted((function,)))
 
 
-def _alpha_of_the_back(trial: MistakeTrial) -> Pixels:
-    trial.needs_medium()
-    return trial.draw(Planted((ALPHA_OF_THE_BACK,), under=UNDER_BY_ITS_OWN_ALPHA))
+def _composited(function: WrongFunction, under: tuple[int, int]) -> Callable[[MistakeTrial], Pixels]:
+    """Return the drawing with a wrong function `over` and the blending that makes the same mistake."""
+
+    def draw(trial: MistakeTrial) -> Pixels:
+        trial.needs_medium()
+        return trial.draw(Planted((function,), under=under))
+
+    return draw
 
 
-def _half_a_texel(trial: MistakeTrial) -> Pixels:
-    return trial.draw(Planted((HALF_A_TEXEL,)))
+_swapped_order = _composited((_OVER, "return over_right(back, front);"), OVER_WHAT_IS_THERE)
+_alpha_of_the_back = _composited(ALPHA_OF_THE_BACK, UNDER_BY_ITS_OWN_ALPHA)
 
 
 def _other_axis(trial: MistakeTrial) -> Pixels:
@@ -196,10 +179,6 @@ def _other_axis(trial: MistakeTrial) -> Pixels:
     return picture
 
 
-def _unclipped_end_slabs(trial: MistakeTrial) -> Pixels:
-    return trial.draw(Planted((UNCLIPPED_END_SLABS,)))
-
-
 def _missing_cosine(trial: MistakeTrial) -> Pixels:
     parallel = trial.scene.camera.projection == "orthographic"
     trial.needs(not parallel, "rays are parallel")
@@ -208,16 +187,18 @@ def _missing_cosine(trial: MistakeTrial) -> Pixels:
 
 def _linear_opacity(trial: MistakeTrial) -> Pixels:
     trial.needs_medium()
-    if trial.scene.classification != "slab" or trial.draws_pieces:
+    scene = trial.scene
+    # Rays through several volumes, or from label to label, are walked piece by piece.
+    if scene.classification != "slab" or scene.added or scene.volume.labels:
         return trial.draw(Planted((LINEAR_OPACITY,)))
-    medium = linear_in_depth(trial.medium, float(trial.settings["slab_thickness"]))
-    return trial.draw(scene=replace(trial.scene, transfer_function=medium))
+    medium = linear_in_depth(scene.medium, float(trial.settings["slab_thickness"]))
+    return trial.draw(scene=replace(scene, transfer_function=medium))
 
 
 def _double_thickness(trial: MistakeTrial) -> Pixels:
     trial.needs_medium()
     added = tuple(replace(each, transfer_function=times(each.medium, 2.0)) for each in trial.scene.added)
-    return trial.draw(scene=replace(trial.scene, transfer_function=times(trial.medium, 2.0), added=added))
+    return trial.draw(scene=replace(trial.scene, transfer_function=times(trial.scene.medium, 2.0), added=added))
 
 
 def _eight_bit_target(trial: MistakeTrial) -> Pixels:
@@ -255,13 +236,13 @@ def _wrong_pixel(trial: MistakeTrial) -> Pixels:
 CATALOGUE = (
     Mistake("dropped slab", "a visible slab is not drawn", _dropped_slab, guessed=False),
     Mistake("swapped order", "slabs are composited from back to front", _swapped_order),
-    Mistake("half a texel", "texels are looked up half a texel off along each axis", _half_a_texel),
+    Mistake("half a texel", "texels are looked up half a texel off along each axis", _with(HALF_A_TEXEL)),
     Mistake("wrong gamma", "colours are encoded as sRGB instead of linear", _wrong_gamma),
     Mistake("straight colour", "colours are not multiplied with opacity", _straight_colour),
     Mistake("linear opacity", "the opacity of a slab is its optical depth, at most 1", _linear_opacity),
     Mistake("other axis", "two axes of the volume are swapped", _other_axis),
     Mistake("one wrong pixel", f"one pixel is off by {WRONG_BY:g}", _wrong_pixel, guessed=False),
-    Mistake("unclipped end slabs", "slabs at the box's faces count whole", _unclipped_end_slabs),
+    Mistake("unclipped end slabs", "slabs at the box's faces count whole", _with(UNCLIPPED_END_SLABS)),
     Mistake("double thickness", "opacity is that of slabs twice as thick", _double_thickness),
     Mistake("missing cosine", "oblique rays cross slabs no longer than the middle one", _missing_cosine),
     Mistake("alpha of the back", "over weights the back with its own opacity", _alpha_of_the_back),

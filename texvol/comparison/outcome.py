@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.comparison.common_form import CommonForm, header_of, holds_numbers, on_common_form
+from texvol.comparison.common_form import CommonForm, header_of, holds_numbers
 from texvol.comparison.kinds import Kind, kinds_of
 from texvol.comparison.limits import DRIVER_ATTRIBUTE, Limits, default_limits, violations
 from texvol.comparison.measures import Measures, measure, without_infinities
 from texvol.comparison.pictures import Picture
 from texvol.comparison.scene_changes import SceneChange, drawing_changes, in_words, listed, scene_changes
-from texvol.comparison.three_way import OracleVerdict, three_way
+from texvol.comparison.three_way import OracleVerdict, each_by_its_own, three_way
 
 _SEEN_LIGHT = 1 / 255  # a level of 8 bits
 
@@ -63,6 +64,13 @@ class Outcome:
     def passed(self) -> bool:
         return self.status == "same"
 
+    def in_common_form(self) -> tuple[Picture, Picture]:
+        """Return candidate and reference as they were compared; unchanged if their sizes differ."""
+        if self.measures is None:
+            return self.candidate, self.reference
+        form = CommonForm.of_pair(self.candidate, self.reference)
+        return form.of(self.candidate), form.of(self.reference)
+
     def as_json(self) -> dict[str, Any]:
         """The outcome without the pixels."""
         return {
@@ -86,7 +94,6 @@ def examine(
     limits: Limits | None = None,
     *,
     name: str | None = None,
-    truth: NDArray | None = None,
     explain: bool = True,
 ) -> Outcome:
     """Compare a candidate with its reference.
@@ -95,8 +102,6 @@ def examine(
     ----------
     limits : Limits, optional
         By default those of the pair, see `default_limits`.
-    truth : array of shape (height, width, 4), optional
-        The oracle's picture of the same scene, which tells which of the two is nearer to it.
     explain : bool
         True to find the kinds of difference.
     """
@@ -104,25 +109,22 @@ def examine(
     name = name or candidate.name
     changes = scene_changes(candidate, reference)
     if candidate.pixels.shape != reference.pixels.shape:
-        sizes = [f"{each.pixels.shape[1]} × {each.pixels.shape[0]}" for each in (candidate, reference)]
-        unlike = (f"the candidate has {sizes[0]} pixels, the reference {sizes[1]}",)
+        unlike = (f"the candidate has {candidate.size_in_words} pixels, the reference {reference.size_in_words}",)
         notes = _notes(candidate, reference)
         return Outcome(name, candidate, reference, None, limits, unlike, "broken", notes=notes, scene_changes=changes)
     form = CommonForm.of_pair(candidate, reference)
     ours, theirs = form.of(candidate), form.of(reference)
     are_numbers = form.display is None and (holds_numbers(candidate) or holds_numbers(reference))
     measures = measure(ours, theirs, limits.max_abs, number_range(theirs) if are_numbers else None)
-    scale = measures.scale
     shown = (ours, theirs) if form.display else (candidate, reference)
     broken = (*_lost_channels(candidate, reference), *_not_finite(*shown), *filter(None, [form.reason]))
     over = violations(measures, limits)
     status = "broken" if broken else "different" if over else "same"
-    notes = _notes(candidate, reference, scale, form)
+    notes = _notes(candidate, reference, measures.scale, form)
     found = Outcome(
         name, candidate, reference, measures, limits, broken + over, status, notes=notes, scene_changes=changes
     )
-    found = explained(found) if explain else found
-    return found if truth is None else with_truth(found, truth)
+    return explained(found) if explain else found
 
 
 def explained(outcome: Outcome) -> Outcome:
@@ -130,26 +132,33 @@ def explained(outcome: Outcome) -> Outcome:
     measures = outcome.measures
     if measures is None or not measures.max_error > 0:
         return outcome
-    ours, theirs = on_common_form(outcome.candidate, outcome.reference)
-    scale = np.float32(measures.scale)
-    kinds = kinds_of(
-        ours.pixels / scale,
-        theirs.pixels / scale,
-        has_opacity=ours.has_opacity and theirs.has_opacity,
-        roundings=(ours.rounding / scale, theirs.rounding / scale),
-    )
+    (ours, theirs), scale = outcome.in_common_form(), measures.scale
+    roundings = ours.rounding / scale, theirs.rounding / scale
+    has_opacity = ours.has_opacity and theirs.has_opacity
+    kinds = kinds_of(ours.pixels / scale, theirs.pixels / scale, has_opacity=has_opacity, roundings=roundings)
     return replace(outcome, kinds=kinds)
 
 
-def with_truth(outcome: Outcome, truth: NDArray) -> Outcome:
-    """Return the outcome with the oracle's verdict; `truth` has the form of the pictures, see `CommonForm.of_truth`."""
+def with_truths(outcome: Outcome, truths: Sequence[NDArray | None], reasons: Sequence[str] = ()) -> Outcome:
+    """Return the outcome with the oracle's verdict.
+
+    Parameters
+    ----------
+    truths : sequence of array or None
+        The oracle's picture of the scene of both pictures; or two, that of each picture's own scene, None if it can't
+        be drawn. They have the form of the pictures, see `CommonForm.of_truth`.
+    reasons : sequence of str
+        Why a picture can't be drawn.
+    """
     if outcome.measures is None:
         return outcome
-    ours, theirs = on_common_form(outcome.candidate, outcome.reference)
-    scale = outcome.measures.scale
-    both = ours.has_opacity and theirs.has_opacity
-    said = three_way(ours.pixels / scale, theirs.pixels / scale, truth / scale, has_opacity=both)
-    return replace(outcome, three_way=said)
+    ours, theirs = outcome.in_common_form()
+    scale, both = outcome.measures.scale, ours.has_opacity and theirs.has_opacity
+    pair = ours.pixels / scale, theirs.pixels / scale
+    known = [None if each is None else each / scale for each in truths]
+    if len(known) == 1 and known[0] is not None:
+        return replace(outcome, three_way=three_way(*pair, known[0], has_opacity=both))
+    return replace(outcome, three_way=each_by_its_own(*pair, known, has_opacity=both, reasons=reasons))
 
 
 def number_range(picture: Picture) -> float:
@@ -157,6 +166,15 @@ def number_range(picture: Picture) -> float:
     numbers = picture.pixels[..., :3]
     numbers = numbers[np.isfinite(numbers)]
     return float(np.ptp(numbers)) or float(np.abs(numbers).max(initial=0.0)) or 1.0 if numbers.size else 1.0
+
+
+def shown_range(reference: NDArray, scale: float) -> list[float]:
+    """Return the values that are shown black and white: 0 and 1 for light, the range of the reference for numbers."""
+    if scale == 1:
+        return [0.0, 1.0]
+    colors = reference[..., :3]
+    low = float(colors[np.isfinite(colors)].min(initial=np.inf))
+    return [low, low + scale] if np.isfinite(low) else [0.0, scale]
 
 
 def _lost_channels(candidate: Picture, reference: Picture) -> tuple[str, ...]:

@@ -9,17 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.comparison.compared import compared_pixels, largest_finite, pixel_differences, shown_range
-from texvol.comparison.entries import entry_of
 from texvol.comparison.histogram import histogram
-from texvol.comparison.measures import flip_map
-from texvol.comparison.number_table import DIFFERENCE_ROWS, file_rows, limit_rows, worst_pixel_words
-from texvol.comparison.outcome import Outcome
-from texvol.comparison.pixel_data import candidate_data, level_data, reference_data
-from texvol.comparison.templates import number, rendered
+from texvol.comparison.limits import checks
+from texvol.comparison.measures import flip_map, largest_finite, pixel_differences
+from texvol.comparison.outcome import Outcome, shown_range
+from texvol.comparison.pixel_data import candidate_data, packed_text, reference_data
+from texvol.comparison.templates import rendered
 from texvol.formats.pictures.page_pictures import color_table
-
-__all__ = ["comparison_page", "entry_of"]
 
 _MOST_GAIN = 30  # powers of two; float32 pictures differ by more than 1e-9, or not at all
 
@@ -38,56 +34,37 @@ def comparison_page(
     flip : bool
         True to show the map of ꟻLIP, which doubles the time.
     """
-    measures, limits = outcome.measures, outcome.limits
+    measures = outcome.measures
+    ours, theirs = (each.pixels for each in outcome.in_common_form())
+    scale = measures.scale if measures else 1.0
+    differences = pixel_differences(ours, theirs) if measures else np.zeros((1, 1))
     return rendered(
         "comparison.html",
         outcome=outcome,
         measures=measures,
         metadata=metadata,
         index=index,
-        lead=_lead(outcome),
-        worst=worst_pixel_words(measures) if measures and measures.max_error > 0 else "",
-        histogram=_histogram(outcome),
-        limit_rows=limit_rows(measures, limits) if measures else (),
-        difference_rows=DIFFERENCE_ROWS,
-        file_rows=file_rows(outcome),
+        histogram=histogram(differences / scale, outcome.limits.max_abs) if measures else "",
+        checks=checks(measures, outcome.limits) if measures else (),
         infinity=float("inf"),
-        viewer=_viewer_data(outcome, flip),
+        viewer=_viewer_data(outcome, ours, theirs, largest_finite(differences) / scale, flip),
     )
 
 
-def _lead(outcome: Outcome) -> str:
-    measures, broken = outcome.measures, len(outcome.violations)
-    if measures is None:
-        return "Pictures of different sizes cannot be compared."
-    if measures.max_error == 0:
-        return "Every number is equal, but:" if broken else "Every number of every pixel is equal."
-    most = f"Largest difference {number(measures.max_error)}, rms {number(measures.rms_error)}"
-    return f"{most}; all limits are kept." if not broken else f"{most}. Broken limits and faults:"
-
-
-def _histogram(outcome: Outcome) -> str:
-    if outcome.measures is None:
-        return ""
-    candidate, reference = compared_pixels(outcome)
-    return histogram(pixel_differences(candidate, reference) / outcome.measures.scale, outcome.limits.max_abs)
-
-
-def _viewer_data(outcome: Outcome, flip: bool) -> dict[str, Any]:
-    """Return the data of the page's script."""
-    measures, limits = outcome.measures, outcome.limits
-    if measures is None:
-        ours, theirs = outcome.candidate.pixels, outcome.reference.pixels
-        pictures = {"oneSize": False, "reference": reference_data(theirs), "candidate": reference_data(ours)}
-        largest, scale = 0.0, 1.0
-    else:
-        ours, theirs = compared_pixels(outcome)
-        data = candidate_data(ours, theirs)
-        pictures = {"oneSize": True, "reference": reference_data(theirs), "candidate": data, "flip": None}
+def _viewer_data(
+    outcome: Outcome, ours: NDArray[np.float32], theirs: NDArray[np.float32], largest: float, flip: bool
+) -> dict[str, Any]:
+    """Return the data of the page's script; `largest` is the largest finite difference."""
+    measures = outcome.measures
+    scale = measures.scale if measures else 1.0
+    data = candidate_data(ours, theirs) if measures else reference_data(ours)
+    pictures = {"oneSize": measures is not None, "reference": reference_data(theirs), "candidate": data}
+    if measures:
+        pictures["flip"] = None
         if flip and data:
-            seen = (np.nan_to_num(each / np.float32(measures.scale)) for each in (ours, theirs))
-            pictures["flip"] = level_data(np.rint(255 * np.clip(flip_map(*seen), 0, 1)).astype(np.uint8))
-        largest, scale = largest_finite(pixel_differences(ours, theirs)) / measures.scale, measures.scale
+            ours_seen, theirs_seen = (np.nan_to_num(each / np.float32(scale)) for each in (ours, theirs))
+            perceived = np.clip(flip_map(ours_seen, theirs_seen), 0, 1)
+            pictures["flip"] = packed_text(np.rint(255 * perceived).astype(np.uint8).tobytes())
     top = int(np.ceil(np.log10(largest))) if largest > 0 else 0
     differs = bool(measures and measures.max_error > 0)
     return {
@@ -97,17 +74,13 @@ def _viewer_data(outcome: Outcome, flip: bool) -> dict[str, Any]:
         "gain": int(np.clip(np.floor(-np.log2(largest)), 0, _MOST_GAIN)) if largest > 0 else 0,
         "scale": scale,
         "range": shown_range(theirs, scale),
-        "limit": limits.max_abs,
+        "limit": outcome.limits.max_abs,
         "worst": list(measures.worst_pixel) if measures and differs else None,
         "isEqual": not differs,
-        "hasOpacity": any(_is_seen_through(each) for each in (ours, theirs)) and scale == 1,
+        "hasOpacity": any((each[..., 3] < 1).any() for each in (ours, theirs)) and scale == 1,
         "notFinite": not all(np.isfinite(each).all() for each in (ours, theirs)),
         "clipped": _clipped_words(outcome) if scale == 1 else f"Black to white is a range of {scale:.6g}.",
     }
-
-
-def _is_seen_through(pixels: NDArray) -> bool:
-    return bool((pixels[..., 3] < 1).any())
 
 
 def _clipped_words(outcome: Outcome) -> str:
@@ -116,8 +89,6 @@ def _clipped_words(outcome: Outcome) -> str:
     for each in (outcome.candidate.pixels, outcome.reference.pixels):
         bright = (each[..., :3] > 1) & np.isfinite(each[..., :3])
         fraction = max(fraction, float(bright.any(axis=2).mean()) if bright.any() else 0.0)
-    return (
-        f"{100 * fraction:.2g}% of the pixels are brighter than 1 and shown as 1: lower the exposure."
-        if fraction
-        else ""
-    )
+    if not fraction:
+        return ""
+    return f"{100 * fraction:.2g}% of the pixels are brighter than 1 and shown as 1: lower the exposure."

@@ -26,6 +26,7 @@ _MOST_PIXELS = 1 << 28  # 4 GB in four channels of float32; larger sizes are bro
 # Largest ratio of unpacked to packed bytes that is read (deflate reaches 1032), and bytes that are unpacked anyway.
 _BEST_PACKING, _UNPACKED_ANYWAY = 2000, 1 << 24
 _LARGEST_TILE = 1 << 20  # pixels; tiles are unpacked as a whole, even in a smaller picture
+_BITS = {"uint8": 8, "uint16": 16}
 _LINEAR, _SRGB = ("lin", "linear", "scene_linear", "raw"), ("srgb", "g22", "rec709", "gamma")
 
 
@@ -73,14 +74,17 @@ class Picture:
     attributes: Mapping[str, str] = field(default_factory=dict)
     name: str = "picture"
 
+    @property
+    def size_in_words(self) -> str:
+        """Width × height."""
+        return f"{self.pixels.shape[1]} × {self.pixels.shape[0]}"
+
     @classmethod
-    def of_array(
-        cls, array: ArrayLike, name: str = "picture", attributes: Mapping[str, str] | None = None, *, srgb: bool = False
-    ) -> Picture:
+    def of_array(cls, array: ArrayLike, name: str = "picture", attributes: Mapping[str, str] | None = None) -> Picture:
         """Return the picture of an array (height, width) or (height, width, 1 to 4 channels).
 
-        Floating point is linear and premultiplied, as `texvol.render` returns it, or with `srgb` straight and encoded.
-        uint8 and uint16 are always straight and encoded.
+        Floating point is linear and premultiplied, as `texvol.render` returns it; uint8 and uint16 are straight
+        and encoded.
 
         Raises
         ------
@@ -93,28 +97,23 @@ class Picture:
             raise InputError(f"{name}: shape must be (height, width) or (height, width, 1 to 4), got {pixels.shape}")
         if pixels.dtype not in (np.uint8, np.uint16) and pixels.dtype.kind != "f":
             raise InputError(f"{name}: type must be uint8, uint16 or floating point, got {pixels.dtype}")
-        kind = _Kind("array", pixels.dtype.name, pixels.shape[2] in (2, 4))
-        if kind.steps:
-            pixels, kind.is_srgb, kind.is_straight = pixels / kind.steps, True, True
-        elif srgb:
-            kind.is_srgb, kind.is_straight = True, True
+        bits = _BITS.get(pixels.dtype.name, 0)
+        kind = _Kind("array", pixels.dtype.name, pixels.shape[2] in (2, 4), bits, bits > 0, is_straight=bits > 0)
+        pixels = pixels / kind.steps if bits else pixels
         return _decoded(pixels, kind, name, attributes or {})
 
 
-@dataclass
+@dataclass(frozen=True)
 class _Kind:
     """Format of a picture in a file or array."""
 
     container: str
     number: str  # numpy's name of the type
     has_opacity: bool
-    is_srgb: bool = False
-    is_straight: bool = False
-    bits: int = 0
+    bits: int  # of whole numbers, which may be fewer than the type's; 0 for floating point
+    is_srgb: bool
     gamma: float = 0.0  # linear light is the stored number to this power, where the header says so
-
-    def __post_init__(self) -> None:
-        self.bits = self.bits or {"uint8": 8, "uint16": 16, "uint32": 32}.get(self.number, 0)
+    is_straight: bool = False
 
     @property
     def steps(self) -> int:
@@ -247,16 +246,11 @@ def _kind_of(spec: Any, format_name: str, name: str) -> _Kind:
     if spec.nchannels > 4 or (spec.nchannels in (2, 4)) != (spec.alpha_channel == spec.nchannels - 1):
         found = shown_line(", ".join(spec.channelnames))
         raise InputError(f"{name}: channels must be RGB, RGBA, grey, or grey with opacity, got {found}")
-    kind = _Kind(container, number, spec.alpha_channel >= 0, bits=_bits(spec, number))
-    kind.is_srgb, kind.gamma = _encoding(spec, whole_numbers=kind.bits > 0)
-    kind.is_straight = bool(spec.get_int_attribute("oiio:UnassociatedAlpha"))
-    return kind
-
-
-def _bits(spec: Any, number: str) -> int:
-    """Bits of whole numbers, which may be fewer than the type's; 0 for floating point."""
-    full = {"uint8": 8, "uint16": 16}.get(number, 0)
-    return min(spec.get_int_attribute("oiio:BitsPerSample") or full, full)
+    full = _BITS.get(number, 0)
+    bits = min(spec.get_int_attribute("oiio:BitsPerSample") or full, full)
+    is_srgb, gamma = _encoding(spec, whole_numbers=bits > 0)
+    is_straight = bool(spec.get_int_attribute("oiio:UnassociatedAlpha"))
+    return _Kind(container, number, spec.alpha_channel >= 0, bits, is_srgb, gamma, is_straight)
 
 
 def _encoding(spec: Any, *, whole_numbers: bool) -> tuple[bool, float]:

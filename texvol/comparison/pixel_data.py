@@ -46,11 +46,6 @@ def candidate_data(candidate: NDArray, reference: NDArray) -> dict[str, Any] | N
     return _packed(numbers.astype(np.uint32))
 
 
-def level_data(levels: NDArray[np.uint8]) -> str:
-    """Return bytes, one for each pixel, as text."""
-    return _text(levels.tobytes())
-
-
 def _numbers(pixels: NDArray) -> NDArray[np.uint32]:
     """Return the rounded numbers' magnitudes, with the sign as lowest bit, where it compresses best."""
     bits = np.ascontiguousarray(pixels, np.float32).view(np.uint32)
@@ -69,8 +64,9 @@ def _packed(numbers: NDArray[np.uint32]) -> dict[str, Any]:
         if sources[-1] == len(kept):
             kept.append(np.ascontiguousarray(each, "<u4"))
     planes = np.stack(kept).view(np.uint8).reshape(-1, 4)[:, :3].T
-    return {"width": width, "height": height, "channels": sources, "bytes": _text(planes.tobytes())}
+    return {"width": width, "height": height, "channels": sources, "bytes": packed_text(planes.tobytes())}
 
 
-def _text(content: bytes) -> str:
+def packed_text(content: bytes) -> str:
+    """Return deflated bytes as text."""
     return base64.b64encode(zlib.compress(content, _LEVEL)).decode()

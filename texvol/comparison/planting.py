@@ -50,8 +50,8 @@ class PlantedRenderer(Renderer):
     """Renderer in which a mistake can be planted temporarily."""
 
     @contextmanager
-    def planted(self, mistake: Planted) -> Iterator[None]:
-        """Draw with the mistake inside the context.
+    def planted(self, mistake: Planted) -> Iterator[PlantedCompositor]:
+        """Draw with the mistake, and by the returned compositor, inside the context.
 
         Raises
         ------
@@ -61,24 +61,13 @@ class PlantedRenderer(Renderer):
         right = self._compositor
         with wrong_shaders(*mistake.functions) as folder:
             with self._context:
-                self._compositor = PlantedCompositor(self._context, folder, mistake)
+                self._compositor = wrong = PlantedCompositor(self._context, folder, mistake)
             try:
-                yield
+                yield wrong
             finally:
                 with self._context:
-                    self._compositor.release()
+                    wrong.release()
                 self._compositor = right
-
-    @contextmanager
-    def dropping(self) -> Iterator[PlantedCompositor]:
-        """Draw inside the context without the slabs that `drop` of the compositor names."""
-        with self.planted(Planted()):
-            wrong = self._compositor
-            assert isinstance(wrong, PlantedCompositor)
-            yield wrong
-
-    def __enter__(self) -> PlantedRenderer:
-        return self
 
     def slab_range(self) -> Slabs:
         """Return the first slab of the last picture and the one after its last; (0, 0) for none."""

@@ -65,12 +65,9 @@ def scene_changes(candidate: Picture, reference: Picture) -> tuple[SceneChange, 
         return None
     if candidate.attributes[SCENE_ATTRIBUTE] == reference.attributes[SCENE_ATTRIBUTE]:
         return ()
-    both = _seen(candidate, reference)
     try:
-        return tuple(
-            SceneChange(_part(path[0]), _where(path), _text(ours, theirs), _text(theirs, ours))
-            for path, ours, theirs in _unequal(both[0], both[1], ())
-        )
+        ours, theirs = _seen(candidate, reference)
+        return _changes(ours, theirs)
     except RecursionError:  # a header of texvol is never so deep
         return None
 
@@ -80,11 +77,13 @@ def drawing_changes(candidate: Picture, reference: Picture) -> tuple[SceneChange
     ours, theirs = ((header_of(each) or {}).get("settings") for each in (candidate, reference))
     if not (isinstance(ours, dict) and isinstance(theirs, dict) and ours and theirs):
         return ()
-    pairs = [(key, ours.get(key), theirs.get(key)) for key in {**ours, **theirs}]
+    return _changes(ours, theirs, ("settings",))
+
+
+def _changes(ours: Any, theirs: Any, start: tuple[str, ...] = ()) -> tuple[SceneChange, ...]:
     return tuple(
-        SceneChange("settings", _where(("", key)), _text(one, other), _text(other, one))
-        for key, one, other in pairs
-        if not _is_same(one, other)
+        SceneChange(_part(path[0]), _where(path), _text(one, other), _text(other, one))
+        for path, one, other in _unequal(ours, theirs, start)
     )
 
 

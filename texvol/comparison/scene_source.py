@@ -15,8 +15,8 @@ PICTURES = (".exr", ".png", ".jpg", ".jpeg")  # a TIFF is a volume; a TIFF pictu
 LONGEST_SIDE = 256  # pixels, of a small picture of a scene
 
 
-def scene_of(path: str | os.PathLike[str], *, volume: AnyVolume = None) -> tuple[StoredScene, tuple[int, int] | None]:
-    """Return the scene of a file, and the size of a small picture of the scene if the file gives a size.
+def scene_of(path: str | os.PathLike[str], *, volume: AnyVolume = None) -> tuple[StoredScene, tuple[int, int]]:
+    """Return the scene of a file, and the size of a small picture of the scene.
 
     Parameters
     ----------
@@ -38,19 +38,19 @@ def scene_of(path: str | os.PathLike[str], *, volume: AnyVolume = None) -> tuple
         folder = Path(path).resolve().parent
         stored = stored_scene_of(picture.attributes, name=name, folder=folder, volume=volume)
         height, width = picture.pixels.shape[:2]
-        return stored, small_size((width, height))
+        return stored, _small((width, height))
     if kind == ".toml":
         given = None if volume is None or isinstance(volume, Volume) else os.fspath(volume)
         scene_options = SceneOptions.of(given, name)
         found = volume if isinstance(volume, Volume) else scene_options.load()
-        return _stored(scene_options, found, name), small_size(scene_options.size)
+        return _stored(scene_options, found, name), _small(scene_options.size)
     if volume is not None:
         raise InputError(f"{name}: is a volume; leave --volume out")
     scene_options = SceneOptions.of(name)
-    return _stored(scene_options, scene_options.load(), name), None
+    return _stored(scene_options, scene_options.load(), name), (LONGEST_SIDE, LONGEST_SIDE)
 
 
-def small_size(size: tuple[int, int]) -> tuple[int, int]:
+def _small(size: tuple[int, int]) -> tuple[int, int]:
     """Return a size of the same shape that is quick to draw."""
     fraction = min(1.0, LONGEST_SIDE / max(size))
     return max(1, round(size[0] * fraction)), max(1, round(size[1] * fraction))

@@ -7,7 +7,6 @@ Mistakes that change nothing in the scene, or do not apply to it, do not count.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -16,21 +15,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.comparison.limits import NONE, Limits, violations
-from texvol.comparison.measures import Measures, without_infinities
+from texvol.comparison.limits import Limits, checks
+from texvol.comparison.measures import without_infinities
 from texvol.comparison.mistakes import MistakeTrial, drawn
 from texvol.comparison.outcome import Outcome, examine
 from texvol.comparison.pictures import Picture
 from texvol.comparison.planting import PlantedRenderer
 from texvol.provenance.scene_metadata import scene_metadata
-from texvol.provenance.stored_scene import AnyVolume, StoredScene
+from texvol.provenance.stored_scene import StoredScene
 from texvol.rendering.renderer import Renderer
 from texvol.util.errors import ContextError
 from texvol.util.shown_text import shown_line
 
-DEFAULT_SIZE = (256, 256)
 CAUGHT, MISSED, NOTHING, NO_MEANING = "caught", "missed", "changes nothing here", "does not apply"
 SAME, FALSE_ALARM, NOT_THERE = "same", "false alarm", "not available"
+_NUMBERS = ("max_error", "rms_error", "flip", "percent_over")
 _COLUMNS = ("mistake", "outcome", "by", "max", "rms", "FLIP", "% over", "kinds told from the pictures")
 
 
@@ -67,9 +66,10 @@ class Row:
         return self.status in (SAME, FALSE_ALARM, NOT_THERE)
 
     @property
-    def measures(self) -> Measures | None:
-        """Measures of the difference from the right picture."""
-        return None if self.outcome is None else self.outcome.measures
+    def numbers(self) -> dict[str, float]:
+        """The measures that a table shows; empty without a picture."""
+        measures = self.outcome and self.outcome.measures
+        return {name: getattr(measures, name) for name in _NUMBERS} if measures else {}
 
     @property
     def told(self) -> str:
@@ -78,8 +78,7 @@ class Row:
 
     def as_json(self) -> dict[str, Any]:
         """The row without the pixels."""
-        measures, outcome = self.measures, self.outcome
-        numbers = {} if measures is None else _numbers(measures)
+        outcome = self.outcome
         return {
             "name": self.name,
             "words": self.words,
@@ -88,7 +87,7 @@ class Row:
             "caught_by": list(self.caught_by),
             "violations": list(outcome.violations) if outcome else [],
             "kinds": [{"name": each.name, "words": each.words} for each in outcome.kinds] if outcome else [],
-        } | {name: without_infinities(number) for name, number in numbers.items()}
+        } | without_infinities(self.numbers)
 
 
 @dataclass(frozen=True)
@@ -106,6 +105,11 @@ class SelfTest:
     def passed(self) -> bool:
         """True if every visible mistake is caught, and no control is refused."""
         return not any(row.status in (MISSED, FALSE_ALARM) for row in self.rows)
+
+    @property
+    def reasons(self) -> list[str]:
+        """Why mistakes do not apply, or controls are not available."""
+        return [f"{row.name}: {row.reason}" for row in self.rows if row.reason]
 
     @property
     def words(self) -> str:
@@ -130,29 +134,16 @@ class SelfTest:
     def as_text(self) -> str:
         """The result as a table for a terminal."""
         width, height = self.size
-        cells = [_COLUMNS, *map(_cells, self.rows)]
+        cells: list[tuple[str, ...]] = [_COLUMNS]
+        for row in self.rows:
+            numbers = [f"{each:.2g}" for each in row.numbers.values()] or [""] * len(_NUMBERS)
+            cells.append((row.name, row.status, ", ".join(row.caught_by), *numbers, row.told))
         widths = [max(len(row[column]) for row in cells) for column in range(len(_COLUMNS))]
         table = [
             "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in cells
         ]
         heading = f"{self.name}, {width}x{height}, drawn by {self.driver}, limits {self.limits.source}"
-        reasons = [f"{row.name}: {row.reason}" for row in self.rows if row.reason]
-        return "\n".join(map(shown_line, [heading, "", *table, "", *reasons, self.words]))
-
-
-def self_test_of(
-    path: str | os.PathLike[str],
-    limits: Limits,
-    *,
-    size: tuple[int, int] | None = None,
-    volume: AnyVolume = None,
-    backend: str = "auto",
-) -> SelfTest:
-    """Test limits in the scene of a file; see `scene_source` and `self_test`."""
-    from texvol.comparison.scene_source import scene_of
-
-    stored, found_size = scene_of(path, volume=volume)
-    return self_test(stored, size or found_size or DEFAULT_SIZE, limits, backend=backend)
+        return "\n".join(map(shown_line, [heading, "", *table, "", *self.reasons, self.words]))
 
 
 def self_test(
@@ -172,8 +163,7 @@ def self_test(
         rows = [judge.control("no mistake", "the same picture, drawn again", trial.draw())]
         if controls:
             rows += _other_back_ends(judge, renderer.backend)
-        for mistake, picture in drawn(trial):
-            rows.append(judge.row(mistake.name, mistake.words, picture))
+        rows += [judge.row(mistake.name, mistake.words, picture) for mistake, picture in drawn(trial)]
         name, driver = Path(stored.name).name, f"{renderer.renderer_name} ({renderer.backend})"
         return SelfTest(name, size, limits, driver, tuple(rows), judge.shown(trial.right))
 
@@ -230,25 +220,5 @@ def _caught_by(outcome: Outcome) -> tuple[str, ...]:
     """Return the names of the limits that a pair breaks."""
     if outcome.status == "broken":
         return ("not finite",)
-    limits, measures = outcome.limits, outcome.measures
-    assert measures is not None
-    without = replace(NONE, fail_percent=100.0)
-    alone = {"max-abs": replace(NONE, max_abs=limits.max_abs, fail_percent=limits.fail_percent)}
-    for name in ("hard_max", "outlier", "rms", "flip"):
-        alone[name.replace("_", "-")] = replace(without, **{name: getattr(limits, name)})
-    return tuple(name for name, each in alone.items() if violations(measures, each))
-
-
-def _numbers(measures: Measures) -> dict[str, float]:
-    return {
-        "max_error": measures.max_error,
-        "rms_error": measures.rms_error,
-        "flip": measures.flip,
-        "percent_over": measures.percent_over,
-    }
-
-
-def _cells(row: Row) -> tuple[str, ...]:
-    numbers = [f"{each:.2g}" for each in _numbers(row.measures).values()] if row.measures else [""] * 4
-    by = ", ".join(row.caught_by)
-    return (row.name, row.status, by, *numbers, row.told)
+    assert outcome.measures is not None
+    return tuple(each.key for each in checks(outcome.measures, outcome.limits) if each.is_broken)

@@ -8,7 +8,7 @@ import numpy as np
 from markupsafe import Markup
 from numpy.typing import NDArray
 
-from texvol.comparison.self_test import CAUGHT, FALSE_ALARM, MISSED, SAME, SelfTest
+from texvol.comparison.self_test import SelfTest
 from texvol.comparison.templates import rendered
 from texvol.formats.pictures.page_pictures import data_url, png
 from texvol.util.shown_text import shown
@@ -35,10 +35,6 @@ def _context(test: SelfTest) -> dict[str, Any]:
     shown = (row for row in test.rows if row.picture is not None and not row.is_control)
     return {
         "test": test,
-        "limits": {name: value for name, value in test.limits.as_json().items() if isinstance(value, int | float)},
-        "reasons": [f"{row.name}: {row.reason}" for row in test.rows if row.reason],
-        "good": (CAUGHT, SAME),
-        "bad": (MISSED, FALSE_ALARM),
         "right": _url(test.right),
         "cards": [{"row": row, **_pictures(row.picture, test.right)} for row in shown],
     }

@@ -20,16 +20,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from texvol.comparison.common_form import CommonForm
-from texvol.comparison.difference import Difference, compare
-
-if TYPE_CHECKING:
-    from texvol.provenance.stored_scene import StoredScene
+from texvol.comparison import Difference, compare
+from texvol.comparison.kinds.pair import SIDES, other
 
 RMS_CHANGE, MAX_CHANGE = 0.05, 0.2
 # Fraction of the brightest pixel: sums of some hundreds of slabs in float32, by two drivers, 2^-22 each.
@@ -46,37 +42,6 @@ class OracleVerdict:
     reference_error: Difference | None
     verdict: str  # "better", "worse", "sideways", "other scene" or "unknown"
     words: str
-
-
-def truth_of(
-    stored: StoredScene,
-    size: tuple[int, int],
-    *,
-    eight_bits: bool = False,
-    has_opacity: bool = True,
-    form: CommonForm | None = None,
-) -> NDArray[np.float64]:
-    """Return the oracle's picture of a scene, shape (height, width, 4), in the form of a file without error.
-
-    Parameters
-    ----------
-    size : (width, height)
-    eight_bits : bool
-        True if the files hold whole numbers, which end at 1 and show numbers as grey or colours.
-    has_opacity : bool
-        False if the files have no opacity, which is 1 then.
-    form : CommonForm, optional
-        Common form of a pair of pictures, in place of the two arguments above.
-
-    Raises
-    ------
-    MissingExtraError
-        If the oracle's library is not installed.
-    """
-    from texvol.ray_casting import raycast
-
-    form = form or CommonForm(ends_at_one=eight_bits, has_opacity=has_opacity)
-    return form.of_truth(raycast(stored.scene, size), stored)
 
 
 def three_way(
@@ -146,16 +111,16 @@ def each_by_its_own(
     said = [
         f"the {role} differs from the oracle of its own scene by rms {error.rms_error:.2g}, "
         f"at most {error.max_error:.2g}"
-        for role, error in zip(("candidate", "reference"), errors, strict=True)
+        for role, error in zip(SIDES, errors, strict=True)
         if error is not None
     ]
     words = "the scenes differ, so there is no verdict: " + "; ".join([*said, *reasons])
     return OracleVerdict(errors[0], errors[1], OTHER_SCENE, words)
 
 
-def supposing(found: OracleVerdict, who: str, other: str) -> OracleVerdict:
-    """Return the verdict for a pair of which only `who` names its scene: `other` may show another one."""
-    words = f"{other} names no scene, so there is no verdict; if its scene is that of {who}: "
+def supposing(found: OracleVerdict, side: str) -> OracleVerdict:
+    """Return the verdict for a pair of which only one side names its scene: the other may show another one."""
+    words = f"the {other(side)} names no scene, so there is no verdict; if its scene is that of the {side}: "
     return replace(found, verdict=UNKNOWN, words=words + found.words.partition(": ")[2])
 
 

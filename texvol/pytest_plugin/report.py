@@ -125,7 +125,6 @@ def result_of(record: Record, folder: Path | None = None) -> Any:
         kinds=tuple(record["kinds"]),
         max_error=record["max_error"],
         rms_error=record["rms_error"],
-        test=record["test"],
         file=record["file"],
         line=record["line"],
         page=_relative(folder, page) if folder else page,

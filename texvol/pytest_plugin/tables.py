@@ -25,8 +25,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from texvol.comparison.limits import NAMES, ONE_DRIVER, TWO_DRIVERS, Limits, changed_limits, read_limits
+from texvol.comparison.limits import NAMES, ONE_DRIVER, TWO_DRIVERS, Limits, changed_limits
 from texvol.pytest_plugin.references import find
+from texvol.util import text_files
 from texvol.util.errors import InputError
 
 if TYPE_CHECKING:
@@ -52,7 +53,7 @@ class Tables:
     @classmethod
     def read(cls, path: Path) -> Tables:
         """Read the tables of a file; none if the file does not exist."""
-        tables = read_limits(path) if os.path.lexists(path) else {}
+        tables = text_files.read_toml(path) if os.path.lexists(path) else {}
         for name, table in tables.items():
             if not isinstance(table, dict):
                 raise InputError(f"{path}: {name} must be in a table: [default] or a picture's name")

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from importlib import import_module
 from pathlib import Path
 
 from texvol.rendering.renderer import Renderer, Size
@@ -24,22 +25,20 @@ def check_folder(folder: str | os.PathLike[str]) -> None:
     path = Path(folder)
     if path.exists() and not path.is_dir():
         raise InputError(f"{path}: the report needs a folder, got a file")
-    if not path.is_dir() and not path.absolute().parent.is_dir():
-        raise InputError(f"{path}: its folder {path.absolute().parent} does not exist")
-    if not os.access(path if path.is_dir() else path.absolute().parent, os.W_OK):
+    written = path if path.is_dir() else path.absolute().parent
+    if not written.is_dir():
+        raise InputError(f"{path}: its folder {written} does not exist")
+    if not os.access(written, os.W_OK):
         raise InputError(f"{path}: no permission to write")
 
 
 def check_libraries() -> None:
     """Raise MissingExtraError if a library that a report needs is not installed."""
-    try:
-        import matplotlib  # noqa: F401
-    except ImportError as error:
-        raise missing_extra("matplotlib", "report", "texvol report") from error
-    try:
-        import rich  # noqa: F401
-    except ImportError as error:
-        raise missing_extra("rich", "report", "texvol report") from error
+    for library in ("matplotlib", "rich"):
+        try:
+            import_module(library)
+        except ImportError as error:
+            raise missing_extra(library, "report", "texvol report") from error
 
 
 def report(

@@ -234,36 +234,29 @@ def with_errors(measurement: Measurement, picture: NDArray, truths: Truths) -> M
 
 def predicted_seconds(setting: Setting, done: Iterable[Measurement]) -> float | None:
     """Return the expected time of a frame, from the same setting at a lower rate: time grows at most with the slabs."""
-    alike = [
+    alike = (
         each
         for each in done
         if each.seconds and each.setting.name == setting.name and each.setting.sampling_rate <= setting.sampling_rate
-    ]
-    if not alike:
+    )
+    nearest = max(alike, key=lambda each: (each.setting.sampling_rate, each.seconds), default=None)
+    if nearest is None or nearest.seconds is None:
         return None
-    nearest = max(alike, key=lambda each: (each.setting.sampling_rate, each.seconds))
-    assert nearest.seconds is not None
     return nearest.seconds * setting.sampling_rate / nearest.setting.sampling_rate
 
 
-def total_max(measurement: Measurement) -> float | None:
-    """Largest distance from the post-classified integral."""
-    return measurement.total.max_error if measurement.total else None
+def _error_of(against: str, name: str) -> ErrorOf:
+    def error_of(measurement: Measurement) -> float | None:
+        difference: Difference | None = getattr(measurement, against)
+        return getattr(difference, name) if difference else None
+
+    return error_of
 
 
-def total_rms(measurement: Measurement) -> float | None:
-    """Root mean square distance from the post-classified integral."""
-    return measurement.total.rms_error if measurement.total else None
-
-
-def discretisation_max(measurement: Measurement) -> float | None:
-    """Largest distance from the integral of the setting's own classification."""
-    return measurement.discretisation.max_error if measurement.discretisation else None
-
-
-def discretisation_rms(measurement: Measurement) -> float | None:
-    """Root mean square distance from the integral of the setting's own classification."""
-    return measurement.discretisation.rms_error if measurement.discretisation else None
+# Largest and root mean square distance, from the post-classified integral, and from that of the own classification.
+total_max, total_rms = _error_of("total", "max_error"), _error_of("total", "rms_error")
+discretisation_max = _error_of("discretisation", "max_error")
+discretisation_rms = _error_of("discretisation", "rms_error")
 
 
 def pareto_front(measurements: Iterable[Measurement], error_of: ErrorOf) -> list[Measurement]:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from texvol.formats.pictures.page_pictures import colored, data_url, png
 from texvol.report import words
-from texvol.report.convergence import OURS, Measurement, discretisation_max, fastest_within, most_accurate
+from texvol.report.convergence import OURS, Measurement, Setting, discretisation_max, fastest_within, most_accurate
 from texvol.report.measuring import Findings
 
 _LEAST_DECADE = -5  # errors below 1e-5 are black
@@ -37,30 +37,24 @@ def error_pictures(findings: Findings) -> dict[str, Any] | None:
 def chosen_settings(findings: Findings) -> list[tuple[str, Measurement]]:
     """Return role and setting of each picture: texvol's best first, then VTK's best, then the worst."""
     ours, error = findings.ours, discretisation_max
-    chosen = [("Most accurate", most_accurate(ours, error))]
-    chosen += [
-        (f"Fastest within {limit:g} of its own integral", fastest_within(ours, error, limit))
-        for limit in reversed(words.LIMITS)
-    ]
-    chosen += [("Default", next((each for each in ours if _is_default(findings, each)), None))]
+    default = Setting(findings.scene.classification, 1.0)
     theirs = [each for each in findings.measurements if each.setting.renderer != OURS]
-    chosen += [("VTK's most accurate", most_accurate(theirs, error))]
-    chosen += [("Worst", max((each for each in ours if error(each) is not None), key=_error_or_zero, default=None))]
+    measured = (each for each in ours if error(each) is not None)
+    chosen = [
+        ("Most accurate", most_accurate(ours, error)),
+        *(
+            (f"Fastest within {limit:g} of its own integral", fastest_within(ours, error, limit))
+            for limit in reversed(words.LIMITS)
+        ),
+        ("Default", next((each for each in ours if each.setting == default), None)),
+        ("VTK's most accurate", most_accurate(theirs, error)),
+        ("Worst", max(measured, key=lambda each: error(each) or 0.0, default=None)),
+    ]
     merged: dict[Measurement, str] = {}
     for role, each in chosen:
         if each is not None and each.setting in findings.error_maps:
             merged[each] = f"{merged[each]}, {role[0].lower()}{role[1:]}" if each in merged else role
     return [(role, each) for each, role in merged.items()]
-
-
-def _is_default(findings: Findings, each: Measurement) -> bool:
-    setting = each.setting
-    is_plain = setting.sampling_rate == 1 and not setting.formats
-    return is_plain and setting.classification == findings.scene.classification
-
-
-def _error_or_zero(each: Measurement) -> float:
-    return discretisation_max(each) or 0.0
 
 
 def _errors_in_words(each: Measurement) -> str:

@@ -88,6 +88,5 @@ def _draw_leader(panel: Any, position: NDArray, centre: NDArray, half: NDArray, 
     from matplotlib.lines import Line2D
 
     end = np.clip(position, centre - half, centre + half)
-    panel.add_line(
-        Line2D([position[0], end[0]], [position[1], end[1]], color=color, linewidth=0.6, alpha=0.7, transform=None)
-    )
+    x, y = np.transpose([position, end])
+    panel.add_line(Line2D(x, y, color=color, linewidth=0.6, alpha=0.7, transform=None))

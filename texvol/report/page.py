@@ -28,6 +28,7 @@ def html(findings: Findings, plots: Plots) -> str:
     """Return the page's HTML."""
     scene = findings.scene
     on_max, on_rms = fronts(findings)
+    columns = (total_max, total_rms, discretisation_max)  # of the table of recommendations
     order = list(dict.fromkeys(each.setting.name for each in findings.measurements))
     rows = sorted(findings.measurements, key=lambda each: order.index(each.setting.name))  # stable: coarse to fine
     return rendered(
@@ -38,11 +39,14 @@ def html(findings: Findings, plots: Plots) -> str:
         title=f"Speed against error: {', '.join(Path(volume.name).name for volume in scene.volumes)}",
         version=__version__,
         picture=data_url(png(findings.picture)),
-        size=_size(findings),
+        size="{} × {}".format(*findings.size),
         spacing=scene.smallest_spacing,
         answer=_answer(findings),
         metadata=_metadata(findings),
-        recommendations=[(limit, _recommended(findings, limit)) for limit in words.LIMITS],
+        recommendations=[
+            (limit, [words.recommendation(findings.ours, each, limit, findings.asked) for each in columns])
+            for limit in words.LIMITS
+        ],
         plots={metric: {theme: data_url(plot) for theme, plot in each.items()} for metric, each in plots.items()},
         captions=_CAPTIONS,
         orders=_order_rows(findings),
@@ -63,15 +67,13 @@ def _metadata(findings: Findings) -> list[tuple[str, str]]:
     volume, camera = findings.scene.volume, findings.scene.camera
     assert camera is not None
     unit = volume.unit or "world units"
-    view = (
-        f"{camera.fov:g}° from bottom to top"
-        if camera.projection == "perspective"
-        else f"{camera.height:.5g} {unit} high"
-    )
+    view = f"{camera.fov:g}° from bottom to top"
+    if camera.projection != "perspective":
+        view = f"{camera.height:.5g} {unit} high"
     metadata = [
         *(fact for each in findings.scene.completed(findings.size).each_alone() for fact in _volume_metadata(each)),
         ("camera", f"{camera.projection}, {view}, eye {_triple(camera.eye)}, target {_triple(camera.target)}"),
-        ("picture", f"{_size(findings)} pixels"),
+        ("picture", "{} × {} pixels".format(*findings.size)),
     ]
     model = findings.truths.model_error
     if model is not None:
@@ -96,12 +98,6 @@ def _volume_metadata(scene: Scene) -> list[tuple[str, str]]:
     return metadata + ([("mask", scene.mask.name)] if scene.mask is not None else [])
 
 
-def _recommended(findings: Findings, limit: float) -> list[str]:
-    """Recommended settings for each column of the table of recommendations."""
-    columns = (total_max, total_rms, discretisation_max)
-    return [words.recommendation(findings.ours, each, limit, findings.asked) for each in columns]
-
-
 def _order_rows(findings: Findings) -> list[tuple[str, str, str]]:
     """Refined step, expected and measured order of convergence."""
     rows = [
@@ -112,10 +108,6 @@ def _order_rows(findings: Findings) -> list[tuple[str, str, str]]:
         rows.append(("grid of a trilinear field", "0", f"no change (at most {findings.grid_change:.0e})"))
         rows.append(("grid of a smooth field", "2", f"{findings.grid_order:.2f}"))
     return rows
-
-
-def _size(findings: Findings) -> str:
-    return f"{findings.size[0]} × {findings.size[1]}"
 
 
 def _triple(numbers: tuple[float, float, float]) -> str:

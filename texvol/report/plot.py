@@ -44,58 +44,63 @@ _DPI = 110
 
 def pareto_plot(findings: Findings, metric: str, theme: str) -> bytes:
     """PNG file of both panels for "max" or "rms" error, in the colours of a light or a dark page."""
+    import matplotlib
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     word, total, discretisation = METRICS[metric]
     colors = THEMES[theme]
-    figure = Figure(figsize=_INCHES, dpi=_DPI, facecolor=colors["paper"], layout="constrained")
-    FigureCanvasAgg(figure)
-    above, below = figure.subplots(2, 1)
-    _draw_panel(above, findings.measurements, total, colors)
-    _draw_panel(below, findings.measurements, discretisation, colors)
-    above.set_title(f"Total {word} error: against the exact post-classified integral", loc="left", fontsize=12)
-    below.set_title(
-        f"Discretisation alone: {word} error against the exact integral of the setting's own classification",
-        loc="left",
-        fontsize=12,
-    )
-    _draw_model_error(above, findings, metric, colors)
-    for panel in (above, below):
-        panel.set_ylabel(f"{word} error")
-        panel.set_xlabel("time of a warm frame")
-    _add_legend(figure, above, colors)
-    figure.draw_without_rendering()  # fixes the layout; labels are placed in pixels
-    figure.set_layout_engine("none")
-    for panel, error_of in ((above, total), (below, discretisation)):
-        _label(figure, panel, findings.measurements, error_of, colors)
-    file = io.BytesIO()
-    figure.savefig(file, format="png")
+    with matplotlib.rc_context(_style(colors)):
+        figure = Figure(figsize=_INCHES, dpi=_DPI, layout="constrained")
+        FigureCanvasAgg(figure)
+        above, below = figure.subplots(2, 1)
+        panels = ((above, total), (below, discretisation))
+        for panel, error_of in panels:
+            _draw_panel(panel, findings.measurements, error_of, colors["front"])
+            panel.set(xlabel="time of a warm frame", ylabel=f"{word} error")
+        above.set_title(f"Total {word} error: against the exact post-classified integral")
+        below.set_title(
+            f"Discretisation alone: {word} error against the exact integral of the setting's own classification"
+        )
+        _draw_model_error(above, findings, metric, colors["ink"])
+        _add_legend(figure, above, colors["ink"])
+        figure.draw_without_rendering()  # fixes the layout; labels are placed in pixels
+        figure.set_layout_engine("none")
+        for panel, error_of in panels:
+            _label(figure, panel, findings.measurements, error_of, colors["paper"])
+        file = io.BytesIO()
+        figure.savefig(file, format="png")
     return file.getvalue()
 
 
-def _draw_panel(panel: Any, measurements: list[Measurement], error_of: ErrorOf, colors: dict[str, str]) -> None:
-    panel.set_xscale("log")
-    panel.set_yscale("log")
+def _style(colors: dict[str, str]) -> dict[Any, Any]:
+    """Return matplotlib's settings for a theme."""
+    inked = ("text.color", "axes.labelcolor", "axes.titlecolor", "xtick.color", "ytick.color")
+    faint = ("axes.edgecolor", "grid.color")
+    return {
+        **{"figure.facecolor": colors["paper"], "axes.facecolor": colors["paper"]},
+        **dict.fromkeys(inked, colors["ink"]) | dict.fromkeys(faint, colors["faint"]),
+        **{"axes.grid": True, "axes.axisbelow": True, "axes.titlelocation": "left", "axes.titlesize": 12},
+    }
+
+
+def _draw_panel(panel: Any, measurements: list[Measurement], error_of: ErrorOf, front_color: str) -> None:
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    panel.set(xscale="log", yscale="log")
     if not any(any(_shown(measurements, name, error_of)) for name in _LOOKS):
         panel.set(xlim=(1e-3, 1), ylim=(1e-7, 1))
-        panel.text(0.5, 0.5, "no setting has an error", color=colors["ink"], ha="center", transform=panel.transAxes)
+        panel.text(0.5, 0.5, "no setting has an error", ha="center", transform=panel.transAxes)
     panel.margins(0.06, 0.08)
-    _name_times(panel)
-    panel.set_facecolor(colors["paper"])
-    panel.tick_params(which="both", colors=colors["ink"])
-    for text in (panel.xaxis.label, panel.yaxis.label, panel.title):
-        text.set_color(colors["ink"])
-    panel._left_title.set_color(colors["ink"])
-    for side in panel.spines.values():
-        side.set_color(colors["faint"])
-    panel.grid(True, which="major", color=colors["faint"], linewidth=0.8)
-    panel.grid(True, which="minor", color=colors["faint"], linewidth=0.3)
-    panel.set_axisbelow(True)
+    # Times are 50 ms, 100 ms, 200 ms … instead of powers of ten.
+    panel.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    panel.xaxis.set_major_formatter(FuncFormatter(lambda time, _: seconds(time)))
+    panel.xaxis.set_minor_formatter(NullFormatter())
+    panel.grid(True, which="minor", linewidth=0.3)
     front = [(each.seconds, error_of(each)) for each in pareto_front(measurements, error_of) if error_of(each)]
     if front:
         times, errors = zip(*front, strict=True)
-        panel.step(times, errors, where="post", color=colors["front"], linewidth=5, alpha=0.35, label="Pareto front")
+        panel.step(times, errors, where="post", color=front_color, linewidth=5, alpha=0.35, label="Pareto front")
     for name, (color, mark) in _LOOKS.items():
         shown = list(_shown(measurements, name, error_of))
         plain = [(each.seconds, error) for each, error in shown if not each.setting.formats]
@@ -106,36 +111,25 @@ def _draw_panel(panel: Any, measurements: list[Measurement], error_of: ErrorOf, 
             panel.plot(*zip(*formats, strict=True), mark, color=color, markersize=7, markerfacecolor="none")
 
 
-def _name_times(panel: Any) -> None:
-    """Label times as 50 ms, 100 ms, 200 ms … instead of powers of ten."""
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
-
-    panel.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
-    panel.xaxis.set_major_formatter(FuncFormatter(lambda time, _: seconds(time)))
-    panel.xaxis.set_minor_formatter(NullFormatter())
-
-
-def _draw_model_error(panel: Any, findings: Findings, metric: str, colors: dict[str, str]) -> None:
+def _draw_model_error(panel: Any, findings: Findings, metric: str, ink: str) -> None:
     """Draw a line at the model error, which slab and extinction keep however thin the slabs."""
     model = findings.truths.model_error
     size = None if model is None else model.max_error if metric == "max" else model.rms_error
     if size:
         label = f"model error of slab and extinction, {size:.1e}"
-        panel.axhline(size, color=colors["ink"], linewidth=1.2, linestyle=(0, (6, 4)), label=label)
+        panel.axhline(size, color=ink, linewidth=1.2, linestyle=(0, (6, 4)), label=label)
 
 
-def _add_legend(figure: Any, panel: Any, colors: dict[str, str]) -> None:
-    handles, names = panel.get_legend_handles_labels()
-    hollow = "hollow: other than the automatic formats"
+def _add_legend(figure: Any, panel: Any, ink: str) -> None:
     from matplotlib.lines import Line2D
 
-    handles.append(Line2D([], [], marker="o", color=colors["ink"], markerfacecolor="none", linestyle="none"))
-    legend = figure.legend(handles, [*names, hollow], loc="outside upper left", ncols=4, frameon=False, fontsize=10)
-    for text in legend.get_texts():
-        text.set_color(colors["ink"])
+    handles, names = panel.get_legend_handles_labels()
+    handles.append(Line2D([], [], marker="o", color=ink, markerfacecolor="none", linestyle="none"))
+    names.append("hollow: other than the automatic formats")
+    figure.legend(handles, names, loc="outside upper left", ncols=4, frameon=False, fontsize=10)
 
 
-def _label(figure: Any, panel: Any, measurements: list[Measurement], error_of: ErrorOf, colors: dict[str, str]) -> None:
+def _label(figure: Any, panel: Any, measurements: list[Measurement], error_of: ErrorOf, paper: str) -> None:
     """Write the rate beside each mark, and the formats if they are not the default."""
     points, texts, inks = [], [], []
     for name, (color, _) in _LOOKS.items():
@@ -143,7 +137,7 @@ def _label(figure: Any, panel: Any, measurements: list[Measurement], error_of: E
             points.append((each.seconds, error))
             texts.append(_short(each))
             inks.append(color)
-    place_labels(figure, panel, np.array(points, float).reshape(-1, 2), texts, inks, colors["paper"])
+    place_labels(figure, panel, np.array(points, float).reshape(-1, 2), texts, inks, paper)
 
 
 def _short(measurement: Measurement) -> str:

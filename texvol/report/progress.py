@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from types import TracebackType
 from typing import Any
 
 from texvol.util.shown_text import one_line
@@ -33,9 +32,7 @@ class Progress:
             self._task = self._bar.add_task("", total=None)
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         if self._bar is not None:
             self._bar.stop()
 
@@ -50,7 +47,7 @@ class Progress:
         if self._bar is not None:
             self._bar.update(self._task, description=one_line(what, _LONGEST_LINE))
         else:
-            self._line(what)
+            complain(what)
 
     def step(self, what: str) -> None:
         """Count a finished step, and show its result."""
@@ -58,7 +55,4 @@ class Progress:
         if self._bar is not None:
             self._bar.update(self._task, advance=1, description=one_line(what, _LONGEST_LINE))
         else:
-            self._line(f"{self._done}/{self._total} {what}")
-
-    def _line(self, text: str) -> None:
-        complain(text)
+            complain(f"{self._done}/{self._total} {what}")

@@ -14,24 +14,19 @@ from texvol.report.words import LIMITS, recommendation, rms_of, seconds
 from texvol.scene.volume import Volume
 from texvol.util.shown_text import markdown
 
-COLUMNS = (
-    *("renderer", "classification", "sampling_rate", "slab_thickness", "slabs", "texture_format", "target_format"),
-    *("frames", "seconds", "bake_seconds", "upload_seconds"),
-    *("discretisation_max_error", "discretisation_rms_error", "total_max_error", "total_rms_error"),
-    *("model_max_error", "model_rms_error", "estimated_error", "on_max_front", "on_rms_front", "skipped"),
-)
-
 
 def csv_text(findings: Findings) -> str:
     """Return a line for each measurement; unknown numbers are empty. Lengths in world units, times in seconds."""
     on_max, on_rms = fronts(findings)
     text = io.StringIO()
-    writer = csv.DictWriter(text, COLUMNS, lineterminator="\n")
-    writer.writeheader()
+    rows = []
     for each in findings.measurements:
         model = findings.truths.model_error if each.setting.classification in PRECLASSIFIED else None
         fronted = {"on_max_front": int(each.setting in on_max), "on_rms_front": int(each.setting in on_rms)}
-        writer.writerow(_row(each, model) | fronted)
+        rows.append(_row(each, model) | fronted | {"skipped": each.skipped})
+    writer = csv.DictWriter(text, rows[0], lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
     return text.getvalue()
 
 
@@ -83,7 +78,7 @@ def _cell(each: Measurement) -> str:
 
 def _row(each: Measurement, model: Difference | None) -> dict[str, Any]:
     setting = each.setting
-    return {
+    row = {
         "renderer": setting.renderer,
         "classification": setting.classification,
         "sampling_rate": setting.sampling_rate,
@@ -95,12 +90,7 @@ def _row(each: Measurement, model: Difference | None) -> dict[str, Any]:
         "seconds": each.seconds,
         "bake_seconds": each.bake_seconds,
         "upload_seconds": each.upload_seconds,
-        "discretisation_max_error": each.discretisation and each.discretisation.max_error,
-        "discretisation_rms_error": each.discretisation and each.discretisation.rms_error,
-        "total_max_error": each.total and each.total.max_error,
-        "total_rms_error": each.total and each.total.rms_error,
-        "model_max_error": model and model.max_error,
-        "model_rms_error": model and model.rms_error,
-        "estimated_error": each.estimated_error,
-        "skipped": each.skipped,
     }
+    for name, difference in (("discretisation", each.discretisation), ("total", each.total), ("model", model)):
+        row |= {f"{name}_{error}": difference and getattr(difference, error) for error in ("max_error", "rms_error")}
+    return row | {"estimated_error": each.estimated_error}

@@ -23,7 +23,7 @@ import sys
 import tempfile
 import threading
 from collections.abc import Iterable, Iterator
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -31,6 +31,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.comparison import compare
+from texvol.rendering.render import over_background
 from texvol.rendering.renderer import Renderer, Size
 from texvol.report.convergence import Limits, Measurement, Outcome, Setting, Truths, with_errors
 from texvol.scene.scene import Scene
@@ -68,7 +69,9 @@ def sweep(
         ours = renderer.render(replace(soft, classification="post"), size, sampling_rate=_CHECK_RATE)
         for answer in _answers(Path(folder), limits.sweep_seconds):
             if answer["what"] == "check":
-                _check(np.load(answer["picture"]), ours, mapper)
+                rms = compare(np.load(answer["picture"]), ours).rms_error
+                if not rms <= MOST_DIFFERENT:
+                    raise VtkError(f"{mapper} and texvol draw a soft version of this scene differently (rms {rms:.2g})")
                 continue
             setting = Setting("post", answer["rate"], renderer=mapper)
             measurement = Measurement(setting, thickness / answer["rate"], skipped=answer.get("skipped", ""))
@@ -95,19 +98,6 @@ def soft_scene(scene: Scene) -> Scene:
         transfer_function=TransferFunction(np.array([low, high]), colors, extinctions),
         background=(0.0, 0.0, 0.0),
     )
-
-
-def over_background(picture: NDArray, background: tuple[float, float, float]) -> NDArray[np.float32]:
-    """Return a premultiplied picture over its background."""
-    picture = picture.astype(np.float32)
-    picture[..., :3] += (1 - picture[..., 3:]) * np.asarray(background, np.float32)
-    return picture
-
-
-def _check(theirs: NDArray, ours: NDArray, mapper: str) -> None:
-    rms = compare(theirs, ours).rms_error
-    if not rms <= MOST_DIFFERENT:
-        raise VtkError(f"{mapper} and texvol draw a soft version of this scene differently (rms {rms:.2g})")
 
 
 def _check_drawable(scene: Scene, medium: TransferFunction) -> None:
@@ -156,12 +146,7 @@ def _request(scene: Scene, soft: Scene, size: Size, mapper: str, rates: list[flo
         },
         "points": _vtk_points(scene.transfer_function, volume, unit),
         "check": {"rate": _CHECK_RATE, "points": _vtk_points(soft.transfer_function, volume, unit)},
-        "limits": {
-            "setting_seconds": limits.setting_seconds,
-            "least_frames": limits.least_frames,
-            "most_frames": limits.most_frames,
-            "frames_seconds": limits.frames_seconds,
-        },
+        "limits": asdict(replace(limits, sweep_seconds=float("inf"))),  # the end of the sweep kills the process
     }
 
 
@@ -189,10 +174,9 @@ def _vtk_points(transfer_function: TransferFunction, volume: Volume, unit: float
     beside = (high - low) * 1e-7
     grid = np.unique(np.concatenate([np.linspace(low, high, _POINTS), points, points - beside]))
     emission, extinction = transfer_function.classify(grid)
-    with np.errstate(invalid="ignore"):
-        weight = np.where(np.isinf(extinction) | (extinction == 0), 1, extinction)
-    colors = np.where((extinction == 0)[:, np.newaxis], 0, emission / weight[:, np.newaxis])
-    bare = extinction == 0  # VTK interpolates colour also where extinction is 0: the transfer function's own colour
+    bare = extinction == 0
+    colors = emission / np.where(np.isinf(extinction) | bare, 1, extinction)[:, np.newaxis]
+    # VTK interpolates colour also where extinction is 0: the transfer function's own colour.
     colors[bare] = np.stack([np.interp(grid[bare], points, transfer_function.colors[:, c]) for c in range(3)], axis=1)
     opacity = -np.expm1(-extinction * unit)
     return np.column_stack([grid - _middle(volume), colors, opacity]).tolist()

@@ -17,6 +17,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol.report.convergence import Limits
+
 
 class Scene:
     """A VTK window with one volume."""
@@ -97,12 +99,12 @@ def _mapper(name: str, values: NDArray, spacing: list[float]) -> Any:
     mapper.LockSampleDistanceToInputSpacingOff()
     mapper.SetImageSampleDistance(1)
     if name == "gpu":
-        mapper.SetInputData(_cells(values, spacing))
+        mapper.SetInputData(_image(values, spacing, as_cells=True))
         mapper.UseJitteringOff()
         mapper.SetMaxMemoryInBytes(1 << 33)
         mapper.SetMaxMemoryFraction(1.0)
     else:
-        mapper.SetInputData(_padded_points(values, spacing))
+        mapper.SetInputData(_image(values, spacing, as_cells=False))
         mapper.CroppingOn()
         mapper.SetCroppingRegionFlagsToSubVolume()
         far = [count * each for count, each in zip(values.shape[::-1], spacing, strict=True)]
@@ -110,34 +112,22 @@ def _mapper(name: str, values: NDArray, spacing: list[float]) -> Any:
     return mapper
 
 
-def _cells(values: NDArray, spacing: list[float]) -> Any:
-    """Return the samples as cells, which end at the box; the GPU mapper would crop points half a voxel too late."""
-    image = _image([count + 1 for count in values.shape[::-1]], spacing, 0.0)
-    image.GetCellData().SetScalars(_scalars(values))
-    return image
+def _image(values: NDArray, spacing: list[float], *, as_cells: bool) -> Any:
+    """Return the samples as cells, which end at the box, or as points, padded by one repeated sample.
 
-
-def _padded_points(values: NDArray, spacing: list[float]) -> Any:
-    """Return the samples as points, padded by one repeated sample: the fixed-point mapper draws no cells."""
-    image = _image([count + 2 for count in values.shape[::-1]], spacing, -0.5)
-    image.GetPointData().SetScalars(_scalars(np.pad(values, 1, mode="edge")))
-    return image
-
-
-def _image(dimensions: list[int], spacing: list[float], first: float) -> Any:
+    The GPU mapper would crop points half a voxel too late, and the fixed-point mapper draws no cells.
+    """
+    from vtkmodules.util.numpy_support import numpy_to_vtk
     from vtkmodules.vtkCommonDataModel import vtkImageData
 
+    samples = values if as_cells else np.pad(values, 1, mode="edge")
     image = vtkImageData()
-    image.SetDimensions(dimensions)
+    image.SetDimensions([count + as_cells for count in samples.shape[::-1]])
     image.SetSpacing(spacing)
-    image.SetOrigin([first * each for each in spacing])
+    image.SetOrigin([0.0 if as_cells else -0.5 * each for each in spacing])
+    data = image.GetCellData() if as_cells else image.GetPointData()
+    data.SetScalars(numpy_to_vtk(np.ascontiguousarray(samples).reshape(-1), deep=True))
     return image
-
-
-def _scalars(values: NDArray) -> Any:
-    from vtkmodules.util.numpy_support import numpy_to_vtk
-
-    return numpy_to_vtk(np.ascontiguousarray(values).reshape(-1), deep=True)
 
 
 def answer(**metadata: Any) -> None:
@@ -158,25 +148,21 @@ def main(folder: Path) -> None:
     scene.classify(request["check"]["points"])
     answer(what="check", picture=save("check", scene.draw(1 / request["check"]["rate"])))
     scene.classify(request["points"])
-    limits, predicted, last_rate = request["limits"], 0.0, 0.0
+    limits, predicted, last_rate = Limits(**request["limits"]), 0.0, 1.0
     for rate in request["rates"]:
-        predicted *= rate / last_rate if last_rate else 0.0
-        if predicted * (limits["least_frames"] + 1) > limits["setting_seconds"]:
-            reason = f"about {predicted:.1f} s a frame: more than {limits['setting_seconds']:g} s for its frames"
+        predicted, last_rate = predicted * rate / last_rate, rate
+        reason = limits.reason_to_skip(predicted)
+        if reason:
             answer(what="picture", rate=rate, skipped=reason)
-            last_rate = rate
             continue
-        frames = limits["least_frames"]
-        if predicted:
-            frames = int(np.clip(limits["frames_seconds"] / predicted, frames, limits["most_frames"]))
         scene.draw(1 / rate)
         times = []
-        for _ in range(frames):
+        for _ in range(limits.frames(predicted)):
             start = time.perf_counter()
             picture = scene.draw(1 / rate)
             times.append(time.perf_counter() - start)
-        predicted, last_rate = statistics.median(times), rate
-        answer(what="picture", rate=rate, seconds=predicted, frames=frames, picture=save(f"rate-{rate:g}", picture))
+        predicted, path = statistics.median(times), save(f"rate-{rate:g}", picture)
+        answer(what="picture", rate=rate, seconds=predicted, frames=len(times), picture=path)
 
 
 if __name__ == "__main__":

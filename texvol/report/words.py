@@ -68,12 +68,9 @@ def recommendation(
     measurements: list[Measurement], error_of: ErrorOf, limit: float, asked: Sequence[Asked] = ()
 ) -> str:
     """Return the fastest setting within the limit; else the result of `--max-error`; else the most accurate setting."""
-    found = fastest_within(measurements, error_of, limit)
-    if found is not None:
-        return f"{found.setting.words}, {seconds(found.seconds)}"
-    answer = asking_within(asked, error_of, limit)
-    if answer is not None:
-        return f"{_asking(answer)}, {seconds(answer.seconds)} with the search"
+    choice = _choice(measurements, error_of, limit, asked)
+    if choice is not None:
+        return f"{choice[0]}, {choice[1]}{choice[2]}"
     nearest = most_accurate(measurements, error_of)
     if nearest is None:
         return "not measured"
@@ -86,15 +83,12 @@ def sentence(measurements: list[Measurement], error_of: ErrorOf, what: str, aske
     choices: dict[str, list[str]] = {}  # setting → limits
     missed = []
     for limit in LIMITS:
-        found, answer = fastest_within(measurements, error_of, limit), asking_within(asked, error_of, limit)
-        if found is not None:
-            choices.setdefault(f"{found.setting.words} ({seconds(found.seconds)} a frame)", []).append(f"{limit:g}")
-        elif answer is not None:
-            choices.setdefault(f"{_asking(answer)} ({seconds(answer.seconds)} with the search)", []).append(
-                f"{limit:g}"
-            )
-        else:
+        choice = _choice(measurements, error_of, limit, asked)
+        if choice is None:
             missed.append(f"{limit:g}")
+        else:
+            words = f"{choice[0]} ({choice[1]}{choice[2] or ' a frame'})"
+            choices.setdefault(words, []).append(f"{limit:g}")
     if not choices:
         nearest = most_accurate(measurements, error_of)
         reached = f"; the most accurate is {nearest.setting.words} with {error(error_of(nearest))}" if nearest else ""
@@ -109,22 +103,27 @@ def of_discretisation(measurements: list[Measurement], error_of: ErrorOf, asked:
     """Return a sentence on limits that are kept by the discretisation error alone; empty if there are none."""
     kept: dict[str, list[str]] = {}
     for limit in LIMITS:
-        if fastest_within(measurements, error_of, limit) or asking_within(asked, error_of, limit):
-            continue
-        alone = fastest_within(measurements, discretisation_max, limit)
-        answer = asking_within(asked, discretisation_max, limit)
-        if alone is not None:
-            kept.setdefault(alone.setting.words, []).append(f"{limit:g}")
-        elif answer is not None:
-            kept.setdefault(_asking(answer), []).append(f"{limit:g}")
+        alone = _choice(measurements, discretisation_max, limit, asked)
+        if alone is not None and _choice(measurements, error_of, limit, asked) is None:
+            kept.setdefault(alone[0], []).append(f"{limit:g}")
     if not kept:
         return ""
     parts = [f"within {_listed(limits, 'and')} by {setting}" for setting, limits in kept.items()]
     return f"The discretisation error alone, without the model error, is kept {'; '.join(parts)}."
 
 
-def _asking(answer: Asked) -> str:
-    return f"{answer.classification} with --max-error {answer.wanted:g}"
+def _choice(
+    measurements: list[Measurement], error_of: ErrorOf, limit: float, asked: Sequence[Asked]
+) -> tuple[str, str, str] | None:
+    """Return (setting, time, remark on the time) of the fastest setting, or else the fastest answer, within a limit."""
+    found = fastest_within(measurements, error_of, limit)
+    if found is not None:
+        return found.setting.words, seconds(found.seconds), ""
+    answer = asking_within(asked, error_of, limit)
+    if answer is None:
+        return None
+    words = f"{answer.classification} with --max-error {answer.wanted:g}"
+    return words, seconds(answer.seconds), " with the search"
 
 
 def _listed(items: list[str], last: str) -> str:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.comparison.kinds.finding import Finding
-from texvol.comparison.kinds.kind import Kind, number
+from texvol.comparison.kinds.kind import Finding, Kind, number
 from texvol.comparison.kinds.pair import GREY, Pair, Pixels
+from texvol.comparison.measures import extreme_around
 
 # Nine tenths of the difference, on the steepest half of the pixels with content, and a quarter of the picture.
 _FRACTION, _OF_SHOWN, _AREA = 0.9, 1 / 2, 0.25
@@ -78,24 +78,14 @@ def blur(pair: Pair) -> Finding | None:
         words = f"the {blurred} is blurred, by about {number(np.sqrt(2 * amount), 2)} pixels, against the {sharp}"
         if best is None or explained > best.kind.explained:
             kind = Kind("blurred", explained, words, {"blurred": blurred, "sigma": float(np.sqrt(2 * amount))})
-            best = Finding(kind, left, fitted=1)
+            best = Finding(kind, left)
     return best
 
 
 def _contrast(picture: Pixels) -> NDArray:
     """Largest minus smallest grey of each pixel and its eight neighbours."""
-    low = high = picture @ GREY
-    for axis in (0, 1):
-        low, high = _spread(low, axis, np.minimum), _spread(high, axis, np.maximum)
-    return high - low
-
-
-def _spread(picture: Pixels, axis: int, extreme: np.ufunc) -> Pixels:
-    source = picture.swapaxes(0, axis)
-    result = source.copy()
-    extreme(result[1:], source[:-1], out=result[1:])
-    extreme(result[:-1], source[1:], out=result[:-1])
-    return result.swapaxes(0, axis)
+    grey = picture @ GREY
+    return extreme_around(np.maximum, grey) - extreme_around(np.minimum, grey)
 
 
 def _laplacian(picture: Pixels) -> Pixels:

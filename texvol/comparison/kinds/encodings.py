@@ -7,6 +7,8 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol.util.color import linear_from_srgb
+
 Curve = Callable[[NDArray], NDArray]
 
 # Half a step of 8 bits: straight colour of less opacity is mostly rounding.
@@ -24,10 +26,8 @@ def srgb_encoded(linear: NDArray) -> NDArray:
 
 def srgb_decoded(encoded: NDArray) -> NDArray:
     """Linear light of sRGB values, continued as an odd function and above 1."""
-    size = np.abs(encoded)
     with np.errstate(over="ignore", invalid="ignore"):
-        curved = ((size + 0.055) / 1.055) ** np.asarray(2.4, size.dtype)
-    return np.copysign(np.where(size <= 0.04045, size / 12.92, curved), encoded).astype(encoded.dtype, copy=False)
+        return np.copysign(linear_from_srgb(np.abs(encoded)), encoded)
 
 
 def to_the_power(exponent: float) -> Curve:
@@ -40,12 +40,12 @@ def to_the_power(exponent: float) -> Curve:
     return curve
 
 
-def on_premultiplied(curve: Curve) -> Curve:
-    """Apply a curve to the colour of premultiplied pixels (…, 4) without dividing by opacity."""
+def on_premultiplied(curve: Curve, channels: slice = np.s_[:3]) -> Curve:
+    """Apply a curve to the colour, or other channels, of premultiplied pixels (…, 4) without dividing by opacity."""
 
     def apply(pixels: NDArray) -> NDArray:
         changed = pixels.copy()
-        changed[..., :3] = curve(pixels[..., :3])
+        changed[..., channels] = curve(pixels[..., channels])
         return changed
 
     return apply
@@ -66,11 +66,6 @@ def on_straight(curve: Curve) -> Curve:
         return changed
 
     return apply
-
-
-def on_all(curve: Curve) -> Curve:
-    """Apply a curve to all four channels."""
-    return lambda pixels: curve(pixels)
 
 
 def straight(pixels: NDArray) -> NDArray:

@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.comparison.kinds.encodings import is_partial
-from texvol.comparison.kinds.finding import Finding
-from texvol.comparison.kinds.kind import Kind, number, other
-from texvol.comparison.kinds.pair import Pair
+from texvol.comparison.kinds.kind import Finding, Kind, number
+from texvol.comparison.kinds.pair import Pair, other
 
 _MOST_OPACITY = 0.98  # the optical depth of a larger opacity has few digits
 _OTHER_SIGN = 0.03  # of the sum of absolute differences

@@ -1,11 +1,11 @@
-"""Least squares of one parameter, and of factors, over the pixels of a sample."""
+"""Search for the parameter of a hypothesis that leaves least."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 _GOLDEN = (np.sqrt(5) - 1) / 2
 _BRACKET = 0.01
@@ -17,17 +17,15 @@ def least(cost: Callable[[float], float], low: float, high: float, tries: int = 
     The search samples `tries` numbers of equal ratios, then takes golden sections about the best, and last a parabola:
     near its minimum a sum of squares is parabolic, so that a bracket of 1 % gives the number to about 1e-5.
     """
-    logarithms = np.linspace(np.log(low), np.log(high), tries)
-    costs = [_number(cost(float(np.exp(each)))) for each in logarithms]
-    best = int(np.argmin(costs))
-    a, b = float(logarithms[max(best - 1, 0)]), float(logarithms[min(best + 1, tries - 1)])
-    known = {float(at): value for at, value in zip(logarithms, costs, strict=True) if a <= at <= b}
 
+    @cache
     def value(at: float) -> float:
-        if at not in known:
-            known[at] = _number(cost(float(np.exp(at))))
-        return known[at]
+        found = cost(float(np.exp(at)))
+        return found if np.isfinite(found) else np.inf
 
+    logarithms = np.linspace(np.log(low), np.log(high), tries).tolist()
+    best = int(np.argmin([value(each) for each in logarithms]))
+    a, b = logarithms[max(best - 1, 0)], logarithms[min(best + 1, tries - 1)]
     while b - a > _BRACKET:
         left, right = b - _GOLDEN * (b - a), a + _GOLDEN * (b - a)
         a, b = (a, right) if value(left) < value(right) else (left, b)
@@ -36,14 +34,3 @@ def least(cost: Callable[[float], float], low: float, high: float, tries: int = 
     step = -0.25 * (b - a) * rise / bend if np.isfinite(bend) and bend > 0 else 0.0
     at = middle + float(np.clip(step, a - middle, b - middle))
     return float(np.exp(min((at, middle), key=value)))
-
-
-def ratio(of: NDArray, to: NDArray, weights: NDArray) -> float:
-    """Return the factor k that minimises the weighted |of - k·to|²; 1 where `to` is 0 everywhere."""
-    of, to = of.astype(np.float64), to.astype(np.float64)
-    below = float((weights * to * to).sum())
-    return float((weights * of * to).sum()) / below if below > 0 else 1.0
-
-
-def _number(cost: float) -> float:
-    return cost if np.isfinite(cost) else np.inf

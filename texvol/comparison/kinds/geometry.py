@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.comparison.kinds import registration
-from texvol.comparison.kinds.finding import Finding, goes_with
-from texvol.comparison.kinds.isolated import isolated, isolated_pixels
-from texvol.comparison.kinds.kind import Kind
+from texvol.comparison.kinds.isolated import isolated
+from texvol.comparison.kinds.kind import Finding, Kind, goes_with
 from texvol.comparison.kinds.noise import noise
 from texvol.comparison.kinds.pair import GREY, Pair, Pixels
 
@@ -61,27 +60,26 @@ def shift(pair: Pair) -> Finding | None:
     if not all(float(np.ptp(each)) > 0 for each in grey):
         return None
     dx, dy = registration.estimate(*grey)
-    if max(abs(dx), abs(dy)) < _LEAST_SHIFT or max(abs(dx) / pair.size[0], abs(dy) / pair.size[1]) > 0.5:
+    of_size = max(abs(dx) / pair.size[0], abs(dy) / pair.size[1])
+    if max(abs(dx), abs(dy)) < _LEAST_SHIFT or of_size > 0.5:
         return None
     seen = _without_shift(pair, dx, dy)
     if seen is None:
         return None
     before, left = seen
-    is_far = max(abs(dx) / pair.size[0], abs(dy) / pair.size[1]) > _FAR
+    is_far = of_size > _FAR
     # A shift that only leaves out the differing pixels explains nothing.
     if is_far and _seen_of_difference(pair, before, dx, dy) < _LEAST_SEEN * before.energy.size / pair.energy.size:
         return None
-    explained, of_means = before.explained_by(left), _of_means(before, left)
+    explained = before.explained_by(left)
+    of_means = 1 - _tiled(left.difference) / max(_tiled(before.difference), 1e-300)
     jumps = max(abs(dx), abs(dy)) <= 1 and explained >= _LEAST_OF_ALL and of_means >= _LEAST_OF_MEANS
-    if not (explained >= (_MOST_FAR if is_far else _MOST) or jumps) and (is_far or not _leaves_noise(before, left)):
+    fits = explained >= (_MOST_FAR if is_far else _MOST) or jumps
+    # Undoing the shift of a correlated difference may leave noise.
+    if not fits and (is_far or not goes_with(before, left) or noise(before) is not None or noise(left) is None):
         return None
     parameters = {"dx": dx, "dy": dy, "explained_of_means": of_means}
-    return Finding(Kind("shifted", explained, _words(dx, dy), parameters), left, fitted=2)
-
-
-def _leaves_noise(before: Pair, left: Pair) -> bool:
-    """True if a spatially correlated difference follows the shift, and the rest is not correlated."""
-    return goes_with(before, left) and noise(before) is None and noise(left) is not None
+    return Finding(Kind("shifted", explained, _words(dx, dy), parameters), left)
 
 
 def _seen_of_difference(pair: Pair, before: Pair, dx: float, dy: float) -> float:
@@ -98,11 +96,10 @@ def _seen_of_difference(pair: Pair, before: Pair, dx: float, dy: float) -> float
 
 
 def _words(dx: float, dy: float) -> str:
-    horizontally = "right" if dx > 0 else "left"
-    vertically = "down" if dy > 0 else "up"
     digits = 2 if max(abs(dx), abs(dy)) >= _IN_HUNDREDTHS else 3
     pixels = f"({round(dx, digits) + 0.0:+.{digits}f}, {round(dy, digits) + 0.0:+.{digits}f})"  # + 0: no -0
-    said = [word for word, by in ((horizontally, dx), (vertically, dy)) if round(abs(by), digits) > 0]
+    ways = ("right" if dx > 0 else "left", dx), ("down" if dy > 0 else "up", dy)
+    said = [word for word, by in ways if round(abs(by), digits) > 0]
     return f"the candidate is shifted by {pixels} pixels, {' and '.join(said) or 'hardly'} (x to the right, y down)"
 
 
@@ -121,8 +118,8 @@ def _without_shift(pair: Pair, dx: float, dy: float) -> tuple[Pair, Pair] | None
         if moved is None:
             continue
         explained = moved[0].explained_by(moved[1])
-        alone = isolated_pixels(moved[1])
-        if alone is not None and isolated(moved[1], alone).kind.explained > _ALONE:
+        alone = isolated(moved[1])
+        if alone is not None and alone.kind.explained > _ALONE:
             explained = 1.0
         if explained > best_explained:
             best, best_explained = direction, explained
@@ -141,12 +138,8 @@ def _moved(pair: Pair, dx: float, dy: float, taps: int, side: str) -> tuple[Pair
     return before, before.with_side(side, moved)
 
 
-def _of_means(before: Pair, left: Pair) -> float:
-    """Return the fraction of the squared difference of tile means that is gone."""
-    return 1 - _tiled(left.difference) / max(_tiled(before.difference), 1e-300)
-
-
 def _tiled(difference: Pixels) -> float:
+    """Return the squared difference of the means of tiles."""
     height, width = difference.shape[:2]
     side = min(_MEANS_OVER, height, width)
     rows, columns = height // side, width // side

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.comparison.kinds.finding import Finding
-from texvol.comparison.kinds.kind import CHANNELS, Kind
+from texvol.comparison.kinds.kind import CHANNELS, Finding, Kind
 from texvol.comparison.kinds.pair import Pair
 
 _MOST = 16  # more pixels are noise
@@ -18,25 +15,31 @@ _SURELY = 3.0  # times the allowance of rounding; of thousands of pixels a few a
 _FEWEST_PIXELS = 6  # a smaller picture has no isolated pixel
 
 
-@dataclass(frozen=True)
-class Isolated:
-    """Pixels (rows, columns) whose difference is far larger than their neighbours'."""
-
-    rows: NDArray
-    columns: NDArray
-
-    def left_out(self, pair: Pair) -> Pair:
-        """Return the pair with these pixels made equal."""
-        candidate = pair.candidate.copy()
-        candidate[self.rows, self.columns] = pair.reference[self.rows, self.columns]
-        return pair.with_side("candidate", candidate)
-
-
-def isolated_pixels(pair: Pair) -> Isolated | None:
-    """Return the few pixels that differ far more than their neighbours; None if there are none."""
-    if pair.energy.size < _FEWEST_PIXELS:
+def isolated(pair: Pair, seen: Pair | None = None) -> Finding | None:
+    """Find the few pixels that differ far more than their neighbours in the pair, or in the pair `seen` of its size."""
+    pixels = _pixels(seen or pair)
+    if pixels is None:
         return None
+    differences = pair.difference[pixels]
+    order = np.argsort(-np.abs(differences).max(axis=1), kind="stable")
+    found = []
+    for i in order:
+        by = [float(each) for each in differences[i, : pair.channels]]
+        channel = int(np.abs(by).argmax())
+        at = (int(pixels[1][i]) + pair.corner[0], int(pixels[0][i]) + pair.corner[1])
+        found.append({"column": at[0], "row": at[1], "channel": CHANNELS[channel], "by": by[channel], "all": by})
+    named = "; ".join(f"column {p['column']}, row {p['row']}: {p['channel']} {p['by']:+.3g}" for p in found[:_NAMED])
+    count = "one pixel is" if len(found) == 1 else f"{len(found)} single pixels are"
+    words = f"{count} off: {named}{' …' * (len(found) > _NAMED)}"
+    explained, parameters = _explained(pair, pixels), {"count": len(found), "pixels": found}
+    return Finding(Kind("isolated pixels", explained, words, parameters), _without(pair, pixels))
+
+
+def _pixels(pair: Pair) -> tuple[NDArray, NDArray] | None:
+    """Return the rows and columns of the pixels that differ far more than their neighbours; None if there are none."""
     energy = pair.energy
+    if energy.size < _FEWEST_PIXELS:
+        return None
     # Only pixels that differ by more than most are candidates: few.
     # (Half of the largest: among six pixels one can't be 25 times their mean.)
     usual = min(_STANDS_OUT**2 * float(energy.mean(dtype=np.float64)), 0.5 * float(energy.max()))
@@ -45,39 +48,26 @@ def isolated_pixels(pair: Pair) -> Isolated | None:
         return None
     around = _largest_around(energy, rows, columns)
     alone = energy[rows, columns] > _STANDS_OUT**2 * around
-    if not 0 < alone.sum() <= min(_MOST, energy.size // 4):
-        return None
-    return Isolated(rows[alone], columns[alone])
+    return (rows[alone], columns[alone]) if 0 < alone.sum() <= min(_MOST, energy.size // 4) else None
 
 
-def isolated(pair: Pair, pixels: Isolated) -> Finding:
-    """Return the finding of these pixels."""
-    left = pixels.left_out(pair)
-    differences = pair.difference[pixels.rows, pixels.columns]
-    order = np.argsort(-np.abs(differences).max(axis=1), kind="stable")
-    found = []
-    for i in order:
-        channel = int(np.abs(differences[i]).argmax())
-        at = (int(pixels.columns[i]) + pair.corner[0], int(pixels.rows[i]) + pair.corner[1])
-        by = [float(each) for each in differences[i, : pair.channels]]
-        found.append({"column": at[0], "row": at[1], "channel": CHANNELS[channel], "by": by[channel], "all": by})
-    named = "; ".join(f"column {p['column']}, row {p['row']}: {p['channel']} {p['by']:+.3g}" for p in found[:_NAMED])
-    count = "one pixel is" if len(found) == 1 else f"{len(found)} single pixels are"
-    words = f"{count} off: {named}{' …' * (len(found) > _NAMED)}"
-    explained = _explained(pair, pixels)
-    return Finding(Kind("isolated pixels", explained, words, {"count": len(found), "pixels": found}), left)
+def _without(pair: Pair, pixels: tuple[NDArray, NDArray]) -> Pair:
+    """Return the pair with these pixels made equal."""
+    candidate = pair.candidate.copy()
+    candidate[pixels] = pair.reference[pixels]
+    return pair.with_side("candidate", candidate)
 
 
-def _explained(pair: Pair, pixels: Isolated) -> float:
+def _explained(pair: Pair, pixels: tuple[NDArray, NDArray]) -> float:
     """Return the fraction of the difference beyond rounding in these pixels.
 
     If the pixels are hardly beyond their own rounding, the fraction is of all that rounding does not explain.
     """
-    beyond = pair.beyond.all_explained_by(pixels.left_out(pair.beyond))
+    beyond = pair.beyond.all_explained_by(_without(pair.beyond, pixels))
     if pair.allowance is None:
         return beyond
-    differences = np.abs(pair.difference[pixels.rows, pixels.columns])
-    times = (differences / np.maximum(pair.allowance[pixels.rows, pixels.columns], 1e-9)).max(axis=1)
+    differences = np.abs(pair.difference[pixels])
+    times = (differences / np.maximum(pair.allowance[pixels], 1e-9)).max(axis=1)
     if times.min() >= _SURELY:
         return beyond
     return min(beyond, float(np.square(differences, dtype=np.float64).sum()) / max(pair.signal, 1e-300))

@@ -13,9 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.comparison.kinds.encodings import is_partial, srgb_decoded, srgb_encoded, straight
-from texvol.comparison.kinds.finding import Change, Finding
-from texvol.comparison.kinds.kind import Kind, number, other
-from texvol.comparison.kinds.pair import Pair
+from texvol.comparison.kinds.kind import Change, Finding, Kind, number
+from texvol.comparison.kinds.pair import SIDES, Pair, other
 
 # Steps of number formats: 2^bits - 1, and 2^bits of fixed point.
 _STEPS = sorted({2**bits - 1 for bits in range(1, 17)} | {2**bits for bits in range(2, 11)})
@@ -63,7 +62,7 @@ class Lattice:
         color = straight(pixels) if self.is_straight else pixels[..., :3]
         return (srgb_encoded(color) if self.is_srgb else color) * self.steps
 
-    def rounded(self, pixels: NDArray, mode: str = "rint") -> NDArray:
+    def rounded(self, pixels: NDArray, mode: str) -> NDArray:
         """Round premultiplied pixels (…, 4) to this lattice."""
         if self.is_half:
             return _to_half(pixels)
@@ -88,9 +87,8 @@ class Lattice:
         parts = []
         if self.steps:
             apart = np.abs(self.in_steps(pair.candidate) - self.in_steps(pair.reference)).max(axis=2)
-            parts.append(
-                apart * np.maximum(pair.candidate[..., 3], pair.reference[..., 3]) if self.is_straight else apart
-            )
+            opacity = np.maximum(pair.candidate[..., 3], pair.reference[..., 3])
+            parts.append(apart * opacity if self.is_straight else apart)
         if self.opacity_steps:
             parts.append(np.abs(pair.difference[..., 3]) * self.opacity_steps)
         return np.maximum.reduce(parts)
@@ -123,11 +121,17 @@ def _even_lattice(pixels: NDArray, has_opacity: bool) -> Lattice | None:
     return Lattice(0, opacity_steps=opacity) if opacity else None
 
 
+def _lattices(pair: Pair) -> dict[str, Lattice]:
+    """Return the lattice of each side that has one."""
+    found = {side: lattice_of(pair.of(side), pair.has_opacity) for side in SIDES}
+    return {side: lattice for side, lattice in found.items() if lattice is not None}
+
+
 def changes(pair: Pair) -> Iterator[Change]:
     """Yield the roundings of either picture that may explain the difference."""
-    for side in ("candidate", "reference"):
-        lattice = lattice_of(pair.of(side), pair.has_opacity)
-        if lattice is not None and lattice != lattice_of(pair.of(other(side)), pair.has_opacity):
+    lattices = _lattices(pair)
+    for side, lattice in lattices.items():
+        if lattice != lattices.get(other(side)):
             for mode in ("rint",) if lattice.is_half else ("rint", "floor"):
                 yield _change(side, lattice, mode)
 
@@ -200,9 +204,8 @@ def _from_gaps(distinct: NDArray) -> list[int]:
 
 def off_by_steps(pair: Pair, at_most: float) -> Finding | None:
     """Find a quantised picture that is a few steps off, as a sum of rounded terms is."""
-    for side in ("candidate", "reference"):
-        lattice = lattice_of(pair.of(side), pair.has_opacity)
-        if lattice is None or not (lattice.is_half or max(lattice.steps, lattice.opacity_steps) >= _FEWEST_STEPS):
+    for side, lattice in _lattices(pair).items():
+        if not (lattice.is_half or max(lattice.steps, lattice.opacity_steps) >= _FEWEST_STEPS):
             continue
         steps = lattice.distance(pair)
         most = float(steps.max())
@@ -210,22 +213,21 @@ def off_by_steps(pair: Pair, at_most: float) -> Finding | None:
             steps_off = "a step" if f"{most:.2g}" == "1" else f"{most:.2g} steps"
             words = f"the {side} is quantised to {lattice.words}, and off by {steps_off} at most"
             said = {**parameters(lattice, side), "most_steps": most}
-            return Finding(Kind("banding", 1.0, words, said), pair.with_side("candidate", pair.reference), 1)
+            return Finding(Kind("banding", 1.0, words, said), pair.with_side("candidate", pair.reference))
     return None
 
 
 def within_formats(pair: Pair) -> Kind:
     """Return the kind of a difference within the number formats' rounding, named after the coarser format."""
-    found: list[tuple[int, str, Lattice]] = []
-    for side in ("candidate", "reference"):
-        lattice = lattice_of(pair.of(side), pair.has_opacity)
-        if lattice is not None:
-            found.append((2**11 if lattice.is_half else lattice.steps or lattice.opacity_steps, side, lattice))
+    found = [
+        (2**11 if lattice.is_half else lattice.steps or lattice.opacity_steps, side, lattice)
+        for side, lattice in _lattices(pair).items()
+    ]
     if not found:
         words = f"rounding: the number formats explain the difference, at most {number(pair.largest)}"
         return Kind("rounding", 1.0, words, {"largest": pair.largest})
     if pair.roundings is not None:  # only a picture that was rounded, not one that has few values anyway
-        means = {side: float(np.mean(pair.roundings[side == "reference"])) for side in ("candidate", "reference")}
+        means = {side: float(np.mean(rounding)) for side, rounding in zip(SIDES, pair.roundings, strict=True)}
         found = [each for each in found if means[each[1]] >= _AS_COARSE * max(means.values())] or found
     steps, side, lattice = min(found, key=lambda each: each[:2])
     bits = "half floats" if lattice.is_half else f"{int(np.ceil(np.log2(steps + 0.5)))} bits"

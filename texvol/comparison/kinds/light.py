@@ -8,11 +8,9 @@ from itertools import permutations
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.comparison.kinds.encodings import Curve
-from texvol.comparison.kinds.finding import Change
-from texvol.comparison.kinds.fitting import ratio
-from texvol.comparison.kinds.kind import number, other
-from texvol.comparison.kinds.pair import ROUNDING, Pair
+from texvol.comparison.kinds.encodings import Curve, on_premultiplied
+from texvol.comparison.kinds.kind import Change, number
+from texvol.comparison.kinds.pair import ROUNDING, SIDES, Pair, other
 
 _LEAST_FACTOR, _SCATTER = 0.002, 6.0  # least distance of a factor from 1: absolute, and in standard deviations of noise
 _LETTERS = "RGBA"
@@ -32,7 +30,7 @@ def _factors(sample: Pair) -> Iterator[Change]:
     if sample.has_opacity:
         parts |= {"opacity": slice(3, 4), "all four channels": slice(0, 4)}
     for part, channels in parts.items():
-        factor = ratio(sample.candidate[..., channels], sample.reference[..., channels], weights)
+        factor = _ratio(sample.candidate[..., channels], sample.reference[..., channels], weights)
         verb = "are" if part == "all four channels" else "is"
         words = f"the candidate's {part} {verb} {number(factor, 4)} times the reference's"
         name = "scaled opacity" if part == "opacity" else "brightness"
@@ -42,10 +40,10 @@ def _factors(sample: Pair) -> Iterator[Change]:
         yield Change(name, "reference", _times(factor, channels), words, parameters, fitted=1)
     if sample.has_opacity:
         yield from _opacity_with_color(sample)
-    each = [ratio(sample.candidate[..., [i]], sample.reference[..., [i]], weights) for i in range(3)]
+    each = [_ratio(sample.candidate[..., [i]], sample.reference[..., [i]], weights) for i in range(3)]
     shown = ", ".join(number(one, 4) for one in each)
     words = f"the candidate's red, green and blue are ({shown}) times the reference's"
-    yield Change("brightness", "reference", _times(each, slice(0, 3)), words, {"factors": each}, fitted=3)
+    yield Change("brightness", "reference", _times(each), words, {"factors": each}, fitted=3)
 
 
 def dimmed(pair: Pair) -> Change | None:
@@ -54,7 +52,7 @@ def dimmed(pair: Pair) -> Change | None:
     Noise in the reference makes <c, r> / <r, r> smaller; noise in the candidate makes <c, c> / <c, r> larger. The
     factor is the one of the two that is nearer to 1.
     """
-    candidate, reference = (pair.of(side)[..., :3].ravel() for side in _SIDES)
+    candidate, reference = (pair.of(side)[..., :3].ravel() for side in SIDES)
     scale = np.float32(1 / max(pair.scale, 1e-30))
     candidate, reference = candidate * scale, reference * scale
     of_c, of_r = float(np.vdot(candidate, candidate)), float(np.vdot(reference, reference))
@@ -68,14 +66,14 @@ def dimmed(pair: Pair) -> Change | None:
         return None
     words = f"the candidate's colour is {number(factor, 4)} times the reference's"
     said = {"factor": factor, "part": "colour"}
-    return Change("brightness", "reference", _times(factor, slice(0, 3)), words, said, fitted=1)
+    return Change("brightness", "reference", _times(factor), words, said, fitted=1)
 
 
 def _opacity_with_color(sample: Pair) -> Iterator[Change]:
     """Opacity times a factor, cut at 1, with the same straight colour."""
     opacity = sample.candidate[..., 3:], sample.reference[..., 3:]
     thin = sample.pixel_weights[..., np.newaxis] * (np.maximum(*opacity) < 1 - ROUNDING)
-    factor = ratio(*opacity, thin)
+    factor = _ratio(*opacity, thin)
     # Undoing scales the smaller opacity up; the larger opacity may have been cut.
     side, by = ("reference", factor) if factor >= 1 else ("candidate", 1 / max(factor, 1e-6))
 
@@ -105,7 +103,7 @@ def _permutations(sample: Pair) -> Iterator[Change]:
     Σ (c_i - r_π(i))² is a sum of products of channels, so one pass over the pixels is enough for all permutations.
     """
     count = sample.channels
-    candidate, reference = (sample.of(side)[..., :count].reshape(-1, count).astype(np.float64) for side in _SIDES)
+    candidate, reference = (sample.of(side)[..., :count].reshape(-1, count).astype(np.float64) for side in SIDES)
     products = (candidate * sample.pixel_weights[..., np.newaxis].reshape(-1, 1)).T @ reference
     rows = list(range(count))
     best = max(permutations(rows), key=lambda order: float(products[rows, order].sum()))
@@ -120,7 +118,7 @@ def _permutations(sample: Pair) -> Iterator[Change]:
 
 def _cuts(pair: Pair) -> Iterator[Change]:
     """One picture is cut at a value, and the other goes on."""
-    for cut in _SIDES:
+    for cut in SIDES:
         low, high = _ends(pair, cut)
         uncut = pair.of(other(cut))
         margin = ROUNDING * pair.scale
@@ -147,22 +145,19 @@ def _ends(pair: Pair, side: str) -> tuple[float, float]:
     return low, largest if many and not flat else np.inf
 
 
-def _times(factor: float | list[float], channels: slice) -> Curve:
-    def apply(pixels: NDArray) -> NDArray:
-        changed = pixels.copy()
-        changed[..., channels] *= np.asarray(factor, pixels.dtype)
-        return changed
+def _ratio(of: NDArray, to: NDArray, weights: NDArray) -> float:
+    """Return the factor k that minimises the weighted |of - k·to|²; 1 where `to` is 0 everywhere."""
+    of, to = of.astype(np.float64), to.astype(np.float64)
+    below = float((weights * to * to).sum())
+    return float((weights * of * to).sum()) / below if below > 0 else 1.0
 
-    return apply
+
+def _times(factor: float | list[float], channels: slice = np.s_[:3]) -> Curve:
+    return on_premultiplied(lambda values: values * np.asarray(factor, values.dtype), channels)
 
 
 def _plus(summand: NDArray) -> Curve:
-    def apply(pixels: NDArray) -> NDArray:
-        changed = pixels.copy()
-        changed[..., :3] += summand.astype(pixels.dtype)
-        return changed
-
-    return apply
+    return on_premultiplied(lambda color: color + summand.astype(color.dtype))
 
 
 def _clip(low: float, high: float) -> Curve:
@@ -172,6 +167,3 @@ def _clip(low: float, high: float) -> Curve:
         return changed
 
     return apply
-
-
-_SIDES = ("candidate", "reference")

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from texvol.comparison.kinds.finding import Finding
-from texvol.comparison.kinds.kind import Kind, number
+from texvol.comparison.kinds.kind import Finding, Kind, number
 from texvol.comparison.kinds.pair import Pair, Pixels
 
 MOST_GAUSSIAN = 4.5  # fourth moment; that of a Gaussian is 3
@@ -50,15 +49,11 @@ def _noise_form(tails: float, fraction: float) -> str:
     # The fourth moment is 3 for a Gaussian, 1.8 for a uniform distribution.
     if fraction < 0.2:
         return f"in {number(100 * fraction, 2)} % of the pixels"
-    even = (
-        "like a Gaussian"
-        if 2.3 <= tails <= MOST_GAUSSIAN
-        else "of even odds"
-        if tails < 2.3
-        else "more in some places than in others"
-    )
-    is_even = tails <= MOST_GAUSSIAN
-    return even + (" everywhere" * is_even if fraction > 0.95 else f" in {number(100 * fraction, 2)} % of the pixels")
+    if tails > MOST_GAUSSIAN:
+        form, everywhere = "more in some places than in others", ""
+    else:
+        form, everywhere = "like a Gaussian" if tails >= 2.3 else "of even odds", " everywhere"
+    return form + (everywhere if fraction > 0.95 else f" in {number(100 * fraction, 2)} % of the pixels")
 
 
 def _is_correlated(window: Pair) -> bool:

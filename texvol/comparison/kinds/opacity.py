@@ -13,10 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.comparison.kinds.encodings import Curve, is_partial, straight
-from texvol.comparison.kinds.finding import Change
 from texvol.comparison.kinds.fitting import least
-from texvol.comparison.kinds.kind import number, other
-from texvol.comparison.kinds.pair import ROUNDING, Pair
+from texvol.comparison.kinds.kind import Change, number
+from texvol.comparison.kinds.pair import ROUNDING, Pair, other
 
 _LEAST_RATIO, _LARGEST_RATIO = 1 / 64, 64.0
 _ONE_RATIO = 1e-4  # least distance of a ratio of thicknesses from 1
@@ -38,14 +37,14 @@ def changes(sample: Pair) -> Iterator[Change]:
             yield from _flattened(sample, side)
 
 
-def rescaled(ratio: float, light: NDArray | None = None) -> Curve:
+def rescaled(ratio: float, light: NDArray) -> Curve:
     """Return the curve of a medium that is `ratio` times as thick, with the same straight colour.
 
     `light` is the light of a background, which enters as (1 - opacity) · light and is no part of the medium.
     """
 
     def apply(pixels: NDArray) -> NDArray:
-        behind = np.zeros(3, pixels.dtype) if light is None else light.astype(pixels.dtype)
+        behind = light.astype(pixels.dtype)
         opacity = np.clip(pixels[..., 3:], 0, 1)
         with np.errstate(divide="ignore", over="ignore"):
             # log1p and expm1 keep the digits of a small opacity.
@@ -81,7 +80,7 @@ def _scaled(sample: Pair) -> Iterator[Change]:
     words = f"the candidate's opacity is that of a medium, or of slabs, {number(ratio, 4)} times as thick"
     clear = sample.reference[sample.reference[..., 3] < _CLEAR]
     light = clear[:, :3].astype(np.float64).mean(axis=0) if len(clear) else np.zeros(3)
-    for behind in (None, light) if light.max() > ROUNDING * sample.scale else (None,):
+    for behind in (np.zeros(3), light) if light.max() > ROUNDING * sample.scale else (np.zeros(3),):
         yield Change("scaled opacity", "reference", rescaled(ratio, behind), words, {"ratio": ratio}, fitted=1)
 
 
@@ -102,41 +101,48 @@ def _straight() -> Iterator[Change]:
 
 
 def _background(sample: Pair) -> Iterator[Change]:
-    """Other light of the background, which enters as (1 - opacity) · light."""
-    clear = 1 - sample.reference[..., 3].astype(np.float64)
-    weights = clear * sample.pixel_weights
-    if not (weights * clear).sum() > 0:
+    """Other light of the background."""
+    light = _light_behind(sample, "reference", sample.difference)
+    if light is None:
         return
-    light = (weights[..., np.newaxis] * sample.difference[..., :3]).sum(axis=(0, 1)) / (weights * clear).sum()
-
-    def apply(pixels: NDArray) -> NDArray:
-        changed = pixels.copy()
-        changed[..., :3] += (1 - pixels[..., 3:]) * light.astype(pixels.dtype)
-        return changed
-
     words = f"the candidate's background is brighter, by {_triple(light)}"
     if (light <= 0).all():
         words = f"the candidate's background is darker, by {_triple(-light)}"
-    yield Change("background", "reference", apply, words, {"light": light.tolist()}, fitted=3)
+    yield Change("background", "reference", _over(light), words, {"light": light.tolist()}, fitted=3)
 
 
 def _flattened(sample: Pair, opaque: str) -> Iterator[Change]:
     """One picture is already composited over an opaque background."""
-    clear = 1 - sample.of(other(opaque))[..., 3].astype(np.float64)
-    weights = clear * sample.pixel_weights
-    missing = sample.of(opaque)[..., :3].astype(np.float64) - sample.of(other(opaque))[..., :3]
-    light = (weights[..., np.newaxis] * missing).sum(axis=(0, 1)) / (weights * clear).sum()
+    clear = other(opaque)
+    light = _light_behind(sample, clear, sample.of(opaque).astype(np.float64) - sample.of(clear))
+    if light is None:
+        return
     light[np.abs(light) <= ROUNDING * sample.scale] = 0
+    words = f"the {opaque} is opaque everywhere, over a background of {_triple(light)}, and the {clear} is not"
+    parameters = {"light": light.tolist(), "opaque": opaque}
+    curve = _over(light, is_opaque=True)
+    yield Change("background", clear, curve, words, parameters, fitted=3, is_idempotent=True)
+
+
+def _light_behind(sample: Pair, side: str, missing: NDArray) -> NDArray | None:
+    """Fit the light that enters one picture as (1 - opacity) · light to its missing colour; None if all is opaque."""
+    clear = 1 - sample.of(side)[..., 3].astype(np.float64)
+    weights = clear * sample.pixel_weights
+    squares = (weights * clear).sum()
+    return (weights[..., np.newaxis] * missing[..., :3]).sum(axis=(0, 1)) / squares if squares > 0 else None
+
+
+def _over(light: NDArray, *, is_opaque: bool = False) -> Curve:
+    """Return the curve that puts light behind pixels, which leaves their opacity unless the light is opaque."""
 
     def apply(pixels: NDArray) -> NDArray:
         changed = pixels.copy()
         changed[..., :3] += (1 - pixels[..., 3:]) * light.astype(pixels.dtype)
-        changed[..., 3] = 1
+        if is_opaque:
+            changed[..., 3] = 1
         return changed
 
-    words = f"the {opaque} is opaque everywhere, over a background of {_triple(light)}, and the {other(opaque)} is not"
-    parameters = {"light": light.tolist(), "opaque": opaque}
-    yield Change("background", other(opaque), apply, words, parameters, fitted=3, is_idempotent=True)
+    return apply
 
 
 def _triple(light: NDArray) -> str:

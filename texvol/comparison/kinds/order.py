@@ -14,8 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.comparison.kinds.encodings import is_partial
-from texvol.comparison.kinds.finding import Finding
-from texvol.comparison.kinds.kind import Kind, number
+from texvol.comparison.kinds.kind import Finding, Kind, number
 from texvol.comparison.kinds.pair import Pair
 
 _OPACITY_FRACTION = 0.02  # largest fraction of the squared difference in opacity, from rounding and thin slabs
@@ -52,7 +51,7 @@ def swapped(pair: Pair) -> Finding | None:
         f"(the difference grows with opacity to the power {number(power, 2)})"
     )
     left = pair.with_side("reference", pair.candidate)
-    return Finding(Kind("swapped order", explained, words, {"power": power}), left, fitted=1)
+    return Finding(Kind("swapped order", explained, words, {"power": power}), left)
 
 
 def _power(pair: Pair) -> float | None:

@@ -8,11 +8,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 Pixels = NDArray[np.float32]
+SIDES = ("candidate", "reference")
 
 # Weights of grey with which no two channels cancel.
 GREY = np.array([0.9, 1.0, 1.1, 0.8], np.float32)
@@ -82,7 +84,7 @@ class Pair:
     @cached_property
     def scale(self) -> float:
         """Largest absolute value of either picture."""
-        return float(max(abs(each) for picture in (self.candidate, self.reference) for each in _extremes(picture)))
+        return max(float(max(each.max(), -each.min())) for each in (self.candidate, self.reference))
 
     @cached_property
     def allowance(self) -> Pixels | None:
@@ -159,9 +161,8 @@ class Pair:
         roundings = self.roundings
         if roundings is not None and rounding is not None:
             roundings = (rounding, roundings[1]) if side == "candidate" else (roundings[0], rounding)
-        if side == "candidate":
-            return replace(self, candidate=pixels, roundings=roundings)
-        return replace(self, reference=pixels, roundings=roundings)
+        changed: dict[str, Any] = {side: pixels, "roundings": roundings}
+        return replace(self, **changed)
 
     def rounding_of(self, side: str) -> Pixels | None:
         """Half a step of one side's number format at each number."""
@@ -257,11 +258,12 @@ class Pair:
         return self.part(slice(top, top + rows), slice(left, left + columns))
 
 
+def other(side: str) -> str:
+    """Return "reference" for "candidate", and the reverse."""
+    return "reference" if side == "candidate" else "candidate"
+
+
 def _most(along: NDArray, length: int) -> int:
     """Return the start of the run of `length` with the largest sum."""
     sums = np.cumsum(np.append(0, along))
     return int((sums[length:] - sums[:-length]).argmax())
-
-
-def _extremes(picture: Pixels) -> tuple[float, float]:
-    return float(picture.min()), float(picture.max())

@@ -13,10 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.comparison.kinds.encodings import srgb_decoded, srgb_encoded
-from texvol.comparison.kinds.finding import Finding
-from texvol.comparison.kinds.kind import Kind, other
+from texvol.comparison.kinds.kind import Finding, Kind
 from texvol.comparison.kinds.levels import Lattice, lattice_of
-from texvol.comparison.kinds.pair import Pair
+from texvol.comparison.kinds.pair import Pair, other
 
 _STORED = {255: 8, 65535: 16}  # steps: bits
 _STEPS = sorted({*range(1, 17), *(2**bits - 1 for bits in range(1, 8)), *(2**bits for bits in range(1, 8))})
@@ -162,4 +161,4 @@ def _finding(pair: Pair, side: str, levels: Levels, mode: str) -> Finding:
         "rounding": {"rint": "nearest", "floor": "down", "bins": "bins"}[mode],
     }
     kind = Kind("banding", _explained(pair, side, levels, mode), words, said)
-    return Finding(kind, pair.with_side("candidate", pair.reference), 1)
+    return Finding(kind, pair.with_side("candidate", pair.reference))

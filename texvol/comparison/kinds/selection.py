@@ -8,23 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
+from operator import itemgetter
 
-from texvol.comparison.kinds import (
-    edges,
-    end_slabs,
-    gamma,
-    geometry,
-    isolated,
-    levels,
-    light,
-    opacity,
-    order,
-    posterised,
-    tone_curve,
-    unexplained,
-)
-from texvol.comparison.kinds.finding import Change, Finding, goes_with
-from texvol.comparison.kinds.kind import Kind
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.comparison.kinds import edges, end_slabs, gamma, geometry, levels, light, opacity, order, posterised
+from texvol.comparison.kinds.isolated import isolated
+from texvol.comparison.kinds.kind import CHANNELS, Change, Finding, Kind, goes_with, number
 from texvol.comparison.kinds.noise import MOST_GAUSSIAN, noise
 from texvol.comparison.kinds.pair import Pair
 
@@ -42,6 +33,8 @@ _STARTS = 3  # first changes of a chain of two that are tried
 _ALONE = 0.5
 _SPARSE = 0.2  # of the pixels; fewer differing pixels may be outlines
 _FEW_STEPS = 2.0  # a larger distance may have any cause
+_BOX = 0.9  # of an unexplained difference, in the columns and rows that are named
+_score = itemgetter(0)
 _NEVER_UNDONE = ("noise", "edges only", "swapped order", "banding", "unexplained")
 
 
@@ -68,6 +61,14 @@ class Found:
         """Pair that the last finding leaves."""
         return self.chain[-1].left
 
+    def kinds(self, fraction: float = 1.0) -> list[Kind]:
+        """Return the kinds, and the alternatives, of a difference that is a fraction of the whole difference."""
+        alternatives = [_in_all(each.kind, fraction) for each in self.alternatives]
+        return [
+            *(_in_all(each.kind, fraction) for each in self.chain),
+            *(replace(each, words=f"or, as likely: {each.words}") for each in alternatives),
+        ]
+
 
 def explain(pair: Pair) -> list[Kind]:
     """Return at most three kinds that together explain the pair's difference, and equally good alternatives."""
@@ -79,8 +80,7 @@ def explain(pair: Pair) -> list[Kind]:
         found = _next(left, {kind.name for kind in kinds})
         if found is None:
             break
-        kinds += [_in_all(each.kind, fraction) for each in found.chain]
-        kinds += [_or(_in_all(each.kind, fraction)) for each in found.alternatives]
+        kinds += found.kinds(fraction)
         if kinds[-1].name == "unexplained":
             break
         fraction *= max(0.0, 1 - found.explained)
@@ -94,18 +94,14 @@ def explain_systematic(pair: Pair) -> list[Kind]:
     ranked = [each for each in ranked if each.explained >= _EXPLAINS and goes_with(pair, each.left)]
     if not ranked:
         return []
-    best = max(ranked, key=lambda each: each.explained)
-    kinds = [_in_all(each.kind, 1.0) for each in best.chain]
-    return [*kinds, *(_or(_in_all(each.kind, 1.0)) for each in best.alternatives)][:MOST_KINDS]
+    return max(ranked, key=lambda each: each.explained).kinds()[:MOST_KINDS]
 
 
 def _next(pair: Pair, before: set[str]) -> Found | None:
     """Return the best explanation of the difference that the kinds `before` left."""
-    alone = isolated.isolated_pixels(pair.beyond) if "isolated pixels" not in before else None
-    if alone is not None:
-        finding = isolated.isolated(pair, alone)
-        if finding.kind.explained >= _ALONE:
-            return Found((finding,))
+    alone = isolated(pair, pair.beyond) if "isolated pixels" not in before else None
+    if alone is not None and alone.kind.explained >= _ALONE:
+        return Found((alone,))
     few = posterised.posterised(pair) if "banding" not in before else None
     if few is not None:
         return Found((few,))
@@ -130,7 +126,7 @@ def _next(pair: Pair, before: set[str]) -> Found | None:
         rest = _rest(each) if each.explained >= _HELPS else None
         if rest is not None:
             return rest
-    return Found((unexplained.unexplained(pair),)) if not before else None
+    return Found((_unexplained(pair),)) if not before else None
 
 
 def _pixelwise(pair: Pair) -> list[Found]:
@@ -138,7 +134,7 @@ def _pixelwise(pair: Pair) -> list[Found]:
     sample = pair.sample
     tried = _tried(sample, levels.changes(sample))
     if not tried or tried[0][0] > 1 - _COMPLETE:
-        tried = _by_score([*tried, *_tried(sample, _changes(sample))])
+        tried = sorted([*tried, *_tried(sample, _changes(sample))], key=_score)
     if not tried:
         return []
     score, change = tried[0]
@@ -147,7 +143,7 @@ def _pixelwise(pair: Pair) -> list[Found]:
         if two is not None and two[0] < min(_SECOND * score, 1 - _CURVE):
             return [_measured(pair, two[1])]
         if score > 1 - _CURVE:
-            curve = _tried(sample, tone_curve.changes(sample))
+            curve = _tried(sample, gamma.tone_curves(sample))
             if curve and curve[0][0] < _SECOND * score:
                 return [_measured(pair, (curve[0][1],))]
     proven = [c for _, c in tried if c.name == "scaled opacity" and opacity.proves(sample, c)]
@@ -175,7 +171,7 @@ def _two(sample: Pair, tried: list[tuple[float, Change]]) -> tuple[float, tuple[
             if second.name != first.name:
                 left = 1 - sample.explained_by(second.undone(after))
                 chains.append((left * (1 + _PER_NUMBER * (first.fitted + second.fitted)), (first, second)))
-    return min(chains, key=lambda each: each[0], default=None)
+    return min(chains, key=_score, default=None)
 
 
 def _tried(sample: Pair, changes: Iterable[Change]) -> list[tuple[float, Change]]:
@@ -188,11 +184,7 @@ def _tried(sample: Pair, changes: Iterable[Change]) -> list[tuple[float, Change]
         explained = change.explained(sample)
         if explained > 0:
             scored.append(((1 - explained) * (1 + _PER_NUMBER * change.fitted), change))
-    return _by_score(scored)
-
-
-def _by_score(tried: list[tuple[float, Change]]) -> list[tuple[float, Change]]:
-    return sorted(tried, key=lambda each: each[0])
+    return sorted(scored, key=_score)
 
 
 def _changes(sample: Pair) -> Iterator[Change]:
@@ -208,7 +200,7 @@ def _measured(pair: Pair, chain: tuple[Change, ...]) -> Found:
         left = change.undone(left)
         explained = pair.explained_by(left)
         kind = Kind(change.name, explained - before, change.words, change.parameters)
-        findings.append(Finding(kind, left, change.fitted))
+        findings.append(Finding(kind, left))
         before = explained
     return Found(tuple(findings))
 
@@ -240,11 +232,11 @@ def _described(pair: Pair, before: set[str]) -> Found | None:
         if dimmed is not None:
             return dimmed
     if random is not None:
-        alone = isolated.isolated_pixels(pair) if "isolated pixels" not in before else None
-        rest = noise(alone.left_out(pair)) if alone is not None else None
+        alone = isolated(pair) if "isolated pixels" not in before else None
+        rest = noise(alone.left) if alone is not None else None
         # In noise that is even everywhere, a pixel that stands out is an isolated pixel.
         if alone is not None and rest is not None and rest.kind.parameters["kurtosis"] < MOST_GAUSSIAN:
-            return Found((rest, replace(isolated.isolated(pair, alone), left=random.left)))
+            return Found((rest, replace(alone, left=random.left)))
         return Found((random,))
     if "shifted" in before:
         return None  # the rest of resampling
@@ -295,9 +287,37 @@ def _in_all(kind: Kind, fraction: float) -> Kind:
     return replace(kind, explained=_fraction(fraction * kind.explained), words=words)
 
 
-def _or(kind: Kind) -> Kind:
-    return replace(kind, words=f"or, as likely: {kind.words}")
-
-
 def _fraction(explained: float) -> float:
     return min(1.0, max(0.0, explained))
+
+
+def _unexplained(pair: Pair) -> Finding:
+    """Return the position, channel and sign of a difference of no known kind."""
+    left, top, right, bottom = _box(pair.energy)
+    of_channels = np.square(pair.difference / max(pair.largest, 1e-30), dtype=np.float64).sum(axis=(0, 1))
+    channel = int(of_channels.argmax())
+    part = float(of_channels[channel] / max(of_channels.sum(), 1e-300))
+    mean = float(pair.difference[..., channel].mean(dtype=np.float64))
+    corner = pair.corner
+    box = (left + corner[0], top + corner[1], right + corner[0], bottom + corner[1])
+    which = f"mostly in {CHANNELS[channel]}" if part > 0.5 else "in several channels"
+    more = ("brighter" if mean > 0 else "darker") if channel < 3 else ("more" if mean > 0 else "less")
+    words = (
+        f"of no known kind: 90 % of it lies in columns {box[0]} to {box[2]}, rows {box[1]} to {box[3]}, {which}; "
+        f"on average the candidate's {CHANNELS[channel]} is {more}, by {number(abs(mean))}"
+    )
+    parameters = {"box": list(box), "channel": CHANNELS[channel], "share_of_channel": part, "mean": mean}
+    return Finding(Kind("unexplained", 0.0, words, parameters), pair)
+
+
+def _box(energy: NDArray) -> tuple[int, int, int, int]:
+    """Return (left, top, right, bottom), inclusive, of the middle 90 % along each axis."""
+    ends = []
+    for axis in (0, 1):
+        along = energy.sum(axis=axis, dtype=np.float64)
+        fraction = np.cumsum(along) / max(along.sum(), 1e-300)
+        # Four tails, which together hold the rest.
+        tail = (1 - _BOX) / 4
+        ends.append((int(np.searchsorted(fraction, tail)), int(np.searchsorted(fraction, 1 - tail))))
+    (left, right), (top, bottom) = ends
+    return left, top, min(right, energy.shape[1] - 1), min(bottom, energy.shape[0] - 1)
