@@ -203,8 +203,7 @@ def test_a_mask_of_other_numbers_than_weights_fades_in_over_all_of_them(folder: 
 def test_a_mesh_in_another_colour_is_the_same_surface(folder: Path) -> None:
     document = done(desk_with("ball.npy"), "add sail.ply")
     (before,) = document.scene.geometry
-    document.change(**contents.with_look(document.scene, 0, color=(0.1, 0.2, 0.3)))
-    document.change(**contents.with_look(document.scene, 0, opacity=0.25))
+    document.change(**contents.with_look(document.scene, 0, (0.1, 0.2, 0.3), 0.25))
     (after,) = document.scene.geometry
     assert (after.color, after.opacity) == ((0.1, 0.2, 0.3), 0.25)
     assert before.opacity == 1 and before.color != after.color

@@ -101,26 +101,10 @@ def with_mask(scene: Scene, volume: Volume, mask: Mask | None) -> dict[str, Any]
     return {"added": tuple(replace(each, mask=mask) if each.volume is volume else each for each in scene.added)}
 
 
-def without_volume(scene: Scene, number: int) -> dict[str, Any]:
-    """Return the changed parts of a scene without the added volume of that number, which counts from 1."""
-    return {"added": scene.added[: number - 1] + scene.added[number:]}
-
-
-def without_mesh(scene: Scene, number: int) -> dict[str, Any]:
-    """Return the changed parts of a scene without one of its meshes or lines."""
-    return {"geometry": scene.geometry[:number] + scene.geometry[number + 1 :]}
-
-
-def with_look(
-    scene: Scene, number: int, color: tuple[float, float, float] | None = None, opacity: float | None = None
-) -> dict[str, Any]:
-    """Return the changed parts of a scene with another colour or opacity of one mesh or line."""
-    shape = scene.geometry[number]
-    other = copy(shape)  # `replace` would check a million triangles anew while a slider is dragged
-    if color is not None:
-        object.__setattr__(other, "color", color)
-    if opacity is not None:
-        object.__setattr__(other, "opacity", opacity)
+def with_look(scene: Scene, number: int, color: tuple[float, float, float], opacity: float) -> dict[str, Any]:
+    """Return the changed parts of a scene with another colour and opacity of one mesh or line."""
+    other = copy(scene.geometry[number])  # `replace` would check a million triangles anew while a slider is dragged
+    vars(other).update(color=color, opacity=opacity)
     return {"geometry": (*scene.geometry[:number], other, *scene.geometry[number + 1 :])}
 
 

@@ -120,9 +120,11 @@ class Desk:
         return True
 
     def change(self, stroke: str | None = None, **parts: Any) -> bool:
-        """Change parts of the scene; return False and show a message if they make no valid scene."""
+        """Change those parts of the scene that differ; return False and show a message if they make no valid scene."""
         assert self.document is not None
         document = self.document
+        if all(getattr(document.scene, name) == part for name, part in parts.items()):
+            return True
         return self.attempt(lambda: document.change(stroke, **parts))
 
     def load(self, name: str, make: Callable[[], Document], *, first: bool = False) -> None:
@@ -181,22 +183,20 @@ class Desk:
         if self.loading is None and self.waiting:
             self.loading = self.waiting.pop(0).start()
 
-    def browse(self, title: str, done: Callable[[str], None], *, saves: bool = False, name: str = "") -> None:
-        """Show the file browser in the folder of the last chosen file, and pass the chosen path to `done`."""
+    def browse(
+        self, title: str, done: Callable[[str, str], Any], *, saves: bool = False, name: str = "",
+        takes_words: bool = False,
+    ) -> None:  # fmt: skip
+        """Show the file browser in the folder of the last chosen file; `done` gets the path and the entered options."""
         typed = Path(name).expanduser()
         folder = typed.absolute().parent if name else self.folder
 
         def chosen(path: str) -> None:
             self.folder = Path(path).parent
-            done(path)
+            self.attempt(lambda: done(path, browser.words))
 
-        self.browser = Browser(title, chosen, self.wake, folder, saves, typed.name if name else "")
-
-    def browse_for_data(self, title: str, done: Callable[[str, str], None]) -> None:
-        """Show the file browser with a field for options; `done` gets the path and the entered options."""
-        self.browse(title, lambda path: done(path, self.browser.words if self.browser else ""))
-        assert self.browser is not None
-        self.browser.takes_words = True
+        browser = Browser(title, chosen, self.wake, folder, saves, typed.name, takes_words=takes_words)
+        self.browser = browser
 
     def write(self, **job: Any) -> None:
         """Have the clerk write a file."""
@@ -204,11 +204,9 @@ class Desk:
         assert document is not None
         if self.clerk is None or not self.clerk.alive:
             self.clerk = self.make_painter()
-        self.writing = 0.0
-        clerk = self.clerk
-        self.attempt(
-            lambda: clerk.ask(scene=document.scene, showing=document.showing, name=document.origin.volume, **job)
-        )
+        clerk, self.writing = self.clerk, 0.0
+        job |= {"scene": document.scene, "showing": document.showing, "name": document.origin.volume}
+        self.attempt(lambda: clerk.ask(**job))
 
     def stop_writing(self) -> None:
         """Cancel writing the file."""

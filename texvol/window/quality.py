@@ -122,11 +122,16 @@ def error_text(metadata: Mapping[str, Any], *, numbers: bool = False) -> str:
     if estimate is None:
         return "error not estimated"
     if metadata.get("reached") and wanted is not None and estimate <= wanted:
-        return f"error ≤ {error_fraction(wanted)}" if not numbers else f"error ≤ {wanted:.3g}"
+        return f"error ≤ {limit_text(wanted, numbers=numbers)}"
     return f"error ≈ {estimate:.2g}"
 
 
-def error_fraction(error: float) -> str:
-    """Return an error as a fraction such as 2/255 if it is a whole number of 8-bit steps, else as a decimal number."""
+def limit_text(error: float, *, numbers: bool) -> str:
+    """Return an error as a fraction such as 2/255 if it is a whole number of 8-bit steps, else as a decimal number.
+
+    The error of a picture of `numbers` is always a decimal number.
+    """
+    if numbers:
+        return f"{error:.3g}"
     steps = error * 255
     return f"{steps:.0f}/255" if abs(steps - round(steps)) < 1e-6 and round(steps) > 0 else f"{error:.2g}"
