@@ -21,6 +21,7 @@ from texvol.window import script as scripts
 from texvol.window.commands import TABS, is_command, run
 from texvol.window.desk import Desk
 from texvol.window.document import opened_file
+from texvol.window.editing import owner_of, with_own
 from texvol.window.steering import Viewport
 
 SIZE = (60, 40)
@@ -170,10 +171,10 @@ def test_a_mask_goes_with_its_volume(folder: Path, whose: int) -> None:
     volume = document.scene.volumes[whose]
     opening.mask(desk, volume, "ramp.npy", (4.0, 20.0))
     settled(desk)
-    mask = contents.mask_of(document.scene, whose)
-    assert mask is not None and mask.source["fade"] == [4, 20] and contents.mask_of(document.scene, 1 - whose) is None
-    desk.change(**contents.with_mask(document.scene, volume, None))
-    assert contents.mask_of(document.scene, whose) is None
+    mask = owner_of(document.scene, whose).mask
+    assert mask is not None and mask.source["fade"] == [4, 20] and owner_of(document.scene, 1 - whose).mask is None
+    desk.change(**with_own(document.scene, whose, mask=None))
+    assert owner_of(document.scene, whose).mask is None
 
 
 def test_a_mask_of_a_volume_that_was_turned_lies_where_its_file_says(folder: Path) -> None:
@@ -190,12 +191,12 @@ def test_a_mask_of_a_volume_that_was_turned_lies_where_its_file_says(folder: Pat
         desk.messages.clear()
         opening.mask(desk, document.scene.volumes[1], f"{name}.nrrd")
         settled(desk)
-        assert contents.mask_of(document.scene, 1) is not None
+        assert owner_of(document.scene, 1).mask is not None
         assert bool(said(desk)) == warns == ("4 voxels away" in said(desk))
 
 
 def test_a_mask_of_other_numbers_than_weights_fades_in_over_all_of_them(folder: Path) -> None:
-    mask = contents.mask_of(done(desk_with("ball.npy"), "mask ramp.npy").scene, 0)
+    mask = owner_of(done(desk_with("ball.npy"), "mask ramp.npy").scene, 0).mask
     assert mask is not None and list(mask.source["fade"]) == [0, 23]
     assert np.allclose(mask.array[3, 3], np.linspace(0, 1, 24))
 

@@ -12,13 +12,13 @@ import os
 import shlex
 from collections.abc import Iterable, Mapping
 from copy import copy
-from dataclasses import replace
 from typing import Any, NoReturn
 
 from texvol.formats.readers import load
 from texvol.options import mask as mask_options
 from texvol.options import reading as reading_options
 from texvol.options import scene_options as options
+from texvol.options.scene_option import SceneOption
 from texvol.options.volumes import OF_ADDED, AddedChoice
 from texvol.scene.added_volume import AddedVolume
 from texvol.scene.mask import Mask
@@ -47,23 +47,20 @@ def kind_of(path: str) -> str:
 def of_opened(words: str) -> dict[str, Any]:
     """Return the options of `texvol view` in a text, such as "--channel 1", as attributes for its namespace."""
     parser = _Words(add_help=False, allow_abbrev=False)
-    group = parser.add_argument_group()
-    for option in reading_options.READING.values():
-        option.add_to(group)
     options.add_scene_options(parser)
-    return _parsed(parser, words)
+    return _parsed(parser, reading_options.READING.values(), words)
 
 
 def of_added(words: str) -> dict[str, Any]:
     """Return the options of an added volume in a text, by the options' names without `add-`."""
-    parser = _Words(add_help=False, allow_abbrev=False)
+    found = _parsed(_Words(add_help=False, allow_abbrev=False), [each.option for each in OF_ADDED], words)
+    return {name.replace("_", "-"): value for name, value in found.items()}
+
+
+def _parsed(parser: _Words, further: Iterable[SceneOption], words: str) -> dict[str, Any]:
     group = parser.add_argument_group()
-    for each in OF_ADDED:
-        each.option.add_to(group)
-    return {name.replace("_", "-"): value for name, value in _parsed(parser, words).items()}
-
-
-def _parsed(parser: argparse.ArgumentParser, words: str) -> dict[str, Any]:
+    for option in further:
+        option.add_to(group)
     try:
         line = shlex.split(words)
     except ValueError as error:
@@ -87,18 +84,6 @@ def read_mask(path: str, volume: Volume, fade: tuple[float, float] | None = None
         if ends is None or (ends[0] >= 0 and ends[1] <= 1):  # the values are weights: the error has another cause
             raise
         return mask_options.MaskChoice(path, ends).load(volume)
-
-
-def mask_of(scene: Scene, number: int) -> Mask | None:
-    """Return the mask of a volume by its number; 0 is the scene's first volume."""
-    return scene.mask if number == 0 else scene.added[number - 1].mask
-
-
-def with_mask(scene: Scene, volume: Volume, mask: Mask | None) -> dict[str, Any]:
-    """Return the changed parts of a scene with another mask of a volume."""
-    if volume is scene.volume:
-        return {"mask": mask}
-    return {"added": tuple(replace(each, mask=mask) if each.volume is volume else each for each in scene.added)}
 
 
 def with_look(scene: Scene, number: int, color: tuple[float, float, float], opacity: float) -> dict[str, Any]:

@@ -1,8 +1,10 @@
-"""State of the window, and services on it: messages, reading files, browsing, writing files."""
+"""State of the window, and services on it: messages, reading files on a thread, browsing, writing files."""
 
 from __future__ import annotations
 
 import os
+import threading
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,7 +16,6 @@ from texvol.window.browsing import Browser
 from texvol.window.director import Director
 from texvol.window.document import Document
 from texvol.window.jobs import Answer
-from texvol.window.loading import Loading
 from texvol.window.painter import Painter
 from texvol.window.probe import Found
 from texvol.window.screen import Textures
@@ -33,6 +34,51 @@ class Message:
     text: str
     is_fault: bool
     until: float
+
+
+@dataclass
+class Loading:
+    """Reading of one object on a thread; the window's thread takes it over.
+
+    Attributes
+    ----------
+    make : callable
+        Reads and returns the object, on the thread.
+    done : callable
+        Takes the object, on the window's thread.
+    first : bool
+        True for the document that the window was started with.
+    over : bool
+        True once the object is `found`, or the reading has failed because of a `fault`.
+    """
+
+    name: str
+    make: Callable[[], Any]
+    done: Callable[[Any], None]
+    wake: Callable[[], None]
+    first: bool = False
+    fault: str | None = None
+    warnings: list[str] = field(default_factory=list)
+    over: bool = False
+    found: Any = None
+
+    def start(self) -> Loading:
+        """Start the thread."""
+        threading.Thread(target=self._load, daemon=True, name="texvol loading").start()
+        return self
+
+    def _load(self) -> None:
+        try:
+            with warnings.catch_warnings(record=True) as said:
+                warnings.simplefilter("ignore")  # warnings of libraries about themselves
+                warnings.simplefilter("always", UserWarning)
+                self.found = self.make()
+            self.warnings = [" ".join(str(each.message).split()) for each in said]
+        except Exception as error:  # a reader may raise anything on a damaged file; the window stays open
+            text = " ".join(str(error).split())
+            self.fault = text if isinstance(error, TexvolError) and text else f"{self.name}: {text or error!r}"
+        self.over = True
+        self.wake()
 
 
 @dataclass
@@ -130,7 +176,7 @@ class Desk:
     def load(self, name: str, make: Callable[[], Document], *, first: bool = False) -> None:
         """Open the document that `make` returns, on a thread; if the `first` one can't be opened, the window ends."""
         self.waiting.clear()
-        self.loading = Loading(name, make, lambda found: self._take(name, found), self.wake, first=first).start()
+        self.loading = Loading(name, make, lambda found: self._take(name, found), self.wake, first).start()
 
     def fetch(self, name: str, make: Callable[[], Any], done: Callable[[Any], Any]) -> None:
         """Read something for the open scene on a thread, and pass it to `done` if that scene is still open."""

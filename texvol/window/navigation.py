@@ -57,7 +57,7 @@ class View:
     def pivot_depth(self) -> float:
         """Depth of the pivot along the view; the target's depth if the pivot is not in front of the eye."""
         depth = float(self.camera.forward @ np.subtract(self.pivot, self.camera.eye))
-        distance = _distance(self.camera)
+        distance = float(np.linalg.norm(np.subtract(self.camera.target, self.camera.eye)))
         return depth if depth > 1e-3 * distance else distance
 
     @property
@@ -209,10 +209,6 @@ def _turned(view: View, turn: NDArray[np.float64], up: Any) -> View:
 
 def _shifted(camera: Camera, shift: Vector) -> Camera:
     return replace(camera, eye=triple(camera.eye + shift), target=triple(camera.target + shift))
-
-
-def _distance(camera: Camera) -> float:
-    return float(np.linalg.norm(np.subtract(camera.target, camera.eye)))
 
 
 def triple(vector: Any) -> tuple[float, float, float]:

@@ -14,6 +14,7 @@ from texvol.scene.volume import Volume
 from texvol.window import contents
 from texvol.window.desk import Desk
 from texvol.window.document import opened_file
+from texvol.window.editing import with_own
 
 
 def open_file(desk: Desk, path: str, options: Mapping[str, Any] | None = None) -> None:
@@ -118,6 +119,6 @@ def mask(desk: Desk, volume: Volume, path: str, fade: tuple[float, float] | None
 
     def take(found: Mask) -> None:
         if volume in document.scene.volumes:
-            document.change(**contents.with_mask(document.scene, volume, found))
+            document.change(**with_own(document.scene, document.scene.volumes.index(volume), mask=found))
 
     desk.fetch(path, lambda: contents.read_mask(path, volume, fade), take)

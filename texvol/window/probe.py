@@ -105,13 +105,12 @@ def sampled(volume: Volume, points: NDArray[np.float64]) -> NDArray[np.float64]:
 def _half_opacity(scene: Scene, points: NDArray[np.float64], step: float) -> int | None:
     """Return the index of the sample at which the ray has met half of its opacity."""
     depth = np.zeros(len(points))
-    media = [(scene.volume, scene.transfer_function)]
-    media += [(each.volume, each.transfer_function) for each in scene.added]
-    for volume, medium in media:
-        if medium is not None:
-            depth += _extinctions(medium, sampled(volume, points)) * step
+    for each in (scene, *scene.added):
+        values = sampled(each.volume, points)
+        if each.transfer_function is not None:
+            depth += _extinctions(each.transfer_function, values) * step
         elif scene.mode != "composite":
-            depth += np.isfinite(sampled(volume, points)) * 1.0  # all samples count alike: the middle of the box
+            depth += np.isfinite(values) * 1.0  # all samples count alike: the middle of the box
     with np.errstate(over="ignore"):
         met = -np.expm1(-np.cumsum(depth))
     if not met[-1] > _LEAST_OPACITY:

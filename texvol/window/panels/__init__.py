@@ -43,17 +43,16 @@ def show(desk: Desk) -> None:
         imgui.internal.close_popups_except_modals()
 
 
-def over_picture(desk: Desk) -> None:
-    """Draw the handles and the texts over the picture."""
+def picture(desk: Desk) -> None:
+    """Draw the picture behind everything else, with handles and texts over it."""
+    shown = desk.director.shown
+    if shown is not None and desk.textures is not None:
+        texture = imgui.ImTextureRef(desk.textures.get("picture", desk.director.pictures, lambda: shown.pixels))
+        imgui.get_background_draw_list().add_image(texture, *parts.corners(desk.viewport))
     grips.draw(desk)
     slices.mark(desk)
     overlay.messages(desk)
     overlay.probed(desk)
-
-
-def picture(texture: int, desk: Desk) -> None:
-    """Draw the picture behind everything else."""
-    imgui.get_background_draw_list().add_image(imgui.ImTextureRef(texture), *parts.corners(desk.viewport))
 
 
 def _tab(name: str, desk: Desk) -> None:

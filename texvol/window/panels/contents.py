@@ -11,7 +11,7 @@ from texvol.scene.mask import Mask
 from texvol.scene.scene import Scene
 from texvol.scene.shapes import Mesh
 from texvol.scene.volume import Volume
-from texvol.window import commands, contents, opening
+from texvol.window import commands, contents, editing, opening
 from texvol.window.desk import Desk
 from texvol.window.document import Document
 from texvol.window.naming import shortened, volume_called
@@ -63,7 +63,7 @@ def _volume(desk: Desk, scene: Scene, volume: Volume, number: int) -> None:
 
 
 def _mask(desk: Desk, scene: Scene, volume: Volume, number: int) -> None:
-    mask = contents.mask_of(scene, number)
+    mask = editing.owner_of(scene, number).mask
     if mask is None:
         if imgui.button("mask …"):
             opening.browse_for_mask(desk, volume)
@@ -75,7 +75,7 @@ def _mask(desk: Desk, scene: Scene, volume: Volume, number: int) -> None:
     imgui.set_item_tooltip(mask.name)
     imgui.same_line()
     if imgui.small_button("remove##mask"):
-        desk.change(**contents.with_mask(scene, volume, None))
+        desk.change(**editing.with_own(scene, number, mask=None))
         return
     _fade(desk, volume, mask)
 

@@ -55,7 +55,7 @@ def show(desk: Desk, scene: Scene, medium: TransferFunction, number: int) -> Non
     if opacities is not look.opacities:
         found = replace(label_function(volume, opacities, colors), name=medium.name)
         # All changes of one drag are one step of the history.
-        desk.change("labels", **editing.with_transfer_function(scene, number, found))
+        desk.change("labels", **editing.with_own(scene, number, transfer_function=found))
 
 
 def _row(name: int, opacity: float, color: parts.Color) -> tuple[float, parts.Color]:

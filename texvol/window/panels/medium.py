@@ -42,7 +42,7 @@ def show(desk: Desk, document: Document) -> None:
     mode.show(desk, scene)
     imgui.separator_text("Transfer function")
     number = _volume_number(desk, scene)
-    medium = editing.transfer_function_of(scene, number)
+    medium = editing.owner_of(scene, number).transfer_function
     if medium is None or scene.volumes[number].labels:
         parts.steps(desk, document)
     if medium is None:
@@ -121,7 +121,7 @@ def _apply(
 
     def load() -> None:
         found = transfer.preset(name, scene.volumes[number], chosen)
-        if desk.change(**editing.with_transfer_function(scene, number, found)):
+        if desk.change(**editing.with_own(scene, number, transfer_function=found)):
             named = _Named(found, name, every or found.materials, frozenset(chosen or found.materials))
             desk.panel_state["named"] = [*desk.panel_state["named"][-_REMEMBERED:], named]
 
@@ -145,7 +145,7 @@ def _curve(desk: Desk, document: Document, medium: TransferFunction, number: int
     edited = _whole(state, edited)
     if edited is not curve:
         changed = edited.applied(medium)
-        if desk.change("curve", **editing.with_transfer_function(document.scene, number, changed)):
+        if desk.change("curve", **editing.with_own(document.scene, number, transfer_function=changed)):
             state["curve_of"], state["curve"] = changed, edited
     state["log"] = parts.switch("logarithmic histogram", state.get("log", True))
     wanted = parts.number(f"opacity is per ({unit})", length)
