@@ -89,7 +89,7 @@ def test_each_thing_that_is_added_is_one_step_back(folder: Path) -> None:
     expected = transfer.proposed_beside(scene.added[0].volume, 0)
     assert np.array_equal(scene.added[0].transfer_function.colors, expected.colors)
     held = []
-    while document.history.can_undo:
+    while document.history.past:
         held.append((len(document.scene.added), document.scene.mask is not None, len(document.scene.geometry)))
         document.undo()
     assert held == [(1, True, 1), (1, True, 0), (1, False, 0)]
@@ -129,7 +129,7 @@ def test_what_can_not_be_added_is_said_and_changes_nothing(folder: Path) -> None
     done(desk, "add wide.npy")
     assert "mode composite" in said(desk) and not document.scene.added
     document.undo()
-    assert document.scene.mask is before.mask and document.scene.geometry == () and not document.history.can_undo
+    assert document.scene.mask is before.mask and document.scene.geometry == () and not document.history.past
 
 
 def test_a_view_that_nobody_chose_takes_in_what_is_added(folder: Path) -> None:

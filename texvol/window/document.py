@@ -58,29 +58,19 @@ class Saved(NamedTuple):
 
 
 class History:
-    """Undo history: past scenes, the current one, and undone ones."""
+    """Undo history: `past` scenes, the current one, and undone ones, the `future`."""
 
     def __init__(self, scene: Scene) -> None:
-        self._past: list[Scene] = []
-        self._future: list[Scene] = []
+        self.past: list[Scene] = []
+        self.future: list[Scene] = []
         self.now = scene
         self._stroke: str | None = None
-
-    @property
-    def can_undo(self) -> bool:
-        """True if there is a step to undo."""
-        return bool(self._past)
-
-    @property
-    def can_redo(self) -> bool:
-        """True if there is a step to redo."""
-        return bool(self._future)
 
     def change(self, scene: Scene, stroke: str | None = None) -> None:
         """Add a scene; a change of the same stroke as the last change belongs to the same step."""
         if stroke is None or stroke != self._stroke:
-            self._past = [*self._past[-_LONGEST:], self.now]
-        self._stroke, self.now, self._future = stroke, scene, []
+            self.past = [*self.past[-_LONGEST:], self.now]
+        self._stroke, self.now, self.future = stroke, scene, []
 
     def end_stroke(self) -> None:
         """End the stroke: the next change is a new step."""
@@ -88,11 +78,11 @@ class History:
 
     def undo(self) -> Scene:
         """Go one step back, if there is one; return the scene there."""
-        return self._step(self._past, self._future)
+        return self._step(self.past, self.future)
 
     def redo(self) -> Scene:
         """Go one step forward, if there is one; return the scene there."""
-        return self._step(self._future, self._past)
+        return self._step(self.future, self.past)
 
     def _step(self, source: list[Scene], target: list[Scene]) -> Scene:
         if source:

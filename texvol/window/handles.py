@@ -137,12 +137,9 @@ def moved(scene: Scene, handle: Handle, distance: float) -> dict[str, object]:
     ranges = [list(each) for each in scene.crop]
     limits = bounds(scene.box)[axis]
     least = _THINNEST * (limits[1] - limits[0])
-    first, last = (float(each) for each in np.clip(ranges[axis], *limits))
-    if end == 0:
-        position = np.clip(first + distance, limits[0], last - least)
-    else:
-        position = np.clip(last + distance, first + least, limits[1])
-    ranges[axis][end] = float(position)
+    ends = np.clip(ranges[axis], *limits)
+    lowest, highest = (limits[0], ends[1] - least) if end == 0 else (ends[0] + least, limits[1])
+    ranges[axis][end] = float(np.clip(ends[end] + distance, lowest, highest))
     return {"crop": tuple((low, high) for low, high in ranges)}
 
 

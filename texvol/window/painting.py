@@ -71,16 +71,14 @@ class PiecewiseCompositor(Compositor):
                 super()._blend(program, stacks, blending)
                 self.finish()
                 row += rows
-                self._adapt(time.perf_counter() - start)
+                seconds = time.perf_counter() - start
+                if seconds > 2 * _PIECE:
+                    self._rows = max(self._rows // 2, _FEWEST_ROWS)
+                elif seconds < _PIECE:
+                    self._rows *= 2
         finally:
             target.scissor = None  # type: ignore[assignment]
             target.use()
-
-    def _adapt(self, seconds: float) -> None:
-        if seconds > 2 * _PIECE:
-            self._rows = max(self._rows // 2, _FEWEST_ROWS)
-        elif seconds < _PIECE:
-            self._rows *= 2
 
 
 class PiecewiseRenderer(Renderer):

@@ -13,14 +13,7 @@ from texvol.window.document import Document, Saved
 from texvol.window.scene_writing import scene_files
 
 # Without these options `texvol render` makes the same choices as the window.
-_OPTIONS = {
-    "slab_thickness": "--slab-thickness",
-    "sampling_rate": "--sampling-rate",
-    "max_error": "--max-error",
-    "texture_format": "--texture-format",
-    "target_format": "--target-format",
-    "early_termination": "--early-termination",
-}
+_OPTIONS = ("slab-thickness", "sampling-rate", "max-error", "texture-format", "target-format", "early-termination")
 
 
 def default_name(document: Document, suffix: str) -> str:
@@ -69,10 +62,10 @@ def command_line(document: Document, size: tuple[int, int], accuracy: Mapping[st
         path = default_name(document, ".toml")
         save_scene(path, document, size)
     words = ["texvol", "render", "--scene", path]
-    for name, option in _OPTIONS.items():
-        value = accuracy.get(name)
+    for option in _OPTIONS:
+        value = accuracy.get(option.replace("-", "_"))
         if value is not None:
-            words += [option, repr(value) if isinstance(value, float) else str(value)]
+            words += [f"--{option}", repr(value) if isinstance(value, float) else str(value)]
     if accuracy.get("skip_empty") is False:
         words.append("--no-skip-empty")
     return [*words, "-o", str(Path(path).with_suffix(".png"))]

@@ -22,7 +22,6 @@ from texvol.scene import spaces
 from texvol.scene.camera import Camera
 from texvol.scene.gradient import CENTRAL, Estimator
 from texvol.scene.lighting import Light
-from texvol.scene.mask import Mask
 from texvol.scene.scene import NUMBER_MODES, Scene
 from texvol.scene.shapes import Mesh
 from texvol.util.errors import InputError
@@ -67,18 +66,24 @@ def volume_table(scene: Scene, number: int, folder: Path | None = None) -> dict[
     InputError
         If the volume or its mask was not read from a file.
     """
-    volume = scene.volumes[number]
-    source = volume.source
+    owner = owner_of(scene, number)
+    volume, mask, source = owner.volume, owner.mask, owner.volume.source
     found: dict[str, Any] = {"file": _file(source, folder, "further volume" if number else "volume")}
-    found |= _reading(source)
+    for key, value in source.items():
+        if key not in _NOT_READING_OPTIONS and value is not None:
+            found[key] = list(value) if isinstance(value, tuple | list) else value
     own = source.get("transform")
     # The rotation into the first volume's world is repeated whenever the scene is read.
     turn = spaces.turn(volume.own_space, volume.space)
     if own is not None and turn is not None:
         own = np.asarray(own) @ turn.T  # its inverse
         own = None if np.array_equal(own, np.eye(4)) else own
-    placed = {} if own is None else {"transform": np.asarray(own, np.float64).tolist()}
-    return found | placed | _mask(owner_of(scene, number).mask, folder)
+    if own is not None:
+        found["transform"] = np.asarray(own, np.float64).tolist()
+    if mask is not None:
+        fade = {"fade": [float(end) for end in mask.source["fade"]]} if "fade" in mask.source else {}
+        found["mask"] = {"file": _file(mask.source, folder, "mask")} | fade
+    return found
 
 
 def _file(source: Mapping[str, Any], folder: Path | None, what: str) -> str:
@@ -86,24 +91,6 @@ def _file(source: Mapping[str, Any], folder: Path | None, what: str) -> str:
     if "absolute" not in source:
         raise InputError(f"the scene's {what} was not read from a file, so that a scene file can't name it")
     return source["absolute"] if folder is None else os.path.relpath(source["absolute"], folder)
-
-
-def _reading(source: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the options with which a file was read."""
-    return {
-        key: list(value) if isinstance(value, tuple | list) else value
-        for key, value in source.items()
-        if key not in _NOT_READING_OPTIONS and value is not None
-    }
-
-
-def _mask(mask: Mask | None, folder: Path | None) -> dict[str, Any]:
-    if mask is None:
-        return {}
-    found: dict[str, Any] = {"file": _file(mask.source, folder, "mask")}
-    if "fade" in mask.source:
-        found["fade"] = [float(end) for end in mask.source["fade"]]
-    return {"mask": found}
 
 
 def _volume(scene: Scene, number: int, path: Path, files: dict[Path, bytes]) -> dict[str, Any]:

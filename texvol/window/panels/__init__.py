@@ -98,7 +98,8 @@ def _sidebar(desk: Desk) -> None:
     imgui.begin("panels", None, flags)
     style.window_rounding = rounding
     _edge(desk)
-    status = overlay.status_height(desk)
+    lines = overlay.status_lines(desk)
+    status = overlay.status_height(desk, lines)
     padding = imgui.ImVec2(_TAB_PADDING * style.frame_padding.x, style.frame_padding.y)
     imgui.push_style_var(imgui.StyleVar_.frame_padding, padding)
     begun = imgui.begin_tab_bar("tabs")
@@ -121,6 +122,9 @@ def _sidebar(desk: Desk) -> None:
                 imgui.end_child()
                 imgui.end_tab_item()
         imgui.end_tab_bar()
-    overlay.status(desk)
+    if lines:
+        imgui.separator()
+        for line in lines:
+            imgui.text_wrapped(line)
     desk.preferences.tab = ""
     imgui.end()

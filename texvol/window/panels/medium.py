@@ -13,7 +13,6 @@ from texvol.scene import transfer
 from texvol.scene.display import number_colors
 from texvol.scene.scene import NUMBER_MODES, Scene
 from texvol.scene.transfer import TransferFunction
-from texvol.scene.volume import Volume
 from texvol.util.color import srgb_from_linear
 from texvol.window import editing
 from texvol.window.desk import Desk
@@ -59,25 +58,18 @@ def show(desk: Desk, document: Document) -> None:
 
 def _volume_number(desk: Desk, scene: Scene) -> int:
     """Return the number of the edited volume; show a choice if there are several volumes."""
-    state = desk.panel_state
-    if not scene.added:
-        _edits(state, scene.volume)
-        return 0
-    names = [f"{position + 1}: {volume_called(each, _LETTERS)}" for position, each in enumerate(scene.volumes)]
-    imgui.set_next_item_width(-1)  # wide, because names of volumes from one file differ at their ends
-    number = names.index(parts.choice("##volume", names[min(state.get("volume", 0), len(names) - 1)], names))
-    imgui.set_item_tooltip(f"volume {number + 1}: {volume_called(scene.volumes[number])}")
-    state["volume"] = number
-    _edits(state, scene.volumes[number])
-    return number
-
-
-def _edits(state: dict[str, Any], volume: Volume) -> None:
-    """Forget the state of the editor if another volume is edited."""
-    if state.get("edited") is not volume:
-        state["edited"] = volume
+    state, number = desk.panel_state, 0
+    if scene.added:
+        names = [f"{position + 1}: {volume_called(each, _LETTERS)}" for position, each in enumerate(scene.volumes)]
+        imgui.set_next_item_width(-1)  # wide, because names of volumes from one file differ at their ends
+        number = names.index(parts.choice("##volume", names[min(state.get("volume", 0), len(names) - 1)], names))
+        imgui.set_item_tooltip(f"volume {number + 1}: {volume_called(scene.volumes[number])}")
+        state["volume"] = number
+    if state.get("edited") is not scene.volumes[number]:  # forget the state of the editor
+        state["edited"] = scene.volumes[number]
         for key in ("named", "curve_of", "length", "density", "look_of"):
             state.pop(key, None)
+    return number
 
 
 @dataclass(frozen=True)
@@ -134,7 +126,9 @@ def _curve(desk: Desk, document: Document, medium: TransferFunction, number: int
     if state.get("curve_of") is not medium:
         state["curve_of"], state["curve"] = medium, Curve.of(medium)
         state["density"] = 0.0  # log10 of the factor since this curve was set
-        state["bounds"] = _bounds(histogram, state["curve"])
+        # The range of the histogram is extended to the curve's ends, so that all points can be reached.
+        low, high = histogram.edges[[0, -1]].tolist()
+        state["bounds"] = min(low, state["curve"].points[0].value), max(high, state["curve"].points[-1].value)
         state["selected"] = min(state.get("selected", 0), len(state["curve"].points) - 1)
     curve: Curve = state["curve"]
     length = float(state.setdefault("length", _LENGTH * float(np.linalg.norm(box.box_edges, axis=0).mean())))
@@ -151,12 +145,6 @@ def _curve(desk: Desk, document: Document, medium: TransferFunction, number: int
     wanted = parts.number(f"opacity is per ({unit})", length)
     if wanted > 0:
         state["length"] = wanted
-
-
-def _bounds(histogram: Histogram, curve: Curve) -> tuple[float, float]:
-    """Return the range of the histogram, extended to the curve's ends so that all points can be reached."""
-    low, high = float(histogram.edges[0]), float(histogram.edges[-1])
-    return min(low, curve.points[0].value), max(high, curve.points[-1].value)
 
 
 def _plot(

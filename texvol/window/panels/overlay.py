@@ -22,10 +22,9 @@ _WORTH_SHOWING = 2.0  # seconds
 _BETWEEN = 1 / 60  # seconds: a change is noticed in the frame after the one that shows the last picture
 
 
-def status_height(desk: Desk) -> float:
+def status_height(desk: Desk, lines: list[str]) -> float:
     """Return the height of the status lines at the foot of the panel."""
     width = imgui.get_content_region_avail().x
-    lines = _status_lines(desk)
     spacing = imgui.get_style().item_spacing.y
     heights = [imgui.calc_text_size(line, False, width).y + spacing for line in lines]
     needed = sum(heights) + 2 * spacing if lines else 0.0
@@ -35,19 +34,8 @@ def status_height(desk: Desk) -> float:
     return height
 
 
-def status(desk: Desk) -> None:
-    """Show frames per second, slabs, error, and what is modelled."""
-    lines = _status_lines(desk)
-    if not lines:
-        return
-    imgui.separator()
-    imgui.push_text_wrap_pos(0.0)
-    for line in lines:
-        imgui.text_unformatted(line)
-    imgui.pop_text_wrap_pos()
-
-
-def _status_lines(desk: Desk) -> list[str]:
+def status_lines(desk: Desk) -> list[str]:
+    """Return lines of text: frames per second; slabs and error; what is modelled."""
     shown, document = desk.director.shown, desk.document
     if shown is None or document is None:
         return []

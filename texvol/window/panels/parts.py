@@ -131,11 +131,12 @@ def width_of_steps() -> float:
 
 def steps(desk: Desk, document: Document) -> None:
     """Show the buttons to undo and redo; a button is disabled if there is no step."""
-    history = document.history
-    for position, (name, can) in enumerate(zip(_STEPS, (history.can_undo, history.can_redo), strict=True)):
+    for position, (name, scenes) in enumerate(
+        zip(_STEPS, (document.history.past, document.history.future), strict=True)
+    ):
         if position:
             imgui.same_line()
-        imgui.begin_disabled(not can)
+        imgui.begin_disabled(not scenes)
         if imgui.button(name):
             commands.run(desk, name)
         imgui.end_disabled()
