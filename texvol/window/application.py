@@ -251,13 +251,12 @@ class Application:
         wanted = desk.preferences.width * max(self._interface.scale, 1.0)
         beside = min(wanted, MOST_PANEL * width) if desk.preferences.panels else 0
         desk.viewport = Viewport(0, 0, width - round(beside), height)
-        pixels = screen.pixels
         if width and height:
-            right, down = desk.viewport.width * pixels[0] / width, desk.viewport.height * pixels[1] / height
-            pixels, before = (max(round(right), 1), max(round(down), 1)), desk.pixels
-            desk.pixels = pixels
-            if pixels != before and desk.document is not None:
-                desk.document.fit(pixels)
+            across, down = screen.pixels
+            right, down = desk.viewport.width * across / width, desk.viewport.height * down / height
+            before, desk.pixels = desk.pixels, (max(round(right), 1), max(round(down), 1))
+            if desk.pixels != before and desk.document is not None:
+                desk.document.fit(desk.pixels)
 
     def _steer(self, events: list[Event]) -> None:
         desk, document = self._desk, self._desk.document
@@ -288,13 +287,10 @@ class Application:
     def _direct(self) -> bool:
         desk = self._desk
         director, document = desk.director, desk.document
-        wanted = None
-        if document is not None:
-            wanted = Wanted(document.scene, desk.pixels, document.showing)
-            if self._minimised:
-                return False
+        if document is not None and self._minimised:
+            return False
         before = director.version
-        director.want(wanted, desk.now)
+        director.want(Wanted(document.scene, desk.pixels, document.showing) if document else None, desk.now)
         if director.version != before and self._changed_at is None:
             self._changed_at = desk.now
         new = director.update(desk.now)

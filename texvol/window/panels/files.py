@@ -96,11 +96,10 @@ def _picture(desk: Desk, document: Document) -> None:
         state["picture size"] = [min(max(int(each), 1), 16384) for each in wanted]
     document.show(transparent=parts.switch("transparent background", document.showing.transparent))
     name = _name(desk, "picture name", lambda: saving.default_name(document, ".png"))
-    width, height = state.get("picture size", desk.pixels)
     if _saves("picture", name):
-        same = (width, height) == tuple(desk.pixels)
-        accuracy = desk.accuracy if same else {"max_error": desk.director.max_error}
-        desk.write(kind="file", size=(width, height), accuracy=accuracy, path=name)
+        size = tuple(state.get("picture size", desk.pixels))
+        accuracy = desk.accuracy if size == desk.pixels else {"max_error": desk.director.max_error}
+        desk.write(kind="file", size=size, accuracy=accuracy, path=name)
 
 
 def _film(desk: Desk, document: Document) -> None:

@@ -131,10 +131,9 @@ def width_of_steps() -> float:
 
 def steps(desk: Desk, document: Document) -> None:
     """Show the buttons to undo and redo; a button is disabled if there is no step."""
-    for position, (name, scenes) in enumerate(
-        zip(_STEPS, (document.history.past, document.history.future), strict=True)
-    ):
-        if position:
+    history = document.history
+    for name, scenes in zip(_STEPS, (history.past, history.future), strict=True):
+        if name != _STEPS[0]:
             imgui.same_line()
         imgui.begin_disabled(not scenes)
         if imgui.button(name):
