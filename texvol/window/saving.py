@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -18,12 +19,9 @@ _OPTIONS = ("slab-thickness", "sampling-rate", "max-error", "texture-format", "t
 
 def default_name(document: Document, suffix: str) -> str:
     """Return an unused file name in the current folder: the volume's name with a number."""
-    name = Path(document.origin.volume).name or "scene"
-    stem = name.split(".")[0] or "scene"
-    number = 1
-    while os.path.lexists(f"{stem}-{number}{suffix}"):
-        number += 1
-    return f"{stem}-{number}{suffix}"
+    stem = Path(document.origin.volume).name.split(".")[0] or "scene"
+    names = (f"{stem}-{number}{suffix}" for number in count(1))
+    return next(name for name in names if not os.path.lexists(name))
 
 
 def scene_name(document: Document) -> str:

@@ -275,5 +275,5 @@ def _whole(state: dict[str, Any], curve: Curve) -> Curve:
         wanted = parts.ends("range", ends, *state["bounds"])
         curve = curve if wanted == ends else curve.between(*wanted)
     before = state.setdefault("density", 0.0)
-    density = state["density"] = parts.slider("density", before, -2.0, 2.0, f"x {10**before:.3g}")
-    return curve if density == before else curve.denser(10 ** (density - before))
+    changed, state["density"] = imgui.slider_float("density", before, -2.0, 2.0, f"x {10**before:.3g}")
+    return curve.denser(10 ** (state["density"] - before)) if changed else curve

@@ -32,8 +32,7 @@ def corners(viewport: Viewport) -> tuple[imgui.ImVec2, imgui.ImVec2]:
 
 def shade(shown: NDArray) -> imgui.ImVec4:
     """Return an sRGB colour as an imgui vector."""
-    red, green, blue = (float(part) for part in shown)
-    return imgui.ImVec4(red, green, blue, 1.0)
+    return imgui.ImVec4(*triple(shown), 1.0)
 
 
 def begin_centred(viewport: Viewport, title: str, flags: int) -> bool:

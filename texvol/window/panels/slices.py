@@ -31,9 +31,8 @@ _SMALL = 0.55  # fraction of the panel's width: the panel scrolls if slices woul
 
 def show(desk: Desk, document: Document) -> None:
     """Show the Slices tab."""
-    volume, medium, state = document.scene.volume, document.scene.transfer_function, desk.panel_state
-    if not volume.labels:
-        medium = None
+    volume, state = document.scene.volume, desk.panel_state
+    medium = document.scene.transfer_function if volume.labels else None
     if state.get("sliced") is not volume:
         state["sliced"], state["slices"] = volume, slices_of(volume)
         state["window"] = typical_window(volume)
