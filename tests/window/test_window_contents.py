@@ -21,6 +21,7 @@ from texvol.window import script as scripts
 from texvol.window.commands import TABS, is_command, run
 from texvol.window.desk import Desk
 from texvol.window.document import opened_file
+from texvol.window.editing import owner_of, with_own
 from texvol.window.steering import Viewport
 
 SIZE = (60, 40)
@@ -88,7 +89,7 @@ def test_each_thing_that_is_added_is_one_step_back(folder: Path) -> None:
     expected = transfer.proposed_beside(scene.added[0].volume, 0)
     assert np.array_equal(scene.added[0].transfer_function.colors, expected.colors)
     held = []
-    while document.history.can_undo:
+    while document.history.past:
         held.append((len(document.scene.added), document.scene.mask is not None, len(document.scene.geometry)))
         document.undo()
     assert held == [(1, True, 1), (1, True, 0), (1, False, 0)]
@@ -128,7 +129,7 @@ def test_what_can_not_be_added_is_said_and_changes_nothing(folder: Path) -> None
     done(desk, "add wide.npy")
     assert "mode composite" in said(desk) and not document.scene.added
     document.undo()
-    assert document.scene.mask is before.mask and document.scene.geometry == () and not document.history.can_undo
+    assert document.scene.mask is before.mask and document.scene.geometry == () and not document.history.past
 
 
 def test_a_view_that_nobody_chose_takes_in_what_is_added(folder: Path) -> None:
@@ -170,10 +171,10 @@ def test_a_mask_goes_with_its_volume(folder: Path, whose: int) -> None:
     volume = document.scene.volumes[whose]
     opening.mask(desk, volume, "ramp.npy", (4.0, 20.0))
     settled(desk)
-    mask = contents.mask_of(document.scene, whose)
-    assert mask is not None and mask.source["fade"] == [4, 20] and contents.mask_of(document.scene, 1 - whose) is None
-    desk.change(**contents.with_mask(document.scene, volume, None))
-    assert contents.mask_of(document.scene, whose) is None
+    mask = owner_of(document.scene, whose).mask
+    assert mask is not None and mask.source["fade"] == [4, 20] and owner_of(document.scene, 1 - whose).mask is None
+    desk.change(**with_own(document.scene, whose, mask=None))
+    assert owner_of(document.scene, whose).mask is None
 
 
 def test_a_mask_of_a_volume_that_was_turned_lies_where_its_file_says(folder: Path) -> None:
@@ -190,12 +191,12 @@ def test_a_mask_of_a_volume_that_was_turned_lies_where_its_file_says(folder: Pat
         desk.messages.clear()
         opening.mask(desk, document.scene.volumes[1], f"{name}.nrrd")
         settled(desk)
-        assert contents.mask_of(document.scene, 1) is not None
+        assert owner_of(document.scene, 1).mask is not None
         assert bool(said(desk)) == warns == ("4 voxels away" in said(desk))
 
 
 def test_a_mask_of_other_numbers_than_weights_fades_in_over_all_of_them(folder: Path) -> None:
-    mask = contents.mask_of(done(desk_with("ball.npy"), "mask ramp.npy").scene, 0)
+    mask = owner_of(done(desk_with("ball.npy"), "mask ramp.npy").scene, 0).mask
     assert mask is not None and list(mask.source["fade"]) == [0, 23]
     assert np.allclose(mask.array[3, 3], np.linspace(0, 1, 24))
 
@@ -203,8 +204,7 @@ def test_a_mask_of_other_numbers_than_weights_fades_in_over_all_of_them(folder: 
 def test_a_mesh_in_another_colour_is_the_same_surface(folder: Path) -> None:
     document = done(desk_with("ball.npy"), "add sail.ply")
     (before,) = document.scene.geometry
-    document.change(**contents.with_look(document.scene, 0, color=(0.1, 0.2, 0.3)))
-    document.change(**contents.with_look(document.scene, 0, opacity=0.25))
+    document.change(**contents.with_look(document.scene, 0, (0.1, 0.2, 0.3), 0.25))
     (after,) = document.scene.geometry
     assert (after.color, after.opacity) == ((0.1, 0.2, 0.3), 0.25)
     assert before.opacity == 1 and before.color != after.color

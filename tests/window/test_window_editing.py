@@ -120,11 +120,11 @@ def test_a_drag_is_one_step_back() -> None:
     opened.history.end_stroke()
     opened.change("other", background=(1.0, 0.0, 0.0))
     seen = [opened.scene.background[0]]
-    while opened.history.can_undo:
+    while opened.history.past:
         opened.undo()
         seen.append(opened.scene.background[0])
     assert seen == [1.0, 0.9, 0.3, 0.0]
-    while opened.history.can_redo:
+    while opened.history.future:
         opened.redo()
     assert opened.scene.background[0] == 1.0
 
@@ -144,7 +144,7 @@ def test_a_change_that_makes_no_scene_leaves_the_old_one() -> None:
     before = opened.scene
     with pytest.raises(ValueError, match="background"):
         opened.change(background=(-1.0, 0.0, 0.0))
-    assert opened.scene is before and not opened.history.can_undo
+    assert opened.scene is before and not opened.history.past
 
 
 def test_the_scene_is_the_same_object_while_nothing_changes() -> None:

@@ -15,7 +15,7 @@ file is to be written.
 | `application`, `interruption` | the main loop; Ctrl-C and termination signals |
 | `desk`, `opening`, `commands` | state of the window; opening files; commands of keys, buttons and scripts |
 | `document` | a scene, its view, its undo history |
-| `contents`, `loading` | reading and changing volumes, masks and meshes of a scene; reading on a thread |
+| `contents` | reading and changing volumes, masks and meshes of a scene |
 | `navigation`, `steering` | camera moves as mathematics; events → camera moves and commands |
 | `events`, `script`, `timings` | input events as data; recording and playback; table of frame times |
 | `quality`, `director` | coarseness of a picture; which process draws which picture |

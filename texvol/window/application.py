@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from imgui_bundle import imgui
 
 from texvol.formats.pictures import image
 from texvol.util import color, writing
@@ -20,7 +21,7 @@ from texvol.window.interface import Interface
 from texvol.window.painter import Painter
 from texvol.window.probe import at_point, first_medium
 from texvol.window.quality import DEFAULT_ERROR, DEFAULT_FRAMES_PER_SECOND, SETTLED, Pace
-from texvol.window.screen import Screen, Texture, Textures
+from texvol.window.screen import Screen, Textures
 from texvol.window.script import Action, Player, Recorder
 from texvol.window.steering import Viewport
 from texvol.window.timings import Frame
@@ -78,29 +79,27 @@ class Application:
         self._plan, self._queue = plan, Queue()
         self._timed: list[Frame] = []
         width = plan.size[0] + (panels.WIDTH if plan.panels else 0)
-        self._closers: list[Callable[[], None]] = []
+        self._closers = contextlib.ExitStack()
         try:
             self._recorder = Recorder(plan.record) if plan.record else None
             if self._recorder:
-                self._closers.append(self._recorder.close)
+                self._closers.callback(self._recorder.close)
             screen = self._screen = Screen((width, plan.size[1]), "texvol", self._queue.put)
-            self._closers.append(screen.close)
+            self._closers.callback(screen.close)
             if plan.panels and screen.scale > 1:  # on a scaled monitor the panels' text and width are scaled alike
                 screen.resize((plan.size[0] + round(panels.WIDTH * screen.scale), plan.size[1]))
             self._interface = Interface(screen)
-            self._closers.append(self._interface.close)
-            self._picture = Texture(screen.gl)
+            self._closers.callback(self._interface.close)
             self._shared = SharedArrays()
-            self._closers.append(self._shared.close)
-            self._mover, refiner = self._painter(0), self._painter(_REFINER_NICENESS)
-            self._painters = [self._mover, refiner]
-            director = Director(self._mover, refiner, Pace(plan.frames_per_second), plan.max_error)
+            self._closers.callback(self._shared.close)
+            self._painters = mover, refiner = self._painter(0), self._painter(_REFINER_NICENESS)
+            director = Director(mover, refiner, Pace(plan.frames_per_second), plan.max_error)
         except BaseException:
             self.close()
             raise
-        self._desk = Desk(director, lambda: self._painter(_REFINER_NICENESS), screen.wake, self._copy)
+        self._desk = Desk(director, lambda: self._painter(_REFINER_NICENESS), screen.wake, screen.copy)
         self._desk.textures = Textures(screen.gl)
-        self._closers.append(self._desk.close)
+        self._closers.callback(self._desk.close)
         self._desk.preferences.panels, self._desk.is_played = plan.panels, plan.player is not None
         self._minimised = self._over = False
         self._lively = _FRAMES_AFTER_EVENT
@@ -118,10 +117,8 @@ class Application:
 
     def close(self) -> None:
         """Close the window and end the painting processes; errors while closing are ignored."""
-        while self._closers:
-            closer = self._closers.pop()
-            with contextlib.suppress(Exception):  # everything else has to be closed in any case
-                closer()
+        with contextlib.suppress(Exception):
+            self._closers.close()
 
     def run(self) -> None:
         """Run the main loop until the window is closed.
@@ -164,9 +161,11 @@ class Application:
         self._steer(events)
         new |= self._direct()
         if self._minimised:
-            self._interface.abandon()
+            imgui.end_frame()
             return
-        self._draw(new)
+        screen.clear(panels.BEHIND)
+        panels.picture(desk)
+        self._interface.end()
         self._note(start, new)
         self._screenshots()
         screen.check()
@@ -199,9 +198,12 @@ class Application:
                 for item in player.due(self._desk.now, at_rest=self._at_rest):
                     if isinstance(item, Action):
                         self._act(item)
-                    else:
-                        events.append(item)
-                        self._imitate(item)
+                        continue
+                    events.append(item)
+                    if item.kind == "resize":
+                        self._screen.resize((int(item.x), int(item.y)))
+                    elif item.kind == "iconify":
+                        self._screen.iconify(item.down)
         if self._recorder and events:
             self._recorder.add(events, self._desk.now)
         for event in events:
@@ -232,21 +234,12 @@ class Application:
         played = plan.player is None or plan.player.over
         return self._begun and (self._at_rest or not (kept and played))
 
-    def _imitate(self, event: Event) -> None:
-        """Apply a played-back event of the window itself: resize or minimise the window."""
-        if event.kind == "resize":
-            self._screen.resize((int(event.x), int(event.y)))
-        elif event.kind == "iconify":
-            self._screen.iconify(event.down)
-
     def _act(self, action: Action) -> None:
         if action.do == "screenshot":
             self._shots.append(action.file)
         elif action.do == "save":
             commands.run(self._desk, f"save {action.file}")
         elif action.do == "command":
-            if not commands.is_command(action.name):
-                raise InputError(f"script: unknown command {action.name!r}")
             commands.run(self._desk, action.name)
         elif action.do == "mark":
             self._mark = action.name
@@ -258,13 +251,12 @@ class Application:
         wanted = desk.preferences.width * max(self._interface.scale, 1.0)
         beside = min(wanted, MOST_PANEL * width) if desk.preferences.panels else 0
         desk.viewport = Viewport(0, 0, width - round(beside), height)
-        pixels = screen.pixels
         if width and height:
-            right, down = desk.viewport.width * pixels[0] / width, desk.viewport.height * pixels[1] / height
-            pixels, before = (max(round(right), 1), max(round(down), 1)), desk.pixels
-            desk.pixels = pixels
-            if pixels != before and desk.document is not None:
-                desk.document.fit(pixels)
+            across, down = screen.pixels
+            right, down = desk.viewport.width * across / width, desk.viewport.height * down / height
+            before, desk.pixels = desk.pixels, (max(round(right), 1), max(round(down), 1))
+            if desk.pixels != before and desk.document is not None:
+                desk.document.fit(desk.pixels)
 
     def _steer(self, events: list[Event]) -> None:
         desk, document = self._desk, self._desk.document
@@ -273,8 +265,8 @@ class Application:
                 if event.kind == "key" and event.down and event.name in ("f1", "tab", "f11"):
                     commands.run(desk, {"f1": "help", "tab": "panels", "f11": "fullscreen"}[event.name])
             return
-        mouse = not self._interface.wants_mouse and not desk.gripping
-        free = {"mouse": mouse, "keyboard": not self._interface.wants_keyboard}
+        mouse = not imgui.get_io().want_capture_mouse and not desk.gripping
+        free = {"mouse": mouse, "keyboard": not imgui.get_io().want_text_input}
         outcome = desk.steering.handle(events, document.view, document.scene.box, desk.viewport, desk.now, **free)
         if outcome.view is not document.view:
             desk.attempt(lambda: document.look(outcome.view))
@@ -289,34 +281,21 @@ class Application:
         if desk.preferences.probe and mouse and desk.viewport.holds(*desk.steering.cursor):
             point = first_medium(document.scene, desk.viewport.position(*desk.steering.cursor))
             desk.probed = None if point is None else at_point(document.scene, point)
-        if not self._interface.item_active and not desk.gripping:
+        if not imgui.is_any_item_active() and not desk.gripping:
             document.history.end_stroke()
 
     def _direct(self) -> bool:
         desk = self._desk
         director, document = desk.director, desk.document
-        wanted = None
-        if document is not None:
-            wanted = Wanted(document.scene, desk.pixels, document.showing)
-            if self._minimised:
-                return False
+        if document is not None and self._minimised:
+            return False
         before = director.version
-        director.want(wanted, desk.now)
+        director.want(Wanted(document.scene, desk.pixels, document.showing) if document else None, desk.now)
         if director.version != before and self._changed_at is None:
             self._changed_at = desk.now
         new = director.update(desk.now)
         self._shared.keep_only(set().union(*(each.arrays for each in self._painters)))
         return new
-
-    def _draw(self, new: bool) -> None:
-        screen, shown = self._screen, self._desk.director.shown
-        if new and shown is not None:
-            self._picture.write(shown.pixels)
-        screen.clear(panels.BEHIND)
-        if shown is not None:
-            panels.picture(self._picture.name, self._desk)
-        panels.over_picture(self._desk)
-        self._interface.end()
 
     def _note(self, start: float, new: bool) -> None:
         now, shown = self._screen.time, self._desk.director.shown
@@ -360,8 +339,5 @@ class Application:
 
     def _painter(self, niceness: int) -> Painter:
         painter = Painter(self._shared, self._screen.wake, niceness)
-        self._closers.append(painter.close)
+        self._closers.callback(painter.close)
         return painter
-
-    def _copy(self, text: str) -> None:
-        self._screen.clipboard = text

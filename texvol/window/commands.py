@@ -34,11 +34,8 @@ def is_command(command: str) -> bool:
     return name in _OF_WINDOW or name in _OF_DOCUMENT
 
 
-def _toggle(name: str) -> Callable[[Desk, str], None]:
-    def toggle(desk: Desk, _: str) -> None:
-        setattr(desk.preferences, name, not getattr(desk.preferences, name))
-
-    return toggle
+def _toggle(desk: Desk, name: str) -> None:
+    setattr(desk.preferences, name, not getattr(desk.preferences, name))
 
 
 def _turning(desk: Desk, _: str) -> None:
@@ -54,53 +51,30 @@ def _bring(desk: Desk, tab: str) -> None:
     desk.preferences = replace(desk.preferences, panels=True, tab=tab)
 
 
-def _open(desk: Desk, path: str) -> None:
-    if path:
-        opening.open_file(desk, path)
-    else:
-        opening.browse_to_open(desk)
-
-
-def _add(desk: Desk, path: str) -> None:
-    if path:
-        opening.add(desk, path)
-    else:
-        opening.browse_to_add(desk)
-
-
 _ONE_OF = {"axis": tuple(navigation.AXES), "tab": TABS, "mode": MODES, "coloring": COLORINGS}
 _OF_WINDOW: dict[str, Callable[[Desk, str], None]] = {
-    "help": _toggle("help"),
-    "panels": _toggle("panels"),
-    "probe": _toggle("probe"),
+    "help": lambda desk, _: _toggle(desk, "help"),
+    "panels": lambda desk, _: _toggle(desk, "panels"),
+    "probe": lambda desk, _: _toggle(desk, "probe"),
     "tab": _bring,
     "slices": lambda desk, _: _bring(desk, "Slices"),
-    "fullscreen": _toggle("fullscreen"),
+    "fullscreen": lambda desk, _: _toggle(desk, "fullscreen"),
     "turning": _turning,
-    "open": _open,
-    "add": _add,
+    "open": lambda desk, path: opening.open_file(desk, path) if path else opening.browse_to_open(desk),
+    "add": lambda desk, path: opening.add(desk, path) if path else opening.browse_to_add(desk),
     "close": _close,
 }
 
 
-def _look_at_all(desk: Desk, document: Document, view: View) -> None:
+def _look_at_all(desk: Desk, document: Document, change: Callable[..., View], *how: str) -> None:
     """Look at the whole box; the box is framed so that the annotation has room beside it."""
-    document.look(view)
-    document.go_home(Home.of(view.camera, document.scene, desk.pixels, document.showing.annotation))
-
-
-def _reset(desk: Desk, document: Document, _: str) -> None:
-    _look_at_all(desk, document, navigation.reset(document.view, document.scene.box, desk.viewport.aspect))
-
-
-def _frame(desk: Desk, document: Document, _: str) -> None:
-    _look_at_all(desk, document, navigation.framed(document.view, document.scene.box, desk.viewport.aspect))
+    document.look(change(document.view, *how, document.scene.box, desk.viewport.aspect))
+    document.go_home(Home.of(document.view.camera, document.scene, desk.pixels, document.showing.annotation))
 
 
 def _axis(desk: Desk, document: Document, axis: str) -> None:
     if axis in navigation.AXES:
-        view = navigation.along_axis(document.view, axis, document.scene.box, desk.viewport.aspect)
-        _look_at_all(desk, document, view)
+        _look_at_all(desk, document, navigation.along_axis, axis)
 
 
 def _projection(desk: Desk, document: Document, _: str) -> None:
@@ -116,9 +90,8 @@ def _save(desk: Desk, document: Document, path: str) -> None:
 
 
 def _picture(desk: Desk, document: Document, path: str) -> None:
-    desk.write(
-        kind="file", size=desk.pixels, accuracy=desk.accuracy, path=path or saving.default_name(document, ".png")
-    )
+    path = path or saving.default_name(document, ".png")
+    desk.write(kind="file", size=desk.pixels, accuracy=desk.accuracy, path=path)
 
 
 def _copy(desk: Desk, document: Document, _: str) -> None:
@@ -130,29 +103,22 @@ def _copy(desk: Desk, document: Document, _: str) -> None:
     desk.attempt(copy)
 
 
-def _mode(desk: Desk, document: Document, mode: str) -> None:
-    desk.change(**editing.with_mode(document.scene, mode))
-
-
-def _coloring(desk: Desk, document: Document, coloring: str) -> None:
-    desk.change(**editing.with_coloring(document.scene, coloring))
-
-
 def _mask(desk: Desk, document: Document, path: str) -> None:
+    volume = document.scene.volume
     if path:
-        opening.mask(desk, document.scene.volume, path)
+        opening.mask(desk, volume, path)
     else:
-        opening.browse_for_mask(desk, document.scene.volume)
+        opening.browse_for_mask(desk, volume)
 
 
-_OF_DOCUMENT: dict[str, Callable[[Desk, Document, str], None]] = {
-    "reset": _reset,
-    "frame": _frame,
+_OF_DOCUMENT: dict[str, Callable[[Desk, Document, str], Any]] = {
+    "reset": lambda desk, document, _: _look_at_all(desk, document, navigation.reset),
+    "frame": lambda desk, document, _: _look_at_all(desk, document, navigation.framed),
     "axis": _axis,
     "projection": _projection,
     "mask": _mask,
-    "mode": _mode,
-    "coloring": _coloring,
+    "mode": lambda desk, document, mode: desk.change(**editing.with_mode(document.scene, mode)),
+    "coloring": lambda desk, document, coloring: desk.change(**editing.with_coloring(document.scene, coloring)),
     "undo": lambda desk, document, _: document.undo(),
     "redo": lambda desk, document, _: document.redo(),
     "save": _save,

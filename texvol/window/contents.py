@@ -12,13 +12,13 @@ import os
 import shlex
 from collections.abc import Iterable, Mapping
 from copy import copy
-from dataclasses import replace
 from typing import Any, NoReturn
 
 from texvol.formats.readers import load
 from texvol.options import reading as reading_options
 from texvol.options import scene_options as options
 from texvol.options.files import MaskChoice
+from texvol.options.scene_option import SceneOption
 from texvol.options.volumes import OF_ADDED, AddedChoice
 from texvol.scene.added_volume import AddedVolume
 from texvol.scene.mask import Mask
@@ -26,7 +26,7 @@ from texvol.scene.scene import Scene
 from texvol.scene.volume import Volume
 from texvol.util.errors import InputError
 
-MESHES = (".ply", ".stl", ".obj", ".vtp")
+_KINDS = {".toml": "scene", ".json": "transfer function"} | dict.fromkeys((".ply", ".stl", ".obj", ".vtp"), "mesh")
 
 
 class _Words(argparse.ArgumentParser):
@@ -38,32 +38,26 @@ class _Words(argparse.ArgumentParser):
 
 def kind_of(path: str) -> str:
     """Return the kind of a file by its name: "scene", "transfer function", "mesh" or "volume"."""
-    suffix = os.path.splitext(path)[1].lower()
-    if suffix in MESHES:
-        return "mesh"
-    return {".toml": "scene", ".json": "transfer function"}.get(suffix, "volume")
+    return _KINDS.get(os.path.splitext(path)[1].lower(), "volume")
 
 
 def of_opened(words: str) -> dict[str, Any]:
     """Return the options of `texvol view` in a text, such as "--channel 1", as attributes for its namespace."""
     parser = _Words(add_help=False, allow_abbrev=False)
-    group = parser.add_argument_group()
-    for option in reading_options.READING.values():
-        option.add_to(group)
     options.add_scene_options(parser)
-    return _parsed(parser, words)
+    return _parsed(parser, reading_options.READING.values(), words)
 
 
 def of_added(words: str) -> dict[str, Any]:
     """Return the options of an added volume in a text, by the options' names without `add-`."""
-    parser = _Words(add_help=False, allow_abbrev=False)
+    found = _parsed(_Words(add_help=False, allow_abbrev=False), [each.option for each in OF_ADDED], words)
+    return {name.replace("_", "-"): value for name, value in found.items()}
+
+
+def _parsed(parser: _Words, further: Iterable[SceneOption], words: str) -> dict[str, Any]:
     group = parser.add_argument_group()
-    for each in OF_ADDED:
-        each.option.add_to(group)
-    return {name.replace("_", "-"): value for name, value in _parsed(parser, words).items()}
-
-
-def _parsed(parser: argparse.ArgumentParser, words: str) -> dict[str, Any]:
+    for option in further:
+        option.add_to(group)
     try:
         line = shlex.split(words)
     except ValueError as error:
@@ -89,38 +83,10 @@ def read_mask(path: str, volume: Volume, fade: tuple[float, float] | None = None
         return MaskChoice(path, ends).load(volume)
 
 
-def mask_of(scene: Scene, number: int) -> Mask | None:
-    """Return the mask of a volume by its number; 0 is the scene's first volume."""
-    return scene.mask if number == 0 else scene.added[number - 1].mask
-
-
-def with_mask(scene: Scene, volume: Volume, mask: Mask | None) -> dict[str, Any]:
-    """Return the changed parts of a scene with another mask of a volume."""
-    if volume is scene.volume:
-        return {"mask": mask}
-    return {"added": tuple(replace(each, mask=mask) if each.volume is volume else each for each in scene.added)}
-
-
-def without_volume(scene: Scene, number: int) -> dict[str, Any]:
-    """Return the changed parts of a scene without the added volume of that number, which counts from 1."""
-    return {"added": scene.added[: number - 1] + scene.added[number:]}
-
-
-def without_mesh(scene: Scene, number: int) -> dict[str, Any]:
-    """Return the changed parts of a scene without one of its meshes or lines."""
-    return {"geometry": scene.geometry[:number] + scene.geometry[number + 1 :]}
-
-
-def with_look(
-    scene: Scene, number: int, color: tuple[float, float, float] | None = None, opacity: float | None = None
-) -> dict[str, Any]:
-    """Return the changed parts of a scene with another colour or opacity of one mesh or line."""
-    shape = scene.geometry[number]
-    other = copy(shape)  # `replace` would check a million triangles anew while a slider is dragged
-    if color is not None:
-        object.__setattr__(other, "color", color)
-    if opacity is not None:
-        object.__setattr__(other, "opacity", opacity)
+def with_look(scene: Scene, number: int, color: tuple[float, float, float], opacity: float) -> dict[str, Any]:
+    """Return the changed parts of a scene with another colour and opacity of one mesh or line."""
+    other = copy(scene.geometry[number])  # `replace` would check a million triangles anew while a slider is dragged
+    vars(other).update(color=color, opacity=opacity)
     return {"geometry": (*scene.geometry[:number], other, *scene.geometry[number + 1 :])}
 
 

@@ -1,8 +1,10 @@
-"""State of the window, and services on it: messages, reading files, browsing, writing files."""
+"""State of the window, and services on it: messages, reading files on a thread, browsing, writing files."""
 
 from __future__ import annotations
 
 import os
+import threading
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,7 +16,6 @@ from texvol.window.browsing import Browser
 from texvol.window.director import Director
 from texvol.window.document import Document
 from texvol.window.jobs import Answer
-from texvol.window.loading import Loading
 from texvol.window.painter import Painter
 from texvol.window.probe import Found
 from texvol.window.screen import Textures
@@ -33,6 +34,51 @@ class Message:
     text: str
     is_fault: bool
     until: float
+
+
+@dataclass
+class Loading:
+    """Reading of one object on a thread; the window's thread takes it over.
+
+    Attributes
+    ----------
+    make : callable
+        Reads and returns the object, on the thread.
+    done : callable
+        Takes the object, on the window's thread.
+    first : bool
+        True for the document that the window was started with.
+    over : bool
+        True once the object is `found`, or the reading has failed because of a `fault`.
+    """
+
+    name: str
+    make: Callable[[], Any]
+    done: Callable[[Any], None]
+    wake: Callable[[], None]
+    first: bool = False
+    fault: str | None = None
+    warnings: list[str] = field(default_factory=list)
+    over: bool = False
+    found: Any = None
+
+    def start(self) -> Loading:
+        """Start the thread."""
+        threading.Thread(target=self._load, daemon=True, name="texvol loading").start()
+        return self
+
+    def _load(self) -> None:
+        try:
+            with warnings.catch_warnings(record=True) as said:
+                warnings.simplefilter("ignore")  # warnings of libraries about themselves
+                warnings.simplefilter("always", UserWarning)
+                self.found = self.make()
+            self.warnings = [" ".join(str(each.message).split()) for each in said]
+        except Exception as error:  # a reader may raise anything on a damaged file; the window stays open
+            text = " ".join(str(error).split())
+            self.fault = text if isinstance(error, TexvolError) and text else f"{self.name}: {text or error!r}"
+        self.over = True
+        self.wake()
 
 
 @dataclass
@@ -120,15 +166,17 @@ class Desk:
         return True
 
     def change(self, stroke: str | None = None, **parts: Any) -> bool:
-        """Change parts of the scene; return False and show a message if they make no valid scene."""
+        """Change those parts of the scene that differ; return False and show a message if they make no valid scene."""
         assert self.document is not None
         document = self.document
+        if all(getattr(document.scene, name) == part for name, part in parts.items()):
+            return True
         return self.attempt(lambda: document.change(stroke, **parts))
 
     def load(self, name: str, make: Callable[[], Document], *, first: bool = False) -> None:
         """Open the document that `make` returns, on a thread; if the `first` one can't be opened, the window ends."""
         self.waiting.clear()
-        self.loading = Loading(name, make, lambda found: self._take(name, found), self.wake, first=first).start()
+        self.loading = Loading(name, make, lambda found: self._take(name, found), self.wake, first).start()
 
     def fetch(self, name: str, make: Callable[[], Any], done: Callable[[Any], Any]) -> None:
         """Read something for the open scene on a thread, and pass it to `done` if that scene is still open."""
@@ -181,22 +229,20 @@ class Desk:
         if self.loading is None and self.waiting:
             self.loading = self.waiting.pop(0).start()
 
-    def browse(self, title: str, done: Callable[[str], None], *, saves: bool = False, name: str = "") -> None:
-        """Show the file browser in the folder of the last chosen file, and pass the chosen path to `done`."""
+    def browse(
+        self, title: str, done: Callable[[str, str], Any], *, saves: bool = False, name: str = "",
+        takes_words: bool = False,
+    ) -> None:  # fmt: skip
+        """Show the file browser in the folder of the last chosen file; `done` gets the path and the entered options."""
         typed = Path(name).expanduser()
         folder = typed.absolute().parent if name else self.folder
 
         def chosen(path: str) -> None:
             self.folder = Path(path).parent
-            done(path)
+            self.attempt(lambda: done(path, browser.words))
 
-        self.browser = Browser(title, chosen, self.wake, folder, saves, typed.name if name else "")
-
-    def browse_for_data(self, title: str, done: Callable[[str, str], None]) -> None:
-        """Show the file browser with a field for options; `done` gets the path and the entered options."""
-        self.browse(title, lambda path: done(path, self.browser.words if self.browser else ""))
-        assert self.browser is not None
-        self.browser.takes_words = True
+        browser = Browser(title, chosen, self.wake, folder, saves, typed.name, takes_words=takes_words)
+        self.browser = browser
 
     def write(self, **job: Any) -> None:
         """Have the clerk write a file."""
@@ -204,11 +250,9 @@ class Desk:
         assert document is not None
         if self.clerk is None or not self.clerk.alive:
             self.clerk = self.make_painter()
-        self.writing = 0.0
-        clerk = self.clerk
-        self.attempt(
-            lambda: clerk.ask(scene=document.scene, showing=document.showing, name=document.origin.volume, **job)
-        )
+        clerk, self.writing = self.clerk, 0.0
+        job |= {"scene": document.scene, "showing": document.showing, "name": document.origin.volume}
+        self.attempt(lambda: clerk.ask(**job))
 
     def stop_writing(self) -> None:
         """Cancel writing the file."""

@@ -12,7 +12,7 @@ from texvol.scene.scene import Scene
 from texvol.window import quality
 from texvol.window.jobs import Answer, Showing, Size
 from texvol.window.painter import Painter
-from texvol.window.quality import SETTLED, Coarseness, Pace, is_software, moving_accuracy, moving_scene
+from texvol.window.quality import MOVING_TERMINATION, SETTLED, Coarseness, Pace, is_software, moving_scene
 
 
 @dataclass(frozen=True)
@@ -22,12 +22,6 @@ class Wanted:
     scene: Scene
     size: Size
     showing: Showing = field(default_factory=Showing)
-
-    def same(self, other: Wanted | None) -> bool:
-        """True if nothing has changed; scenes are compared by identity, because a changed scene is another object."""
-        return other is not None and self.scene is other.scene and (self.size, self.showing) == (
-            other.size, other.showing,
-        )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -79,18 +73,16 @@ class Director:
 
     def want(self, wanted: Wanted | None, now: float) -> None:
         """Set the scene to be drawn; an unchanged scene has no effect."""
-        if wanted is None or wanted.same(self._wanted):
-            if wanted is None:
-                self._wanted = self.shown = None
-            return
+        if wanted is None:
+            self.shown = None
+        elif wanted != self._wanted:
+            self.version += 1
+            self._changed_at = now
+            self.again()
         self._wanted = wanted
-        self.version += 1
-        self._changed_at = now
-        if self._refiner.busy:
-            self._refiner.drop()
 
     def again(self) -> None:
-        """Refine the picture again, after a change of the maximum error."""
+        """Refine the picture again, after a change of the scene or the maximum error."""
         self._refined = 0
         if self._refiner.busy:
             self._refiner.drop()
@@ -104,15 +96,20 @@ class Director:
             new |= self._hear_refiner(answer)
         if self._wanted is None:
             return new
+        scene, size, showing = self._wanted.scene, self._wanted.size, self._wanted.showing
         if self._moved < self.version and not self._mover.busy:
-            self._ask_mover(self._wanted)
+            coarseness = self.pace.choose(size)
+            self._moved, self._moving = self.version, (self.version, coarseness, size)
+            self._mover.ask(
+                kind="move", scene=moving_scene(scene), size=coarseness.size(size), showing=showing,
+                accuracy={"sampling_rate": coarseness.rate, "early_termination": MOVING_TERMINATION},
+            )  # fmt: skip
         settled = now - self._changed_at >= SETTLED and self._moved == self.version and not self._mover.busy
         if settled and self._refined < self.version:
             self._refined = self.version
             self._refiner.ask(
-                kind="rest", scene=self._wanted.scene, size=self._wanted.size, showing=self._wanted.showing,
-                accuracy={"max_error": self.max_error},
-            )  # fmt: skip
+                kind="rest", scene=scene, size=size, showing=showing, accuracy={"max_error": self.max_error}
+            )
         return new
 
     def next_due(self, now: float) -> float:
@@ -120,15 +117,6 @@ class Director:
         if self._wanted is None or self._refined == self.version or self._mover.busy:
             return float("inf")
         return max(SETTLED - (now - self._changed_at), 0.0)
-
-    def _ask_mover(self, wanted: Wanted) -> None:
-        coarseness = self.pace.choose(wanted.size)
-        self._moved = self.version
-        self._moving = self.version, coarseness, wanted.size
-        self._mover.ask(
-            kind="move", scene=moving_scene(wanted.scene), size=coarseness.size(wanted.size), showing=wanted.showing,
-            accuracy=moving_accuracy(coarseness),
-        )  # fmt: skip
 
     def _hear_mover(self, answer: Answer) -> bool:
         if answer.kind == "failed":

@@ -9,12 +9,10 @@ from __future__ import annotations
 import argparse
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
-from operator import is_
 from typing import Any, NamedTuple
 from weakref import WeakKeyDictionary
 
 import numpy as np
-from numpy.typing import NDArray
 
 from texvol.annotation import Annotation, check, with_room
 from texvol.options.scene_options import SceneOptions
@@ -60,45 +58,37 @@ class Saved(NamedTuple):
 
 
 class History:
-    """Undo history: past scenes, the current one, and undone ones."""
+    """Undo history: `past` scenes, the current one, and undone ones, the `future`."""
 
     def __init__(self, scene: Scene) -> None:
-        self._past: list[Scene] = []
-        self._future: list[Scene] = []
+        self.past: list[Scene] = []
+        self.future: list[Scene] = []
         self.now = scene
         self._stroke: str | None = None
-
-    @property
-    def can_undo(self) -> bool:
-        """True if there is a step to undo."""
-        return bool(self._past)
-
-    @property
-    def can_redo(self) -> bool:
-        """True if there is a step to redo."""
-        return bool(self._future)
 
     def change(self, scene: Scene, stroke: str | None = None) -> None:
         """Add a scene; a change of the same stroke as the last change belongs to the same step."""
         if stroke is None or stroke != self._stroke:
-            self._past = [*self._past[-_LONGEST:], self.now]
-        self._stroke, self.now, self._future = stroke, scene, []
+            self.past = [*self.past[-_LONGEST:], self.now]
+        self._stroke, self.now, self.future = stroke, scene, []
 
     def end_stroke(self) -> None:
         """End the stroke: the next change is a new step."""
         self._stroke = None
 
-    def undo(self) -> None:
-        """Go one step back, if there is one."""
-        if self._past:
-            self._future.append(self.now)
-            self.now, self._stroke = self._past.pop(), None
+    def undo(self) -> Scene:
+        """Go one step back, if there is one; return the scene there."""
+        return self._step(self.past, self.future)
 
-    def redo(self) -> None:
-        """Go one step forward, if there is one."""
-        if self._future:
-            self._past.append(self.now)
-            self.now, self._stroke = self._future.pop(), None
+    def redo(self) -> Scene:
+        """Go one step forward, if there is one; return the scene there."""
+        return self._step(self.future, self.past)
+
+    def _step(self, source: list[Scene], target: list[Scene]) -> Scene:
+        if source:
+            target.append(self.now)
+            self.now, self._stroke = source.pop(), None
+        return self.now
 
 
 class Document:
@@ -133,13 +123,9 @@ class Document:
         self._opened = scene, self.showing
         self._histograms: WeakKeyDictionary[Volume, Histogram] = WeakKeyDictionary()
         for volume in scene.volumes:
-            self.know(volume)
+            self.histogram(volume)
 
-    def histogram(self, number: int) -> Histogram:
-        """Return the histogram of a volume by its number."""
-        return self.know(self.scene.volumes[number])
-
-    def know(self, volume: Volume) -> Histogram:
+    def histogram(self, volume: Volume) -> Histogram:
         """Return the histogram of a volume, computed at the first call; a thread that reads a volume calls it early."""
         if volume not in self._histograms:
             self._histograms[volume] = histogram_of(volume)
@@ -177,17 +163,15 @@ class Document:
             If the annotation can't be drawn; the previous annotation stays.
         """
         check(annotation, self.scene)
-        home = self.home
-        if home is not None and self.at_home:
-            self.go_home(Home.of(home.plain, self.scene, size, annotation))
+        if self.home is not None and self.at_home:
+            self.go_home(Home.of(self.home.plain, self.scene, size, annotation))
         self.show(annotation=annotation)
 
     def fit(self, size: tuple[int, int]) -> None:
         """Set the size of the picture in pixels; an unchanged home view is framed anew for it."""
         self._size = size
-        home = self.home
-        if home is not None and self.at_home:
-            view = framed(View(home.plain, self.view.pivot), self.scene.box, size[0] / size[1])
+        if self.home is not None and self.at_home:
+            view = framed(View(self.home.plain, self.view.pivot), self.scene.box, size[0] / size[1])
             self.look(view)
             self.go_home(Home.of(view.camera, self.scene, size, self.showing.annotation))
 
@@ -208,26 +192,20 @@ class Document:
         self.showing = replace(self.showing, **parts)
 
     def undo(self) -> None:
-        """Undo one step."""
-        self.history.undo()
-        self._become(replace(self.history.now, camera=self.view.camera))
+        """Undo one step, if there is one."""
+        self._become(replace(self.history.undo(), camera=self.view.camera))
 
     def redo(self) -> None:
-        """Redo one step."""
-        self.history.redo()
-        self._become(replace(self.history.now, camera=self.view.camera))
+        """Redo one step, if there is one."""
+        self._become(replace(self.history.redo(), camera=self.view.camera))
 
     def _become(self, scene: Scene) -> None:
         """Replace the scene, and frame it anew if its box has changed."""
         before, self.scene = self.scene, scene
-        same = len(before.volumes) == len(scene.volumes) and all(map(is_, before.volumes, scene.volumes))
-        if self._size and not same and not np.array_equal(_corners(before.box), _corners(scene.box)):
-            self.fit(self._size)
-
-
-def _corners(box: Volume) -> NDArray[np.float64]:
-    corners: NDArray[np.float64] = box.corners_from_centre + box.centre
-    return corners
+        if self._size and before.volumes != scene.volumes:
+            one, other = (box.corners_from_centre + box.centre for box in (before.box, scene.box))
+            if not np.array_equal(one, other):
+                self.fit(self._size)
 
 
 def opened(arguments: argparse.Namespace, size: tuple[int, int]) -> Document:
@@ -241,7 +219,7 @@ def opened(arguments: argparse.Namespace, size: tuple[int, int]) -> Document:
     options = SceneOptions(arguments)
     options.size = size
     volume = options.load()
-    scene = _with_transfer_functions(options.scene(volume, in_8_bits=True))
+    scene = options.scene(volume, in_8_bits=True)
     check(options.annotation, scene)
     showing = Showing(options.window, options.transparent, options.annotation)
     origin = Origin(options.volume, arguments.scene, options.transfer_function)
@@ -249,19 +227,6 @@ def opened(arguments: argparse.Namespace, size: tuple[int, int]) -> Document:
     if not options.chose_view:
         document.go_home(Home.of(document.view.camera, scene, size, options.annotation))
     return document
-
-
-def _with_transfer_functions(scene: Scene) -> Scene:
-    """Return the scene with the proposed transfer function for each added volume that has none, for the editor."""
-    if not scene.added:
-        return scene
-    from texvol.scene.transfer import proposed_for
-
-    every = (
-        each if each.transfer_function else replace(each, transfer_function=proposed_for(each.volume))
-        for each in scene.added
-    )
-    return replace(scene, added=tuple(every))
 
 
 def opened_file(path: str, size: tuple[int, int], how: Mapping[str, Any] | None = None) -> Document:

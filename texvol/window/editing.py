@@ -8,15 +8,19 @@ The parts of a transfer function that depend on the gradient are not changed.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import accumulate
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from texvol.scene import transfer
+from texvol.scene.added_volume import AddedVolume
 from texvol.scene.air import air_in_8_bits
+from texvol.scene.optics import depth_from_opacity, opacity_from_depth
 from texvol.scene.scene import Scene
 from texvol.scene.transfer import TransferFunction
+from texvol.window.navigation import triple
 
 Color = tuple[float, float, float]
 
@@ -39,13 +43,8 @@ class Curve:
     @classmethod
     def of(cls, medium: TransferFunction) -> Curve:
         """Return the control points of a transfer function."""
-        colors = _straight(medium)
-        return cls(
-            tuple(
-                Point(float(value), (float(color[0]), float(color[1]), float(color[2])), float(extinction))
-                for value, color, extinction in zip(medium.values, colors, medium.extinctions, strict=True)
-            )
-        )
+        numbers = medium.values.tolist(), map(triple, _straight(medium)), medium.extinctions.tolist()
+        return cls(tuple(map(Point, *numbers)))
 
     def applied(self, medium: TransferFunction) -> TransferFunction:
         """Return the transfer function with these control points."""
@@ -60,15 +59,11 @@ class Curve:
         """Return the curve with point `index` moved; its value stays between its neighbours' values."""
         low = self.points[index - 1].value if index else -np.inf
         high = self.points[index + 1].value if index + 1 < len(self.points) else np.inf
-        point = self.points[index]
-        return self._with(
-            index, replace(point, value=float(np.clip(value, low, high)), extinction=max(extinction, 0.0))
-        )
+        return self._with(index, value=float(np.clip(value, low, high)), extinction=max(extinction, 0.0))
 
     def colored(self, index: int, color: Color) -> Curve:
         """Return the curve with point `index` in another linear colour."""
-        red, green, blue = (max(float(part), 0.0) for part in color)
-        return self._with(index, replace(self.points[index], color=(red, green, blue)))
+        return self._with(index, color=triple(np.maximum(color, 0.0)))
 
     def added(self, value: float, extinction: float | None = None) -> tuple[Curve, int]:
         """Return the curve with a new point, and the point's index; by default the point lies on the curve."""
@@ -78,11 +73,11 @@ class Curve:
         width = after.value - before.value
         fraction = (value - before.value) / width if width > 0 else 0.0
         fraction = float(np.clip(fraction, 0, 1))
-        red, green, blue = ((1 - fraction) * a + fraction * b for a, b in zip(before.color, after.color, strict=True))
+        color = triple((1 - fraction) * np.array(before.color) + fraction * np.array(after.color))
         if extinction is None:
             ends = before.extinction, after.extinction
             extinction = max(ends) if np.isinf(max(ends)) else (1 - fraction) * ends[0] + fraction * ends[1]
-        point = Point(float(value), (red, green, blue), float(extinction))
+        point = Point(float(value), color, float(extinction))
         return Curve((*self.points[:index], point, *self.points[index:])), index
 
     def removed(self, index: int) -> Curve:
@@ -103,18 +98,24 @@ class Curve:
         if not last > first:
             return Curve(tuple(replace(point, value=low) for point in self.points))
         scale = (high - low) / (last - first)
-        placed = np.maximum.accumulate([low + (point.value - first) * scale for point in self.points])
-        return Curve(
-            tuple(replace(point, value=float(value)) for point, value in zip(self.points, placed, strict=True))
-        )
+        placed = accumulate((low + (point.value - first) * scale for point in self.points), max)
+        return Curve(tuple(replace(point, value=value) for point, value in zip(self.points, placed, strict=True)))
 
-    def _with(self, index: int, point: Point) -> Curve:
-        return Curve((*self.points[:index], point, *self.points[index + 1 :]))
+    def _with(self, index: int, **changed: Any) -> Curve:
+        return Curve((*self.points[:index], replace(self.points[index], **changed), *self.points[index + 1 :]))
 
 
-def transfer_function_of(scene: Scene, number: int) -> TransferFunction | None:
-    """Return the transfer function of a volume by its number; 0 is the scene's first volume."""
-    return scene.transfer_function if number == 0 else scene.added[number - 1].transfer_function
+def owner_of(scene: Scene, number: int) -> Scene | AddedVolume:
+    """Return the object that has a volume by its number, with mask and transfer function: the scene has volume 0."""
+    return (scene, *scene.added)[number]
+
+
+def with_own(scene: Scene, number: int, **parts: Any) -> dict[str, Any]:
+    """Return the changed parts of a scene with another transfer function or mask of a volume."""
+    if number == 0:
+        return parts
+    changed = replace(scene.added[number - 1], **parts)
+    return {"added": (*scene.added[: number - 1], changed, *scene.added[number:])}
 
 
 def with_mode(scene: Scene, mode: str) -> dict[str, Any]:
@@ -140,25 +141,14 @@ def with_coloring(scene: Scene, coloring: str) -> dict[str, Any]:
     return parts
 
 
-def with_transfer_function(scene: Scene, number: int, medium: TransferFunction) -> dict[str, Any]:
-    """Return the changed parts of a scene with another transfer function of a volume."""
-    if number == 0:
-        return {"transfer_function": medium}
-    added = list(scene.added)
-    added[number - 1] = replace(added[number - 1], transfer_function=medium)
-    return {"added": tuple(added)}
-
-
 def opacity_of(extinction: NDArray | float, length: float) -> NDArray[np.float64]:
     """Return the opacity of a path: 1 - exp(-extinction × length)."""
-    return np.asarray(-np.expm1(-np.asarray(extinction, np.float64) * length))
+    return np.asarray(opacity_from_depth(np.asarray(extinction, np.float64) * length))
 
 
 def extinction_of(opacity: float, length: float) -> float:
     """Return the extinction, per world unit, of a medium with this opacity over a length; infinite for opacity 1."""
-    if opacity >= 1:
-        return float("inf")
-    return float(-np.log1p(-max(opacity, 0.0)) / length)
+    return float(depth_from_opacity(np.clip(opacity, 0, 1)) / length)
 
 
 def _straight(medium: TransferFunction) -> NDArray[np.float64]:

@@ -120,6 +120,3 @@ class Queue:
         taken = list(self._waiting)
         self._waiting.clear()
         return taken
-
-    def __len__(self) -> int:
-        return len(self._waiting)

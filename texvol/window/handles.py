@@ -17,8 +17,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol.annotation.view import EDGES
 from texvol.scene.camera import Camera
-from texvol.scene.cutting import ClipPlane, Range
+from texvol.scene.cutting import ClipPlane, Cutting, Range
 from texvol.scene.scene import Scene
 from texvol.scene.volume import Volume
 from texvol.window.navigation import Position, rotation, triple
@@ -69,10 +70,8 @@ def handles_of(scene: Scene) -> list[Handle]:
                 point = middle.copy()
                 point[axis] = crop[axis, end]
                 found.append(Handle(triple(point), triple(np.eye(3)[axis]), face=(axis, end)))
-    for number, plane in enumerate(scene.clip):
-        size = float(np.linalg.norm(plane.normal))
-        unit = np.array(plane.normal) / size
-        point = scene.box.centre + (plane.offset / size - unit @ scene.box.centre) * unit
+    for number, (unit, distance) in enumerate(zip(*Cutting(scene.clip).half_spaces(scene.box), strict=True)):
+        point = scene.box.centre + distance * unit
         found.append(Handle(triple(point), triple(unit), plane=number))
         tip = point + _ARROW * scene.box.radius * unit
         found.append(Handle(triple(tip), triple(unit), plane=number, turns=True))
@@ -97,7 +96,7 @@ def drag_distance(handle: Handle, camera: Camera, by: Position, radius: float) -
         return 0.0
     speed = np.subtract(there, here) / step
     if np.linalg.norm(speed) * radius < _LEAST_SPEED:
-        return by[1] * _half_height(camera, point) * (1 if axis @ camera.forward > 0 else -1)
+        return by[1] * _half_height(camera, point) * (1 if points_away(handle, camera) else -1)
     return float(speed @ np.array(by) / (speed @ speed))
 
 
@@ -138,12 +137,9 @@ def moved(scene: Scene, handle: Handle, distance: float) -> dict[str, object]:
     ranges = [list(each) for each in scene.crop]
     limits = bounds(scene.box)[axis]
     least = _THINNEST * (limits[1] - limits[0])
-    first, last = (float(each) for each in np.clip(ranges[axis], *limits))
-    if end == 0:
-        position = np.clip(first + distance, limits[0], last - least)
-    else:
-        position = np.clip(last + distance, first + least, limits[1])
-    ranges[axis][end] = float(position)
+    ends = np.clip(ranges[axis], *limits)
+    lowest, highest = (limits[0], ends[1] - least) if end == 0 else (ends[0] + least, limits[1])
+    ranges[axis][end] = float(np.clip(ends[end] + distance, lowest, highest))
     return {"crop": tuple((low, high) for low, high in ranges)}
 
 
@@ -153,8 +149,7 @@ def outline(scene: Scene) -> list[tuple[NDArray[np.float64], NDArray[np.float64]
     crop = within(scene)
     if crop is not None:
         corners = np.array([[crop[axis, (corner >> axis) & 1] for axis in range(3)] for corner in range(8)])
-        pairs = [(a, a | 1 << axis) for a in range(8) for axis in range(3) if not a >> axis & 1]
-        lines += [(corners[a], corners[b]) for a, b in pairs]
+        lines += [(corners[edge.start], corners[edge.end]) for edge in EDGES]
     for plane in scene.clip:
         border = _border(plane, scene.box)
         lines += [*pairwise([*border, border[0]])] if len(border) > 2 else []
@@ -163,16 +158,14 @@ def outline(scene: Scene) -> list[tuple[NDArray[np.float64], NDArray[np.float64]
 
 def _border(plane: ClipPlane, box: Volume) -> list[NDArray[np.float64]]:
     """Return the corners of the polygon in which a plane cuts a box, in order around the polygon."""
-    unit = np.array(plane.normal) / np.linalg.norm(plane.normal)
+    (unit,), (distance,) = Cutting((plane,)).half_spaces(box)
     corners = box.corners_from_centre
-    height = corners @ unit - (plane.offset / float(np.linalg.norm(plane.normal)) - float(unit @ box.centre))
+    height = corners @ unit - distance
     found = []
-    for a in range(8):
-        for axis in range(3):
-            b = a | 1 << axis
-            if b != a and (height[a] < 0) != (height[b] < 0):
-                fraction = height[a] / (height[a] - height[b])
-                found.append(corners[a] + fraction * (corners[b] - corners[a]))
+    for _, a, b in EDGES:
+        if (height[a] < 0) != (height[b] < 0):
+            fraction = height[a] / (height[a] - height[b])
+            found.append(corners[a] + fraction * (corners[b] - corners[a]))
     if len(found) < 3:
         return []
     middle = np.mean(found, axis=0)

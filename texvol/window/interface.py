@@ -5,7 +5,7 @@ Dear ImGui's own GLFW back end is not used, because it would not receive the eve
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -41,38 +41,24 @@ class Interface:
         imgui.backends.opengl3_init("#version 330")
         platform = imgui.get_platform_io()
         platform.platform_get_clipboard_text_fn = lambda _: screen.clipboard
-        platform.platform_set_clipboard_text_fn = self._copy
+        platform.platform_set_clipboard_text_fn = lambda _, text: screen.copy(text)
         if _FONT.exists():
             io.fonts.add_font_from_file_ttf(str(_FONT), FONT_SIZE)
         self.scale = 0.0
         self._before = screen.time
 
-    @property
-    def wants_mouse(self) -> bool:
-        """True if the mouse is over a panel or drags in a panel."""
-        return bool(imgui.get_io().want_capture_mouse)
-
-    @property
-    def wants_keyboard(self) -> bool:
-        """True if a text field has the keyboard."""
-        return bool(imgui.get_io().want_text_input)
-
-    @property
-    def item_active(self) -> bool:
-        """True while a control, such as a slider, is held or edited."""
-        return bool(imgui.is_any_item_active())
-
-    def begin(self, events: Iterable[Event]) -> None:
+    def begin(self, events: Sequence[Event]) -> None:
         """Begin a frame with the events since the last frame."""
         io, screen = imgui.get_io(), self._screen
-        self._rescale(screen.scale)
+        if screen.scale != self.scale:
+            self.scale = screen.scale
+            _apply_style(self.scale)
         size, pixels, now = screen.size, screen.pixels, screen.time
         io.display_size = imgui.ImVec2(*size)
         if size[0] and size[1]:
             io.display_framebuffer_scale = imgui.ImVec2(pixels[0] / size[0], pixels[1] / size[1])
         io.delta_time = max(now - self._before, 1e-4)
         self._before = now
-        events = list(events)
         # With trickling, Dear ImGui would accept only one typed letter in two frames.
         io.config_input_trickle_event_queue = not any(event.kind == "text" for event in events)
         for event in events:
@@ -86,10 +72,6 @@ class Interface:
         imgui.render()
         imgui.backends.opengl3_render_draw_data(imgui.get_draw_data())
 
-    def abandon(self) -> None:
-        """End a frame without drawing it."""
-        imgui.end_frame()
-
     def close(self) -> None:
         """Release the context; call it while the screen's OpenGL context exists."""
         platform = imgui.get_platform_io()
@@ -97,14 +79,6 @@ class Interface:
         imgui.backends.opengl3_shutdown()
         implot.destroy_context(self._plots)
         imgui.destroy_context(self._context)
-
-    def _copy(self, _: Any, text: str) -> None:
-        self._screen.clipboard = text
-
-    def _rescale(self, scale: float) -> None:
-        if scale != self.scale:
-            self.scale = scale
-            _apply(scale)
 
 
 def _feed(io: Any, event: Event) -> None:
@@ -152,7 +126,7 @@ _COLORS = {
 }
 
 
-def _apply(scale: float) -> None:
+def _apply_style(scale: float) -> None:
     style = imgui.get_style()
     for name, color in _COLORS.items():
         style.set_color_(getattr(imgui.Col_, name).value, imgui.ImVec4(*color))

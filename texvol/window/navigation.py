@@ -57,7 +57,7 @@ class View:
     def pivot_depth(self) -> float:
         """Depth of the pivot along the view; the target's depth if the pivot is not in front of the eye."""
         depth = float(self.camera.forward @ np.subtract(self.pivot, self.camera.eye))
-        distance = _distance(self.camera)
+        distance = float(np.linalg.norm(np.subtract(self.camera.target, self.camera.eye)))
         return depth if depth > 1e-3 * distance else distance
 
     @property
@@ -109,16 +109,14 @@ def dolly(view: View, factor: float, at: Position, volume: Volume) -> View:
     shift = away / distance * step
     if factor > 1 and np.linalg.norm(camera.eye + shift - volume.centre) > _FARTHEST * volume.radius:
         return view
-    moved = _shifted(camera, shift)
-    return View(moved, _kept_in_front(view.pivot, moved, volume))
+    return _moved(view, shift, volume)
 
 
 def advance(view: View, step: float, volume: Volume) -> View:
     """Move the eye forward by `step` radii of the box; the plane of an orthographic eye cuts the medium."""
-    moved = _shifted(view.camera, step * volume.radius * view.camera.forward)
-    if np.linalg.norm(np.subtract(moved.eye, volume.centre)) > _FARTHEST * volume.radius:
-        return view
-    return View(moved, _kept_in_front(view.pivot, moved, volume))
+    moved = _moved(view, step * volume.radius * view.camera.forward, volume)
+    is_too_far = np.linalg.norm(np.subtract(moved.camera.eye, volume.centre)) > _FARTHEST * volume.radius
+    return view if is_too_far else moved
 
 
 def with_fov(view: View, fov: float) -> View:
@@ -192,13 +190,13 @@ def _across(view: View, at: Position) -> Vector:
     return across
 
 
-def _kept_in_front(pivot: tuple[float, float, float], camera: Camera, volume: Volume) -> tuple[float, float, float]:
-    """Return the pivot, or a point in front of the eye if the eye has passed the pivot."""
-    depth = float(camera.forward @ np.subtract(pivot, camera.eye))
+def _moved(view: View, shift: Vector, volume: Volume) -> View:
+    """Return the view with a shifted camera; if the eye has passed the pivot, the pivot is put in front of the eye."""
+    camera = _shifted(view.camera, shift)
     least = 0.1 * _NEAREST * volume.radius
-    if depth >= least:
-        return pivot
-    return triple(np.array(camera.eye) + least * camera.forward)
+    if float(camera.forward @ np.subtract(view.pivot, camera.eye)) >= least:
+        return View(camera, view.pivot)
+    return View(camera, triple(np.array(camera.eye) + least * camera.forward))
 
 
 def _turned(view: View, turn: NDArray[np.float64], up: Any) -> View:
@@ -209,10 +207,6 @@ def _turned(view: View, turn: NDArray[np.float64], up: Any) -> View:
 
 def _shifted(camera: Camera, shift: Vector) -> Camera:
     return replace(camera, eye=triple(camera.eye + shift), target=triple(camera.target + shift))
-
-
-def _distance(camera: Camera) -> float:
-    return float(np.linalg.norm(np.subtract(camera.target, camera.eye)))
 
 
 def triple(vector: Any) -> tuple[float, float, float]:

@@ -6,13 +6,15 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from texvol.geometry import load_mesh
+from texvol.scene import transfer
 from texvol.scene.added_volume import AddedVolume
 from texvol.scene.mask import Mask
 from texvol.scene.shapes import Mesh
 from texvol.scene.volume import Volume
 from texvol.window import contents
 from texvol.window.desk import Desk
-from texvol.window.document import Document, opened_file
+from texvol.window.document import opened_file
+from texvol.window.editing import with_own
 
 
 def open_file(desk: Desk, path: str, options: Mapping[str, Any] | None = None) -> None:
@@ -25,8 +27,6 @@ def open_file(desk: Desk, path: str, options: Mapping[str, Any] | None = None) -
     """
     kind = contents.kind_of(path)
     if kind == "transfer function" and desk.document is not None:
-        from texvol.scene import transfer
-
         volume = desk.document.scene.volume
         desk.attempt(lambda: desk.change(transfer_function=transfer.load(path, volume)))
     elif kind == "mesh":
@@ -37,26 +37,20 @@ def open_file(desk: Desk, path: str, options: Mapping[str, Any] | None = None) -
 
 
 def browse_to_open(desk: Desk) -> None:
-    """Show the file browser, and open the chosen file."""
-
-    def opens(path: str, words: str) -> None:
-        desk.attempt(lambda: open_file(desk, path, contents.of_opened(words)))
-
-    desk.browse_for_data("Open a volume, a scene, a mesh or a transfer function", opens)
+    """Show the file browser, and open the chosen file with the entered options."""
+    title = "Open a volume, a scene, a mesh or a transfer function"
+    desk.browse(title, lambda path, words: open_file(desk, path, contents.of_opened(words)), takes_words=True)
 
 
 def browse_to_add(desk: Desk) -> None:
-    """Show the file browser, and add the chosen volume or mesh."""
-
-    def adds(path: str, words: str) -> None:
-        desk.attempt(lambda: add(desk, path, contents.of_added(words)))
-
-    desk.browse_for_data("Add a volume or a mesh", adds)
+    """Show the file browser, and add the chosen volume or mesh with the entered options."""
+    title = "Add a volume or a mesh"
+    desk.browse(title, lambda path, words: add(desk, path, contents.of_added(words)), takes_words=True)
 
 
 def browse_for_mask(desk: Desk, volume: Volume) -> None:
     """Show the file browser, and apply the chosen mask to a volume."""
-    desk.browse("Mask of the volume", lambda path: mask(desk, volume, path))
+    desk.browse("Mask of the volume", lambda path, _: mask(desk, volume, path))
 
 
 def drop(desk: Desk, paths: Sequence[str], *, adds: bool = False) -> None:
@@ -100,16 +94,22 @@ def add(desk: Desk, path: str, chosen: Mapping[str, Any] | None = None) -> None:
     if document is None:
         desk.say(f"{path}: no scene is open; open a volume before you add a file", fault=True)
         return
-    if contents.kind_of(path) == "mesh":
-        desk.fetch(path, lambda: load_mesh(path), lambda found: _add_mesh(document, found))
-        return
 
-    def make() -> AddedVolume:
+    def make() -> Mesh | AddedVolume:
+        if contents.kind_of(path) == "mesh":
+            return load_mesh(path)
         found = contents.read_volume(path, document.scene, chosen or {})
-        document.know(found.volume)
+        document.histogram(found.volume)
         return found
 
-    desk.fetch(path, make, lambda found: _add_volume(desk, document, found))
+    def take(found: Mesh | AddedVolume) -> None:
+        if isinstance(found, Mesh):
+            document.change(geometry=(*document.scene.geometry, found))
+        else:
+            document.change(added=(*document.scene.added, found))
+            desk.panel_state["volume"] = len(document.scene.added)  # select the new volume in the panel
+
+    desk.fetch(path, make, take)
 
 
 def mask(desk: Desk, volume: Volume, path: str, fade: tuple[float, float] | None = None) -> None:
@@ -119,15 +119,6 @@ def mask(desk: Desk, volume: Volume, path: str, fade: tuple[float, float] | None
 
     def take(found: Mask) -> None:
         if volume in document.scene.volumes:
-            document.change(**contents.with_mask(document.scene, volume, found))
+            document.change(**with_own(document.scene, document.scene.volumes.index(volume), mask=found))
 
     desk.fetch(path, lambda: contents.read_mask(path, volume, fade), take)
-
-
-def _add_mesh(document: Document, mesh: Mesh) -> None:
-    document.change(geometry=(*document.scene.geometry, mesh))
-
-
-def _add_volume(desk: Desk, document: Document, added: AddedVolume) -> None:
-    document.change(added=(*document.scene.added, added))
-    desk.panel_state["volume"] = len(document.scene.added)  # select the new volume in the panel

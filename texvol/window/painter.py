@@ -85,14 +85,12 @@ class Painter:
         """Identities of the arrays that the process needs."""
         return self._sender.arrays
 
-    def ask(self, **job: Any) -> int:
-        """Start a job, which supersedes the current one, and return its number; a dead process is started again."""
+    def ask(self, **job: Any) -> None:
+        """Start a job, which supersedes the current one; a dead process is started again."""
         if not self.alive:  # for example killed because memory ran out
             self._connection.close()
             self._begin()
-        number = next(self._numbers)
-        self._newest[0] = number
-        self._waited_for = number
+        number = self._newest[0] = self._waited_for = next(self._numbers)
         try:
             self._sender.send(Job(number, **job))
         except (BrokenPipeError, ConnectionError):
@@ -100,7 +98,6 @@ class Painter:
         except OSError as error:  # no shared memory left for the arrays
             reason = writing.reason_of(error)
             self._answers.append(Answer("failed", number, text=f"cannot send the scene to be drawn: {reason}"))
-        return number
 
     def drop(self) -> None:
         """Cancel the current job."""

@@ -14,7 +14,7 @@ import time
 import warnings
 from collections.abc import Callable
 from dataclasses import replace
-from operator import is_
+from functools import partial
 from typing import Any, cast
 
 import numpy as np
@@ -70,33 +70,28 @@ class PiecewiseCompositor(Compositor):
                 super()._blend(program, stacks, blending)
                 self.finish()
                 row += rows
-                self._adapt(time.perf_counter() - start)
+                seconds = time.perf_counter() - start
+                if seconds > 2 * _PIECE:
+                    self._rows = max(self._rows // 2, _FEWEST_ROWS)
+                elif seconds < _PIECE:
+                    self._rows *= 2
         finally:
             target.scissor = None  # type: ignore[assignment]
             target.use()
 
-    def _adapt(self, seconds: float) -> None:
-        if seconds > 2 * _PIECE:
-            self._rows = max(self._rows // 2, _FEWEST_ROWS)
-        elif seconds < _PIECE:
-            self._rows *= 2
-
 
 class PiecewiseRenderer(Renderer):
-    """Renderer that can be interrupted, and predicts the accuracy that a maximum error requires."""
+    """Renderer that can be interrupted."""
+
+    _compositor: PiecewiseCompositor
 
     def __init__(self) -> None:
-        self._pieces: PiecewiseCompositor
         self._kept: tuple[Scene, Size, Settings, NDArray[np.float32]] | None = None
-        super().__init__(compositor=self._in_pieces)
-
-    def _in_pieces(self, context: Context) -> PiecewiseCompositor:
-        self._pieces = PiecewiseCompositor(context)
-        return self._pieces
+        super().__init__(compositor=PiecewiseCompositor)
 
     def interruptible(self, check: Callable[[], None] | None) -> None:
         """Have `check` called several times during each following picture; None draws pictures in one piece."""
-        self._pieces.check = check
+        self._compositor.check = check
 
     def _draw(
         self, scene: CompleteScene, size: Size, settings: Settings, repeat: int = 1, depth: bool = False
@@ -110,19 +105,6 @@ class PiecewiseRenderer(Renderer):
             self._kept = scene, size, settings, picture.copy()
         return picture
 
-    def fine_enough(self, scene: Scene, size: Size, max_error: float) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Return the arguments of `render` that a small picture predicts for an error, and metadata about the error."""
-        choice = self.foresee(scene, size, max_error)
-        return {
-            "slab_thickness": choice.slab_thickness,
-            "texture_format": "rgba32f",
-            "early_termination": checked_termination(None, max_error),
-        }, {
-            "estimated_error": error_control.if_finite(choice.estimated_error),
-            "wanted_error": max_error,
-            "reached": choice.reached,
-        }
-
 
 class JobRunner:
     """Renderer, and the code that turns jobs into answers."""
@@ -135,18 +117,18 @@ class JobRunner:
     def paint(self, job: Job) -> None:
         """Do a job; send one final answer, or none if a newer job arrives."""
 
-        def check() -> None:
-            if self._newest() > job.number:
-                raise Superseded
-
-        self._renderer.interruptible(None if job.kind == "move" else check)
+        self._renderer.interruptible(None if job.kind == "move" else partial(self._check, job))
         try:
             {"move": self._move, "rest": self._rest, "file": self._file, "film": self._film}[job.kind](job)
         except Superseded:
             pass
         except Exception as error:  # the window stays open and shows the reason
             text = " ".join(str(error).split()) or type(error).__name__
-            self._answer(Answer("failed", job.number, text=text, metadata={"error": type(error).__name__}))
+            self._answer(Answer("failed", job.number, text=text))
+
+    def _check(self, job: Job) -> None:
+        if self._newest() > job.number:
+            raise Superseded
 
     def close(self) -> None:
         """Release the OpenGL context."""
@@ -157,17 +139,15 @@ class JobRunner:
         start = time.perf_counter()
         if job.scene.lighting and not self._has_gradients(job.scene):
             picture = self._renderer.render(replace(job.scene, lighting=None), job.size, **job.accuracy)
-            self._send(job, picture, self._renderer.settings, start, final=False)
+            self._send(job, picture, start, final=False)
             start = time.perf_counter()
         picture = self._renderer.render(job.scene, job.size, **job.accuracy)
-        self._send(job, picture, self._renderer.settings, start)
+        self._send(job, picture, start)
 
     def _has_gradients(self, scene: Scene) -> bool:
         """True if the scene's gradients have been computed for the last lit scene; remember this scene's gradients."""
         known, self._lit = self._lit, (scene.volumes, scene.gradient)
-        if known is None or known[1] != scene.gradient or len(known[0]) != len(scene.volumes):
-            return False
-        return all(map(is_, known[0], scene.volumes))
+        return known == self._lit
 
     def _rest(self, job: Job) -> None:
         """Draw three pictures: one slab per sample, then the accuracy that a small picture predicts, then `max_error`.
@@ -176,20 +156,26 @@ class JobRunner:
         """
         start, renderer = time.perf_counter(), self._renderer
         first = renderer.render(job.scene, job.size)
-        self._send(job, first, renderer.settings, start, final=False)
+        self._send(job, first, start, final=False)
         wanted = job.accuracy["max_error"]
         if job.scene.mode in NUMBER_MODES:
             # The error counts as a fraction of the window from black to white.
             _, width = job.showing.window or found_window(first, job.scene)
             wanted *= width or 1.0
-        chosen, metadata = renderer.fine_enough(job.scene, job.size, wanted)
-        quick = renderer.render(job.scene, job.size, **chosen)
-        self._send(job, quick, renderer.settings, start, final=False, **metadata)
+        choice = renderer.foresee(job.scene, job.size, wanted)
+        termination = checked_termination(None, wanted)
+        quick = renderer.render(
+            job.scene, job.size, slab_thickness=choice.slab_thickness, texture_format="rgba32f",
+            early_termination=termination,
+        )  # fmt: skip
+        metadata = {"wanted_error": wanted, "reached": choice.reached}
+        metadata["estimated_error"] = error_control.if_finite(choice.estimated_error)
+        self._send(job, quick, start, final=False, **metadata)
         with warnings.catch_warnings(record=True) as missed:
             warnings.simplefilter("always", AccuracyWarning)
             picture = renderer.render(job.scene, job.size, max_error=wanted)
         metadata |= {"estimated_error": renderer.estimate, "reached": not missed}
-        self._send(job, picture, renderer.settings, start, **metadata)
+        self._send(job, picture, start, **metadata)
 
     def _file(self, job: Job) -> None:
         export = _export(job)
@@ -216,30 +202,27 @@ class JobRunner:
 
     def _counted(self, job: Job, frames: Any) -> Any:
         for number, scene in enumerate(frames.scenes):
-            if self._newest() > job.number:
-                raise Superseded
+            self._check(job)
             self._answer(Answer("progress", job.number, final=False, metadata={"done": number / frames.count}))
             yield scene
 
-    def _send(
-        self, job: Job, picture: NDArray, settings: Any, start: float, final: bool = True, **metadata: Any
-    ) -> None:
+    def _send(self, job: Job, picture: NDArray, start: float, final: bool = True, **metadata: Any) -> None:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # a view that misses the volume is common while the camera moves
             export = _export(job)
             shown = export.of(picture, job.scene, "window.png")
-        scene, thickness = job.scene.completed(job.size), settings["slab_thickness"]
+        scene, settings = job.scene.completed(job.size), self._renderer.settings
+        stacks = slicing.slab_stacks(scene.volume, scene.camera, settings["slab_thickness"], job.size)
         metadata |= {
-            "settings": dict(settings),
+            "settings": settings,
             "seconds": time.perf_counter() - start,
-            "slabs": slicing.slab_stacks(scene.volume, scene.camera, thickness, job.size).slab_count,
+            "slabs": stacks.slab_count,
             "modelled": modelled(scene),
             "classification": job.scene.classification,
             "renderer": self._renderer.renderer_name,
             "window": export.window,
         }
-        pixels = image.eight_bits(shown)
-        self._answer(Answer("picture", job.number, final, pixels, metadata))
+        self._answer(Answer("picture", job.number, final, image.eight_bits(shown), metadata))
 
 
 def _export(job: Job) -> PictureExport:
@@ -262,7 +245,7 @@ def serve(connection_descriptor: int, newest_descriptor: int, niceness: int) -> 
         try:
             runner = JobRunner(lambda answer: connection.send(answer), lambda: int(newest[0]))
         except Exception as error:
-            connection.send(Answer("failed", 0, text=str(error), metadata={"error": "ContextError"}))
+            connection.send(Answer("failed", 0, text=str(error)))
             return
         with np.errstate(all="ignore"):
             while True:

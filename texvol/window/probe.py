@@ -12,10 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.scene.camera import Camera
+from texvol.scene.cutting import ClipPlane, Cutting
 from texvol.scene.scene import Scene
 from texvol.scene.transfer import TransferFunction
 from texvol.scene.volume import Volume
-from texvol.window.navigation import Position
+from texvol.window.navigation import Position, triple
 
 _LEAST_OPACITY = 0.02  # of a ray: with less, nothing is visible
 _MOST_SAMPLES = 4096  # per ray
@@ -45,14 +46,9 @@ def first_medium(scene: Scene, position: Position) -> NDArray[np.float64] | None
     assert scene.camera is not None
     start, direction = ray(scene.camera, position)
     box = scene.box
-    span = _span(box, start, direction)
-    if span is None:
-        return None
-    near, far = max(span[0], 0.0), span[1]
-    # Points that are cut away are not visible.
-    to_centre = start - box.centre
-    first, last = scene.cutting.interval(box, to_centre[np.newaxis], direction[np.newaxis])
-    near, far = max(near, float(first[0])), min(far, float(last[0]))
+    cutting = Cutting((*_faces(box), *scene.clip), scene.crop)
+    near, far = (float(end) for end in cutting.interval(box, start - box.centre, direction))
+    near = max(near, 0.0)
     if not near < far:
         return None
     count = int(np.clip(np.ceil((far - near) / (scene.smallest_spacing / 2)), 2, _MOST_SAMPLES))
@@ -105,13 +101,12 @@ def sampled(volume: Volume, points: NDArray[np.float64]) -> NDArray[np.float64]:
 def _half_opacity(scene: Scene, points: NDArray[np.float64], step: float) -> int | None:
     """Return the index of the sample at which the ray has met half of its opacity."""
     depth = np.zeros(len(points))
-    media = [(scene.volume, scene.transfer_function)]
-    media += [(each.volume, each.transfer_function) for each in scene.added]
-    for volume, medium in media:
-        if medium is not None:
-            depth += _extinctions(medium, sampled(volume, points)) * step
+    for each in (scene, *scene.added):
+        values = sampled(each.volume, points)
+        if each.transfer_function is not None:
+            depth += _extinctions(each.transfer_function, values) * step
         elif scene.mode != "composite":
-            depth += np.isfinite(sampled(volume, points)) * 1.0  # all samples count alike: the middle of the box
+            depth += np.isfinite(values) * 1.0  # all samples count alike: the middle of the box
     with np.errstate(over="ignore"):
         met = -np.expm1(-np.cumsum(depth))
     if not met[-1] > _LEAST_OPACITY:
@@ -135,15 +130,10 @@ def _extinctions(medium: TransferFunction, values: NDArray[np.float64]) -> NDArr
     return np.asarray(np.minimum(np.nan_to_num(extinction, nan=0.0, posinf=1e30), 1e30))
 
 
-def _span(volume: Volume, start: NDArray[np.float64], direction: NDArray[np.float64]) -> tuple[float, float] | None:
-    """Return the distances from its start at which a ray enters and leaves the box; None if it misses the box."""
-    counts = np.array(volume.dimensions)
-    position = (start - volume.origin) @ volume.index_from_world.T
-    velocity = volume.index_from_world @ direction
-    with np.errstate(divide="ignore", invalid="ignore"):
-        one, other = (-0.5 - position) / velocity, (counts - 0.5 - position) / velocity
-    within = (position >= -0.5) & (position <= counts - 0.5)
-    low = np.where(velocity == 0, np.where(within, -np.inf, np.inf), np.minimum(one, other))
-    high = np.where(velocity == 0, np.where(within, np.inf, -np.inf), np.maximum(one, other))
-    near, far = float(low.max()), float(high.min())
-    return (near, far) if near < far and far > 0 else None
+def _faces(box: Volume) -> list[ClipPlane]:
+    """Return the faces of a box as planes that keep its inside."""
+    planes = []
+    for row, count in zip(box.index_from_world, box.dimensions, strict=True):
+        first = float(row @ box.origin) - 0.5
+        planes += [ClipPlane(triple(row), first), ClipPlane(triple(-row), -first - count)]
+    return planes

@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from itertools import starmap
 from statistics import median
 from typing import Any
 
@@ -49,15 +50,11 @@ class Coarseness:
         return width * height * (self.rate + 0.5)
 
 
-def _ladder(*steps: tuple[float, float]) -> tuple[Coarseness, ...]:
-    return tuple(Coarseness(*step) for step in steps)
-
-
 # From fine to coarse. A CPU needs as long for pixels as for samples; a graphics card needs hardly any time for pixels.
-ON_CPU = _ladder(
+ON_CPU = tuple(starmap(Coarseness, (
     (1, 1), (1, 0.7), (1, 0.5), (1.5, 0.7), (1.5, 0.5), (2, 0.7), (2, 0.5), (2.5, 0.5), (3, 0.5), (4, 0.5), (4, 0.35),
-)  # fmt: skip
-ON_CARD = _ladder((1, 2), (1, 1), (1, 0.7), (1, 0.5), (1.5, 0.5), (2, 0.5), (3, 0.5), (4, 0.35))
+)))  # fmt: skip
+ON_CARD = tuple(starmap(Coarseness, ((1, 2), (1, 1), (1, 0.7), (1, 0.5), (1.5, 0.5), (2, 0.5), (3, 0.5), (4, 0.35))))
 _SOFTWARE = ("llvmpipe", "softpipe", "swrast", "software")
 
 
@@ -111,22 +108,22 @@ def moving_scene(scene: Scene) -> Scene:
     return replace(scene, classification="post" if plain else scene.classification, lighting=lighting)
 
 
-def moving_accuracy(coarseness: Coarseness) -> Mapping[str, Any]:
-    """Return the arguments of `Renderer.render` while something changes."""
-    return {"sampling_rate": coarseness.rate, "early_termination": MOVING_TERMINATION}
-
-
 def error_text(metadata: Mapping[str, Any], *, numbers: bool = False) -> str:
     """Return the displayed text about the error of a picture at rest."""
     estimate, wanted = metadata.get("estimated_error"), metadata.get("wanted_error")
     if estimate is None:
         return "error not estimated"
     if metadata.get("reached") and wanted is not None and estimate <= wanted:
-        return f"error ≤ {error_fraction(wanted)}" if not numbers else f"error ≤ {wanted:.3g}"
+        return f"error ≤ {limit_text(wanted, numbers=numbers)}"
     return f"error ≈ {estimate:.2g}"
 
 
-def error_fraction(error: float) -> str:
-    """Return an error as a fraction such as 2/255 if it is a whole number of 8-bit steps, else as a decimal number."""
+def limit_text(error: float, *, numbers: bool) -> str:
+    """Return an error as a fraction such as 2/255 if it is a whole number of 8-bit steps, else as a decimal number.
+
+    The error of a picture of `numbers` is always a decimal number.
+    """
+    if numbers:
+        return f"{error:.3g}"
     steps = error * 255
     return f"{steps:.0f}/255" if abs(steps - round(steps)) < 1e-6 and round(steps) > 0 else f"{error:.2g}"

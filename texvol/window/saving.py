@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -13,24 +14,14 @@ from texvol.window.document import Document, Saved
 from texvol.window.scene_writing import scene_files
 
 # Without these options `texvol render` makes the same choices as the window.
-_OPTIONS = {
-    "slab_thickness": "--slab-thickness",
-    "sampling_rate": "--sampling-rate",
-    "max_error": "--max-error",
-    "texture_format": "--texture-format",
-    "target_format": "--target-format",
-    "early_termination": "--early-termination",
-}
+_OPTIONS = ("slab-thickness", "sampling-rate", "max-error", "texture-format", "target-format", "early-termination")
 
 
 def default_name(document: Document, suffix: str) -> str:
     """Return an unused file name in the current folder: the volume's name with a number."""
-    name = Path(document.origin.volume).name or "scene"
-    stem = name.split(".")[0] or "scene"
-    number = 1
-    while os.path.lexists(f"{stem}-{number}{suffix}"):
-        number += 1
-    return f"{stem}-{number}{suffix}"
+    stem = Path(document.origin.volume).name.split(".")[0] or "scene"
+    names = (f"{stem}-{number}{suffix}" for number in count(1))
+    return next(name for name in names if not os.path.lexists(name))
 
 
 def scene_name(document: Document) -> str:
@@ -69,10 +60,10 @@ def command_line(document: Document, size: tuple[int, int], accuracy: Mapping[st
         path = default_name(document, ".toml")
         save_scene(path, document, size)
     words = ["texvol", "render", "--scene", path]
-    for name, option in _OPTIONS.items():
-        value = accuracy.get(name)
+    for option in _OPTIONS:
+        value = accuracy.get(option.replace("-", "_"))
         if value is not None:
-            words += [option, repr(value) if isinstance(value, float) else str(value)]
+            words += [f"--{option}", repr(value) if isinstance(value, float) else str(value)]
     if accuracy.get("skip_empty") is False:
         words.append("--no-skip-empty")
     return [*words, "-o", str(Path(path).with_suffix(".png"))]

@@ -18,16 +18,16 @@ CURSORS = {"text_input": "IBEAM_CURSOR", "resize_ew": "HRESIZE_CURSOR", "hand": 
 _NO_WINDOW = "to draw without a window, use: texvol render VOLUME -o IMAGE"
 
 
-def libraries() -> tuple[Any, Any]:
-    """Return the modules imgui_bundle and glfw, which share one GLFW; raise MissingExtraError if one is missing."""
+def _library() -> Any:
+    """Return the module glfw, which shares one GLFW with imgui_bundle; raise MissingExtraError if one is missing."""
     try:
         import glfw
-        import imgui_bundle  # before the first call of glfw: it sets which library glfw uses
+        import imgui_bundle  # noqa: F401 (before the first call of glfw: it sets which library glfw uses)
     except ModuleNotFoundError as error:
         raise missing_extra(error.name or "imgui_bundle", "view", "texvol view") from error
     except ImportError as error:  # a system library, such as libX11, is missing
         raise InputError(f"cannot open a window: {error}; {_NO_WINDOW}") from None
-    return imgui_bundle, glfw
+    return glfw
 
 
 class Screen:
@@ -49,20 +49,18 @@ class Screen:
     """
 
     def __init__(self, size: tuple[int, int], title: str, put: Callable[[Event], None]) -> None:
-        _, glfw = libraries()
-        self._glfw, self._put = glfw, put
+        glfw = self._glfw = _library()
+        self._put = put
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # glfw warns of the errors that are raised below
             if not glfw.init():
                 raise InputError(f"cannot open a window: no display found ({_display_text()}); {_NO_WINDOW}")
-            for hint, value in (
-                (glfw.CONTEXT_VERSION_MAJOR, 3),
-                (glfw.CONTEXT_VERSION_MINOR, 3),
-                (glfw.OPENGL_PROFILE, glfw.OPENGL_CORE_PROFILE),
-                (glfw.SCALE_TO_MONITOR, glfw.FALSE),
-                (glfw.DEPTH_BITS, 0),
-                (glfw.STENCIL_BITS, 0),
-            ):
+            hints = {
+                glfw.CONTEXT_VERSION_MAJOR: 3, glfw.CONTEXT_VERSION_MINOR: 3,
+                glfw.OPENGL_PROFILE: glfw.OPENGL_CORE_PROFILE, glfw.SCALE_TO_MONITOR: glfw.FALSE,
+                glfw.DEPTH_BITS: 0, glfw.STENCIL_BITS: 0,
+            }  # fmt: skip
+            for hint, value in hints.items():
                 glfw.window_hint(hint, value)
             trial.check("egl")  # the window's driver is the driver of EGL, and may end the process in the same way
             self._window = glfw.create_window(*_fitting(glfw, size), title, None, None)
@@ -165,8 +163,8 @@ class Screen:
         text = self._glfw.get_clipboard_string(self._window)
         return text.decode("utf-8", "replace") if text else ""
 
-    @clipboard.setter
-    def clipboard(self, text: str) -> None:
+    def copy(self, text: str) -> None:
+        """Set the text of the clipboard."""
         self._glfw.set_clipboard_string(self._window, text)
 
     def clear(self, color: tuple[float, float, float]) -> None:
@@ -238,49 +236,30 @@ class Screen:
         glfw.set_window_close_callback(window, lambda _: put(Event("close")))
 
 
-class Texture:
-    """Texture of a picture; a picture of another size gets another texture."""
-
-    def __init__(self, gl: Any) -> None:
-        self._gl = gl
-        self._texture: Any = None
-
-    @property
-    def name(self) -> int:
-        """OpenGL name of the texture."""
-        return int(self._texture.glo) if self._texture is not None else 0
-
-    def write(self, pixels: NDArray[np.uint8]) -> None:
-        """Upload pixels of shape (height, width, 3), top row first."""
-        height, width, _ = pixels.shape
-        if self._texture is None or self._texture.size != (width, height):
-            self.release()
-            self._texture = self._gl.texture((width, height), 3, alignment=1)
-            self._texture.repeat_x = self._texture.repeat_y = False
-        self._texture.write(np.ascontiguousarray(pixels), alignment=1)
-
-    def release(self) -> None:
-        """Release the texture."""
-        if self._texture is not None:
-            self._texture.release()
-            self._texture = None
-
-
 class Textures:
     """Textures by name, uploaded again if they have changed."""
 
     def __init__(self, gl: Any) -> None:
         self._gl = gl
-        self._textures: dict[str, tuple[Any, Texture]] = {}
+        self._textures: dict[str, tuple[Any, Any]] = {}  # key, and texture
 
     def get(self, name: str, key: Any, make: Callable[[], NDArray[np.uint8]]) -> int:
-        """Return the OpenGL name of a texture; `make` returns its pixels if `key` differs from the last call."""
+        """Return the OpenGL name of a texture; `make` returns its pixels if `key` differs from the last call.
+
+        Pixels have shape (height, width, 3), top row first; pixels of another size get another texture.
+        """
         before, texture = self._textures.get(name, (None, None))
         if texture is None or before != key:
-            texture = texture or Texture(self._gl)
-            texture.write(make())
+            pixels = make()
+            height, width, _ = pixels.shape
+            if texture is None or texture.size != (width, height):
+                if texture is not None:
+                    texture.release()
+                texture = self._gl.texture((width, height), 3, alignment=1)
+                texture.repeat_x = texture.repeat_y = False
+            texture.write(np.ascontiguousarray(pixels), alignment=1)
             self._textures[name] = key, texture
-        return texture.name
+        return int(texture.glo)
 
 
 def key_names(glfw: Any) -> dict[int, str]:

@@ -17,7 +17,7 @@ import os
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any, TextIO
+from typing import Any
 
 from texvol.formats.pictures import image
 from texvol.util import text_files, writing
@@ -117,7 +117,7 @@ class Player:
     @property
     def waits(self) -> bool:
         """True while the clock stands still until the picture is at rest."""
-        return not self.over and self._is_due() and self._steps[self._next].item == Action("rest")
+        return self._due_item() == Action("rest")
 
     def due(self, now: float, *, at_rest: bool) -> list[Event | Action]:
         """Return the steps that are due at `now`, in seconds of any clock; an action is returned alone."""
@@ -125,8 +125,7 @@ class Player:
             self._clock += now - self._before
         self._before = now
         found: list[Event | Action] = []
-        while not self.over and self._is_due():
-            item = self._steps[self._next].item
+        while (item := self._due_item()) is not None:
             if isinstance(item, Action) and (found or (item.do == "rest" and not at_rest)):
                 break
             self._next += 1
@@ -135,8 +134,9 @@ class Player:
                 break
         return found
 
-    def _is_due(self) -> bool:
-        return self._steps[self._next].t <= self._clock
+    def _due_item(self) -> Event | Action | None:
+        """Return the item of the next step if its time has come, else None."""
+        return None if self.over or self._steps[self._next].t > self._clock else self._steps[self._next].item
 
 
 class Recorder:
@@ -145,10 +145,8 @@ class Recorder:
     def __init__(self, path: str | os.PathLike[str]) -> None:
         writing.check_writable(path)
         self._path = path
-        try:
-            self._file: TextIO = open(path, "w", encoding="utf-8")  # noqa: SIM115 (closed by `close`)
-        except OSError as error:
-            raise InputError(f"{path}: cannot be written: {writing.reason_of(error)}") from None
+        with self._faults():
+            self._file = open(path, "w", encoding="utf-8")  # noqa: SIM115 (closed by `close`)
         self._start: float | None = None
 
     def add(self, events: Iterable[Event], now: float) -> None:

@@ -106,8 +106,7 @@ def letters_of(volume: Volume, slice_: Slice) -> tuple[str, str, str, str] | Non
         world = int(np.argmax(np.abs(towards)))
         ends = (OPPOSITE[space[world]], space[world])
         found += ends if towards[world] > 0 else ends[::-1]
-    left, right, top, bottom = found
-    return left, right, top, bottom
+    return found[0], found[1], found[2], found[3]
 
 
 class Tile(NamedTuple):

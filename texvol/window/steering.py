@@ -199,29 +199,23 @@ class Steering:
                 command = f"axis {'-' if 'shift' in event.modifiers else '+'}{event.name}"
             outcome.commands.append(command)
         elif chord in _MOVES:
-            outcome.view = _MOVES[chord](outcome.view, volume, self.free)
+            outcome.view = _MOVES[chord](outcome.view, volume)
+        elif event.name in _ARROWS and not event.modifiers:
+            right, up = (_STEP * part for part in _ARROWS[event.name])
+            outcome.view = navigation.orbit(outcome.view, right, up, free=self.free)
+        elif event.name in _ARROWS and event.modifiers == ("shift",):
+            right, up = (0.1 * part for part in _ARROWS[event.name])
+            outcome.view = navigation.pan(outcome.view, right, up)
 
 
-def _turn(right: float, up: float) -> Callable[[View, Volume, bool], View]:
-    return lambda view, volume, free: navigation.orbit(view, right * _STEP, up * _STEP, free=free)
-
-
-def _pan(right: float, up: float) -> Callable[[View, Volume, bool], View]:
-    return lambda view, volume, free: navigation.pan(view, 0.1 * right, 0.1 * up)
-
-
-def _wider(factor: float) -> Callable[[View, Volume, bool], View]:
-    return lambda view, volume, free: navigation.with_fov(view, view.camera.fov * factor)
-
-
-_MOVES: dict[str, Callable[[View, Volume, bool], View]] = {
-    "left": _turn(-1, 0), "right": _turn(1, 0), "up": _turn(0, 1), "down": _turn(0, -1),
-    "shift+left": _pan(-1, 0), "shift+right": _pan(1, 0), "shift+up": _pan(0, 1), "shift+down": _pan(0, -1),
-    "page_up": lambda view, volume, free: navigation.dolly(view, 1 / _WHEEL, (0.0, 0.0), volume),
-    "page_down": lambda view, volume, free: navigation.dolly(view, _WHEEL, (0.0, 0.0), volume),
-    "w": lambda view, volume, free: navigation.advance(view, _ADVANCE, volume),
-    "s": lambda view, volume, free: navigation.advance(view, -_ADVANCE, volume),
-    "q": lambda view, volume, free: navigation.roll(view, -_STEP),
-    "e": lambda view, volume, free: navigation.roll(view, _STEP),
-    "left_bracket": _wider(1 / 1.1), "right_bracket": _wider(1.1),
-}  # fmt: skip
+_ARROWS = {"left": (-1, 0), "right": (1, 0), "up": (0, 1), "down": (0, -1)}  # to the right, and upwards
+_MOVES: dict[str, Callable[[View, Volume], View]] = {
+    "page_up": lambda view, volume: navigation.dolly(view, 1 / _WHEEL, (0.0, 0.0), volume),
+    "page_down": lambda view, volume: navigation.dolly(view, _WHEEL, (0.0, 0.0), volume),
+    "w": lambda view, volume: navigation.advance(view, _ADVANCE, volume),
+    "s": lambda view, volume: navigation.advance(view, -_ADVANCE, volume),
+    "q": lambda view, _: navigation.roll(view, -_STEP),
+    "e": lambda view, _: navigation.roll(view, _STEP),
+    "left_bracket": lambda view, _: navigation.with_fov(view, view.camera.fov * (1 / 1.1)),
+    "right_bracket": lambda view, _: navigation.with_fov(view, view.camera.fov * 1.1),
+}

@@ -8,12 +8,13 @@ socket.
 
 from __future__ import annotations
 
+import copyreg
 import io
 import mmap
 import os
 import pickle
-import socket
 from multiprocessing.connection import Connection
+from multiprocessing.reduction import recv_handle, send_handle
 from types import MappingProxyType
 from typing import Any
 
@@ -71,19 +72,22 @@ class Sender:
         """Send a message, after the objects that it needs and the receiver does not have."""
         self._needed = set()
         packed = self._packed(message)
-        forgotten = [key for key in self._sent if key not in self._needed]
+        forgotten = self._sent.keys() - self._needed
         for key in forgotten:
             del self._sent[key]
-        self._connection.send_bytes(pickle.dumps(("message", forgotten, packed)))
+        self._put("message", forgotten, packed)
 
     @property
     def arrays(self) -> set[int]:
         """Identities of the arrays that the last message needs."""
         return {key for key in self._needed if isinstance(self._sent.get(key), np.ndarray)}
 
+    def _put(self, *parts: Any) -> None:
+        self._connection.send_bytes(pickle.dumps(parts))
+
     def _packed(self, thing: Any) -> bytes:
         stream = io.BytesIO()
-        _Pickler(stream, self).dump(thing)
+        _Pickler(stream, self, thing).dump(thing)
         return stream.getvalue()
 
     def token_of(self, thing: Any) -> int | None:
@@ -96,47 +100,33 @@ class Sender:
         if key not in self._sent:
             if is_array:
                 file = self._shared.descriptor(thing)  # first, because shared memory may be full
-                self._connection.send_bytes(pickle.dumps(("array", key, thing.dtype.str, thing.shape)))
-                with socket.socket(fileno=os.dup(self._connection.fileno())) as through:
-                    socket.send_fds(through, [b"a"], [file])
+                self._put("array", key, thing.dtype.str, thing.shape)
+                send_handle(self._connection, file, 0)  # Unix needs no number of the receiving process
             else:
-                content = self._packed(_Whole(thing))
-                self._connection.send_bytes(pickle.dumps(("object", key, content)))
+                self._put("object", key, self._packed(thing))
             self._sent[key] = thing
-        elif not is_array:
-            self._keep_parts(thing)
+        elif not is_array:  # its parts are needed, too
+            for part in vars(thing).values():
+                if id(part) in self._sent and id(part) not in self._needed:
+                    self.token_of(part)
         return key
-
-    def _keep_parts(self, thing: Any) -> None:
-        """Mark the parts of an object as needed."""
-        for part in vars(thing).values():
-            if id(part) in self._sent and id(part) not in self._needed:
-                self.token_of(part)
-
-
-class _Whole:
-    """Class and attributes of an object, for pickling the object itself instead of its number."""
-
-    def __init__(self, thing: Any) -> None:
-        self.kind, self.content = type(thing), dict(vars(thing))
-
-
-class _Pickler(pickle.Pickler):
-    def __init__(self, stream: io.BytesIO, sender: Sender) -> None:
-        super().__init__(stream, protocol=pickle.HIGHEST_PROTOCOL)
-        self._sender = sender
-
-    def persistent_id(self, thing: Any) -> int | None:
-        return self._sender.token_of(thing)
-
-    def reducer_override(self, thing: Any) -> Any:
-        if type(thing) is MappingProxyType:
-            return _read_only, (dict(thing),)
-        return NotImplemented
 
 
 def _read_only(content: dict[Any, Any]) -> MappingProxyType[Any, Any]:
     return MappingProxyType(content)  # a function, because pickle does not find MappingProxyType by its name
+
+
+class _Pickler(pickle.Pickler):
+    """Pickler of a thing as a whole, with numbers in place of the large objects that it refers to."""
+
+    dispatch_table = copyreg.dispatch_table | {MappingProxyType: lambda view: (_read_only, (dict(view),))}
+
+    def __init__(self, stream: io.BytesIO, sender: Sender, whole: Any) -> None:
+        super().__init__(stream, protocol=pickle.HIGHEST_PROTOCOL)
+        self._sender, self._whole = sender, whole
+
+    def persistent_id(self, thing: Any) -> int | None:
+        return None if thing is self._whole else self._sender.token_of(thing)
 
 
 class Receiver:
@@ -155,8 +145,7 @@ class Receiver:
                 self._known[key] = self._mapped(np.dtype(dtype), shape)
             elif kind == "object":
                 key, content = rest
-                whole = self._unpacked(content)
-                self._known[key] = _made(whole)
+                self._known[key] = self._unpacked(content)
             else:
                 forgotten, packed = rest
                 message = self._unpacked(packed)
@@ -165,7 +154,7 @@ class Receiver:
                 return message
 
     def _mapped(self, dtype: np.dtype, shape: tuple[int, ...]) -> NDArray:
-        file = _descriptor(self._connection)
+        file = recv_handle(self._connection)
         try:
             memory = mmap.mmap(file, 0, mmap.MAP_SHARED, mmap.PROT_READ)
         finally:
@@ -183,15 +172,3 @@ class _Unpickler(pickle.Unpickler):
 
     def persistent_load(self, key: int) -> Any:
         return self._known[key]
-
-
-def _made(whole: _Whole) -> Any:
-    thing = object.__new__(whole.kind)
-    thing.__dict__.update(whole.content)  # also works for frozen dataclasses
-    return thing
-
-
-def _descriptor(connection: Connection) -> int:
-    with socket.socket(fileno=os.dup(connection.fileno())) as through:
-        _, (file,), *_ = socket.recv_fds(through, 1, 1)
-    return file

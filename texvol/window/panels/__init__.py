@@ -7,30 +7,16 @@ from collections.abc import Callable
 from imgui_bundle import imgui
 
 from texvol.window.commands import TABS
-from texvol.window.desk import PANEL_WIDTH, Desk
+from texvol.window.desk import NARROWEST_PANEL, PANEL_WIDTH, WIDEST_PANEL, Desk
 from texvol.window.document import Document
-from texvol.window.panels import (
-    browser,
-    camera,
-    contents,
-    cut,
-    edge,
-    files,
-    grips,
-    light,
-    offer,
-    overlay,
-    parts,
-    slices,
-)
-from texvol.window.panels import medium as medium
+from texvol.window.panels import camera, contents, cut, dialogs, files, grips, light, medium, overlay, parts, slices
 
 WIDTH = round(PANEL_WIDTH)  # default width
 _CONTROL = 0.56  # width of a control as a fraction of the panel's: the rest is for its label
-_TAB_PADDING = (
-    0.5  # of a button's padding: so that all tab names fit beside each other, with the dot of unsaved changes
-)
+_TAB_PADDING = 0.5  # of a button's: all tab names fit beside each other, with the dot of unsaved changes
 BEHIND = (0.05, 0.05, 0.055)  # background without a picture
+_REACH = 8.0  # of the edge, window coordinates at scale 1: not wider than the panel's empty margin
+_EDGE, _HELD_EDGE = 0xFF_70_56_40, 0xFF_FF_B8_73  # ABGR
 
 _TABS: dict[str, Callable[[Desk, Document], None]] = {
     "Medium": medium.show,
@@ -49,25 +35,24 @@ def show(desk: Desk) -> None:
         _sidebar(desk)
     if desk.preferences.help:
         overlay.keys(desk)
-    browser.show(desk)
-    offer.show(desk)
+    dialogs.browse(desk)
+    dialogs.offer(desk)
     grips.drag(desk)
     if imgui.is_key_pressed(imgui.Key.escape):
         desk.preferences.help = False
         imgui.internal.close_popups_except_modals()
 
 
-def over_picture(desk: Desk) -> None:
-    """Draw the handles and the texts over the picture."""
+def picture(desk: Desk) -> None:
+    """Draw the picture behind everything else, with handles and texts over it."""
+    shown = desk.director.shown
+    if shown is not None and desk.textures is not None:
+        texture = imgui.ImTextureRef(desk.textures.get("picture", desk.director.pictures, lambda: shown.pixels))
+        imgui.get_background_draw_list().add_image(texture, *parts.corners(desk.viewport))
     grips.draw(desk)
     slices.mark(desk)
     overlay.messages(desk)
     overlay.probed(desk)
-
-
-def picture(texture: int, desk: Desk) -> None:
-    """Draw the picture behind everything else."""
-    imgui.get_background_draw_list().add_image(imgui.ImTextureRef(texture), *parts.corners(desk.viewport))
 
 
 def _tab(name: str, desk: Desk) -> None:
@@ -78,6 +63,26 @@ def _tab(name: str, desk: Desk) -> None:
         imgui.text_disabled("No scene is open.")
     else:
         _TABS[name](desk, desk.document)
+
+
+def _edge(desk: Desk) -> None:
+    """Show the edge between picture and panels; a drag changes the panels' width, a double click resets it."""
+    scale = parts.scale()
+    start, corner = imgui.get_window_pos(), imgui.get_cursor_pos()
+    height = imgui.get_window_size().y
+    imgui.set_cursor_screen_pos(start)
+    imgui.invisible_button("edge", imgui.ImVec2(_REACH * scale, max(height, 1.0)))
+    held, over = imgui.is_item_active(), imgui.is_item_hovered()
+    if held or over:
+        imgui.set_mouse_cursor(imgui.MouseCursor_.resize_ew)
+        end = imgui.ImVec2(start.x + (3 if held else 2) * scale, start.y + height)
+        imgui.get_window_draw_list().add_rect_filled(start, end, _HELD_EDGE if held else _EDGE)
+    if over and imgui.is_mouse_double_clicked(0):
+        desk.preferences.width = PANEL_WIDTH
+    elif held and imgui.is_mouse_dragging(0, 1.0):
+        wanted = imgui.get_io().display_size.x - imgui.get_io().mouse_pos.x
+        desk.preferences.width = min(max(wanted / scale, NARROWEST_PANEL), WIDEST_PANEL)
+    imgui.set_cursor_pos(corner)
 
 
 def _sidebar(desk: Desk) -> None:
@@ -92,8 +97,9 @@ def _sidebar(desk: Desk) -> None:
     rounding, style.window_rounding = style.window_rounding, 0.0
     imgui.begin("panels", None, flags)
     style.window_rounding = rounding
-    edge.show(desk)
-    status = overlay.status_height(desk)
+    _edge(desk)
+    lines = overlay.status_lines(desk)
+    status = overlay.status_height(desk, lines)
     padding = imgui.ImVec2(_TAB_PADDING * style.frame_padding.x, style.frame_padding.y)
     imgui.push_style_var(imgui.StyleVar_.frame_padding, padding)
     begun = imgui.begin_tab_bar("tabs")
@@ -116,6 +122,9 @@ def _sidebar(desk: Desk) -> None:
                 imgui.end_child()
                 imgui.end_tab_item()
         imgui.end_tab_bar()
-    overlay.status(desk)
+    if lines:
+        imgui.separator()
+        for line in lines:
+            imgui.text_wrapped(line)
     desk.preferences.tab = ""
     imgui.end()

@@ -7,7 +7,8 @@ from typing import Any
 
 from imgui_bundle import imgui
 
-from texvol.annotation.request import PARTS, Annotation
+from texvol.annotation.request import PARTS
+from texvol.scene.lighting import DepthCue
 from texvol.scene.scene import Scene
 from texvol.scene.spaces import letters_of_space
 from texvol.window import commands, navigation
@@ -24,12 +25,12 @@ def show(desk: Desk, document: Document) -> None:
     if kind != view.camera.projection:
         commands.run(desk, "projection")
     elif kind == "perspective":
-        changed, fov = parts.slider("field of view", view.camera.fov, 5, 120, "%.0f°")
-        if changed:
+        fov = parts.slider("field of view", view.camera.fov, 5, 120, "%.0f°")
+        if fov != view.camera.fov:
             document.look(navigation.with_fov(view, fov))
     else:
-        changed, height = parts.number("height", view.camera.height)
-        if changed and height > 0:
+        height = parts.number("height", view.camera.height)
+        if height > 0 and height != view.camera.height:
             document.look(replace(view, camera=replace(view.camera, height=height)))
     turning = parts.choice("turning", "freely" if desk.steering.free else "turntable", ("turntable", "freely"))
     desk.steering.free = turning == "freely"
@@ -41,61 +42,45 @@ def show(desk: Desk, document: Document) -> None:
         commands.run(desk, pressed)
     eye = ", ".join(f"{each:.4g}" for each in view.camera.eye)
     imgui.text_disabled(f"eye {eye} {box.unit}")
-    _picture(desk)
+    _picture(desk, document)
+    imgui.separator_text("Quality")
+    director = desk.director
+    rate = 1 / director.pace.wanted
+    if (wanted := parts.slider("frames per second", rate, 5, 60, "%.0f")) != rate:
+        director.pace.wanted = 1 / wanted
+    steps = director.max_error * 255
+    if (wanted := parts.slider("error at rest (/255)", steps, 0.1, 10, "%.2g")) != steps:
+        director.max_error = wanted / 255
+        director.again()
 
 
-def _annotate(desk: Desk, annotation: Annotation) -> None:
-    """Change the annotation, if it can be drawn."""
-    document = desk.document
-    assert document is not None
-
-    desk.attempt(lambda: document.annotate(annotation, desk.pixels))
-
-
-def _part(part: str, was_on: bool, scene: Scene) -> tuple[bool, bool]:
+def _part(part: str, was_on: bool, scene: Scene) -> bool:
     """Show the switch of a part of the annotation; it is disabled if the volume lacks the information for it."""
     lacks = part == "orientation" and not was_on and letters_of_space(scene.volume.space) is None
     imgui.begin_disabled(lacks)
-    changed, on = parts.switch(part.replace("-", " "), was_on)
+    on = parts.switch(part.replace("-", " "), was_on)
     imgui.end_disabled()
     if lacks and imgui.is_item_hovered(imgui.HoveredFlags_.allow_when_disabled.value):
         imgui.set_tooltip("The volume does not say in which directions of the body its axes point.")
-    return changed, on
+    return on
 
 
-def _picture(desk: Desk) -> None:
-    document = desk.document
-    assert document is not None
-    scene, showing = document.scene, document.showing
+def _picture(desk: Desk, document: Document) -> None:
+    scene, annotation = document.scene, document.showing.annotation
     imgui.separator_text("Picture")
-    changed, color = parts.color("background", scene.background)
-    if changed:
-        desk.change("background", background=color)
-    annotation = showing.annotation
+    desk.change("background", background=parts.color("background", scene.background))
+    wanted: dict[str, Any] = {}
     for position, part in enumerate(PARTS):
         if position % 2:
             imgui.same_line(imgui.get_content_region_avail().x / 2)
         name = part.replace("-", "_")
-        changed, on = _part(part, getattr(annotation, name), scene)
-        if changed:
-            further: dict[str, Any] = {name: on}
-            _annotate(desk, replace(annotation, **further))
-    changed, title = imgui.input_text("title", annotation.title or "")
-    if changed:
+        wanted[name] = _part(part, getattr(annotation, name), scene)
+    if (changed := replace(annotation, **wanted)) != annotation:
+        desk.attempt(lambda: document.annotate(changed, desk.pixels))
+    entered, title = imgui.input_text("title", annotation.title or "")
+    if entered:
         document.show(annotation=replace(document.showing.annotation, title=title or None))
-    cue = scene.depth_cue
-    changed, strength = parts.slider("depth cue", cue.strength if cue else 0.0, 0, 1, "%.2f")
-    if changed:
-        from texvol.scene.lighting import DepthCue
-
-        cue = replace(cue, strength=strength) if cue else DepthCue(strength)
-        desk.change("depth cue", depth_cue=cue if strength > 0 else None)
-    imgui.separator_text("Quality")
-    changed, rate = parts.slider("frames per second", 1 / desk.director.pace.wanted, 5, 60, "%.0f")
-    if changed:
-        desk.director.pace.wanted = 1 / rate
-    steps = desk.director.max_error * 255
-    changed, steps = parts.slider("error at rest (/255)", steps, 0.1, 10, "%.2g")
-    if changed and steps > 0:
-        desk.director.max_error = steps / 255
-        desk.director.again()
+    before = scene.depth_cue or DepthCue(0.0)
+    cue = replace(before, strength=parts.slider("depth cue", before.strength, 0, 1, "%.2f"))
+    if cue != before:
+        desk.change("depth cue", depth_cue=cue if cue.strength > 0 else None)

@@ -9,8 +9,9 @@ from imgui_bundle import imgui
 
 from texvol.scene.mask import Mask
 from texvol.scene.scene import Scene
+from texvol.scene.shapes import Mesh
 from texvol.scene.volume import Volume
-from texvol.window import commands, contents, opening
+from texvol.window import commands, contents, editing, opening
 from texvol.window.desk import Desk
 from texvol.window.document import Document
 from texvol.window.naming import shortened, volume_called
@@ -41,9 +42,7 @@ def show(desk: Desk, document: Document) -> None:
         commands.run(desk, "add")
     imgui.set_item_tooltip("or drop a file on the window")
     if scene.mode != "composite":
-        imgui.push_text_wrap_pos(0.0)
-        imgui.text_disabled(f"Only mode composite draws several volumes; the mode is {scene.mode}.")
-        imgui.pop_text_wrap_pos()
+        parts.note(f"Only mode composite draws several volumes; the mode is {scene.mode}.")
 
 
 def _volume(desk: Desk, scene: Scene, volume: Volume, number: int) -> None:
@@ -59,12 +58,12 @@ def _volume(desk: Desk, scene: Scene, volume: Volume, number: int) -> None:
     if number:
         imgui.same_line()
         if imgui.button("remove"):
-            desk.change(**contents.without_volume(scene, number))
+            desk.change(added=scene.added[: number - 1] + scene.added[number:])
     imgui.spacing()
 
 
 def _mask(desk: Desk, scene: Scene, volume: Volume, number: int) -> None:
-    mask = contents.mask_of(scene, number)
+    mask = editing.owner_of(scene, number).mask
     if mask is None:
         if imgui.button("mask …"):
             opening.browse_for_mask(desk, volume)
@@ -76,7 +75,7 @@ def _mask(desk: Desk, scene: Scene, volume: Volume, number: int) -> None:
     imgui.set_item_tooltip(mask.name)
     imgui.same_line()
     if imgui.small_button("remove##mask"):
-        desk.change(**contents.with_mask(scene, volume, None))
+        desk.change(**editing.with_own(scene, number, mask=None))
         return
     _fade(desk, volume, mask)
 
@@ -86,10 +85,10 @@ def _fade(desk: Desk, volume: Volume, mask: Mask) -> None:
     path, given = mask.source.get("absolute"), mask.source.get("fade")
     if path is None:
         return
-    changed, fades = parts.switch("fades in", given is not None)
+    fades = parts.switch("fades in", given is not None)
     imgui.set_item_tooltip("weights rise from 0 at the first value to 1 at the second")
     low, high = given or (0.0, 1.0)
-    if changed:
+    if fades != (given is not None):
         opening.mask(desk, volume, path, (low, high) if fades else None)
     if given is None:
         return
@@ -104,22 +103,15 @@ def _fade(desk: Desk, volume: Volume, mask: Mask) -> None:
 def _mesh(desk: Desk, scene: Scene, number: int) -> None:
     """Show the row of a mesh: colour, name, opacity, and a button to remove it."""
     shape = scene.geometry[number]
-    changed, color = parts.color("##color", shape.color, small=True)
-    if changed:
-        desk.change(f"mesh color {number}", **contents.with_look(scene, number, color=color))
+    color = parts.color("##color", shape.color, small=True)
     imgui.same_line()
     imgui.text_unformatted(shortened(os.path.basename(shape.name), _LETTERS))
-    imgui.set_item_tooltip(f"{shape.name}\n{_size(shape)}")
-    scale = parts.scale()
-    imgui.set_next_item_width(_SLIDER * scale)
-    changed, opacity = parts.slider("opacity", shape.opacity, _LEAST_OPACITY, 1.0, "%.2f")
-    if changed:
-        desk.change(f"mesh opacity {number}", **contents.with_look(scene, number, opacity=opacity))
+    size = f"{len(shape.triangles):,} triangles" if isinstance(shape, Mesh) else "lines"
+    imgui.set_item_tooltip(f"{shape.name}\n{size}")
+    imgui.set_next_item_width(_SLIDER * parts.scale())
+    opacity = parts.slider("opacity", shape.opacity, _LEAST_OPACITY, 1.0, "%.2f")
     imgui.same_line()
     if imgui.button("remove"):
-        desk.change(**contents.without_mesh(scene, number))
-
-
-def _size(shape: object) -> str:
-    triangles = getattr(shape, "triangles", None)
-    return "lines" if triangles is None else f"{len(triangles):,} triangles"
+        desk.change(geometry=scene.geometry[:number] + scene.geometry[number + 1 :])
+    elif (color, opacity) != (shape.color, shape.opacity):
+        desk.change(f"mesh {number}", **contents.with_look(scene, number, color, opacity))

@@ -11,7 +11,7 @@ from texvol.window import commands, opening, recent, saving
 from texvol.window.desk import Desk
 from texvol.window.document import Document
 from texvol.window.naming import volume_called
-from texvol.window.panels import parts, steps
+from texvol.window.panels import parts
 
 
 def show(desk: Desk) -> None:
@@ -65,7 +65,7 @@ def _name(desk: Desk, key: str, proposed: Callable[[], str]) -> str:
     _, state[key] = imgui.input_text(f"##{key}", state[key])
     imgui.same_line()
     if imgui.button(f"…##{key}"):
-        desk.browse("Save as", lambda path: state.update({key: path}), saves=True, name=str(state[key]))
+        desk.browse("Save as", lambda path, _: state.update({key: path}), saves=True, name=str(state[key]))
     imgui.set_item_tooltip("choose a folder")
     imgui.same_line()
     return str(state[key])
@@ -82,7 +82,7 @@ def _saving(desk: Desk, document: Document) -> None:
     if _saves("scene", name, own=document.origin.scene_file or ""):
         commands.run(desk, f"save {name}")
         desk.panel_state["scene name"] = ""
-    steps.show(desk, document)
+    parts.steps(desk, document)
     imgui.same_line()
     if imgui.button("copy command line"):
         commands.run(desk, "copy")
@@ -94,24 +94,19 @@ def _picture(desk: Desk, document: Document) -> None:
     changed, wanted = imgui.input_int2("pixels", [int(each) for each in size])
     if changed:
         state["picture size"] = [min(max(int(each), 1), 16384) for each in wanted]
-    changed, transparent = parts.switch("transparent background", document.showing.transparent)
-    if changed:
-        document.show(transparent=transparent)
+    document.show(transparent=parts.switch("transparent background", document.showing.transparent))
     name = _name(desk, "picture name", lambda: saving.default_name(document, ".png"))
-    width, height = state.get("picture size", desk.pixels)
     if _saves("picture", name):
-        same = (width, height) == tuple(desk.pixels)
-        accuracy = desk.accuracy if same else {"max_error": desk.director.max_error}
-        desk.write(kind="file", size=(width, height), accuracy=accuracy, path=name)
+        size = tuple(state.get("picture size", desk.pixels))
+        accuracy = desk.accuracy if size == desk.pixels else {"max_error": desk.director.max_error}
+        desk.write(kind="file", size=size, accuracy=accuracy, path=name)
 
 
 def _film(desk: Desk, document: Document) -> None:
     state = desk.panel_state
-    changed, views = imgui.input_int("views", int(state.get("views", 120)))
-    if changed:
-        state["views"] = min(max(views, 1), 100_000)
-    changed, fps = parts.number("frames per second", float(state.get("fps", 30.0)))
-    if changed and 0.1 <= fps <= 1000:
+    views = state["views"] = min(max(imgui.input_int("views", state.get("views", 120))[1], 1), 100_000)
+    fps = parts.number("frames per second", state.get("fps", 30.0))
+    if 0.1 <= fps <= 1000:
         state["fps"] = fps
     name = _name(desk, "film name", lambda: saving.default_name(document, ".mp4"))
     if desk.writing is not None:
@@ -126,12 +121,10 @@ def _film(desk: Desk, document: Document) -> None:
             from texvol.formats.films import containers as film_formats
             from texvol.formats.films import film
 
-            film.check_output(name, int(state.get("views", 120)), size)
-            fps = float(state.get("fps", 30.0)) if film_formats.is_film(name) else None
-            film_formats.check_rate(name, fps)
-            desk.write(
-                kind="film", size=size, accuracy={"max_error": desk.director.max_error}, path=name,
-                views=int(state.get("views", 120)), fps=fps,
-            )  # fmt: skip
+            film.check_output(name, views, size)
+            rate = state["fps"] if film_formats.is_film(name) else None
+            film_formats.check_rate(name, rate)
+            accuracy = {"max_error": desk.director.max_error}
+            desk.write(kind="film", size=size, accuracy=accuracy, path=name, views=views, fps=rate)
 
         desk.attempt(write)

@@ -83,15 +83,13 @@ def _drag(desk: Desk, grips: list[tuple[Handle, Position]]) -> int | None:
     io, state, document = imgui.get_io(), desk.panel_state, desk.document
     assert document is not None
     mouse = io.mouse_pos
+    now = desk.viewport.position(mouse.x, mouse.y)
     held = state.get("grip")
     if held is not None and (not io.mouse_down[0] or held >= len(grips)):
         held = state["grip"] = None
     if held is not None:
-        handle, _ = grips[held]
-        now, before = desk.viewport.position(mouse.x, mouse.y), state["gripped at"]
-        by = now[0] - before[0], now[1] - before[1]
-        _pull(desk, handle, by)
-        state["gripped at"] = now
+        before, state["gripped at"] = state["gripped at"], now
+        _pull(desk, grips[held][0], (now[0] - before[0], now[1] - before[1]))
         desk.gripping = True
         return int(held)
     if io.want_capture_mouse or desk.steering.dragging or not desk.viewport.holds(mouse.x, mouse.y):
@@ -101,7 +99,7 @@ def _drag(desk: Desk, grips: list[tuple[Handle, Position]]) -> int | None:
         if np.hypot(at.x - mouse.x, at.y - mouse.y) < _REACH:
             desk.gripping = True
             if imgui.is_mouse_clicked(0):
-                state["grip"], state["gripped at"] = number, desk.viewport.position(mouse.x, mouse.y)
+                state["grip"], state["gripped at"] = number, now
                 state["grip away"] = handles.points_away(handle, document.view.camera)
             return number
     return None
@@ -112,13 +110,12 @@ def _pull(desk: Desk, handle: Handle, by: Position) -> None:
     document = desk.document
     assert document is not None
     scene, camera = document.scene, document.view.camera
-    if handle.turns:
-        if any(by):
-            away = bool(desk.panel_state.get("grip away"))
-            desk.change("grip", **handles.turned(scene, handle, camera, by, away=away))
+    if not any(by):
         return
-    distance = handles.drag_distance(handle, camera, by, scene.box.radius)
-    if distance:
+    if handle.turns:
+        away = bool(desk.panel_state.get("grip away"))
+        desk.change("grip", **handles.turned(scene, handle, camera, by, away=away))
+    elif distance := handles.drag_distance(handle, camera, by, scene.box.radius):
         desk.change("grip", **handles.moved(scene, handle, distance))
 
 

@@ -15,6 +15,7 @@ from texvol.scene.transfer.labels import OPACITY, LabelLook, label_function
 from texvol.scene.volume import Volume
 from texvol.window import editing
 from texvol.window.desk import Desk
+from texvol.window.navigation import triple
 from texvol.window.panels import parts
 
 _MOST = 400  # rows
@@ -26,10 +27,9 @@ def look_of(medium: TransferFunction, volume: Volume) -> LabelLook:
     optics = medium.classify(labels.astype(np.float64))
     opacities = np.clip(editing.opacity_of(optics.extinction, volume.smallest_spacing), 0, 1)
     colors = np.clip(straight_colors(medium, labels.astype(np.float64)), 0, 1)
-    names = [int(label) for label in labels]
+    names = labels.tolist()
     return LabelLook(
-        dict(zip(names, opacities.tolist(), strict=True)),
-        {name: (float(red), float(green), float(blue)) for name, (red, green, blue) in zip(names, colors, strict=True)},
+        dict(zip(names, opacities.tolist(), strict=True)), dict(zip(names, map(triple, colors), strict=True))
     )
 
 
@@ -39,40 +39,34 @@ def show(desk: Desk, scene: Scene, medium: TransferFunction, number: int) -> Non
     if state.get("look_of") is not medium:
         state["look_of"], state["look"] = medium, look_of(medium, volume)
     look: LabelLook = state["look"]
-    wanted = _all(look)
-    names = [name for name in look.opacities if name]
+    opacities, colors = look.opacities, look.colors
+    pressed = parts.buttons(("show all", "hide all"), 2)
+    if pressed == "show all":
+        opacities = {name: (opacity or OPACITY) if name else opacity for name, opacity in opacities.items()}
+    elif pressed == "hide all":
+        opacities = dict.fromkeys(opacities, 0.0)
+    names = [name for name in opacities if name]
     for name in names[:_MOST]:
-        wanted = _row(wanted, name)
+        opacity, color = _row(name, opacities[name], colors[name])
+        if (opacity, color) != (opacities[name], colors[name]):
+            opacities, colors = opacities | {name: opacity}, colors | {name: color}
     if len(names) > _MOST:
         imgui.text_disabled(f"and {len(names) - _MOST} more")
-    if wanted is not look:
-        found = label_function(volume, wanted.opacities, wanted.colors)
+    if opacities is not look.opacities:
+        found = replace(label_function(volume, opacities, colors), name=medium.name)
         # All changes of one drag are one step of the history.
-        found = replace(found, name=medium.name)
-        desk.change("labels", **editing.with_transfer_function(scene, number, found))
+        desk.change("labels", **editing.with_own(scene, number, transfer_function=found))
 
 
-def _all(look: LabelLook) -> LabelLook:
-    pressed = parts.buttons(("show all", "hide all"), 2)
-    if pressed is None:
-        return look
-    shown = {name: (opacity or OPACITY) if name else opacity for name, opacity in look.opacities.items()}
-    return look._replace(opacities=shown if pressed == "show all" else dict.fromkeys(look.opacities, 0.0))
-
-
-def _row(look: LabelLook, name: int) -> LabelLook:
+def _row(name: int, opacity: float, color: parts.Color) -> tuple[float, parts.Color]:
+    """Show the row of a label; return its opacity and colour."""
     imgui.push_id(name)
-    opacity = look.opacities[name]
-    changed, visible = imgui.checkbox("##shown", opacity > 0)
-    if changed:
-        look = look._replace(opacities=look.opacities | {name: OPACITY if visible else 0.0})
+    visible = parts.switch("##shown", opacity > 0)
     imgui.same_line()
-    changed, color = parts.color("##color", look.colors[name], small=True)
-    if changed:
-        look = look._replace(colors=look.colors | {name: color})
+    color = parts.color("##color", color, small=True)
     imgui.same_line()
-    changed, opacity = parts.slider(f"label {name}", opacity, 0.0, 1.0, "%.2f")
-    if changed:
-        look = look._replace(opacities=look.opacities | {name: opacity})
+    wanted = parts.slider(f"label {name}", opacity, 0.0, 1.0, "%.2f")
     imgui.pop_id()
-    return look
+    if visible != (opacity > 0):
+        wanted = OPACITY if visible else 0.0
+    return wanted, color

@@ -12,80 +12,65 @@ from texvol.scene.lighting import LIGHT_KINDS, Light, Lighting
 from texvol.scene.scene import Scene
 from texvol.window.desk import Desk
 from texvol.window.document import Document
+from texvol.window.navigation import triple
 from texvol.window.panels import parts
 
 
 def show(desk: Desk, document: Document) -> None:
     """Show the Light tab."""
     scene = document.scene
-    changed, on = parts.switch("light", scene.lighting is not None)
-    if changed:
+    lighting = scene.lighting
+    on = parts.switch("light", lighting is not None)
+    if on != (lighting is not None):
         desk.change(lighting=Lighting() if on else None)
-        return
-    if scene.lighting is None:
-        surface = scene.mode == "isosurface"
-        surface_text = "One light at the eye is used until you switch lights on."
-        imgui.text_disabled(surface_text if surface else "Without light, the medium shows its own colours.")
-        return
-    _reflection(desk, scene.lighting, scene)
-    imgui.separator_text("Lights")
-    _lights(desk, scene.lighting, scene)
+    elif lighting is not None:
+        wanted = _reflection(lighting, scene)
+        imgui.separator_text("Lights")
+        wanted["lights"] = _lights(lighting.lights, scene)
+        desk.attempt(lambda: desk.change("lighting", lighting=replace(lighting, **wanted)))
+    elif scene.mode == "isosurface":
+        imgui.text_disabled("One light at the eye is used until you switch lights on.")
+    else:
+        imgui.text_disabled("Without light, the medium shows its own colours.")
 
 
-def _reflection(desk: Desk, lighting: Lighting, scene: Scene) -> None:
+def _reflection(lighting: Lighting, scene: Scene) -> dict[str, Any]:
+    wanted: dict[str, Any] = {}
     for name, most in (("ambient", 1.0), ("diffuse", 1.5), ("specular", 1.5), ("shininess", 128.0)):
-        changed, value = parts.slider(name, getattr(lighting, name), 0.0, most, "%.2f")
-        if changed:
-            desk.change(name, lighting=_with(lighting, name, value))
-    changed, on = parts.switch("two-sided", lighting.two_sided)
-    if changed:
-        desk.change(lighting=replace(lighting, two_sided=on))
+        wanted[name] = parts.slider(name, getattr(lighting, name), 0.0, most, "%.2f")
+    wanted["two_sided"] = parts.switch("two-sided", lighting.two_sided)
     if scene.mode == "composite" and not scene.added:
         imgui.same_line()
-        changed, on = parts.switch("shadows", lighting.shadows)
-        if changed:
-            desk.change(lighting=replace(lighting, shadows=on))
+        wanted["shadows"] = parts.switch("shadows", lighting.shadows)
+    return wanted
 
 
-def _with(lighting: Lighting, name: str, value: Any) -> Lighting:
-    return replace(lighting, **{name: value})
-
-
-def _lights(desk: Desk, lighting: Lighting, scene: Scene) -> None:
-    lights = lighting.lights
+def _lights(lights: tuple[Light, ...], scene: Scene) -> tuple[Light, ...]:
+    wanted = []
     for position, light in enumerate(lights):
         imgui.push_id(position)
         edited = _light(light, scene)
         imgui.same_line()
-        taken = imgui.small_button("remove")
+        if not imgui.small_button("remove"):
+            wanted.append(edited)
         imgui.pop_id()
-        if taken:
-            desk.change(lighting=replace(lighting, lights=lights[:position] + lights[position + 1 :]))
-            return
-        if edited is not light:
-            others = (*lights[:position], edited, *lights[position + 1 :])
-            desk.change(f"light {position}", lighting=replace(lighting, lights=others))
-            return
     if len(lights) < 8 and imgui.button("add a light"):
-        desk.change(lighting=replace(lighting, lights=(*lights, Light("directional", (-1.0, -1.0, 1.0)))))
+        wanted.append(Light("directional", (-1.0, -1.0, 1.0)))
+    return tuple(wanted)
 
 
 def _light(light: Light, scene: Scene) -> Light:
-    kind = parts.choice("kind", light.kind, tuple(LIGHT_KINDS))
+    kind: Any = parts.choice("kind", light.kind, LIGHT_KINDS)
     if kind != light.kind:
-        x, y, z = map(float, scene.box.centre + [0, 0, 2 * scene.box.radius])
-        return Light(kind, {"head": None, "directional": (0.0, 0.0, 1.0), "point": (x, y, z)}[kind], light.color)  # type: ignore[arg-type]
+        above = triple(scene.box.centre + [0, 0, 2 * scene.box.radius])
+        return Light(kind, {"head": None, "directional": (0.0, 0.0, 1.0), "point": above}[kind], light.color)
     if light.vector is not None:
         most = 1.0 if kind == "directional" else float(np.abs(light.vector).max() + scene.box.radius)
-        speed = most / 200
         label = "from" if kind == "directional" else "at"
-        changed, vector = imgui.drag_float3(label, [float(each) for each in light.vector], speed, 0, 0, "%.3g")
+        changed, vector = imgui.drag_float3(label, list(light.vector), most / 200, 0, 0, "%.3g")
         if changed and any(vector):
-            x, y, z = (float(each) for each in vector)
-            return replace(light, vector=(x, y, z))
+            return replace(light, vector=triple(vector))
     brightest = max(*light.color, 1.0)
-    changed, color = parts.color("colour", [each / brightest for each in light.color])
-    if changed:
-        red, green, blue = (each * brightest for each in color)
-        return replace(light, color=(red, green, blue))
-    return light
+    shown = triple(each / brightest for each in light.color)
+    color = parts.color("colour", shown)
+    return light if color == shown else replace(light, color=triple(each * brightest for each in color))

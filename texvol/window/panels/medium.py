@@ -13,15 +13,14 @@ from texvol.scene import transfer
 from texvol.scene.display import number_colors
 from texvol.scene.scene import NUMBER_MODES, Scene
 from texvol.scene.transfer import TransferFunction
-from texvol.scene.volume import Volume
-from texvol.util.color import linear_from_srgb, srgb_from_linear
+from texvol.util.color import srgb_from_linear
 from texvol.window import editing
 from texvol.window.desk import Desk
 from texvol.window.document import Document
 from texvol.window.editing import Curve, extinction_of, opacity_of
 from texvol.window.histogram import Histogram
 from texvol.window.naming import volume_called
-from texvol.window.panels import axis, labels, mode, parts, steps
+from texvol.window.panels import axis, labels, mode, parts
 
 # Fraction of the panel: with a height of 600 pixels, all controls of the curve are visible without scrolling.
 _PLOT_FRACTION = 0.26
@@ -42,9 +41,9 @@ def show(desk: Desk, document: Document) -> None:
     mode.show(desk, scene)
     imgui.separator_text("Transfer function")
     number = _volume_number(desk, scene)
-    medium = editing.transfer_function_of(scene, number)
+    medium = editing.owner_of(scene, number).transfer_function
     if medium is None or scene.volumes[number].labels:
-        steps.show(desk, document)
+        parts.steps(desk, document)
     if medium is None:
         imgui.text_disabled("No transfer function: the mode shows numbers." if number == 0 else "No transfer function.")
         return
@@ -59,25 +58,18 @@ def show(desk: Desk, document: Document) -> None:
 
 def _volume_number(desk: Desk, scene: Scene) -> int:
     """Return the number of the edited volume; show a choice if there are several volumes."""
-    state = desk.panel_state
-    if not scene.added:
-        _edits(state, scene.volume)
-        return 0
-    names = [f"{position + 1}: {volume_called(each, _LETTERS)}" for position, each in enumerate(scene.volumes)]
-    imgui.set_next_item_width(-1)  # wide, because names of volumes from one file differ at their ends
-    number = names.index(parts.choice("##volume", names[min(state.get("volume", 0), len(names) - 1)], names))
-    imgui.set_item_tooltip(f"volume {number + 1}: {volume_called(scene.volumes[number])}")
-    state["volume"] = number
-    _edits(state, scene.volumes[number])
-    return number
-
-
-def _edits(state: dict[str, Any], volume: Volume) -> None:
-    """Forget the state of the editor if another volume is edited."""
-    if state.get("edited") is not volume:
-        state["edited"] = volume
+    state, number = desk.panel_state, 0
+    if scene.added:
+        names = [f"{position + 1}: {volume_called(each, _LETTERS)}" for position, each in enumerate(scene.volumes)]
+        imgui.set_next_item_width(-1)  # wide, because names of volumes from one file differ at their ends
+        number = names.index(parts.choice("##volume", names[min(state.get("volume", 0), len(names) - 1)], names))
+        imgui.set_item_tooltip(f"volume {number + 1}: {volume_called(scene.volumes[number])}")
+        state["volume"] = number
+    if state.get("edited") is not scene.volumes[number]:  # forget the state of the editor
+        state["edited"] = scene.volumes[number]
         for key in ("named", "curve_of", "length", "density", "look_of"):
             state.pop(key, None)
+    return number
 
 
 @dataclass(frozen=True)
@@ -100,98 +92,72 @@ def _presets(desk: Desk, document: Document, medium: TransferFunction, number: i
     # Looked up by the transfer function, because undo may have brought back an earlier one.
     named = next((each for each in state["named"] if each.medium is medium), _Named(medium, "own"))
     names = transfer.PRESETS if named.name in transfer.PRESETS else (named.name, *transfer.PRESETS)
-    imgui.set_next_item_width(imgui.get_content_region_avail().x - steps.width())
+    imgui.set_next_item_width(imgui.get_content_region_avail().x - parts.width_of_steps())
     name = parts.choice("##preset", named.name, names)
     imgui.set_item_tooltip("preset")
     imgui.same_line()
-    steps.show(desk, document)
+    parts.steps(desk, document)
     if name != named.name and name in transfer.PRESETS:
-
-        def load() -> None:
-            found = transfer.preset(name, scene.volumes[number])
-            _apply(desk, scene, number, _Named(found, name, found.materials, frozenset(found.materials)))
-
-        desk.attempt(load)
-    elif named.materials:
-        _materials(desk, scene, number, named)
+        _apply(desk, scene, number, name)
+        return
+    switched = parts.switches({name: name in named.shown for name in named.materials})
+    chosen = tuple(name for name, is_shown in switched.items() if is_shown)
+    if chosen and set(chosen) != named.shown:
+        _apply(desk, scene, number, named.name, named.materials, chosen)
 
 
-def _apply(desk: Desk, scene: Scene, number: int, named: _Named) -> None:
-    if desk.change(**editing.with_transfer_function(scene, number, named.medium)):
-        desk.panel_state["named"] = [*desk.panel_state["named"][-_REMEMBERED:], named]
+def _apply(
+    desk: Desk, scene: Scene, number: int, name: str, every: tuple[str, ...] = (), chosen: tuple[str, ...] | None = None
+) -> None:
+    """Set a preset, or the chosen ones of its materials."""
 
+    def load() -> None:
+        found = transfer.preset(name, scene.volumes[number], chosen)
+        if desk.change(**editing.with_own(scene, number, transfer_function=found)):
+            named = _Named(found, name, every or found.materials, frozenset(chosen or found.materials))
+            desk.panel_state["named"] = [*desk.panel_state["named"][-_REMEMBERED:], named]
 
-def _materials(desk: Desk, scene: Scene, number: int, named: _Named) -> None:
-    """Show switches for the materials of a preset."""
-    for position, name in enumerate(named.materials):
-        if position % 2:
-            imgui.same_line(imgui.get_content_region_avail().x / 2)
-        changed, is_shown = imgui.checkbox(name, name in named.shown)
-        wanted = named.shown | {name} if is_shown else named.shown - {name}
-        if changed and wanted:
-
-            def apply(wanted: frozenset[str] = wanted) -> None:
-                chosen = tuple(each for each in named.materials if each in wanted)
-                found = transfer.preset(named.name, scene.volumes[number], chosen)
-                _apply(desk, scene, number, _Named(found, named.name, named.materials, wanted))
-
-            desk.attempt(apply)
+    desk.attempt(load)
 
 
 def _curve(desk: Desk, document: Document, medium: TransferFunction, number: int) -> None:
-    state = desk.panel_state
+    state, box = desk.panel_state, document.scene.volumes[number]
+    histogram = document.histogram(box)
     if state.get("curve_of") is not medium:
         state["curve_of"], state["curve"] = medium, Curve.of(medium)
         state["density"] = 0.0  # log10 of the factor since this curve was set
-        state["bounds"] = _bounds(document.histogram(number), state["curve"])
+        # The range of the histogram is extended to the curve's ends, so that all points can be reached.
+        low, high = histogram.edges[[0, -1]].tolist()
+        state["bounds"] = min(low, state["curve"].points[0].value), max(high, state["curve"].points[-1].value)
         state["selected"] = min(state.get("selected", 0), len(state["curve"].points) - 1)
     curve: Curve = state["curve"]
-    box = document.scene.volumes[number]
-    histogram = document.histogram(number)
     length = float(state.setdefault("length", _LENGTH * float(np.linalg.norm(box.box_edges, axis=0).mean())))
-    edited = _plot(desk, histogram, medium, curve, _Height(length, box.unit))
+    unit = box.unit or "units"
+    edited = _plot(state, histogram, medium, curve, length, f"opacity of {length:.3g} {unit}")
     imgui.text_disabled("double click: add a point · right click: remove")
-    edited = _selected(desk, edited, medium, length, box.unit)
-    edited = _whole(desk, edited)
+    edited = _selected(state, edited, length, box.unit)
+    edited = _whole(state, edited)
     if edited is not curve:
         changed = edited.applied(medium)
-        if desk.change("curve", **editing.with_transfer_function(document.scene, number, changed)):
+        if desk.change("curve", **editing.with_own(document.scene, number, transfer_function=changed)):
             state["curve_of"], state["curve"] = changed, edited
-    _unit(desk, length, box.unit)
+    state["log"] = parts.switch("logarithmic histogram", state.get("log", True))
+    wanted = parts.number(f"opacity is per ({unit})", length)
+    if wanted > 0:
+        state["length"] = wanted
 
 
-@dataclass(frozen=True)
-class _Height:
-    """Meaning of the plot's height: the opacity over a length."""
-
-    length: float
-    unit: str
-
-    @property
-    def text(self) -> str:
-        """Label of the plot."""
-        return f"opacity of {self.length:.3g} {self.unit or 'units'}"
-
-
-def _bounds(histogram: Histogram, curve: Curve) -> tuple[float, float]:
-    """Return the range of the histogram, extended to the curve's ends so that all points can be reached."""
-    low, high = float(histogram.edges[0]), float(histogram.edges[-1])
-    return min(low, curve.points[0].value), max(high, curve.points[-1].value)
-
-
-def _tall() -> float:
-    scale = parts.scale()
-    return float(min(max(_PLOT_FRACTION * imgui.get_window_height(), _LOWEST_PLOT * scale), _HIGHEST_PLOT * scale))
-
-
-def _plot(desk: Desk, histogram: Histogram, medium: TransferFunction, curve: Curve, height: _Height) -> Curve:
+def _plot(
+    state: dict[str, Any], histogram: Histogram, medium: TransferFunction, curve: Curve, length: float, title: str
+) -> Curve:
     """Show the curve over the histogram, with points to drag, to add by double click and to remove by right click."""
-    state, length = desk.panel_state, height.length
     low, high = state["bounds"]
+    scale = parts.scale()
+    tall = float(np.clip(_PLOT_FRACTION * imgui.get_window_height(), _LOWEST_PLOT * scale, _HIGHEST_PLOT * scale))
     flags = implot.Flags_.no_legend | implot.Flags_.no_mouse_text | implot.Flags_.no_menus | implot.Flags_.no_title
     flags |= implot.Flags_.no_box_select
     # The name contains the range, because ImPlot remembers the shown range of a plot by its name.
-    if not implot.begin_plot(f"##{low!r} {high!r}", imgui.ImVec2(-1, _tall()), flags):
+    if not implot.begin_plot(f"##{low!r} {high!r}", imgui.ImVec2(-1, tall), flags):
         return curve
     plain = implot.AxisFlags_.no_highlight | implot.AxisFlags_.no_menus
     implot.setup_axes("", "", plain, plain | implot.AxisFlags_.lock)
@@ -201,7 +167,7 @@ def _plot(desk: Desk, histogram: Histogram, medium: TransferFunction, curve: Cur
     implot.setup_axis_limits_constraints(implot.ImAxis_.x1, low - (high - low), high + (high - low))
     implot.get_input_map().fit = _NO_BUTTON  # a double click adds a point
     implot.setup_finish()
-    _columns(histogram.edges, histogram.heights(bool(state.get("log", True))))
+    _columns(histogram.edges, histogram.heights(state.get("log", True)))
     _line(medium, curve, length, low, high)
     edited = curve
     if len(curve.points) <= _ENOUGH:
@@ -218,7 +184,7 @@ def _plot(desk: Desk, histogram: Histogram, medium: TransferFunction, curve: Cur
     limits, corner, size = implot.get_plot_limits().x, implot.get_plot_pos(), implot.get_plot_size()
     implot.end_plot()
     at = imgui.ImVec2(corner.x + 6, corner.y + 2)
-    imgui.get_window_draw_list().add_text(at, imgui.get_color_u32(imgui.Col_.text_disabled), height.text)
+    imgui.get_window_draw_list().add_text(at, imgui.get_color_u32(imgui.Col_.text_disabled), title)
     under = axis.Axis((limits.min, limits.max), corner.x, size.x)
     axis.bar(under, medium)
     ranged = axis.track(under, state, curve, (low, high))
@@ -226,11 +192,9 @@ def _plot(desk: Desk, histogram: Histogram, medium: TransferFunction, curve: Cur
 
 
 def _columns(edges: Any, heights: Any) -> None:
-    xs = np.repeat(edges, 2)[1:-1]
-    ys = np.repeat(heights, 2)
     spec = implot.Spec()
     spec.fill_color, spec.line_color = imgui.ImVec4(0.42, 0.47, 0.53, 0.55), imgui.ImVec4(0, 0, 0, 0)
-    implot.plot_shaded("histogram", np.ascontiguousarray(xs), np.ascontiguousarray(ys), 0.0, spec)
+    implot.plot_shaded("histogram", np.repeat(edges, 2)[1:-1], np.repeat(heights, 2), 0.0, spec)
 
 
 def _line(medium: TransferFunction, curve: Curve, length: float, low: float, high: float) -> None:
@@ -248,26 +212,17 @@ def _points(state: dict[str, Any], curve: Curve, length: float) -> Curve:
     edited, state["over point"] = curve, None
     removed = None
     for index, point in enumerate(curve.points):
-        shown = srgb_from_linear(np.clip(point.color, 0, 1))
         is_selected = index == state.get("selected")
         ring = imgui.ImVec4(1, 1, 1, 1) if is_selected else imgui.ImVec4(0.75, 0.78, 0.82, 1)
         opacity = float(opacity_of(point.extinction, length))
         spec = implot.Spec()
         spec.marker, spec.marker_size = implot.Marker_.circle.value, _POINT + 2 * is_selected
-        spec.marker_fill_color, spec.marker_line_color = parts.shade(shown), ring
+        spec.marker_fill_color, spec.marker_line_color = parts.shade(srgb_from_linear(np.array(point.color))), ring
         implot.plot_scatter(f"##{index}", np.array([point.value]), np.array([opacity]), spec)
-        held = implot.drag_point(
-            index,
-            point.value,
-            opacity,
-            imgui.ImVec4(0, 0, 0, 0),
-            _POINT + 2,
-            implot.DragToolFlags_.none,
-            False,
-            False,
-            False,
-        )
-        changed, x, y, clicked, hovered, _ = held
+        changed, x, y, clicked, hovered, _ = implot.drag_point(
+            index, point.value, opacity, imgui.ImVec4(0, 0, 0, 0), _POINT + 2, implot.DragToolFlags_.none,
+            False, False, False,
+        )  # fmt: skip
         if hovered:
             state["over point"] = index
             if imgui.is_mouse_clicked(1):
@@ -284,60 +239,41 @@ def _points(state: dict[str, Any], curve: Curve, length: float) -> Curve:
     return edited
 
 
-def _selected(desk: Desk, curve: Curve, medium: TransferFunction, length: float, unit: str) -> Curve:
+def _selected(state: dict[str, Any], curve: Curve, length: float, unit: str) -> Curve:
     """Show the values of the selected point as numbers."""
-    index = desk.panel_state.get("selected", 0)
+    index = state.get("selected", 0)
     if not 0 <= index < len(curve.points) or len(curve.points) > _ENOUGH:
         return curve
     point = curve.points[index]
     imgui.push_id(index)
-    shown = srgb_from_linear(np.clip(point.color, 0, 1))
-    changed, color = imgui.color_edit3("colour", [float(part) for part in shown], imgui.ColorEditFlags_.float)
-    if changed:
-        red, green, blue = (float(part) for part in linear_from_srgb(np.clip(np.array(color), 0, 1)))
-        curve = curve.colored(index, (red, green, blue))
-    changed, value = parts.number("value", point.value)
-    if changed:
-        curve = curve.moved(index, value, point.extinction)
-    opaque = bool(np.isinf(point.extinction))
-    switched, opaque_now = imgui.checkbox("opaque", opaque)
-    if switched:
-        curve = curve.moved(index, point.value, np.inf if opaque_now else extinction_of(_MOST_OPACITY, length))
-    if not opaque and not switched:
+    color = parts.color("colour", point.color)
+    if color != point.color:
+        curve = curve.colored(index, color)
+    value, extinction = parts.number("value", point.value), point.extinction
+    was_opaque = bool(np.isinf(extinction))
+    opaque = parts.switch("opaque", was_opaque)
+    if opaque != was_opaque:
+        extinction = np.inf if opaque else extinction_of(_MOST_OPACITY, length)
+    elif not opaque:
         imgui.same_line()
         imgui.set_next_item_width(_EXTINCTION * imgui.get_content_region_avail().x)
-        changed, extinction = parts.number(f"extinction /{unit or 'unit'}", point.extinction)
-        if changed and np.isfinite(extinction):
-            curve = curve.moved(index, point.value, extinction)
+        extinction = parts.number(f"extinction /{unit or 'unit'}", extinction)
         opacity = float(opacity_of(point.extinction, length))
-        changed, wanted = parts.number(f"opacity /{length:.3g} {unit or 'units'}", opacity)
-        if changed:
-            curve = curve.moved(index, point.value, extinction_of(float(np.clip(wanted, 0, _MOST_OPACITY)), length))
+        wanted = parts.number(f"opacity /{length:.3g} {unit or 'units'}", opacity)
+        if wanted != opacity:
+            extinction = extinction_of(float(np.clip(wanted, 0, _MOST_OPACITY)), length)
+    if (value, extinction) != (point.value, point.extinction):
+        curve = curve.moved(index, value, extinction)
     imgui.pop_id()
     return curve
 
 
-def _whole(desk: Desk, curve: Curve) -> Curve:
+def _whole(state: dict[str, Any], curve: Curve) -> Curve:
     """Show controls of the whole curve: its range, and a factor of its extinction."""
-    low, high = desk.panel_state["bounds"]
-    first, last = curve.points[0].value, curve.points[-1].value
-    if last > first:
-        changed, ends = parts.ends("range", (first, last), low, high)
-        if changed and ends[1] > ends[0]:
-            curve = curve.between(*ends)
-    before = float(desk.panel_state.setdefault("density", 0.0))
-    changed, density = imgui.slider_float("density", before, -2.0, 2.0, f"x {10**before:.3g}")
-    if changed:
-        curve = curve.denser(10 ** (density - before))
-        desk.panel_state["density"] = density
-    return curve
-
-
-def _unit(desk: Desk, length: float, unit: str) -> None:
-    state = desk.panel_state
-    changed, log = imgui.checkbox("logarithmic histogram", bool(state.get("log", True)))
-    if changed:
-        state["log"] = log
-    changed, wanted = parts.number(f"opacity is per ({unit or 'units'})", length)
-    if changed and 0 < wanted < np.inf:
-        state["length"] = wanted
+    ends = curve.points[0].value, curve.points[-1].value
+    if ends[1] > ends[0]:
+        wanted = parts.ends("range", ends, *state["bounds"])
+        curve = curve if wanted == ends else curve.between(*wanted)
+    before = state.setdefault("density", 0.0)
+    changed, state["density"] = imgui.slider_float("density", before, -2.0, 2.0, f"x {10**before:.3g}")
+    return curve.denser(10 ** (state["density"] - before)) if changed else curve

@@ -2,25 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 import numpy as np
 from imgui_bundle import imgui
 
 from texvol.scene.display import NUMBER_MODES
 from texvol.window import commands
 from texvol.window.desk import Desk
-from texvol.window.quality import error_fraction, error_text
+from texvol.window.quality import error_text, limit_text
 from texvol.window.steering import BINDINGS, MOUSE
 
-_PLAIN = (
-    imgui.WindowFlags_.no_decoration
-    | imgui.WindowFlags_.no_nav
-    | imgui.WindowFlags_.no_focus_on_appearing
-    | imgui.WindowFlags_.no_move
-    | imgui.WindowFlags_.no_inputs
-)
+_PLAIN = imgui.WindowFlags_.no_decoration | imgui.WindowFlags_.no_move | imgui.WindowFlags_.no_inputs
+_PLAIN |= imgui.WindowFlags_.no_nav | imgui.WindowFlags_.no_focus_on_appearing
 _FAULT = imgui.ImVec4(1.0, 0.62, 0.52, 1.0)
 _ALPHA = 0.72
 _MARGIN = 10.0
@@ -30,64 +22,44 @@ _WORTH_SHOWING = 2.0  # seconds
 _BETWEEN = 1 / 60  # seconds: a change is noticed in the frame after the one that shows the last picture
 
 
-def status_height(desk: Desk) -> float:
+def status_height(desk: Desk, lines: list[str]) -> float:
     """Return the height of the status lines at the foot of the panel."""
     width = imgui.get_content_region_avail().x
-    lines = status_lines(desk)
     spacing = imgui.get_style().item_spacing.y
-    needed = sum(imgui.calc_text_size(line, False, width).y + spacing for line in lines) + 2 * spacing if lines else 0.0
+    heights = [imgui.calc_text_size(line, False, width).y + spacing for line in lines]
+    needed = sum(heights) + 2 * spacing if lines else 0.0
     # The height never decreases, because the controls above would move under the mouse.
     height = max(needed, float(desk.panel_state.get("status height", 0.0)))
     desk.panel_state["status height"] = height
     return height
 
 
-def status(desk: Desk) -> None:
-    """Show frames per second, slabs, error, and what is modelled."""
-    lines = status_lines(desk)
-    if not lines:
-        return
-    imgui.separator()
-    imgui.push_text_wrap_pos(0.0)
-    for line in lines:
-        imgui.text_unformatted(line)
-    imgui.pop_text_wrap_pos()
-
-
 def status_lines(desk: Desk) -> list[str]:
-    """Return the status lines."""
+    """Return lines of text: frames per second; slabs and error; what is modelled."""
     shown, document = desk.director.shown, desk.document
     if shown is None or document is None:
         return []
     metadata = shown.metadata
     height, width = shown.pixels.shape[:2]
-    slabs = f"{metadata.get('slabs', 0)} slabs"
+    first = f"{metadata.get('slabs', 0)} slabs · {width} × {height}"
     numbers = document.scene.mode in NUMBER_MODES
+    error = error_text(metadata, numbers=numbers)
     if shown.state == "moving":
         fraction = 1 / shown.coarseness.shrink if shown.coarseness else 1.0
-        first = f"{slabs} · {width} × {height}" + (f" ({fraction:.0%})" if fraction < 1 else "")
+        first += f" ({fraction:.0%})" if fraction < 1 else ""
     elif shown.state == "refining":
-        known = f"{error_text(metadata, numbers=numbers)}, checking" if "reached" in metadata else "refining"
-        known += _refining_time(desk)
-        first = f"{known} · {slabs} · {width} × {height}"
+        known = f"{error}, checking" if "reached" in metadata else "refining"
+        first = f"{known}{_refining_time(desk)} · {first}"
     else:
-        seconds = metadata.get("seconds", 0.0)
-        known = f"{error_text(metadata, numbers=numbers)}{_missed(metadata, numbers=numbers)}"
-        first = f"{known} · {slabs} · {width} × {height} · {seconds:.1f} s"
-    rate = frames_per_second(desk)
+        if "wanted_error" in metadata and not metadata.get("reached", True):
+            error += f", over {limit_text(metadata['wanted_error'], numbers=numbers)}"
+        first = f"{error} · {first} · {metadata.get('seconds', 0.0):.1f} s"
+    rate = _frames_per_second(desk)
     speed = [f"{rate:.0f} frames/s" + (" while moving" if shown.state != "moving" else "")] if rate else []
     modelled = [*metadata.get("modelled", ())]
     if document.scene.mode == "composite":
         modelled.insert(0, f"{metadata.get('classification', '')} classification")
     return [*speed, first, "modelled: " + ", ".join(modelled)]
-
-
-def _missed(metadata: Mapping[str, Any], *, numbers: bool) -> str:
-    """Return a text about a wanted error that was not reached, else an empty text."""
-    wanted = metadata.get("wanted_error")
-    if metadata.get("reached", True) or wanted is None:
-        return ""
-    return f", over {wanted:.3g}" if numbers else f", over {error_fraction(wanted)}"
 
 
 def _refining_time(desk: Desk) -> str:
@@ -102,7 +74,7 @@ def _refining_time(desk: Desk) -> str:
     return f" for {seconds:.0f} s" if seconds >= _WORTH_SHOWING else ""
 
 
-def frames_per_second(desk: Desk) -> float:
+def _frames_per_second(desk: Desk) -> float:
     """Return new pictures per second during the last motion; 0 before the first motion.
 
     Pauses do not count: the time of a picture begins with the change that it shows.
@@ -180,7 +152,7 @@ _KEY_NAMES = {
 }  # fmt: skip
 
 
-def key_text(chord: str) -> str:
+def _key_text(chord: str) -> str:
     """Return a chord as it is printed on keys."""
     *modifiers, key = chord.split("+")
     if modifiers == ["shift"] and key == "slash":
@@ -190,12 +162,12 @@ def key_text(chord: str) -> str:
     return " + ".join([*modifiers, name])
 
 
-def key_rows() -> list[tuple[str, str]]:
+def _key_rows() -> list[tuple[str, str]]:
     """Return the names of mouse actions and keys, with their descriptions."""
     rows = list(MOUSE)
     for each in BINDINGS:
         chords = each.chords[:1] if "left" in each.chords else each.chords
-        rows.append((", ".join(dict.fromkeys(map(key_text, chords))), each.text))
+        rows.append((", ".join(dict.fromkeys(map(_key_text, chords))), each.text))
     return rows
 
 
@@ -207,7 +179,7 @@ def _wide(rows: list[tuple[str, str]]) -> float:
 
 def keys(desk: Desk) -> None:
     """Show the table of keys, in two columns if one column is too high and two columns fit; else it scrolls."""
-    rows, style = key_rows(), imgui.get_style()
+    rows, style = _key_rows(), imgui.get_style()
     whole = imgui.get_io().display_size  # the table may cover the side panel
     line = imgui.get_text_line_height() + 2 * style.cell_padding.y
     margin = 2 * style.window_padding.x

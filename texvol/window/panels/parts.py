@@ -1,17 +1,23 @@
-"""Small controls that several panels use."""
+"""Small controls that several panels use; a control for a value returns the value that it was changed to."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from imgui_bundle import imgui
 from numpy.typing import NDArray
 
 from texvol.util.color import linear_from_srgb, srgb_from_linear
+from texvol.window import commands
+from texvol.window.desk import Desk
+from texvol.window.document import Document
+from texvol.window.navigation import triple
 from texvol.window.steering import Viewport
 
+Range = tuple[float, float]
 Color = tuple[float, float, float]
+_STEPS = ("undo", "redo")
 
 
 def scale() -> float:
@@ -26,8 +32,24 @@ def corners(viewport: Viewport) -> tuple[imgui.ImVec2, imgui.ImVec2]:
 
 def shade(shown: NDArray) -> imgui.ImVec4:
     """Return an sRGB colour as an imgui vector."""
-    red, green, blue = (float(part) for part in shown)
-    return imgui.ImVec4(red, green, blue, 1.0)
+    return imgui.ImVec4(*triple(shown), 1.0)
+
+
+def begin_centred(viewport: Viewport, title: str, flags: int) -> bool:
+    """Begin a dialog, at first in the middle of the picture; return False if the user closes the dialog."""
+    middle = imgui.ImVec2(viewport.x + viewport.width / 2, viewport.y + viewport.height / 2)
+    imgui.set_next_window_pos(middle, imgui.Cond_.appearing.value, imgui.ImVec2(0.5, 0.5))
+    _, stays = imgui.begin(title, True, flags)
+    if imgui.is_window_appearing():
+        imgui.set_window_focus()
+    return bool(stays)
+
+
+def note(text: str) -> None:
+    """Show a wrapped text in grey."""
+    imgui.push_text_wrap_pos(0.0)
+    imgui.text_disabled(text)
+    imgui.pop_text_wrap_pos()
 
 
 def choice(label: str, current: str, names: Sequence[str]) -> str:
@@ -37,42 +59,54 @@ def choice(label: str, current: str, names: Sequence[str]) -> str:
     return names[chosen]
 
 
-def slider(label: str, value: float, low: float, high: float, text: str = "%.4g") -> tuple[bool, float]:
-    """Show a slider; return True if it was moved, and its number."""
+def slider(label: str, value: float, low: float, high: float, text: str = "%.4g") -> float:
+    """Show a slider; return its number."""
     changed, now = imgui.slider_float(label, float(value), float(low), float(high), text)
-    return changed, float(np.clip(now, low, high)) if changed else float(value)
+    return float(np.clip(now, low, high)) if changed else value
 
 
-def number(label: str, value: float) -> tuple[bool, float]:
-    """Show a field for a number; return True if a finite number was entered, and the number."""
+def number(label: str, value: float) -> float:
+    """Show a field for a number; return the number if a finite one was entered, else `value`."""
     changed, now = imgui.input_double(label, float(value), 0.0, 0.0, "%.5g", imgui.InputTextFlags_.enter_returns_true)
-    return changed and bool(np.isfinite(now)), float(now)
+    return float(now) if changed and np.isfinite(now) else value
 
 
-def ends(label: str, pair: tuple[float, float], low: float, high: float) -> tuple[bool, tuple[float, float]]:
-    """Show two fields that are dragged for the ends of a range; return True if one changed, and the ends."""
+def ends(label: str, pair: Range, low: float, high: float) -> Range:
+    """Show two fields that are dragged for the ends of a range; return the ends, or `pair` if the range is empty."""
     speed = max((high - low) / 400, 1e-30)
     changed, first, last = imgui.drag_float_range2(
         label, float(pair[0]), float(pair[1]), speed, float(low), float(high), "%.4g", "%.4g"
     )
-    return changed, (float(first), float(last))
+    return (float(first), float(last)) if changed and first < last else pair
 
 
-def color(label: str, linear: Sequence[float], *, small: bool = False) -> tuple[bool, Color]:
-    """Show a colour field, a mere patch if `small`; return True if it changed, and the linear colour."""
-    shown = srgb_from_linear(np.clip(np.asarray(linear, np.float64), 0, 1))
+def window(names: tuple[str, str], pair: Range, low: float, high: float) -> Range:
+    """Show sliders for the centre and the width of a window of values from `low` to `high`; return both."""
+    centre = slider(names[0], pair[0], low, high)
+    width = slider(names[1], pair[1], 1e-3 * (high - low), 2 * (high - low))
+    return centre, width if width == pair[1] else max(width, 1e-300)
+
+
+def color(label: str, linear: Color, *, small: bool = False) -> Color:
+    """Show a colour field, a mere patch if `small`; return the linear colour."""
     flags = imgui.ColorEditFlags_.float | (imgui.ColorEditFlags_.no_inputs if small else 0)
-    changed, picked = imgui.color_edit3(label, [float(part) for part in shown], flags)
-    if not changed:
-        return False, (float(linear[0]), float(linear[1]), float(linear[2]))
-    red, green, blue = linear_from_srgb(np.clip(np.array(picked, np.float64), 0, 1))
-    return True, (float(red), float(green), float(blue))
+    changed, picked = imgui.color_edit3(label, srgb_from_linear(np.array(linear)).tolist(), flags)
+    return triple(linear_from_srgb(np.clip(np.array(picked, np.float64), 0, 1))) if changed else linear
 
 
-def switch(label: str, on: bool) -> tuple[bool, bool]:
-    """Show a check box; return True if it was clicked, and its state."""
-    changed, now = imgui.checkbox(label, on)
-    return bool(changed), bool(now)
+def switch(label: str, on: bool) -> bool:
+    """Show a check box; return its state."""
+    return bool(imgui.checkbox(label, on)[1])
+
+
+def switches(states: Mapping[str, bool]) -> dict[str, bool]:
+    """Show check boxes in two columns, by their labels; return their states."""
+    found = {}
+    for position, (label, on) in enumerate(states.items()):
+        if position % 2:
+            imgui.same_line(imgui.get_content_region_avail().x / 2)
+        found[label] = switch(label, on)
+    return found
 
 
 def buttons(names: Sequence[str], in_row: int) -> str | None:
@@ -86,3 +120,21 @@ def buttons(names: Sequence[str], in_row: int) -> str | None:
         if imgui.button(name, imgui.ImVec2(width, 0)):
             pressed = name
     return pressed
+
+
+def width_of_steps() -> float:
+    """Return the width of the buttons of `steps` beside another control, including the spacing before them."""
+    style = imgui.get_style()
+    return sum(imgui.calc_text_size(name).x + 2 * style.frame_padding.x + style.item_spacing.x for name in _STEPS)
+
+
+def steps(desk: Desk, document: Document) -> None:
+    """Show the buttons to undo and redo; a button is disabled if there is no step."""
+    history = document.history
+    for name, scenes in zip(_STEPS, (history.past, history.future), strict=True):
+        if name != _STEPS[0]:
+            imgui.same_line()
+        imgui.begin_disabled(not scenes)
+        if imgui.button(name):
+            commands.run(desk, name)
+        imgui.end_disabled()

@@ -31,15 +31,15 @@ _SMALL = 0.55  # fraction of the panel's width: the panel scrolls if slices woul
 
 def show(desk: Desk, document: Document) -> None:
     """Show the Slices tab."""
-    volume, medium, state = document.scene.volume, document.scene.transfer_function, desk.panel_state
-    if not volume.labels:
-        medium = None
+    volume, state = document.scene.volume, desk.panel_state
+    medium = document.scene.transfer_function if volume.labels else None
     if state.get("sliced") is not volume:
         state["sliced"], state["slices"] = volume, slices_of(volume)
         state["window"] = typical_window(volume)
         state["crosshair"] = (np.array(volume.dimensions) - 1) / 2
     if medium is None:
-        _window(state, volume)
+        low, high = volume.finite_range or (0.0, 1.0)
+        state["window"] = parts.window(("level", "window"), state["window"], low, high)
     # Height of the line of text, the button, and the spacing around them.
     spaces = 3 * imgui.get_style().item_spacing.y
     foot = imgui.get_text_line_height_with_spacing() + imgui.get_frame_height_with_spacing() + spaces
@@ -79,15 +79,6 @@ def mark(desk: Desk) -> None:
             start = imgui.ImVec2(x + side * right / 3, y + side * down / 3)
             drawn.add_line(start, imgui.ImVec2(x + side * right, y + side * down), _LINE, 1.5)
     drawn.pop_clip_rect()
-
-
-def _window(state: dict[str, Any], volume: Volume) -> None:
-    low, high = volume.finite_range or (0.0, 1.0)
-    centre, width = state["window"]
-    moved, centre = parts.slider("level", centre, low, high)
-    wider, width = parts.slider("window", width, 1e-3 * (high - low), 2 * (high - low))
-    if moved or wider:
-        state["window"] = centre, max(width, 1e-300)
 
 
 def _slices(desk: Desk, volume: Volume, medium: TransferFunction | None, width: float, height: float) -> None:
@@ -163,10 +154,8 @@ def _slice(desk: Desk, name: str, volume: Volume, medium: TransferFunction | Non
     _text(start.x + 5, start.y + 3, f"{name} {number}")
     for letter, (across, below) in zip(letters_of(volume, slice_) or (), _SIDES, strict=False):
         extent = imgui.calc_text_size(letter)
-        at = [low + 4 + fraction * (length - taken - 8) for low, fraction, length, taken in (
-            (start.x, across, size.x, extent.x), (start.y, below, size.y, extent.y),
-        )]  # fmt: skip
-        _text(at[0], at[1], letter)
+        x, y = start.x + 4 + across * (size.x - extent.x - 8), start.y + 4 + below * (size.y - extent.y - 8)
+        _text(x, y, letter)
     imgui.invisible_button(name, size)
     _windowing(state, volume)
     imgui.set_item_key_owner(imgui.Key.mouse_wheel_y)  # the wheel changes the slice and does not scroll the panel

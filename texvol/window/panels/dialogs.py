@@ -1,33 +1,64 @@
-"""File browser, which chooses a file to open or to write.
+"""Dialogs: the file browser, and the question about volumes that were dropped while a scene is open.
 
-It replaces the dialogs of desktops, which need programs that many machines with a display do not have.
+The file browser replaces those of desktops, which need programs that many machines with a display do not have.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from imgui_bundle import imgui
 
+from texvol.window import contents, opening
 from texvol.window.browsing import Browser
 from texvol.window.desk import Desk
 from texvol.window.panels import parts
 
-_SIZE = imgui.ImVec2(560, 440)
+_SIZE = imgui.ImVec2(560, 440)  # of the browser, window coordinates at scale 1
+_WIDTH = 300.0  # of the question's buttons
 _WORDS = "reading options: --channel 1   --shape 64,64,64 --dtype uint8   --labels …"
 
 
-def show(desk: Desk) -> None:
+def offer(desk: Desk) -> None:
+    """Ask whether dropped volumes are to be opened or added, until the question is answered."""
+    paths, document, viewport = desk.offered, desk.document, desk.viewport
+    if not paths or document is None:
+        return
+    flags = imgui.WindowFlags_.always_auto_resize | imgui.WindowFlags_.no_collapse
+    stays = parts.begin_centred(viewport, f"{contents.named(paths)}###offer", flags)
+    width = imgui.ImVec2(min(_WIDTH * parts.scale(), max(viewport.width - 40, 120)), 0)
+    opens = "open and close this scene" if len(paths) == 1 else "open as one scene and close this one"
+    answers: dict[str, Callable[[], None]] = {
+        opens: lambda: opening.open_all(desk, paths),
+        "add to the scene": lambda: opening.drop(desk, paths, adds=True),
+        "use as a mask of the volume": lambda: opening.mask(desk, document.scene.volume, paths[0]),
+        "cancel": lambda: None,
+    }
+    if len(paths) > 1 or document.scene.mask is not None:
+        del answers["use as a mask of the volume"]
+    pressed = [text for text in answers if imgui.button(text, width)]
+    if document.unsaved:
+        imgui.text_disabled("This scene has unsaved changes.")
+    typing = imgui.is_any_item_active()
+    if not typing and (imgui.is_key_pressed(imgui.Key.enter) or imgui.is_key_pressed(imgui.Key.keypad_enter)):
+        pressed.append(opens)
+    if not stays or imgui.is_key_pressed(imgui.Key.escape):
+        pressed.append("cancel")
+    imgui.end()
+    if pressed:
+        desk.offered = ()
+        answers[pressed[0]]()
+
+
+def browse(desk: Desk) -> None:
     """Show the file browser if it is open."""
     browser = desk.browser
     if browser is None:
         return
     viewport, scale = desk.viewport, parts.scale()
     size = imgui.ImVec2(min(_SIZE.x * scale, max(viewport.width, 200)), min(_SIZE.y * scale, max(viewport.height, 160)))
-    middle = imgui.ImVec2(viewport.x + viewport.width / 2, viewport.y + viewport.height / 2)
-    imgui.set_next_window_pos(middle, imgui.Cond_.appearing.value, imgui.ImVec2(0.5, 0.5))
     imgui.set_next_window_size(size, imgui.Cond_.appearing.value)
-    _, stays = imgui.begin(f"{browser.title}###browser", True, imgui.WindowFlags_.no_collapse.value)
-    if imgui.is_window_appearing():
-        imgui.set_window_focus()
+    stays = parts.begin_centred(viewport, f"{browser.title}###browser", imgui.WindowFlags_.no_collapse.value)
     _path(browser)
     rows = 2 if browser.saves or browser.takes_words else 1
     foot = rows * imgui.get_frame_height_with_spacing()
