@@ -169,7 +169,7 @@ _UPPER = (
         "test_stored_volumes.py -k 'beside'",
     ),
     Mistake(
-        *("provenance", "scene_metadata:crc32_of"),
+        *("provenance", "scene_metadata:_crc32_of"),
         *("np.ascontiguousarray(values)", "np.ascontiguousarray(values[:1])"),
         "the checksum is of the first layer alone",
         "test_stored_volumes.py -k 'checksum'",

@@ -1,4 +1,4 @@
-"""Geometry in a picture's header: file, look and checksum of each mesh.
+"""Meshes of a picture's header, read again: file, look and checksum of each mesh.
 
     geometry    [{"path", "absolute", "color", "opacity", "lit", "cut", "checksum"}, …]
 
@@ -7,31 +7,17 @@ Lines, and meshes without a file, have an entry as well, but can't be drawn agai
 
 from __future__ import annotations
 
-import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 from texvol.geometry import load_mesh
-from texvol.provenance.scene_metadata import crc32_of
+from texvol.provenance.scene_metadata import checksum_of_mesh
 from texvol.provenance.volumes import Folder, positions
-from texvol.scene.shapes import Lines, Mesh
+from texvol.scene.shapes import Mesh
 from texvol.util.errors import InputError
 
 _LOOK = {"color": list, "opacity": (int, float), "lit": bool, "cut": bool}
 _KEYS = {*_LOOK, "path", "absolute", "checksum"}
-
-
-def geometry_metadata(geometry: Iterable[Mesh | Lines]) -> list[dict[str, Any]]:
-    """Return the header's entry for each shape."""
-    entries = []
-    for shape in geometry:
-        entry: dict[str, Any] = {"color": list(shape.color), "opacity": shape.opacity}
-        if isinstance(shape, Mesh):
-            entry |= {"lit": shape.lit, "cut": shape.cut, "checksum": _checksum(shape)}
-            if os.path.isfile(shape.name):
-                entry |= {"path": shape.name, "absolute": os.path.abspath(shape.name)}
-        entries.append(entry)
-    return entries
 
 
 def geometry_from_metadata(content: Any, folder: Folder) -> tuple[Mesh, ...]:
@@ -63,10 +49,6 @@ def _mesh(entry: Mapping[str, Any], folder: Folder) -> Mesh:
         opacity=entry.get("opacity", 1.0),
         lit=entry.get("lit", True),
     )
-    if entry.get("checksum", _checksum(mesh)) != _checksum(mesh):
+    if entry.get("checksum", checksum_of_mesh(mesh)) != checksum_of_mesh(mesh):
         raise InputError(f"the mesh {path} has changed since it was drawn")
     return mesh
-
-
-def _checksum(mesh: Mesh) -> str:
-    return crc32_of(mesh.vertices, mesh.triangles, mesh.normals)

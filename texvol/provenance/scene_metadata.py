@@ -19,9 +19,10 @@ Positions are those of the moved volume; `source` has its transform. Keys withou
 from __future__ import annotations
 
 import json
+import os
 import sys
 import zlib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict
 from types import MappingProxyType
 from typing import Any
@@ -33,6 +34,7 @@ from numpy.typing import NDArray
 from texvol.scene.added_volume import AddedVolume
 from texvol.scene.mask import Mask
 from texvol.scene.scene import NUMBER_MODES, Scene
+from texvol.scene.shapes import Lines, Mesh
 from texvol.scene.transfer import TransferFunction
 from texvol.scene.volume import Volume
 from texvol.util.version import __version__
@@ -78,11 +80,11 @@ def scene_metadata(
 def checksum_of(held: Volume | Mask) -> str:
     """Return the checksum of the values, and colours if any; cached while the object lives."""
     if held not in _CHECKSUMS:
-        _CHECKSUMS[held] = crc32_of(held.array) if isinstance(held, Mask) else crc32_of(held.values, held.colors)
+        _CHECKSUMS[held] = _crc32_of(held.array) if isinstance(held, Mask) else _crc32_of(held.values, held.colors)
     return _CHECKSUMS[held]
 
 
-def crc32_of(*arrays: NDArray | None) -> str:
+def _crc32_of(*arrays: NDArray | None) -> str:
     """Return the CRC-32 of the little-endian values of all arrays that are not None."""
     found = 0
     for array in arrays:
@@ -90,6 +92,11 @@ def crc32_of(*arrays: NDArray | None) -> str:
             values = array if sys.byteorder == "little" else array.byteswap()
             found = zlib.crc32(np.ascontiguousarray(values).data, found)
     return f"crc32 {found:08x}"
+
+
+def checksum_of_mesh(mesh: Mesh) -> str:
+    """Return the checksum of vertices, triangles, and normals if any."""
+    return _crc32_of(mesh.vertices, mesh.triangles, mesh.normals)
 
 
 def kind_of(volume: Volume) -> str:
@@ -134,8 +141,6 @@ def _medium(transfer_function: TransferFunction | None, volume: Volume) -> Trans
 
 def _shown(scene: Scene) -> dict[str, Any]:
     """Return the looks of the scene: everything but volumes and masks."""
-    from texvol.provenance.geometry import geometry_metadata
-
     is_composite = scene.mode == "composite"
     is_colored = scene.mode in NUMBER_MODES and scene.coloring == "tf"
     medium = scene.transfer_function
@@ -153,11 +158,24 @@ def _shown(scene: Scene) -> dict[str, Any]:
         depth_cue=scene.depth_cue and asdict(scene.depth_cue),
         camera=scene.camera and asdict(scene.camera),
         transfer_function=None if medium is None else medium.as_json(),
-        geometry=geometry_metadata(scene.geometry) or None,
+        geometry=_geometry(scene.geometry) or None,
         clip=[asdict(plane) for plane in scene.clip] or None,
         crop=scene.crop,
         caps=scene.caps or None,
     )
+
+
+def _geometry(geometry: Iterable[Mesh | Lines]) -> list[dict[str, Any]]:
+    """Return the header's entry for each shape."""
+    entries = []
+    for shape in geometry:
+        entry: dict[str, Any] = {"color": list(shape.color), "opacity": shape.opacity}
+        if isinstance(shape, Mesh):
+            entry |= {"lit": shape.lit, "cut": shape.cut, "checksum": checksum_of_mesh(shape)}
+            if os.path.isfile(shape.name):
+                entry |= {"path": shape.name, "absolute": os.path.abspath(shape.name)}
+        entries.append(entry)
+    return entries
 
 
 def _known(**entries: Any) -> dict[str, Any]:
