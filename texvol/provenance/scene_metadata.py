@@ -133,8 +133,7 @@ def _added(added: AddedVolume, checksum: bool) -> dict[str, Any]:
 def _medium(transfer_function: TransferFunction | None, volume: Volume) -> TransferFunction:
     """Return the transfer function or the proposed one: another version of texvol may propose another."""
     if transfer_function is None:
-        from texvol.scene.shapes import Lines, Mesh
-from texvol.scene.transfer import proposed_for
+        from texvol.scene.transfer import proposed_for
 
         return proposed_for(volume)
     return transfer_function
