@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import itertools
 import re
+import signal
 from pathlib import Path
+from typing import Any
 
 import pytest
 from support.shader_programs import (
@@ -160,6 +162,30 @@ def test_a_uniform_of_another_shape_is_named(context: Context, folder: Path) -> 
     program = load_program(context.gl, "plain", folder=folder)
     with pytest.raises(ShaderError, match=r"uniform brightness cannot be \(1, 2\)"):
         set_uniforms(program, {"brightness": (1, 2)})
+
+
+class Interrupted:
+    """A context in whose `program` ctrl-C is pressed; `finished` says that it went on to its end."""
+
+    def __init__(self, context: Context) -> None:
+        self._gl = context.gl
+        self.info = context.gl.info
+        self.finished = False
+
+    def program(self, **sources: str) -> object:
+        signal.raise_signal(signal.SIGINT)
+        program = self._gl.program(**sources)
+        self.finished = True
+        return program
+
+
+def test_ctrl_c_waits_for_the_end_of_a_compilation(context: Context, folder: Path) -> None:
+    """moderngl calls Python back while it makes a program; an exception there ends the process."""
+    gl: Any = Interrupted(context)
+    with pytest.raises(KeyboardInterrupt):
+        load_program(gl, "plain", folder=folder)
+    assert gl.finished
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
 # What each classification asks for beside the switches that any may have; whole slabs are those of parallel rays.

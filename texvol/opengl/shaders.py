@@ -28,6 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.util.package import PACKAGE
+from texvol.util.termination import postponed
 
 # An installed wheel has the files inside the package, a checkout beside it.
 FOLDER = next((path for path in (PACKAGE / "shaders", PACKAGE.parent / "shaders") if path.is_dir()), PACKAGE)
@@ -118,7 +119,10 @@ def load_program(
         sources[0] = _handing_on(*sources)
     sources[1] = sources[1].replace("\nflat uniform ", "\nflat in " if has_room else "\nuniform ")
     try:
-        return gl.program(vertex_shader=sources[0], fragment_shader=sources[1])
+        with (
+            postponed()
+        ):  # moderngl makes Python objects of the uniforms, and an exception there is a segmentation fault
+            return gl.program(vertex_shader=sources[0], fragment_shader=sources[1])
     except moderngl.Error as error:
         raise ShaderError(f"{' and '.join(names)}: {_with_files(str(error), files)}") from None
 

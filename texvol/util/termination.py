@@ -1,4 +1,7 @@
-"""SIGTERM and SIGHUP raise an exception, as ctrl-C does, so that temporary files are removed before a command ends."""
+"""Signals that end a command: SIGTERM and SIGHUP raise an exception, as ctrl-C does, so that it can clean up.
+
+`postponed` keeps these exceptions out of code that they would leave broken.
+"""
 
 from __future__ import annotations
 
@@ -32,6 +35,28 @@ def heard() -> Iterator[None]:
     finally:
         for each in ours:
             signal.signal(each, signal.SIG_DFL)
+
+
+@contextmanager
+def postponed() -> Iterator[None]:
+    """Postpone ctrl-C and `SIGNALS` until this context ends.
+
+    Some C libraries call back into Python and crash if the callback raises an exception.
+    """
+    received: list[int] = []
+    handlers = {}
+    if threading.current_thread() is threading.main_thread():
+        handlers = {each: signal.getsignal(each) for each in (signal.SIGINT, *SIGNALS)}
+    handlers = {each: handler for each, handler in handlers.items() if callable(handler)}
+    try:
+        for each in handlers:
+            signal.signal(each, lambda number, _: received.append(number))
+        yield
+    finally:
+        for each, handler in handlers.items():
+            signal.signal(each, handler)
+        for number in received:
+            signal.raise_signal(number)
 
 
 def _raise(number: int, frame: FrameType | None) -> None:
