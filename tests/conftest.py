@@ -52,7 +52,7 @@ def renderer() -> Iterator[Renderer]:
 
     It keeps half as many programs as others do, of some 4 to 8 MB each, so that a process stays below 1 GB.
     """
-    with patch("texvol.opengl.compositor._MOST_PROGRAMS", 32), Renderer() as opened:
+    with patch("texvol.opengl.shaders._MOST_PROGRAMS", 32), Renderer() as opened:
         yield opened
 
 

@@ -38,12 +38,17 @@ def _linear(optical_depth: ArrayLike) -> NDArray[np.float64]:
     return np.minimum(np.asarray(optical_depth, dtype=np.float64), 1.0)
 
 
-_TEXELS_OF_MEDIUM = slab_texture._texels_of_medium
+_MEDIUM_ENCODER = slab_texture._medium_encoder
 
 
-def _straight(*arguments: Any) -> NDArray[np.float64]:
-    texels = _TEXELS_OF_MEDIUM(*arguments)
-    return np.concatenate([texels[:, :3] / np.maximum(texels[:, 3:], 1e-300), texels[:, 3:]], axis=1)
+def _straight(*arguments: Any) -> slab_texture.OfMedium:
+    encode = _MEDIUM_ENCODER(*arguments)
+
+    def straight(emission: NDArray[np.float64], extinction: NDArray[np.float64]) -> NDArray[np.float64]:
+        texels = encode(emission, extinction)
+        return np.concatenate([texels[:, :3] / np.maximum(texels[:, 3:], 1e-300), texels[:, 3:]], axis=1)
+
+    return straight
 
 
 LINEAR_OPACITY: tuple[Mistake, ...] = (
@@ -69,7 +74,7 @@ NORMAL_TO_HIGHER_VALUES: Mistake = (
 )
 # Texels of `extinction` with the straight colour, weighted by opacity only after the fetch.
 STRAIGHT_COLOUR: tuple[Mistake, ...] = (
-    Attribute("texvol.textures.slab_texture._texels_of_medium", _straight),
+    Attribute("texvol.textures.slab_texture._medium_encoder", _straight),
     (
         "vec4 slab_color(vec4 texel, float length, vec3 position)",
         "texel *= held_scale; float opacity = opacity_from_depth(texel.a * length); "

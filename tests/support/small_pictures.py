@@ -65,7 +65,7 @@ def current() -> list[bool]:
             library.functions.eglBindAPI(egl.EGL_OPENGL_API)
             found.append(bool(library.functions.eglGetCurrentContext()))
         elif isinstance(library, osmesa.OSMesa):
-            found.append(bool(getattr(library._current, "handle", None)))
+            found.append(bool(getattr(library.current, "handle", None)))
         else:
             found.append(False)
     return found
