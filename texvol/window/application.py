@@ -253,8 +253,8 @@ class Application:
         desk.viewport = Viewport(0, 0, width - round(beside), height)
         if width and height:
             across, down = screen.pixels
-            right, down = desk.viewport.width * across / width, desk.viewport.height * down / height
-            before, desk.pixels = desk.pixels, (max(round(right), 1), max(round(down), 1))
+            columns, rows = desk.viewport.width * across / width, desk.viewport.height * down / height
+            before, desk.pixels = desk.pixels, (max(round(columns), 1), max(round(rows), 1))
             if desk.pixels != before and desk.document is not None:
                 desk.document.fit(desk.pixels)
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol.scene.added_volume import AddedVolume
 from texvol.scene.camera import Camera
 from texvol.scene.cutting import ClipPlane, Cutting
 from texvol.scene.scene import Scene
@@ -101,7 +102,8 @@ def sampled(volume: Volume, points: NDArray[np.float64]) -> NDArray[np.float64]:
 def _half_opacity(scene: Scene, points: NDArray[np.float64], step: float) -> int | None:
     """Return the index of the sample at which the ray has met half of its opacity."""
     depth = np.zeros(len(points))
-    for each in (scene, *scene.added):
+    parts: tuple[Scene | AddedVolume, ...] = (scene, *scene.added)
+    for each in parts:
         values = sampled(each.volume, points)
         if each.transfer_function is not None:
             depth += _extinctions(each.transfer_function, values) * step
