@@ -107,7 +107,7 @@ class Curve:
 
 def owner_of(scene: Scene, number: int) -> Scene | AddedVolume:
     """Return the object that has a volume by its number, with mask and transfer function: the scene has volume 0."""
-    return (scene, *scene.added)[number]
+    return scene if number == 0 else scene.added[number - 1]
 
 
 def with_own(scene: Scene, number: int, **parts: Any) -> dict[str, Any]:
