@@ -252,9 +252,9 @@ class Application:
         beside = min(wanted, MOST_PANEL * width) if desk.preferences.panels else 0
         desk.viewport = Viewport(0, 0, width - round(beside), height)
         if width and height:
-            across, down = screen.pixels
-            columns, rows = desk.viewport.width * across / width, desk.viewport.height * down / height
-            before, desk.pixels = desk.pixels, (max(round(columns), 1), max(round(rows), 1))
+            pixels, before = screen.pixels, desk.pixels
+            right, down = desk.viewport.width * pixels[0] / width, desk.viewport.height * pixels[1] / height
+            desk.pixels = max(round(right), 1), max(round(down), 1)
             if desk.pixels != before and desk.document is not None:
                 desk.document.fit(desk.pixels)
 

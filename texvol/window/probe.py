@@ -11,12 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.scene.added_volume import AddedVolume
 from texvol.scene.camera import Camera
 from texvol.scene.cutting import ClipPlane, Cutting
 from texvol.scene.scene import Scene
 from texvol.scene.transfer import TransferFunction
 from texvol.scene.volume import Volume
+from texvol.window.editing import owner_of
 from texvol.window.navigation import Position, triple
 
 _LEAST_OPACITY = 0.02  # of a ray: with less, nothing is visible
@@ -102,11 +102,10 @@ def sampled(volume: Volume, points: NDArray[np.float64]) -> NDArray[np.float64]:
 def _half_opacity(scene: Scene, points: NDArray[np.float64], step: float) -> int | None:
     """Return the index of the sample at which the ray has met half of its opacity."""
     depth = np.zeros(len(points))
-    parts: tuple[Scene | AddedVolume, ...] = (scene, *scene.added)
-    for each in parts:
-        values = sampled(each.volume, points)
-        if each.transfer_function is not None:
-            depth += _extinctions(each.transfer_function, values) * step
+    for number, volume in enumerate(scene.volumes):
+        values, medium = sampled(volume, points), owner_of(scene, number).transfer_function
+        if medium is not None:
+            depth += _extinctions(medium, values) * step
         elif scene.mode != "composite":
             depth += np.isfinite(values) * 1.0  # all samples count alike: the middle of the box
     with np.errstate(over="ignore"):
