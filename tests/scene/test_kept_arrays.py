@@ -159,7 +159,7 @@ def test_a_moved_volume_is_of_the_same_array(renderer: Renderer) -> None:
 
 def test_a_file_is_nobody_elses(tmp_path: Path) -> None:
     np.save(tmp_path / "v.npy", wave())
-    assert texvol.load(tmp_path / "v.npy")._unchanged._arrays == ()
+    assert texvol.load(tmp_path / "v.npy")._unchanged._arrays == []
 
 
 def test_a_look_at_a_large_array_takes_no_time_and_sees_what_is_more_than_a_few_samples() -> None:
