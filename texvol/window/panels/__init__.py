@@ -55,14 +55,19 @@ def picture(desk: Desk) -> None:
     overlay.probed(desk)
 
 
-def _tab(name: str, desk: Desk) -> None:
-    """Show the tab of that name."""
+def _tab(name: str, desk: Desk, foot: float) -> None:
+    """Show the tab of that name, above a foot of that height."""
+    imgui.begin_child("tab", imgui.ImVec2(0, -foot))
+    imgui.push_item_width(_CONTROL * imgui.get_content_region_avail().x)
+    desk.panel_state["tab"] = name
     if name == "File":
         files.show(desk)
     elif desk.document is None:
         imgui.text_disabled("No scene is open.")
     else:
         _TABS[name](desk, desk.document)
+    imgui.pop_item_width()
+    imgui.end_child()
 
 
 def _edge(desk: Desk) -> None:
@@ -114,12 +119,7 @@ def _sidebar(desk: Desk) -> None:
             shown, _ = imgui.begin_tab_item(name, None, how)
             imgui.pop_style_var()
             if shown:
-                imgui.begin_child("tab", imgui.ImVec2(0, -status))
-                imgui.push_item_width(_CONTROL * imgui.get_content_region_avail().x)
-                desk.panel_state["tab"] = name
-                _tab(name, desk)
-                imgui.pop_item_width()
-                imgui.end_child()
+                _tab(name, desk, status)
                 imgui.end_tab_item()
         imgui.end_tab_bar()
     if lines:
