@@ -341,14 +341,14 @@ IN_SHADERS = (
         "#define real3 dvec3",
         "#define real3 vec3",
         "rays are in single precision where the rest is in double",
-        "test_shader_files.py -k 'every_cut'",
+        "test_shader_switches.py -k 'slab_stack'",
     ),
     _changed(
         "single_precision.glsl",
         "#define real float",
         "#define real double",
         "half spaces of shadows are in double precision",
-        "test_shader_files.py -k 'every_shadow'",
+        "test_shader_switches.py -k 'shadow'",
     ),
     _changed(
         "each_ramp.glsl",

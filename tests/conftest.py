@@ -22,6 +22,15 @@ if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
+def pytest_collection_finish() -> None:
+    """Take what the collected modules hold out of the garbage collector's sight.
+
+    It is some 400,000 objects, of which every `gc.collect()` of a test would look at each: 0.15 to 0.3 seconds.
+    """
+    gc.collect()
+    gc.freeze()
+
+
 @pytest.fixture(scope="session")
 def session_context() -> Iterator[Context]:
     """The one context of the session; tests ask for `context`."""

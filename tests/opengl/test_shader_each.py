@@ -1,17 +1,15 @@
-"""Lines of shader files that stand several times, programs for several volumes that they make, and flat uniforms."""
+"""Lines of shader files that stand several times, and flat uniforms."""
 
 from __future__ import annotations
 
-import itertools
 import re
 from pathlib import Path
 
 import pytest
-from support.shader_programs import LIGHTS, VERTEX, load, one_pixel
+from support.shader_programs import VERTEX, one_pixel
 
 from texvol.opengl.contexts import Context
 from texvol.opengl.shaders import ShaderError, load_program, set_uniforms
-from texvol.opengl.uniforms import NO_LIGHT, NOTHING_SPECIAL
 
 
 @pytest.fixture
@@ -79,33 +77,6 @@ def test_a_compile_error_in_lines_for_each_names_file_and_line(context: Context,
         load_program(context.gl, "plain", defines=defines, folder=folder)
     with pytest.raises(ShaderError, match=r"^plain\.frag:2: TIMES needs a value$"):
         load_program(context.gl, "plain", folder=folder)
-
-
-# What each of several volumes may be.
-KINDS: list[dict[str, int]] = [
-    {"CLASSIFICATION": 1},
-    {"CLASSIFICATION": 1, "SKIPS": 1},
-    {"CLASSIFICATION": 2, "RAMPS": 3, "WEIGHTS": 1},
-    {"CLASSIFICATION": 2, "EMISSIVE": 2, "MISSING": 1, "SKIPS": 1},
-    {"CLASSIFICATION": 2, "GRADIENT": 2, "GRADED": 2, "CONTOURS": 1, "MODULATIONS": 1} | LIGHTS[-1],
-    {"CLASSIFICATION": 3, "WEIGHTS": 1, "EMISSIVE": 1},
-    {"CLASSIFICATION": 3, "GRADIENT": 1, "SKIPS": 1} | LIGHTS[4],
-]
-
-
-@pytest.mark.parametrize("first, second", list(itertools.product(range(len(KINDS)), repeat=2)))
-def test_all_kinds_of_volumes_compile_together(context: Context, first: int, second: int) -> None:
-    volumes = KINDS[first], KINDS[second], KINDS[0]
-    number = first + second
-    defines = {"VOLUMES": 2 + number % 2, "PERSPECTIVE": number // 2 % 2, "CUE": number % 3 // 2, "CAPS": number % 2}
-    defines |= {"HALF_SPACES": 2 * (number % 2), "INTERVAL": number % 3 // 2, "HALVES": 1, "SHALLOW": 0}
-    defines["COUNT"] = int(number == 1)
-    own = NO_LIGHT | NOTHING_SPECIAL | {"BRICKS": 0, "SKIPS": 0, "FACES": number % 2}
-    for other in ("WHOLE_SLABS", "SHALLOW"):
-        own.pop(other)
-    for volume, kind in enumerate(volumes[: defines["VOLUMES"]]):
-        defines |= {f"{name}_{volume}": value for name, value in (own | kind).items()}
-    load("several", context, defines)
 
 
 @pytest.mark.parametrize("room", [120, 10**6])

@@ -2,29 +2,16 @@
 
 from __future__ import annotations
 
-import itertools
 import re
 import signal
 from pathlib import Path
 from typing import Any
 
 import pytest
-from support.shader_programs import (
-    EITHER,
-    GRADED,
-    LIGHTS,
-    MEDIUM,
-    UNCUT,
-    VERTEX,
-    WHOLE,
-    load,
-    one_pixel,
-)
+from support.shader_programs import VERTEX, one_pixel
 
 from texvol.opengl.contexts import Context
 from texvol.opengl.shaders import ShaderError, _with_files, load_program, set_uniforms
-from texvol.opengl.uniforms import NO_LIGHT, NOTHING_SPECIAL
-from texvol.textures.ramps import NUMBERS_OF_RAMPS
 
 FRAGMENT = """#version 330
 #include "half.glsl"
@@ -186,117 +173,3 @@ def test_ctrl_c_waits_for_the_end_of_a_compilation(context: Context, folder: Pat
         load_program(gl, "plain", folder=folder)
     assert gl.finished
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
-
-
-# What each classification asks for beside the switches that any may have; whole slabs are those of parallel rays.
-CHOICES: dict[int, list[dict[str, int]]] = {
-    0: [{"WHOLE_SLABS": whole, "PERSPECTIVE": direction} for whole, direction in ((0, 0), (0, 1), (1, 0), (2, 1))],
-    1: [{"PERSPECTIVE": direction, "SHALLOW": direction} for direction in EITHER],
-    2: [
-        {"RAMPS": ramps, "EMISSIVE": emissive, "MISSING": missing, "PERSPECTIVE": direction}
-        | {"AT_ONCE": 4 if ramps else 2, "SHALLOW": ramps % 2}
-        for ramps, emissive, missing, direction in itertools.product((0, *NUMBERS_OF_RAMPS), EITHER, EITHER, EITHER)
-    ],
-    3: [
-        {"RAMPS": ramps, "EMISSIVE": emissive, "PERSPECTIVE": direction}
-        for ramps, emissive, direction in itertools.product((0, 2, 12), EITHER, EITHER)
-    ],
-}
-
-
-@pytest.mark.parametrize("classification", CHOICES)
-@pytest.mark.parametrize("bricks, skips, count", list(itertools.product(EITHER, repeat=3)))
-def test_every_combination_of_switches_compiles(
-    context: Context, classification: int, bricks: int, skips: int, count: int
-) -> None:
-    common = MEDIUM | {"CUE": 0, "BRICKS": bricks, "SKIPS": skips, "COUNT": count}
-    for choice in CHOICES[classification]:
-        load_program(context.gl, "slab_stack", defines=common | {"CLASSIFICATION": classification} | choice)
-
-
-@pytest.mark.parametrize("classification", [2, 3])
-@pytest.mark.parametrize("lights", LIGHTS, ids=str)
-def test_every_light_on_matter_compiles(context: Context, classification: int, lights: dict[str, int]) -> None:
-    for direction, bricks, cue in itertools.product(EITHER, repeat=3):
-        directions = {"PERSPECTIVE": direction, "BRICKS": bricks, "CUE": cue, "SKIPS": 1, "COUNT": 0}
-        switches = {"CLASSIFICATION": classification, "GRADIENT": 1 + bricks, "RAMPS": 2 * cue}
-        load_program(context.gl, "slab_stack", defines=MEDIUM | directions | switches | lights)
-
-
-@pytest.mark.parametrize("emissive, ramps", [(0, 2), (0, 0), (1, 0), (2, 2), (2, 0)])
-@pytest.mark.parametrize("graded", GRADED, ids=str)
-def test_all_graded_matter_compiles(context: Context, emissive: int, ramps: int, graded: dict[str, int]) -> None:
-    directions = {"PERSPECTIVE": 1, "BRICKS": 0, "CUE": 1, "SKIPS": 1, "COUNT": 0}
-    switches = {"EMISSIVE": emissive, "GRADIENT": 1} | graded
-    for lights in ({}, LIGHTS[-1]):
-        classifications = [{"CLASSIFICATION": 2, "RAMPS": ramps}]
-        if not graded.get("GRADED") and not graded.get("CONTOURS"):  # integrated is for what depends on the value alone
-            classifications.append({"CLASSIFICATION": 3, "RAMPS": ramps})
-        for each in classifications:
-            defines = MEDIUM | directions | switches | lights | each
-            load_program(context.gl, "slab_stack", defines=defines)
-
-
-@pytest.mark.parametrize("planes", [1, 9])
-@pytest.mark.parametrize("direction, bricks", list(itertools.product(EITHER, repeat=2)))
-def test_every_cut_compiles(context: Context, planes: int, direction: int, bricks: int) -> None:
-    cut = {"PERSPECTIVE": direction, "BRICKS": bricks, "HALF_SPACES": planes, "CUE": 0, "SKIPS": 1, "COUNT": 0}
-    for caps, classification in itertools.product(EITHER, range(4)):
-        load("slab_stack", context, MEDIUM | cut | {"CAPS": caps, "CLASSIFICATION": classification})
-    load("slab_stack", context, MEDIUM | cut | {"CAPS": 1, "CLASSIFICATION": 3, "GRADIENT": 1} | LIGHTS[-1])
-    for mode in (1, 2, 3):
-        medium = {"MODE": mode, "MISSING": 0, "GRADIENT": int(mode == 3), "DEPTH": 0, "SKIPS": 0, "WEIGHTS": 0}
-        load("projection", context, NO_LIGHT | WHOLE | cut | medium)
-    shadow = NOTHING_SPECIAL | {
-        "POINT": direction,
-        "BRICKS": bricks,
-        "HALF_SPACES": planes,
-        "RAMPS": 2,
-        "ELSEWHERE": direction,
-    }
-    shadow.pop("WHOLE_SLABS")
-    load_program(context.gl, "shadow", defines=shadow, vertex="corner.vert")
-
-
-@pytest.mark.parametrize("classification", [0, 1])
-def test_a_depth_cue_on_classified_texels_compiles(context: Context, classification: int) -> None:
-    common = MEDIUM | {"BRICKS": 0, "SKIPS": 1, "COUNT": 0, "CUE": 1}
-    for direction in EITHER:
-        load_program(
-            context.gl, "slab_stack", defines=common | {"CLASSIFICATION": classification, "PERSPECTIVE": direction}
-        )
-
-
-@pytest.mark.parametrize("point, bricks", list(itertools.product(EITHER, repeat=2)))
-def test_every_shadow_compiles(context: Context, point: int, bricks: int) -> None:
-    common = NOTHING_SPECIAL | UNCUT | {"POINT": point, "BRICKS": bricks, "ELSEWHERE": bricks}
-    common.pop("WHOLE_SLABS")
-    for ramps, emissive, missing in ((2, 0, 0), (0, 0, 1), (3, 2, 1)):
-        medium = {"RAMPS": ramps, "EMISSIVE": emissive, "MISSING": missing}
-        for graded in GRADED:
-            gradients = ({"GRADIENT": 1}, {"GRADIENT": 2}) if graded else ({},)
-            for gradient in gradients:
-                load_program(context.gl, "shadow", defines=common | medium | graded | gradient, vertex="corner.vert")
-
-
-@pytest.mark.parametrize("mode", [1, 2, 3])
-@pytest.mark.parametrize("direction, bricks, missing", list(itertools.product(EITHER, repeat=3)))
-def test_every_projection_compiles(context: Context, mode: int, direction: int, bricks: int, missing: int) -> None:
-    common = (
-        NO_LIGHT | WHOLE | {"MODE": mode, "PERSPECTIVE": direction, "BRICKS": bricks, "MISSING": missing, "GRADIENT": 0}
-    )
-    plain = common | {"DEPTH": 0, "CUE": 0, "SKIPS": 0, "COUNT": 0, "WEIGHTS": 0}
-    if mode != 3:
-        load("projection", context, plain)
-        if mode == 1 and missing:
-            load("projection", context, plain | {"MISSING": 2})
-        return
-    for number, lights in enumerate(LIGHTS[1:]):
-        others = {
-            "GRADIENT": 1 + direction,
-            "CUE": number % 2,
-            "SKIPS": 1 - number % 3 // 2,
-            "COUNT": int(number % 4 == 3),
-        }
-        load("projection", context, plain | others | lights)
-    load("projection", context, plain | {"GRADIENT": 1, "DEPTH": 1, "SKIPS": 1})

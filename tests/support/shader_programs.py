@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import itertools
-
 import numpy as np
 
 from texvol.opengl.contexts import Context
-from texvol.opengl.shaders import load_program
+from texvol.opengl.shaders import ShaderError, load_program
 from texvol.opengl.uniforms import NO_LIGHT, NOTHING_SPECIAL
 
 VERTEX = """// comments may stand first
@@ -43,19 +41,18 @@ LIGHTS: list[dict[str, int]] = [
 ]
 
 
-def load(name: str, context: Context, defines: dict[str, int]) -> None:
-    """Compile a program that has the vertices of slab stacks."""
-    load_program(context.gl, name, defines=defines, vertex="slab_stack.vert")
+def load(name: str, context: Context, switches: dict[str, int]) -> None:
+    """Compile a program of shaders/ and release it; an error shows its switches."""
+    vertex = "corner.vert" if name == "shadow" else "slab_stack.vert"
+    try:
+        load_program(context.gl, name, defines=switches, vertex=vertex).release()
+    except ShaderError as error:
+        error.add_note(f"{name}: { {name: value for name, value in switches.items() if value} }")
+        raise
 
 
-UNCUT = {"HALF_SPACES": 0}
-WHOLE = UNCUT | {"INTERVAL": 0}
+WHOLE = {"HALF_SPACES": 0, "INTERVAL": 0}
 MEDIUM = NO_LIGHT | NOTHING_SPECIAL | WHOLE | {"CAPS": 0, "AT_ONCE": 2}
-GRADED: list[dict[str, int]] = [
-    {},
-    *({"MODULATIONS": modulations, "GRADED": graded, "CONTOURS": contours}
-      for modulations, graded, contours in itertools.product((0, 3), repeat=3)),
-]  # fmt: skip
 
 
 # For what is at a place of a volume, whatever draws it.
@@ -66,7 +63,7 @@ OF_A_VOLUME: list[dict[str, int]] = [
     for each in (
         *({"CLASSIFICATION": classification} for classification in range(4)),
         {"CLASSIFICATION": 2, "RAMPS": 2, "WEIGHTS": 1},
-        {"CLASSIFICATION": 2, "GRADIENT": 1} | LIGHTS[-1] | GRADED[-1],
+        {"CLASSIFICATION": 2, "GRADIENT": 1} | LIGHTS[-1] | {"MODULATIONS": 3, "GRADED": 3, "CONTOURS": 3},
         {"CLASSIFICATION": 3, "GRADIENT": 2, "WEIGHTS": 1} | LIGHTS[-1],
         {"CLASSIFICATION": 3, "RAMPS": 2},
     )

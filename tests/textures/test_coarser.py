@@ -219,18 +219,28 @@ LEFT_OUT: dict[str, Callable[[Scene], Scene]] = {
     "missing": changed_values(values=with_value(np.nan)),
     "infinite value": changed_values(values=with_value(np.inf)),
     "infinite extinction": changed_medium(extinctions=INFINITE),
-    "added": lambda scene: replace(scene, added=(AddedVolume(scene.volume, scene.transfer_function),)),
     "geometry": lambda scene: replace(scene, geometry=(Lines([(0, 0, 0), (9, 9, 9)], [(0, 1)]),)),
     "caps": lambda scene: replace(scene, clip=(CLIP,), caps=True),
 }
 
 
 @pytest.mark.parametrize("name", LEFT_OUT)
-def test_whatever_is_more_than_plain_matter_is_drawn_in_full(
-    renderer: Renderer, name: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_whatever_is_more_than_plain_matter_is_drawn_in_full(name: str) -> None:
+    plain = scene_of(waves())
+    changed = LEFT_OUT[name](plain)
+    assert plain.transfer_function is not None and changed.transfer_function is not None
+    assert coarser.may_be_coarser(plain, plain.transfer_function, 9.0)
+    assert not coarser.may_be_coarser(changed, changed.transfer_function, 9.0)
+
+
+@pytest.mark.parametrize("name", ["light", "added"])
+def test_what_may_not_be_halved_is_not(renderer: Renderer, name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(coarser._Rays, "hide", lambda rays, volume: True)
-    scene = LEFT_OUT[name](scene_of(waves()))
+    scene = scene_of(waves())
+    if name == "added":
+        scene = replace(scene, added=(AddedVolume(scene.volume, scene.transfer_function),))
+    else:
+        scene = LEFT_OUT[name](scene)
     assert drawn(renderer, scene, 9)[1] == [0, 0, 0]
 
 
@@ -296,8 +306,7 @@ KINDS: dict[str, Callable[[Scene], Scene]] = {
 }
 
 
-@projections
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind, projection", zip(KINDS, 3 * ["orthographic", "perspective"], strict=True))
 def test_a_picture_is_the_same_with_leaps_as_without(renderer: Renderer, projection: Projection, kind: str) -> None:
     values = waves()
     values[:, :30] = 0  # empty space, beside which halved values fall below 0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 from dataclasses import replace
 from typing import Any
@@ -15,7 +16,7 @@ from support.scenes import BONE, random_volume, smooth_volume
 
 from texvol.opengl.shaders import FOLDER
 from texvol.rendering.renderer import Renderer
-from texvol.scene.camera import Camera
+from texvol.scene.camera import Camera, Projection
 from texvol.scene.scene import Classification, Scene
 from texvol.scene.transfer import TransferFunction
 from texvol.scene.volume import Volume
@@ -87,32 +88,43 @@ def test_the_sum_is_zero_where_the_transfer_function_is(seed: int, segments: int
             assert not sums(ramps, between)[:, nothing].any()
 
 
-@settings(max_examples=50, deadline=None, derandomize=True)
-@given(
-    st.sampled_from([("post", 24), ("integrated", 12)]),
-    seeds,
-    st.floats(0, 1),
-    st.booleans(),
-    st.sampled_from(["orthographic", "perspective"]),
+def medium_of_ramps(number: int, volume: Volume, classification: Classification, emissive: bool) -> TransferFunction:
+    """The first random medium that so many ramps of the shader are needed for."""
+    media = (medium_of(np.random.default_rng(seed), number, emissive) for seed in range(1000))
+    return next(
+        medium for medium in media if bake_values(volume, medium, classification).switches(1.0, True)["RAMPS"] == number
+    )
+
+
+# Emissive or not, projection, and values that are missing or not: every two of them meet.
+WAYS = (
+    (False, "orthographic", False),
+    (True, "perspective", False),
+    (True, "orthographic", True),
+    (False, "perspective", True),
 )
-@example(("post", 24), 1, 0.0, False, "orthographic")
-@example(("post", 24), 2, 1.0, True, "perspective")
-@example(("integrated", 12), 2, 1.0, False, "perspective")
+NUMBERS = [("post", number) for number in NUMBERS_OF_RAMPS] + [("integrated", number) for number in (2, 4, 8, 12)]
+
+
+@pytest.mark.parametrize(
+    "classification, number, emissive, projection, missing",
+    [(*how, *way) for how, way in zip(NUMBERS, itertools.cycle(WAYS), strict=False)],
+)
 def test_a_picture_by_ramps_is_that_by_segments(
-    renderer: Renderer, how: tuple[Classification, int], seed: int, fraction: float, emissive: bool, projection: str
+    renderer: Renderer,
+    classification: Classification,
+    number: int,
+    emissive: bool,
+    projection: Projection,
+    missing: bool,
 ) -> None:
-    classification, most = how
-    segments = 1 + round(fraction * (most - 1))
-    random = np.random.default_rng(seed)
-    volume = random_volume(seed, (7, 6, 5))
-    if random.random() < 0.3:
+    volume = random_volume(number, (7, 6, 5))
+    if missing:
         values = volume.values.copy()
-        values[random.random(values.shape) < 0.1] = np.nan
+        values[np.random.default_rng(number).random(values.shape) < 0.1] = np.nan
         volume = Volume(values, volume.spacing, name=volume.name)
-    medium = medium_of(random, segments, emissive)
-    camera = Camera.framing(volume, projection)  # type: ignore[arg-type]
-    scene = Scene(volume, medium, camera, classification=classification)
-    assume(bake_values(volume, medium, classification).switches(1.0, True)["RAMPS"])
+    medium = medium_of_ramps(number, volume, classification, emissive)
+    scene = Scene(volume, medium, Camera.framing(volume, projection), classification=classification)
     by_ramps = renderer.render(scene, SIZE)
     with patch("texvol.textures.value_texture.ramp_uniforms", return_value=None):
         by_segments = renderer.render(replace(scene, transfer_function=replace(medium)), SIZE)
