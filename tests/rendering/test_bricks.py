@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from support.pairs import IN_A_PROJECTION, each_classification_in_a_projection
 from support.hard_cases import bounds
 from support.hard_cases.cases import linear_medium, looking, ramp
 from support.scenes import BONE, FOG, inside, random_volume, smooth_volume, sparse_volume
@@ -34,12 +35,7 @@ from texvol.util.errors import InputError
 SIZE = (40, 36)
 SAME = 2e-6
 seeds = st.integers(0, 2**32 - 1)
-projections = pytest.mark.parametrize("projection", ["orthographic", "perspective"])
 classifications = pytest.mark.parametrize("classification", CLASSIFICATIONS)
-each_classification_in_a_projection = pytest.mark.parametrize(
-    "classification, projection",
-    list(zip(CLASSIFICATIONS, ["orthographic", "perspective", "perspective", "orthographic"], strict=True)),
-)
 OBLIQUE = np.array([[1, 0.4, 0], [0.2, 1, 0.3], [0, -0.3, -1]])  # and left-handed
 BYTES = {"rgba8": 4, "rgba16f": 8, "rgba32f": 16}
 Renderers = Callable[[float | None], Renderer]
@@ -82,12 +78,15 @@ def assert_the_same_in_bricks(
     return picture
 
 
-@classifications
 @pytest.mark.parametrize(
-    "projection, eye, rate",
+    "classification, projection, eye, rate",
     [  # thin slabs need the margin of one sample, thick ones several, seen from wherever
-        *(("perspective", "inside", rate) for rate in (0.3, 1, 2.3)),
-        *(("orthographic", "inside", 0.3), ("perspective", "outside", 0.3), ("orthographic", "outside", 1)),
+        *((each, "perspective", "inside", 0.3) for each in CLASSIFICATIONS),
+        ("slab", "perspective", "inside", 1),
+        ("extinction", "orthographic", "inside", 0.3),
+        ("post", "perspective", "inside", 2.3),
+        ("integrated", "perspective", "outside", 0.3),
+        ("post", "orthographic", "outside", 1),
     ],
 )
 def test_dense_noise_on_an_oblique_grid(
@@ -105,7 +104,7 @@ def test_dense_noise_on_an_oblique_grid(
 
 @pytest.mark.parametrize(
     "classification, projection",
-    [*((each, "perspective") for each in CLASSIFICATIONS), ("slab", "orthographic"), ("post", "orthographic")],
+    [("slab", "orthographic"), ("extinction", "perspective"), ("post", "orthographic"), ("integrated", "perspective")],
 )
 def test_an_eye_close_to_a_face_between_bricks(
     renderers: Renderers, classification: Classification, projection: Projection
@@ -123,18 +122,18 @@ def test_an_eye_close_to_a_face_between_bricks(
         assert_the_same_in_bricks(renderers, scene, megabytes, sampling_rate=0.4, texture_format="rgba32f")
 
 
-@each_classification_in_a_projection
+@pytest.mark.parametrize("classification, projection", IN_A_PROJECTION[::2])
 def test_stats_say_how_many_bricks_there_are(
     renderers: Renderers, classification: Classification, projection: Projection
 ) -> None:
     volume = Volume(random_volume(1, (40, 36, 33)).values)
     scene = Scene(volume, BONE, Camera.framing(volume, projection), classification=classification)
     stats = []
-    for megabytes in (0.18, 99):
+    for megabytes in (0.18, None):
         renderers(megabytes).render(scene, SIZE, texture_format="rgba16f", early_termination=0)
         stats.append(renderers(megabytes).stats)
         assert stats[-1]["bricks_total"] == stats[-1]["bricks_drawn"]
-        assert 0 < stats[-1]["texture_bytes"] <= megabytes * 1e6
+        assert 0 < stats[-1]["texture_bytes"] <= (megabytes or 99) * 1e6
     assert stats[0]["bricks_total"] >= 8 and stats[1]["bricks_total"] == 1
     # The bricks' slabs are those of the whole, each once.
     assert stats[0]["samples_total"] == stats[1]["samples_total"] > 0
@@ -149,8 +148,13 @@ def test_any_format_of_texels(renderers: Renderers, classification: Classificati
     assert_the_same_in_bricks(renderers, scene, megabytes, texture_format=texel_format, sampling_rate=1.7)
 
 
-@pytest.mark.parametrize("dtype", [np.uint8, np.int8, np.uint16, np.int16, np.float16, np.float32, np.float64])
-@pytest.mark.parametrize("classification", ["post", "integrated"])
+@pytest.mark.parametrize(
+    "classification, dtype",
+    [
+        *(("post", each) for each in (np.uint8, np.uint16, np.float16, np.float64)),
+        *(("integrated", each) for each in (np.int8, np.int16, np.float32)),
+    ],
+)
 def test_any_type_of_values(renderers: Renderers, classification: Classification, dtype: type) -> None:
     values = (100 * random_volume(3, (36, 40, 33)).values).astype(dtype)
     volume = Volume(values, (1, 1.3, 0.7))
@@ -168,10 +172,13 @@ LABELS = Volume(
 )
 
 
-@pytest.mark.parametrize("classification, projection", [("slab", "orthographic"), ("integrated", "perspective")])
 @pytest.mark.parametrize(
-    "more",
-    [{}, {"lighting": Lighting()}, {"clip": (ClipPlane((1, 0.3, 0), 10.0),), "caps": True}],
+    "classification, projection, more",
+    [
+        ("slab", "orthographic", {}),
+        ("integrated", "perspective", {"lighting": Lighting()}),
+        ("slab", "orthographic", {"clip": (ClipPlane((1, 0.3, 0), 10.0),), "caps": True}),
+    ],
     ids=["plain", "lit", "capped"],
 )
 def test_labels_go_to_the_faces_of_their_voxels(
@@ -189,7 +196,7 @@ def test_labels_go_to_the_faces_of_their_voxels(
         np.testing.assert_allclose(picture, whole, rtol=0, atol=5e-5)
 
 
-@settings(max_examples=20, deadline=None, derandomize=True)
+@settings(max_examples=12, deadline=None, derandomize=True)
 @given(seeds, st.sampled_from(CLASSIFICATIONS), st.sampled_from(["orthographic", "perspective"]), st.booleans())
 def test_any_volume_from_any_place(
     renderers: Renderers, seed: int, classification: Classification, projection: Projection, emissive: bool
@@ -212,8 +219,9 @@ def test_any_volume_from_any_place(
     scene = Scene(volume, medium, camera, classification=classification)
     options = {"sampling_rate": random.choice([0.3, 1.0, 2.3]), "texture_format": "rgba32f"}
     sample = 16 if classification in ("slab", "extinction") else 4
+    small = max(each for each in (0.018, 0.06, 0.18, 0.7) if each < dimensions.prod() * sample / 1e6)
     pictures = []
-    for megabytes in (99, float(f"{dimensions.prod() * sample / 1e6 * 0.9:.1g}")):
+    for megabytes in (None, small):
         try:
             pictures.append(renderers(megabytes).render(scene, SIZE, **options))
         except InputError:
@@ -221,8 +229,7 @@ def test_any_volume_from_any_place(
     np.testing.assert_allclose(pictures[1], pictures[0], rtol=0, atol=SAME * max(1.0, float(pictures[0].max())))
 
 
-@classifications
-@projections
+@each_classification_in_a_projection
 def test_pictures_of_bricks_are_composited_in_visibility_order(
     own_context: Context, classification: Classification, projection: Projection
 ) -> None:
@@ -259,7 +266,7 @@ def test_pictures_of_bricks_are_composited_in_visibility_order(
     compositor.release()
 
 
-triples = st.tuples(*[st.integers(1, 150)] * 3)
+triples = st.tuples(*[st.integers(1, 60)] * 3)
 
 
 @settings(max_examples=60, deadline=None, derandomize=True)
@@ -328,15 +335,24 @@ def test_a_ray_meets_bricks_in_their_order(seed: int, projection: Projection, di
         assert (np.diff(enters[met, ray]) > -1e-9).all()
 
 
-@pytest.mark.parametrize("dimensions", [(5000, 3, 3), (3, 2500, 2), (2100, 20, 20)])
-@classifications
+@pytest.mark.parametrize(
+    "classification, projection, dimensions",
+    [
+        ("slab", "orthographic", (5000, 3, 3)),
+        ("extinction", "perspective", (2100, 4, 3)),
+        ("post", "orthographic", (3, 2500, 2)),
+        ("integrated", "orthographic", (2100, 20, 20)),
+    ],
+)
 def test_volumes_beyond_the_3d_texture_limit(
-    renderers: Renderers, classification: Classification, dimensions: tuple[int, int, int]
+    renderers: Renderers, classification: Classification, projection: Projection, dimensions: tuple[int, int, int]
 ) -> None:
     """Linear matter, seen along the longest side: a sample's width of misplacement would be 5e-4."""
     volume = ramp(dimensions)
     line_of_sight = np.where(np.arange(3) == np.argmax(dimensions), 1.0, (2e-4, -3e-4, 1e-4))
     camera = looking(volume, tuple(line_of_sight), height=1.2 * min(dimensions[0], dimensions[2]))
+    if projection == "perspective":
+        camera = Camera.perspective(camera.eye, camera.target, camera.up, fov=0.1)
     scene = Scene(volume, linear_medium(volume), camera, classification=classification)
     renderer = renderers(None)
     picture = renderer.render(scene, (24, 20), texture_format="rgba32f")
@@ -347,7 +363,7 @@ def test_volumes_beyond_the_3d_texture_limit(
         bound = bounds.trilinear(bounds.Drawing(scene, (24, 20), 1.0, slabs, truth))
         assert bound < 2e-5
     np.testing.assert_allclose(picture, truth, rtol=0, atol=bound)
-    assert (truth[..., 3] > 0.5).mean() > 0.3
+    assert (truth[..., 3] > 0.5).mean() > (0.3 if projection == "orthographic" else 0.1)
     assert min(dimensions) > 9 or renderer.stats["bricks_total"] > 1
 
 
@@ -382,11 +398,11 @@ def test_a_texture_memory_that_is_none_is_refused(megabytes: float) -> None:
         Renderer(texture_memory=megabytes)
 
 
-@classifications
+@pytest.mark.parametrize("classification", ["extinction", "integrated"])
 def test_bricks_in_which_nothing_shows_are_not_drawn(renderers: Renderers, classification: Classification) -> None:
     volume = sparse_volume(1)
     scene = Scene(volume, BONE, Camera.framing(volume), classification=classification)
-    renderer = renderers(0.08)
+    renderer = renderers(0.06)
     picture = renderer.render(scene, SIZE, texture_format="rgba8")
     stats = renderer.stats
     assert 0 < stats["bricks_drawn"] < stats["bricks_total"]

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from support.pairs import each_classification_in_a_projection
 from support.scenes import BONE, FOG, inside, random_volume, smooth_volume
 
 from texvol.rendering.renderer import Renderer
@@ -36,8 +37,7 @@ def renderers() -> Iterator[list[Renderer]]:
         yield [whole, bricks]
 
 
-@classifications
-@pytest.mark.parametrize("projection", ["orthographic", "perspective"])
+@each_classification_in_a_projection
 @pytest.mark.parametrize("eye", ["outside", "inside"])
 def test_no_more_light_is_lost_than_may_be(
     renderers: list[Renderer], classification: Classification, projection: Projection, eye: str
@@ -57,8 +57,10 @@ def test_no_more_light_is_lost_than_may_be(
         assert truth[..., 3].max() > 0.99
 
 
-@classifications
-@pytest.mark.parametrize("added", [False, True])
+@pytest.mark.parametrize(
+    "classification, added",
+    [*((each, False) for each in CLASSIFICATIONS), ("extinction", True), ("integrated", True)],
+)
 def test_what_glows_more_than_white_is_seen_from_farther_behind(
     renderers: list[Renderer], classification: Classification, added: bool
 ) -> None:

@@ -105,8 +105,8 @@ def test_what_opaque_matter_costs_is_known(renderer: Counting, rate: float | Non
     scene = replace(SCENE, transfer_function=replace(FOG, extinctions=np.array([0.1, np.inf])))
     how: dict[str, float] = {"max_error": 1e-3} if rate is None else {"sampling_rate": rate}
     with contextlib.nullcontext() if rate else pytest.warns(AccuracyWarning, match="not reached"):
-        picture = renderer.render(scene, SIZE, texture_format="rgba32f", **how)  # type: ignore[arg-type]
-    error = float(np.abs(picture - raycast(scene, SIZE)).max())
+        picture = renderer.render(scene, (96, 72), texture_format="rgba32f", **how)  # type: ignore[arg-type]
+    error = float(np.abs(picture - raycast(scene, (96, 72))).max())
     estimated = renderer.stats["estimated_error"]
     assert 1e-3 < error <= estimated <= 4 * error
 
@@ -123,8 +123,9 @@ def test_contours_of_an_added_volume_are_held_against_finer_slabs(renderer: Coun
     assert renderer.stats["estimated_error"] > 0
 
 
-@pytest.mark.parametrize("classification", CLASSIFICATIONS)
-@pytest.mark.parametrize("rate", [1 / 64, 1 / 20])
+@pytest.mark.parametrize(
+    "classification, rate", [("slab", 1 / 64), ("extinction", 1 / 20), ("post", 1 / 64), ("integrated", 1 / 20)]
+)
 def test_two_slabs_through_everything_are_not_held_against_two(
     renderer: Counting, rate: float, classification: str
 ) -> None:

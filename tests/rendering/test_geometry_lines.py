@@ -69,7 +69,7 @@ def test_a_line_in_fog_is_where_the_ray_comes_nearest_to_it(renderer: Renderer, 
     c, r = BOX.centre, BOX.radius
     camera = Camera.framing(BOX, projection, eye=c + r * np.array([1.5, -2.0, 1.2]))  # type: ignore[arg-type]
     ends = c + r * np.array(ends)
-    size, width = (72, 64), 3.0
+    size, width = (36, 32), 3.0
     lines = Lines(ends, [(0, 1)], (0.1, 0.9, 0.4), 0.7, width)
     scene = Scene(BOX, constant(0.2), camera, geometry=(lines,))
     picture = renderer.render(scene, size)
@@ -77,11 +77,11 @@ def test_a_line_in_fog_is_where_the_ray_comes_nearest_to_it(renderer: Renderer, 
     positions = ends[0] + np.linspace(0, 1, 20001)[:, np.newaxis] * (ends[1] - ends[0])
     on_screen = camera.in_eye_space(positions - c, c)
     scale = size[1] / 2 / camera.half_height / (on_screen[:, 2] if projection == "perspective" else 1.0)
-    x, y = on_screen[:, 0] * scale + 35.5, 31.5 - on_screen[:, 1] * scale
-    columns, rows = np.meshgrid(np.arange(72), np.arange(64))
+    x, y = on_screen[:, 0] * scale + 17.5, 15.5 - on_screen[:, 1] * scale
+    columns, rows = np.meshgrid(np.arange(36), np.arange(32))
     away = np.hypot(columns[..., np.newaxis] - x, rows[..., np.newaxis] - y)
     nearest = away.argmin(axis=-1)
-    # The places are 2e-4 pixels apart: of a distance near the rim that says nothing.
+    # The places are 1e-4 pixels apart: of a distance near the rim that says nothing.
     sure = np.abs(away.min(axis=-1) - width / 2) > 1e-3
     depth = on_screen[nearest, 2] / (directions @ camera.forward)
     at = np.where(away.min(axis=-1) < width / 2, depth, np.inf)

@@ -11,7 +11,7 @@ from texvol.ray_casting import raycast
 from texvol.ray_casting.projection import project
 from texvol.rendering.renderer import Renderer
 from texvol.scene.camera import Camera
-from texvol.scene.scene import CLASSIFICATIONS, NUMBER_MODES, Scene
+from texvol.scene.scene import NUMBER_MODES, Scene
 from texvol.scene.transfer import TransferFunction
 from texvol.scene.volume import Volume
 
@@ -61,15 +61,16 @@ def test_numbers_are_infinite_where_the_oracle_has_them_so(renderer, mode, kinds
 
 
 @pytest.mark.parametrize(
-    "backend, kinds, largest",
+    "backend, kinds, largest, classification",
     [
-        *(("egl", *each) for each in (("inf", 1), ("inf -inf", 1), ("inf", 6e4), ("inf -inf", 6e4))),
-        ("osmesa", "inf -inf", 6e4),
+        *(("egl", kinds, largest, "post") for kinds in ("inf", "inf -inf") for largest in (1, 6e4)),
+        ("egl", "inf", 1, "extinction"),
+        *(("egl", "inf -inf", 6e4, each) for each in ("slab", "integrated")),
+        *(("osmesa", "inf -inf", 6e4, each) for each in ("post", "integrated")),
     ],
 )
-@pytest.mark.parametrize("classification", CLASSIFICATIONS)
 def test_matter_of_infinite_half_precision_is_that_of_the_end_of_the_transfer_function(
-    classification, kinds, largest, backend
+    backend, kinds, largest, classification
 ):
     volume, medium = with_blocks(np.float16, largest, kinds), replace(TF, values=largest * TF.values)
     scene = Scene(volume, medium, Camera.framing(volume, "perspective", fov=50), classification=classification)

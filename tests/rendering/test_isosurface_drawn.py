@@ -75,8 +75,13 @@ def test_a_sheet_thinner_than_a_slab_is_met(renderer):
         np.testing.assert_allclose(renderer.depth(), expected, rtol=0, atol=9 * 2.0**-20)
 
 
-@pytest.mark.parametrize("dtype", [np.uint8, np.int16, np.uint16, np.float32, np.float64])
-@pytest.mark.parametrize("projection", ["orthographic", "perspective"])
+@pytest.mark.parametrize(
+    "projection, dtype",
+    [
+        *(("orthographic", each) for each in (np.uint8, np.uint16, np.float64)),
+        *(("perspective", each) for each in (np.int16, np.float32, np.float64)),
+    ],
+)
 def test_values_exactly_at_the_isovalue_are_met(renderer, projection, dtype):
     """Flat regions of the isovalue itself, which rounding must not take to the other side."""
     values = np.zeros((10, 11, 12), dtype)
@@ -142,9 +147,17 @@ LIGHTINGS = {
 }
 
 
-@pytest.mark.parametrize("dtype", [np.uint8, np.float32])
-@pytest.mark.parametrize("projection", ["orthographic", "perspective"])
-@pytest.mark.parametrize("light", LIGHTINGS)
+@pytest.mark.parametrize(
+    "light, projection, dtype",
+    [
+        ("default", "orthographic", np.uint8),
+        ("default", "perspective", np.float32),
+        ("matt", "orthographic", np.float32),
+        ("coloured", "perspective", np.uint8),
+        ("one-sided", "perspective", np.float32),
+        ("ambient alone", "orthographic", np.uint8),
+    ],
+)
 def test_it_is_lit_and_cued_as_the_oracle_does(renderer, light, projection, dtype):
     volume = Volume((smooth_volume(20).values * 250).astype(dtype), **GRIDS["sheared"])
     transfer = TransferFunction([0, 250], [[1, 0.2, 0], [0, 0.5, 1]], [0, 1])

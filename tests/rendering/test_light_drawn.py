@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from support import closed_forms as known
 from support import planted
+from support.pairs import IN_A_PROJECTION
 from support.lit_scenes import (
     KINDS,
     ROUNDING,
@@ -40,7 +41,6 @@ from texvol.textures import shaded_samples
 from texvol.textures.value_texture import ValueTexture
 
 kinds = pytest.mark.parametrize("kind", KINDS)
-projections = pytest.mark.parametrize("projection", ["orthographic", "perspective"])
 MOON = Light("directional", (-1, 2, -0.5), (0.2, 0.3, 0.9))  # on the other side
 
 
@@ -71,8 +71,9 @@ IN_PERSPECTIVE = ("head", "one side", "two of them, fading", "against the view")
 @pytest.mark.parametrize(
     "kind, projection, lights",
     [(kind, "orthographic", lights) for kind in ("slab", "post") for lights in CLOSED]
-    + [(kind, "orthographic", lights) for kind in ("extinction", "integrated") for lights in IN_PERSPECTIVE]
-    + [(kind, "perspective", lights) for kind in ("post", "integrated") for lights in IN_PERSPECTIVE],
+    + [("extinction", "orthographic", lights) for lights in IN_PERSPECTIVE]
+    + [("post", "perspective", lights) for lights in IN_PERSPECTIVE[:2]]
+    + [("integrated", "perspective", lights) for lights in IN_PERSPECTIVE[1:]],
 )
 def test_even_matter_of_one_gradient_is_lit_by_the_formula(
     renderer: Renderer, kind: Classification, projection: Projection, lights: str
@@ -115,7 +116,7 @@ TYPES = {  # values of a linear field: type, factor, offset
 }
 
 
-@kinds
+@pytest.mark.parametrize("kind", ["extinction", "post"])  # gradients of samples, and between them
 @pytest.mark.parametrize(
     "dtype, texture_format", [*((each, "auto") for each in TYPES), ("u1", "rgba32f"), ("f8", "rgba32f")]
 )
@@ -137,8 +138,7 @@ def test_any_type_of_values(renderer: Renderer, kind: Classification, dtype: str
     assert largest(picture - lit_and_even(scene, slope)) < tolerance(lighting, direction_error)
 
 
-@kinds
-@projections
+@pytest.mark.parametrize("kind, projection", IN_A_PROJECTION)
 def test_a_depth_cue_on_even_matter_is_its_closed_form(
     renderer: Renderer, kind: Classification, projection: Projection
 ) -> None:

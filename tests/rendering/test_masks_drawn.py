@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
 from typing import Any
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from support.closed_forms import mean_transmittance, opacity
+from support.pairs import each_classification_in_a_projection
 from support.scenes import BONE, constant, path_lengths, random_volume
 from support.several import turned
 
@@ -19,7 +21,7 @@ from texvol.scene.mask import Mask
 from texvol.scene.scene import CLASSIFICATIONS
 from texvol.scene.transfer import label_function
 
-SIZE = (64, 56)
+SIZE = (40, 36)
 ROUNDING = 2e-6
 EXACT: dict[str, Any] = {"texture_format": "rgba32f", "early_termination": 0.0}
 # Where a ray meets a face between samples float32 knows to some 1e-6 of the depth, and pieces of 1e-5 of a slab are
@@ -41,8 +43,25 @@ MEDIUM: dict[str, tuple[TransferFunction, Lighting | None]] = {
 }
 
 
-@pytest.mark.parametrize("medium", MEDIUM)
-@pytest.mark.parametrize("classification", CLASSIFICATIONS)
+@pytest.fixture(scope="module")
+def small() -> Iterator[Renderer]:
+    """Without room for a whole volume of texels."""
+    with Renderer(texture_memory=0.045) as opened:
+        yield opened
+
+
+# Each classification, and each medium where samples are classified and where values are.
+@pytest.mark.parametrize(
+    "medium, classification",
+    [
+        ("plain", "slab"),
+        ("plain", "integrated"),
+        ("emissive", "extinction"),
+        ("emissive", "post"),
+        ("lit", "extinction"),
+        ("lit", "post"),
+    ],
+)
 class TestAMask:
     @pytest.fixture
     def scene(self, medium: str, classification: Any) -> Scene:
@@ -85,18 +104,16 @@ class TestAMask:
         assert expected[..., 3].max() > 0.5
         np.testing.assert_allclose(renderer.render(replace(behind, mask=mask), SIZE, **EXACT), expected, atol=ROUNDING)
 
-    def test_lets_leaps_and_bricks_change_nothing(self, renderer: Renderer, scene: Scene) -> None:
+    def test_lets_leaps_and_bricks_change_nothing(self, renderer: Renderer, small: Renderer, scene: Scene) -> None:
         weights = np.random.default_rng(5).random(scene.volume.values.shape)
         weights[:, :, :9] = 0
         masked = replace(scene, mask=Mask(weights))
         expected = renderer.render(masked, SIZE, **EXACT)
         drawn = renderer.render(masked, SIZE, skip_empty=False, **EXACT)
         np.testing.assert_allclose(drawn, expected, rtol=0, atol=ROUNDING)
-        with Renderer(texture_memory=0.045) as small:
-            drawn = small.render(masked, SIZE, **EXACT)
-            bricks = small.stats["bricks_total"]
+        drawn = small.render(masked, SIZE, **EXACT)
         np.testing.assert_allclose(drawn, expected, rtol=0, atol=ROUNDING)
-        assert bricks > 1 or scene.classification in ("post", "integrated")
+        assert small.stats["bricks_total"] > 1 or scene.classification in ("post", "integrated")
 
 
 @pytest.mark.parametrize("classification", CLASSIFICATIONS)
@@ -213,8 +230,7 @@ def picture_of_labels(volume: Volume, medium: TransferFunction, camera: Camera) 
     return picture
 
 
-@pytest.mark.parametrize("classification", CLASSIFICATIONS)
-@pytest.mark.parametrize("projection", ["orthographic", "perspective"])
+@each_classification_in_a_projection
 def test_labels_have_their_closed_form(renderer: Renderer, projection: Any, classification: Any) -> None:
     volume = labelled()
     scene = seen(volume, label_function(volume), projection, classification=classification)

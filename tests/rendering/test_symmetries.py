@@ -20,7 +20,7 @@ from texvol.scene.volume import Volume
 
 SIZE = (24, 24)
 ULP = 2.0**-24
-EXAMPLES = settings(max_examples=20, deadline=None)
+EXAMPLES = settings(max_examples=10, deadline=None)
 SYMMETRIES = list(product(permutations(range(3)), product((1, -1), repeat=3)))  # axes, signs: 48
 
 MEDIUM = TransferFunction(
