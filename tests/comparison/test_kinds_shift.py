@@ -7,7 +7,7 @@ import pytest
 from support import planted_differences as planted
 from support.scenes import BONE, FOG, smooth_volume
 
-from texvol.comparison.kinds import Kind, kinds_of
+from texvol.comparison.kinds import Kind, kinds_of, registration
 from texvol.rendering.renderer import Renderer
 from texvol.scene.camera import Camera
 from texvol.scene.scene import Scene
@@ -56,9 +56,13 @@ def test_whatever_it_was_moved_with(picture: str, order: int, shift: tuple[float
     assert found == pytest.approx(shift, abs=HUNDREDTH)
 
 
-def test_a_large_picture_is_moved_by_little() -> None:
-    found = shift_of(kinds_of(waves((2000, 1500), 0.1, -0.06), waves((2000, 1500))))
+def test_the_shift_of_a_large_picture_is_refined_in_copies_of_half_its_size(monkeypatch: pytest.MonkeyPatch) -> None:
+    size = (2 * registration._LARGEST_FINE, 100)
+    refined, widths = registration._refined, []
+    monkeypatch.setattr(registration, "_refined", lambda one, *more: widths.append(one.shape[1]) or refined(one, *more))
+    found = shift_of(kinds_of(waves(size, 0.1, -0.06), waves(size)))
     assert found == pytest.approx((0.1, -0.06), abs=HUNDREDTH)
+    assert size[0] / 4 <= max(widths) <= size[0] / 2
 
 
 @pytest.mark.parametrize("shift", [(0.1, 0.0), (-0.4, 0.6), (12.3, -4.1)])
