@@ -17,7 +17,6 @@ from texvol.comparison.planting import PlantedRenderer
 from texvol.provenance.stored_scene import StoredScene
 from texvol.scene.demo import demo_scene
 
-
 Demo = tuple[MistakeTrial, MistakePictures]
 
 

@@ -70,7 +70,7 @@ def test_within_the_allowance_even_a_shift_is_none() -> None:
 
 
 @pytest.mark.parametrize("size", [(1, 1), (2, 1), (1, 7), (3, 2), (4, 4), (7, 40)])
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_tiny_pictures_have_kinds_and_no_warnings(size: tuple[int, int], seed: int) -> None:
     random = np.random.default_rng(seed)
     one, two = (random.random((size[1], size[0], 4)).astype(np.float32) for _ in range(2))
