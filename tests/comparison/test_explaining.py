@@ -2,32 +2,49 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.benches import SIZE, planted
+from support.benches import SIZE, MistakePictures, planted
 
+from texvol.comparison import explaining
 from texvol.comparison.explaining import mistakes_that_explain
-from texvol.comparison.mistakes import CATALOGUE
+from texvol.comparison.mistakes import CATALOGUE, MistakeTrial
 from texvol.comparison.pictures import Picture
 from texvol.comparison.planting import PlantedRenderer
 from texvol.provenance.stored_scene import StoredScene
 from texvol.scene.demo import demo_scene
 
+Demo = tuple[MistakeTrial, MistakePictures]
+
 
 @pytest.fixture(scope="module")
-def renderer():
+def renderer() -> Iterator[PlantedRenderer]:
     with PlantedRenderer() as opened:
         yield opened
 
 
+@pytest.fixture(scope="module")
+def demo(renderer: PlantedRenderer) -> Demo:
+    return planted(renderer, demo_scene())
+
+
+@pytest.fixture
+def drawn_once(demo: Demo, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The demo's mistakes are drawn for the first candidate only, and are the same pictures for all others."""
+    _, pictures = demo
+    monkeypatch.setattr(explaining, "drawn", lambda trial: ((each, pictures[each.name]) for each in CATALOGUE))
+
+
+@pytest.mark.usefixtures("drawn_once")
 @pytest.mark.parametrize("eight_bits", [False, True])
 @pytest.mark.parametrize(
     "name", [each.name for each in CATALOGUE if each.name not in ("one wrong pixel", "unclipped end slabs")]
 )
-def test_a_planted_mistake_is_told_from_the_scene(name: str, eight_bits: bool, renderer: PlantedRenderer) -> None:
-    bench, pictures = planted(renderer, demo_scene())
+def test_a_planted_mistake_is_told_from_the_scene(name: str, eight_bits: bool, demo: Demo) -> None:
+    bench, pictures = demo
     candidate, rounding = pictures[name], 0.0
     if eight_bits:
         if name in ("8-bit target", "missing cosine"):  # lost in what 8 bits round away
@@ -54,15 +71,16 @@ def test_any_dropped_slab_is_found_and_which(renderer: PlantedRenderer) -> None:
     assert found.parameters == {"slab": chosen - first, "slabs": end - first}
 
 
-def test_what_no_mistake_explains_is_not_explained(renderer: PlantedRenderer) -> None:
-    bench, _ = planted(renderer, demo_scene())
+@pytest.mark.usefixtures("drawn_once")
+def test_what_no_mistake_explains_is_not_explained(demo: Demo) -> None:
+    bench, _ = demo
     noise = np.random.default_rng(0).normal(0, 0.01, bench.right.shape)
     for candidate in (bench.right, bench.right + 1e-7, bench.right + noise, np.roll(bench.right, 1, axis=1)):
         assert mistakes_that_explain(Picture.of_array(candidate), StoredScene(bench.scene)) == ()
 
 
-def test_a_mistake_is_told_in_spite_of_a_pixel_that_is_not_finite(renderer: PlantedRenderer) -> None:
-    bench, pictures = planted(renderer, demo_scene())
+def test_a_mistake_is_told_in_spite_of_a_pixel_that_is_not_finite(demo: Demo) -> None:
+    bench, pictures = demo
     candidate = pictures["half a texel"].copy()
     candidate[3, 4] = np.nan
     assert mistakes_that_explain(Picture.of_array(candidate), StoredScene(bench.scene))[0].name == "half a texel"

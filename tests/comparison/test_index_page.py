@@ -156,8 +156,7 @@ def shown(page: Page) -> list[str]:
     return list(found)
 
 
-@pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
-@pytest.mark.parametrize("width", [1280, 400])
+@pytest.mark.parametrize("width, dark", [(1280, False), (400, True)])
 def test_the_page_in_a_browser(browser: Browser, tmp_path: Path, width: int, dark: bool) -> None:
     entries = [*one_of_each(), {**off_by(0.2, LONG), "test": LONG, "violations": [LONG]}]
     (tmp_path / "index.html").write_text(index_page(entries, title=LONG, metadata={"driver": LONG}), "utf-8")

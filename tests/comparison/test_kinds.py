@@ -84,7 +84,11 @@ def test_a_planted_difference_is_named_and_measured(case: str, picture: str) -> 
     assert name != "banding" or (first.explained > 0.999 and "off by" not in first.words)
 
 
-@pytest.mark.parametrize("case, picture", [(c, p) for c in CASES for p in PICTURES if (c, p) not in WITHOUT])
+# Each kind in one of the pictures, and each picture with a third of the kinds.
+EXCHANGED = [(c, "disks" if c == "edges" else list(PICTURES)[i % 3]) for i, c in enumerate(CASES)]
+
+
+@pytest.mark.parametrize("case, picture", EXCHANGED)
 def test_it_is_named_the_same_when_the_two_change_places(case: str, picture: str) -> None:
     name, plant, _ = CASES[case]
     reference = PICTURES[picture]()

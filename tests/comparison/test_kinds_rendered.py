@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -19,6 +21,7 @@ from texvol.formats.readers import load
 from texvol.rendering.renderer import Renderer
 from texvol.scene.scene import Scene
 from texvol.scene.transfer import TransferFunction
+from texvol.scene.volume import Volume
 
 SIZE = (160, 150)
 THIN = TransferFunction(
@@ -30,7 +33,7 @@ SCENES = {
     "noise": lambda: Scene(random_volume(3, (12, 11, 10)), FOG, classification="extinction"),
     "cloud": lambda: Scene(built_in("cloud"), THIN, classification="integrated"),
     "engine": lambda: Scene(
-        load(real_volume("engine/engine.nii.gz")),
+        every_other_sample(load(real_volume("engine/engine.nii.gz"))),
         TransferFunction(
             np.array([60.0, 90, 150, 180, 255]),
             np.array([(0.35, 0.5, 0.6)] * 2 + [(0.45, 0.55, 0.6), (0.9, 0.5, 0.12), (1, 0.75, 0.3)]),
@@ -40,38 +43,53 @@ SCENES = {
 }
 
 
+Draw = Callable[[str], np.ndarray]
+
+
+def every_other_sample(volume: Volume) -> Volume:
+    return Volume(volume.values[::2, ::2, ::2], 2 * volume.spacing)
+
+
+@cache
+def scene_of(name: str) -> Scene:
+    return SCENES[name]()
+
+
 def drawn(renderer: Renderer, scene: Scene, **options) -> np.ndarray:  # type: ignore[no-untyped-def]
     return renderer.render(scene, SIZE, **{"sampling_rate": 2, **options})
 
 
+@pytest.fixture(scope="module")
+def right(renderer: Renderer) -> Draw:
+    """The right picture of a scene by its name, drawn once."""
+    return cache(lambda name: drawn(renderer, scene_of(name)))
+
+
 @pytest.mark.parametrize("name", SCENES)
-def test_over_in_the_wrong_order(name: str, renderer: Renderer) -> None:
-    scene = SCENES[name]()
+def test_over_in_the_wrong_order(name: str, right: Draw) -> None:
     with planted.planted(*planted.SWAPPED_ORDER) as mistaken:
-        candidate = drawn(mistaken, scene)
-    assert kinds_of(candidate, drawn(renderer, scene))[0].name == "swapped order"
+        candidate = drawn(mistaken, scene_of(name))
+    assert kinds_of(candidate, right(name))[0].name == "swapped order"
 
 
 @pytest.mark.parametrize("ratio", [0.5, 2])
 @pytest.mark.parametrize("name", SCENES)
-def test_slabs_of_another_thickness(name: str, ratio: float, renderer: Renderer) -> None:
-    scene = SCENES[name]()
+def test_slabs_of_another_thickness(name: str, ratio: float, renderer: Renderer, right: Draw) -> None:
+    scene = scene_of(name)
     medium = scene.transfer_function
     assert medium is not None
     thicker = replace(medium, extinctions=medium.extinctions * ratio)
-    first = kinds_of(drawn(renderer, replace(scene, transfer_function=thicker)), drawn(renderer, scene))[0]
+    first = kinds_of(drawn(renderer, replace(scene, transfer_function=thicker)), right(name))[0]
     assert first.name == "scaled opacity"
     # Texels of slabs mix opacities, and not depths: that is another 1e-2.
     assert first.parameters["ratio"] == pytest.approx(ratio, rel=0.02)
 
 
 @pytest.mark.parametrize("name", ["fog", "bone", "noise", "engine"])  # the cloud does not reach its box
-def test_end_slabs_that_are_not_clipped(name: str, renderer: Renderer) -> None:
-    scene = SCENES[name]()
+def test_end_slabs_that_are_not_clipped(name: str, right: Draw) -> None:
     with planted.planted(*planted.UNCLIPPED_END_SLABS) as mistaken:
-        candidate = drawn(mistaken, scene)
-    right = drawn(renderer, scene)
-    for one, two, side in ((candidate, right, "candidate"), (right, candidate, "reference")):
+        candidate = drawn(mistaken, scene_of(name))
+    for one, two, side in ((candidate, right(name), "candidate"), (right(name), candidate, "reference")):
         first = kinds_of(one, two)[0]
         assert first.name == "edges only" and first.parameters["end_slabs"] == side
         assert "not clipped" in first.words
@@ -79,15 +97,14 @@ def test_end_slabs_that_are_not_clipped(name: str, renderer: Renderer) -> None:
 
 @pytest.mark.parametrize("target, words", [("rgba8", "255 steps"), ("rgba16f", "half floats")])
 @pytest.mark.parametrize("name", SCENES)
-def test_targets_of_few_digits(name: str, target: str, words: str, renderer: Renderer) -> None:
-    scene = SCENES[name]()
-    first = kinds_of(drawn(renderer, scene, target_format=target), drawn(renderer, scene, target_format="rgba32f"))[0]
+def test_targets_of_few_digits(name: str, target: str, words: str, renderer: Renderer, right: Draw) -> None:
+    first = kinds_of(drawn(renderer, scene_of(name), target_format=target), right(name))[0]
     assert first.name == "banding" and words in first.words
 
 
 @pytest.mark.parametrize("name", SCENES)
-def test_srgb_written_for_linear(name: str, renderer: Renderer) -> None:
-    picture = drawn(renderer, SCENES[name]())
+def test_srgb_written_for_linear(name: str, right: Draw) -> None:
+    picture = right(name)
     levels = image.eight_bits(picture).astype(np.float32) / 255
     opaque = np.ones((*picture.shape[:2], 1), np.float32)
     candidate, reference = (np.concatenate([each[..., :3], opaque], axis=2) for each in (levels, picture))
@@ -97,11 +114,10 @@ def test_srgb_written_for_linear(name: str, renderer: Renderer) -> None:
 
 @pytest.mark.parametrize("mistake", ["LINEAR_OPACITY", "BACKS_ALPHA_IN_REGISTERS", "SWAPPED_AXES"])
 @pytest.mark.parametrize("name", ["fog", "bone", "noise", "engine"])
-def test_what_no_kind_fits_is_not_called_by_a_name_that_lies(mistake: str, name: str, renderer: Renderer) -> None:
-    scene = SCENES[name]()
+def test_what_no_kind_fits_is_not_called_by_a_name_that_lies(mistake: str, name: str, right: Draw) -> None:
     with planted.planted(*getattr(planted, mistake)) as mistaken:
-        candidate = drawn(mistaken, scene)
-    found = {kind.name for kind in kinds_of(candidate, drawn(renderer, scene))}
+        candidate = drawn(mistaken, scene_of(name))
+    found = {kind.name for kind in kinds_of(candidate, right(name))}
     # A wrong opacity of thin slabs does look like a factor; all of these are no such thing.
     lies = {"gamma", "straight colour", "shifted", "swapped order", "noise", "banding", "channels swapped", "flipped"}
     assert found and not found & lies

@@ -10,7 +10,7 @@ from support.benches import CLASSIFICATIONS, NAMED, SIZE, planted
 from support.scenes import BONE, FOG, constant, path_lengths, random_volume
 from support.stored_scenes import GRADED, LIT, SCENES
 
-from texvol.comparison.mistakes import CATALOGUE, WRONG_BY, MistakeTrial
+from texvol.comparison.mistakes import CATALOGUE, WRONG_BY, MistakeTrial, drawn
 from texvol.comparison.planting import Planted, PlantedRenderer, without
 from texvol.comparison.wrong_functions import wrong_shaders
 from texvol.opengl.shaders import FOLDER, ShaderError
@@ -30,7 +30,8 @@ def renderer():
 
 
 def test_a_renderer_is_the_right_one_again_after_a_mistake(renderer: PlantedRenderer) -> None:
-    bench, pictures = planted(renderer, SCENES["slab"])
+    bench, _ = planted(renderer, SCENES["slab"])
+    pictures = {mistake.name: picture for mistake, picture in drawn(bench)}
     assert len(pictures) == len(CATALOGUE)
     assert set(NAMED) <= set(pictures)
     np.testing.assert_array_equal(renderer.render(SCENES["slab"], SIZE, **bench.settings), bench.right)

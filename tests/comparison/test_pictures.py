@@ -17,7 +17,7 @@ from texvol.scene.scene import CLASSIFICATIONS, Classification
 from texvol.scene.transfer import preset
 
 CheckPicture = Callable[..., None]
-SIZE = (64, 64)
+SIZE = (32, 32)
 
 
 @pytest.mark.parametrize("classification", CLASSIFICATIONS)
@@ -38,7 +38,7 @@ def test_noise_seen_from_inside(check_picture: CheckPicture, classification: Cla
 def test_modes(check_picture: CheckPicture, mode: Any) -> None:
     volume = smooth_volume(24)
     scene = Scene(volume, None, Camera.framing(volume), mode=mode, isovalue=0.5 if mode == "isosurface" else None)
-    check_picture(scene, f"mode-{mode}", size=(40, 40), sampling_rate=2, oracle=True)
+    check_picture(scene, f"mode-{mode}", size=SIZE, sampling_rate=2, oracle=True)
 
 
 @pytest.mark.parametrize(

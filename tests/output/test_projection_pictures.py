@@ -14,10 +14,15 @@ from texvol.ray_casting.projection import project
 from texvol.rendering.renderer import Renderer
 from texvol.scene.volume import Volume
 
+# Each pair of mode, kind of values and projection.
+BRICKED = [
+    (mode, kind, ("orthographic", "perspective")[(i + j) % 2])
+    for i, mode in enumerate(MODES)
+    for j, kind in enumerate(("uint8", "nan", "inf"))
+]
 
-@pytest.mark.parametrize("projection", ["orthographic", "perspective"])
-@pytest.mark.parametrize("kind", ["uint8", "nan", "inf"])
-@every_mode
+
+@pytest.mark.parametrize("mode, kind, projection", BRICKED)
 def test_bricks_are_the_whole(renderer, mode, kind, projection):
     values = np.random.default_rng(4).integers(0, 256, (30, 34, 38)).astype(np.uint8 if kind == "uint8" else np.float32)
     if kind != "uint8":

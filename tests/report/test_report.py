@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
-import os
 import re
-import shutil
 import signal
 import subprocess
 import sys
@@ -14,44 +12,35 @@ import time
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support.browser import Browser, Page
 from support.scenes import BONE, smooth_volume
 
 from texvol.__main__ import main
 from texvol.comparison import Difference
 from texvol.formats.pictures import image
-from texvol.report import check_folder, words
-from texvol.report.convergence import Asked, ErrorOf, Measurement, Setting, discretisation_max, total_max
+from texvol.report import check_folder, measuring, words
+from texvol.report.convergence import Asked, ErrorOf, Limits, Measurement, Setting, discretisation_max, total_max
 from texvol.report.error_pictures import decades, false_color
 
 FILES = {"report.html", "report.csv", "report.md", "pareto-max.png", "pareto-rms.png"}
-CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
-# Told by the page itself, once everything is loaded: pictures that did not decode, how wide the page became, and
-# whether it asked for anything that is not inside it.
-PROBE = """<script>addEventListener('load', () => { const told = {
-  pictures: document.images.length,
-  broken: [...document.images].filter(each => !each.complete || !each.naturalWidth).length,
-  width: document.documentElement.scrollWidth, window: innerWidth,
-  asked: performance.getEntriesByType('resource').map(each => each.name).filter(name => !name.startsWith('data:')) };
-  parent.postMessage(JSON.stringify(told), '*'); });</script>"""
-# A window is at least 500 pixels wide, so the page is looked at in a frame.
-FRAME = """<!DOCTYPE html><html><body style="margin: 0"><script>
-  addEventListener('message', event => { document.documentElement.dataset.told = event.data; });</script>
-<iframe src="page.html" style="border: 0; width: WIDTHpx; height: 1600px"></iframe></body></html>"""
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with a volume and a quick report on it, `out`."""
+    """A folder with a volume and a quick report on it, `out`: one frame of each setting."""
     position = tmp_path_factory.mktemp("report")
     np.save(position / "<wavy & sharp>.npy", smooth_volume(20).values)
     (position / "tf.json").write_text(json.dumps(BONE.as_json()))
-    scene = ["--tf", str(position / "tf.json"), "--size", "96x80", "--background", "0.1,0.2,0.3"]
-    assert main(["report", str(position / "<wavy & sharp>.npy"), "-o", str(position / "out"), *scene, "--quick"]) == 0
+    scene = ["--tf", str(position / "tf.json"), "--size", "64x48", "--background", "0.1,0.2,0.3"]
+    line = ["report", str(position / "<wavy & sharp>.npy"), "-o", str(position / "out"), *scene, "--quick"]
+    with patch.object(measuring, "_limits", lambda quick: Limits(least_frames=1, frames_seconds=0)):
+        assert main(line) == 0
     return position
 
 
@@ -297,43 +286,16 @@ def test_interrupted_it_leaves_nothing(folder: Path) -> None:
     assert {each.name for each in folder.iterdir()} <= {"<wavy & sharp>.npy", "tf.json", "out"}
 
 
-@pytest.mark.skipif(CHROMIUM is None, reason="no Chromium found")
-@pytest.mark.parametrize("width", [1280, 400])
-@pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
-def test_the_page_in_a_browser(page: str, tmp_path: Path, width: int, dark: bool) -> None:
-    (tmp_path / "page.html").write_text(page.replace("</body>", PROBE + "</body>"), "utf-8")
-    (tmp_path / "frame.html").write_text(FRAME.replace("WIDTH", str(width)))
-    told = _told_by_chromium(tmp_path, width, dark)
-    assert told["pictures"] >= 8
-    assert told["broken"] == 0
-    assert told["asked"] == []
-    assert told["window"] == width
-    assert told["width"] <= width, "the page itself is not wider than the window"
-    screenshot = image.read(tmp_path / "page.png")[:, :width, :3]
+@pytest.mark.parametrize("width, dark", [(1280, True), (400, False)])
+def test_the_page_in_a_browser(browser: Browser, folder: Path, tmp_path: Path, width: int, dark: bool) -> None:
+    page = Page(browser, folder / "out" / "report.html", width, dark=dark)
+    assert page.tell("document.images.length") >= 8
+    assert page.tell("[...document.images].every(e => e.complete && e.naturalWidth > 0)")
+    assert page.tell("document.documentElement.scrollWidth") <= width, "the page itself is not wider than the window"
+    page.screenshot(tmp_path / "page.png")
+    assert page.complaints() == [] and page.requests() == []
+    page.close()
+    screenshot = image.read(tmp_path / "page.png")[..., :3]
     paper = screenshot[2, 2].mean()
     assert paper < 0.2 if dark else paper > 0.8
     assert (np.abs(screenshot - screenshot[2, 2]).max(axis=2) > 0.1).mean() > 0.05, "not blank"
-
-
-def _told_by_chromium(folder: Path, width: int, dark: bool) -> dict[str, Any]:
-    """What the page's probe found; a screenshot is beside the page."""
-    assert CHROMIUM is not None
-    line = [
-        CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", "--disable-background-networking",
-        "--disable-component-update", "--disable-sync", "--no-first-run", "--hide-scrollbars",
-        f"--user-data-dir={folder / 'profile'}", "--virtual-time-budget=5000", f"--window-size={max(width, 500)},1600",
-        *(["--blink-settings=preferredColorScheme=0"] if dark else ["--blink-settings=preferredColorScheme=1"]),
-    ]  # fmt: skip
-    address = (folder / "frame.html").as_uri()
-    environment = os.environ | {"DBUS_SESSION_BUS_ADDRESS": "disabled:"}
-
-    def run(*wanted: str) -> str:
-        done = subprocess.run(
-            [*line, *wanted, address], capture_output=True, text=True, timeout=60, check=True, env=environment
-        )
-        return done.stdout
-
-    run(f"--screenshot={folder / 'page.png'}")
-    found = re.search(r'data-told="([^"]*)"', run("--dump-dom"))
-    assert found, "the page did not load"
-    return json.loads(found[1].replace("&quot;", '"'))

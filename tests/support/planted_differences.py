@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 
 import numpy as np
 from scipy import ndimage
@@ -11,11 +12,14 @@ Picture = np.ndarray
 Plant = Callable[[Picture], Picture]
 
 
+@cache
 def smooth_field(seed: int, size: tuple[int, int], sigma: float) -> np.ndarray:
-    """Noise without waves shorter than some `sigma` pixels, between 0 and 1, shape (height, width)."""
+    """Noise without waves shorter than some `sigma` pixels, between 0 and 1, shape (height, width); read-only."""
     width, height = size
     field = ndimage.gaussian_filter(np.random.default_rng(seed).standard_normal((height, width)), sigma, mode="wrap")
-    return (field - field.min()) / np.ptp(field)
+    field = (field - field.min()) / np.ptp(field)
+    field.flags.writeable = False
+    return field
 
 
 def picture_of(color: np.ndarray, opacity: np.ndarray) -> Picture:
