@@ -128,7 +128,7 @@ def test_a_truncated_file(tmp_path: Path, name: str, capfd: pytest.CaptureFixtur
     path = tmp_path / name
     WRITERS[name](path)
     content = path.read_bytes()
-    for length in [1, 4, *np.linspace(8, len(content) - 3, 40).astype(int)]:
+    for length in [1, 4, *np.linspace(8, len(content) - 3, 12).astype(int)]:
         path.write_bytes(content[:length])
         try:
             volume = load(path)
@@ -164,7 +164,7 @@ def test_a_corrupt_file_is_read_or_refused(tmp_path: Path, name: str, capfd: pyt
     path = tmp_path / name
     WRITERS[name](path)
     content = path.read_bytes()
-    for seed in range(60):
+    for seed in range(18):  # scripts/fuzz.py and its test damage far more of them
         random, damaged = Random(seed), bytearray(content)
         reach = len(damaged) if seed % 2 else min(len(damaged), 1500)  # headers are where the harm is
         for _ in range(random.randrange(1, 5)):

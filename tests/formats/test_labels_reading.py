@@ -99,7 +99,7 @@ def test_labels_of_a_curvilinear_grid_are_the_nearest_samples(tmp_path: Path) ->
     labels = np.zeros((7, 8, 9), "i2")
     labels[..., 4], labels[..., 5:] = 100, 300
     path = grid_files.written(tmp_path / "v.vts", grid_files.structured(points, labels))
-    volume = load(path, labels=True, resolution=(50, 40, 30))
+    volume = load(path, labels=True, resolution=(30, 25, 20))
     assert volume.values.dtype == np.int16 and set(label_counts(volume).labels.tolist()) == {0, 100, 300}
     at = grid_files.points_of(volume).reshape(-1, 3)
     # A point within 0.2 of a cell's smallest edge of a sample is nearer to it than half a cell in index space, too.
@@ -107,7 +107,7 @@ def test_labels_of_a_curvilinear_grid_are_the_nearest_samples(tmp_path: Path) ->
     distance = np.array([np.sqrt(((flat - each) ** 2).sum(axis=1)) for each in at])
     edge = min(np.linalg.norm(np.diff(points, axis=axis), axis=-1).min() for axis in range(3))
     near = (distance.min(axis=1) < 0.2 * edge) & (volume.values.ravel() != 0)
-    assert near.sum() > 100
+    assert near.sum() > 20
     np.testing.assert_array_equal(volume.values.ravel()[near], labels.ravel()[distance.argmin(axis=1)[near]])
     assert volume.resampling is not None and volume.resampling["outside"] > 0
     assert "are 0" in information.text(information.metadata(volume))

@@ -20,7 +20,7 @@ from texvol.comparison import pictures
 from texvol.formats.readers.detection import FORMATS
 from texvol.geometry import reading
 
-COUNT = 8000  # of damaged files: about a minute
+COUNT = 2500  # of damaged files, some forty of each kind; scripts/fuzz.py makes any number
 SEED = 18
 
 
@@ -37,7 +37,7 @@ def test_damaged_files_are_read_or_refused(inputs: fuzz.Inputs, tmp_path: Path) 
     assert results.counts.total() == COUNT
     for kind in inputs.kinds:  # else the damage is so slight, or so great, that nothing is learned of the reader
         assert results.counts[kind, READ] > 0.02 * COUNT / len(inputs.kinds), kind
-        assert results.counts[kind, REFUSED] > 0.1 * COUNT / len(inputs.kinds) or kind == "recent", kind
+        assert results.counts[kind, REFUSED] > 0.05 * COUNT / len(inputs.kinds) or kind == "recent", kind
 
 
 def test_every_format_that_is_read_is_among_the_kinds(inputs: fuzz.Inputs) -> None:
@@ -127,7 +127,7 @@ FAULTS: dict[str, tuple[str, Callable[[], int]]] = {
 @pytest.mark.parametrize("fault", FAULTS)
 def test_a_planted_fault_is_found_and_the_others_go_on(fault: str) -> None:
     outcome, attempt = FAULTS[fault]
-    results = run(lambda number: attempt() if number == 3 else 0, [range(7)], lambda _: "kind", Limits(seconds=2.0))
+    results = run(lambda number: attempt() if number == 3 else 0, [range(7)], lambda _: "kind", Limits(seconds=1.0))
     expected = {("kind", READ): 6} | {("kind", outcome): 7 if outcome == READ else 1}
     assert dict(results.counts) == expected
     assert [finding.number for finding in results.findings] == ([] if outcome in (READ, REFUSED) else [3])

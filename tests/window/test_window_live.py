@@ -50,13 +50,11 @@ def dragged(t: float, start: tuple[int, int], end: tuple[int, int], steps: int =
 
 
 SCENES = {
-    "plain": [],
     "post, perspective, annotated": [
         *("--classification", "post", "--projection", "perspective"),
         *("--annotate", "box,scale-bar,legend", "--background", "0.2,0.2,0.2"),
     ],
     "lit, cut": ["--light", "head", "--clip", "1,0.3,0,25", "--caps", "--classification", "extinction"],
-    "mip": ["--mode", "mip"],
     "isosurface": ["--mode", "isosurface", "--isovalue", "120", "--background", "0.1,0.2,0.3"],
 }
 
@@ -190,7 +188,7 @@ def test_an_empty_window_ends_as_well(display: str, tmp_path: Path) -> None:  # 
     assert (done.returncode, done.stderr) == (0, "")
 
 
-@pytest.mark.parametrize("moment", [0.1, 0.8, 2.0])
+@pytest.mark.parametrize("moment", [0.1, 1.0])
 def test_ctrl_c_at_any_moment_leaves_nothing_behind(display: str, tmp_path: Path, moment: float) -> None:  # noqa: F811
     process = started(display, tmp_path, ball(tmp_path, 96), "--size", "300x240")
     time.sleep(moment)
