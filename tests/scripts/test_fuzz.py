@@ -36,7 +36,7 @@ def test_damaged_files_are_read_or_refused(inputs: fuzz.Inputs, tmp_path: Path) 
     assert not results.findings, f"{fuzz.table(results.counts)}\n{found}"
     assert results.counts.total() == COUNT
     for kind in inputs.kinds:  # else the damage is so slight, or so great, that nothing is learned of the reader
-        assert results.counts[kind, READ] > 0.02 * COUNT / len(inputs.kinds), kind
+        assert results.counts[kind, READ] > 0, kind
         assert results.counts[kind, REFUSED] > 0.05 * COUNT / len(inputs.kinds) or kind == "recent", kind
 
 
