@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from support.pairs import IN_A_PROJECTION, each_classification_in_a_projection
 from support.hard_cases import bounds
 from support.hard_cases.cases import linear_medium, looking, ramp
+from support.pairs import IN_A_PROJECTION, each_classification_in_a_projection
 from support.scenes import BONE, FOG, inside, random_volume, smooth_volume, sparse_volume
 
 from texvol.opengl.compositor import Compositor

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 from support import closed_forms as known
 from support import planted
-from support.pairs import IN_A_PROJECTION
 from support.lit_scenes import (
     KINDS,
     ROUNDING,
@@ -29,6 +28,7 @@ from support.lit_scenes import (
     tolerance,
     with_values,
 )
+from support.pairs import IN_A_PROJECTION
 from support.scenes import path_lengths
 
 from texvol.rendering.renderer import Renderer

@@ -9,7 +9,6 @@ from unittest.mock import patch
 
 import numpy as np
 import pytest
-from support.pairs import IN_A_PROJECTION
 from support.graded_media import mixed
 from support.lit_scenes import (
     FOG,
@@ -28,6 +27,7 @@ from support.lit_scenes import (
     tolerance,
     with_values,
 )
+from support.pairs import IN_A_PROJECTION
 from support.scenes import orbiting, sparse_volume
 
 from texvol.ray_casting import raycast
