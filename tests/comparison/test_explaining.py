@@ -15,8 +15,9 @@ from texvol.comparison.mistakes import CATALOGUE, MistakeTrial
 from texvol.comparison.pictures import Picture
 from texvol.comparison.planting import PlantedRenderer
 from texvol.provenance.stored_scene import StoredScene
-from texvol.scene.demo import demo_scene
+from texvol.scene.demo import demo_scene, demo_volume
 
+COARSE_DEMO = replace(demo_scene(), volume=demo_volume(48))
 Demo = tuple[MistakeTrial, MistakePictures]
 
 
@@ -28,7 +29,7 @@ def renderer() -> Iterator[PlantedRenderer]:
 
 @pytest.fixture(scope="module")
 def demo(renderer: PlantedRenderer) -> Demo:
-    return planted(renderer, demo_scene())
+    return planted(renderer, COARSE_DEMO)
 
 
 @pytest.fixture
@@ -60,7 +61,7 @@ def test_a_planted_mistake_is_told_from_the_scene(name: str, eight_bits: bool, d
 
 
 def test_any_dropped_slab_is_found_and_which(renderer: PlantedRenderer) -> None:
-    bench, _ = planted(renderer, demo_scene(), slab_thickness=1 / 96)
+    bench, _ = planted(renderer, COARSE_DEMO, slab_thickness=1 / 48)
     renderer.render(bench.scene, SIZE, **bench.settings)
     first, end = renderer.slab_range()
     chosen = bench.slab[0] - 5

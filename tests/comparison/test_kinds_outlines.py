@@ -127,7 +127,7 @@ def test_a_small_one_beside_a_large_one_is_named(
         assert {kind.name for kind in kinds_of(one, two)} == names
 
 
-@pytest.mark.parametrize("rms", [0.003, 0.02, 0.1])
+@pytest.mark.parametrize("rms", [0.003, 0.1])
 @pytest.mark.parametrize("picture", planted.PICTURES)
 def test_noise_alone_is_neither_dimmer_nor_shifted(picture: str, rms: float) -> None:
     reference = planted.PICTURES[picture]()

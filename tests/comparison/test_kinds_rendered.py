@@ -12,7 +12,7 @@ from support import planted
 from support.gallery import drawing as gallery
 from support.gallery.entries import ENTRIES
 from support.gallery.volumes import built_in
-from support.real_data import real_volume
+from support.real_data import every_other_sample, real_volume
 from support.scenes import BONE, FOG, random_volume, smooth_volume
 
 from texvol.comparison.kinds import kinds_of
@@ -21,7 +21,6 @@ from texvol.formats.readers import load
 from texvol.rendering.renderer import Renderer
 from texvol.scene.scene import Scene
 from texvol.scene.transfer import TransferFunction
-from texvol.scene.volume import Volume
 
 SIZE = (160, 150)
 THIN = TransferFunction(
@@ -44,10 +43,6 @@ SCENES = {
 
 
 Draw = Callable[[str], np.ndarray]
-
-
-def every_other_sample(volume: Volume) -> Volume:
-    return Volume(volume.values[::2, ::2, ::2], 2 * volume.spacing)
 
 
 @cache

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.real_data import real_volume
+from support.real_data import every_other_sample, real_volume
 from support.scenes import BONE, FOG, inside, random_volume, smooth_volume
 
 from texvol import Camera, Light, Lighting, Scene, load
-from texvol.scene.demo import demo_scene
+from texvol.scene.demo import demo_scene, demo_volume
 from texvol.scene.scene import CLASSIFICATIONS, Classification
 from texvol.scene.transfer import preset
 
@@ -22,7 +22,7 @@ SIZE = (32, 32)
 
 @pytest.mark.parametrize("classification", CLASSIFICATIONS)
 def test_the_demo(check_picture: CheckPicture, classification: Classification) -> None:
-    scene = replace(demo_scene(), classification=classification)
+    scene = replace(demo_scene(), volume=demo_volume(48), classification=classification)
     check_picture(scene, f"demo-{classification}", size=SIZE, oracle=True)
 
 
@@ -46,7 +46,7 @@ def test_modes(check_picture: CheckPicture, mode: Any) -> None:
     [("engine/engine.nii.gz", "histogram"), ("lung/3DCT_lung.mha", "ct-bone"), ("flair/FLAIR.nrrd", "mr")],
 )
 def test_real_volumes(check_picture: CheckPicture, file: str, presets: str) -> None:
-    volume = load(real_volume(file))
+    volume = every_other_sample(load(real_volume(file)))
     camera = Camera.framing(volume, "perspective", eye=volume.centre + volume.radius * np.array([1.0, -2.5, 1.2]))
     scene = Scene(volume, preset(presets, volume), camera, classification="extinction")
     check_picture(scene, file.split("/")[0], size=SIZE, oracle=True)

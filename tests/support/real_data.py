@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from texvol.scene.volume import Volume
+
 DATA = Path(os.environ.get("TEXVOL_DATA") or Path(__file__).resolve().parents[2] / ".." / "shared" / "data").resolve()
 
 
@@ -23,3 +25,8 @@ def real_volume(name: str) -> Path:
     if os.environ.get("CI"):
         pytest.fail(reason)
     pytest.skip(reason)
+
+
+def every_other_sample(volume: Volume) -> Volume:
+    """The volume with half as many samples along each axis, an eighth of the work."""
+    return Volume(volume.values[::2, ::2, ::2], 2 * volume.spacing, volume.origin, volume.direction, name=volume.name)

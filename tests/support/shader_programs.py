@@ -42,13 +42,14 @@ LIGHTS: list[dict[str, int]] = [
 
 
 def load(name: str, context: Context, switches: dict[str, int]) -> None:
-    """Compile a program of shaders/ and release it; an error shows its switches."""
+    """Compile a program of shaders/ and free it; an error shows its switches."""
     vertex = "corner.vert" if name == "shadow" else "slab_stack.vert"
     try:
-        load_program(context.gl, name, defines=switches, vertex=vertex).release()
+        load_program(context.gl, name, defines=switches, vertex=vertex)
     except ShaderError as error:
         error.add_note(f"{name}: { {name: value for name, value in switches.items() if value} }")
         raise
+    context.gl.gc()
 
 
 WHOLE = {"HALF_SPACES": 0, "INTERVAL": 0}
