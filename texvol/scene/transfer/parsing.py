@@ -62,7 +62,7 @@ def entries(content: dict[str, Any], key: str) -> list[tuple[str, Any]]:
 
 
 def required(thing: dict[str, Any], key: str, where: str) -> Any:
-    """What is under a key, or InputError."""
+    """Return the value of a key, or raise InputError."""
     if key not in thing:
         raise InputError(f"{where} must have {key}")
     return thing[key]
