@@ -223,9 +223,9 @@ def test_a_command_without_a_volume_says_so(folder: Path, capsys) -> None:
 
 
 def test_a_mistake_in_a_real_volume_is_caught_and_told(tmp_path, monkeypatch) -> None:
-    path = real_volume("engine/engine.nii.gz")
+    path = real_volume("flair/FLAIR.nrrd")
     monkeypatch.chdir(tmp_path)
-    assert main(["render", str(path), "-o", "engine.exr", "--size", "64x64"]) == 0
-    stored = stored_scene_of(read_picture("engine.exr").attributes, name="engine.exr")
+    assert main(["render", str(path), "-o", "flair.exr", "--size", "64x64"]) == 0
+    stored = stored_scene_of(read_picture("flair.exr").attributes, name="flair.exr")
     test = self_test(stored, (64, 64), ONE_DRIVER, controls=False)
     assert {status(test, name) for name in NAMED} == {CAUGHT}

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support.pairs import each_classification_in_a_projection
+from support.pairs import IN_A_PROJECTION, each_classification_in_a_projection
 from support.scenes import BONE, constant, inside, random_volume, sparse_volume
 
 from texvol.opengl.shaders import FOLDER
@@ -160,7 +160,7 @@ def test_rays_in_the_faces_of_cells_see_what_lies_behind(renderer: Renderer, axi
         assert picture[16, 16, 3] > 0.5
 
 
-@each_classification_in_a_projection
+@pytest.mark.parametrize("classification, projection", IN_A_PROJECTION[::2])
 def test_a_mostly_empty_scene_takes_few_samples(
     renderer: Renderer, classification: Classification, projection: Projection
 ) -> None:
@@ -178,7 +178,7 @@ def test_a_mostly_empty_scene_takes_few_samples(
     assert stats["cells_total"] == (96 // CELL) ** 3
 
 
-@each_classification_in_a_projection
+@pytest.mark.parametrize("classification, projection", IN_A_PROJECTION[1::2])
 def test_without_leaps_every_slab_is_sampled(
     renderer: Renderer, classification: Classification, projection: Projection
 ) -> None:

@@ -62,8 +62,13 @@ def test_a_line_between_two_rows_of_pixels_covers_one(renderer: Renderer, flippe
     )
 
 
-@pytest.mark.parametrize("projection", ["orthographic", "perspective"])
-@pytest.mark.parametrize("ends", [((-0.5, -0.4, -0.2), (0.4, 0.5, 0.3)), ((0.1, -0.9, 0.2), (-0.6, 0.5, 0.1))])
+@pytest.mark.parametrize(
+    "projection, ends",
+    [
+        ("orthographic", ((-0.5, -0.4, -0.2), (0.4, 0.5, 0.3))),
+        ("perspective", ((0.1, -0.9, 0.2), (-0.6, 0.5, 0.1))),
+    ],
+)
 def test_a_line_in_fog_is_where_the_ray_comes_nearest_to_it(renderer: Renderer, projection: str, ends: Any) -> None:
     """A ray through a pixel meets it where, in the picture, it is nearest: found by trying places along the line."""
     c, r = BOX.centre, BOX.radius

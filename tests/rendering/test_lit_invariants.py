@@ -93,13 +93,11 @@ def test_leaps_leave_lit_pictures_as_they_are(renderer: Renderer, kind: Classifi
     "kind, axes, signs",
     [  # each turn where samples are lit, and where what lies between them is
         ("slab", (0, 1, 2), (-1, 1, 1)),
-        ("slab", (2, 0, 1), (1, -1, -1)),
-        ("extinction", (2, 0, 1), (1, 1, 1)),
-        ("extinction", (0, 1, 2), (-1, -1, -1)),
+        ("extinction", (2, 0, 1), (1, -1, -1)),
+        ("extinction", (2, 0, 1), (-1, -1, -1)),
         ("post", (0, 1, 2), (-1, 1, 1)),
         ("post", (2, 0, 1), (1, -1, -1)),
-        ("integrated", (2, 0, 1), (1, 1, 1)),
-        ("integrated", (0, 1, 2), (-1, -1, -1)),
+        ("integrated", (2, 0, 1), (-1, -1, -1)),
     ],
 )
 def test_the_light_turns_with_the_world(
@@ -291,10 +289,9 @@ def stale(renderer: Renderer, scenes: list[Scene]) -> list[int]:
     return found
 
 
-@pytest.mark.parametrize("kind", ["slab", "post", "integrated"])
+@pytest.mark.parametrize("kind", ["slab", "post"])  # lit at the samples, and between them
 def test_a_picture_does_not_depend_on_the_one_before(kind: Classification) -> None:
-    # Compiling takes long: what is the same for two classifications is looked at in one of them.
-    scenes = changes(kind)[:: 1 if kind in ("slab", "post") else 3]
+    scenes = changes(kind)
     with Renderer() as renderer:
         assert stale(renderer, scenes) == []
         pictures = [renderer.render(scene, SIZE) for scene in scenes]

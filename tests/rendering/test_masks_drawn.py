@@ -104,16 +104,22 @@ class TestAMask:
         assert expected[..., 3].max() > 0.5
         np.testing.assert_allclose(renderer.render(replace(behind, mask=mask), SIZE, **EXACT), expected, atol=ROUNDING)
 
-    def test_lets_leaps_and_bricks_change_nothing(self, renderer: Renderer, small: Renderer, scene: Scene) -> None:
-        weights = np.random.default_rng(5).random(scene.volume.values.shape)
-        weights[:, :, :9] = 0
-        masked = replace(scene, mask=Mask(weights))
-        expected = renderer.render(masked, SIZE, **EXACT)
-        drawn = renderer.render(masked, SIZE, skip_empty=False, **EXACT)
-        np.testing.assert_allclose(drawn, expected, rtol=0, atol=ROUNDING)
-        drawn = small.render(masked, SIZE, **EXACT)
-        np.testing.assert_allclose(drawn, expected, rtol=0, atol=ROUNDING)
-        assert small.stats["bricks_total"] > 1 or scene.classification in ("post", "integrated")
+
+@pytest.mark.parametrize("medium, classification", [("plain", "slab"), ("emissive", "post"), ("lit", "extinction")])
+def test_leaps_and_bricks_change_nothing_of_a_mask(
+    renderer: Renderer, small: Renderer, medium: str, classification: Any
+) -> None:
+    transfer, lighting = MEDIUM[medium]
+    volume = random_volume(4, (16, 15, 12))
+    weights = np.random.default_rng(5).random(volume.values.shape)
+    weights[:, :, :9] = 0
+    masked = seen(volume, transfer, classification=classification, lighting=lighting, mask=Mask(weights))
+    expected = renderer.render(masked, SIZE, **EXACT)
+    drawn = renderer.render(masked, SIZE, skip_empty=False, **EXACT)
+    np.testing.assert_allclose(drawn, expected, rtol=0, atol=ROUNDING)
+    drawn = small.render(masked, SIZE, **EXACT)
+    np.testing.assert_allclose(drawn, expected, rtol=0, atol=ROUNDING)
+    assert small.stats["bricks_total"] > 1 or classification == "post"
 
 
 @pytest.mark.parametrize("classification", CLASSIFICATIONS)

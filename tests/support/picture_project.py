@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable
+import subprocess
+import sys
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -41,12 +43,23 @@ waves: Callable[..., np.ndarray] = _NAMES["waves"]
 spots: Callable[[], np.ndarray] = _NAMES["spots"]
 
 
-class Project:
-    """A folder with tests, as somebody would have it who uses texvol."""
+OF_CI = ("CI", "GITHUB_ACTIONS", "GITHUB_STEP_SUMMARY", "GITHUB_WORKSPACE", "PYTEST_ADDOPTS")
+# Plugins of other packages take two thirds of the time of a run; -p loads those that are needed.
+ALONE = {name: text for name, text in os.environ.items() if name not in OF_CI} | {"PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
 
-    def __init__(self, pytester: pytest.Pytester) -> None:
+
+def command(*arguments: str | os.PathLike[str], plugins: Iterable[str] = ("texvol", "xdist")) -> list[Any]:
+    """Command of a run in a process of its own with the environment `ALONE`; plugins by their entry points."""
+    loaded = (word for name in plugins for word in ("-p", name))
+    return [sys.executable, "-m", "pytest", *loaded, "-p", "no:cacheprovider", *arguments]
+
+
+class Project:
+    """A folder with tests, as somebody would have it who uses texvol; without a Pytester it has runs apart only."""
+
+    def __init__(self, folder: Path, pytester: pytest.Pytester | None = None) -> None:
+        self.folder = folder
         self._pytester = pytester
-        self.folder = pytester.path
 
     def write(self, **files: str) -> None:
         """Test files by name, without suffix; each begins with `HEADER`."""
@@ -82,12 +95,25 @@ class Project:
     def stored(self, name: str = "waves") -> Picture:
         return read_picture(self.references / f"{name}.exr")
 
-    def run(self, *arguments: str | os.PathLike[str], apart: bool = False) -> pytest.RunResult:
-        """A run of pytest, in this process or in one of its own."""
-        plain = ("-p", "no:cacheprovider", *arguments)
-        if apart:
-            return self._pytester.runpytest_subprocess(*plain, timeout=120)
-        return self._pytester.runpytest_inprocess(*plain)
+    def run(self, *arguments: str | os.PathLike[str]) -> pytest.RunResult:
+        """A run of pytest in this process."""
+        assert self._pytester is not None
+        return self._pytester.runpytest_inprocess("-p", "no:cacheprovider", *arguments)
+
+    def run_apart(
+        self, *arguments: str | os.PathLike[str], plugins: Iterable[str] = ("texvol", "xdist"), **environment: str
+    ) -> pytest.RunResult:
+        """A run of pytest in a process of its own."""
+        done = subprocess.run(
+            command(*arguments, plugins=plugins),
+            cwd=self.folder,
+            env=ALONE | environment,
+            capture_output=True,
+            text=True,
+            timeout=120,
+            check=False,
+        )
+        return pytest.RunResult(done.returncode, done.stdout.splitlines(), done.stderr.splitlines(), 0.0)
 
     def report(self, folder: str = "report") -> dict[str, Any]:
         """report.json, its pictures by name."""
@@ -103,6 +129,6 @@ def said(result: pytest.RunResult) -> str:
 @pytest.fixture
 def project(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> Project:
     """An empty project, in no CI system."""
-    for name in ("CI", "GITHUB_ACTIONS", "GITHUB_STEP_SUMMARY", "GITHUB_WORKSPACE", "PYTEST_ADDOPTS"):
+    for name in OF_CI:
         monkeypatch.delenv(name, raising=False)
-    return Project(pytester)
+    return Project(pytester.path, pytester)
