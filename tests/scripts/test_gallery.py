@@ -14,7 +14,7 @@ from support.gallery.entries import ENTRIES, Entry
 from support.gallery.volumes import built_in
 from support.real_data import DATA, real_volume
 
-from texvol import Scene
+from texvol import Scene, Volume
 from texvol.__main__ import main as texvol_main
 from texvol.comparison.outcome import examine
 from texvol.comparison.pictures import read_picture
@@ -42,8 +42,10 @@ def thinned(scene: Scene) -> Scene:
     if scene.mask is not None or scene.added or volume.labels:
         return scene
     colors = None if volume.colors is None else volume.colors[::2, ::2, ::2]
-    spacing = tuple(2 * each for each in volume.spacing)
-    return replace(scene, volume=replace(volume, values=volume.values[::2, ::2, ::2], colors=colors, spacing=spacing))
+    spacing = [2 * each for each in volume.spacing]
+    values = volume.values[::2, ::2, ::2]
+    thin = Volume(values, spacing, volume.origin, volume.direction, unit=volume.unit, space=volume.space, colors=colors)
+    return replace(scene, volume=thin)
 
 
 @pytest.mark.parametrize("entry", BUILT_IN, ids=lambda entry: entry.name)
