@@ -8,6 +8,8 @@ import sys
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
+from functools import cache
+from types import ModuleType
 from typing import Any
 from unittest.mock import patch
 
@@ -54,23 +56,28 @@ class GradientComputed(Exception):
     pass
 
 
-@contextmanager
-def no_gradients() -> Iterator[None]:
-    """Whoever computes a gradient, by whatever name it has it, gets an error."""
+@cache
+def users_of_gradients() -> list[tuple[ModuleType, str]]:
+    """Modules of texvol, each with a name by which it can compute gradients; all modules are imported first."""
     for module in pkgutil.walk_packages(texvol.__path__, "texvol."):
         if not module.name.endswith("__main__"):
             importlib.import_module(module.name)
+    originals = {gradient.gradients, gradient.largest_component, gradient._Field}
+    own = [module for name, module in sys.modules.items() if name.startswith("texvol")]
+    names = ((module, name, held) for module in own for name, held in vars(module).items() if callable(held))
+    return [(module, name) for module, name, held in names if any(held is original for original in originals)]
+
+
+@contextmanager
+def no_gradients() -> Iterator[None]:
+    """Whoever computes a gradient, by whatever name it has it, gets an error."""
 
     def refuse(*_: object, **__: object) -> None:
         raise GradientComputed
 
-    originals = {gradient.gradients, gradient.largest_component, gradient._Field}
     with ExitStack() as stack:
-        for name, module in list(sys.modules.items()):
-            if name.startswith("texvol"):
-                for attribute, held in list(vars(module).items()):
-                    if callable(held) and any(held is original for original in originals):
-                        stack.enter_context(patch.object(module, attribute, refuse))
+        for module, name in users_of_gradients():
+            stack.enter_context(patch.object(module, name, refuse))
         yield
 
 
@@ -92,10 +99,19 @@ NEEDS = {
 
 
 @pytest.mark.parametrize("name", PLAIN)
-def test_no_gradient_is_computed(name: str) -> None:
+def test_no_gradient_is_computed_and_no_code_of_light_compiled(name: str) -> None:
+    scene = PLAIN[name]
     with no_gradients(), Renderer() as renderer:
-        renderer.render(PLAIN[name], SIZE)
+        renderer.render(scene, SIZE)
         assert renderer.stats["estimated_error"] >= 0  # which draws another picture
+        assert renderer.stats["samples"] > 0  # which compiles another program
+        found = programs(renderer)
+        assert not renderer._cache._shadows._programs.kept
+    assert found
+    of_cue = {"CUE", "cue"} if scene.depth_cue else set()
+    for switches, uniforms in found:
+        assert {each for each in OF_LIGHT | OF_GRADIENTS | {"CUE"} if switches.get(each)} <= of_cue
+        assert uniforms & UNIFORMS <= of_cue
 
 
 @kinds
@@ -143,19 +159,6 @@ def test_lit_texels_are_as_large_as_others(renderer: Renderer, kind: Classificat
 def programs(renderer: Renderer) -> list[tuple[dict[str, int], set[str]]]:
     """Switches and uniforms of what has been compiled."""
     return [(dict(key[1:]), set(program)) for key, program in renderer._compositor._programs.kept.items()]
-
-
-@pytest.mark.parametrize("name", [name for name in PLAIN if "cue" not in name])
-def test_no_code_of_light_is_compiled(name: str) -> None:
-    with Renderer() as renderer:
-        renderer.render(PLAIN[name], SIZE)
-        assert renderer.stats["samples"] > 0  # which compiles another program
-        found = programs(renderer)
-        assert not renderer._cache._shadows._programs.kept
-    assert found
-    for switches, uniforms in found:
-        assert {name for name in OF_LIGHT | OF_GRADIENTS | {"CUE"} if switches.get(name)} == set()
-        assert not uniforms & UNIFORMS
 
 
 @kinds

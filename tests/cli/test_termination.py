@@ -6,7 +6,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
@@ -23,22 +22,25 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def _process(*line: str) -> subprocess.Popen[str]:
-    return subprocess.Popen(
-        [sys.executable, "-m", "texvol", *line], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    )
+def _ended(code: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=60)
 
 
 @pytest.mark.parametrize(
     ("stop", "status", "said"), [(signal.SIGINT, 130, "interrupted"), (signal.SIGTERM, 143, "ended by SIGTERM")]
 )
 def test_a_signal_ends_with_one_line_and_no_file(folder: Path, stop: signal.Signals, status: int, said: str) -> None:
-    process = _process("render", "v.npy", "--sampling-rate", "100", "--repeat", "100000", "-o", "a.png")
-    time.sleep(2)
-    process.send_signal(stop)
-    _, errors = process.communicate(timeout=30)
-    assert process.returncode == status
-    assert errors == f"texvol: {said}\n"
+    """The signal is sent when a picture has been drawn, and others are to follow."""
+    process = _ended(f"""
+import os, sys
+from texvol.__main__ import main
+from texvol.rendering import renderer
+
+right = renderer.draw
+renderer.draw = lambda *given: (right(*given), os.kill(os.getpid(), {stop.value}))[0]
+sys.exit(main(["render", "v.npy", "--repeat", "100000", "--size", "9x9", "-o", "a.png"]))
+""")
+    assert (process.returncode, process.stdout, process.stderr) == (status, "", f"texvol: {said}\n")
     assert not Path("a.png").exists()
 
 
@@ -55,7 +57,7 @@ class Finder:
 sys.meta_path.insert(0, Finder())
 sys.exit(main(["--version"]))
 """
-    process = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    process = _ended(code)
     assert (process.returncode, process.stdout, process.stderr) == (130, "", "texvol: interrupted\n")
 
 
@@ -66,7 +68,7 @@ def test_a_signal_leaves_nothing_beside_what_is_being_written(folder: Path) -> N
         f"os.replace = lambda *names: os.kill(os.getpid(), {signal.SIGTERM.value}); "
         "sys.exit(main(['render', 'v.npy', '-o', 'a.png', '--size', '9x9']))"
     )
-    process = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    process = _ended(code)
     assert process.returncode == 143
     assert sorted(os.listdir()) == before
 

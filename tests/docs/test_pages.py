@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -11,8 +10,13 @@ from pathlib import Path
 
 import pytest
 from support.page_blocks import PAGES, REPOSITORY, Block, blocks
+from support.picture_project import leave_ci
 
+import texvol
 from texvol.__main__ import main as texvol_main
+from texvol.scene.demo import demo_volume
+
+pytest_plugins = ("pytester",)
 
 # Blocks that need a network, a display or an hour; each says so above it.
 NOT_RUN = {"README": 2, "benchmarks": 1, "contributing": 1, "first-ten-minutes": 2, "looks": 1, "window": 2}
@@ -21,7 +25,7 @@ LANGUAGES = {"sh", "python", "text", "json", "toml", "yaml"}
 RUN = [page for page in PAGES if any(each.language in ("sh", "python") for each in blocks(page))]
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def volumes(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with the example volumes, a sixth as fine along each axis as the pictures of the pages are made from."""
     folder = tmp_path_factory.mktemp("volumes")
@@ -31,20 +35,33 @@ def volumes(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.fixture(scope="module")
+def loaded() -> None:
+    """Libraries that must not be loaded by a run of pytest within this process, which drops what it has loaded."""
+    with texvol.Renderer() as renderer:
+        renderer.render(texvol.Scene(demo_volume(8)), (4, 4))
+    texvol.raycast(texvol.Scene(demo_volume(8)), (4, 4))
+
+
 @pytest.fixture
-def workplace(volumes: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The current folder of a page's commands, with the volumes in it."""
+def workplace(
+    page: str, volumes: Path, loaded: None, request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
+) -> Path:
+    """The current folder of a page's commands, with the volumes in it; pictures are small unless a size is given."""
+    shell = (block.commands for block in blocks(page) if block.language == "sh")
+    runs_pytest = any(words[0] == "pytest" for commands in shell for words in commands)
+    folder = request.getfixturevalue("pytester").path if runs_pytest else request.getfixturevalue("tmp_path")
     for path in volumes.iterdir():
-        shutil.copy(path, tmp_path)
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.delenv("CI", raising=False)
-    monkeypatch.delenv("GITHUB_ACTIONS", raising=False)
-    return tmp_path
+        (folder / path.name).symlink_to(path)
+    leave_ci(monkeypatch)
+    monkeypatch.setattr("texvol.options.scene_options.DEFAULT_SIZE", (48, 48))
+    monkeypatch.chdir(folder)
+    return folder
 
 
 @pytest.mark.parametrize("page", RUN)
 def test_commands_and_python_blocks_of_a_page_run(
-    page: str, workplace: Path, capsys: pytest.CaptureFixture[str]
+    page: str, workplace: Path, capsys: pytest.CaptureFixture[str], request: pytest.FixtureRequest
 ) -> None:
     names: dict[str, object] = {"__name__": "page"}
     printed = ""
@@ -57,14 +74,14 @@ def test_commands_and_python_blocks_of_a_page_run(
         elif block.mark == "output":
             assert printed == block.text, where
         elif block.mark != "not run" and block.language == "sh":
-            run_commands(block, where)
+            run_commands(block, where, request)
         elif block.language == "python":
             capsys.readouterr()
             exec(compile(block.text, where, "exec"), names)
             printed = capsys.readouterr().out
 
 
-def run_commands(block: Block, where: str) -> None:
+def run_commands(block: Block, where: str, request: pytest.FixtureRequest) -> None:
     """Run a shell block; each command ends with the status that the page says, 0 unless it does."""
     expected = int(block.argument) if block.mark == "status" else 0
     for words in block.commands:
@@ -72,9 +89,7 @@ def run_commands(block: Block, where: str) -> None:
             status = texvol_main(words[1:])
         else:
             assert words[0] == "pytest", f"{where}: {words[0]} is not run here, and no comment says why"
-            line = [sys.executable, "-m", *words, "-p", "no:cacheprovider"]
-            environment = os.environ | {"PYTHONPATH": str(REPOSITORY)}
-            status = subprocess.run(line, env=environment, check=False).returncode
+            status = request.getfixturevalue("pytester").runpytest_inprocess(*words[1:]).ret
         assert status == expected, f"{where}: {' '.join(words)}"
 
 

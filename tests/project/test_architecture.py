@@ -46,20 +46,31 @@ def module_of(path: Path) -> str:
 MODULES = {module_of(path): path for path in SOURCES}
 
 
-def imports(path: Path) -> Iterator[str]:
+def parsed(path: Path) -> ast.Module:
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
+TREES = {path: parsed(path) for path in SOURCES}
+
+
+def imports(tree: ast.Module) -> Iterator[str]:
     """Names of all modules that a file imports, wherever in it; `from a import b` is a.b."""
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in ast.walk(tree):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
-            assert not node.level, f"{path}: imports are absolute"
+            assert not node.level, f"imports are absolute: {ast.unparse(node)}"
             yield from (f"{node.module}.{alias.name}" for alias in node.names)
 
 
-def imported_modules(path: Path) -> set[str]:
-    """Modules of texvol that a file imports, but for itself."""
-    names = {name.removeprefix("texvol").removeprefix(".") for name in imports(path) if name.split(".")[0] == "texvol"}
-    return {name if name in MODULES else name.rpartition(".")[0] for name in names} - {module_of(path)}
+IMPORTS = {module: set(imports(TREES[path])) for module, path in MODULES.items()}
+
+
+def imported_modules(module: str) -> set[str]:
+    """Modules of texvol that a module imports, but for itself."""
+    own = {name for name in IMPORTS[module] if name.split(".")[0] == "texvol"}
+    names = {name.removeprefix("texvol").removeprefix(".") for name in own}
+    return {name if name in MODULES else name.rpartition(".")[0] for name in names} - {module}
 
 
 def circles(graph: dict[str, set[str]]) -> list[str]:
@@ -75,7 +86,7 @@ def circles(graph: dict[str, set[str]]) -> list[str]:
     return sorted(node for node in graph if node in reached[node])
 
 
-GRAPH = {module: imported_modules(path) for module, path in MODULES.items()}
+GRAPH = {module: imported_modules(module) for module in MODULES}
 
 
 def test_no_import_points_up() -> None:
@@ -101,7 +112,7 @@ def test_a_package_keeps_to_few_others(package: str) -> None:
 
 @pytest.mark.parametrize("library", USERS)
 def test_a_library_is_used_in_one_place(library: str) -> None:
-    found = {module for module, path in MODULES.items() if library in {name.split(".")[0] for name in imports(path)}}
+    found = {module for module, names in IMPORTS.items() if library in {name.split(".")[0] for name in names}}
     places = tuple(USERS[library].split())
     assert all(module.startswith(places) for module in found), found
     assert found or library in ("glcontext", "OpenGL"), "these are used by moderngl and imgui-bundle only"
@@ -117,19 +128,18 @@ def test_the_top_has_the_public_names_only(tmp_path: Path) -> None:
     imported_by(f"{code}{later}{code.removeprefix('import texvol')}", tmp_path)
 
 
-@pytest.mark.parametrize(
-    "path", sorted([*SOURCES, *(REPOSITORY / "tests").rglob("*.py")]), ids=lambda path: path.relative_to(REPOSITORY)
-)
-def test_a_file_fits_its_page(path: Path) -> None:
-    text = path.read_text(encoding="utf-8")
-    assert len(text.splitlines()) < 400
-    assert not text or ast.get_docstring(ast.parse(text)), "a module says in its docstring what its one idea is"
+def test_a_file_fits_its_page() -> None:
+    trees = TREES | {path: parsed(path) for path in (REPOSITORY / "tests").rglob("*.py")}
+    texts = {path: path.read_text(encoding="utf-8") for path in trees}
+    assert not [str(path) for path, text in texts.items() if len(text.splitlines()) >= 400]
+    silent = [str(path) for path, tree in trees.items() if texts[path] and not ast.get_docstring(tree)]
+    assert not silent, "a module says in its docstring what its one idea is"
 
 
 def test_functions_fit_a_screen() -> None:
     long = []
-    for path in SOURCES:
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for path, tree in TREES.items():
+        for node in ast.walk(tree):
             if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
                 first = node.body[1] if ast.get_docstring(node) and len(node.body) > 1 else node.body[0]
                 lines = (node.end_lineno or 0) - first.lineno + 1
@@ -139,11 +149,9 @@ def test_functions_fit_a_screen() -> None:
 
 
 def test_shaders_are_files() -> None:
-    for path in SOURCES:
+    for path, tree in TREES.items():
         strings = (
-            node.value
-            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
-            if isinstance(node, ast.Constant) and isinstance(node.value, str)
+            node.value for node in ast.walk(tree) if isinstance(node, ast.Constant) and isinstance(node.value, str)
         )
         assert not any(re.search(r"\bvoid\s+main\s*\(", string) for string in strings), path
 

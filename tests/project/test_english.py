@@ -23,9 +23,11 @@ def docstrings(tree: ast.AST) -> Iterator[tuple[int, str]]:
 def errors(tree: ast.AST) -> Iterator[tuple[int, str]]:
     """Lines and texts of all that is raised or warned of."""
     for node in ast.walk(tree):
-        if isinstance(node, ast.Call) and re.search(r"(Error|Warning|Exit|\bwarn)$", ast.unparse(node.func)):
+        called = getattr(node, "func", None)
+        name = getattr(called, "attr", "") or getattr(called, "id", "")
+        if re.search(r"(Error|Warning|Exit|^warn)$", name):
             parts = (part for part in ast.walk(node) if isinstance(part, ast.Constant) and isinstance(part.value, str))
-            yield node.lineno, " ".join(str(part.value) for part in parts)
+            yield called.lineno, " ".join(str(part.value) for part in parts)
 
 
 def found(tree: ast.AST) -> list[int]:

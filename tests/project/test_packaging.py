@@ -22,20 +22,22 @@ def test_the_wheel_holds_every_module_and_shader(wheel: Path) -> None:  # noqa: 
     assert wheel.name.startswith(f"texvol-{texvol.__version__}-py3-none-any")
 
 
-def test_the_installed_package_and_its_shaders_come_from_the_wheel(installed: Path, tmp_path: Path) -> None:  # noqa: F811
-    code = "import texvol, texvol.opengl.shaders; print(texvol.__file__); print(texvol.opengl.shaders.FOLDER)"
-    package, shaders = run(installed / "bin" / "python", "-c", code, cwd=tmp_path).splitlines()
+def test_the_installed_package_draws_the_demo_by_its_own_shaders_in_any_folder(installed: Path, tmp_path: Path) -> None:  # noqa: F811
+    code = """
+import texvol.opengl.shaders
+from texvol.__main__ import main
+
+assert main(["demo", "-o", "picture.png"]) == 0
+print(texvol.__file__, texvol.opengl.shaders.FOLDER, sep="\\n")
+"""
+    package, shaders = run(installed / "bin" / "python", "-c", code, cwd=tmp_path).splitlines()[-2:]
     assert Path(package).is_relative_to(installed)
     assert Path(shaders) == Path(package).parent / "shaders"
-
-
-def test_the_installed_command_draws_the_demo_from_any_folder(installed: Path, tmp_path: Path) -> None:  # noqa: F811
-    run(installed / "bin" / "texvol", "demo", "-o", "picture.png", cwd=tmp_path)
     assert (tmp_path / "picture.png").read_bytes().startswith(b"\x89PNG")
     assert [path.name for path in tmp_path.iterdir()] == ["picture.png"]
 
 
-def test_the_installed_command_shows_pages(installed: Path, tmp_path: Path) -> None:  # noqa: F811
+def test_the_installed_command_shows_the_pages_of_the_wheel(installed: Path, tmp_path: Path) -> None:  # noqa: F811
     assert run(installed / "bin" / "texvol", "help", "cookbook", cwd=tmp_path).startswith("Cookbook\n========\n")
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import inspect
 import json
 import os
@@ -168,6 +169,16 @@ def test_only_a_picture_that_holds_all_digits_says_which_values_it_is_of(tmp_pat
 # Where the volume is.
 
 
+@pytest.fixture(scope="module")
+def drawn_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a picture `noise.exr` of `noise.npy`, which no test changes."""
+    folder = tmp_path_factory.mktemp("drawn once")
+    np.save(folder / "noise.npy", VOLUME.values)
+    with contextlib.chdir(folder):
+        assert main(["render", "noise.npy", "-o", "noise.exr", "--size", "24x20"]) == 0
+    return folder
+
+
 @pytest.fixture
 def drawn(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder with a picture `noise.exr` of `noise.npy`; the current one."""
@@ -304,11 +315,14 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
 
 
 @pytest.mark.parametrize("what", WRONG)
-def test_a_header_that_was_tampered_with_is_one_clear_line(what: str, drawn: Path) -> None:
+def test_a_header_that_was_tampered_with_is_one_clear_line(
+    what: str, drawn_once: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(drawn_once)
     changes, message = WRONG[what]
     text = changed(read_picture("noise.exr").attributes[ATTRIBUTE], **changes)
     with pytest.raises(InputError) as caught:
-        stored_scene_of({ATTRIBUTE: text}, name="noise.exr", folder=drawn)
+        stored_scene_of({ATTRIBUTE: text}, name="noise.exr", folder=drawn_once)
     one_line(caught, "noise.exr", message)
 
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -34,23 +36,26 @@ LINE = [
 ]
 
 
+@pytest.fixture(scope="module")
+def drawn_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with volumes and masks, and with a picture of all of them; no test changes it."""
+    there = tmp_path_factory.mktemp("drawn once")
+    np.save(there / "first.npy", FIRST.values)
+    np.save(there / "mask.npy", random_volume(6).values)
+    np.save(there / "second.npy", SECOND.values)
+    np.save(there / "second_mask.npy", (SECOND.values > 0.3).astype(np.uint8))
+    np.save(there / "labels.npy", LABELS)
+    with contextlib.chdir(there):
+        assert main(LINE) == 0
+    return there.rename(there.with_name("drawn elsewhere"))  # the header has the absolute paths, which lead nowhere now
+
+
 @pytest.fixture
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A folder to work in, with volumes and masks."""
+def drawn(drawn_once: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder to work in, with the same files."""
+    shutil.copytree(drawn_once, tmp_path, dirs_exist_ok=True)
     monkeypatch.chdir(tmp_path)
-    np.save("first.npy", FIRST.values)
-    np.save("mask.npy", random_volume(6).values)
-    np.save("second.npy", SECOND.values)
-    np.save("second_mask.npy", (SECOND.values > 0.3).astype(np.uint8))
-    np.save("labels.npy", LABELS)
     return tmp_path
-
-
-@pytest.fixture
-def drawn(folder: Path) -> Path:
-    """The same, with a picture of all of them."""
-    assert main(LINE) == 0
-    return folder
 
 
 def stored(path: str = "picture.exr", **options: Any) -> StoredScene:
@@ -165,7 +170,7 @@ def test_what_samples_are_is_part_of_a_volume(drawn_as: dict[str, Any], given_as
     assert stored_scene_of({ATTRIBUTE: text}, name="p", volume=Volume(LABELS, **drawn_as))
 
 
-def test_a_volume_that_is_moved_twice_is_found_where_it_went(folder: Path) -> None:
+def test_a_volume_that_is_moved_twice_is_found_where_it_went(drawn: Path) -> None:
     from texvol import load
 
     shift, turn = np.eye(4), np.eye(4)

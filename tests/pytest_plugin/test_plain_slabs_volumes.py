@@ -36,8 +36,16 @@ SCENES = {
 }
 
 
-@pytest.mark.parametrize("classification", CLASSIFICATIONS)
-@pytest.mark.parametrize("name", SCENES)
+# Masks and colours act before the slabs are composited, whatever the classification; several volumes meet in a slab.
+CASES = [
+    *(("hidden", each) for each in ("slab", "integrated")),
+    *(("faded", each) for each in ("extinction", "post")),
+    *(("colours", each) for each in ("slab", "post")),
+    *((name, each) for name in ("two", "three, from inside") for each in CLASSIFICATIONS),
+]
+
+
+@pytest.mark.parametrize(("name", "classification"), CASES)
 def test_plain_slabs_are_the_renderer_s(name: str, classification: str, renderer: Renderer) -> None:
     scene = replace(SCENES[name], classification=classification)  # type: ignore[arg-type]
     assert plain_slabs.can_draw(scene)

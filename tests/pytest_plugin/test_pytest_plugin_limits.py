@@ -181,7 +181,6 @@ def test_tables_of_no_picture_are_named_when_all_tests_ran(project: Project) -> 
     result = project.run()
     assert result.ret == 0 and words in said(result)
     assert said(result).count("no longer exists") == 1
-    assert words in said(project.run("-n", "2", apart=True))
     assert words in said(project.run(project.folder))
     for narrower in (("-k", "it"), ("test_it.py::test_it",), ("test_it.py",)):
         assert words not in said(project.run(*narrower))

@@ -2,81 +2,26 @@
 
 from __future__ import annotations
 
-import os
 import re
-import signal
-import subprocess
-import sys
-import time
 from pathlib import Path
-from urllib.parse import unquote
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 from support.picture_project import Project, said, waves
+from support.picture_suite import assert_report_is_whole, suite
 
 from texvol.formats.pictures import image
 
 pytest_plugins = ("pytester", "support.picture_project")
 
-SUITE = """
-@pytest.mark.parametrize("number", range(6))
-def test_same(check_picture, number):
-    check_picture(waves(number), f"same/p{number}")
 
-def test_far(check_picture):
-    check_picture(waves(2.0), "far")
-
-def test_near(check_picture):
-    check_picture(waves(0.1), "near")
-
-def test_new(check_picture):
-    check_picture(waves(), "new")
-
-def test_broken(check_picture):
-    check_picture(waves(0, 12), "broken")
-
-def test_unreadable(check_picture):
-    check_picture("missing.exr", "unreadable")
-"""
-
-
-def suite(project: Project) -> None:
-    for number in range(6):
-        project.store(waves(number), f"same/p{number}")
-    for name in ("far", "near", "broken", "unreadable"):
-        project.store(waves(), name)
-    project.write(test_it=SUITE)
-
-
-def links(page: Path) -> list[Path]:
-    """The files that a page links to."""
-    found = re.findall(r'href="([^"#][^"]*)"', page.read_text("utf-8"))
-    return [page.parent / unquote(each) for each in found if not each.startswith("data:")]
-
-
-@pytest.mark.parametrize("processes", [(), ("-n", "2")])
-def test_a_report_has_all_pictures_worst_first_and_links(project: Project, processes: tuple[str, ...]) -> None:
+def test_a_report_has_all_pictures_worst_first_and_links(project: Project) -> None:
     suite(project)
-    result = project.run("--texvol-report", "out/report", *processes, apart=bool(processes))
+    result = project.run("--texvol-report", "out/report")
     assert result.ret == 1
     result.assert_outcomes(passed=6, failed=5)
-    report = project.report("out/report")
-    names = [each["name"] for each in report["pictures"]]
-    assert names[:5] == ["broken", "unreadable", "far", "near", "new"] and len(names) == 11
-    assert report["counts"] == "2 broken, 2 different, 1 new, 6 same" and report["exit_status"] == 1
-    folder = project.folder / "out/report"
-    text = (folder / "index.html").read_text("utf-8")
-    positions = [text.index(f"test_it.py::test_{name}") for name in ("broken", "far", "near", "new", "same[0]")]
-    assert positions == sorted(positions)
-    pages = links(folder / "index.html")
-    assert all(page.exists() for page in pages)
-    assert {folder / each["page"] for each in report["pictures"] if each["page"]} <= set(pages)
-    assert (folder / "index.html").resolve() in [page.resolve() for page in links(folder / "pages/far.html")]
-    far = report["by_name"]["far"]
-    assert (folder / far["candidate"]).exists() and far["kinds"] and far["max_error"] > 0.1
-    assert "| far |" in (folder / "summary.md").read_text("utf-8")
+    assert_report_is_whole(project, "out/report", others="6 same")
 
 
 def test_a_second_report_replaces_the_first(project: Project) -> None:
@@ -123,28 +68,19 @@ def test_a_run_that_checks_no_picture_has_a_report_that_says_so(project: Project
     assert project.report()["pictures"] == [] and (project.folder / "report/index.html").exists()
 
 
-@pytest.mark.parametrize("processes", [[], ["-n", "2"]])
-def test_an_interrupted_run_reports_what_there_was(project: Project, processes: list[str]) -> None:
+def test_an_interrupted_run_reports_what_there_was(project: Project) -> None:
     project.store(waves())
     project.write(
         test_it="""
 def test_one(check_picture):
     check_picture(waves(), "waves")
-    open("started", "w").close()
 
 def test_two():
-    import time
-    time.sleep(60)
+    raise KeyboardInterrupt
 """
     )
-    command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "--texvol-report", "report", *processes]
-    with subprocess.Popen(command, cwd=project.folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT) as run:
-        deadline = time.monotonic() + 60
-        while not (project.folder / "started").exists() and time.monotonic() < deadline:
-            time.sleep(0.05)
-        time.sleep(2 if processes else 0.5)  # for the worker's report to arrive
-        run.send_signal(signal.SIGINT)
-        assert run.wait(timeout=60) == pytest.ExitCode.INTERRUPTED
+    with pytest.raises(KeyboardInterrupt):
+        project.run("--texvol-report", "report")
     assert [each["name"] for each in project.report()["pictures"]] == ["waves"]
     assert (project.folder / "report/index.html").exists()
 
@@ -250,11 +186,3 @@ def test_it(check_picture):
     )
     result = project.run()
     assert result.ret == 1 and "repeat 1 of 2, but not the mean of all" in said(result)
-
-
-def test_workers_leave_nothing_behind(project: Project, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    project.store(waves())
-    project.check("waves()")
-    monkeypatch.setenv("TMPDIR", str(tmp_path))
-    assert project.run("-n", "2", apart=True).ret == 0
-    assert not [name for name in os.listdir(tmp_path) if name.startswith("texvol")]

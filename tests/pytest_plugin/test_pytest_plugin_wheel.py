@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
-import time
 from pathlib import Path
 
 import pytest
@@ -23,10 +23,10 @@ def test_array(check_picture):
     check_picture(waves(), "waves")
 
 def test_scene(check_picture):
-    check_picture(demo_scene(), "demo", size=(48, 32))
+    check_picture(demo_scene(), "demo", size=(24, 16))
 
 def test_oracle(check_picture):
-    check_picture(demo_scene(), "truth", size=(24, 16), oracle=True)
+    check_picture(demo_scene(), "truth", size=(4, 3), oracle=True)
 
 def test_it_is_the_wheel_s():
     assert "fresh environment" in texvol.__file__
@@ -49,10 +49,11 @@ def project(tmp_path: Path) -> Path:
 def run(python: Path, project: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
     kept = ("CI", "GITHUB_ACTIONS", "GITHUB_STEP_SUMMARY")
     environment = {name: text for name, text in os.environ.items() if not name.startswith("PYT") and name not in kept}
+    # The oracle's kernels take 10 s to compile; without numba's compiler they are plain Python.
     return subprocess.run(
         [python, "-m", "pytest", "-p", "no:hypothesispytest", *arguments],
         cwd=project,
-        env=environment,
+        env=environment | {"NUMBA_DISABLE_JIT": "1"},
         capture_output=True,
         text=True,
         timeout=300,
@@ -61,42 +62,19 @@ def run(python: Path, project: Path, *arguments: str) -> subprocess.CompletedPro
 
 
 def test_a_fresh_project_goes_from_new_to_same_to_different(python: Path, project: Path) -> None:
-    """In one process, and in several."""
-    processes = ("-n", "2")
-    first = run(python, project)
-    assert first.returncode == 10 and "pytest --texvol-update" in first.stdout
-    update = run(python, project, "--texvol-update", *processes)
+    """In several processes, and in one."""
+    update = run(python, project, "--texvol-update", "-n", "2")
     assert update.returncode == 0, update.stdout
     assert {path.name for path in (project / "tests/references").iterdir()} == {"waves.exr", "demo.exr"}
-    again = run(python, project, "--texvol-report", "report")
-    assert again.returncode == 0, again.stdout
+    new = "\ndef test_new(check_picture):\n    check_picture(waves(), 'new')\n"
+    tests = project / "tests/test_pictures.py"
+    tests.write_text(TESTS.replace("waves()", "waves(0.5)") + new)
+    changed = run(python, project, "--texvol-report", "report")
+    assert changed.returncode == 1 and "picture 'waves' is different" in changed.stdout
+    assert "pytest --texvol-update tests/test_pictures.py::test_new" in changed.stdout
+    report = json.loads((project / "report/report.json").read_text("utf-8"))
+    statuses = {each["name"]: each["status"] for each in report["pictures"]}
+    assert statuses == {"waves": "different", "demo": "same", "truth": "same", "new": "new"}
+    assert (project / "report/pages/tests/waves.html").exists()
     page = (project / "report/index.html").read_text("utf-8")
     assert "http://" not in page.replace("http://www.w3.org", "") and "https://" not in page
-    tests = project / "tests/test_pictures.py"
-    tests.write_text(TESTS.replace("waves()", "waves(0.5)"))
-    changed = run(python, project, "--texvol-report", "report", *processes)
-    assert changed.returncode == 1 and "picture 'waves' is different" in changed.stdout
-    assert (project / "report/pages/tests/waves.html").exists()
-
-
-def test_runs_without_pictures_pay_next_to_nothing(python: Path, project: Path) -> None:
-    """Nothing heavy is loaded; what is, is in a hundredth of what a run of pytest takes."""
-    (project / "tests/test_pictures.py").write_text("def test_nothing(): pass\n")
-    code = (
-        "import pytest, sys, time\n"
-        "from importlib import import_module\n"
-        "start = time.perf_counter()\n"
-        "import_module('texvol.pytest_plugin')\n"
-        "print(time.perf_counter() - start)\n"
-        "print(*{'numpy', 'OpenImageIO', 'moderngl', 'numba'} & set(sys.modules))\n"
-    )
-    took = []
-    for _ in range(3):
-        done = subprocess.run([python, "-c", code], cwd=project, capture_output=True, text=True, check=True, timeout=60)
-        seconds, loaded = done.stdout.split("\n")[:2]
-        assert not loaded
-        took.append(float(seconds))
-        time.sleep(0)
-    assert run(python, project).returncode == 0
-    # 5 ms where measured; several times that where the machine is busy.
-    assert min(took) < 0.1

@@ -34,8 +34,8 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for path in REPOSITORY.iterdir():
         if path.is_file() and not path.name.startswith("."):
             shutil.copy(path, source)
-    pip = (sys.executable, "-m", "pip", "--disable-pip-version-check")
-    run(*pip, "wheel", "--quiet", "--no-deps", "--no-build-isolation", "-w", folder, source, cwd=folder)
+    # What pip calls (PEP 517), without the three seconds of pip itself.
+    run(sys.executable, "-c", "import sys, hatchling.build as b; b.build_wheel(sys.argv[1])", folder, cwd=source)
     (built,) = folder.glob("*.whl")
     return built
 
@@ -48,7 +48,7 @@ def installed(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     python = folder / "bin" / "python"
     packages = Path(run(python, "-c", "import sysconfig; print(sysconfig.get_path('purelib'))", cwd=folder).strip())
     pip = (sys.executable, "-m", "pip", "--disable-pip-version-check", "--python", python)
-    run(*pip, "install", "--quiet", "--no-deps", "--no-index", wheel, cwd=folder)
+    run(*pip, "install", "--quiet", "--no-deps", "--no-index", "--no-compile", wheel, cwd=folder)
     # Behind its own packages in the search path; a .pth file in there, which would lead to the checkout, is not read.
     (packages / "borrowed.pth").write_text(sysconfig.get_path("purelib") + "\n")
     return folder

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import os
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -14,9 +16,9 @@ import numpy as np
 import OpenImageIO  # noqa: F401
 import pytest
 
-from texvol.comparison import entries, index_page, page  # noqa: F401
+from texvol.comparison import ci, entries, index_page, page  # noqa: F401
 from texvol.comparison.pictures import Picture, read_picture
-from texvol.pytest_plugin import checking  # noqa: F401
+from texvol.pytest_plugin import checking, pending, report, session  # noqa: F401
 
 HEADER = """
 import numpy as np
@@ -41,12 +43,18 @@ waves: Callable[..., np.ndarray] = _NAMES["waves"]
 spots: Callable[[], np.ndarray] = _NAMES["spots"]
 
 
-class Project:
-    """A folder with tests, as somebody would have it who uses texvol."""
+OF_CI = ("CI", "GITHUB_ACTIONS", "GITHUB_STEP_SUMMARY", "GITHUB_WORKSPACE")
+# Hypothesis takes a second to load, in each run anew.
+OPTIONS = {"PYTEST_ADDOPTS": "-p no:hypothesispytest -p no:cacheprovider"}
+ALONE = {name: text for name, text in os.environ.items() if name not in OF_CI} | OPTIONS
 
-    def __init__(self, pytester: pytest.Pytester) -> None:
+
+class Project:
+    """A folder with tests, as somebody would have it who uses texvol; without a Pytester it has runs apart only."""
+
+    def __init__(self, folder: Path, pytester: pytest.Pytester | None = None) -> None:
+        self.folder = folder
         self._pytester = pytester
-        self.folder = pytester.path
 
     def write(self, **files: str) -> None:
         """Test files by name, without suffix; each begins with `HEADER`."""
@@ -82,12 +90,23 @@ class Project:
     def stored(self, name: str = "waves") -> Picture:
         return read_picture(self.references / f"{name}.exr")
 
-    def run(self, *arguments: str | os.PathLike[str], apart: bool = False) -> pytest.RunResult:
-        """A run of pytest, in this process or in one of its own."""
-        plain = ("-p", "no:cacheprovider", *arguments)
-        if apart:
-            return self._pytester.runpytest_subprocess(*plain, timeout=120)
-        return self._pytester.runpytest_inprocess(*plain)
+    def run(self, *arguments: str | os.PathLike[str]) -> pytest.RunResult:
+        """A run of pytest in this process."""
+        assert self._pytester is not None
+        return self._pytester.runpytest_inprocess(*arguments)
+
+    def run_apart(self, *arguments: str | os.PathLike[str], **environment: str) -> pytest.RunResult:
+        """A run of pytest in a process of its own."""
+        done = subprocess.run(
+            [sys.executable, "-m", "pytest", *arguments],
+            cwd=self.folder,
+            env=ALONE | environment,
+            capture_output=True,
+            text=True,
+            timeout=120,
+            check=False,
+        )
+        return pytest.RunResult(done.returncode, done.stdout.splitlines(), done.stderr.splitlines(), 0.0)
 
     def report(self, folder: str = "report") -> dict[str, Any]:
         """report.json, its pictures by name."""
@@ -100,9 +119,16 @@ def said(result: pytest.RunResult) -> str:
     return "\n".join(result.outlines + result.errlines)
 
 
+def leave_ci(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Set the environment of runs within this process as `ALONE` has it."""
+    for name in OF_CI:
+        monkeypatch.delenv(name, raising=False)
+    for name, text in OPTIONS.items():
+        monkeypatch.setenv(name, text)
+
+
 @pytest.fixture
 def project(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> Project:
     """An empty project, in no CI system."""
-    for name in ("CI", "GITHUB_ACTIONS", "GITHUB_STEP_SUMMARY", "GITHUB_WORKSPACE", "PYTEST_ADDOPTS"):
-        monkeypatch.delenv(name, raising=False)
-    return Project(pytester)
+    leave_ci(monkeypatch)
+    return Project(pytester.path, pytester)
