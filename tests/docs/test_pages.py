@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 from support.page_blocks import PAGES, REPOSITORY, Block, blocks
-from support.picture_project import OF_CI
+from support.picture_project import leave_ci
 
 import texvol
 from texvol.__main__ import main as texvol_main
@@ -53,8 +53,7 @@ def workplace(
     folder = request.getfixturevalue("pytester").path if runs_pytest else request.getfixturevalue("tmp_path")
     for path in volumes.iterdir():
         (folder / path.name).symlink_to(path)
-    for name in OF_CI:
-        monkeypatch.delenv(name, raising=False)
+    leave_ci(monkeypatch)
     monkeypatch.setattr("texvol.options.scene_options.DEFAULT_SIZE", (48, 48))
     monkeypatch.chdir(folder)
     return folder
@@ -90,7 +89,7 @@ def run_commands(block: Block, where: str, request: pytest.FixtureRequest) -> No
             status = texvol_main(words[1:])
         else:
             assert words[0] == "pytest", f"{where}: {words[0]} is not run here, and no comment says why"
-            status = request.getfixturevalue("pytester").runpytest_inprocess("-p", "no:cacheprovider", *words[1:]).ret
+            status = request.getfixturevalue("pytester").runpytest_inprocess(*words[1:]).ret
         assert status == expected, f"{where}: {' '.join(words)}"
 
 

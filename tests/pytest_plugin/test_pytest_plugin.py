@@ -267,8 +267,8 @@ def test_runs_that_check_no_picture_are_as_without_the_plugin(project: Project) 
     text = "import sys\n\ndef test_it():\n    print('loaded', *sys.modules)\n    assert 0\n"
     (project.folder / "test_it.py").write_text(text)
     loaded = []
-    for plugins in (["texvol"], []):
-        result = project.run_apart(plugins=plugins, PYTHONDONTWRITEBYTECODE="1")
+    for options in ([], ["-p", "no:texvol"]):
+        result = project.run_apart(*options, PYTHONDONTWRITEBYTECODE="1")
         assert result.ret == 1 and "pictures ==" not in said(result)
         (line,) = (line for line in result.outlines if line.startswith("loaded "))
         loaded.append({name.split(".")[0] for name in line.split()})
@@ -298,7 +298,7 @@ def test_teardown(bad):
     assert project.run().ret == 1
 
 
-def test_only_what_failed_runs_again(project: Project, pytester: pytest.Pytester) -> None:
+def test_only_what_failed_runs_again(project: Project, monkeypatch: pytest.MonkeyPatch) -> None:
     project.store(waves(), "good")
     project.write(
         test_it="""
@@ -309,8 +309,8 @@ def test_bad(check_picture):
     check_picture(waves(), "bad")
 """
     )
-    run = pytester.runpytest_inprocess
-    assert run().ret == 10
-    result = run("--lf", "--texvol-update")
+    monkeypatch.setenv("PYTEST_ADDOPTS", "-p no:hypothesispytest")  # with the cache of what failed
+    assert project.run().ret == 10
+    result = project.run("--lf", "--texvol-update")
     result.assert_outcomes(passed=1)
-    assert run("-x").ret == 0 and os.path.exists(project.references / "bad.exr")
+    assert project.run("-x").ret == 0 and os.path.exists(project.references / "bad.exr")

@@ -21,7 +21,7 @@ def test_a_report_has_all_pictures_worst_first_and_links(project: Project) -> No
     result = project.run("--texvol-report", "out/report")
     assert result.ret == 1
     result.assert_outcomes(passed=6, failed=5)
-    assert_report_is_whole(project, "out/report", same=6)
+    assert_report_is_whole(project, "out/report", others="6 same")
 
 
 def test_a_second_report_replaces_the_first(project: Project) -> None:

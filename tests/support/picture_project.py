@@ -6,7 +6,7 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -16,9 +16,9 @@ import numpy as np
 import OpenImageIO  # noqa: F401
 import pytest
 
-from texvol.comparison import entries, index_page, page  # noqa: F401
+from texvol.comparison import ci, entries, index_page, page  # noqa: F401
 from texvol.comparison.pictures import Picture, read_picture
-from texvol.pytest_plugin import checking  # noqa: F401
+from texvol.pytest_plugin import checking, pending, report, session  # noqa: F401
 
 HEADER = """
 import numpy as np
@@ -43,15 +43,10 @@ waves: Callable[..., np.ndarray] = _NAMES["waves"]
 spots: Callable[[], np.ndarray] = _NAMES["spots"]
 
 
-OF_CI = ("CI", "GITHUB_ACTIONS", "GITHUB_STEP_SUMMARY", "GITHUB_WORKSPACE", "PYTEST_ADDOPTS")
-# Plugins of other packages take two thirds of the time of a run; -p loads those that are needed.
-ALONE = {name: text for name, text in os.environ.items() if name not in OF_CI} | {"PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
-
-
-def command(*arguments: str | os.PathLike[str], plugins: Iterable[str] = ("texvol", "xdist")) -> list[Any]:
-    """Command of a run in a process of its own with the environment `ALONE`; plugins by their entry points."""
-    loaded = (word for name in plugins for word in ("-p", name))
-    return [sys.executable, "-m", "pytest", *loaded, "-p", "no:cacheprovider", *arguments]
+OF_CI = ("CI", "GITHUB_ACTIONS", "GITHUB_STEP_SUMMARY", "GITHUB_WORKSPACE")
+# Hypothesis takes a second to load, in each run anew.
+OPTIONS = {"PYTEST_ADDOPTS": "-p no:hypothesispytest -p no:cacheprovider"}
+ALONE = {name: text for name, text in os.environ.items() if name not in OF_CI} | OPTIONS
 
 
 class Project:
@@ -98,14 +93,12 @@ class Project:
     def run(self, *arguments: str | os.PathLike[str]) -> pytest.RunResult:
         """A run of pytest in this process."""
         assert self._pytester is not None
-        return self._pytester.runpytest_inprocess("-p", "no:cacheprovider", *arguments)
+        return self._pytester.runpytest_inprocess(*arguments)
 
-    def run_apart(
-        self, *arguments: str | os.PathLike[str], plugins: Iterable[str] = ("texvol", "xdist"), **environment: str
-    ) -> pytest.RunResult:
+    def run_apart(self, *arguments: str | os.PathLike[str], **environment: str) -> pytest.RunResult:
         """A run of pytest in a process of its own."""
         done = subprocess.run(
-            command(*arguments, plugins=plugins),
+            [sys.executable, "-m", "pytest", *arguments],
             cwd=self.folder,
             env=ALONE | environment,
             capture_output=True,
@@ -126,9 +119,16 @@ def said(result: pytest.RunResult) -> str:
     return "\n".join(result.outlines + result.errlines)
 
 
+def leave_ci(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Set the environment of runs within this process as `ALONE` has it."""
+    for name in OF_CI:
+        monkeypatch.delenv(name, raising=False)
+    for name, text in OPTIONS.items():
+        monkeypatch.setenv(name, text)
+
+
 @pytest.fixture
 def project(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> Project:
     """An empty project, in no CI system."""
-    for name in OF_CI:
-        monkeypatch.delenv(name, raising=False)
+    leave_ci(monkeypatch)
     return Project(pytester.path, pytester)
