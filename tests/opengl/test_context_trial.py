@@ -41,7 +41,7 @@ def ran(code: str, folder: Path, **environment: str) -> subprocess.CompletedProc
     )
 
 
-@pytest.mark.parametrize("name, backend", zip(NONSENSE, ["egl", "osmesa", "auto", "egl"], strict=True))
+@pytest.mark.parametrize("name, backend", list(zip(NONSENSE, ["egl", "osmesa", "auto", "egl"], strict=True)))
 def test_no_signal_ends_a_command(tmp_path: Path, name: str, backend: str) -> None:
     is_mesas("osmesa" if backend == "osmesa" else "egl")
     np.save(tmp_path / "v.npy", np.zeros((4, 4, 4), np.float32))

@@ -306,7 +306,7 @@ KINDS: dict[str, Callable[[Scene], Scene]] = {
 }
 
 
-@pytest.mark.parametrize("kind, projection", zip(KINDS, 3 * ["orthographic", "perspective"], strict=True))
+@pytest.mark.parametrize("kind, projection", list(zip(KINDS, 3 * ["orthographic", "perspective"], strict=True)))
 def test_a_picture_is_the_same_with_leaps_as_without(renderer: Renderer, projection: Projection, kind: str) -> None:
     values = waves()
     values[:, :30] = 0  # empty space, beside which halved values fall below 0
