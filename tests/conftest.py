@@ -31,6 +31,11 @@ def pytest_collection_finish() -> None:
     gc.freeze()
 
 
+def pytest_unconfigure() -> None:
+    """Free all objects at the end: libraries report as leaked what is left."""
+    gc.unfreeze()
+
+
 @pytest.fixture(scope="session")
 def session_context() -> Iterator[Context]:
     """The one context of the session; tests ask for `context`."""

@@ -24,7 +24,7 @@ def resident():
 
 volumes = [random_volume(seed, (16, 13, 15)) for seed in range(3)]
 random = np.random.default_rng(4)
-renderers = [Renderer(), Renderer(texture_memory=0.05)]
+renderers = [Renderer(), Renderer(texture_memory=0.04)]
 sizes, most_bricks = [], 0
 for frame in range(FRAMES):
     # Every hundred frames have the kinds of frames of the first hundred, nearly from where they were seen: other

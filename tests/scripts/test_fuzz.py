@@ -20,7 +20,7 @@ from texvol.comparison import pictures
 from texvol.formats.readers.detection import FORMATS
 from texvol.geometry import reading
 
-COUNT = 2500  # of damaged files, some forty of each kind; scripts/fuzz.py makes any number
+COUNT = 4000  # of damaged files, a hundred and more of each kind; scripts/fuzz.py makes any number
 SEED = 18
 
 
