@@ -4,6 +4,7 @@
     python scripts/planted_mistakes.py --only shaders   plant those whose place or words contain this
     python scripts/planted_mistakes.py --check          only see that every mistake fits the present source
     python scripts/planted_mistakes.py --write          also write texvol/docs/planted-mistakes.md
+    python scripts/planted_mistakes.py --skip-green     where all tests have just passed: only run them with mistakes
 
 A mistake changes one function. In Python the function is found by its name, and the text that is replaced must stand
 in it exactly once; in a shader by its signature, see texvol/comparison/wrong_functions.py. The tests of a mistake are
@@ -127,7 +128,7 @@ def arguments_of(tree: Path, tests: str) -> list[str]:
     return [str(found[word][0].relative_to(tree)) if word in found else word for word in words]
 
 
-def run_all(mistakes: list[Mistake], copies: int) -> list[tuple[Mistake, Outcome]]:
+def run_all(mistakes: list[Mistake], copies: int, *, skip_green: bool) -> list[tuple[Mistake, Outcome]]:
     """Plant the mistakes, as many at a time as there are copies of the tree; each next to its outcome."""
     trees: queue.SimpleQueue[Path] = queue.SimpleQueue()
 
@@ -154,7 +155,7 @@ def run_all(mistakes: list[Mistake], copies: int) -> list[tuple[Mistake, Outcome
             (folder / str(number)).mkdir()
             trees.put(stack.enter_context(copy_of_tree(folder / str(number))))
         threads = stack.enter_context(ThreadPoolExecutor(copies))
-        tests = list(dict.fromkeys(mistake.tests for mistake in mistakes))
+        tests = [] if skip_green else list(dict.fromkeys(mistake.tests for mistake in mistakes))
         red = []
         for name, outcome in zip(tests, threads.map(clean_run, tests), strict=True):
             print(f"{'green' if outcome.is_green else 'RED  '} {outcome.seconds:5.1f} s  {name}", flush=True)
@@ -195,6 +196,7 @@ def main() -> int:
     parser.add_argument("--check", action="store_true", help="only see that every mistake fits the source")
     parser.add_argument("--write", action="store_true", help=f"write {PAGE}")
     parser.add_argument("--copies", type=int, default=2, help="mistakes at a time (2)")
+    parser.add_argument("--skip-green", action="store_true", help="leave out the runs of tests without mistakes")
     arguments = parser.parse_args()
     start = time.perf_counter()
     chosen = [mistake for mistake in MISTAKES if arguments.only in str(mistake)]
@@ -207,7 +209,7 @@ def main() -> int:
         if arguments.check:
             print(f"{len(MISTAKES)} mistakes fit the source")
             return 0
-        outcomes = run_all(chosen, arguments.copies)
+        outcomes = run_all(chosen, arguments.copies, skip_green=arguments.skip_green)
     except (DoesNotFitError, ShaderError, RedWithoutMistakeError) as error:
         print(error, file=sys.stderr)
         return 2
