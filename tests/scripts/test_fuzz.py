@@ -127,7 +127,7 @@ FAULTS: dict[str, tuple[str, Callable[[], int]]] = {
 @pytest.mark.parametrize("fault", FAULTS)
 def test_a_planted_fault_is_found_and_the_others_go_on(fault: str) -> None:
     outcome, attempt = FAULTS[fault]
-    results = run(lambda number: attempt() if number == 3 else 0, [range(7)], lambda _: "kind", Limits(seconds=1.0))
+    results = run(lambda number: attempt() if number == 3 else 0, [range(7)], lambda _: "kind", Limits(seconds=2.0))
     expected = {("kind", READ): 6} | {("kind", outcome): 7 if outcome == READ else 1}
     assert dict(results.counts) == expected
     assert [finding.number for finding in results.findings] == ([] if outcome in (READ, REFUSED) else [3])
