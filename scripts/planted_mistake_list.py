@@ -199,7 +199,7 @@ _LOWER = (
         *("rendering", "settings:checked"),
         *("scene.smallest_spacing / (sampling_rate", "scene.smallest_spacing * (sampling_rate"),
         "a sampling rate makes slabs thicker",
-        "test_render.py -k 'rate or thickness'",
+        "test_orders.py -k 'thinner'",
     ),
     Mistake(
         *("rendering", "render:over_background"),
