@@ -107,8 +107,14 @@ def test_srgb_written_for_linear(name: str, right: Draw) -> None:
     assert (first.name, first.parameters["encoded"]) == ("gamma", "candidate")
 
 
-@pytest.mark.parametrize("mistake", ["LINEAR_OPACITY", "BACKS_ALPHA_IN_REGISTERS", "SWAPPED_AXES"])
-@pytest.mark.parametrize("name", ["fog", "bone", "noise", "engine"])
+NO_KIND = {
+    "LINEAR_OPACITY": ("fog", "bone", "engine"),
+    "BACKS_ALPHA_IN_REGISTERS": ("bone", "noise", "engine"),
+    "SWAPPED_AXES": ("fog", "noise"),
+}
+
+
+@pytest.mark.parametrize("mistake, name", [(mistake, name) for mistake, names in NO_KIND.items() for name in names])
 def test_what_no_kind_fits_is_not_called_by_a_name_that_lies(mistake: str, name: str, right: Draw) -> None:
     with planted.planted(*getattr(planted, mistake)) as mistaken:
         candidate = drawn(mistaken, scene_of(name))

@@ -199,7 +199,7 @@ def kept_by(limit: float, measurements: list[Measurement], answers: list[Asked],
 
 
 @given(st.lists(MEASURED, max_size=5), st.lists(ASKED, max_size=5))
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=200, deadline=None)
 def test_every_sentence_agrees_with_the_tables(measurements: list[Measurement], answers: list[Asked]) -> None:
     said = words.sentence(measurements, total_max, "it", answers)
     own = words.of_discretisation(measurements, total_max, answers)
