@@ -23,7 +23,7 @@ SIZE = (32, 32)
 @pytest.mark.parametrize("classification", CLASSIFICATIONS)
 def test_the_demo(check_picture: CheckPicture, classification: Classification) -> None:
     scene = replace(demo_scene(), volume=demo_volume(48), classification=classification)
-    check_picture(scene, f"demo-{classification}", size=SIZE, oracle=True)
+    check_picture(scene, f"demo-{classification}", size=SIZE, sampling_rate=2, oracle=True)
 
 
 @pytest.mark.parametrize("projection", ["orthographic", "perspective"])
@@ -49,7 +49,7 @@ def test_real_volumes(check_picture: CheckPicture, file: str, presets: str) -> N
     volume = every_other_sample(load(real_volume(file)))
     camera = Camera.framing(volume, "perspective", eye=volume.centre + volume.radius * np.array([1.0, -2.5, 1.2]))
     scene = Scene(volume, preset(presets, volume), camera, classification="extinction")
-    check_picture(scene, file.split("/")[0], size=SIZE, oracle=True)
+    check_picture(scene, file.split("/")[0], size=SIZE, sampling_rate=2, oracle=True)
 
 
 def test_light(check_picture: CheckPicture) -> None:
