@@ -64,7 +64,7 @@ _UPPER = (
         *("pytest_plugin", "references:position_of"),
         *("picture.channels >= 3", "picture.channels >= 1"),
         "a grey picture replaces a PNG, which loses its digits",
-        "test_pytest_plugin.py -k 'whatever_is_a_picture'",
+        "test_pytest_plugin.py -k 'other_formats'",
     ),
     Mistake(
         *("pytest_plugin", "repeats:noise_of"),

@@ -5,6 +5,7 @@ from __future__ import annotations
 from planted_mistake_sources import Mistake
 
 _CLOSED_FORMS = "test_closed_forms_drawn.py -k 'case_1 or any_slant'"
+_LINEAR = "test_closed_forms_drawn.py -k 'case_4'"
 _LIT = "test_light_drawn.py -k 'lit_by_the_formula'"
 _SHADOWS = "test_shadows.py -k 'falls_off'"
 # The oracle's few rays take less time than compiling it.
@@ -151,7 +152,7 @@ IN_SHADERS = (
         "float mean_fraction(float extinction_in_front, float extinction_behind, float depth, float opacity)",
         "return 0.5 + 1e-20 * mean_fraction_right(extinction_in_front, extinction_behind, depth, opacity);",
         "the colour of a slab is that of its middle",
-        "test_closed_forms_drawn.py -k 'integrated'",
+        _LINEAR,
     ),
     _wrong(
         (
@@ -181,10 +182,10 @@ IN_SHADERS = (
         "test_empty_space.py -k 'leap or skip'",
     ),
     _wrong(
-        "float sufficient_opacity(float in_front)",
-        "return 0.5;",
+        "bool is_finished(float opacity)",
+        "return least_transmittance > 0.0 && opacity >= 0.5;",
         "rays end where they are half opaque",
-        _CLOSED_FORMS,
+        _LINEAR,
     ),
     _wrong(
         "void draw_cap(BoxWalk walk, inout Progress progress)",
@@ -304,8 +305,8 @@ IN_SHADERS = (
     _changed(
         "corner.vert",
         "vec4(in_position, 0.0, 1.0)",
-        "vec4(-in_position, 0.0, 1.0)",
-        "a triangle over the whole picture lies elsewhere",
+        "vec4(0.5 * in_position, 0.0, 1.0)",
+        "a triangle covers only the middle of the picture",
         _SHADOWS,
     ),
     _changed(
