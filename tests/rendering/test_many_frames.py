@@ -28,13 +28,14 @@ WAYS = [('slab', 'orthographic'), ('extinction', 'perspective'), ('post', 'persp
 renderers = [Renderer(), Renderer(texture_memory=0.04)]
 sizes, most_bricks = [], 0
 for frame in range(FRAMES):
-    # Every forty frames have the kinds of frames of the first forty, nearly from where they were seen: other slants
-    # may be of other programs, and one takes up to 8 MB.
+    # Every forty frames have the kinds of frames of the first forty, nearly from where they were seen and of nearly
+    # their colours: other slants and texels may be of other programs, and one takes up to 8 MB.
     if frame % 40 == 0:
         kinds = np.random.default_rng(5)
     volume = volumes[kinds.integers(3)]
     points = np.sort(kinds.random(kinds.integers(1, 9)))
-    matter = TransferFunction(points, random.random((points.size, 3)), kinds.choice([0, 0.1, 3.0], points.size))
+    colors = 0.9 * kinds.random((points.size, 3)) + 1e-3 * random.random((points.size, 3))
+    matter = TransferFunction(points, colors, kinds.choice([0, 0.1, 3.0], points.size))
     eye = volume.centre + 40 * kinds.standard_normal(3) + 1e-3 * random.standard_normal(3)
     classification, projection = WAYS[kinds.integers(3)]
     scene = Scene(volume, matter, Camera.framing(volume, projection, eye=eye), classification=classification)
