@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from support.hard_cases import bounds
 from support.hard_cases.cases import linear_medium, looking, ramp
 from support.pairs import IN_A_PROJECTION, each_classification_in_a_projection
+from support.quick_stats import quick_stats
 from support.scenes import BONE, inside, random_volume, smooth_volume, sparse_volume
 
 from texvol.opengl.compositor import Compositor
@@ -130,7 +131,7 @@ def test_stats_say_how_many_bricks_there_are(
     stats = []
     for megabytes in (0.18, None):
         renderers(megabytes).render(scene, SIZE, texture_format="rgba16f", early_termination=0)
-        stats.append(renderers(megabytes).stats)
+        stats.append(quick_stats(renderers(megabytes), samples=True))
         assert stats[-1]["bricks_total"] == stats[-1]["bricks_drawn"]
         assert 0 < stats[-1]["texture_bytes"] <= (megabytes or 99) * 1e6
     assert stats[0]["bricks_total"] >= 8 and stats[1]["bricks_total"] == 1
@@ -188,7 +189,7 @@ def test_labels_go_to_the_faces_of_their_voxels(
         scene = Scene(LABELS, looks, camera, classification=classification, **more)
         whole = renderers(None).render(scene, SIZE, sampling_rate=rate)
         picture = bricked.render(scene, SIZE, sampling_rate=rate)
-        assert bricked.stats["bricks_drawn"] > 8
+        assert quick_stats(bricked)["bricks_drawn"] > 8
         assert whole[..., 3].max() > 0.5
         # As against the oracle: pieces of 1e-5 of a slab are given to their neighbours.
         np.testing.assert_allclose(picture, whole, rtol=0, atol=5e-5)
@@ -362,7 +363,7 @@ def test_volumes_beyond_the_3d_texture_limit(
         assert bound < 2e-5
     np.testing.assert_allclose(picture, truth, rtol=0, atol=bound)
     assert (truth[..., 3] > 0.5).mean() > (0.3 if projection == "orthographic" else 0.1)
-    assert min(dimensions) > 9 or renderer.stats["bricks_total"] > 1
+    assert min(dimensions) > 9 or quick_stats(renderer)["bricks_total"] > 1
 
 
 @classifications
@@ -389,8 +390,9 @@ def test_bricks_in_which_nothing_shows_are_not_drawn(renderers: Renderers, class
     scene = Scene(volume, BONE, Camera.framing(volume), classification=classification)
     renderer = renderers(0.08)
     picture = renderer.render(scene, SIZE, texture_format="rgba8")
-    stats = renderer.stats
+    stats = quick_stats(renderer)
     assert 0 < stats["bricks_drawn"] < stats["bricks_total"]
     plain = renderer.render(scene, SIZE, texture_format="rgba8", skip_empty=False)
     np.testing.assert_allclose(picture, plain, rtol=0, atol=SAME)
-    assert renderer.stats["bricks_drawn"] == renderer.stats["bricks_total"] == stats["bricks_total"]
+    all_of_them = quick_stats(renderer)
+    assert all_of_them["bricks_drawn"] == all_of_them["bricks_total"] == stats["bricks_total"]

@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.pairs import IN_A_PROJECTION, each_classification_in_a_projection
+from support.quick_stats import quick_stats
 from support.scenes import BONE, constant, inside, random_volume, sparse_volume
 
 from texvol.opengl.shaders import FOLDER
@@ -61,7 +62,7 @@ def test_rounding_to_16_bits_makes_nothing_show(renderer: Renderer) -> None:
         pictures = []
         for skip_empty in (True, False):
             pictures.append(renderer.render(scene, SIZE, sampling_rate=0.5, skip_empty=skip_empty))
-            formats.append(renderer.stats["texture_format"])
+            formats.append(quick_stats(renderer)["texture_format"])
         np.testing.assert_allclose(*pictures, rtol=0, atol=SAME)
     assert formats == ["r16", "r16", "r32f", "r32f"]
 
@@ -80,7 +81,7 @@ def test_what_rounding_to_16_bits_makes_of_few_samples_is_not_leapt_over(rendere
     camera = Camera.framing(volume, eye=volume.centre + (0, 1, -300))
     scene = Scene(volume, medium, camera, classification="post")
     pictures = [renderer.render(scene, (128, 128), sampling_rate=0.5, skip_empty=skip) for skip in (True, False)]
-    assert renderer.stats["texture_format"] == "r16"
+    assert quick_stats(renderer)["texture_format"] == "r16"
     np.testing.assert_allclose(*pictures, rtol=0, atol=SAME)
 
 
@@ -88,14 +89,14 @@ def test_what_rounding_to_16_bits_makes_of_few_samples_is_not_leapt_over(rendere
     "medium, classification, projection",
     [  # each medium where samples are classified, and where values are
         ("bone", "slab", "orthographic"),
-        ("bone", "integrated", "perspective"),
+        ("bone", "integrated", "orthographic"),
         ("a step", "extinction", "perspective"),
-        ("a step", "post", "orthographic"),
-        ("a tooth", "slab", "perspective"),
+        ("a step", "post", "perspective"),
+        ("a tooth", "slab", "orthographic"),
         ("a tooth", "integrated", "orthographic"),
-        ("opaque", "extinction", "orthographic"),
+        ("opaque", "extinction", "perspective"),
         ("opaque", "post", "perspective"),
-        ("gas", "slab", "perspective"),
+        ("gas", "slab", "orthographic"),
         ("gas", "integrated", "orthographic"),
     ],
 )
@@ -123,7 +124,7 @@ def test_leaps_lose_nothing_of_any_volume_from_any_place(
     renderer: Renderer, seed: int, classification: Classification, medium: str, projection: Projection, rate: float
 ) -> None:
     random = np.random.default_rng(seed)
-    values = np.zeros(random.integers(1, 50, 3), np.float32)
+    values = np.zeros(random.choice([1, 7, 13, 20, 26, 37, 49], 3, p=[0.04, *[0.16] * 6]), np.float32)
     for _ in range(random.integers(1, 8)):
         corner = [random.integers(0, count) for count in values.shape]
         block = values[tuple(slice(at, at + random.integers(1, 6)) for at in corner)]
@@ -147,8 +148,8 @@ def test_leaps_lose_nothing_of_any_volume_from_any_place(
 @pytest.mark.parametrize("beside", [0.0, 1e-7, -1e-7])
 def test_rays_in_the_faces_of_cells_see_what_lies_behind(renderer: Renderer, axis: int, beside: float) -> None:
     """The middle column of pixels runs along faces between cells, and touches two layers of them."""
-    values = np.zeros((32, 32, 32), np.float32)
-    values[14:18, 14:18, 14:18] = 0.8
+    values = np.zeros((30, 30, 30), np.float32)
+    values[13:17, 13:17, 13:17] = 0.8
     volume = Volume(values)
     line_of_sight = np.roll([1.0, beside, 0], axis)
     camera = Camera.orthographic(
@@ -164,7 +165,7 @@ def test_rays_in_the_faces_of_cells_see_what_lies_behind(renderer: Renderer, axi
 def test_a_mostly_empty_scene_takes_few_samples(
     renderer: Renderer, classification: Classification, projection: Projection
 ) -> None:
-    values = np.zeros((96, 96, 96), np.uint8)
+    values = np.zeros((93, 93, 93), np.uint8)
     values[20:30, 50:58, 60:75] = np.random.default_rng(0).integers(100, 255, (10, 8, 15))
     volume = Volume(values)
     medium = TransferFunction(255 * BONE.values, BONE.colors, BONE.extinctions)
@@ -172,10 +173,10 @@ def test_a_mostly_empty_scene_takes_few_samples(
     picture = assert_leaping_changes_nothing(renderer, scene)
     assert picture[..., 3].max() > 0.5
     renderer.render(scene, SIZE)
-    stats = renderer.stats
+    stats = quick_stats(renderer, samples=True)
     assert 0 < stats["samples"] <= 0.25 * stats["samples_total"]
     assert 0 < stats["cells_drawn"] < 0.05 * stats["cells_total"]
-    assert stats["cells_total"] == (96 // CELL) ** 3
+    assert stats["cells_total"] == (93 // CELL) ** 3
 
 
 @pytest.mark.parametrize("classification, projection", IN_A_PROJECTION[1::2])
@@ -185,11 +186,12 @@ def test_without_leaps_every_slab_is_sampled(
     volume = sparse_volume(2)
     scene = Scene(volume, BONE, Camera.framing(volume, projection), classification=classification)
     renderer.render(scene, SIZE, skip_empty=False, early_termination=0)
-    whole = renderer.stats
+    whole = quick_stats(renderer, samples=True)
     assert whole["samples"] == whole["samples_total"] > SIZE[0] * SIZE[1]
     renderer.render(scene, SIZE, early_termination=0)
-    assert renderer.stats["samples_total"] == whole["samples_total"]
-    assert 0 < renderer.stats["samples"] < whole["samples"]
+    stats = quick_stats(renderer, samples=True)
+    assert stats["samples_total"] == whole["samples_total"]
+    assert 0 < stats["samples"] < whole["samples"]
 
 
 def test_slabs_are_counted_as_the_rays_cross_them(renderer: Renderer) -> None:
@@ -199,7 +201,8 @@ def test_slabs_are_counted_as_the_rays_cross_them(renderer: Renderer) -> None:
     for classification in CLASSIFICATIONS:
         scene = Scene(volume, BONE, camera, classification=classification)  # type: ignore[arg-type]
         renderer.render(scene, (64, 64), slab_thickness=1.0, early_termination=0)
-        assert renderer.stats["samples"] == renderer.stats["samples_total"] == 8 * 32 * 32
+        stats = quick_stats(renderer, samples=True)
+        assert stats["samples"] == stats["samples_total"] == 8 * 32 * 32
 
 
 @classifications
@@ -209,7 +212,7 @@ def test_an_invisible_volume_draws_nothing(classification: Classification, memor
     nothing = TransferFunction(np.array([0.0, 1.0, 2.0]), np.ones((3, 3)), np.array([0.0, 0.0, 9.0]))
     with Renderer(texture_memory=memory) as renderer:
         picture = renderer.render(Scene(volume, nothing, classification=classification), SIZE)
-        stats = renderer.stats
+        stats = quick_stats(renderer, samples=True)
     assert not picture.any()
     assert stats["bricks_drawn"] == stats["cells_drawn"] == stats["samples"] == stats["texture_bytes"] == 0
     assert "upload" not in stats["seconds"]
@@ -218,7 +221,8 @@ def test_an_invisible_volume_draws_nothing(classification: Classification, memor
 def test_cells_without_a_skip_are_not_made(renderer: Renderer) -> None:
     with patch("texvol.opengl.empty_space.Cells.of", side_effect=AssertionError):
         renderer.render(Scene(sparse_volume(3), BONE), SIZE, skip_empty=False)
-    assert renderer.stats["cells_total"] == renderer.stats["cells_drawn"] == 0
+    stats = quick_stats(renderer)
+    assert stats["cells_total"] == stats["cells_drawn"] == 0
 
 
 def test_another_transfer_function_shows_what_was_empty(renderer: Renderer) -> None:
@@ -280,7 +284,8 @@ def test_every_sheet_behind_another_is_met(
     whole = 1 - np.exp(-0.01 * values.sum())
     assert abs(picture[32, 32, 3] - whole) < 0.1 * whole
     renderer.render(scene, (64, 64), sampling_rate=1.0)
-    assert renderer.stats["samples"] < 0.95 * renderer.stats["samples_total"]
+    stats = quick_stats(renderer, samples=True)
+    assert stats["samples"] < 0.95 * stats["samples_total"]
 
 
 def test_a_run_has_room_for_all_slabs_of_a_stack() -> None:

@@ -15,7 +15,7 @@ from texvol.geometry import Lines
 NOTHING = Volume(np.zeros((4, 4, 4)))
 FACING = Camera.orthographic((0, 0, 50), (0, 0, 0), (0, 1, 0), height=16)  # a pixel of a world unit at 16 rows
 SIZE = (24, 16)
-BOX = random_volume(5, (12, 10, 14))
+BOX = random_volume(5, (13, 9, 14))
 
 
 def both(renderer: Renderer, scene: Scene, size: tuple[int, int] = SIZE) -> np.ndarray:

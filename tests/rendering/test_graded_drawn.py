@@ -132,9 +132,9 @@ def test_graded_matter_has_its_share(
 
 
 def rising(spacing: float = 0.7) -> Volume:
-    """0 … 1 along z over 24 samples, in a world of that spacing."""
-    values = np.linspace(0, 1, 24, dtype=np.float32)
-    return Volume(np.broadcast_to(values[:, np.newaxis, np.newaxis], (24, 12, 12)), (spacing,) * 3)
+    """0 … 1 along z over 26 samples, in a world of that spacing."""
+    values = np.linspace(0, 1, 26, dtype=np.float32)
+    return Volume(np.broadcast_to(values[:, np.newaxis, np.newaxis], (26, 13, 13)), (spacing,) * 3)
 
 
 def across(volume: Volume) -> Camera:
@@ -326,8 +326,8 @@ def test_a_factor_of_nothing_takes_opaque_matter_away(
     renderer: Renderer, kind: Classification, factor: float, shows: bool
 ) -> None:
     """Where the field rises to the right; to the left it is flat, and the factor 1."""
-    values = np.maximum(np.arange(16) - 8, 0) * 10.0 + 5
-    volume = Volume(np.broadcast_to(values, (9, 9, 16)).astype(np.float32))
+    values = np.maximum(np.arange(17) - 8, 0) * 10.0 + 5
+    volume = Volume(np.broadcast_to(values, (9, 9, 17)).astype(np.float32))
     medium = replace(even(np.inf), modulation=np.array([(1.0, 1.0), (9.0, factor)]))
     camera = Camera.orthographic(volume.centre + (0, 0, 20), volume.centre, (0, 1, 0), height=8)
     for lighting in (None, LIGHTS["head"]):

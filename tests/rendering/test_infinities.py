@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from support.quick_stats import quick_stats
 
 from texvol.ray_casting import raycast
 from texvol.ray_casting.projection import project
@@ -95,4 +96,4 @@ def test_a_ray_along_samples_beside_both_infinities_meets_the_nearer_ones_only(r
 def test_half_precision_without_infinities_stays_half(renderer):
     volume = Volume(np.linspace(0, 65504, 125).astype(np.float16).reshape(5, 5, 5))
     renderer.render(Scene(volume, mode="xray"), (8, 8))
-    assert renderer.stats["texture_format"] == "r16f"
+    assert quick_stats(renderer)["texture_format"] == "r16f"

@@ -122,8 +122,8 @@ TYPES = {  # values of a linear field: type, factor, offset
 )
 def test_any_type_of_values(renderer: Renderer, kind: Classification, dtype: str, texture_format: str) -> None:
     factor, offset = TYPES[dtype]
-    z, y, x = np.meshgrid(np.arange(7), np.arange(8), np.arange(9), indexing="ij")
-    volume = with_values(grid((9, 8, 7)), (offset + factor * (np.stack([x, y, z], -1) @ WHOLE)).astype(dtype))
+    z, y, x = np.meshgrid(np.arange(7), np.arange(9), np.arange(13), indexing="ij")
+    volume = with_values(grid((13, 9, 7)), (offset + factor * (np.stack([x, y, z], -1) @ WHOLE)).astype(dtype))
     slope = volume.index_from_world.T @ (factor * WHOLE)
     lighting = Lighting((SUN, Light()), shininess=10.0)
     scene = Scene(volume, even(), framed(volume), classification=kind, lighting=lighting)

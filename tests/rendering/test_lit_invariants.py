@@ -217,7 +217,7 @@ def test_highlights_on_dark_matter_have_room_in_8_bits(renderer: Renderer, kind:
 def random_scene(seed: int, kind: Classification) -> Scene:
     """Noise, smoothed a little, in some light and of some matter."""
     random = np.random.default_rng(seed)
-    noise = random.random((10, 11, 12))
+    noise = random.random((13, 14, 15))
     for axis in range(3):
         noise = (noise + np.roll(noise, 1, axis) + np.roll(noise, -1, axis)) / 3
     values = (noise - noise.min()) / np.ptp(noise)

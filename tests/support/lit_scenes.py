@@ -52,7 +52,7 @@ def with_values(volume: Volume, values: NDArray) -> Volume:
 
 def linear(slope: NDArray[np.float64] = SLOPE, dtype: DTypeLike = np.float32, world: float = 1.0) -> Volume:
     """Value slope · (place - origin) / world."""
-    volume = grid((9, 8, 7), world)
+    volume = grid((13, 9, 7), world)
     z, y, x = np.meshgrid(*(np.arange(count) for count in volume.values.shape), indexing="ij")
     values = np.stack([x, y, z], axis=-1) @ (volume.world_from_index / world).T @ slope
     return with_values(volume, values.astype(dtype))
@@ -60,7 +60,7 @@ def linear(slope: NDArray[np.float64] = SLOPE, dtype: DTypeLike = np.float32, wo
 
 def smooth(dtype: DTypeLike = np.float32, low: float = 0.0, high: float = 1.0, world: float = 1.0) -> Volume:
     """A few waves from `low` to `high`."""
-    volume = grid((18, 14, 16), world)
+    volume = grid((18, 14, 17), world)
     z, y, x = np.meshgrid(*[(np.arange(n) + 0.5) / n * 2 - 1 for n in volume.values.shape], indexing="ij")
     waves = 0.5 + 0.5 * np.sin(3 * x + y) * np.cos(2 * y - z) * np.sin(3 * z + 1)
     values = low + (high - low) * waves
