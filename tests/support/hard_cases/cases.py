@@ -123,7 +123,8 @@ def views() -> Iterator[tuple[str, Volume, Camera, float]]:
 
 def geometry() -> Iterator[HardCase]:
     for name, volume, camera, d in views():
-        for kind in CLASSIFICATIONS:
+        # The two long boxes take half of them each: their bounds go through two thousand layers of cells.
+        for kind in CLASSIFICATIONS[name.startswith("1×1×2047") :: 2 if "2047" in name else 1]:
             scene = Scene(volume, linear_medium(volume), camera, classification=kind)  # type: ignore[arg-type]
             yield HardCase(f"{name}, {kind}", scene, bounds.trilinear, LINEAR, d)
 
