@@ -8,12 +8,15 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 from support.page_blocks import PAGES, REPOSITORY, Block, blocks
 from support.picture_project import leave_ci
 
 import texvol
 from texvol.__main__ import main as texvol_main
+from texvol.formats.pictures import image
+from texvol.report.convergence import Limits
 from texvol.scene.demo import demo_volume
 
 pytest_plugins = ("pytester",)
@@ -47,7 +50,7 @@ def loaded() -> None:
 def workplace(
     page: str, volumes: Path, loaded: None, request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
 ) -> Path:
-    """The current folder of a page's commands, with the volumes in it; pictures are small unless a size is given."""
+    """The current folder of a page's commands, with the volumes in it; pictures are small, and a report's are empty."""
     shell = (block.commands for block in blocks(page) if block.language == "sh")
     runs_pytest = any(words[0] == "pytest" for commands in shell for words in commands)
     folder = request.getfixturevalue("pytester").path if runs_pytest else request.getfixturevalue("tmp_path")
@@ -55,6 +58,8 @@ def workplace(
         (folder / path.name).symlink_to(path)
     leave_ci(monkeypatch)
     monkeypatch.setattr("texvol.options.scene_options.DEFAULT_SIZE", (48, 48))
+    monkeypatch.setattr("texvol.report.measuring._limits", lambda quick: Limits(least_frames=1, frames_seconds=0))
+    monkeypatch.setattr("texvol.report.plot.pareto_plot", lambda *_: image.encoded("a.png", np.zeros((1, 1, 4), "f4")))
     monkeypatch.chdir(folder)
     return folder
 
@@ -86,13 +91,22 @@ def run_commands(block: Block, where: str, request: pytest.FixtureRequest) -> No
     expected = int(block.argument) if block.mark == "status" else 0
     for words in block.commands:
         if words[0] == "texvol":
-            status = texvol_main(words[1:])
+            status = texvol_main(smaller(words[1:]))
         else:
             assert words[0] == "pytest", f"{where}: {words[0]} is not run here, and no comment says why"
             for path in Path.cwd().rglob("test_*.py"):  # a test of ours may have the name of a page's
                 request.getfixturevalue("monkeypatch").delitem(sys.modules, path.stem, raising=False)
             status = request.getfixturevalue("pytester").runpytest_inprocess(*words[1:]).ret
         assert status == expected, f"{where}: {' '.join(words)}"
+
+
+def smaller(words: list[str]) -> list[str]:
+    """The words of a command that draws no picture of more than 64 pixels along a side."""
+    at = words.index("--size") + 1 if "--size" in words else 0
+    if not at:
+        return words
+    size = "x".join(str(min(int(side), 64)) for side in words[at].split("x"))
+    return [*words[:at], size, *words[at + 1 :]]
 
 
 def test_blocks_that_are_not_run_say_why_and_are_counted() -> None:

@@ -66,7 +66,7 @@ def test_damaged_frames_are_refused_or_read_and_end_nothing(
     random = np.random.default_rng(5)
     stream = STREAMS[kind][1](STREAMS[kind][2])
     refusals, opened = 0, open_files()
-    for number in range(18):
+    for number in range(12):
         damaged = bytearray(stream[: int(random.integers(1, len(stream)))] if number % 4 == 0 else stream)
         for at in random.integers(0, min(len(damaged), 700 if number % 2 else 60), 1 + number % 9):
             damaged[at] = random.integers(256)
@@ -76,7 +76,7 @@ def test_damaged_frames_are_refused_or_read_and_end_nothing(
         except Exception:
             refused(path, capfd)
             refusals += 1
-    assert refusals > 9
+    assert refusals > 6
     assert open_files() == opened
 
 

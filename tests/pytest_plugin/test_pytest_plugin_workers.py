@@ -129,11 +129,12 @@ def test_a_run_of_workers_that_ctrl_c_ends_reports_what_there_was(tmp_path: Path
     one = "def test_one(check_picture):\n    check_picture(waves(), 'waves')\n"
     project.write(conftest=CONFTEST, test_it=f"{one}\ndef test_two():\n    import time\n    time.sleep(60)\n")
     line = [sys.executable, "-m", "pytest", "-n", "2", "--texvol-report", "report"]
-    with subprocess.Popen(line, cwd=tmp_path, env=ALONE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT) as run:
+    out = subprocess.DEVNULL
+    with subprocess.Popen(line, cwd=tmp_path, env=ALONE, stdout=out, stderr=out, start_new_session=True) as run:
         deadline = time.monotonic() + 60
         while not (tmp_path / "started").exists() and time.monotonic() < deadline:
             time.sleep(0.05)
-        run.send_signal(signal.SIGINT)
+        os.killpg(run.pid, signal.SIGINT)  # as a terminal does: the workers get it as well
         assert run.wait(timeout=60) == pytest.ExitCode.INTERRUPTED
     assert [each["name"] for each in project.report()["pictures"]] == ["waves"]
     assert (tmp_path / "report/index.html").exists()

@@ -272,7 +272,7 @@ def test_a_missing_library_is_named(
 
 def test_interrupted_it_leaves_nothing(folder: Path) -> None:
     line = [sys.executable, "-m", "texvol", "report", str(folder / "<wavy & sharp>.npy"), "-o", str(folder / "stopped")]
-    process = subprocess.Popen(line, stderr=subprocess.PIPE, text=True)
+    process = subprocess.Popen([*line, "--size", "48x36"], stderr=subprocess.PIPE, text=True)
     assert process.stderr is not None
     for text in process.stderr:
         if "1/" in text:

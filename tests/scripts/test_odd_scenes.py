@@ -21,7 +21,7 @@ SMALL = (16, 16)
 @pytest.mark.slow
 @pytest.mark.parametrize("far_off", [False, True])
 def test_odd_scenes_are_within_what_is_said_of_them(renderer: Renderer, far_off: bool) -> None:
-    scenes = (replace(odd_scene(number, seed=1, far_off=far_off), size=SMALL) for number in range(12))
+    scenes = (replace(odd_scene(number, seed=1, far_off=far_off), size=SMALL) for number in range(8))
     outcomes = [odd_scenes.outcome(odd, renderer) for odd in scenes]
     wrong = [
         odd_scenes.told(found) for found in outcomes if found["verdict"] in (odd_scenes.UNKNOWN, odd_scenes.FAILED)

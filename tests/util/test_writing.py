@@ -109,8 +109,11 @@ def test_a_file_is_made_new_and_no_link_followed(tmp_path: Path) -> None:
     assert (tmp_path / "victim").read_text() == "mine"
 
 
-@pytest.mark.parametrize("name", NAMES)
-@pytest.mark.parametrize("mask, mode", [(0o022, 0o644), (0o077, 0o600), (0o002, 0o664)])
+@pytest.mark.parametrize(
+    "name, mask, mode",
+    [*((name, 0o022, 0o644) for name in NAMES), ("a.png", 0o077, 0o600), ("a.mp4", 0o077, 0o600)]
+    + [("a.obj", 0o002, 0o664), ("frame_%d.png", 0o002, 0o664)],
+)
 def test_permissions_are_those_of_a_new_file(tmp_path: Path, name: str, mask: int, mode: int) -> None:
     before = os.umask(mask)
     try:

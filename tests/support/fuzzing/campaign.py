@@ -52,9 +52,9 @@ class Inputs:
             raise SystemExit(f"fuzz: there is no kind {', '.join(unknown)}; there are {', '.join(names)}")
         self.kinds = tuple(kinds) or tuple(names)
         self._turns = [kind for turn in range(6) for kind in self.kinds if turn == 0 or not kind.startswith(_SLOW)]
-        self._seeds = {kind: [each for each in known if each.kind == kind] for kind in self.kinds}
+        self.sound = {kind: [each for each in known if each.kind == kind] for kind in self.kinds}
         self._cases = [each for each in cases() if each.kind in self.kinds]
-        self._others = {kind: [*self._seeds[kind][0].files.values()] for kind in self.kinds}
+        self._others = {kind: [*self.sound[kind][0].files.values()] for kind in self.kinds}
         self.root = ""  # where children put their files
         self._folder = ""
 
@@ -70,7 +70,7 @@ class Inputs:
             return self._cases[number]
         random = Random(f"{self.seed} {number}")
         kind = self.kind_of(number)
-        sound = random.choice(self._seeds[kind])
+        sound = random.choice(self.sound[kind])
         name = sound.opened if sound.opened and random.random() < 0.8 else random.choice([*sound.files])
         others = self._others[random.choice(self.kinds) if random.random() < 0.2 else kind]
         content = damaged(sound.files[name], random, text=sound.text and name == sound.opened, others=others)
@@ -95,7 +95,7 @@ class Inputs:
         oiio.attribute("threads", 1)  # threads would not be there after a fork
         oiio.attribute("exr_threads", -1)
         with tempfile.TemporaryDirectory() as folder:
-            for position, sound in enumerate(itertools.chain(*self._seeds.values())):
+            for position, sound in enumerate(itertools.chain(*self.sound.values())):
                 inner = Path(folder) / str(position)
                 inner.mkdir()
                 put(sound, str(inner))

@@ -188,13 +188,22 @@ def write_references(renderer: Renderer) -> None:
         print(path.relative_to(REPOSITORY), f"{path.stat().st_size / 1000:.0f} kB")
 
 
-def reference(renderer: Renderer, entry: Entry, width: int = REFERENCE_WIDTH) -> NDArray[np.float32]:
-    """The picture of a built-in volume, so many pixels wide."""
-    size = (width, width * entry.size[1] // entry.size[0])
-    large = (size[0] * SUPERSAMPLING, size[1] * SUPERSAMPLING)
-    scene = scene_of(entry, data_folder(), large)
+def reference_size(entry: Entry) -> Size:
+    """Width and height of a picture of the pages."""
+    return REFERENCE_WIDTH, REFERENCE_WIDTH * entry.size[1] // entry.size[0]
+
+
+def reference(renderer: Renderer, entry: Entry, part: Size | None = None) -> NDArray[np.float32]:
+    """The picture of a built-in volume for the pages, or its middle of so many pixels."""
+    width, height = reference_size(entry)
+    scene = scene_of(entry, data_folder(), (width * SUPERSAMPLING, height * SUPERSAMPLING))
     assert scene is not None, "built-in volumes need no file"
-    return draw(renderer, entry, scene, size)
+    if part is None:
+        return draw(renderer, entry, scene, (width, height))
+    camera, share = scene.completed((width, height)).camera, part[1] / height
+    fov = 2 * np.degrees(np.arctan(share * np.tan(np.radians(camera.fov) / 2)))
+    nearer = replace(camera, height=share * camera.height, fov=float(fov))
+    return draw(renderer, entry, replace(scene, camera=nearer), part)
 
 
 def chosen_entries(names: str | None) -> list[Entry]:

@@ -64,22 +64,22 @@ class Outcome:
         return (self.case.name, f"{self.seconds:.4f}", *errors, ratio, self.verdict, why)
 
 
-def run(case: HardCase, renderer: Renderer) -> Outcome:
-    """The case drawn twice, the second time timed, and compared."""
-    picture, truth, seconds = _pair(case, case.scene, renderer)
+def run(case: HardCase, renderer: Renderer, times: int = 2) -> Outcome:
+    """The case drawn so many times, the last time timed, and compared."""
+    picture, truth, seconds = _pair(case, case.scene, renderer, times)
     slabs = slab_stacks(
         case.scene.volume, case.scene.completed(case.size).camera, case.slab_thickness, case.size
     ).slab_count
     bound = case.bound(Drawing(case.scene, case.size, case.slab_thickness, slabs, truth))
     if case.turned:
-        turned, turned_truth, _ = _pair(case, case.turned, renderer)
+        turned, turned_truth, _ = _pair(case, case.turned, renderer, times)
         picture, truth = turned - picture, turned_truth - truth
     difference = compare(picture, truth)
     return Outcome(case, seconds, difference.max_error, difference.rms_error, bound)
 
 
-def _pair(case: HardCase, scene: Scene, renderer: Renderer) -> tuple[np.ndarray, np.ndarray, float]:
-    for _ in range(2):
+def _pair(case: HardCase, scene: Scene, renderer: Renderer, times: int) -> tuple[np.ndarray, np.ndarray, float]:
+    for _ in range(times):
         start = time.perf_counter()
         picture = renderer.render(scene, case.size, slab_thickness=case.slab_thickness, **case.options)
         seconds = time.perf_counter() - start
