@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 from pathlib import Path
+from statistics import median
 from unittest.mock import patch
 
 from support.scenes import FOG, smooth_volume
@@ -66,8 +67,9 @@ def test_frames_leave_memory_as_it_was() -> None:
     )
     assert done.returncode == 0, done.stderr[-2000:]
     sizes = [float(number) for number in done.stdout.split()]
-    # What a frame leaked would be there 120 times; the first 160 frames are for what is kept.
-    assert max(sizes[4:]) - sizes[3] < 2, sizes
+    # What a frame leaked would be there 80 times in the sixth pass, 20 kB of it 1.6 MB; a step of malloc's or the
+    # driver's own, of some 2 MB, comes in one pass.
+    assert median(sizes[4:]) - sizes[3] < 1.2, sizes
 
 
 def test_programs_are_kept_and_not_too_many_of_them() -> None:
